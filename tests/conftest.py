@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.model import (
-    INERTIAL,
     Coupling,
     Drives,
     InertialParameters,
@@ -25,6 +24,7 @@ from dynident.model import (
 )
 from dynident.model.kernel.cache import CompilerUnavailable, compiled_library
 from dynident.model.kernel.kernel import Kernel
+from dynident.tests.frozen.inputs import folder_of_inputs
 from hypothesis import settings
 
 gc.set_threshold(100_000, 20, 20)
@@ -76,9 +76,15 @@ ONE_OF_EACH = ("rx90", "ur10e", "panda", "crooked")
 """Robots of ``make test``: coupled drives, none, seven joints with link-side sensors, sliding joints."""
 IN_FULL = ("rx90", "tx40", "ur10e", "panda")
 """Shipped robots that go through every test: coupled drives, offsets, seven joints with link-side sensors."""
-ALL_ROBOTS = ("test_every_robot.py", "test_robot_file.py")
+ALL_ROBOTS = ("test_pinocchio.py", "test_robot_file.py")
 """Files whose tests take every shipped robot; compiled only for those above, for a compiler's time is long."""
-UNCOMPILED = ("test_robot.py", "test_design.py", "test_gains_verdict.py", "test_hose.py", "test_full_trajectory.py")
+UNCOMPILED = (
+    "test_robot.py",
+    "test_design.py",
+    "test_gains.py",
+    "test_effects.py",
+    "test_safe_runs.py",
+)
 """Files whose tests take every shipped robot through much; further ones without a compiler, which takes longer."""
 
 
@@ -177,6 +183,13 @@ def shared(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, Callable[
         return place
 
     return folder
+
+
+@pytest.fixture(scope="module")
+def inputs() -> Iterator[Path]:
+    """The frozen runs' inputs in a folder of their own, which is the working folder."""
+    with folder_of_inputs() as folder:
+        yield folder
 
 
 @pytest.fixture(scope="session")
@@ -278,20 +291,3 @@ def random_parameters(random_bodies: Callable[[int, int], Bodies]) -> Callable[[
         return values
 
     return make
-
-
-@pytest.fixture(scope="session")
-def groupings(root: Path) -> dict[str, dict[str, float]]:
-    """The paper's (12) for the RX90: base parameter -> standard parameter -> factor."""
-    lines = (root / "tests/reference/khalil_rx90_groupings.txt").read_text(encoding="utf-8").splitlines()
-    relations = (line.split("=") for line in lines if "=" in line and not line.startswith("#"))
-    return {name.strip(): _factors(right) for name, right in relations}
-
-
-def _factors(expression: str) -> dict[str, float]:
-    """Factors of a linear expression: its value where one parameter is 1 and the others are 0."""
-    names = [f"{kind}{link}" for kind in (*INERTIAL, "IA") for link in range(1, 7)]
-    code = compile(expression.strip().replace("^", "**"), "relation", "eval")
-    zero = dict.fromkeys(names, 0.0) | {"D3": 0.45, "RL4": 0.45}
-    factors = {name: float(eval(code, {"__builtins__": {}}, zero | {name: 1.0})) for name in names}
-    return {name: factor for name, factor in factors.items() if factor != 0.0}

@@ -1,23 +1,23 @@
-"""The plan of the house: rooms, directions of imports, what is packaged, what is imported when."""
+"""The plan of the house: what is packaged, what is imported when, and values that show themselves in brief."""
 
-import ast
-import importlib
-import inspect
 import subprocess
 import sys
 import tomllib
 from fnmatch import fnmatch
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from dynident.estimation import Estimate
+from dynident.estimation.fit.estimate import Fit
+from dynident.model import Recording, base_parameters, load_robot, robot_names
+from dynident.trajectories import random_via_points
 
 ROOT = Path(__file__).parents[1]
 ROOMS = ("common", "model", "estimation", "trajectories", "apps")
 FILES = sorted([*ROOT.glob("*.py"), *(path for room in ROOMS for path in (ROOT / room).rglob("*.py"))])
 PACKAGES = sorted({"dynident", *(".".join(("dynident", *path.parent.relative_to(ROOT).parts)) for path in FILES)})
-PUBLIC = [f"dynident.{room}" for room in ("model", "estimation", "trajectories")]
 
 
 def project() -> dict[str, Any]:
@@ -53,68 +53,34 @@ def test_every_data_file_is_listed() -> None:
         assert any(fnmatch(name, glob) for package, name in homes.items() for glob in listed[package]), path
 
 
-@pytest.mark.parametrize("module", PUBLIC)
-def test_every_public_name(module: str) -> None:
-    """It is there, listed once, and says what it is."""
-    room = importlib.import_module(module)
-    assert room.__doc__
-    assert len(set(room.__all__)) == len(room.__all__)
-    for name in room.__all__:
-        assert documented(getattr(room, name), name, Path(inspect.getfile(room)).parent), f"{module}.{name}"
-
-
-STUBS = [path for room in ROOMS for path in (ROOT / room).rglob("__init__.pyi")]
-
-
-@pytest.mark.parametrize("stub", STUBS, ids=str)
-def test_no_file_is_called_as_a_name_beside_it(stub: Path) -> None:
-    """Once imported, a file would stand in the place of the name that its room offers."""
-    beside = {path.stem for path in stub.parent.glob("*.py")} | {
-        path.parent.name for path in stub.parent.glob("*/__init__.py")
-    }
-    offered = {
-        alias.name
-        for node in ast.parse(stub.read_text(encoding="utf-8")).body
-        if isinstance(node, ast.ImportFrom) and node.module
-        for alias in node.names
-    }
-    assert not offered & beside
-
-
-def documented(value: object, name: str, folder: Path) -> bool:
-    """A docstring of its own: not the one that dataclasses make, nor a built-in type's."""
-    if inspect.isclass(value) or inspect.isroutine(value):
-        text = value.__doc__ or ""
-        return bool(text) and not text.startswith(f"{name}(")
-    return any(constant_has_text(path, name) for path in folder.rglob("*.py"))
-
-
-def constant_has_text(path: Path, name: str) -> bool:
-    body = ast.parse(path.read_text(encoding="utf-8")).body
-    for node, after in pairwise(body):
-        targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
-        if any(isinstance(target, ast.Name) and target.id == name for target in targets):
-            return isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant)
-    return False
-
-
 def modules_after(code: str) -> set[str]:
     command = [sys.executable, "-c", f"{code}\nimport sys\nprint(*sys.modules, file=sys.stderr)"]
     return set(subprocess.run(command, check=True, capture_output=True, text=True).stderr.split())
 
 
-@pytest.mark.parametrize("words", [[], ["--help"], ["--version"]])
-def test_help_and_version_load_nothing_heavy(words: list[str]) -> None:
-    """The command answers before NumPy would be loaded, and so does the package."""
-    loaded = modules_after(f"import dynident\nfrom dynident.cli import main\nif {words}:\n    main({words})")
-    assert "dynident.cli" in loaded
-    assert not loaded & {"numpy", "casadi", "scipy", "matplotlib", "msgspec", *(() if words else ("rich", "cvxpy"))}
+WITHOUT_IMPORTS: dict[str, tuple[str, set[str]]] = {
+    "from dynident.cli import main": (
+        "dynident.cli", {"numpy", "casadi", "scipy", "matplotlib", "msgspec", "rich", "cvxpy"}
+    ),
+    "from dynident.cli import main; main(['--help'])": (
+        "dynident.cli", {"numpy", "casadi", "scipy", "matplotlib", "msgspec"}
+    ),
+    "from dynident.estimation import Identification, PayloadAnswer, answer_payload": (
+        "numpy", {"cvxpy", "matplotlib", "scipy.signal", "scipy.interpolate", "rich", "dynident.apps.report"}
+    ),
+    "import dynident.apps.report.sections.payload, dynident.apps.report.page": (
+        "dynident.apps.report.figures.payload", {"matplotlib", "jinja2"}
+    ),
+}  # fmt: skip
+"""Code, a module that it loads, and those that it can wait for."""
 
 
-def test_estimation_waits_with_what_is_slow() -> None:
-    loaded = modules_after("from dynident.estimation import answer_payload")
-    assert "numpy" in loaded
-    assert not loaded & {"cvxpy", "matplotlib", "scipy.signal", "scipy.interpolate", "rich"}
+@pytest.mark.parametrize("code", WITHOUT_IMPORTS)
+def test_what_is_slow_is_loaded_when_it_is_needed(code: str) -> None:
+    own, slow = WITHOUT_IMPORTS[code]
+    loaded = modules_after(code)
+    assert own in loaded
+    assert not loaded & slow
 
 
 def test_rooms_are_found_in_the_package_only() -> None:
@@ -122,3 +88,21 @@ def test_rooms_are_found_in_the_package_only() -> None:
     code = f"import sys; sys.path.insert(0, {str(ROOT)!r}); import estimation"
     answer = subprocess.run([sys.executable, "-c", code], check=False, capture_output=True, text=True)
     assert "attempted relative import beyond top-level package" in answer.stderr
+
+
+def values() -> list[Any]:
+    robot, large = load_robot("rx90"), np.linspace(0.0, 1.0, 6000).reshape(1000, 6)
+    via = random_via_points(robot, count=12, seed=0)
+    base, fit = base_parameters(robot), Fit(np.ones(6), np.ones(6), (9,) * 6)
+    names = base.columns
+    estimate = Estimate(names, np.ones(len(names)), np.eye(len(names)), 10.0, fit, np.ones(6))
+    recording = Recording(np.arange(1000.0), large, large, source="a.csv")
+    return [*map(load_robot, robot_names()), via, via.motion(rate=100.0), base, estimate, recording]
+
+
+@pytest.mark.parametrize("value", values(), ids=lambda value: type(value).__name__)
+def test_ten_lines_hold_it(value: Any) -> None:
+    text = repr(value)
+    assert text.startswith(f"{type(value).__name__}(")
+    assert len(text) <= 10 * 80
+    assert "\n" not in text

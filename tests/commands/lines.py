@@ -15,9 +15,9 @@ from dynident.estimation import identify
 from dynident.estimation.fit.least_squares import weighted
 from dynident.model import INERTIAL, Recording, load_robot
 from dynident.tests.commands.typed import typed
-from dynident.tests.fleet.drawing import drawn, noise_of
+from dynident.tests.fleet.conftest import drawn, noise_of
 from dynident.tests.frozen.inputs import EXAMPLES, folder_of_inputs
-from dynident.tests.live.played import playing
+from dynident.tests.live.conftest import playing
 
 AMPERES = "--unloaded ur_currents_unloaded.csv --loaded ur_currents_loaded.csv"
 PAIR = "--unloaded rx_arm_unloaded.csv --loaded rx_arm_loaded.csv"

@@ -83,6 +83,11 @@ def _held(columns: range) -> Callable[[Lines], Lines]:
     return changed
 
 
+def _later(time: str) -> str:
+    """20 s are lost after each second and a half."""
+    return f"{float(time) + 20.0 * (float(time) // 1.5)}"
+
+
 def write_inputs() -> None:
     """Wrong files beside the good ones, in the working folder."""
     joint = "[[joints]]\nalpha_deg = 0\n"
@@ -105,6 +110,8 @@ def write_inputs() -> None:
         "degrees.csv": _edited(_scaled(range(1, 7), 57.29578)),
         "milli.csv": _edited(_scaled(range(7, 13), 1e3)),
         "still.csv": _edited(_held(range(6, 7))),
+        "dead.csv": _edited(_scaled(range(10, 11), 0.0)),
+        "gap.csv": _edited(_cells(lambda column, cell: _later(cell) if column == 0 else cell)),
         "rest.csv": _edited(_held(range(1, 7))),
         "map.toml": '[positions]\nunit = "deg"\n',
         "part.csv": _edited(lambda lines: [f"{lines[0]},qref1", *(f"{line},0" for line in lines[1:])]),
@@ -118,6 +125,7 @@ def write_inputs() -> None:
     }
     for name, text in texts.items():
         Path(name).write_text(text, encoding="utf-8")
+    Path("latin.csv").write_bytes("t,q1,Drehmoment_Größe\n0,0,0\n".encode("latin-1"))
     Path("log.xlsx").write_bytes(b"PK\x03\x04" + bytes(60))
     Path("picture.csv").write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(range(256)))
 

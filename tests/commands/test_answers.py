@@ -1,291 +1,112 @@
-"""Commands that answer: payload, identify, gains, weigh, simulate, and what goes from one to another."""
+"""Commands that answer, and what goes from one to another: refused, warned of, or the same again."""
 
 import gzip
 import json
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from dynident.apps.commands.demo import PAYLOAD
 from dynident.apps.logs import read_trajectory
-from dynident.apps.report.recordings import write_recording
 from dynident.apps.results import read_stored_gains
-from dynident.model import INERTIAL, InertialParameters, base_parameters, load_robot
+from dynident.model import INERTIAL, load_robot
 from dynident.model.files.robot_file import robot_toml
-from dynident.tests.commands.lines import save
-from dynident.tests.commands.typed import Answer, answered, refused, typed
+from dynident.tests.commands.typed import answered, refused, typed
 from dynident.tests.selection import cases
-from dynident.trajectories import Simulator, ViaPoints, plan_point_to_point, random_via_points
-from dynident.trajectories.motions.via_points import random_points
 
-TWO = "--unloaded bare0.csv --loaded loaded0.csv --unloaded bare1.csv --loaded loaded1.csv"
-TRUTH = PAYLOAD.named()
+IDENTIFY = "identify --robot rx90 --data rx_arm_unloaded.csv"
 
 
-def by_estimator(answer: Answer) -> tuple[list[Any], list[Any]]:
-    """Free and constrained estimates."""
-    estimates = answer.document["estimates"]
-    free, constrained = ([x for x in estimates if x["estimator"] == name] for name in ("wls", "constrained"))
-    return free, constrained
-
-
-def test_payload(logs: Path) -> None:
-    answer = answered(f"payload --robot rx90 {TWO} --validate bare2.csv")
-    data = answer.document["data"]
-    assert data["base_parameters"] == 54
-    assert data["rate_hz"] == pytest.approx(250.0)
-    assert abs(data["lag_s"]) < 1e-3
-    free, constrained = by_estimator(answer)
-    assert [x["method"] for x in free] == [x["method"] for x in constrained] == [1, 2, 3, 4]
-    reason = answer.document["recommended"].pop("reason")
-    assert answer.document["recommended"] == {"method": 3, "estimator": "constrained"}
-    assert reason.startswith("one path, within 0.0")
-    for estimate in constrained:
-        assert estimate["physically_consistent"]
-        assert estimate["min_pseudo_inertia_eigenvalue"] >= 0.0
-        assert estimate["gain_sigma"] is None
-        assert estimate["solver_status"] in ("free", "Solved")
-        for name, (low, high) in estimate["interval95"].items():
-            assert low <= estimate["parameters"][name] <= high
-    for estimate in free:
-        assert estimate["robust"]["blocks"] >= 10
-        assert estimate["parameters"]["M"] == pytest.approx(7.025, rel=0.01)
-        assert np.allclose(estimate["com"], [0.0, 0.0, 1.003 / 7.025], atol=0.01)
-        for name, value in estimate["parameters"].items():
-            low, high = estimate["interval95"][name]
-            assert low < value < high
-            assert abs(value - TRUTH[name]) < 5.0 * estimate["sigma"][name]
-            assert 0.0 < estimate["sigma_robust"][name] < 10.0 * estimate["sigma"][name]
-    assert answer.document["verdict"]["level"] in ("use", "mass_and_com_only")
-    assert "Verdict" in answer.text
-    assert "± the larger of the formula's (17)-(19) and the block jackknife's standard deviation." in answer.text
-    assert "Mass, sigma_robust/sigma" in answer.text
-    assert "…" not in answer.text
-
-
-WRONG = {
-    "identify --robot rx90 --data constant.csv": "Do not use these parameters",
-    "payload --robot rx90 --unloaded flipped.csv --loaded loaded2.csv --method 4": "signs",
-    "payload --robot rx90 --unloaded mirrored_bare.csv --loaded mirrored_loaded.csv --method 3": "joint 5",
-}
-
-
-@pytest.mark.parametrize("line", cases(WRONG, lambda line: line.startswith("identify")))
-def test_a_description_that_is_not_the_robots_is_not_to_be_used(logs: Path, line: str) -> None:
-    assert WRONG[line] in answered(line, status=(1,)).text
-
-
-def test_stored_parameters_of_another_robot(logs: Path) -> None:
-    robot = answered("identify --robot rx90 --data bare0.csv").document
-    line = "payload --robot rx90 --robot-parameters robot.json --loaded loaded0.csv"
+def test_stored_parameters_of_another_robot(inputs: Path) -> None:
+    robot = answered(IDENTIFY).document
+    line = "payload --robot rx90 --robot-parameters robot.json --loaded rx_arm_loaded.csv"
     for change, more, words in (
         ({"robot": "tx40"}, "", "'tx40', not 'rx90'"),
         ({"columns": robot["columns"][1:]}, "", "robot.json"),
         ({}, "offsets=true", "must be those the stored parameters"),
         ({}, "coulomb=paper", "must be those the stored parameters"),
     ):
-        (logs / "robot.json").write_text(json.dumps(robot | change))
+        (inputs / "robot.json").write_text(json.dumps(robot | change))
         assert words in refused(f"{line} {more}")
-    del robot["covariance"]
-    (logs / "robot.json").write_text(json.dumps(robot))
-    assert "'covariance': missing" in refused(line)
 
 
-def test_a_robot_that_can_exist(logs: Path) -> None:
-    line, by_gauge = "identify --robot rx90 --data bare0.csv", {}
-    for gauge in ("none", "base", "prior"):
-        answer = answered(f"{line} --constrained {gauge}")
-        by_gauge[gauge] = answer.document["constrained"]
-        assert ("Constrained: the nearest robot that can exist" in answer.text) == (gauge != "none")
-        assert ("prior within MX2R" in answer.text) == (gauge == "prior")
-    assert by_gauge["none"] is None
-    assert by_gauge["prior"]["chi2_rise"] == pytest.approx(by_gauge["base"]["chi2_rise"] + 1.0, rel=1e-6)
-    assert {entry["kind"] for entry in by_gauge["prior"]["parameters"]} == {"identified", "combination", "prior"}
-    assert min(by_gauge["prior"]["min_eigenvalues"].values()) > 0.0
-    bounds = "--constrained prior --prior-mass 70 prior-budget=4 --total-mass 30 60"
-    found = answered(f"{line} {bounds}").document["constrained"]
-    values = {entry["name"]: entry["value"] for entry in found["parameters"]}
-    assert 30.0 - 1e-4 <= sum(values[f"M{j}"] for j in range(1, 7)) <= 60.0 + 1e-4
-    assert found["prior"]["budget"] == 4.0
-    assert "70 kg" in found["prior"]["source"]
-
-
-EXPORT = "robot export --robot rx90 --robot-parameters r.json"
-
-
-@pytest.fixture
-def identify(here: Path) -> str:
-    """Identification of an RX90 without payload, into r.json."""
-    robot = load_robot("rx90")
-    motion = random_via_points(robot, 8, seed=5).motion(100.0)
-    write_recording(here / "bare.csv", Simulator(robot).record(motion, None, [0.5] * 6, 1))
-    return "identify --robot rx90 equation-rate=1000 --data bare.csv --json r.json"
-
-
-def test_what_is_no_robot_to_use_is_not_written(identify: str) -> None:
+def test_what_is_no_robot_to_use_is_not_written(inputs: Path) -> None:
     """Its verdict says so, or a link is heavier than the arm."""
-    typed(identify)
-    document = json.loads(Path("r.json").read_text())
-    Path("r.json").write_text(json.dumps(document | {"reasons_against_use": ["the weather"]}))
+    stored = answered(IDENTIFY).document | {"reasons_against_use": ["the weather"]}
+    (inputs / "r.json").write_text(json.dumps(stored))
     masses = "\n".join(f"{kind}{j} = {int(kind == 'M') * 100}" for j in range(1, 7) for kind in INERTIAL)
     description = robot_toml(replace(load_robot("ur10e"), parameters={}))
-    Path("heavy.toml").write_text(f"{description}\n[parameters]\n{masses}\n")
-    for line, words in (
-        (f"{EXPORT} --to mjcf --out a.xml", "not written: the weather"),
-        (
-            "robot export --to mjcf --robot heavy.toml --out a.xml",
-            "link1 would weigh 100 kg, the whole arm weighs 33.5",
-        ),
+    (inputs / "heavy.toml").write_text(f"{description}\n[parameters]\n{masses}\n")
+    line = "robot export --to mjcf --out a.xml --robot"
+    for arm, words in (
+        ("rx90 --robot-parameters r.json", "not written: the weather"),
+        ("heavy.toml", "link1 would weigh 100 kg, the whole arm weighs 33.5"),
     ):
-        ended = typed(line)
+        ended = typed(f"{line} {arm}")
         assert (ended.status, Path("a.xml").exists()) == (1, False)
         assert words in ended.err
-    assert (typed(f"{EXPORT} --to mjcf --out a.xml --despite-verdict").status, Path("a.xml").exists()) == (0, True)
-
-
-GAINS = np.array([12.0, 12.4, 9.9, 10.4, 10.3, 10.1])
-BODY = InertialParameters.from_com(6.0, [0.0, 0.1, 0.05], np.diag([0.03, 0.03, 0.02]))
-MAP = """[time]
-unit = "ms"
-[position]
-columns = "axis {} pos"
-unit = "deg"
-[current]
-columns = "axis {} cur"
-unit = "mA"
-"""
-PAIR = "--robot ur10e --unloaded empty.csv --loaded loaded.csv"
-
-
-def _write(folder: Path) -> None:
-    """Currents of a pair in SI units, and the same with degrees, milliampere, milliseconds and other names."""
-    known = {**load_robot("rx90").parameters, **{f"OFF{joint}": 0.5 for joint in range(1, 7)}}
-    simulator = Simulator(replace(load_robot("ur10e"), parameters=known))
-    points = np.random.default_rng(0).uniform(-1.0, 1.0, (30, 6))
-    motion = ViaPoints(points, np.full(29, 1.0)).motion(100.0)
-    (folder / "map.toml").write_text(MAP)
-    for name, load in (("empty", None), ("loaded", BODY)):
-        recording = simulator.record(motion, load, [1.0, 1.0, 0.6, 0.3, 0.3, 0.2], 1 if load else 0)
-        i, odd = recording.torque / GAINS, folder / f"{name}_odd.csv"
-        save(folder / f"{name}.csv", recording.t, recording.q, i, names="q,i")
-        save(odd, 1e3 * recording.t, np.degrees(recording.q), 1e3 * i, names="axis pos,axis cur")
-        head, rows = odd.read_text().split("\n", 1)
-        odd.write_text(",".join(["t", *(f"axis {c[8:]} {c[5:8]}" for c in head.split(",")[1:])]) + "\n" + rows)
-
-
-@pytest.fixture
-def pair(shared: Callable[[str, Callable[[Path], object]], Path], here: Path) -> Path:
-    for path in shared("currents", _write).iterdir():
-        (here / path.name).symlink_to(path)
-    return here
-
-
-def _identify_gains(folder: Path) -> None:
-    (folder / "gains.json").write_text(json.dumps(answered(f"gains {PAIR} --mass 6+-0.03").document))
-
-
-@pytest.fixture
-def gains(shared: Callable[[str, Callable[[Path], object]], Path], pair: Path) -> dict[str, Any]:
-    """The gains of the pair, also in the working folder."""
-    text = (shared("gains", _identify_gains) / "gains.json").read_text()
-    (pair / "gains.json").write_text(text)
-    return dict(json.loads(text))
-
-
-def width(document: dict[str, Any]) -> float:
-    """Width of the mass's 95 % interval of the constrained estimate."""
-    (low, high) = next(e for e in document["estimates"] if e["estimator"] == "constrained")["interval95"]["M"]
-    return float(high - low)
-
-
-def typed_gains(document: dict[str, Any]) -> str:
-    return ",".join(map(repr, document["drive_gains"]["values"]))
+    assert typed(f"{line} rx90 --robot-parameters r.json --despite-verdict").status == 0
+    assert Path("a.xml").exists()
 
 
 @pytest.mark.long
-def test_gains_flow_into_the_payload(gains: dict[str, Any]) -> None:
-    values, sigma = (np.array(gains["drive_gains"][key]) for key in ("values", "sigma"))
-    assert (np.abs(values - GAINS) < 4.0 * sigma).all()
-    assert np.abs(values / GAINS - 1.0)[1:].max() < 0.05
-    line = f"payload {PAIR} --method 4 --drive-gains"
-    without = answered(f"{line} {typed_gains(gains)} --gain-sigma 0", status=(0, 1)).document
-    answer = answered(f"{line} gains.json")
-    assert "errors of the drive gains as they were identified" in answer.text
-    assert width(answer.document) > 1.1 * width(without)
-    assert answer.document["processing"]["drive_gains"] == pytest.approx(values)
-    assert answer.document["estimates"][0]["parameters"]["M"] == pytest.approx(6.0, rel=0.03)
-
-
-@pytest.mark.long
-def test_gains_from_the_same_pair_confirm_nothing(gains: dict[str, Any], pair: Path) -> None:
+def test_gains_from_the_same_pair_confirm_nothing(inputs: Path) -> None:
     """Told in text, JSON and report, whatever the file is called; a recording in common is told too."""
-    (pair / "copy.csv.gz").write_bytes(gzip.compress((pair / "loaded.csv").read_bytes()))
-    (pair / "other.csv").write_text((pair / "loaded.csv").read_text().rstrip() + "1\n")
+    loaded = inputs / "ur_currents_loaded.csv"
+    (inputs / "copy.csv.gz").write_bytes(gzip.compress(loaded.read_bytes()))
+    (inputs / "other.csv").write_text(loaded.read_text().rstrip() + "1\n")
+    arm, bare = "--robot ur10e.toml", "--unloaded ur_currents_unloaded.csv"
+    gains = answered(f"gains {arm} {bare} --loaded ur_currents_loaded.csv --mass 6.2+-0.03").document
+    (inputs / "gains.json").write_text(json.dumps(gains))
 
     def notes(line: str) -> list[str]:
-        answer = answered(f"payload --robot ur10e {line}", status=(0, 1))
+        answer = answered(f"payload {arm} {line}", status=(0, 1))
         told: list[str] = answer.document["estimates"][-1]["gain_sigma"].get("notes", [])
         shown = answer.text.replace(" ", "")  # a long path is broken anywhere
         assert all("".join(note.split()) in shown for note in told)
         return told
 
-    own = "--unloaded empty.csv --drive-gains gains.json --method 3"
+    own = f"{bare} --drive-gains gains.json --method 3"
     (same,) = notes(f"{own} --loaded copy.csv.gz --report report.html")
-    assert same.startswith("These gains come from this same pair (copy.csv.gz, 6 kg as given then)")
+    assert same.startswith("These gains come from this same pair (copy.csv.gz, 6.2 kg as given then)")
     assert "confirms nothing" in same
-    assert "confirms nothing" in (pair / "report.html").read_text()
+    assert "confirms nothing" in (inputs / "report.html").read_text()
     (common,) = notes(f"{own} --loaded other.csv")
-    assert common.startswith("empty.csv: the gains were identified from it too")
-    stored = answered("identify --robot ur10e --data other.csv --drive-gains gains.json")
+    assert common.startswith("ur_currents_unloaded.csv: the gains were identified from it too")
+    stored = answered(f"identify {arm} --data other.csv --drive-gains gains.json")
     assert "as they were identified" in stored.text
     assert "identified from it too" not in stored.text
-    (pair / "robot.json").write_text(json.dumps(stored.document))
+    (inputs / "robot.json").write_text(json.dumps(stored.document))
     kept = stored.document["gain_sigma"]
-    assert (kept["recordings"], kept["mass"]) == (gains["recordings"], 6.0)
+    assert (kept["recordings"], kept["mass"]) == (gains["recordings"], 6.2)
+    values = ",".join(map(repr, gains["drive_gains"]["values"]))
     for more in ("", "--gain-sigma 1%"):
-        line = f"--robot-parameters robot.json --drive-gains {typed_gains(gains)} {more} --loaded copy.csv.gz"
+        line = f"--robot-parameters robot.json --drive-gains {values} {more} --loaded copy.csv.gz"
         assert notes(line)[0] == same
-    assert [len(gains["recordings"][kind]) for kind in ("unloaded", "loaded")] == [1, 1]
     del gains["recordings"]
-    (pair / "gains.json").write_text(json.dumps(gains))
-    assert read_stored_gains(pair / "gains.json").recordings == {}
+    (inputs / "gains.json").write_text(json.dumps(gains))
+    assert read_stored_gains(inputs / "gains.json").recordings == {}
 
 
-@pytest.mark.parametrize(
-    ("document", "words"),
-    [
-        ({"robot": "x", "drive_gains": {"values": [1.0], "relative_covariance": [[0.0]]}}, "gains of 'x'"),
-        ({"recordings": [1, 2]}, "key 'recordings"),
-        ({"recordings": {"loaded": "abc"}}, "key 'recordings"),
-        ({"load": [1]}, "key 'load"),
-        ({"load": {"known": [1]}}, "key 'load"),
-        ([], "give the --json of 'dynident gains'"),
-    ],
-)
-def test_gains_that_are_none(pair: Path, document: Any, words: str) -> None:
-    if isinstance(document, dict):
-        own = {"values": [1.0] * 6, "relative_covariance": np.eye(6).tolist()}
-        document = {"robot": "ur10e", "drive_gains": own} | document
-    (pair / "g.json").write_text(json.dumps(document), encoding="utf-8")
-    error = refused("check empty.csv --robot ur10e --drive-gains g.json")
-    assert words in error
-    assert "gains of" in error or "give the --json of 'dynident gains'" in error
+def test_verify_tells_harm(inputs: Path) -> None:
+    header, *rows = (inputs / "rx_near_loaded.csv").read_text().splitlines()
+    for name, share in (("before", 0.95), ("after", 0.9)):  # of the torque, as the controller predicted it
+        more = (",".join(f"{share * float(torque)}" for torque in row.split(",")[7:13]) for row in rows)
+        lines = [f"{row},{predicted}" for row, predicted in zip(rows, more, strict=True)]
+        names = ",".join(f"tauref{j}" for j in range(1, 7))
+        (inputs / f"{name}.csv").write_text("\n".join([f"{header},{names}", *lines, ""]))
+    for before, after, status in (("before", "after", 1), ("after", "before", 0)):
+        ended = typed(f"verify --robot rx90 --before {before}.csv --after {after}.csv")
+        assert (ended.status, "does harm" in ended.out) == (status, bool(status))
 
 
 NEAR = "near --robot rx90 --pose=0,-45,90,0,45,0 --speed-override 0.5 --duration 12"
 
 
-def test_visibility_and_sigma_before_any_motion(here: Path) -> None:
-    document, text = answered(f"{NEAR} --joints 2,3,5,6 --samples motion.csv sample-rate=125")
+@pytest.mark.usefixtures("hasty")
+def test_a_rehearsal_is_written_beside_a_motion(here: Path) -> None:
+    document, text = answered(f"{NEAR} --joints 2,3,5,6 --samples motion.csv sample-rate=125", status=(0, 1))
     assert "Visible to joints 2, 3, 5, 6: 10 of 10" in text
-    assert document["visibility"]["rank"] == 10
-    assert document["predicted_sigma"]["mass"] < 0.13
-    assert max(document["predicted_sigma"]["com"]) < 8.4e-3
-    assert (document["limits"]["max_violation"], document["limits"]["torque_checked"]) == (0.0, True)
-    assert all(limit["room"] >= 0.0 for limit in document["limits"]["nearest"])
     assert "Assumed, not published: torque limits" in text
     robot = load_robot("rx90")
     (_, _, fast, _), (t, _, slow, _) = (
@@ -298,48 +119,43 @@ def test_visibility_and_sigma_before_any_motion(here: Path) -> None:
     assert "REHEARSAL" in (here / "motion_rehearsal.csv").read_text(encoding="utf-8")
 
 
-def test_verify(here: Path) -> None:
-    t = np.arange(1000) / 100.0
-    q = 0.4 * np.sin(np.outer(t, [1.3, 1.1, 1.7, 2.3, 0.9, 1.4]))
-    for name, share in (("before", 1.0), ("after", 0.7)):
-        error = 1e-3 * share * np.cos(np.outer(t, [2.0, 3.0, 2.5, 1.9, 2.2, 2.8]))
-        save(f"{name}.csv", t, q, 30.0 * np.cos(q), q + error, names="q,tau,qref")
-    document, text = answered("verify --robot rx90 --before before.csv --after after.csv")
-    assert "The following error fell by 30.0 %" in text
-    assert document["all"]["fall"] == pytest.approx(0.3, abs=1e-6)
-    harmful = typed("verify --robot rx90 --before after.csv --after before.csv")
-    assert harmful.status == 1
-    assert "does harm" in harmful.out
+NOISE = "--torque-noise 24,30,10.8,5.1,6.6,2.3"
 
 
-@pytest.fixture(scope="module")
-def simulated(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Exact recordings without and with a payload, of a trajectory file."""
-    folder = tmp_path_factory.mktemp("simulated")
-    robot = load_robot("rx90")
-    motion = plan_point_to_point(robot, random_points(robot, 14, 0)).motion(250.0)
-    save(folder / "move.csv", motion.t, motion.q, names="q")
-    (folder / "load.toml").write_text("mass = 5\ncom = [0.02, 0, 0.1]\ninertia_com = [0.05, 0, 0, 0.05, 0, 0.05]\n")
-    line = f"simulate --robot rx90 --trajectory {folder}/move.csv --payload {folder}/load.toml"
-    assert typed(f"{line} --noise none --out {folder}").status == 0
-    another = f"{line.replace(' --robot rx90', ' --robot rx90 --sag 4')} --out {folder}/new"
-    assert "another never sags" in refused(another)
-    return folder
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("goal", "shape"),
+    [("--columns payload --criterion cond", "--via-points 4"), ("--criterion d", "--fourier 3 --duration 6")],
+)
+def test_a_designed_csv_is_judged_as_the_design_was(here: Path, goal: str, shape: str) -> None:
+    line = f"design --robot rx90 {goal} {shape} {NOISE} --starts 1 --samples m.csv sample-rate=1000"
+    designed = answered(line).document
+    judged, text = answered(f"score --robot rx90 {goal} {NOISE} m.csv")
+    assert judged["evaluated"] == "m.csv"
+    assert "motion" not in judged
+    assert judged["limits"]["met"]
+    # The design's own grid has 120 samples a second here: the sign of a speed switches up to 8 ms away, which the
+    # condition number in SI units and joint 2's sigmas feel most. At 240, 500, 1,000 and 2,000 samples a second
+    # they are .9 to 1 and .7 to .8 % from the design's.
+    for key in ("condition_number", "condition_number_scaled", "log_det", "duration_s"):
+        error = 1.5e-2 if key == "condition_number" else 2e-3
+        assert judged[key] == pytest.approx(designed[key], rel=error), key
+        assert f"{judged[key]:.4g}" in text
+    assert judged["predicted_sigma"] == pytest.approx(designed["predicted_sigma"], rel=1e-2)
 
 
-def test_simulated_recordings_give_their_payload_back(simulated: Path) -> None:
-    """Exact recordings: what is left is the sign of the speed, and the filter."""
-    pair = f"--unloaded {simulated}/move_unloaded.csv --loaded {simulated}/move_loaded.csv"
-    estimate = answered(f"payload --robot rx90 {pair} --method 4").document["estimates"][0]
-    assert estimate["parameters"]["M"] == pytest.approx(5.0, rel=3e-3)
-    assert np.allclose(estimate["com"], [0.02, 0.0, 0.1], atol=1e-3)
-
-
-def test_simulated_recordings_give_the_robot_back(simulated: Path) -> None:
-    result = answered(f"identify --robot rx90 --data {simulated}/move_unloaded.csv").document
-    assert result["relative_residual"]["all"] < 0.01
-    robot = load_robot("rx90")
-    base = base_parameters(robot)
-    assert [entry["name"] for entry in result["base_parameters"]] == list(base.names)
-    values = [entry["value"] for entry in result["base_parameters"]]
-    assert values == pytest.approx(base.value(robot.parameters), rel=0.02, abs=0.02)
+@pytest.mark.parametrize(
+    "file", cases(("--val3 app", "--ros2 m.yaml", "--urscript m.script"), lambda file: file.startswith("--val3"))
+)
+def test_files_whose_controllers_break_a_limit_are_refused(here: Path, file: str) -> None:
+    """Nothing is written or shown; with room left by the setting torque-margin the same file is written."""
+    line = (
+        "design --robot tx40 --columns payload --torque-noise 1% --via-points 4 --starts 1 --seed 1 "
+        f"acceleration=5x --heaviest-payload 2@0,0,0.05 --within 0.1 --segments trapezoid {file}"
+    )
+    error = refused(f"{line} --json m.json")
+    assert "the motion does not keep its limits (torque with any payload up to 2 kg of joint" in error
+    assert not list(here.iterdir())
+    status, _, err = typed(f"{line} torque-margin=30%")
+    assert status == 0, err
+    assert [path.name for path in here.iterdir()] == [file.split()[1]]

@@ -308,11 +308,6 @@ def test_a_setting_is_refused_where_it_is_typed() -> None:
             assert f"{key} is a setting, not an option" in refused(command, f"--{key}=1")
 
 
-def test_payload_shows_no_more_than_thirty() -> None:
-    shown = [argument.name for argument in arguments("payload") if argument.show]
-    assert len(shown) <= 30, shown
-
-
 def differing(folder: Path, name: str, entry: str, bases: dict[str, dict[str, bytes]]) -> bool:
     """True where a line with an option gives anything else than the line without it."""
     needs, _, more = entry.rpartition("|")

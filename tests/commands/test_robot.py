@@ -14,8 +14,7 @@ from dynident.apps.logs.map import LogMap
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import INERTIAL, InertialParameters, Recording, Robot, load_robot, robot_names, with_stand_in
-from dynident.tests.commands.lines import save
-from dynident.tests.commands.typed import Answer, answered, refused, typed
+from dynident.tests.commands.typed import answered, refused, typed
 from dynident.tests.frozen.inputs import EXAMPLES
 from dynident.trajectories import Simulator, random_via_points
 
@@ -24,13 +23,6 @@ NEW = (
     "--joint y,0.445,0,0.89 --joint=-x,0.525,0,0.89 --flange 0.525,0,0.89,x,-z drawn-at=0,-90,90,0,0,0 "
     "--limits=-170:170:360,-190:45:300,-120:156:360,-185:185:381,-120:120:388,-350:350:615 --rated-payload 6"
 )
-
-
-def test_list() -> None:
-    status, text, _ = typed("robot list")
-    assert status == 0
-    assert [line.split()[0] for line in text.splitlines()] == list(robot_names())
-    assert "KUKA KR 6 R900 sixx" in text
 
 
 def test_new_robot_is_the_shipped_one(here: Path) -> None:
@@ -68,29 +60,11 @@ def recorded() -> Recording:
     return Simulator(robot).record(random_via_points(robot, 8, seed=5).motion(100.0), None, [0.5] * 6, 1)
 
 
-def test_check_suggests_and_does_not_apply(recorded: Recording, here: Path) -> None:
-    turned = np.array([1, 1, -1, 1, 1, 1])
-    save("turned.csv", recorded.t, recorded.q * turned, recorded.torque * turned, names="q,tau")
-    document, text = checked("turned.csv", status=1)
-    assert "Suggested, not applied: joint 3 turned round (position and torque)" in text
-    assert document["suggested"].startswith("joint 3 turned round")
-    assert document["ranked"][0]["sign"] == [1, 1, -1, 1, 1, 1]
-
-
-def checked(log: str, more: str = "", status: int = 0) -> Answer:
-    """``robot check`` without the second part of its screen."""
-    ended = typed(f"robot check --robot rx90 --data {log} {more} --json -")
-    assert ended.status == status, ended.err
-    return Answer(json.loads(ended.out), " ".join(ended.err.split()))
-
-
-def write(log: Recording, positions: Array, names: str = "x,y,z", torques: bool = False) -> None:
-    """A log of joints and of more columns, and no torques unless they are wanted."""
-    columns = [log.t, log.q, *([log.torque] if torques else []), positions]
-    header = ["t", *(f"q{j}" for j in range(1, 7)), *(f"tau{j}" for j in range(1, 7) if torques), names]
-    np.savetxt(
-        "log.csv", np.column_stack(columns), delimiter=",", header=",".join(header), comments="", fmt="%.12g"
-    )
+def write(log: Recording, positions: Array, names: str = "x,y,z") -> None:
+    """A log of joints and of more columns, without torques."""
+    header = ",".join(["t", *(f"q{j}" for j in range(1, 7)), names])
+    table = np.column_stack([log.t, log.q, positions])
+    np.savetxt("log.csv", table, delimiter=",", header=header, comments="", fmt="%.12g")
 
 
 SHEET = (

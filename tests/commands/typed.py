@@ -12,8 +12,8 @@ from dynident.apps.commands import COMMANDS
 from dynident.apps.commands.entry import Call, application, marks, shown_name
 from dynident.apps.commands.values import Writes
 from dynident.cli import main
-from dynident.tests.frozen.filed import filed
 from dynident.tests.frozen.freeze import settings
+from dynident.tests.frozen.inputs import filed
 
 NAMES = [name for name, (where, _) in COMMANDS.items() if where]
 """Every command that runs."""

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from dynident.common.linear import RANK_TOLERANCE, decomposed, least_squares, rank, without
-from dynident.common.recursion import Section, butterworth, filtered
+from dynident.common.recursion import butterworth, filtered
 from dynident.estimation.signals.filtering import MonotoneCubic
 from scipy.interpolate import PchipInterpolator
-from scipy.signal import butter, lfilter, sosfilt, sosfilt_zi
+from scipy.signal import butter, sosfilt, sosfilt_zi
 
 DRAW = np.random.default_rng(0)
 A = DRAW.normal(size=(12, 5))
@@ -44,14 +44,6 @@ def test_units_of_the_columns_do_not_matter() -> None:
     assert scaled.covariance * np.outer(units, units) == pytest.approx(plain.covariance, rel=1e-9, abs=1e-12)
 
 
-def test_order_of_the_rows_does_not_matter() -> None:
-    order = DRAW.permutation(len(A))
-    plain, mixed = decomposed(DEPENDENT), decomposed(DEPENDENT[order])
-    assert mixed.rank == plain.rank
-    assert mixed.solution(B[order]) == pytest.approx(plain.solution(B), rel=1e-9, abs=1e-12)
-    assert mixed.inverse == pytest.approx(plain.inverse[:, order], abs=1e-12)
-
-
 def test_hidden_names_what_is_undetermined() -> None:
     twice = np.column_stack([A[:, :3], 1e4 * A[:, 2], np.zeros(12)])
     assert decomposed(twice).hidden == pytest.approx([0.0, 0.0, 0.5, 0.5, 1.0], abs=1e-12)
@@ -64,24 +56,6 @@ def test_rank_on_both_sides_of_the_tolerance(error: float, expected: int) -> Non
     angle = 2.0 * error * RANK_TOLERANCE
     columns = np.array([[1.0, np.cos(angle)], [0.0, np.sin(angle)]])
     assert rank(columns * [1e-5, 1e5]) == expected
-
-
-def test_fewer_rows_than_columns() -> None:
-    parts = decomposed(A[:3])
-    assert (parts.rank, parts.null.shape) == (3, (5, 2))
-    assert A[:3] @ parts.solution(B[:3]) == pytest.approx(B[:3])
-    assert np.abs(A[:3] / parts.sizes @ parts.null).max() < 1e-13
-
-
-@pytest.mark.parametrize("shape", [(0, 3), (3, 0), (0, 0)])
-def test_empty(shape: tuple[int, int]) -> None:
-    rows, columns = shape
-    parts = decomposed(np.zeros(shape))
-    assert parts.rank == 0
-    assert parts.solution(np.zeros(rows)) == pytest.approx(np.zeros(columns))
-    assert parts.hidden == pytest.approx(np.ones(columns))
-    assert parts.inverse.shape == (columns, rows)
-    assert without(np.ones((rows, 2)), np.zeros(shape)) == pytest.approx(np.ones((rows, 2)))
 
 
 def test_rest_is_at_right_angles_to_what_is_taken_out() -> None:
@@ -112,11 +86,6 @@ def test_scipy_filters_alike(order: int, cutoff: float) -> None:
     settled = sosfilt_zi(sos)[:, :, None] * SIGNALS[0]
     theirs, _ = sosfilt(sos, SIGNALS, axis=0, zi=settled)
     assert np.abs(filtered(sections, SIGNALS) - theirs).max() < 1e-11 * np.abs(theirs).max()
-
-
-def test_a_first_order_filter_is_a_section_too() -> None:
-    ours = Section(1.0, 0.0, 0.0, -0.9, 0.0).filtered(SIGNALS, np.zeros((2, 3)))
-    assert ours == pytest.approx(lfilter([1.0], [1.0, -0.9], SIGNALS, axis=0), rel=1e-12, abs=1e-12)
 
 
 @pytest.mark.parametrize("count", [2, 3, 4, 300])

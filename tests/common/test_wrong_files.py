@@ -21,7 +21,7 @@ from dynident.model.files import payload_file
 from dynident.model.files.robot_file import RobotTable
 from dynident.tests.model.test_robot_file import FULL
 from dynident.tests.report import made
-from dynident.tests.report.written import written
+from dynident.tests.report.made import written
 from dynident.tests.trajectories.test_scene import WHOLE
 from dynident.trajectories import read_scene
 from dynident.trajectories.design.scene import Scene
@@ -250,20 +250,3 @@ def test_what_is_no_such_file_at_all_is_one_line(file: File, content: bytes, tmp
         with pytest.raises(InputError, match=nothing.name) as refused:
             file.read(nothing)
         assert str(refused.value).count(str(nothing)) == 1
-
-
-@pytest.mark.parametrize(
-    ("value", "words"),
-    [
-        (-1, r"'gain_sigma': must be a table, got -1"),
-        ({"per_joint": [-1.0], "common": 0.0}, r"'gain_sigma.per_joint\[1\]': must be a .* at least 0"),
-        ({"per_joint": [0.01], "common": -0.1}, r"'gain_sigma.common': must be a .* at least 0"),
-        ({"per_joint": [0.01], "common": 0.0, "identified": [[-1e-4, 0.0], [0.0, 1e-4]]}, "no covariance"),
-        ({"per_joint": [0.01], "common": 0.0, "identified": [[1e-4, 0.0], [1e-4]]}, "no covariance|one length"),
-    ],
-)
-def test_uncertainties_of_gains_that_cannot_be(tmp_path: Path, value: Any, words: str) -> None:
-    file = next(file for file in FILES if file.name == "robot_base.json")
-    with pytest.raises(InputError, match=words) as caught:
-        file.read(write(tmp_path, file, {**file.data, "gain_sigma": value}))
-    assert "robot_base.json" in str(caught.value)

@@ -148,9 +148,3 @@ print("acme3" in robot_names(), abs(np.array(standard_regressor(robot)(*state)) 
     shipped, apart = run(copy, program).split()
     assert shipped == "True"
     assert float(apart) < 1e-12
-
-
-def test_links_lead_somewhere_and_the_page_is_short() -> None:
-    text = PAGE.read_text(encoding="utf-8")
-    for target in re.findall(r"\]\(([^)]+)\)", text):
-        assert (ROOT / target).exists(), target

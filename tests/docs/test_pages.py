@@ -9,11 +9,10 @@ from pathlib import Path
 import pytest
 from dynident.apps.commands import COMMANDS
 from dynident.apps.commands.entry import shown_name
-from dynident.apps.report.sections.evidence import VERDICTS
 from dynident.estimation.diagnosis.verdict import table
 from dynident.tests.commands.typed import NAMES as NAMES_OF_COMMANDS
 from dynident.tests.commands.typed import arguments, options
-from dynident.tests.docs.pages import LANGUAGES, ROOT, Reader, alike, blocks, first_missing, pages
+from dynident.tests.docs.pages import LANGUAGES, ROOT, Reader, blocks, pages
 from dynident.tests.selection import cases
 
 PAGES = pages()
@@ -101,22 +100,6 @@ def test_every_example_is_run_by_a_page() -> None:
         assert f"python examples/{example.name}\n" in commands
 
 
-def test_folders_of_the_readme_exist() -> None:
-    for folder in re.findall(r"`([a-z/]+)/`", (ROOT / "README.md").read_text(encoding="utf-8")):
-        assert (ROOT / folder).is_dir(), folder
-
-
-def test_the_comparison_of_outputs_can_fail() -> None:
-    printed = "mass   7.10 kg ± 0.05\nother\nVerdict: use 3 of 10\n"
-    assert first_missing("mass 7.1 kg ± 0.05\n...\nVerdict: use 3 of 10", printed) is None
-    assert first_missing("Verdict: use 3 of 10\nmass 7.1 kg ± 0.05", printed) == "mass 7.1 kg ± 0.05"
-    assert first_missing("mass 8.1 kg ± 0.05", printed)
-    assert first_missing("Verdict: do not use", printed)
-    assert not alike("1.0 0.05", "1.0 0.15")
-    assert alike("sigma 4.72 kept: True", "sigma 5.56 kept: True", within=0.3)
-    assert not alike("sigma 4.72 kept: True", "sigma 4.80 kept: False", within=0.3)
-
-
 def test_the_page_on_the_method_shows_pieces_of_its_example() -> None:
     example = (ROOT / "examples/the_method.py").read_text(encoding="utf-8")
     pieces = [block for block in blocks(ROOT / "docs/the-method.md") if block.language == "python"]
@@ -125,13 +108,6 @@ def test_the_page_on_the_method_shows_pieces_of_its_example() -> None:
     for piece in pieces:
         assert piece.text in example[at:], f"the-method.md:{piece.line}: not in the example, or not there"
         at = example.index(piece.text, at) + len(piece.text)
-
-
-def test_the_package_enters_at_the_end_alone() -> None:
-    """All that the example computes before is its own."""
-    own, _, _ = (ROOT / "examples/the_method.py").read_text(encoding="utf-8").partition("\ndef compare")
-    assert "import dynident" not in own
-    assert "from dynident" not in own
 
 
 def settings_table() -> list[str]:
@@ -167,13 +143,3 @@ def test_a_page_holds_the_table_as_the_code_prints_it(page: str, lines: Callable
         path.write_text(f"{before}{BEGIN}{printed}{END}{after}", encoding="utf-8")
         return
     assert shown == printed
-
-
-def test_every_level_is_shown_with_its_screen_and_its_figure() -> None:
-    parts = re.split(r"^## ", (ROOT / "docs/gallery.md").read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]
-    levels = [part.partition("`\n")[0].strip("`") for part in parts]
-    assert levels == list(VERDICTS)
-    for level, part in zip(levels, parts, strict=True):
-        assert f"Verdict: {VERDICTS[level]}" in part
-        (picture,) = re.findall(r"\]\((gallery/\w+\.png)\)", part)
-        assert (ROOT / "docs" / picture).stat().st_size < 150_000

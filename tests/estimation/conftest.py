@@ -8,7 +8,6 @@ from dynident.model import InertialParameters, Motion, Processing, Robot, load_r
 from dynident.model.motion import Measurement
 from dynident.trajectories import Fourier, Simulator, ViaPoints
 
-GAINS = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)
 EXACT = Processing()
 """No filter, no decimation."""
 

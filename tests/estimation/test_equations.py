@@ -1,4 +1,4 @@
-"""The equations Y = W chi: exact on exact data, however they are reduced, merged, saved or held whole."""
+"""The equations Y = W chi: exact on exact data, however they are reduced, merged, saved, held whole or read."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -6,9 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.apps.report.recordings import write_npz
+from dynident.apps.results import read_information, recorded_noise
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import Settings, identify, payload_estimate, payload_problem
+from dynident.common.schema import write_json
+from dynident.estimation import PAYLOAD, Settings, identify, payload_problem, robot_result
 from dynident.estimation.answers.identification import identification_system
 from dynident.estimation.answers.system import payload_system
 from dynident.estimation.equations.equations import Equations, merged
@@ -20,6 +22,7 @@ from dynident.estimation.signals.decimation import noise_bandwidth
 from dynident.estimation.signals.rows import moving_parts
 from dynident.model import InertialParameters, Motion, Processing, Recording, base_parameters, load_robot
 from dynident.model.motion import Measurement
+from dynident.tests.report import made
 from dynident.trajectories import Simulator
 
 
@@ -140,14 +143,6 @@ def test_saved_and_merged_problems(simulated: Simulated, wander: Wander, tmp_pat
         merged([problems[0], problems[1].select(problems[1].columns[1:])])
 
 
-def test_files_that_are_not_reduced_problems(tmp_path: Path) -> None:
-    (tmp_path / "text.npz").write_text("no")
-    np.savez(tmp_path / "other.npz", a=np.zeros(3))
-    for name in ("text.npz", "other.npz", "none.npz"):
-        with pytest.raises(InputError, match=name):
-            Equations.load(tmp_path / name)
-
-
 SETTINGS = Processing(cutoff=15.0, decimate=4)
 Recordings = list[Recording]
 
@@ -170,21 +165,6 @@ def solved(W: Array, Y: Array, row_weights: Array) -> Array:
     return np.asarray(np.linalg.lstsq(W * row_weights[:, None], Y * row_weights, rcond=None)[0])
 
 
-def test_identification(recordings: tuple[Recordings, Recordings]) -> None:
-    bare, _ = recordings
-    result = identify(load_robot("rx90"), bare, Settings(SETTINGS, robust=False))
-    system = identification_system(result)
-    assert system.columns == result.base.columns
-    values = solved(system.W, system.Y, system.weights[system.joint - 1])
-    np.testing.assert_allclose(values, result.estimate.values, atol=1e-7 * np.abs(values).max())
-    assert not system.loaded.any()
-    counts = [int(np.sum(system.joint == j)) for j in range(1, 7)]
-    assert counts == list(result.problem.rows)
-    assert set(system.recording) == {0, 1}
-    for number in (0, 1):
-        assert system.t[system.recording == number].max() <= bare[number].t[-1]
-
-
 def test_payload(recordings: tuple[Recordings, Recordings]) -> None:
     bare, loaded = recordings
     problem = payload_problem(load_robot("rx90"), loaded, bare, settings=Settings(SETTINGS, robust=False))
@@ -196,20 +176,6 @@ def test_payload(recordings: tuple[Recordings, Recordings]) -> None:
     assert not system.W[~system.loaded, -10:].any()
     assert system.W[system.loaded, -10:].any()
     assert system.sources == ("0 False", "1 False", "0 True", "1 True")
-
-
-def test_payload_with_a_stored_robot(recordings: tuple[Recordings, Recordings]) -> None:
-    """Without unloaded recordings: the robot's part moved to the left, the rest solved, is method 1."""
-    bare, loaded = recordings
-    robot = load_robot("rx90")
-    known = identify(robot, bare, Settings(SETTINGS, robust=False)).estimate
-    problem = payload_problem(robot, loaded, known=known, settings=Settings(SETTINGS, robust=False))
-    system = payload_system(problem)
-    assert system.known is not None
-    assert system.loaded.all()
-    residue = system.Y - system.W[:, :-10] @ system.known
-    values = solved(system.W[:, -10:], residue, system.weights[system.joint - 1])
-    np.testing.assert_allclose(values, payload_estimate(problem, 1).estimate.values, atol=1e-8)
 
 
 def test_npz(recordings: tuple[Recordings, Recordings], tmp_path_factory: pytest.TempPathFactory) -> None:
@@ -230,3 +196,59 @@ def test_npz(recordings: tuple[Recordings, Recordings], tmp_path_factory: pytest
     )  # fmt: skip
     for ours, theirs in zip(read.factors, result.problem.factors, strict=True):
         np.testing.assert_array_equal(ours, theirs)
+
+
+def saved(path: Path, columns: tuple[str, ...], joints: int = 2) -> Equations:
+    """Equations of random rows, in a file."""
+    draw, c = np.random.default_rng(0), len(columns) + 1
+    factors = tuple(np.asarray(np.linalg.qr(draw.standard_normal((60, c)), mode="r")) for _ in range(joints))
+    equations = Equations(columns, factors, (60,) * joints, (48.0,) * joints)
+    equations.save(path)
+    return equations
+
+
+def test_rows_weigh_by_noise_and_independence(tmp_path: Path) -> None:
+    path = tmp_path / "r.npz"
+    factors = saved(path, ("A", "B", "C")).factors
+    assert recorded_noise(path) is None
+    with np.load(path) as data:
+        np.savez(path, weights=np.array([2.0, 4.0]), **dict(data))
+    assert recorded_noise(path) == pytest.approx([0.5, 0.25])
+    for noise in (np.array([2.0, 0.5]), None):
+        information = read_information(path, noise)
+        sizes = np.ones(2) if noise is None else noise
+        expected = sum(0.8 * f[:, :3].T @ f[:, :3] / s**2 for f, s in zip(factors, sizes, strict=True))
+        assert information.columns == ("A", "B", "C")
+        assert information.factor.T @ information.factor == pytest.approx(expected)
+    with pytest.raises(InputError, match="2 joints, not 3"):
+        read_information(path, np.ones(3))
+    with pytest.raises(InputError, match="have no payload"):
+        read_information(path, None).of_payload(PAYLOAD)
+
+
+def test_json_holds_the_covariance(tmp_path: Path) -> None:
+    path, result = tmp_path / "r.json", made.identification()
+    write_json(path, robot_result(result))
+    noise = recorded_noise(path)
+    assert noise == pytest.approx(1.0 / result.estimate.weights)
+    factor = read_information(path, noise).factor
+    assert np.linalg.inv(factor.T @ factor) == pytest.approx(result.estimate.covariance)
+    with pytest.raises(InputError, match="holds no unweighted rows"):
+        read_information(path, None)
+
+
+def test_payload_with_the_robot_known(tmp_path: Path) -> None:
+    path, names = tmp_path / "p.npz", tuple("abcdefghij")
+    (factor,) = saved(path, ("ZZ1", *PAYLOAD), 1).factors
+    information = read_information(path, None).of_payload(names)
+    assert information.columns == names
+    assert information.factor.T @ information.factor == pytest.approx(0.8 * factor[:, 1:11].T @ factor[:, 1:11])
+
+
+@pytest.mark.parametrize(
+    ("name", "words"), [("x.txt", "dynident identify"), ("x.npz", "not a saved reduced problem")]
+)
+def test_files_that_are_neither(name: str, words: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text("hello")
+    with pytest.raises(InputError, match=words):
+        read_information(tmp_path / name, None)

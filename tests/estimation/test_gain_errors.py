@@ -13,19 +13,17 @@ from dynident.estimation import (
     Gains,
     LongMotion,
     Settings,
-    ShortMotion,
     answer_payload,
     identify,
     payload_estimate,
     payload_problem,
 )
-from dynident.estimation.equations.equations import PAYLOAD, Equations, merged
+from dynident.estimation.equations.equations import Equations, merged
 from dynident.estimation.fit.drive_gains import usual_gains
 from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.payload.methods import METHODS as SOLVERS
 from dynident.estimation.payload.result import constrain_payload
-from dynident.estimation.payload.short_motion import difference_weighing
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, load_robot, robot_names
 from dynident.model.friction import PAPER
 from dynident.trajectories import Simulator
@@ -165,31 +163,6 @@ def test_saved_equations_keep_what_motors_share(problem: LongMotion, tmp_path: P
             merged([read, replace(read, shared=())])
 
 
-@pytest.mark.long
-def test_a_weighing_by_rescaled_recordings(arm: tuple[Simulator, Recordings]) -> None:
-    """Each motor's error alone, offsets and weights held as they were."""
-    simulator, recordings = arm
-
-    def weighing(factors: ArrayLike) -> ShortMotion:
-        bare, loaded = recordings(factors)
-        return difference_weighing(simulator.robot, [loaded], [bare])
-
-    problem = weighing(np.ones(6))
-    payload, motion = payload_estimate(problem, 3), problem
-    assert payload.indices == tuple(range(10))
-
-    def solved(factors: Array) -> Array:
-        runs = weighing(factors).runs
-        equations = merged(motion.held.friction_free(run.equations) for run in runs).select(PAYLOAD)
-        return weighted(equations, payload.estimate.weights).values
-
-    expected = brute(solved)
-    for motor, column in zip(MOTORS, expected.T, strict=True):
-        gains = Gains(0.01 * np.eye(6)[motor])
-        C = error_model(payload.estimate, gains).covariance - error_model(payload.estimate).covariance
-        assert pytest.approx(1e-4 * np.outer(column, column), rel=1e-4, abs=1e-6 * np.abs(C).max()) == C
-
-
 def test_common_and_own_errors(problem: LongMotion) -> None:
     """A common error widens the mass by its share of it; one number stands for six; both add up."""
     free = payload_estimate(problem, 4)
@@ -207,12 +180,6 @@ def test_common_and_own_errors(problem: LongMotion) -> None:
     own = 0.02 * np.linalg.norm(J, axis=1)
     both = sigma(Gains((0.02,), 0.03))
     assert both**2 == pytest.approx(common**2 + own**2, rel=1e-6)
-
-
-@pytest.mark.parametrize("sigmas", [(-0.01,), (1.0,), (), (float("nan"),)])
-def test_what_is_no_uncertainty_is_refused(sigmas: tuple[float, ...]) -> None:
-    with pytest.raises(InputError, match="drive gains"):
-        Gains(sigmas)
 
 
 GAINS = Gains((0.02,))
@@ -313,7 +280,7 @@ def test_gains_of_which_nothing_is_said_have_usual_errors(name: str) -> None:
     assert usual_gains(robot, [replace(silent, gains=(1.0,) * robot.n)]) == Gains((0.02,), assumed=True)
 
 
-@pytest.mark.parametrize("error", [0.0, 0.02])
+@pytest.mark.parametrize("error", [pytest.param(0.0, marks=pytest.mark.long), 0.02])
 def test_what_is_assumed_of_gains_shortens_no_interval(
     error: float, robot: Robot, recorders: tuple[Record, Record]
 ) -> None:

@@ -28,13 +28,12 @@ from dynident.estimation import (
     payload_problem,
 )
 from dynident.estimation.diagnosis.causes import likely_causes
-from dynident.estimation.diagnosis.engine import System
-from dynident.estimation.diagnosis.states import States, states_of
+from dynident.estimation.diagnosis.states import states_of
 from dynident.estimation.equations.equations import Equations
 from dynident.estimation.fit.least_squares import weighted
-from dynident.estimation.payload.by_joints import WITHOUT_BLOCKS, ByJoints, payload_by_joints
+from dynident.estimation.payload.by_joints import WITHOUT_BLOCKS, payload_by_joints
 from dynident.estimation.payload.long_motion import Source
-from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, load_robot
+from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, load_robot
 from dynident.tests.selection import every
 from dynident.trajectories import Simulator
 
@@ -401,19 +400,6 @@ _UNSEEN = {("rx90", 1), ("tx40", 1), ("tx40", 4), ("ur10e", 6)}
 """Joints whose sense the recordings without payload hardly show: chi2 falls by 3 % at most."""
 
 
-@pytest.mark.long
-def test_the_gallery_is_large_and_its_good_recordings_are_good() -> None:
-    """The cases are made from recordings which, as they are, give the mass and no contradiction."""
-    assert len(CASES) >= 45
-    for name in ("rx90", "ur10e", "tx40"):
-        good = both(name, "as it is", "", same)
-        end = ending(good)
-        assert end.level in ("use", "mass_and_com_only"), end.text
-        assert "joint" not in end.text
-        assert "looks as if" not in end.text
-        assert abs(end.mass / good.mass - 1.0) < 0.03
-
-
 @pytest.mark.parametrize("name", every(16, CASES))
 def test_a_wrong_input_ends_in_words_that_name_its_cause(name: str) -> None:
     case = CASES[name]
@@ -463,35 +449,10 @@ def causes_of(name: str, change: Change, contradicted: bool = True) -> str:
     return " ".join(finding.text for finding in likely_causes(robot, states, contradicted))
 
 
-@pytest.mark.parametrize("name", invented.NAMES)
-def test_good_recordings_give_no_cause(name: str) -> None:
-    assert causes_of(name, same) == ""
-
-
 @pytest.mark.parametrize("delay", [-0.1, 0.05, 0.3])
 def test_a_delay_is_found_with_its_sign_and_size(delay: float) -> None:
     words = causes_of("rx90", read_at(lambda t: t - delay))
     assert f"torque {'lags' if delay > 0 else 'leads'} position by about {abs(delay):.2f} s" in words
-
-
-def test_the_one_wrong_recording_of_many_is_named() -> None:
-    robot = invented.robot("rx90")
-    recordings = [invented.recorded("rx90", invented.motion("rx90", k), None, k, 0.05) for k in range(6)]
-    named = [replace(recording, source=f"{k}.csv") for k, recording in enumerate(recordings)]
-    named[3] = replace(scaled(3, -1.0)(recordings[3]), source="3.csv")
-    (finding,) = likely_causes(robot, states_of(Source((), tuple(named), robot.processing)))
-    assert finding.text.startswith("3.csv looks as if the sign of the torque of joint 3 is wrong")
-
-
-def test_a_known_spring_is_no_misfit() -> None:
-    """The spring's torque is taken off before anything is tried."""
-    robot = invented.robot("rx90")
-    spring = Spring(joint=2, stiffness=2e4, length=0.2, arms=(0.3, 0.1), zero=0.1)
-    sprung = replace(robot, drives=replace(robot.drives, spring=spring))
-    recording = Simulator(sprung).record(good_pair("rx90")[0])
-    states = States.of(recording, robot.processing)
-    with_spring, without = (System.of(arm, states).fit(np.ones(6)).relative()[1] for arm in (sprung, robot))
-    assert without > 2.0 * with_spring
 
 
 def problem_scaled(name: str, factor: float = 1.0, joint: int = 1, blocks: bool = True) -> LongMotion:
@@ -499,30 +460,6 @@ def problem_scaled(name: str, factor: float = 1.0, joint: int = 1, blocks: bool 
     _, bare, loaded, _ = good_pair(name)
     change = scaled(joint, factor)
     return payload_problem(invented.robot(name), [change(loaded)], [change(bare)], settings=Settings(robust=blocks))
-
-
-def seen(problem: LongMotion) -> ByJoints:
-    return payload_by_joints(problem, payload_estimate(problem, 1).estimate.weights)
-
-
-@pytest.fixture(scope="module")
-def problems() -> dict[str, LongMotion]:
-    return {name: problem_scaled(name) for name in invented.NAMES}
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", ["rx90", "tx40"])
-def test_the_joints_of_a_spherical_wrist_do_not_see_the_mass(problems: dict[str, LongMotion], name: str) -> None:
-    """Rank 9 of 10 whatever the motion: no minimum-norm number with a small sigma."""
-    masses = {group.joints: group for group in seen(problems[name]).masses}
-    for joints in ((4,), (5,), (6,), (4, 5, 6)):
-        assert masses[joints].mass is None
-        assert masses[joints].interval95 is None
-        assert np.isnan(masses[joints].sigma)
-    truth = good_pair(name)[3].mass
-    for joints in ((1,), (2,), (3,), (1, 2, 3)):
-        low, high = masses[joints].interval95 or (np.nan, np.nan)
-        assert low - 0.02 * truth < truth < high + 0.02 * truth
 
 
 def rows_of(part: Equations | None, keep: tuple[int, ...]) -> Equations:
@@ -545,15 +482,6 @@ def test_a_group_sees_what_method_3_sees_in_its_rows() -> None:
     assert group.joints == (1, 2, 3)
     assert group.mass == pytest.approx(expected["M_L"], rel=1e-9)
     assert group.sigma == pytest.approx(WITHOUT_BLOCKS * expected.sigma[-1], rel=1e-6)
-
-
-@pytest.mark.parametrize(("name", "joint", "factor"), [("rx90", 2, 2.0), ("rx90", 5, 0.5), ("tx40", 4, 1.5)])
-def test_a_wrong_gain_shows_as_that_joints_share(name: str, joint: int, factor: float) -> None:
-    shares = {entry.joint: entry for entry in seen(problem_scaled(name, factor, joint)).shares}
-    own = shares[joint]
-    assert own.share is not None
-    assert abs(own.share - factor) < max(5.0 * own.sigma, 0.1)
-    assert all(entry.share is not None and entry.sigma > 0.0 for entry in shares.values())
 
 
 def test_rows_that_hide_a_parameter_give_an_error_and_no_minimum_norm_answer() -> None:

@@ -2,19 +2,15 @@
 
 from dataclasses import replace
 from math import pi
-from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
-from dynident.common.errors import InputError
 from dynident.estimation.diagnosis.kinematics import Reading, Readings, ToolPoses, check_pose, rank_readings
 from dynident.model import Pose, Recording, Robot, load_robot
 from dynident.model.frames import frames_at
 from dynident.trajectories import Simulator, random_via_points
 
-GAINS = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)
 WORLD = Pose.from_rpy((1.0, -0.5, 0.3), (0.2, -0.1, 2.0))
 TOOL = Pose.from_rpy((0.05, -0.02, 0.15), (0.5, 0.4, -1.0))
 
@@ -69,19 +65,6 @@ def test_pose_of_a_wrong_length(rx90: Robot, moves: Array) -> None:
     assert check.readings.suggested is None
 
 
-def test_poses_that_do_not_fit(rx90: Robot, moves: Array) -> None:
-    _, _, positions, rotations = logged(rx90, moves)
-    assert rotations is not None
-    for q, p, R in (
-        (moves[:, :5], positions, None),
-        (moves, positions[:-1], None),
-        (moves, positions, rotations[:-1]),
-        (moves[:3], positions[:3], None),
-    ):
-        with pytest.raises(InputError):
-            check_pose(rx90, ToolPoses("log", q, p, R))
-
-
 def spoilt(recording: Recording, truth: Reading) -> Recording:
     """The log that reads as ``recording`` under ``truth``."""
     q, torque = np.empty_like(recording.q), np.empty_like(recording.q)
@@ -124,13 +107,3 @@ def test_suggestion_restores_the_log(log: Recording, right: Readings, truth: Rea
     # What is left out or added moves no more than what can be told.
     assert ranking.suggested.order == truth.order
     assert ranking.suggested.torque == truth.torque
-
-
-@pytest.mark.long
-def test_real_recordings(recordings: Path) -> None:
-    """A UR10e's log is taken as it stands; with one sense turned round it is found out."""
-    robot = load_robot("ur10e")
-    log = read_recording(recordings / "ur10e/unloaded.csv.gz", robot, GAINS)
-    assert rank_readings(robot, [log]).suggested is None
-    turned = replace(RIGHT, sign=(1, 1, -1, 1, 1, 1))
-    assert rank_readings(robot, [spoilt(log, turned)]).suggested == turned

@@ -1,26 +1,25 @@
-"""Least squares against NumPy's and the formulas; roles of columns; excitation and predicted torques."""
+"""Least squares against the plain formulas: rows, priors, known columns, and backward elimination."""
 
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.apps.commands.demo import PAYLOAD
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.common.linear import RANK_TOLERANCE
-from dynident.estimation import Settings, identify
-from dynident.estimation.answers.system import robot_prediction
+from dynident.estimation import PAYLOAD, Estimate, Identification, Settings, SigmaBound, SigmaRatio, identify
+from dynident.estimation.answers.identification import impossible_payload
 from dynident.estimation.equations.equations import Equations, checked, merged
 from dynident.estimation.equations.observer import Observation, Observer
 from dynident.estimation.equations.reduction import reduced
-from dynident.estimation.fit.blocks import autocorrelation
-from dynident.estimation.fit.estimate import Estimate, fit
+from dynident.estimation.fit.essential import Elimination, EliminationPath, eliminate
+from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.fit.least_squares import excitation, weighted
 from dynident.estimation.fit.linear_problem import Known, LinearProblem, SoftPrior
-from dynident.estimation.fit.own_equations import base_problem
 from dynident.estimation.signals.filtering import measurement
-from dynident.model import Processing, Recording, base_parameters, load_robot
+from dynident.model import INERTIAL, InertialParameters, Processing, base_parameters, load_robot
+from dynident.model.friction import PAPER
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -278,45 +277,106 @@ def _own(W: Array, k: int) -> float:
     return float(np.linalg.norm(rest) / np.linalg.norm(W[:, k]))
 
 
-ROBOT = load_robot("rx90")
-QUIET = tuple(0.1 * sigma for sigma in RX90_NOISE)
+NOTHING = Fit(np.ones(1), np.ones(1), (1,))
+
+FIXED = Settings(robust=False, friction=PAPER)
 
 
-def recorded(seed: int, loaded: int) -> Recording:
-    motion = random_via_points(ROBOT, 8, seed=seed).motion(250.0)
-    return Simulator(ROBOT).record(motion, PAYLOAD if loaded else None, QUIET, [seed, loaded])
+def refitted(problem: Equations, weights: Array) -> tuple[list[str], list[float], list[float]]:
+    """Order, error's standard deviation and largest relative sigma, every set solved by ``numpy.linalg.lstsq``."""
+    columns = list(problem.columns)
+    order: list[str] = []
+    errors: list[float] = []
+    largest: list[float] = []
+    effective = sum(problem.effective_rows)
+    while True:
+        rows = np.vstack([w * f for w, f in zip(weights, problem.select(columns).factors, strict=True)])
+        x = np.linalg.lstsq(rows[:, :-1], rows[:, -1], rcond=None)[0]
+        variance = float(np.sum((rows[:, -1] - rows[:, :-1] @ x) ** 2)) / (effective - len(columns))
+        errors.append(np.sqrt(variance))
+        if not columns:
+            return order, errors, largest
+        inverse = np.linalg.pinv(rows[:, :-1])
+        relative = np.sqrt(variance * np.sum(inverse**2, axis=1)) / np.abs(x)
+        largest.append(float(relative.max()))
+        order.append(columns.pop(int(relative.argmax())))
 
 
-def test_residuals_are_those_of_the_fit() -> None:
-    """By W of the held-out recording, and by its triangular factor."""
-    used, second = recorded(0, False), recorded(1, False)
-    result = identify(ROBOT, [used], Settings(robust=False), validation=[second])
-    prediction = robot_prediction(ROBOT, result.base, result.estimate.values, second, ROBOT.processing, True)
-    (same,) = result.predictions
-    assert np.array_equal(same.measured[0], prediction.measured[0])
-    assert same.held_out
-    assert result.validation is not None
-    assert np.allclose(prediction.relative_per_joint, result.validation.relative_per_joint, rtol=1e-6)
-    check = base_problem(ROBOT, result.base, [second], Settings(ROBOT.processing, robust=False))
-    assert np.allclose(
-        prediction.relative_per_joint, fit(check, result.estimate.values).relative_per_joint, rtol=1e-6
+def check_against_refits(result: Identification) -> None:
+    order, errors, largest = refitted(result.problem, result.estimate.weights)
+    path = result.elimination.path
+    assert list(path.order) == order
+    assert path.sigma_ratio == pytest.approx(np.array(errors) / errors[0], rel=1e-10)
+    assert path.largest_relative_sigma == pytest.approx([*largest, 0.0], rel=1e-10)
+    for rule in (SigmaRatio(), SigmaBound(0.1)):
+        elimination = eliminate(result.problem, result.estimate, rule)
+        again = weighted(result.problem.select(elimination.essential), result.estimate.weights)
+        assert np.abs((elimination.estimate.values - again.values) / again.sigma).max() < 1e-10
+        assert elimination.estimate.covariance == pytest.approx(
+            again.covariance, rel=1e-9, abs=1e-12 * again.sigma.max()
+        )
+        assert elimination.estimate.fit.relative == pytest.approx(again.fit.relative, rel=1e-12)
+
+
+@pytest.fixture(scope="module")
+def simulated_rx90() -> Identification:
+    robot = load_robot("rx90")
+    simulator = Simulator(robot)
+    motions = [random_via_points(robot, 14, seed=k).motion(250.0) for k in range(2)]
+    records = [simulator.record(m, None, RX90_NOISE, [0, k, 0], f"{k}") for k, m in enumerate(motions)]
+    return identify(robot, records, FIXED)
+
+
+def test_the_path_is_that_of_refits(simulated_rx90: Identification) -> None:
+    check_against_refits(simulated_rx90)
+
+
+def test_elimination_ends_where_the_rule_says() -> None:
+    path = EliminationPath(
+        tuple("abcd"), np.array([1.0, 1.01, 1.03, 1.01, 9.0]), np.array([5.0, 0.5, 0.2, 0.05, 0.0])
     )
-    assert prediction.worst == int(np.argmax(result.validation.relative_per_joint))
-    assert prediction.held_out
-    assert not prediction.loaded
+    assert [SigmaRatio(limit).eliminated(path) for limit in (1.005, 1.02, 1.03, 1.04, 10.0)] == [0, 1, 1, 3, 4]
+    assert [SigmaBound(limit).eliminated(path) for limit in (9.0, 0.5, 0.3, 0.1, 0.01)] == [0, 1, 2, 3, 4]
 
 
-def test_autocorrelation_of_known_series() -> None:
-    rng, n, a = np.random.default_rng(0), 40_000, 0.8
-    white = rng.standard_normal(n)
-    series = np.empty(n)
-    series[0] = white[0]
-    for k in range(1, n):
-        series[k] = a * series[k - 1] + white[k]
-    t = np.arange(n) * np.float64(0.01)
-    rho = autocorrelation(t, series, 0.01, 5)
-    assert rho == pytest.approx(a ** np.arange(6), abs=0.03)
-    mask = rng.random(n) < 0.7
-    assert autocorrelation(t[mask], series[mask], 0.01, 5) == pytest.approx(rho, abs=0.03)
-    assert autocorrelation(t, 0.0 * series, 0.01, 2).tolist() == [1.0, 0.0, 0.0]
-    assert autocorrelation(t[:0], series[:0], 0.01, 2).tolist() == [1.0, 0.0, 0.0]
+def payload_elimination(values: Array, left: tuple[str, ...], relative: float = 0.01) -> Elimination:
+    """Elimination down to some of the payload's parameters, estimated within ``relative``."""
+    gone = tuple(name for name in PAYLOAD if name not in left)
+    places = [PAYLOAD.index(name) for name in left]
+    x = values[places]
+    estimate = Estimate(left, x, np.diag((relative * x) ** 2), np.inf, NOTHING, np.ones(1))
+    path = EliminationPath((*gone, *left), np.ones(11), np.zeros(11))
+    return Elimination(path, SigmaRatio(), estimate)
+
+
+LEFT = ("XX_L", "YY_L", "ZZ_L", "MZ_L", "M_L")
+
+
+def test_zeros_that_a_payload_may_have(payload: InertialParameters) -> None:
+    """The paper's Table 2 leaves XX, YY, ZZ, MZ and M of a disc on the flange's axis."""
+    body = InertialParameters.from_com(7.0, [0.0, 0.0, 0.14], np.diag([0.02, 0.019, 0.035]))
+    elimination = payload_elimination(body.vector, LEFT)
+    assert elimination.eliminated == ("XY_L", "XZ_L", "YZ_L", "MX_L", "MY_L")
+    assert impossible_payload(elimination) == ()
+
+
+@pytest.mark.parametrize("kind", ["XX", "YY", "ZZ"])
+def test_a_moment_of_inertia_is_not_zero(payload: InertialParameters, kind: str) -> None:
+    left = tuple(name for name in PAYLOAD if name != f"{kind}_L")
+    (line,) = impossible_payload(payload_elimination(payload.vector, left))
+    assert f"{kind}_L is eliminated" in line
+    assert f"{kind[0].lower()} axis" in line
+    off = {"XX": "MY_L, MZ_L", "YY": "MX_L, MZ_L", "ZZ": "MX_L, MY_L"}[kind]
+    assert f"{off} must then be zero too" in line
+    # On the axis itself nothing contradicts but the thickness.
+    alone = payload_elimination(payload.vector, tuple(f"{k}_L" for k in INERTIAL if k in ("M", f"M{kind[0]}")))
+    assert not any("must then" in line for line in impossible_payload(alone) if line.startswith(f"{kind}_L"))
+
+
+def test_estimates_that_contradict_the_zeros(payload: InertialParameters) -> None:
+    """m z^2 alone exceeds XX: the body would need a negative inertia at its centre of mass."""
+    values = payload.vector.copy()
+    values[0] *= 0.5
+    (line,) = impossible_payload(payload_elimination(values, LEFT))
+    assert "no payload that can exist" in line
+    assert impossible_payload(payload_elimination(values, LEFT, relative=1.0)) == ()

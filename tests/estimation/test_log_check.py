@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from dynident.apps.logs.log_check import LogReport, check_log
 from dynident.apps.logs.read import read_recording
+from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Settings, identify
 from dynident.estimation.fit.own_equations import hidden_by
-from dynident.estimation.signals.plausibility import check_apart, check_recordings, still_joints
+from dynident.estimation.signals.plausibility import check_recordings, still_joints
 from dynident.model import Motion, Processing, Recording, Robot, base_parameters, load_robot
 from dynident.trajectories import Simulator
 
@@ -55,62 +56,69 @@ def test_a_good_log_is_quiet(good: LogReport) -> None:
     assert check.relative_residual < 0.15
 
 
-def spoilt(log: Recording) -> dict[str, tuple[Recording, str, str]]:
-    """Fault -> the log, how bad that is, words that must be said."""
+DEGREES = 180.0 / np.pi
+
+
+def still(log: Recording) -> Recording:
+    """Joint 4 does not move."""
+    return replace(log, q=np.where(np.arange(6) == 3, 0.2, log.q), qd=speeds(log) * (np.arange(6) != 3))
+
+
+def speeds(log: Recording) -> Array:
     assert log.qd is not None
-    degrees = 180.0 / np.pi
-    cut = np.clip(log.torque, np.quantile(log.torque, 0.02, axis=0), np.quantile(log.torque, 0.98, axis=0))
-    still = np.array(log.q)
-    still[:, 3] = 0.2
-    still_speed = np.array(log.qd)
-    still_speed[:, 3] = 0.0
-    draw = np.random.default_rng(0).uniform(-0.004, 0.004, log.t.shape)
-    return {
-        "degrees": (replace(log, q=degrees * log.q, qd=degrees * log.qd), "error", "degrees"),
-        "motor side": (
-            replace(log, q=GEARS * log.q, qd=GEARS * log.qd, torque=log.torque / GEARS),
-            "error",
-            "motor",
-        ),
-        "currents as torque": (replace(log, torque=log.torque / [12.4, 10, 10, 5, 5, 4]), "warning", "one scale"),
-        "motor torque": (replace(log, torque=log.torque / GEARS * 80), "warning", "one scale"),
-        "percent": (replace(log, torque=100 * log.torque / [330, 330, 150, 56, 56, 56]), "warning", "percent"),
-        "saturated": (replace(log, torque=cut), "", "saturated"),
-        "coarse": (replace(log, torque=np.round(log.torque / 20) * 20), "warning", "coarse"),
-        "one joint still": (replace(log, q=still, qd=still_speed), "warning", "Joint 4 never moves"),
-        "no motion": (replace(log, q=0 * log.q, qd=0 * log.qd), "error", "No joint ever moves"),
-        "dead channel": (replace(log, torque=log.torque * [1, 1, 0, 1, 1, 1]), "error", "dead"),
-        "speeds in degrees": (replace(log, qd=degrees * log.qd), "error", "degrees per second"),
-        "jitter": (replace(log, t=log.t + draw), "note", "Time steps vary"),
-        "other zero": (replace(log, q=log.q + np.array([0, 0, 0, 8.0, 0, 0])), "error", "zero"),
-        "short": (Recording(log.t[:25], log.q[:25], log.torque[:25]), "error", "few"),
-    }
+    return log.qd
 
 
-CASES = (
-    "degrees",
-    "motor side",
-    "currents as torque",
-    "motor torque",
-    "percent",
-    "saturated",
-    "coarse",
-    "one joint still",
-    "no motion",
-    "dead channel",
-    "speeds in degrees",
-    "jitter",
-    "other zero",
-    "short",
-)
+def clipped(log: Recording) -> Recording:
+    return replace(log, torque=np.clip(log.torque, *np.quantile(log.torque, [0.02, 0.98], axis=0)))
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_what_is_wrong_is_told(log: Recording, case: str) -> None:
-    recording, severity, needed = spoilt(log)[case]
-    check = look(recording)
-    assert needed in words(check, *((severity,) if severity else ("error", "warning")))
-    assert check.usable == (severity != "error" and not words(check, "error"))
+def uneven(log: Recording) -> Recording:
+    return replace(log, t=log.t + np.random.default_rng(0).uniform(-0.004, 0.004, log.t.shape))
+
+
+def late(log: Recording) -> Recording:
+    torque = [np.interp(log.t - 0.1, log.t, channel) for channel in log.torque.T]
+    return replace(log, torque=np.column_stack(torque))
+
+
+SPOILT: dict[str, tuple[Callable[[Recording], Recording], str, str]] = {
+    "degrees": (lambda log: replace(log, q=DEGREES * log.q, qd=DEGREES * speeds(log)), "error", "degrees"),
+    "motor side": (
+        lambda log: replace(log, q=GEARS * log.q, qd=GEARS * speeds(log), torque=log.torque / GEARS),
+        "error", "motor",
+    ),
+    "currents as torque": (
+        lambda log: replace(log, torque=log.torque / [12.4, 10, 10, 5, 5, 4]), "warning", "one scale"
+    ),
+    "motor torque": (lambda log: replace(log, torque=log.torque / GEARS * 80), "warning", "one scale"),
+    "percent": (
+        lambda log: replace(log, torque=100 * log.torque / [330, 330, 150, 56, 56, 56]), "warning", "percent"
+    ),
+    "saturated": (clipped, "error warning", "saturated"),
+    "coarse": (lambda log: replace(log, torque=np.round(log.torque / 20) * 20), "warning", "coarse"),
+    "one joint still": (still, "warning", "Joint 4 never moves"),
+    "no motion": (lambda log: replace(log, q=0 * log.q, qd=0 * speeds(log)), "error", "No joint ever moves"),
+    "dead channel": (lambda log: replace(log, torque=log.torque * [1, 1, 0, 1, 1, 1]), "error", "dead"),
+    "speeds in degrees": (lambda log: replace(log, qd=DEGREES * speeds(log)), "error", "degrees per second"),
+    "jitter": (uneven, "note", "Time steps vary"),
+    "other zero": (lambda log: replace(log, q=log.q + np.array([0, 0, 0, 8.0, 0, 0])), "error", "zero"),
+    "short": (lambda log: Recording(log.t[:25], log.q[:25], log.torque[:25]), "error", "few"),
+    "late": (late, "error warning", "lags position"),
+    "turned": (
+        lambda log: replace(log, torque=log.torque * [1, -1, 1, 1, 1, 1]),
+        "error warning", "sign of the torque of joint 2",
+    ),
+}  # fmt: skip
+"""Fault -> what is done to the log, how bad that is, words that must be said."""
+
+
+@pytest.mark.parametrize("fault", SPOILT)
+def test_what_is_wrong_is_told(log: Recording, fault: str) -> None:
+    spoil, severities, needed = SPOILT[fault]
+    check = look(spoil(log))
+    assert needed in words(check, *severities.split())
+    assert check.usable == (not words(check, "error"))
 
 
 def test_currents_are_brought_to_one_scale(log: Recording, good: LogReport) -> None:
@@ -134,27 +142,12 @@ def test_real_logs_are_usable(recordings: Path, robot: str, name: str) -> None:
     assert check.relative_residual < 0.054
 
 
-@pytest.mark.parametrize(
-    ("case", "needed"), [("late", "lags position"), ("turned", "sign of the torque of joint 2")]
-)
-def test_causes_are_told(log: Recording, case: str, needed: str) -> None:
-    late = np.column_stack([np.interp(log.t - 0.1, log.t, channel) for channel in log.torque.T])
-    torque = {"late": late, "turned": log.torque * [1, -1, 1, 1, 1, 1]}[case]
-    assert needed in words(look(replace(log, torque=torque)), "error", "warning")
-
-
 Wander = Callable[..., Motion]
 
 
 def recording(motion: Motion, q_scale: float = 1.0, qd_scale: float | None = None) -> Recording:
     qd = None if qd_scale is None else qd_scale * motion.qd
     return Recording(motion.t, q_scale * motion.q, np.array(motion.q), qd, "log.csv")
-
-
-@pytest.mark.parametrize("name", ["rx90", "tx40", "ur10e"])
-def test_degrees_are_recognised(name: str, wander: Wander) -> None:
-    with pytest.raises(InputError, match=r"log.csv: q\d reaches .* degrees"):
-        check_recordings(load_robot(name), [recording(wander(6, 0), q_scale=np.degrees(1.0))])
 
 
 @pytest.mark.parametrize(
@@ -190,14 +183,6 @@ def test_what_a_still_joint_hides_is_what_data_do_not_determine(rx90: Robot) -> 
     assert not {"MX2R", "FS2", "IA3", "MX6"} & set(hidden)
 
 
-def test_a_dead_torque_channel_is_named(rx90: Robot, wander: Wander) -> None:
-    motion = wander(6, 0)
-    torque = np.array(motion.q)
-    torque[:, 3] = 0.0
-    with pytest.raises(InputError, match="torque of joint 4 is 0 throughout"):
-        check_recordings(rx90, [Recording(motion.t, motion.q, torque)])
-
-
 def test_the_same_recording_twice(rx90: Robot, wander: Wander) -> None:
     with pytest.raises(InputError, match="holds the same numbers"):
         check_recordings(rx90, [recording(wander(6, 0)), recording(wander(6, 1)), recording(wander(6, 0))])
@@ -220,9 +205,3 @@ def test_jumps_saturation_and_torques_out_of_an_arms_reach(rx90: Robot, wander: 
             check_recordings(rx90, [Recording(motion.t, motion.q, factor * strong)])
     coarse = np.round(strong / 5.0) * 5.0
     check_recordings(rx90, [Recording(motion.t, motion.q, coarse)])
-
-
-def test_one_recording_with_and_without_payload(wander: Wander) -> None:
-    single = recording(wander(6, 0))
-    with pytest.raises(InputError, match="with payload holds the same numbers as"):
-        check_apart([single], [recording(wander(6, 1)), single])

@@ -11,7 +11,6 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import (
     PAYLOAD,
-    Estimate,
     Gains,
     InEllipsoid,
     KnownMass,
@@ -129,16 +128,6 @@ def test_unit_of_torque_does_not_matter(
     assert np.allclose(1000.0 * a.sigma, b.sigma, rtol=1e-7)
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_no_payload_is_found_where_there_is_none(
-    method: int, simulated: Callable[[str], Simulator], wander: Callable[..., Motion]
-) -> None:
-    simulator = simulated("ur10e")
-    bare = simulator.measure(wander(6, 3))
-    values = payload_estimate(problem_of(simulator.robot, [(bare, bare)]), method).estimate.values
-    assert np.abs(values).max() < 1e-8
-
-
 def test_method_2_reduces_to_the_paper_on_the_rx90(
     simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple[Measurement, ...]]
 ) -> None:
@@ -175,20 +164,6 @@ def test_stored_robot_parameters_replace_the_unloaded_recording(
     assert np.allclose(a.covariance, b.covariance)
 
 
-def test_parameters_of_another_model_are_refused(
-    simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple[Measurement, ...]]
-) -> None:
-    simulator = simulated("ur10e")
-    problem = problem_of(simulator.robot, [exact_pair(simulator)], noise=0.5)
-    assert problem.unloaded is not None
-    known = weighted(problem.unloaded)
-    short = Estimate(
-        known.names[:-1], known.values[:-1], known.covariance[:-1, :-1], 100.0, known.fit, known.weights
-    )
-    with pytest.raises(InputError, match="another model"):
-        replace(problem, known=short)
-
-
 def test_friction_under_load_can_be_freed(
     simulated: Callable[[str], Simulator], wander: Callable[..., Motion], payload: InertialParameters
 ) -> None:
@@ -204,19 +179,6 @@ def test_friction_under_load_can_be_freed(
     )
     assert (np.abs(free - payload.vector) < 1e-6 * scale(payload)).all()
     assert np.abs(fixed - payload.vector).max() > 1e-3
-
-
-def test_covariance_of_method_1_includes_the_robot(
-    simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple[Measurement, ...]]
-) -> None:
-    simulator = simulated("rx90")
-    problem = problem_of(simulator.robot, [exact_pair(simulator)], noise=1.0)
-    assert problem.unloaded is not None
-    robot = weighted(problem.unloaded)
-    exact = replace(robot, covariance=np.zeros_like(robot.covariance))
-    whole = payload_estimate(problem, 1).estimate.sigma
-    alone = payload_estimate(replace(problem, known=exact), 1).estimate.sigma
-    assert (whole > alone).all()
 
 
 def test_methods_that_lack_data_say_what_they_need(
@@ -236,19 +198,6 @@ def test_methods_that_lack_data_say_what_they_need(
     ):
         with pytest.raises(InputError, match=words):
             payload_estimate(problem, method)
-
-
-def test_different_trajectories_leave_method_3_out_and_say_why(
-    rx90: Robot, payload: InertialParameters, wander: Callable[..., Motion]
-) -> None:
-    simulator = Simulator(rx90)
-    processing = Processing(rate=100.0, decimate=2)
-    bare: Recording = simulator.record(wander(6, 0))
-    loaded = simulator.record(wander(6, 1), payload)
-    problem = payload_problem(rx90, [loaded], [bare], settings=Settings(processing, robust=False))
-    assert usable_methods(problem) == (1, 2, 4)
-    with pytest.raises(InputError, match="not the same trajectory"):
-        payload_estimate(problem, 3)
 
 
 def test_an_arm_that_cannot_show_a_payload_says_so(wander: Callable[..., Motion]) -> None:
@@ -326,12 +275,6 @@ def same_but_for_the_frame(plain: PayloadAnswer, moved: PayloadAnswer) -> None:
             np.testing.assert_allclose(after, before, atol=1e-3 * np.abs(before).max())
 
 
-def test_frame_change_is_that_of_a_body(payload: InertialParameters) -> None:
-    moved = payload.moved(TOOL.R, TOOL.p).vector
-    np.testing.assert_allclose(frame_change(TOOL) @ payload.vector, moved, atol=1e-14)
-    np.testing.assert_allclose(frame_change(TOOL.inverse()) @ moved, payload.vector, atol=1e-12)
-
-
 SETTINGS = Settings(Processing(cutoff=10.0, rate=100.0, decimate=2))
 Pair = tuple[list[Recording], list[Recording]]
 
@@ -381,10 +324,3 @@ def test_a_payload_needs_no_recording_beside_a_robot_that_is_known(pair: Callabl
             ask(robot, loaded, known=stored)
         with pytest.raises(InputError, match="list of recordings"):
             ask(robot, loaded[0], unloaded)
-
-
-@pytest.mark.parametrize("ask", [identify_payload, weigh])
-def test_nothing_to_compare_with_is_refused(ask: Callable[..., object], pair: Callable[[str], Pair]) -> None:
-    loaded, _ = pair("rx90")
-    with pytest.raises(InputError, match="without payload"):
-        ask(load_robot("rx90"), loaded)

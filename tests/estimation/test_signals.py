@@ -1,19 +1,15 @@
 """Signal processing: even time, no delay, known noise; rows that are used; two runs brought onto one time."""
 
 from collections.abc import Callable
-from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
-from dynident.estimation import Settings, identify, payload_estimate, payload_problem
 from dynident.estimation.signals.alignment import aligned
 from dynident.estimation.signals.decimation import Decimator, decimated, noise_bandwidth
-from dynident.estimation.signals.filtering import measured, measurement, resampled
+from dynident.estimation.signals.filtering import measurement, resampled
 from dynident.estimation.signals.rows import inner_samples, used_rows
-from dynident.model import InertialParameters, Motion, Processing, Recording, base_parameters, load_robot
-from dynident.trajectories import Simulator
+from dynident.model import Motion, Processing, Recording
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -87,14 +83,6 @@ def test_noise_bandwidth_is_what_noise_shows(factor: int) -> None:
     assert left.var() / density == pytest.approx(noise_bandwidth(factor), rel=0.02)
 
 
-@pytest.mark.parametrize(("duration", "words"), [(0.4, "too short for it; record longer"), (4.0, "raise --cutoff")])
-def test_a_cutoff_is_not_blamed_for_a_short_log(duration: float, words: str) -> None:
-    t = np.arange(0.0, duration, 0.004)
-    q = np.sin(2.0 * np.pi * 9.0 * t)[:, None]
-    with pytest.raises(InputError, match=words):
-        measurement(Recording(t, q, q, source="log"), Processing(cutoff=10.0))
-
-
 CUT_AT_10 = Processing(cutoff=10.0)
 
 
@@ -146,85 +134,7 @@ def test_the_larger_bound_of_share_and_speed_counts() -> None:
         assert rows[(np.abs(motion.qd) >= least) & used_rows(motion, Processing())].all()
 
 
-def test_a_log_cut_in_the_middle_of_the_motion(simulated: Callable[[str], Simulator]) -> None:
-    """A cut log's parts are recordings of one identification; where they are cut the filter knows no neighbours."""
-    simulator = simulated("ur10e")
-    draw, t = np.random.default_rng(5), 0.01 * np.arange(6000)
-    w, phase = 2 * np.pi * draw.uniform(0.05, 0.5, (5, 6)), draw.uniform(0.0, 6.0, (5, 6))
-    angle, a = w * t[:, None, None] + phase, 0.25
-    q, qd, qdd = (a * np.sin(angle)).sum(1), (a * w * np.cos(angle)).sum(1), -(a * w**2 * np.sin(angle)).sum(1)
-    motion = Motion(*(np.asarray(values, dtype=np.float64) for values in (t, q, qd, qdd)))
-    whole = simulator.record(motion, None, [1.0] * 6, 0)
-    parts = [
-        Recording(whole.t[cut] - whole.t[cut][0], whole.q[cut], whole.torque[cut], None, f"part {k}")
-        for k, cut in enumerate((slice(0, 2500), slice(2500, 6000)))
-    ]
-    robot = simulator.robot
-    truth = base_parameters(robot).value(simulator.robot.parameters)
-    settings = Processing(cutoff=8.0, decimate=4, slow_fraction=0.02)
-    for recordings in ([whole], parts):
-        estimate = identify(robot, recordings, Settings(settings, robust=False)).estimate
-        assert np.sqrt(np.mean(((estimate.values - truth) / estimate.sigma) ** 2)) < 1.6
-
-
-CUT_AT_8 = Processing(rate=100.0, cutoff=8.0)
-
-
-@pytest.fixture
-def recordings(wander: Callable[..., Motion]) -> list[Recording]:
-    motion = wander(6, 0)
-    return [Recording(motion.t + delay, motion.q, motion.q, source=f"{delay}") for delay in (0.0, 0.7)]
-
-
-def test_each_recording_is_filtered_once(recordings: list[Recording], monkeypatch: pytest.MonkeyPatch) -> None:
-    filtered: list[str] = []
-
-    def counted(recording: Recording, processing: Processing) -> object:
-        filtered.append(recording.source)
-        return measured(recording, processing)
-
-    monkeypatch.setattr("dynident.estimation.signals.filtering.measured", counted)
-    first, second = (measurement(recording, CUT_AT_8) for recording in recordings)
-    assert measurement(recordings[0], CUT_AT_8) is first
-    assert measurement(recordings[1], replace(CUT_AT_8, decimate=2)) is second
-    assert filtered == ["0.0", "0.7"]
-    assert np.array_equal(first.motion.qdd, measured(recordings[0], CUT_AT_8).motion.qdd)
-
-
 AT_100 = Processing(rate=100.0, cutoff=20.0, decimate=4, slow_fraction=0.05)
-NOISE = 4.0  # N·m, white at 1 kHz: more than what the filter takes off the motion
-
-
-@pytest.fixture(scope="module")
-def fast(
-    simulated: Callable[[str], Simulator], wander: Callable[..., Motion], payload: InertialParameters
-) -> list[Recording]:
-    """Without and with payload, at 1 kHz, white noise on the torque."""
-    motion, pair = wander(6, 2, points=9, rate=1000.0), []
-    for k, load in enumerate((None, payload)):
-        exact = simulated("ur10e").record(motion, load, [1.0] * 6, k)
-        noise = np.random.default_rng(k).normal(0.0, NOISE, exact.torque.shape)
-        pair.append(Recording(exact.t, exact.q, exact.torque + noise, source=f"log {k}"))
-    return pair
-
-
-def sigma(pair: list[Recording], processing: Processing) -> tuple[float, float]:
-    """Sigma of the mass by method 1, and the mass [kg]."""
-    problem = payload_problem(
-        load_robot("ur10e"), [pair[1]], [pair[0]], settings=Settings(processing, robust=False)
-    )
-    estimate = payload_estimate(problem, 1).estimate
-    return float(estimate.sigma[-1]), estimate["M_L"]
-
-
-def test_sigma_of_the_mass_halves_on_fast_logs(fast: list[Recording], payload: InertialParameters) -> None:
-    """White noise of a 1 kHz log has a tenth of the density in the band that torque picked at 100 Hz has."""
-    picked = [replace(log, t=log.t[::10], q=log.q[::10], torque=log.torque[::10]) for log in fast]
-    folded, _ = sigma(picked, AT_100)
-    filtered, mass = sigma(fast, AT_100)
-    assert filtered < 0.5 * folded
-    assert filtered == pytest.approx(folded / np.sqrt(10.0), rel=0.15)
-    assert abs(mass - payload.mass) < 4.0 * filtered
 
 
 @pytest.mark.parametrize(
@@ -237,16 +147,6 @@ def test_a_fast_log_is_resampled_to_a_multiple(recorded: float, grid: float, fac
     rate = measurement(Recording(t, q, q), AT_100).motion.rate
     assert rate == pytest.approx(grid)
     assert AT_100.thinning(rate) == factor
-
-
-def test_a_robots_file_gives_either(tmp_path: Path) -> None:
-    text = 'name = "one"\n[[joints]]\n[processing]\n'
-    path = tmp_path / "one.toml"
-    path.write_text(text + "equations_hz = 20\n")
-    assert load_robot(path).processing.equation_rate == 20.0
-    path.write_text(text + "equations_hz = 20\ndecimate = 3\n")
-    with pytest.raises(InputError, match="say the same"):
-        load_robot(path)
 
 
 def recording(motion: Motion, name: str, delay: float = 0.0, seed: int | None = None) -> Recording:

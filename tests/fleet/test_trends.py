@@ -1,6 +1,5 @@
 """A fleet's nights: what was put in is found, where nothing was put in little is said, and the page shows it."""
 
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
@@ -13,12 +12,11 @@ from dynident.apps.fleet.comparing import CHANGED, FEWEST, MASS, Series, arm_of,
 from dynident.apps.logs.read import read_recording
 from dynident.apps.report.documents import fleet_document
 from dynident.apps.report.page import Provenance, now
-from dynident.common.errors import InputError
 from dynident.estimation import Estimate, identify
 from dynident.estimation.fit.least_squares import weighted
 from dynident.model import load_robot
 from dynident.model.regressors import payload_columns
-from dynident.tests.fleet.drawing import drawn, noise_of
+from dynident.tests.fleet.conftest import drawn, noise_of
 from dynident.tests.frozen.inputs import unpack
 
 NIGHTS = 14
@@ -95,7 +93,9 @@ def test_z_is_the_distance_from_the_median_in_robust_standard_deviations() -> No
     assert series(np.append(np.zeros(9), 3.0), 0.5).z == pytest.approx(6.0), "the night's own error is the floor"
 
 
-@pytest.mark.parametrize(("nights", "rate"), [(FEWEST, 1.0 / 60.0), (30, 1.0 / 2000.0)])
+@pytest.mark.parametrize(
+    ("nights", "rate"), [(FEWEST, 1.0 / 60.0), pytest.param(30, 1.0 / 2000.0, marks=pytest.mark.long)]
+)
 def test_quiet_series_are_told_as_seldom_as_stated(nights: int, rate: float) -> None:
     draw, quiet = np.random.default_rng(1), 40_000
     told = sum(abs(series(draw.normal(size=nights + 1), 0.0).z or 0.0) > CHANGED for _ in range(quiet))
@@ -110,16 +110,10 @@ def test_a_recording_is_compared_with_the_mean_of_all_others() -> None:
         for own, spread in zip(values, sigma, strict=True)
     ]
     both = side_by_side("abcde", cast("list[Estimate]", estimates))
+    pooled = np.average(values, axis=0, weights=sigma**-2)
+    assert both.scatter == pytest.approx((((values - pooled) / sigma) ** 2).sum(axis=0) / 4)
     for k in range(5):
         others, weights = (np.delete(each, k, axis=0) for each in (values, sigma**-2))
         error = np.sqrt(sigma[k] ** 2 + 1.0 / weights.sum(axis=0))
         apart = (values[k] - np.average(others, axis=0, weights=weights)) / error
         assert both.apart[k] == pytest.approx(apart, rel=1e-9)
-
-
-def test_an_arm_without_a_name_or_day_is_refused(recording: Stored) -> None:
-    with pytest.raises(InputError, match="arm and day are not known"):
-        arm_of([recording])
-    alone = fleet_of([arm_of([replace(recording, log=Log("a.csv", "a", "2026-01-01"))])])
-    assert not alone.changed
-    assert alone.twins is None

@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from dynident.cli import main
-from dynident.tests.frozen.filed import filed
-from dynident.tests.frozen.inputs import folder_of_inputs
+from dynident.tests.frozen.inputs import filed, folder_of_inputs
 from dynident.tests.frozen.numbers import Leaves, leaves
 from dynident.tests.frozen.runs import RUNS, Run
 

@@ -8,15 +8,17 @@ and ``tx40.toml`` are the shipped ones with the invented parameters of the bench
 
 import contextlib
 import csv
+import functools
 import gzip
 import json
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from dynident.apps.commands import COMMANDS
+from dynident.apps.commands.entry import application, shown_name
 from dynident.cli import main
-from dynident.tests.frozen.filed import filed
 
 FOLDER = Path(__file__).parent / "given"
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -49,6 +51,42 @@ DOCUMENTS = {
     "rx_payload.json": "payload --robot rx90 --unloaded rx_arm_unloaded.csv --loaded rx_arm_loaded.csv",
 }
 """Written by an earlier command."""
+
+
+PLACE = Path(tempfile.gettempdir()) / f"dynident-settings-{os.getpid()}.toml"
+
+
+@functools.cache
+def keys() -> frozenset[str]:
+    """Settings of all commands."""
+    found = set()
+    for name, (where, _) in COMMANDS.items():
+        app = application([], ())
+        for word in name.split() if where else ():
+            app = app[word]
+        arguments = app.assemble_argument_collection() if where else ()
+        found |= {shown_name(argument) for argument in arguments if not (argument.show or argument.children)}
+    return frozenset(found)
+
+
+def filed(words: Sequence[str]) -> list[str]:
+    """Words of a line as they are typed: settings, ``key=value`` or ``key`` and its value, go into a file."""
+    typed, settings, left = list[str](), dict[str, str](), iter(words)
+    for word in left:
+        key, mark, value = word.partition("=")
+        if key in keys():
+            settings[key] = value if mark else next(left, "")  # the last one counts, as of options
+        else:
+            typed.append(word)
+    if not settings:
+        return typed
+    text = "".join(f"{key} = {json.dumps(value)}\n" for key, value in settings.items())
+    if "--config" in typed:
+        k = typed.index("--config")
+        text += Path(typed[k + 1]).read_text(encoding="utf-8")
+        del typed[k : k + 2]
+    PLACE.write_text(text, encoding="utf-8")
+    return [*typed, "--config", str(PLACE)]
 
 
 @contextlib.contextmanager

@@ -4,13 +4,11 @@ import math
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from dynident.tests.frozen import numbers as rules
 from dynident.tests.frozen.freeze import FOLDER, Frozen, outputs, read
-from dynident.tests.frozen.inputs import folder_of_inputs
 from dynident.tests.frozen.runs import RUNS, Run
 
 NAMES = [run.name for run in RUNS]
@@ -28,13 +26,6 @@ def differences(run: Run, old: Frozen, new: Frozen) -> list[str]:
         rows.insert(0, rules.Change("exit status", old.status, new.status, "exact"))
     lines = [f"{row.path}: {row.old!r} -> {row.new!r} ({row.allowed})" for row in rows[:_ROWS]]
     return [f"{run.name}: {len(rows)} differences from what is frozen", *lines] if rows else []
-
-
-@pytest.fixture(scope="module")
-def inputs() -> Iterator[Path]:
-    """All inputs in a folder of their own, which is the working folder."""
-    with folder_of_inputs() as folder:
-        yield folder
 
 
 @pytest.mark.parametrize("run", RUNS, ids=NAMES)

@@ -7,7 +7,7 @@ with the client: the protocol is written out here again.
 """
 
 import contextlib
-import gzip
+import itertools
 import json
 import math
 import re
@@ -17,7 +17,6 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 WIDTHS = {"DOUBLE": 1, "VECTOR3D": 3, "VECTOR6D": 6, "UINT32": 1, "INT32": 1}
@@ -53,8 +52,6 @@ class Player:
         self.cuts = list(options.get("cuts", ()))
         self.absent = set(options.get("absent", ()))
         self.major = options.get("major", 5)
-        self.seconds = options.get("seconds", math.inf)
-        self.recorded = recorded(options["play"]) if "play" in options else None
         self.payload = [0.0] * 10
         self.sent = 0
         self.lock = threading.Lock()
@@ -153,8 +150,6 @@ class Player:
             now = self.shown_time(t, k)
             values: dict[str, list[float]] = {"timestamp": [now], "safety_mode": [1.0], "robot_mode": [7.0]}
             values |= state
-            if self.fault == "protective stop" and k > self.after:
-                values |= {"safety_mode": [3.0], "actual_qd": [0.0] * 6}
             with self.lock:
                 values |= {
                     "payload": self.payload[:1],
@@ -163,10 +158,7 @@ class Player:
                 }
             data = b"\x07" + b"".join(packed(name, values.get(name, [0.0] * 6)) for name in recipe)
             self.packet(connection, "U", data)
-            wait = begin + k * step / self.pace - time.monotonic()
-            if wait > 0.0:
-                time.sleep(wait)
-        self.tell(event="played", samples=k)
+            time.sleep(max(begin + k * step / self.pace - time.monotonic(), 0.0))
 
     def shown_time(self, t: float, k: int) -> float:
         if k > self.after > 0 and self.fault == "time stands still":
@@ -177,22 +169,16 @@ class Player:
 
     def states(self, step: float) -> Iterator[tuple[float, dict[str, list[float]]]]:
         """Time from 0 [s], positions, speeds and currents."""
-        if self.recorded is not None:
-            yield from self.recorded
-            return
-        step = step / 2.0 if self.fault == "twice the rate" else step
-        k = 0
-        while k * step < self.seconds:
-            t = k * step
-            k += 1
-            turns = [0.3 + 0.2 * j for j in range(6)]
+        turns = [0.3 + 0.2 * j for j in range(6)]
+        for k in itertools.count():
+            sines = [math.sin(w * k * step) for w in turns]
             yield (
-                t,
+                k * step,
                 {
-                    "actual_q": [math.sin(w * t) for w in turns],
-                    "actual_qd": [w * math.cos(w * t) for w in turns],
-                    "actual_current": [0.5 * math.sin(w * t) for w in turns],
-                    "actual_current_as_torque": [6.0 * math.sin(w * t) for w in turns],
+                    "actual_q": sines,
+                    "actual_qd": [w * math.cos(w * k * step) for w in turns],
+                    "actual_current": [0.5 * sine for sine in sines],
+                    "actual_current_as_torque": [6.0 * sine for sine in sines],
                     "joint_temperatures": [30.0 + j for j in range(6)],
                 },
             )
@@ -235,20 +221,6 @@ def read(connection: socket.socket, size: int) -> bytes:
             raise EOFError
         data += part
     return data
-
-
-def recorded(path: str) -> list[tuple[float, dict[str, list[float]]]]:
-    """Samples of a CSV file with columns t, q1.., qd1.., i1... ."""
-    data = Path(path).read_bytes()
-    lines = (gzip.decompress(data) if path.endswith(".gz") else data).decode().split()
-    places = {name: k for k, name in enumerate(lines[0].split(","))}
-    kinds = {"actual_q": "q", "actual_qd": "qd", "actual_current": "i"}
-    samples = []
-    for line in lines[1:]:
-        row = [float(x) for x in line.split(",")]
-        state = {field: [row[places[f"{own}{j}"]] for j in range(1, 7)] for field, own in kinds.items()}
-        samples.append((row[places["t"]], state))
-    return samples
 
 
 def main() -> None:

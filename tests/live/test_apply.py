@@ -9,9 +9,8 @@ from typing import Any
 import pytest
 from dynident.apps import live
 from dynident.cli import main
-from dynident.tests.frozen.filed import filed
-from dynident.tests.live.conftest import Play
-from dynident.tests.live.played import Played
+from dynident.tests.frozen.inputs import filed
+from dynident.tests.live.conftest import Play, Played
 
 Write = Callable[..., str]
 PARAMETERS = {"XX": 0.06, "XY": 0.002, "XZ": 0.0, "YY": 0.07, "YZ": 0.0, "ZZ": 0.03}
@@ -101,13 +100,6 @@ def test_refused_before_a_byte_is_sent(name: str, play: Play, payload: Write, ca
     assert apply(player, payload(**changes), *more) == status
     assert why in capsys.readouterr().err
     assert player.events() == []
-
-
-def test_despite_its_verdict(play: Play, payload: Write) -> None:
-    player = play()
-    path = payload(verdict={"level": "do_not_use", "reasons": ["noise"]})
-    assert apply(player, path, "--yes", "--despite-verdict") == 0
-    assert len(scripts(player)) == 1
 
 
 @pytest.mark.parametrize(

@@ -16,9 +16,7 @@ import numpy as np
 import pytest
 from dynident.apps import live
 from dynident.cli import main
-from dynident.common.errors import InputError
-from dynident.tests.live.conftest import Play
-from dynident.tests.live.played import Played
+from dynident.tests.live.conftest import Play, Played
 
 FAST = {"pace": 20.0}
 """Time of the played controller runs so much faster than ours."""
@@ -206,8 +204,3 @@ def test_cut_at_any_byte(play: Play, tmp_path: Path) -> None:
             assert len(rows) > 1
             assert {len(row) for row in rows} == {len(rows[0])}
     assert 5 < len(list(tmp_path.iterdir())) < len(cuts)
-
-
-def test_an_unknown_type_is_named(play: Play) -> None:
-    with pytest.raises(InputError, match="actual_q as 'VECTOR7D', which is no type of RTDE"):
-        live.available(["actual_q"], ["VECTOR7D"])

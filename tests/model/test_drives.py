@@ -1,16 +1,27 @@
-"""Drives: friction, rotor inertia, the coupling of two drives, offsets, springs."""
+"""Drives: friction, rotor inertia, the coupling of two drives, offsets, springs; poses and mounting."""
 
-from collections.abc import Callable
+import math
 from dataclasses import replace
 from typing import Literal
 
 import casadi as ca
 import numpy as np
+import pinocchio as pin
 import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.model import Coupling, Drives, Robot, Spring, inverse_dynamics, standard_columns
-from dynident.model.base.rank import random_states, stacked_regressor
+from dynident.model import (
+    Coupling,
+    Drives,
+    Pose,
+    Robot,
+    Spring,
+    inverse_dynamics,
+    mounted,
+    standard_columns,
+    with_tool,
+)
+from dynident.model.base.rank import random_states
 
 GEOMETRIC = Spring(1, stiffness=800.0, length=0.2, arms=(0.3, 0.15), zero=0.4)
 TABLE = Spring(1, table=((-1.0, 5.0), (0.0, 1.0), (2.0, -3.0)))
@@ -107,39 +118,6 @@ def test_spring_as_expression(spring: Spring) -> None:
 
 
 @pytest.mark.parametrize(
-    "spring", [replace(GEOMETRIC, joint=2), replace(TABLE, joint=2)], ids=["geometric", "table"]
-)
-def test_spring_is_taken_off_the_motor(rx90: Robot, spring: Spring, evaluate: Callable[..., Array]) -> None:
-    """Only joint 2 changes, by the spring's torque; the regressor does not know the spring."""
-    robot = replace(rx90, drives=replace(rx90.drives, spring=replace(spring, joint=2)))
-    q, qd, qdd = random_states(robot, 30, seed=6)
-    q = q / np.pi  # inside the table
-    chi = np.array([rx90.parameters[name] for name in standard_columns(rx90)])
-    with_spring, without = (evaluate(inverse_dynamics(arm), q, qd, qdd, chi)[:, :, 0] for arm in (robot, rx90))
-    expected = np.zeros_like(q)
-    expected[:, 1] = -spring.torque(q[:, 1])
-    np.testing.assert_allclose(with_spring - without, expected, atol=1e-10)
-    assert standard_columns(robot) == standard_columns(rx90)
-    first, second = (stacked_regressor(arm, q, qd, qdd) for arm in (robot, rx90))
-    np.testing.assert_array_equal(first, second)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({}, "either a table or"),
-        ({"stiffness": 1.0, "arms": (0.1, 0.1), "table": ((0.0, 0.0), (1.0, 1.0))}, "either a table or"),
-        ({"stiffness": -1.0, "arms": (0.1, 0.1)}, "either a table or"),
-        ({"table": ((0.0, 0.0),)}, "two rows with rising angles"),
-        ({"table": ((0.0, 0.0), (0.0, 1.0))}, "two rows with rising angles"),
-    ],
-)
-def test_springs_without_one_clear_law(arguments: dict[str, object], message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        Spring(1, **arguments)  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize(
     ("drives", "message"),
     [
         (Drives(coupling=Coupling((5, 7))), "joint 7, the robot has joints 1 to 6"),
@@ -151,3 +129,62 @@ def test_springs_without_one_clear_law(arguments: dict[str, object], message: st
 def test_drives_that_do_not_fit_the_robot(rx90: Robot, drives: Drives, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         replace(rx90, drives=drives)
+
+
+RPY = [(0.3, -0.7, 2.0), (0.0, math.pi / 2, 0.0), (0.4, -math.pi / 2, 1.1), (math.pi, 0.0, math.pi / 2)]
+
+
+@pytest.mark.parametrize("rpy", RPY)
+def test_roll_pitch_yaw_as_pinocchio_reads_them(rpy: tuple[float, float, float]) -> None:
+    pose = Pose.from_rpy((0.1, 0.2, 0.3), rpy)
+    np.testing.assert_allclose(pose.R, pin.rpy.rpyToMatrix(*rpy), atol=1e-14)
+    np.testing.assert_allclose(Pose.from_rpy(pose.origin, pose.rpy).R, pose.R, atol=1e-14)
+
+
+def test_poses_compose_like_transforms() -> None:
+    a, b = Pose.from_rpy((0.1, -0.2, 0.3), RPY[0]), Pose.from_rpy((1.0, 0.0, -0.5), RPY[2])
+    theirs = pin.SE3(a.R, a.p) * pin.SE3(b.R, b.p)
+    np.testing.assert_allclose((a @ b).R, theirs.rotation, atol=1e-14)
+    np.testing.assert_allclose((a @ b).p, theirs.translation, atol=1e-12)
+    assert (Pose() @ Pose().inverse()).is_identity
+    assert not a.is_identity
+
+
+@pytest.mark.parametrize(
+    ("rpy_deg", "gravity"),
+    [
+        ((0, 0, 0), (0.0, 0.0, -9.81)),
+        ((180, 0, 0), (0.0, 0.0, 9.81)),
+        ((0, 90, 0), (9.81, 0.0, 0.0)),
+        ((90, 0, 0), (0.0, -9.81, 0.0)),
+        ((0, 0, 77), (0.0, 0.0, -9.81)),
+    ],
+)
+def test_mounting_turns_gravity(
+    rx90: Robot, rpy_deg: tuple[float, ...], gravity: tuple[float, float, float]
+) -> None:
+    """Gravity as the base sees it: down in the world, by the transposed rotation of the base."""
+    roll, pitch, yaw = (math.radians(angle) for angle in rpy_deg)
+    assert mounted(rx90, (roll, pitch, yaw)).gravity == pytest.approx(gravity, abs=1e-12)
+    # Where frame 0 is not the base, gravity goes through both rotations.
+    base = Pose.from_rpy((0.0, 0.0, 0.2), (math.pi / 2, 0.0, 0.0))
+    turned = mounted(replace(rx90, base=base), (roll, pitch, yaw))
+    assert turned.gravity == pytest.approx(tuple(base.R @ np.array(gravity)), abs=1e-12)
+    assert turned.base == base
+
+
+def test_tool_frames_add_up(rx90: Robot) -> None:
+    tool = Pose.from_rpy((0.0, 0.0, 0.1), RPY[0])
+    gripper = with_tool(rx90, tool, "gripper")
+    two = with_tool(gripper, tool, "finger")
+    assert two.flange == tool @ tool
+    finger = Pose.from_rpy((0.02, 0.0, -0.1), RPY[2])
+    assert (
+        with_tool(gripper, finger, "finger").flange == tool @ finger != finger @ tool
+    )  # a tool stands in the flange
+    assert (gripper.last_frame, gripper.payload_frame, two.payload_frame) == (
+        "frame 6 (modified DH)",
+        "gripper",
+        "finger",
+    )
+    assert rx90.last_frame == rx90.payload_frame

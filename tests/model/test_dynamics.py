@@ -33,7 +33,7 @@ from dynident.model.drives import parameter_kind
 from dynident.model.dynamics import dry_friction_names, smooth_dry_friction
 from dynident.model.kernel.program import read_program
 from dynident.model.kinematics import forward_kinematics, point_at
-from dynident.model.regressors import own_columns, regressor_at
+from dynident.model.regressors import regressor_at
 from dynident.tests.conftest import CROOKED
 from dynident.tests.model.random_robots import random_robot
 
@@ -211,15 +211,3 @@ def test_a_point_of_the_last_link_is_where_kinematics_put_it(name: str) -> None:
         single = function(state)
         np.testing.assert_allclose(places[:, k], np.array(single[0])[:, 0], atol=1e-12)
         np.testing.assert_allclose(moved[:, :, k], np.array(single[1]), atol=1e-12)
-
-
-@pytest.mark.parametrize("name", ["rx90", "ur10e", "iiwa14", "sliding"])
-def test_its_own_columns_span_all_others(name: str) -> None:
-    robot = ROBOTS[name]
-    states = np.random.default_rng(1).normal(size=(3, 60, robot.n))
-
-    def rank(columns: tuple[str, ...]) -> int:
-        W = regressor_at(robot, columns, *states).transpose(2, 0, 1).reshape(-1, len(columns))
-        return int(np.linalg.matrix_rank(W, rtol=1e-9))
-
-    assert rank(own_columns(robot)) == rank(standard_columns(robot))

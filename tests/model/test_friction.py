@@ -208,13 +208,3 @@ def test_smoothed_terms_near_the_exact_ones(rubbing: Robot) -> None:
     for k in range(STATES):
         W = np.array(exact(q[k], qd[k], qdd[k]))[:, kinds]
         np.testing.assert_allclose(np.array(smooth(q[k], qd[k], qdd[k]))[:, kinds], W, atol=1e-9)
-
-
-def test_smoothed_terms_have_a_slope_at_rest(rubbing: Robot) -> None:
-    columns = standard_columns(rubbing)
-    robot = replace(rubbing, parameters=dict(zip(columns, drawn(rubbing).tolist(), strict=True)))
-    (q, qd, qdd, _), phi = own_regressor(robot, columns, smooth_sign(1e-3))
-    torque = phi @ drawn(rubbing)
-    slope = ca.Function("slope", [q, qd, qdd], [ca.jacobian(torque, qd)])
-    still = np.zeros(robot.n)
-    assert np.isfinite(slope(still + 0.3, still, still).full()).all()

@@ -1,16 +1,21 @@
-"""The kernel against CasADi's own virtual machine, compiled and in NumPy, alone and step after step."""
+"""The kernel against CasADi's own virtual machine, step after step, and whatever happens to its cache."""
 
 import math
+import os
+import shutil
+import stat
 import subprocess
 import sys
+import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import casadi as ca
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.model.dynamics import runge_kutta
+from dynident.model.kernel import cache
 from dynident.model.kernel.kernel import Kernel
 from dynident.model.kernel.program import OPERATIONS, read_program
 
@@ -27,11 +32,6 @@ def expression(name: str, x: ca.SX, y: ca.SX) -> ca.SX:
         return x**2.5
     code = getattr(ca, f"OP_{name}")
     return ca.SX.binary(code, x, y) if name in TWO_ARGUMENTS else ca.SX.unary(code, x)
-
-
-def reference(function: ca.Function, *inputs: Array) -> Array:
-    """CasADi's virtual machine, sample by sample."""
-    return np.array(function(*(x.T for x in inputs)))
 
 
 def test_every_operation(compiled: bool) -> None:
@@ -57,18 +57,6 @@ def mixed() -> ca.Function:
     matrix = ca.SX(2, 3)
     matrix[0, 0], matrix[1, 0], matrix[1, 2] = shared, x[2], 7.25
     return ca.Function("mixed", [x, p], [matrix, shared * shared - ca.sqrt(ca.fabs(x[2] * p[1])) / 3.0])
-
-
-def test_threads_never_share_a_block(mixed: ca.Function, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Arrays that operations are bound to are kept for further calls, of many sizes and at once."""
-    monkeypatch.setenv("DYNIDENT_NO_COMPILER", "1")
-    kernel, draw = Kernel(mixed), np.random.default_rng(0)
-    cases = [(draw.normal(size=(size, 3)), draw.normal(size=(size, 2))) for size in (5, 700, 5000, 700) * 25]
-    alone = [Kernel(mixed)(*case) for case in cases]
-    with ThreadPoolExecutor(4) as pool:
-        together = list(pool.map(lambda case: kernel(*case), cases))
-    for one_by_one, at_once in zip(alone, together, strict=True):
-        np.testing.assert_array_equal(at_once, one_by_one)
 
 
 @pytest.mark.parametrize("size", [0, 1, 7, 8, 9, 4095, 4096, 4097])
@@ -97,21 +85,6 @@ def test_a_given_array_is_filled(mixed: ca.Function, compiled: bool) -> None:
     for wrong in (np.empty((4, 10)), np.empty((9, 4)).T, rows.astype("f4")):
         with pytest.raises(ValueError, match="out must be"):
             kernel(x, p, out=wrong)
-
-
-def test_shared_inputs(mixed: ca.Function, compiled: bool) -> None:
-    """A 1-D input is the same for all samples; with none but 1-D inputs there is one sample."""
-    x, p = np.random.default_rng(1).normal(size=(11, 3)), np.array([0.3, -2.0])
-    kernel = Kernel(mixed)
-    np.testing.assert_array_equal(kernel(x, p), kernel(x, np.tile(p, (11, 1))))
-    np.testing.assert_array_equal(kernel(x[0], p), kernel(x[:1], p[None]))
-
-
-def test_inputs_need_not_be_contiguous(mixed: ca.Function, compiled: bool) -> None:
-    draw = np.random.default_rng(2)
-    x, p = draw.normal(size=(3, 50)).T[::2], draw.normal(size=(25, 4))[:, ::2]
-    kernel = Kernel(mixed)
-    np.testing.assert_array_equal(kernel(x, p), kernel(x.copy(), p.copy()))
 
 
 @pytest.mark.parametrize(
@@ -166,33 +139,6 @@ def test_sine_and_cosine(
     np.testing.assert_allclose(result, expected, rtol=5e-16, atol=1e-22)
 
 
-@pytest.mark.parametrize("function", [ca.sin, ca.cos], ids=["sin", "cos"])
-def test_angles_without_a_sine(function: Callable[[ca.SX], ca.SX], compiled: bool) -> None:
-    """One infinite angle among eight must not spoil the others."""
-    symbol = ca.SX.sym("x")
-    angles = np.array([0.5, math.inf, -math.inf, math.nan, 1.0, 2e5, -0.5, 3.0])
-    result = Kernel(ca.Function("f", [symbol], [function(symbol)]))(angles[:, None])[0]
-    np.testing.assert_array_equal(np.isnan(result), ~np.isfinite(angles))
-    exact = math.sin if function is ca.sin else math.cos
-    expected = [exact(angle) for angle in angles[np.isfinite(angles)]]
-    np.testing.assert_allclose(result[np.isfinite(angles)], expected, atol=2.5e-16)
-
-
-def test_random_expressions(compiled: bool) -> None:
-    """Long programs in which registers are used again and again."""
-    draw = np.random.default_rng(4)
-    names = ("ADD", "SUB", "MUL", "SIN", "COS", "NEG", "SQ", "FMIN", "SIGN", "LT", "IF_ELSE_ZERO", "TANH")
-    for _ in range(5):
-        x = ca.SX.sym("x", 4)
-        pool = ca.vertsplit(x)
-        for name in draw.choice(names, 150):
-            first, second = (pool[k] for k in draw.integers(max(0, len(pool) - 12), len(pool), 2))
-            pool.append(expression(str(name), first, second))
-        function = ca.Function("f", [x], [ca.tanh(ca.vertcat(*pool[-10:]))])
-        samples = draw.normal(size=(37, 4))
-        np.testing.assert_allclose(Kernel(function)(samples), reference(function, samples), atol=1e-9)
-
-
 def test_compiled_code_leaves_the_process_alone() -> None:
     """Loading a kernel must not switch the process to flush-to-zero."""
     code = (
@@ -245,9 +191,9 @@ def test_it_is_what_single_calls_give(step: ca.Function, compiled: bool) -> None
     arguments = inputs()
     state = arguments[0].copy()
     np.testing.assert_allclose(Kernel(step).chain(*arguments), alone(step), rtol=1e-13, atol=1e-13)
-    np.testing.assert_array_equal(arguments[0], state, "the caller's state stays")
     turned = Kernel(step).chain(np.asfortranarray(state), *arguments[1:])
     np.testing.assert_array_equal(turned, Kernel(step).chain(*arguments), "whatever its layout")
+    np.testing.assert_array_equal(arguments[0], state, "the caller's state stays")
 
 
 def test_the_last_step_is_the_next_ones_start(step: ca.Function, compiled: bool) -> None:
@@ -257,3 +203,147 @@ def test_the_last_step_is_the_next_ones_start(step: ca.Function, compiled: bool)
     first = stepper(state, drive[:3], *shared)
     second = stepper(np.ascontiguousarray(first[-1, :2].T), drive[3:], *shared)
     np.testing.assert_array_equal(np.concatenate([first, second]), whole)
+
+
+SOURCE = "double kernel(double x) { return x + 1.0; }"
+
+SCRIPT = """
+import sys, time
+from pathlib import Path
+import casadi as ca, numpy as np
+from dynident.model.kernel.kernel import Kernel
+if len(sys.argv) > 1:
+    Path(sys.argv[1], f"ready{sys.argv[2]}").touch()
+    while not Path(sys.argv[1], "go").exists():
+        time.sleep(0.001)
+x = ca.SX.sym("x", 2)
+kernel = Kernel(ca.Function("f", [x], [ca.sin(x[0]) * x[1] + 3]))
+values = np.random.default_rng(0).normal(size=(101, 2))
+assert np.allclose(kernel(values)[0], np.sin(values[:, 0]) * values[:, 1] + 3, rtol=1e-14, atol=1e-14)
+tiny = np.array([1e-310])
+assert tiny[0] / 2 == 5e-311 and (tiny / 2)[0] == 5e-311 and float("1e-310") * 0.5 > 0.0
+print("compiled" if kernel.compiled else "numpy")
+"""
+
+
+def _start(folder: Path, *arguments: str, **variables: str) -> "subprocess.Popen[str]":
+    environment = {**os.environ, "DYNIDENT_CACHE": str(folder), **variables}
+    command = [sys.executable, "-c", SCRIPT, *arguments]
+    return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def _answer(process: "subprocess.Popen[str]") -> str:
+    output, errors = process.communicate(timeout=120)
+    assert process.returncode == 0, errors
+    return output.strip()
+
+
+def _entries(folder: Path) -> list[Path]:
+    return sorted(folder.glob("*.so"))
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty cache that this process uses as well."""
+    if not any(map(shutil.which, ("cc", "gcc", "clang"))):
+        pytest.skip("needs a C compiler")
+    path = tmp_path / "below" / "cache"
+    monkeypatch.setenv("DYNIDENT_CACHE", str(path))
+    monkeypatch.delenv("DYNIDENT_NO_COMPILER", raising=False)
+    return path
+
+
+def test_key_is_source_compiler_flags_and_processor(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def entries_after() -> int:
+        cache.compiled_library(SOURCE)
+        return len({path.name.split("-")[0] for path in _entries(folder)})
+
+    assert entries_after() == 1
+    assert entries_after() == 1
+    cache.compiled_library(SOURCE.replace("1.0", "2.0"))
+    assert entries_after() == 2
+    monkeypatch.setattr(cache, "_FLAGS", (*cache._FLAGS, "-fno-math-errno"))
+    assert entries_after() == 3
+    monkeypatch.setattr(cache, "_processor", lambda: "another processor")
+    assert entries_after() == 4
+    wrapper = tmp_path / "mycc"
+    wrapper.write_text('#!/bin/sh\nexec cc "$@"\n')
+    wrapper.chmod(0o755)
+    monkeypatch.setenv("CC", str(wrapper))
+    assert entries_after() == 5
+    wrapper.write_text('#!/bin/sh\n# upgraded\nexec cc "$@"\n')
+    assert entries_after() == 6
+
+
+def _flip_a_byte(content: bytes) -> bytes:
+    middle = len(content) // 2
+    return content[:middle] + bytes([content[middle] ^ 0xFF]) + content[middle + 1 :]
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        pytest.param(lambda content: b"", id="empty"),
+        pytest.param(lambda content: content[:4096], id="first page only"),
+        pytest.param(lambda content: content[: len(content) // 2], id="half"),
+        pytest.param(lambda content: content[:-1], id="last byte lost"),
+        pytest.param(lambda content: b"no library" * 1000, id="garbage"),
+        pytest.param(_flip_a_byte, id="one byte changed"),
+    ],
+)
+def test_damaged_entry_is_rebuilt(folder: Path, damage: Callable[[bytes], bytes]) -> None:
+    cache.compiled_library(SOURCE, "kernel")
+    (entry,) = _entries(folder)
+    good = entry.read_bytes()
+    entry.unlink()  # it is loaded
+    entry.write_bytes(damage(good))
+    assert Path(cache.compiled_library(SOURCE, "kernel")._name).parent == folder
+    (entry,) = _entries(folder)
+    assert entry.read_bytes() == good
+
+
+def test_cache_that_others_can_write_is_not_used(folder: Path) -> None:
+    folder.mkdir(parents=True)
+    folder.chmod(0o777)
+    used = cache.cache_folder()
+    assert used != folder
+    assert stat.S_IMODE(used.stat().st_mode) == 0o700
+
+
+def test_without_compiler_numpy_answers(folder: Path) -> None:
+    assert _answer(_start(folder, DYNIDENT_NO_COMPILER="1")) == "numpy"
+    assert not folder.exists()
+
+
+def test_compiler_that_fails_is_told_and_numpy_answers(folder: Path, tmp_path: Path) -> None:
+    broken = tmp_path / "brokencc"
+    broken.write_text("#!/bin/sh\necho out of order >&2\nexit 1\n")
+    broken.chmod(0o755)
+    process = _start(folder, CC=str(broken))
+    output, errors = process.communicate(timeout=120)
+    assert (process.returncode, output.strip()) == (0, "numpy")
+    assert "out of order" in errors
+    assert list(folder.iterdir()) == []
+
+
+def _compiler(folder: Path, text: str) -> str:
+    path = folder / "mycc"
+    path.write_text(f"#!/bin/sh\n{text}\n")
+    path.chmod(0o755)
+    return str(path)
+
+
+def test_compiler_that_hangs_is_asked_once(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It and what it started are ended; who asks again in this process need not wait."""
+    calls = tmp_path / "asked"
+    monkeypatch.setenv("CC", _compiler(tmp_path, f"echo once >> {calls}\nsleep 100"))
+    monkeypatch.setattr(cache, "_PATIENCE", 0.3)
+    begun = time.monotonic()
+    for _ in range(3):
+        with pytest.raises(cache.CompilerUnavailable, match=r"failed to finish within 0\.3 s"):
+            cache.compiled_library(SOURCE)
+    assert time.monotonic() - begun < 10.0
+    assert calls.read_text() == "once\n"
+    assert list(folder.iterdir()) == []

@@ -1,22 +1,27 @@
-"""The model against Pinocchio, which knows nothing of this package's code."""
+"""The model against Pinocchio, which knows nothing of this package's code, and laws of energy and payloads."""
 
 from collections.abc import Callable
 from dataclasses import replace
+from math import cos, radians, sin
 
 import numpy as np
 import pinocchio as pin
 from dynident.common.arrays import Array
 from dynident.model import (
+    INERTIAL,
     Drives,
     InertialParameters,
+    Joint,
     Robot,
     forward_kinematics,
     inverse_dynamics,
     mass_matrix,
+    payload_regressor,
     standard_columns,
     standard_regressor,
 )
 from dynident.model.base.rank import random_states
+from dynident.model.regressors import payload_columns
 
 STATES = 200
 TOLERANCE = 1e-9
@@ -112,3 +117,112 @@ def test_forward_kinematics(robot: Robot) -> None:
         R, p = ours(q)
         np.testing.assert_allclose(np.array(R), data.oMi[robot.n].rotation, atol=1e-13)
         np.testing.assert_allclose(np.array(p).ravel(), data.oMi[robot.n].translation, atol=1e-13)
+
+
+FEW = 50
+Evaluate = Callable[..., Array]
+RandomParameters = Callable[[Robot, int], dict[str, float]]
+RandomBodies = Callable[[int, int], list[InertialParameters]]
+
+
+def vector(robot: Robot, values: dict[str, float]) -> Array:
+    return np.array([values[name] for name in standard_columns(robot)])
+
+
+def assert_equal(value: Array, reference: Array, tolerance: float = 1e-11) -> None:
+    """Equal to a fraction of each column's largest entry (columns may have different units)."""
+    scale = np.abs(reference).max(axis=0)
+    assert value.shape == reference.shape
+    assert (np.abs(value - reference) <= tolerance * scale).all()
+
+
+def test_power_balance(robot: Robot, evaluate: Evaluate, random_parameters: RandomParameters) -> None:
+    """The motors' power is the growth of energy plus what friction takes."""
+    q, qd, qdd = random_states(robot, FEW, seed=4)
+    values = random_parameters(robot, 4)
+    torque = evaluate(inverse_dynamics(robot), q, qd, qdd, vector(robot, values))[:, :, 0]
+    power = (torque * qd).sum(axis=1)
+    step = 1e-30  # complex step: the derivative along the motion without cancellation
+    growth = np.array(
+        [
+            energy(robot, values, a + 1j * step * b, b + 1j * step * c).imag / step
+            for a, b, c in zip(q, qd, qdd, strict=True)
+        ]
+    )
+    assert_equal(power, growth + friction_power(robot, values, qd))
+
+
+def energy(robot: Robot, values: dict[str, float], q: Array, qd: Array) -> complex:
+    """Kinetic and potential energy [J] from homogeneous transforms and pseudo-inertias; takes complex numbers."""
+    T, speed = np.eye(4, dtype=complex), np.zeros((4, 4), dtype=complex)
+    total = 0.0 + 0.0j
+    for j, joint in enumerate(robot.joints):
+        A, slope = transform(joint, q[j])
+        T, speed = T @ A, speed @ A + T @ slope * qd[j]
+        body = InertialParameters(np.array([values[f"{kind}{j + 1}"] for kind in INERTIAL]))
+        total += 0.5 * np.trace(speed @ body.pseudo_inertia @ speed.T)
+        total -= np.array(robot.gravity) @ (T @ body.pseudo_inertia)[:3, 3]
+        total += 0.5 * values.get(f"IA{j + 1}", 0.0) * qd[j] ** 2
+    if robot.coupling:
+        first, second = robot.coupling.joints
+        total += values[f"IA{second}"] * qd[first - 1] * qd[second - 1]
+    if robot.spring:
+        a, b = robot.spring.arms
+        psi = q[robot.spring.joint - 1] - robot.spring.zero
+        L = np.sqrt(a * a + b * b + 2 * a * b * np.cos(psi))
+        total += 0.5 * robot.spring.stiffness * (L - robot.spring.length) ** 2
+    return complex(total)
+
+
+def transform(joint: Joint, q: complex) -> tuple[Array, Array]:
+    """Rot(x, alpha) Trans(x, d) Rot(z, theta) Trans(z, r), and its derivative by q."""
+    angle, length = (q + joint.theta, joint.r) if joint.revolute else (joint.theta, q + joint.r)
+    ca, sa, c, s = cos(joint.alpha), sin(joint.alpha), np.cos(angle), np.sin(angle)
+    before = np.array([[1, 0, 0, joint.d], [0, ca, -sa, 0], [0, sa, ca, 0], [0, 0, 0, 1]])
+    screw = np.array([[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, length], [0, 0, 0, 1]])
+    slope = np.zeros((4, 4), dtype=complex)
+    if joint.revolute:
+        slope[:2, :2] = [[-s, -c], [c, -s]]
+    else:
+        slope[2, 3] = 1.0
+    return before @ screw, before @ slope
+
+
+def friction_power(robot: Robot, values: dict[str, float], qd: Array) -> Array:
+    """(2) times the speed, the offsets, and rotor k's friction at the sum of the coupled speeds."""
+    power = np.zeros(len(qd))
+    for j, speed in enumerate(qd.T, start=1):
+        power += values.get(f"FS{j}", 0.0) * np.abs(speed) + values.get(f"FV{j}", 0.0) * speed**2
+        power += values.get(f"OFF{j}", 0.0) * speed
+    if robot.coupling:
+        first, second = robot.coupling.joints
+        first_speed, two = qd[:, first - 1], qd[:, second - 1]
+        power += (
+            values[f"FSM{second}"] * np.abs(first_speed + two) + 2.0 * values[f"FVM{second}"] * first_speed * two
+        )
+    return power
+
+
+def test_welded_payload_only_changes_the_last_link(
+    robot: Robot, evaluate: Evaluate, random_parameters: RandomParameters, random_bodies: RandomBodies
+) -> None:
+    """A payload given in a tool frame, and the same body as one more link behind a joint that is held."""
+    tool = Joint("revolute", radians(33), 0.12, radians(-71), 0.08)
+    values, payload = random_parameters(robot, 7), random_bodies(1, 8)[0]
+    longer = replace(robot, joints=(*robot.joints, tool), joint_names=())
+    states = random_states(robot, FEW, seed=7)
+    n = robot.n
+    longer_states = [np.column_stack([x, np.zeros(FEW)]) for x in states]
+    extra = dict.fromkeys(standard_columns(longer), 0.0) | values | payload.named(str(n + 1))
+    expected = evaluate(inverse_dynamics(longer), *longer_states, vector(longer, extra))[:, :n, 0]
+
+    pose = transform(tool, 0.0)[0].real
+    moved = payload.moved(pose[:3, :3], pose[:3, 3])
+    loaded = values | {name: values[name] + value for name, value in moved.named(str(n)).items()}
+    torque = inverse_dynamics(robot)
+    with_payload = evaluate(torque, *states, vector(robot, loaded))[:, :, 0]
+    assert_equal(with_payload, expected)
+    assert tuple(moved.named(str(n))) == payload_columns(robot)
+
+    without = evaluate(torque, *states, vector(robot, values))[:, :, 0]
+    assert_equal(evaluate(payload_regressor(robot), *states) @ moved.vector, with_payload - without, 1e-10)

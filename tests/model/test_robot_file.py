@@ -170,14 +170,11 @@ CASES = [
     ("[[joints]]", "name", "missing: must be text"),
     ('name = "x"', "joints", r"give one \[\[joints\]\] table for each joint"),
     ('name = "x"\njoints = []', "joints", "give one"),
-    ('name = "x"\njoints = {alpha_deg = 1}', "joints", "give one"),
-    ('name = "x"\njoints = [1]', r"joints\[1\]", "must be a table"),
     (
         'nmae = "x"\n[[joints]]',
         "nmae",
         "unknown; known here: base, drives, flange, flange_in_payload_frame, gravity",
     ),
-    (ONE + 'alpha_deg = "90"', r"joints\[1\].alpha_deg", "must be a finite number, got '90'"),
     (ONE + "alpha_deg = nan", r"joints\[1\].alpha_deg", "must be a finite number, got nan"),
     (ONE + "alpha = 90", r"joints\[1\].alpha", "unknown; known here: acceleration_deg_s2"),
     (ONE + 'd = "D7"', r"joints\[1\].d", r"no length 'D7' in \[lengths\]"),
@@ -188,7 +185,6 @@ CASES = [
     (ONE + "speed_deg_s = 0", r"joints\[1\]", "speed limit must be positive"),
     (ONE + "[drives]\nside = 'gear'", "drives.side", "must be 'link' or 'motor'"),
     (ONE + "[drives]\nside = 'link'\nrotor_inertia = true", "drives.rotor_inertia", "link side do not see it"),
-    (ONE + "[flange]\nrpy = [0, 0, 0]", "flange.rpy", "unknown; known here: rpy_deg, xyz"),
     ("rated_payload_kg = 0\n" + ONE, "robot", "rated payload must be positive"),
     (ONE + "[drives.coupling]\njoints = [1, 2]", "robot", "drives name joint 2"),
     (ONE + "[drives.coupling]\njoints = [1, 1]", "drives.coupling", "must differ"),
@@ -197,7 +193,6 @@ CASES = [
     (ONE + "[drives.spring]\njoint = 1\ntable = [[0, 1, 2]]", r"drives.spring.table\[1\]", "list of 2 numbers"),
     (ONE + "[processing]\ncutoff_hz = -5", "processing", "cutoff must be positive"),
     (ONE + "[sources]\nmas = 'x'", "sources.mas", r"unknown; known here: .*; did you mean 'mass'\?"),
-    (ONE + "[sources]\nmass = 3", "sources.mass", "must be text, got 3"),
     (ONE + "[parameters]\nM2 = 3", "parameters.M2", "not a standard parameter"),
     (ONE + "[parameters]\nXXR1 = 3", "parameters.XXR1", "not a standard parameter"),
 ]
@@ -304,11 +299,7 @@ def test_both_forms_are_one_body(tmp_path: Path) -> None:
         ("M = 1\nXX = 1.0", "no body has such parameters"),
         ("mass = 1\ncom = [0, 0]", "key 'com': must be a list of 3 numbers"),
         ("mass = 1\nM = 2", "key 'M': unknown"),
-        ("M = 'heavy'", "key 'M': must be a finite number"),
         ("M = inf", "key 'M': must be a finite number"),
-        ("M = [1]", "key 'M': must be a finite number"),
-        ("payload = 3", "key 'payload': must be a table"),
-        ("M = ", "not valid TOML"),
     ],
 )
 def test_what_is_no_payload_is_refused(tmp_path: Path, text: str, words: str) -> None:

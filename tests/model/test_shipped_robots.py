@@ -103,15 +103,6 @@ def test_every_limit_is_there_with_its_source(name: str) -> None:
     assert robot.drives.friction
 
 
-@pytest.mark.parametrize("name", [name for name in robot_names() if load_robot(name).assumed("torque")])
-def test_assumed_torque_limits_follow_the_rule(name: str) -> None:
-    """The numbers in the file are those of the rule, to three digits."""
-    robot = load_robot(name)
-    free = replace(robot, joints=tuple(replace(j, limits=replace(j.limits, torque=math.inf)) for j in robot.joints))
-    rule = [joint.limits.torque for joint in with_stand_in(free).joints]
-    assert [joint.limits.torque for joint in robot.joints] == pytest.approx(rule, rel=6e-3)
-
-
 @pytest.mark.parametrize("name", robot_names())
 def test_a_stand_in_weighs_as_real_arms_do(name: str) -> None:
     """Links that can exist, rotors and friction, and first moments like those of arms that were identified."""

@@ -23,13 +23,10 @@ _ZERO = 1e-8
 
 @dataclass(frozen=True)
 class _Link:
-    """Motions that a link can go through, in its frame.
+    """Motions that a link can go through, in its frame: spans of columns.
 
-    Attributes:
-        velocities: span of its velocities, 6 x any.
-        gravity: gravity as an acceleration at q = 0, shape (6,).
-        swings: span of the changes of ``gravity`` with the positions, 6 x any.
-        detectable: combinations of its ten parameters that torques show, any x 10.
+    Its velocities, gravity at q = 0 as an acceleration and its changes with the positions; in rows, what torques
+    show of its ten parameters.
     """
 
     velocities: Array
@@ -182,15 +179,9 @@ def _last_entries(unseen: Array) -> list[int]:
 
 
 class Comparison(NamedTuple):
-    """Parameters of one robot by each way.
+    """One robot by each way: equal names, largest difference of groupings, and of ||W - W_base G|| / ||W||.
 
-    Attributes:
-        names: whether all three give the same names in the same order.
-        grouping: largest difference between two of the three groupings.
-        model: largest of ||W - W_base G|| / ||W|| over the three.
-        rejected: largest residual of a column that QR rejects, relative to the largest column.
-        accepted: smallest residual of a column that QR accepts.
-        rules: how often each rule was applied; empty without gravity.
+    Largest residual of a column that QR rejects, smallest of one that it accepts; how often each rule was applied.
     """
 
     names: bool

@@ -18,19 +18,9 @@ Q = 1.570796326794897
 
 @dataclass(frozen=True)
 class Chain:
-    """A published chain.
+    """A published chain: where each joint stands in the one before, its axis, the flange, ranges and speeds.
 
-    Attributes:
-        source: repository, file and commit of the geometry.
-        places: origin of each joint in the one before.
-        axes: of rotation.
-        angles: roll, pitch, yaw of each joint; none where all are zero.
-        flange: origin and angles of the flange in the last joint.
-        limits: source of the limits, where it is another file.
-        unit: of ranges and speeds.
-        low: lower ends of the ranges.
-        high: upper ends.
-        speeds: largest ones.
+    No ``angles``: all are zero. ``limits`` is their source, where it is another file.
     """
 
     source: str

@@ -4,7 +4,9 @@ from types import SimpleNamespace
 from typing import Any
 from unittest.mock import NonCallableMock
 
+import msgspec
 import numpy as np
+from dynident.common.schema import Document, json_text
 from dynident.estimation import PAYLOAD, Estimate, Gains, LongMotion, ShortMotion, SigmaRatio, Verdict
 from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.diagnosis.finding import note, warning
@@ -295,3 +297,9 @@ def drive_gains() -> Any:
         recordings={"unloaded": ("u0", "u1"), "loaded": ("l0",)},
         without_robust="",
     )  # fmt: skip
+
+
+def written(document: Document) -> dict[str, Any]:
+    """Plain values, as in the file."""
+    read: dict[str, Any] = msgspec.json.decode(json_text(document))
+    return read

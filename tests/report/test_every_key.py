@@ -23,7 +23,7 @@ from dynident.estimation.payload.ripple import RIPPLE_CHANCE
 from dynident.estimation.results.parts import PossibleRobotDocument
 from dynident.model import INERTIAL
 from dynident.tests.report import made
-from dynident.tests.report.written import written
+from dynident.tests.report.made import written
 from msgspec.structs import asdict
 
 
@@ -476,32 +476,4 @@ def test_compare() -> None:
     same(documents.DOCUMENTS["compare"](**vars(ODD), **values), expected)
 
 
-def test_fleet_report() -> None:
-    days = ("2026-01-04", "2026-01-05")
-
-    def line(quantity: str, values: Any, own: float, usual: float, z: float | None) -> Any:
-        return SimpleNamespace(
-            arm="left", quantity=quantity, days=days, usual=usual, values=values, sigma=(0.0, own), z=z
-        )
-
-    calm, moved = line("FV1", (0.0, 0.0, 3.5), 0.75, 3.0, None), line("FS1", (*11 * (0.0,), 1.25), 0.5, 2.5, -6.5)
-    reported: Any = SimpleNamespace(
-        arms=(SimpleNamespace(name="left"),), first="2026-01-01", series=(calm, moved), changed=(moved,), twins=ODD,
-    )  # fmt: skip
-    calm_keys = {
-        "arm": "left", "quantity": "FV1", "day": "2026-01-05", "value": 3.5, "sigma": 0.75, "usual": 3.0,
-        "nights": 2, "z": None,
-    }  # fmt: skip
-    moved_keys = {
-        "arm": "left", "quantity": "FS1", "day": "2026-01-05", "value": 1.25, "sigma": 0.5, "usual": 2.5,
-        "nights": 11, "z": -6.5,
-    }  # fmt: skip
-    expected = {
-        "arms": ["left"], "first_day": "2026-01-01", "threshold": 5.0, "changed": [moved_keys], "odd": ODD_KEYS,
-        "last": [calm_keys, moved_keys], "refused": [{"file": "a.csv", "reason": "none"}],
-    }  # fmt: skip
-    same(documents.fleet_document(reported, {"a.csv": "none"}), expected)
-
-
 FLANGE = {"xyz": [0.125, 0.25, 0.375], "rpy_deg": [0.0, 0.0, 90.0], "source": "told there"}
-A, B = (made.numbers(*shape) for shape in ((2, 4), (2, 4)))

@@ -2,8 +2,6 @@
 
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -130,10 +128,3 @@ def test_a_payload_in_a_controllers_format(answers: dict[str, PayloadAnswer]) ->
     assert "set_target_payload" in answers["payload"].result.export("ur", despite_verdict=True)
     with pytest.raises(InputError, match="there is no format 'abc'"):
         answers["payload"].result.export("abc")
-
-
-def test_no_answer_imports_the_report() -> None:
-    code = "from dynident.estimation import PayloadAnswer, Identification\nimport sys\nprint(*sys.modules)"
-    loaded = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout.split()
-    assert "dynident.common.speech" in loaded
-    assert not [name for name in loaded if name.startswith("dynident.apps.report")]

@@ -121,13 +121,7 @@ class Case(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """Distance of bodies to the limits of a motion.
-
-    Attributes:
-        violations: bodies that break a limit, of those drawn and the worst.
-        reached: share of a limit that the worst body comes to.
-        outside: share that the worst body of a wider set comes to.
-    """
+    """Bodies that break a limit, and the share of one that the worst of a set, and of a wider set, comes to."""
 
     violations: int
     reached: float

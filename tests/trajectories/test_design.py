@@ -1,4 +1,4 @@
-"""Designs: exact gradients, limits kept between samples, what they teach, and honest answers."""
+"""Criteria and designs: exact values and gradients, limits kept between samples, honest answers."""
 
 from dataclasses import replace
 from typing import Any
@@ -6,33 +6,40 @@ from typing import Any
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
-from dynident.common.errors import InputError
-from dynident.examples.paper.printed import paper_tables
-from dynident.model import INERTIAL, InertialParameters, Limits, Robot, inverse_dynamics, load_robot
+from dynident.model import (
+    INERTIAL,
+    InertialParameters,
+    Robot,
+    base_parameters,
+    inverse_dynamics,
+    load_robot,
+    regressor,
+)
+from dynident.model.base.rank import random_states
 from dynident.model.kernel.kernel import Kernel
-from dynident.tests.conftest import CROOKED
+from dynident.tests.conftest import CROOKED, SCARA
 from dynident.trajectories import (
     Design,
     DesignProblem,
-    Earlier,
     FourierShape,
     Goal,
     JointBounds,
     Loads,
     Scene,
-    Score,
     Trapezoid,
     ViaPoints,
     ViaPointShape,
     build_design,
-    random_via_points,
     score_motion,
     solve_design,
 )
+from dynident.trajectories.design.criterion import CRITERIA, Kind, condition_numbers
 from dynident.trajectories.design.descent import Lagrangian
 from dynident.trajectories.design.goal import Shape
+from dynident.trajectories.design.information import SPRING, RegressorKernel, regressor_kernel
 from dynident.trajectories.design.scene import Capsule, HalfSpace
 from dynident.trajectories.design.search import floor_under
+from dynident.trajectories.motions.family import Samples
 from dynident.trajectories.simulation.simulator import parameter_vector
 
 ROBOT = load_robot("rx90")
@@ -76,17 +83,6 @@ def problem(goal: str, shape: str, *, bounds: JointBounds = BOUNDS, **of_shape: 
     return build_design(ROBOT, own, GOALS[goal], bounds=bounds, loads=loads, scene=SCENE)
 
 
-def limited(robot: Robot, bounds: JointBounds) -> Robot:
-    """The robot with these limits in its description."""
-    joints = tuple(
-        replace(joint, limits=Limits((float(low), float(high)), float(v), float(a), float(tau)))
-        for joint, low, high, v, a, tau in zip(
-            robot.joints, bounds.low, bounds.high, bounds.speed, bounds.acceleration, bounds.torque, strict=True
-        )
-    )
-    return replace(robot, joints=joints)
-
-
 def derivative(function: object, x: Array, direction: Array, step: float = 2e-4) -> float:
     """Central differences of two steps, extrapolated (Richardson)."""
     assert callable(function)
@@ -111,38 +107,6 @@ def test_gradient_is_the_derivative(goal: str, shape: str) -> None:
     direction = draw.standard_normal(len(x)) / np.sqrt(len(x))
     expected = derivative(lambda y: task.evaluate(y, 8.0, 0.5, limits)[0], x, direction)
     assert slope @ direction == pytest.approx(expected, rel=1e-6, abs=1e-6 * float(np.linalg.norm(slope)) / len(x))
-
-
-def test_fixed_durations_leave_no_other(rx90: Robot) -> None:
-    with pytest.raises(InputError, match="durations of the moves are fixed"):
-        build_design(rx90, ViaPointShape(5, fixed=1.0, longest=10.0), Goal("cond", payload_only=True))
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: Goal("e"), "'e' is not one of d, a, cond, cond-scaled"),
-        (lambda: Goal("a"), "needs reference values"),
-        (lambda: Goal("cond", interest=("FV1",)), "counts for d and a only"),
-        (lambda: Goal("d", earlier=Earlier(("FV1",), np.eye(1))), "data length to come"),
-        (lambda: build_design(ROBOT, goal=Goal(columns=("FV9",))), "FV9"),
-        (lambda: build_design(ROBOT, goal=Goal(noise=(1.0,))), "6 positive numbers"),
-        (lambda: build_design(ROBOT, ViaPointShape(start=(9.0,) * 6)), "6 positions within the limits"),
-        (
-            lambda: build_design(ROBOT, ViaPointShape(start=(0.0, 1.2, 1.2, 0.0, 0.0, 0.0)), scene=SCENE),
-            "another start pose: clearance of .* against 0, violated",
-        ),
-        (lambda: build_design(ROBOT, goal=Goal("a", reference={"FV1": 1.0})), "reference value other than zero"),
-        (
-            lambda: build_design(ROBOT, bounds=BOUNDS, loads=Loads({"FV1": 1.0})),
-            "torque limits need the parameters",
-        ),
-    ],
-)
-def test_requests_that_cannot_be(make: object, message: str) -> None:
-    assert callable(make)
-    with pytest.raises(InputError, match=message):
-        make()
 
 
 def test_a_spring_is_part_of_the_torque() -> None:
@@ -228,43 +192,6 @@ def test_condition_number_of_a_design_and_its_floor() -> None:
     assert floor.gap == pytest.approx(design.score.value - floor.value)
 
 
-@pytest.mark.long
-def test_same_seed_same_motion() -> None:
-    task = build_design(ROBOT, FourierShape(3, 5.0), Goal("cond-scaled", payload_only=True))
-    first, two, reseeded = (solve_design(task, seed=seed, starts=1) for seed in (1, 1, 2))
-    assert np.array_equal(first.motion(50.0).q, two.motion(50.0).q)
-    assert not np.array_equal(first.motion(50.0).q, reseeded.motion(50.0).q)
-
-
-@pytest.mark.long
-def test_earlier_recordings_turn_the_design_to_what_is_uncertain() -> None:
-    """Parameters known well already need no more of the motion's time: from two of three starts at least."""
-    names = tuple(f"{kind}6" for kind in INERTIAL)
-    known = Earlier(names, np.diag([1e-3] * 6 + [1e3] * 4))  # the first moments and the mass
-    plain = Goal("d", payload_only=True, data_length=10.0)
-    shape = FourierShape(3, 5.0)
-    gains = []
-    for seed in range(3):
-        first, second = (
-            solve_design(build_design(ROBOT, shape, goal), seed=seed, starts=1)
-            for goal in (plain, replace(plain, earlier=known))
-        )
-        assert all(second.learnt.sigma[name] <= 1.001e-3 for name in names[6:])
-        gains.append(score_motion(second.problem, first.motion(200.0)).value - second.score.value)
-    assert np.median(gains) > 1e-3
-
-
-@pytest.mark.long
-def test_limits_that_cannot_be_met_are_named() -> None:
-    """The arm cannot be held up with 20 N·m on joint 2."""
-    weak = JointBounds.of(ROBOT, torque=(300.0, 20.0, 120.0, 50.0, 40.0, 20.0))
-    task = build_design(ROBOT, FourierShape(2, 4.0), Goal("d", columns=FEW), bounds=weak)
-    design = solve_design(task, starts=1)
-    assert not design.feasible
-    assert design.score.max_violation > 0.01
-    assert any("torque of joint 2" in line and "against" in line for line in design.score.violations)
-
-
 def test_interrupted_it_keeps_the_best_so_far() -> None:
     task = build_design(ROBOT, ViaPointShape(14), Goal("cond"))
     steps: list[float | None] = []
@@ -281,43 +208,123 @@ def test_interrupted_it_keeps_the_best_so_far() -> None:
     assert isinstance(design.plan, ViaPoints)
 
 
-TABLE2 = {name: printed.value for name, printed in paper_tables().table2_robot.items()}
-SPEEDS = 0.95 ** np.arange(30)
-PAPER_NOISE = tuple(0.1 * TABLE2[f"FS{j}"] for j in range(1, 7))
+DRAW = np.random.default_rng(0)
+W = DRAW.standard_normal((60, 6)) * np.array([1.0, 3.0, 0.2, 5.0, 0.7, 1.5])
+REFERENCE = np.array([1.0, -2.0, 3.0, 0.5, 1.0, 4.0])
+A = CRITERIA["a"]._replace(reference=REFERENCE)
 
 
-@pytest.fixture(scope="module")
-def scored() -> DesignProblem:
-    goal = Goal("d", columns=tuple(TABLE2), noise=PAPER_NOISE)
-    return build_design(ROBOT, ViaPointShape(14), goal, bounds=BOUNDS)
+def scaled(W: Array) -> Array:
+    return np.asarray(W / np.linalg.norm(W, axis=0))
 
 
-def random_scores(scored: DesignProblem, count: int) -> list[Score]:
-    """At rest in each point, as fast as all limits allow, in steps of 5 %."""
-    robot = limited(ROBOT, scored.bounds)
-    scores = []
-    for seed in range(count):
-        motions = (random_via_points(robot, 14, seed, speed, 0.75).motion(100.0) for speed in SPEEDS)
-        scores.append(next(score for score in (score_motion(scored, x) for x in motions) if score.feasible))
-    return scores
+def test_condition_numbers_are_numpys() -> None:
+    plain, columns = condition_numbers(W)
+    assert plain == pytest.approx(np.linalg.cond(W))
+    assert columns == pytest.approx(np.linalg.cond(scaled(W)))
 
 
-def spread(score: Score) -> list[float]:
-    """Median and worst relative sigma, for one second of motion."""
-    sigma = np.array(list(score.relative_sigma(TABLE2).values())) * np.sqrt(score.duration)
-    return [float(np.median(sigma)), float(sigma.max())]
+@pytest.mark.parametrize(("kind", "matrix"), [("cond", W), ("cond-scaled", scaled(W))])
+def test_the_surrogate_is_an_upper_bound_that_closes(kind: Kind, matrix: Array) -> None:
+    exact = np.log(np.linalg.cond(matrix))
+    values = [CRITERIA[kind](W.T @ W, p)[0] for p in (1.0, 8.0, 24.0, 400.0)]
+    assert all(np.diff(values) <= 0.0)
+    assert values[-1] == pytest.approx(exact, abs=0.01)
+    assert min(values) >= exact - 1e-12
 
 
-def test_d_counts_information_per_second(scored: DesignProblem) -> None:
-    """The search optimises what is compared at equal duration: -log det per parameter of one second's data."""
-    for score in random_scores(scored, 3):
-        per_second = score.learnt.log_det / len(TABLE2) - np.log(score.duration)
-        assert score.value == pytest.approx(-per_second, abs=1e-9)
+def test_d_and_a_are_what_they_say() -> None:
+    G = W.T @ W
+    covariance = np.linalg.inv(G)
+    assert CRITERIA["d"](G)[0] == pytest.approx(-np.linalg.slogdet(G)[1] / 6)
+    own = covariance[np.ix_([1, 4], [1, 4])]
+    assert CRITERIA["d"]._replace(interest=[1, 4])(G)[0] == pytest.approx(np.linalg.slogdet(own)[1] / 2)
+    relative = np.sqrt(np.diag(covariance)) / REFERENCE
+    assert A(G)[0] == pytest.approx(0.5 * np.log((relative**2).mean()))
+    assert A._replace(interest=[2, 3])(G)[0] == pytest.approx(0.5 * np.log((relative[2:4] ** 2).mean()))
 
 
-@pytest.mark.long
-def test_a_design_is_a_quarter_below_random_motions(scored: DesignProblem) -> None:
-    design = solve_design(scored, starts=3)
-    assert design.feasible
-    best = np.min([spread(score) for score in random_scores(scored, 40)], axis=0)
-    assert (spread(design.score) < 0.75 * best).all()
+EVERY = {
+    **CRITERIA,
+    "a": A,
+    "d of two": CRITERIA["d"]._replace(interest=[0, 3]),
+    "a of three": A._replace(interest=[1, 2, 5]),
+}
+
+
+@pytest.mark.parametrize("name", EVERY)
+@pytest.mark.parametrize("order", [1.0, 8.0, 24.0])
+def test_slopes_are_derivatives(name: str, order: float) -> None:
+    G, step = W.T @ W, 1e-5
+    direction = DRAW.standard_normal((6, 6))
+    direction = direction + direction.T
+    M = EVERY[name](G, order)[1]
+    ahead, behind = (EVERY[name](G + s * direction, order)[0] for s in (step, -step))
+    assert np.allclose(M, M.T, atol=1e-12 * np.abs(M).max())
+    assert np.sum(M * direction) == pytest.approx((ahead - behind) / (2 * step), rel=1e-6)
+
+
+def test_a_singular_matrix_has_no_condition_number() -> None:
+    twice = np.column_stack([W, W[:, 0] + W[:, 1]])
+    assert condition_numbers(twice) == (np.inf, np.inf)
+    assert condition_numbers(np.column_stack([W, np.zeros(60)])) == (np.inf, np.inf)
+    assert condition_numbers(W[:4]) == (np.inf, np.inf)
+    G = np.column_stack([W, np.zeros(60)])
+    assert CRITERIA["d"](G.T @ G)[0] == np.inf
+    assert CRITERIA["cond-scaled"](G.T @ G)[0] == np.inf
+
+
+ROBOTS = {robot.name: robot for robot in (load_robot("rx90"), CROOKED, SCARA)}
+
+
+def columns(robot: Robot) -> tuple[str, ...]:
+    own = base_parameters(robot).columns
+    return (*own, SPRING) if robot.spring else own
+
+
+@pytest.fixture(scope="module", params=ROBOTS)
+def kernel(request: pytest.FixtureRequest) -> tuple[Robot, RegressorKernel]:
+    robot = ROBOTS[request.param]
+    return robot, regressor_kernel(robot, columns(robot))
+
+
+def samples(robot: Robot, count: int = 11) -> Samples:
+    return Samples(np.linspace(0.5, 1.5, count), *random_states(robot, count, 0))
+
+
+def test_the_matrix_is_the_regressor(kernel: tuple[Robot, RegressorKernel]) -> None:
+    robot, own = kernel
+    data = samples(robot)
+    names = [name for name in own.columns if name != SPRING]
+    phi = regressor(robot, names)
+    W = own.matrix(data).reshape(robot.n, -1, len(own.columns))
+    for k in range(len(data.q)):
+        expected = np.asarray(phi(data.q[k], data.qd[k], data.qdd[k]))
+        assert np.allclose(W[:, k, [own.columns.index(name) for name in names]], expected, atol=1e-12)
+        if robot.spring:
+            j = robot.spring.joint - 1
+            assert W[j, k, -1] == pytest.approx(robot.spring.torque(data.q[k, j : j + 1])[0])
+
+
+def test_gram_and_torque_are_products_of_the_matrix(kernel: tuple[Robot, RegressorKernel]) -> None:
+    robot, own = kernel
+    data, draw = samples(robot), np.random.default_rng(1)
+    entries, W = own.entries(data, 0.0), own.matrix(data)
+    weights = draw.uniform(0.5, 2.0, (robot.n, len(data.q)))
+    assert np.allclose(own.gram(entries, weights), (W * weights.reshape(-1, 1)).T @ W, rtol=1e-10)
+    chi = draw.standard_normal(len(own.columns))
+    assert np.allclose(own.torque(entries, chi), (W @ chi).reshape(robot.n, -1).T)
+
+
+def test_the_adjoint_is_the_derivative(kernel: tuple[Robot, RegressorKernel]) -> None:
+    robot, own = kernel
+    data, draw, step = samples(robot), np.random.default_rng(2), 1e-6
+    seed = draw.standard_normal(own.entries(data, 0.3).shape)
+    slopes = own.state_slope(data, 0.3, seed)
+    for k, slope in enumerate(slopes, start=1):
+        direction = draw.standard_normal(data.q.shape)
+        ahead, behind = (
+            own.entries(data._replace(**{data._fields[k]: data[k] + s * direction}), 0.3) for s in (step, -step)
+        )
+        expected = np.sum(seed * (ahead - behind)) / (2 * step)
+        assert np.sum(slope * direction) == pytest.approx(expected, rel=1e-6, abs=1e-7)

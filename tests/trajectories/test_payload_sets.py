@@ -80,12 +80,6 @@ def test_the_bound_is_that_of_the_semidefinite_form() -> None:
         )
 
 
-@pytest.mark.parametrize(("mass", "half"), [(0.0, 0.1), (-1.0, 0.1), (np.inf, 0.1), (1.0, 0.0)])
-def test_a_set_without_size_is_refused(mass: float, half: float) -> None:
-    with pytest.raises(InputError, match="positive"):
-        PayloadSet.within(mass, half)
-
-
 ARM = stand_in.rehearsed(load_robot("ur10e"))
 BOUNDS = JointBounds.of(ARM)
 POSE = np.radians([0.0, -60.0, 90.0, -120.0, -90.0, 0.0])

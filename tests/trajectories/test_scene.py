@@ -80,23 +80,6 @@ def test_slopes_are_derivatives() -> None:
     assert np.sum(slopes.samples.q * direction) == pytest.approx(np.sum(seed * change) / (2 * step), rel=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: Capsule("c", 1, -0.1), "'c': link 1 and radius -0.1"),
-        (lambda: HalfSpace("h", (0.0, 0.0, 0.0)), "'h' needs a normal"),
-        (lambda: Scene((Capsule("c", 1, 0.1), Capsule("c", 2, 0.1))), "same name"),
-        (lambda: Scene((Capsule("c", 1, 0.1),), pairs=(("c", "d"),)), "no body or surface 'd'"),
-        (lambda: clearance(ROBOT, Scene((Capsule("c", 9, 0.1),))), "does not have: it has 6"),
-        (lambda: clearance(ROBOT, Scene((Capsule("c", 3, 0.1),))), "nothing in the scene can collide"),
-    ],
-)
-def test_scenes_that_cannot_be(make: object, message: str) -> None:
-    assert callable(make)
-    with pytest.raises(InputError, match=message):
-        make()
-
-
 WHOLE = """
 clearance = 0.02
 pairs = [["tool", "column"]]

@@ -1,26 +1,24 @@
 """Simulated recordings: the robot under its controller, disturbances by level and seed, exact without noise."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from dynident.apps.commands.demo import PAYLOAD
+from dynident.apps.logs.read import read_recording
+from dynident.apps.report.recordings import write_recording
 from dynident.common.arrays import Array
-from dynident.common.errors import InputError
 from dynident.examples.paper.printed import paper_tables
 from dynident.model import (
-    INERTIAL,
-    InertialParameters,
     Motion,
     Robot,
     base_parameters,
     load_robot,
-    standard_columns,
 )
 from dynident.model.dynamics import SMOOTHING, dry_friction_names, smooth_dry_friction
 from dynident.trajectories import (
-    RX90_NOISE,
-    Controller,
     Disturbances,
     Experiment,
     PointToPoint,
@@ -28,7 +26,6 @@ from dynident.trajectories import (
     Simulator,
     Task,
     plan_point_to_point,
-    random_via_points,
     run_experiment,
 )
 from dynident.trajectories.motions.via_points import random_points
@@ -42,29 +39,6 @@ from dynident.trajectories.simulation.disturbances import (
     record,
     relative_disturbances,
 )
-from dynident.trajectories.simulation.simulator import parameter_vector
-
-
-@pytest.fixture(scope="module")
-def simulator() -> Simulator:
-    return Simulator(load_robot("rx90"))
-
-
-def test_a_payload_is_part_of_the_last_link(simulator: Simulator) -> None:
-    body = InertialParameters.from_com(2.0, [0.1, 0.0, 0.2], 0.01 * np.eye(3))
-    known = simulator.robot.parameters
-    change = parameter_vector(simulator.robot, known, body) - parameter_vector(simulator.robot, known)
-    assert np.count_nonzero(change) == np.count_nonzero(body.vector)
-    assert change.sum() == pytest.approx(body.vector.sum())
-
-
-def test_noise_has_its_level_and_its_seed(simulator: Simulator) -> None:
-    motion = random_via_points(simulator.robot, 14, 0).motion(250.0)
-    exact = simulator.record(motion)
-    a, b, c = (simulator.record(motion, None, RX90_NOISE, seed) for seed in (1, 1, 2))
-    assert np.array_equal(a.torque, b.torque)
-    assert not np.array_equal(a.torque, c.torque)
-    assert np.allclose((a.torque - exact.torque).std(axis=0), RX90_NOISE, rtol=0.03)
 
 
 def test_the_simulated_robot_is_the_papers() -> None:
@@ -115,6 +89,12 @@ def test_friction_wanders_about_its_level() -> None:
     assert np.array_equal(constant, np.tile(mean, (10, 1)))
 
 
+def test_levels_are_shares_of_the_torque() -> None:
+    levels = relative_disturbances(np.array([100.0, 10.0]), 0.1)
+    assert (levels.white, levels.slow, levels.ripple) == ((10.0, 1.0), (0.0, 0.0), (5.0, 0.5))
+    assert (levels.friction, levels.encoder) == (0.05, 1e-5)
+
+
 def test_encoder_and_gains() -> None:
     levels = replace(no_disturbances(6), encoder=1e-3, gain_error=0.02)
     _, gains = draw_robot_errors(levels, 5)
@@ -150,6 +130,15 @@ def test_the_same_seed_gives_the_same_recordings(tasks: list[Task], experiment: 
     assert not np.array_equal(first.recording.torque, two.recording.torque)
 
 
+def test_a_recording_is_read_back(experiment: Experiment, tmp_path: Path) -> None:
+    written = replace(experiment.runs[1].recording, gain_sigma=0.02)
+    write_recording(tmp_path / "b.csv", written)
+    read = read_recording(tmp_path / "b.csv", RX90)
+    for name in ("t", "q", "torque"):
+        assert np.allclose(getattr(read, name), getattr(written, name), rtol=1e-11, atol=1e-11)
+    assert (read.gain_sigma, read.notes) == (0.02, ())
+
+
 def test_without_disturbances_recordings_are_exact(tasks: list[Task]) -> None:
     run = run_experiment(RX90, tasks[:1], no_disturbances(6)).runs[0]
     assert np.array_equal(run.recording.torque, run.exact.torque)
@@ -164,16 +153,6 @@ def test_recorded_again_is_what_would_have_been_recorded(tasks: list[Task], expe
         assert np.array_equal(a.recording.torque, b.recording.torque)
     with pytest.raises(ValueError, match="friction acts on the moving robot"):
         experiment.again(replace(RX90_DISTURBANCES, friction=0.5))
-
-
-def test_levels_can_be_scaled_and_are_checked() -> None:
-    assert relative_disturbances(np.array([100.0, 10.0]), 0.1).white == (10.0, 1.0)
-    with pytest.raises(ValueError, match="one number per joint"):
-        Disturbances((1.0,), (0.0, 0.0), (0.0,))
-    with pytest.raises(ValueError, match="must not be negative"):
-        replace(RX90_DISTURBANCES, friction=-0.1)
-    with pytest.raises(ValueError, match="must be positive"):
-        replace(RX90_DISTURBANCES, slow_memory=0.0)
 
 
 WAVES = (8, 36)  # as in the demo: the code is compiled once for all tests
@@ -243,30 +222,13 @@ def test_without_integral_action_the_payload_pulls_the_arm_off_its_path(rx90: Ro
     assert apart.max() == pytest.approx(sag, rel=0.2)
 
 
-def test_without_a_compiler(rx90: Robot, loop: ClosedLoop, monkeypatch: pytest.MonkeyPatch) -> None:
-    run = Task("", motion(rx90, 3, 2))
-    ((compiled, _),) = loop.run([run])
-    monkeypatch.setenv("DYNIDENT_NO_COMPILER", "1")
-    ((plain, _),) = ClosedLoop(rx90, None, *ripple(rx90, 0.0)).run([run])
-    assert np.abs(plain.torque - compiled.torque).max() < 1e-8 * np.abs(compiled.torque).max()
-
-
-def filled(robot: Robot) -> Robot:
-    """A robot with links that can exist and drives that resist."""
-    values = dict.fromkeys(standard_columns(robot), 0.0)
-    for link in range(1, robot.n + 1):
-        body = InertialParameters.from_com(3.0 / link, [0.02 * link, -0.03, 0.05], 0.05 * np.eye(3))
-        values |= {f"{kind}{link}": float(x) for kind, x in zip(INERTIAL, body.vector, strict=True)}
-        values |= {f"IA{link}": 0.3, f"FS{link}": 2.0, f"FV{link}": 3.0}
-    values |= dict.fromkeys(robot.drives.coupling_names(), 0.5)
-    values |= {name: 1.0 for name in values if name.startswith("OFF")}
-    return replace(robot, parameters=values)
-
-
 @pytest.mark.long
-def test_a_robot_of_every_kind(prismatic: dict[str, Robot]) -> None:
+def test_a_robot_of_every_kind(
+    prismatic: dict[str, Robot], random_parameters: Callable[[Robot, int], dict[str, float]]
+) -> None:
     """Sliding joints, oblique gravity, offsets, coupling, spring: the motor torques are the inverse model's."""
-    robot = filled(prismatic["crooked"])
+    crooked = prismatic["crooked"]
+    robot = replace(crooked, parameters=random_parameters(crooked, 0))
     t = np.linspace(0.0, 1.0, 101)
     bump = (1.0 - np.cos(2.0 * np.pi * t)) ** 2
     reference = SampledTrajectory(t, 0.1 * np.outer(bump, np.linspace(1.0, -1.0, robot.n)))
@@ -276,20 +238,3 @@ def test_a_robot_of_every_kind(prismatic: dict[str, Robot]) -> None:
     expected += [np.array(dry(qd, friction(robot)[0]))[:, 0] for qd in data.motion.qd]
     assert np.abs(data.torque - expected).max() < 1e-8 * np.abs(expected).max()
     assert np.abs(data.motion.q - target).max() < 5e-3
-
-
-def test_what_cannot_be_simulated_is_told(rx90: Robot) -> None:
-    with pytest.raises(InputError, match="'ur10e' cannot be simulated: its description lacks XX1"):
-        ClosedLoop(load_robot("ur10e"))
-    massless = replace(rx90, parameters=dict.fromkeys(rx90.parameters, 0.0))
-    with pytest.raises(InputError, match="not positive definite"):
-        ClosedLoop(massless)
-    limp = ClosedLoop(rx90, Controller(0.1, 0.1, 0.0, feed_forward=0.0))
-    with pytest.raises(InputError, match="controller loses joint"):
-        limp.run([Task("", motion(rx90, 1))])
-    with pytest.raises(ValueError, match="gains must be positive"):
-        Controller(position=0.0)
-    with pytest.raises(ValueError, match="'motion' or 'gravity'"):
-        replace(Controller(), compensates="nothing")  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="does not sag"):
-        Controller().sagging(rx90, PAYLOAD, [motion(rx90, 1)], 1e-3)

@@ -15,7 +15,7 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.common.schema import convert
 from dynident.estimation.fit.covariance import student95
-from dynident.model import Joint, Recording, Robot, load_robot, robot_names
+from dynident.model import Recording, Robot, load_robot, robot_names
 from dynident.tests.estimation.recordings.conftest import NAMES, as_csv
 from hypothesis import given
 from hypothesis import strategies as st
@@ -173,19 +173,6 @@ def test_every_recipe_is_read_and_described(root: Path) -> None:
         assert f"examples/logs/{path.name}" in text
 
 
-def test_ur10e_of_dynamic_calibration(tmp_path: Path) -> None:
-    """No header; time, q, qd, i, wanted currents, wanted torques."""
-    table = DRAW.normal(size=(40, 31))
-    table[:, 0] = 838.465 + 0.01 * np.arange(40)
-    np.savetxt(tmp_path / "ur.csv", table, delimiter=",", fmt="%.4f")
-    how = read_log_map(FOLDER / "ur10e_dynamic_calibration.toml")
-    recording = read_recording(tmp_path / "ur.csv", load_robot("ur10e"), [2.0] * 6, how)
-    assert recording.qd is not None
-    assert np.allclose(recording.t, table[:, 0], atol=1e-4)
-    for signal, first, gain in ((recording.q, 1, 1.0), (recording.qd, 7, 1.0), (recording.torque, 13, 2.0)):
-        assert np.allclose(signal, gain * table[:, first : first + 6], atol=2e-4)
-
-
 def test_tx40_of_figaroh(tmp_path: Path) -> None:
     """Two files without time, motor side; (8) and (9) by hand."""
     q, tau = DRAW.normal(size=(2, 30, 6))
@@ -201,19 +188,6 @@ def test_tx40_of_figaroh(tmp_path: Path) -> None:
     assert np.allclose(recording.t, np.arange(30) / 5000.0)
     assert np.allclose(recording.q, q)
     assert np.allclose(recording.torque, tau)
-
-
-def test_panda(tmp_path: Path) -> None:
-    """One number a line, seven lines a sample, four files."""
-    values = {name: DRAW.normal(size=(25, 7)) for name in ("positions", "velocity", "torques")}
-    for name, rows in values.items():
-        np.savetxt(tmp_path / f"exciting_traj_{name}.txt", rows.ravel(), fmt="%.6g")
-    np.savetxt(tmp_path / "exciting_traj_time.txt", 0.001 * np.arange(25))
-    robot = Robot("seven", tuple(Joint(alpha=1.0) for _ in range(7)))
-    recording = read_recording(tmp_path, robot, None, read_log_map(FOLDER / "panda_dyn_model.toml"))
-    assert recording.qd is not None
-    for signal, name in ((recording.q, "positions"), (recording.qd, "velocity"), (recording.torque, "torques")):
-        assert np.allclose(signal, values[name], atol=1e-5)
 
 
 RATE, SECONDS = 100.0, 12.0

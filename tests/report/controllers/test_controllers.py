@@ -15,13 +15,13 @@ import pytest
 from dynident.apps.commands.export import Name
 from dynident.apps.export.controllers import FORMATS
 from dynident.apps.export.load import ControllerLoad, HalfWidths, load_of
-from dynident.cli import main
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.common.schema import convert
 from dynident.estimation import PayloadResult
 from dynident.model import InertialParameters
 from dynident.model.inertia import ten_parameters
+from dynident.tests.commands.typed import Ended, typed
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -344,21 +344,11 @@ def test_hostile_names_stay_in_their_comment(name: str) -> None:
     assert not any(line.startswith(("*/", " x")) for line in text.splitlines())
 
 
-Run = Callable[..., tuple[int, str, str]]
 BODY = InertialParameters.from_com(3.0, [0.02, 0.05, 0.11], np.diag([0.02, 0.03, 0.025]) + 0.002 * np.ones((3, 3)))
 
 
-@pytest.fixture
-def run(capsys: pytest.CaptureFixture[str]) -> Run:
-    def runner(*arguments: str) -> tuple[int, str, str]:
-        try:
-            status = main(["export", *arguments])
-        except SystemExit as stop:
-            status = int(stop.code or 0)
-        captured = capsys.readouterr()
-        return status, captured.out, captured.err
-
-    return runner
+def run(*arguments: str) -> Ended:
+    return typed(["export", *arguments])
 
 
 def estimate(method: int, mass: float, estimator: str = "wls", body: InertialParameters = BODY) -> dict[str, Any]:
@@ -382,7 +372,7 @@ def payload(tmp_path: Path) -> Callable[..., str]:
 
 
 @pytest.mark.parametrize("name", FORMATS)
-def test_every_format(run: Run, payload: Callable[..., str], tmp_path: Path, name: str) -> None:
+def test_every_format(payload: Callable[..., str], tmp_path: Path, name: str) -> None:
     target = tmp_path / "load.txt"
     status, out, err = run(payload(), "--to", name, "--out", str(target))
     assert (status, out) == (0, "")
@@ -394,9 +384,7 @@ def test_every_format(run: Run, payload: Callable[..., str], tmp_path: Path, nam
     assert (status, out) == (0, text)
 
 
-def test_the_recommended_method_comes_first_unless_another_is_asked_for(
-    run: Run, payload: Callable[..., str]
-) -> None:
+def test_the_recommended_method_comes_first_unless_another_is_asked_for(payload: Callable[..., str]) -> None:
     estimates = [estimate(m, float(m), kind) for m in (1, 3, 4) for kind in ("wls", "constrained")]
     path = payload(*estimates, recommended={"method": 3, "estimator": "constrained"})
     assert "method 3 (constrained)" in run(path, "--to", "ur")[1]
@@ -406,7 +394,7 @@ def test_the_recommended_method_comes_first_unless_another_is_asked_for(
     assert "key 'recommended': must be a table, got [4]: give the --json of 'dynident payload'" in err
 
 
-def test_do_not_use_is_not_written(run: Run, payload: Callable[..., str], tmp_path: Path) -> None:
+def test_do_not_use_is_not_written(payload: Callable[..., str], tmp_path: Path) -> None:
     target = tmp_path / "load.txt"
     path = payload(verdict={"level": "do_not_use", "reasons": ["masses spread"]})
     status, out, err = run(path, "--to", "ur", "--out", str(target))
@@ -418,7 +406,7 @@ def test_do_not_use_is_not_written(run: Run, payload: Callable[..., str], tmp_pa
     assert "Verdict: do not use" in out
 
 
-def test_what_the_arm_does_not_carry_needs_the_word(run: Run, payload: Callable[..., str], tmp_path: Path) -> None:
+def test_what_the_arm_does_not_carry_needs_the_word(payload: Callable[..., str], tmp_path: Path) -> None:
     """A mass beyond the rated payload, an estimate's error allowed; on both sides of it, and for every format."""
     target = tmp_path / "load"
     for name in FORMATS:
@@ -445,7 +433,7 @@ def test_what_the_arm_does_not_carry_needs_the_word(run: Run, payload: Callable[
     ],
 )
 def test_numbers_that_no_arm_carries_are_refused(
-    run: Run, payload: Callable[..., str], kind: str, value: Any, words: str
+    payload: Callable[..., str], kind: str, value: Any, words: str
 ) -> None:
     """Whatever is said of the verdict; text in the place of a number is told by its key."""
     entry = estimate(4, 3.0)
@@ -457,7 +445,7 @@ def test_numbers_that_no_arm_carries_are_refused(
         assert len(err.splitlines()) == 1
 
 
-def test_a_payload_frame_that_is_not_the_flange(run: Run, payload: Callable[..., str]) -> None:
+def test_a_payload_frame_that_is_not_the_flange(payload: Callable[..., str]) -> None:
     """Frame 6 of the RX90 is at the wrist: its flange must be told, here 85 mm out and a quarter turn about z."""
     path = payload(frame="frame 6 (modified DH): origin at the wrist centre, z along axis 6; not the flange")
     status, _, err = run(path, "--to", "ur")

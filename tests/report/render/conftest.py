@@ -11,7 +11,7 @@ from dynident.apps.commands.demo import PAYLOAD
 from dynident.apps.report.recordings import write_recording
 from dynident.cli import main
 from dynident.model import load_robot
-from dynident.tests.frozen.filed import filed
+from dynident.tests.frozen.inputs import filed
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 
 VOID = {"meta", "link", "br", "img", "hr", "input"}

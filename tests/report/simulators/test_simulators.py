@@ -492,19 +492,3 @@ def test_what_does_not_match_is_listed_or_refused(own: Path, known: WholeRobot, 
     kuka = with_stand_in(replace(load_robot("kr6_r900"), joint_names=known.robot.joint_names))
     with pytest.raises(InputError, match="its geometry, zero or sense is not kr6_r900's"):
         into("urdf", str(own), whole_robot(kuka, dict(kuka.parameters), "a stand-in"), [])
-
-
-@pytest.mark.parametrize("arm", ["rx90"])
-def test_a_coupled_drive_becomes_a_tendon(arm: str, tmp_path: Path) -> None:
-    """Into the robot's own export, whose numbers were taken out: the same numbers again."""
-    mujoco = pytest.importorskip("mujoco")
-    robot = load_robot(arm)
-    known = whole_robot(robot, dict(robot.parameters), "its file")
-    path = tmp_path / "bare.xml"
-    bare = re.sub(r"  <(tendon|custom)>.*?</\1>\n", "", FORMATS["mjcf"].text(known), flags=re.DOTALL)
-    bare = re.sub(r'\s(armature|damping|frictionloss)="[^"]*"', "", bare)
-    path.write_text(bare.replace('mass="', 'mass="7'), encoding="utf-8")
-    again = mujoco.MjModel.from_xml_string(into("mjcf", str(path), known, []).text)
-    first = mujoco.MjModel.from_xml_string(FORMATS["mjcf"].text(known))
-    for name in ("body_mass", "body_ipos", "dof_armature", "dof_damping", "dof_frictionloss", "tendon_armature"):
-        np.testing.assert_allclose(getattr(again, name), getattr(first, name), atol=1e-9)

@@ -1,26 +1,23 @@
-"""The view in three dimensions without a browser: where links are, sizes of bodies, what the file holds."""
+"""The view in three dimensions without a browser: links, meshes, sizes of bodies, what the file holds."""
 
-import base64
-import re
 import sys
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import casadi as ca
 import numpy as np
 import pytest
-from dynident.apps.view import ShownPayload, View, html_of, view_of
-from dynident.apps.view.moving import _axes, ground_of
-from dynident.apps.view.shapes import Shape, box, capsule, ellipsoid, inertia_axes, plane
+from dynident.apps.view import ShownPayload, html_of, view_of
+from dynident.apps.view.shapes import Shape, box, capsule, coarse, ellipsoid, inertia_axes, plane
 from dynident.cli import main
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import InertialParameters, Motion, Pose, Robot, load_robot, robot_names
-from dynident.model.frames import frames_at
+from dynident.model.files.urdf import load_urdf
 from dynident.model.kinematics import link_frames
 from dynident.tests.conftest import PRISMATIC
-from dynident.trajectories import Scene, random_via_points
-from dynident.trajectories.design.scene import HalfSpace
 
 DRAW = np.random.default_rng(3)
 PAYLOAD = ShownPayload(
@@ -104,28 +101,6 @@ def test_shapes_are_closed_and_as_large_as_they_should_be() -> None:
     assert (corners @ [0.0, 0.6, 0.8]).max() == pytest.approx(0.5)
 
 
-@pytest.mark.parametrize("name", robot_names())
-def test_a_foot_reaches_from_the_base_to_the_floor_and_says_what_is_not_known(name: str) -> None:
-    """No floor is made up where the arm stays above its base; walls and ceilings are none."""
-    robot = load_robot(name)
-    floor, wall = HalfSpace("floor", offset=-0.7), HalfSpace("wall", (1.0, 0.0, 0.0), -3.0)
-    ceiling = HalfSpace("ceiling", (0.0, 0.0, -1.0), -3.0)
-    upper = HalfSpace("table", offset=-0.4)
-    for surfaces, height in (((wall, ceiling, floor), -0.7), ((floor, upper), -0.4)):
-        poses = frames_at(robot, np.zeros(robot.n).tolist())
-        found, (foot,) = ground_of(robot, [poses], Scene(surfaces=surfaces))
-        assert found == pytest.approx(height)
-        assert foot.name == "foot, its shape is not known"
-        reach = np.array([at(poses[foot.frame], end) for end in ends(foot)])
-        assert np.allclose(sorted(reach[:, 2]), [height, 0.0], atol=1e-9)
-        assert np.allclose(reach[:, :2], 0.0, atol=1e-9)
-    high, low = (Pose.from_rpy((0.3, 0.0, z), (0.0, 0.0, 0.0)) for z in (0.2, -0.5))
-    assert ground_of(robot, [(poses[0], high)], Scene(surfaces=(wall,))) == (0.0, [])
-    below, feet = ground_of(robot, [(poses[0], high), (poses[0], low)], None)
-    assert below < -0.5
-    assert [foot.name for foot in feet] == ["foot, neither its height nor its shape is known"]
-
-
 def test_the_payloads_ellipsoids_are_to_scale() -> None:
     """Half axes are half the 95 % interval; a homogeneous ellipsoid of the drawn axes has the inertia."""
     view = view_of(load_robot("ur10e"), motion(load_robot("ur10e"), 2), payload=PAYLOAD)
@@ -145,57 +120,6 @@ def test_the_payloads_ellipsoids_are_to_scale() -> None:
     assert not any("mass" in name or "inertia" in name for name in names)
 
 
-def test_a_joint_at_a_limit_is_marked_at_that_time() -> None:
-    touched = np.zeros((4, 6), dtype=bool)
-    touched[2, 4] = True
-    marks = [shape for shape in _axes(load_robot("ur10e"), touched) if shape.shown is not None]
-    assert [(shape.frame, shape.shown.tolist()) for shape in marks if shape.shown is not None] == [
-        (5, [False, False, True, False])
-    ]
-
-
-@pytest.fixture(scope="module")
-def page() -> tuple[View, str]:
-    """Thirty seconds of a UR10e, or so."""
-    pytest.importorskip("viser")
-    robot = load_robot("ur10e")
-    plan = random_via_points(robot, 30, 1)
-    view = view_of(robot, plan.motion(100.0), payload=PAYLOAD)
-    return view, html_of(view)
-
-
-def recorded(page: str) -> dict[str, Any]:
-    """The scene that a page holds."""
-    import msgspec
-    import zstandard
-
-    data = re.search(r'__VISER_EMBED_DATA__="([^"]*)"', page)
-    assert data is not None
-    packed = base64.b64decode(data[1])
-    inner = zstandard.ZstdDecompressor().decompress(
-        packed[8:], max_output_size=int.from_bytes(packed[:8], "little")
-    )
-    length = int.from_bytes(inner[:8], "little")
-    return dict(msgspec.msgpack.decode(inner[8 : 8 + length]))
-
-
-def test_the_file_holds_every_pose_in_its_time(page: tuple[View, str]) -> None:
-    """Last poses before each time are those of the view, to rounding; all numbers are finite."""
-    view, text = page
-    placed = [
-        (t, message["name"], message["position"])
-        for t, message in recorded(text)["messages"]
-        if message["type"] == "SetPositionMessage"
-    ]
-    assert np.isfinite([p for *_, p in placed]).all()
-    for number in (2, 7):
-        by_time = {t: np.array(p) for t, name, p in placed if name == f"/{number}"}
-        for k in range(1, len(view.times)):
-            last = max((t for t in by_time if t <= view.times[k] + 1e-9), default=None)
-            shown = view.frames[0][number].p if last is None else by_time[last]
-            assert np.abs(shown - view.frames[k][number].p).max() < 1e-6
-
-
 def test_without_the_extra_one_line_says_what_to_install(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Any
 ) -> None:
@@ -208,3 +132,87 @@ def test_without_the_extra_one_line_says_what_to_install(
         assert printed.out == ""
         assert printed.err.count("\n") == 1
     assert not list(tmp_path.iterdir())
+
+
+LINKS = {
+    "base": ('<origin xyz="0 0 .1"/>', "package://arm_description/meshes/ball.stl", ""),
+    "upper": ('<origin xyz=".5 0 0" rpy="0 0 1.5707963"/>', "../meshes/beam.obj", 'scale=".001 .001 .001"'),
+    "lower": ("", "{file}", ""),
+    "tool0": ("", "../meshes/gripper.dae", ""),
+}
+JOINTS = {"shoulder": ("base", "upper", "0 0 .2", "0 0 1"), "elbow": ("upper", "lower", "1 0 0", "0 1 0")}
+
+
+@pytest.fixture
+def described(tmp_path: Path) -> Callable[[str], Robot]:
+    """``described(file)``: an arm of two joints whose last link looks like ``file``, with a gripper fixed to it."""
+    trimesh = pytest.importorskip("trimesh")
+    root = tmp_path / "arm_description"
+    (root / "meshes").mkdir(parents=True)
+    (root / "urdf").mkdir()
+    trimesh.creation.icosphere(subdivisions=3, radius=0.1).export(root / "meshes/ball.stl")
+    trimesh.creation.box((1000.0, 100.0, 100.0)).export(root / "meshes/beam.obj")
+    trimesh.creation.cylinder(0.05, 0.3).export(root / "meshes/gripper.dae")
+    (root / "meshes/broken.stl").write_text("no mesh")
+
+    def arm(file: str) -> Robot:
+        links = "".join(
+            f'<link name="{name}"><visual>{origin}<geometry><mesh filename="{mesh.format(file=file)}" {more}/>'
+            "</geometry></visual></link>"
+            for name, (origin, mesh, more) in LINKS.items()
+        )
+        joints = "".join(
+            f'<joint name="{name}" type="revolute"><parent link="{above}"/><child link="{below}"/>'
+            f'<origin xyz="{at}"/><axis xyz="{axis}"/><limit lower="-3" upper="3" velocity="1" effort="9"/></joint>'
+            for name, (above, below, at, axis) in JOINTS.items()
+        )
+        fixed = (
+            '<joint name="f" type="fixed"><parent link="lower"/><child link="tool0"/><origin xyz=".4 0 0"/></joint>'
+        )
+        (root / "urdf/arm.urdf").write_text(f'<robot name="arm">{links}{joints}{fixed}</robot>')
+        return load_urdf(root / "urdf/arm.urdf")
+
+    return arm
+
+
+def still(q: list[float]) -> Motion:
+    at = np.array([q])
+    return Motion(np.zeros(1), at, np.zeros_like(at), np.zeros_like(at))
+
+
+def test_meshes_stand_where_the_links_are(described: Callable[[str], Robot], tmp_path: Path) -> None:
+    """By the URDF's own transforms with both joints turned, to the millimetre's rounding of the files."""
+    robot = described(f"file://{tmp_path}/arm_description/meshes/ball.stl")
+    view = view_of(robot, still([0.5 * np.pi, -0.5 * np.pi]))
+    assert view.notes == ()
+    assert not any("along" in shape.name or "flange" in shape.name for shape in view.shapes)
+    middle, size = {}, {}
+    for shape in view.shapes:
+        if "mesh" in shape.name:
+            pose = view.frames[0][shape.frame]
+            places = shape.vertices @ pose.R.T + pose.p
+            middle[shape.name] = 0.5 * (places.min(axis=0) + places.max(axis=0))
+            size[shape.name] = np.ptp(places, axis=0)
+    # The upper link points along y, the lower one, turned by -90 degrees about its own y, upwards.
+    expected = {
+        "link 0/mesh 1": ([0.0, 0.0, 0.1], [0.2, 0.2, 0.2]),
+        "link 1/mesh 1": ([0.0, 0.5, 0.2], [1.0, 0.1, 0.1]),
+        "link 2/mesh 1": ([0.0, 1.0, 0.2], [0.2, 0.2, 0.2]),
+        "link 2/mesh 2": ([0.0, 1.0, 0.6], [0.1, 0.3, 0.1]),
+    }
+    assert set(middle) == set(expected)
+    for name, (place, extent) in expected.items():
+        assert middle[name] == pytest.approx(place, abs=2e-3), name
+        assert sorted(size[name]) == pytest.approx(sorted(extent), abs=4e-3), name
+
+
+def test_a_coarse_mesh_keeps_its_form() -> None:
+    trimesh = pytest.importorskip("trimesh")
+    sphere = trimesh.creation.icosphere(subdivisions=6, radius=0.1)
+    vertices, faces = coarse(np.asarray(sphere.vertices), np.asarray(sphere.faces, dtype=np.uint32), 6000)
+    assert 1000 < len(faces) <= 6000
+    radius = np.linalg.norm(vertices, axis=1)
+    assert 0.098 < radius.min() <= radius.max() <= 0.1 + 1e-9
+    few = ellipsoid(np.zeros(3), np.eye(3))
+    assert coarse(*few, len(few[1])) is not None
+    assert np.array_equal(coarse(*few, len(few[1]))[0], few[0])

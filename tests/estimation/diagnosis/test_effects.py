@@ -1,4 +1,4 @@
-"""A hose or cable that pulls at the tool: what the recordings show of it, and what nothing can.
+"""Effects beside the model: what is put into recordings is found, and good recordings hold none.
 
 A pull that changes with the place of the tool leaves residuals that no payload explains. A constant one that points
 up is a lighter payload while the arm moves slowly: only weighing the payload, or taking the hose off, shows it.
@@ -13,7 +13,16 @@ from dynident.benchmarks import invented
 from dynident.common.arrays import Array
 from dynident.estimation import Settings, answer_payload, identify, payload_estimate, payload_problem
 from dynident.estimation.diagnosis.engine import Effect, System
-from dynident.estimation.diagnosis.hypotheses import BY_NAME, WHERE, WITH_PAYLOAD, effects_of, seen, upright
+from dynident.estimation.diagnosis.hypotheses import (
+    BY_NAME,
+    WHERE,
+    WITH_PAYLOAD,
+    effects_of,
+    seen,
+    tilt_correction,
+    upright,
+)
+from dynident.estimation.diagnosis.scales import scales
 from dynident.estimation.diagnosis.states import states_of
 from dynident.estimation.diagnosis.verdict import system_of as system_on
 from dynident.estimation.payload.methods import PayloadProblem
@@ -28,12 +37,15 @@ NOISE = (4.0, 5.0, 2.5, 0.8, 0.8, 0.5)
 G = 9.81
 
 
+def moved(arm: Simulator, load: InertialParameters | None, seed: int) -> Recording:
+    """One motion of some 20 s."""
+    return arm.record(random_via_points(ROBOT, 12, seed=3).motion(200.0), load, NOISE, seed)
+
+
 @pytest.fixture(scope="module")
 def pair() -> tuple[Recording, Recording]:
-    """Without and with payload, 20 s of one motion."""
-    simulator = Simulator(ROBOT)
-    motion = random_via_points(ROBOT, 12, seed=3).motion(100.0)
-    return first(simulator.record(motion, None, NOISE, 1)), first(simulator.record(motion, BODY, NOISE, 2))
+    """Without and with payload."""
+    return moved(Simulator(ROBOT), None, 1), moved(Simulator(ROBOT), BODY, 2)
 
 
 def test_a_constant_pull_upwards_is_a_lighter_payload(pair: tuple[Recording, Recording]) -> None:
@@ -110,22 +122,6 @@ def test_a_spring_is_seen_where_it_is(name: str) -> None:
         assert abs(mass + force.change[9] - body.mass) < 4.0 * mass_sigma(force) + 0.02 * body.mass
 
 
-@pytest.mark.parametrize("name", every(6, robot_names()))
-def test_a_tilted_base_is_no_pull(name: str) -> None:
-    """Two degrees in both recordings: it looks like a force to the side, which explains no more."""
-    robot = invented.robot(name)
-    body = InertialParameters.from_com(0.5 * robot.rated_payload, [0.02, -0.02, 0.08], 0.003 * np.eye(3))
-    motion = random_via_points(robot, 12, seed=7).motion(100.0)
-    aside = G * np.sin(np.radians(2.0))
-    arm = Simulator(replace(robot, gravity=(0.6 * aside, 0.8 * aside, -G * np.cos(np.radians(2.0)))))
-    bare, heavy = (
-        first(invented.recorded(name, motion, load, k, 0.02, arm=arm)) for k, load in enumerate((None, body))
-    )
-    system, _ = pull_of(heavy, bare, name)
-    assert BY_NAME["tilt"].stands_out(seen(system)["tilt"])
-    assert acting(system) == []
-
-
 def test_a_spring_in_all_recordings_leaves_the_mass_of_one_motion(pair: tuple[Recording, Recording]) -> None:
     """And is told; without payload alone it spoils the mass as much as with it."""
     bare, heavy = pair
@@ -147,3 +143,79 @@ def test_a_spring_at_the_robot_alone_is_told(pair: tuple[Recording, Recording]) 
         findings = [finding.text for finding in check_log(ROBOT, recording).findings]
         for texts in (notes, findings):
             assert sum("omething pulls at the flange" in text for text in texts) == count
+
+
+def test_the_joint_on_another_scale_stands_out(pair: tuple[Recording, Recording]) -> None:
+    loaded = replace(pair[1], torque=pair[1].torque * [1.0, 1.0, 0.85, 1.0, 1.0, 1.0])
+    problem = payload_problem(ROBOT, [loaded], [pair[0]], settings=Settings(scale_sigma=0.0))
+    assert problem.bare is not None
+    worst = max(scales(problem, problem.bare.weights), key=lambda scale: abs(scale.size) / scale.sigma)
+    assert worst.where == "joint 3"
+    assert 0.7 < 1.0 + worst.size < 0.9  # the payload takes a part of it
+
+
+@pytest.mark.long
+def test_contact_is_a_burst(pair: tuple[Recording, Recording]) -> None:
+    """One second of contact at joints 2 and 3: what is left out reaches into the standard deviation."""
+    torque = np.array(pair[1].torque)
+    torque[(pair[1].t > 8.0) & (pair[1].t < 9.0), 1:3] += [60.0, 30.0]
+    problem = payload_problem(ROBOT, [replace(pair[1], torque=torque)], [pair[0]])
+    free, burst = payload_estimate(problem, 4).estimate, seen(system_of(problem))["bursts"]
+    assert burst.size <= 3
+    (whole,) = (each.estimate for each in answer_payload(problem).estimates if each.method == 4)
+    assert 1.96 * whole.sigma[9] >= 0.999 * abs(burst.change[9])
+    assert whole.sigma[9] > free.sigma[9]
+
+
+def found(torque: Array, pair: tuple[Recording, Recording]) -> dict[str, Effect]:
+    """Effects in a pair whose torques with payload are these."""
+    return dict(seen(system_of(payload_problem(ROBOT, [replace(pair[1], torque=torque)], [pair[0]]))))
+
+
+def test_good_recordings_hold_nothing_else(pair: tuple[Recording, Recording]) -> None:
+    effects = found(pair[1].torque, pair)
+    assert not tilt_correction(effects["tilt"], 4)[0].any()
+    assert effects.keys() == {"pull", "tilt", "late", "slip", "change"}
+    assert not any(BY_NAME[name].stands_out(effect) for name, effect in effects.items())
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("degrees", [0.2, 2.0])
+def test_a_base_that_leans_is_seen(degrees: float) -> None:
+    """On both sides of half a degree; what is seen is right to a fifth."""
+    across = G * np.sin(np.radians(degrees))
+    arm = Simulator(replace(ROBOT, gravity=(across, 0.0, -float(np.sqrt(G**2 - across**2)))))
+    bare, heavy = moved(arm, None, 1), moved(arm, BODY, 2)
+    lean = seen(system_of(payload_problem(ROBOT, [heavy], [bare])))["tilt"]
+    assert BY_NAME["tilt"].stands_out(lean) == (degrees > 0.5)
+    assert np.degrees(lean.size) == pytest.approx(degrees, abs=0.2 * degrees + 3.0 * np.degrees(lean.sigma))
+
+
+def test_torques_that_are_late_are_seen(pair: tuple[Recording, Recording]) -> None:
+    torque = np.column_stack([np.interp(pair[1].t - 0.03, pair[1].t, column) for column in pair[1].torque.T])
+    delay = found(torque, pair)["late"]
+    assert delay.where == WITH_PAYLOAD
+    assert delay.size > 0.0
+    assert BY_NAME["late"].stands_out(delay)
+
+
+def test_a_payload_that_slips_is_seen(pair: tuple[Recording, Recording]) -> None:
+    """By 30 mm half way."""
+    slipped = moved(Simulator(ROBOT), InertialParameters.from_com(5.0, [0.04, 0.03, 0.08], BODY.inertia_com), 2)
+    effects = found(np.where(late_half(pair[1], 0.5), slipped.torque, pair[1].torque), pair)
+    assert effects["slip"].size == pytest.approx(0.03, abs=0.01)
+    assert BY_NAME["slip"].stands_out(effects["slip"])
+    assert not BY_NAME["change"].stands_out(effects["change"])
+
+
+@pytest.mark.parametrize("begin", [0.25, 0.5, 0.8])
+def test_a_payload_that_is_taken_up_is_seen(pair: tuple[Recording, Recording], begin: float) -> None:
+    """At a quarter, half or four fifths of the recording."""
+    change = found(np.where(late_half(pair[1], begin), pair[1].torque, pair[0].torque), pair)["change"]
+    assert change.size > 0.0
+    assert BY_NAME["change"].stands_out(change)
+
+
+def late_half(recording: Recording, begin: float) -> Array:
+    """Rows after a share of the time."""
+    return np.asarray(recording.t > begin * recording.t[-1])[:, None]
