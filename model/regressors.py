@@ -32,9 +32,9 @@ def payload_columns(robot: Robot) -> tuple[str, ...]:
 
 
 def own_columns(robot: Robot) -> tuple[str, ...]:
-    """Standard parameters whose columns span what all of them do; of the last link all ten come last.
+    """Standard parameters whose columns span what all of them do.
 
-    Links that turn pass three of their ten to the link before, links that slide their inertia.
+    Three of the ten of each link that turns, the inertia of each that slides, are regrouped to the link before.
     """
     names: list[str] = []
     for link, joint in enumerate(robot.joints, start=1):

@@ -14,7 +14,7 @@ from typing import Any, Literal, NamedTuple
 from ..common.brief import Brief
 from ..common.errors import holds_control
 from .drives import Coupling, Drives, Spring
-from .friction import Friction, terms_of
+from .friction import Friction, term_names, terms_of
 from .motion import Processing
 from .pose import Pose
 
@@ -206,7 +206,8 @@ class Robot(Brief):
     def fingerprint(self) -> str:
         """Short text that differs between robots of other geometry, gravity or drives."""
         chain = [(joint.kind, joint.alpha, joint.d, joint.theta, joint.r) for joint in self.joints]
-        return hashlib.sha256(repr((chain, self.gravity, self.drives)).encode()).hexdigest()[:16]
+        drives = replace(self.drives, friction=()), term_names(self.drives.friction)
+        return hashlib.sha256(repr((chain, self.gravity, *drives)).encode()).hexdigest()[:16]
 
     @property
     def last_frame(self) -> str:

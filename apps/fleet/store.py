@@ -20,14 +20,13 @@ from ...estimation.fit.drive_gains import Gains
 from ...estimation.fit.estimate import Estimate
 from ...model import BaseParameters, Processing, Robot
 from ..logs.map import LogMap
+from ..logs.read import SUFFIXES
 from ..parquet import parquet_bytes, parquet_rows
 
 _Kind = TypeVar("_Kind")
 
 KNOWN = ("arm", "day", "payload")
 """Facts that may be known of a log: the arm's own name, ISO day or time, and kg that the controller was told."""
-SUFFIXES = (".csv", ".csv.gz", ".tsv", ".tsv.gz", ".npz", ".mat", ".parquet")
-"""Files of a folder that are taken for logs."""
 _CLOCKS = (9.0e8, 4.1e9)  # s since 1970: 1998 to 2099
 _NIGHT = 2.0  # days that a log's clock may be beside the day told: a day without time, zones, a night's two days
 _AGAIN = "run 'dynident fleet reduce' again, what is done is kept"

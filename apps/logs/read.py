@@ -29,6 +29,8 @@ _READERS: dict[str, Callable[[Path, Layout], RawLog]] = {
     ".db3": ros_bag,
 }
 """Readers by ending; everything else is text."""
+SUFFIXES = (".csv", ".csv.gz", ".tsv", ".tsv.gz", *_READERS)
+"""Endings of the files of a folder that are taken for logs."""
 _MOVES = 1e-3  # rad or m: a joint that covers less does not move
 _SLOWEST = {"s": 0.5, "ms": 100.0, "us": 1e5, "ns": 1e8}
 """Longest step that each unit is taken for: robots are recorded at 10 Hz to 10 kHz, so units stay apart."""

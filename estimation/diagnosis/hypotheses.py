@@ -73,7 +73,7 @@ class Hypothesis(NamedTuple):
 
     ``sought``: its columns, or its effect where it is read otherwise, None where the recordings cannot show it;
     ``stands_out``: whether it is more than chance, a model's own errors and its own standard deviation;
-    ``finding``: what it spoils, the text and what to do, its docstring from where on.
+    ``finding``: what it spoils, the text and what to do; its docstring, for docs/verdict.md, from where on.
     """
 
     name: str
@@ -96,17 +96,17 @@ def spoils(evidence: Evidence, change: Array, more: float = 0.0) -> bool:
     return float(np.linalg.norm(change[6:9])) > SLIP * mass or not abs(change[9]) + more <= MOVED * mass
 
 
-def late(system: System) -> Sought:
+def torque_delay(system: System) -> Sought:
     """Columns of a delay: the slope of the torques."""
     slope = system.states.slope.T[:, None]
     return Sought({where: -slope * mask for where, mask in parts(system.states.loaded).items()})
 
 
-def _late(effect: Effect, evidence: Evidence) -> Finding:
+def _delayed(effect: Effect, evidence: Evidence) -> Finding:
     """Torques that are late or early.
 
     By over {LATE:g} s and {LATE_Z:g} sigma: spoils all where the mass is {MOVED:.1%}, or the centre of mass
-    {SLIP:g} m off, else the inertia.
+    {SLIP:g} m off without it, else the inertia. Delays come out a third too small; all joints share one.
     """
     text = (
         f"the torques{effect.where} {'lag' if effect.size > 0.0 else 'lead'} position by about "
@@ -120,7 +120,7 @@ def _late(effect: Effect, evidence: Evidence) -> Finding:
     return error(f"{text}; corrected for it, the mass is {mass:.3g} kg" if np.isfinite(mass) else text)
 
 
-def later(system: System, fraction: float) -> Array | None:
+def after_fraction(system: System, fraction: float) -> Array | None:
     """Mark the loaded states after a fraction of their time, shape (N,); None where no payload is seen."""
     loaded = system.states.loaded
     if not (loaded.any() and system.values[system.payload][9] > 0.0):
@@ -130,7 +130,7 @@ def later(system: System, fraction: float) -> Array | None:
 
 def slip(system: System) -> Sought | None:
     """Columns of a step of the centre of mass half way through the loaded recordings."""
-    half = later(system, 0.5)
+    half = after_fraction(system, 0.5)
     if half is None:
         return None
     first_moments = system.columns[:, system.payload][:, 6:9] * half
@@ -152,7 +152,7 @@ def _slip(effect: Effect, _: Evidence) -> Finding:
 def change(system: System) -> Sought:
     """Columns of the fraction of the payload that comes or goes during the loaded recordings."""
     own = np.einsum("jcn,c->jn", system.columns[:, system.payload], system.values[system.payload])[:, None]
-    moments = [(moment, later(system, moment)) for moment in np.arange(1, BLOCKS) / BLOCKS]
+    moments = [(moment, after_fraction(system, moment)) for moment in np.arange(1, BLOCKS) / BLOCKS]
     return Sought({f"{100 * moment:.0f} %": own * mask for moment, mask in moments if mask is not None})
 
 
@@ -195,7 +195,7 @@ def tilt(system: System) -> Sought | None:
 
 
 def tilt_correction(lean: Effect, method: int) -> tuple[Array, Array]:
-    """Change of a method's ten by correcting a tilt that stands out, as far as it is believed, and its covariance.
+    """Change of a method's ten by correcting a tilt that stands out, shrunk by the prior LEVEL, and its covariance.
 
     A tilt that does not stand out is left in the ten: the covariance then holds its mean square.
     """
@@ -267,7 +267,7 @@ def _pull(effect: Effect, evidence: Evidence) -> Finding:
 
     A force over {PULL:.1%} of the payload's weight and {PULL_Z:g} sigma, or {ALONG_Z:g} sigma of stiffness and
     upward force with payload alone: spoils all where the mass may be {MOVED:.1%} (2 sigma), or the centre of mass
-    {SLIP:g} m off, else the inertia.
+    {SLIP:g} m off without it, else the inertia. Delays come out a third too small; all joints share one.
     """
     (stiffness, *_, up), (sigma, *_, up_sigma) = effect.values, np.sqrt(np.diag(effect.covariance))
     sideways = float(np.linalg.norm(effect.values[list(_ACROSS)]))
@@ -342,10 +342,10 @@ def _bursts(effect: Effect, evidence: Evidence) -> Finding:
 
 HYPOTHESES = (
     Hypothesis("pull", pull, _pulls, _pull),
-    # Short motions show one direction only: a step that is not itself known is none.
+    # A short motion may show one direction of the step only: its length must be known too.
     Hypothesis("slip", slip, lambda one: one.size > max(SLIP, SURE * one.sigma) and one.z() > SLIP_Z, _slip),
     Hypothesis("change", change, lambda effect: abs(effect.size) > CHANGE and effect.z() > CHANGE_Z, _change),
-    Hypothesis("late", late, lambda effect: abs(effect.size) > LATE and effect.z() > LATE_Z, _late),
+    Hypothesis("late", torque_delay, lambda effect: abs(effect.size) > LATE and effect.z() > LATE_Z, _delayed),
     Hypothesis("tilt", tilt, lambda effect: effect.size > TILT and effect.z() > TILT_Z, _tilt),
     Hypothesis("bursts", bursts, lambda _: True, _bursts),
 )
@@ -355,7 +355,7 @@ BY_NAME = {hypothesis.name: hypothesis for hypothesis in HYPOTHESES}
 def seen(system: System) -> dict[str, Effect]:
     """Estimate every hypothesis that the recordings can show, each on its own, all columns in one pass.
 
-    Of several places where a fault may be the one counts where it stands out, and explains most.
+    Of the parts of the recordings in which a fault may be, that counts where it stands out and explains most.
     """
     found = [(row, sought) for row in HYPOTHESES if (sought := row.sought(system)) is not None]
     effects = {row.name: sought for row, sought in found if isinstance(sought, Effect)}
@@ -380,7 +380,7 @@ def seen(system: System) -> dict[str, Effect]:
 
 
 def effects_of(system: System) -> tuple[Effect, ...]:
-    """Estimate every hypothesis; a pull only where it takes off clearly more than the others, then no tilt."""
+    """Estimate every hypothesis; a pull replaces the tilt where it takes off clearly more than all others."""
     if not system.keep.any():
         return ()
     effects = seen(system)
@@ -391,7 +391,7 @@ def effects_of(system: System) -> tuple[Effect, ...]:
 
 
 def hypotheses(evidence: Evidence) -> list[Finding]:
-    """Faults that add torques: a hose, a slip, a delay, a tilt."""
+    """Findings of all rows of ``HYPOTHESES`` that stand out."""
     findings = []
     for effect in evidence.diagnosis.effects:
         row = BY_NAME[effect.name]

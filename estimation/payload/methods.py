@@ -44,19 +44,20 @@ class Posed(Protocol):
         """Estimate without blocks of time with and without payload, one row for each of ``left_out``."""
 
     def lasting(self, weights: Array) -> Array:
-        """Between-session covariance, which no block of time shows."""
+        """Between-session covariance: the part that no jackknife over blocks of time can see."""
 
     def sandwich(self, weights: Array, inflation: Sequence[float]) -> Array:
-        """HAC (sandwich) covariance: errors of each joint remember."""
+        """HAC (sandwich) covariance, for autocorrelated errors of each joint."""
 
 
 def from_robot(motion: LongMotion) -> LinearProblem:
     """Method 1, (22): Y_T = W chi + W_L chi_L, and (23): Y_T - W chi = W_L chi_L.
 
     Wanted: chi_L. Fixed: chi, by the recordings without payload or an earlier identification; its covariance
-    counts, C_L = s^2 (W_L' W_L)^-1 + P C P' with P = W_L^+ W. Of a robot that was identified on another day chi is
-    a soft prior, and each friction may differ from it within limits. Free, where asked for: friction, which may
-    depend on load.
+    counts, C_L = s^2 (W_L' W_L)^-1 + P C P' with P = W_L^+ W.
+
+    Beyond the paper: of a robot that was identified on another day chi is a soft prior, and each friction may
+    differ from it within limits; where asked for, friction is free, for it may depend on load.
     """
     free_friction = motion.settings.free_friction
     if motion.corrected and not free_friction:
@@ -70,7 +71,7 @@ def from_robot(motion: LongMotion) -> LinearProblem:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ChangeOfParameters(Brief):
-    """Method 2, (24): Y_a = W chi and Y_T = W chi_T, two identifications; (25)-(28): chi_T - chi = G_L chi_L.
+    """Method 2, (24): Y_a = W_a chi and Y_T = W_T chi_T, two identifications; (25)-(28): chi_T - chi = G_L chi_L.
 
     Wanted: chi_L. G_L (N_b x 10) holds the last link's columns of the grouping matrix; on the RX90 its rows are
     (25)-(28). Solved by least squares weighted by the covariance of chi_T - chi. Drive parameters take no part:
@@ -116,13 +117,13 @@ class ChangeOfParameters(Brief):
         return np.zeros((10, 10))
 
     def sandwich(self, weights: Array, inflation: Sequence[float]) -> Array:
-        """HAC (sandwich) covariance: the formula's, by the middle joint's memory."""
+        """HAC (sandwich) covariance: the formula's times the median over joints of the inflation by memory."""
         return np.asarray(float(np.median(inflation)) * self.solved(weights).covariance)
 
     def _change_by_gains(self, after: Estimate, x: Array) -> Array:
-        """Derivatives of chi_T - chi by the motors' errors, joints' weights fixed.
+        """Derivatives of chi_T - chi by the relative errors of the drive gains, the change of its weights included.
 
-        Besides the parameters, the variances of both identifications change, and with them what each counts for:
+        Besides the parameters, the variances of both identifications change, and with them the weight of each:
         with x = (G'C^-1G)^-1 G'C^-1 d, dx = inverse (dd - dC C^-1 (d - G x)).
         """
         at = np.ix_(self.indices, self.indices)
@@ -167,8 +168,9 @@ def from_change(motion: LongMotion) -> ChangeOfParameters:
 def from_difference(motion: LongMotion) -> LinearProblem:
     """Method 3, (29): Y_T - Y_wL = W_L chi_L, torques with and without payload on one trajectory.
 
-    Wanted: chi_L. Fixed: what the robot's torque differs by because the two paths do, known but for a quarter.
-    Soft priors, near zero: what friction is more under load.
+    Wanted: chi_L. Beyond the paper: the change of the robot's own torque due to the difference of the two paths is
+    subtracted, a quarter of it (1 sigma) counting as uncertain; changes of friction under load have soft priors
+    about zero. Y_wL is the paper's name for Y_a of one trajectory.
     """
     if motion.difference is None:
         raise InputError(f"method 3 cannot be used: {motion.why_no_pair}")
@@ -179,10 +181,10 @@ def from_difference(motion: LongMotion) -> LinearProblem:
 
 
 def global_fit(motion: LongMotion) -> LinearProblem:
-    """Method 4, (30): [Y_a; Y_T] = [W 0; W W_L] [chi; chi_L], all recordings at once.
+    """Method 4, (30): [Y_a; Y_T] = [W_a 0; W_T W_L] [chi; chi_L], all recordings at once.
 
-    Wanted: chi_L. Free: chi, common to both. Soft priors, near zero: what friction, and the scale of the torques
-    where it is free, are more under load.
+    Wanted: chi_L. Free: chi, common to both. Beyond the paper: changes of friction under load, and of the torques'
+    scale where it is free, have soft priors about zero; ``combined`` is (30) to the letter.
     """
     loaded, changes = under_load(motion, motion.friction)
     return LinearProblem(motion.with_unloaded(loaded), PAYLOAD, soft=changes, shown=loaded)
@@ -265,9 +267,9 @@ def recommended_method(problem: PayloadProblem, methods: Iterable[int]) -> tuple
     """Choose the method with the least expected error, and give the reason where there are others.
 
     Errors of the robot's model count. On one path method 3 cancels what the model lacks, and weighs the joints by
-    what is left then; methods 1, 2 and 4 carry it. Where the paths differ, method 3 takes off what the robot itself
-    needs more on one of them, with an error that method 4, which uses every equation, does not have. Never the one
-    with the shortest interval: that would choose too short ones.
+    what is left then; methods 1, 2 and 4 carry it. Where the paths differ, method 3 must subtract the robot's own
+    torque difference, which adds an error that method 4 does not have. The shortest interval is never the
+    criterion: to choose by it would be biased.
 
     Args:
         methods: those that gave a payload, one at least.
@@ -277,7 +279,7 @@ def recommended_method(problem: PayloadProblem, methods: Iterable[int]) -> tuple
     if there[:2] == [3, 4] and apart > ONE_PATH:
         there.remove(3)
     reason = ""
-    if len(there) > 1 and there[0] == 3:
+    if len(there) > 1 and there[0] == 3 and apart <= ONE_PATH:
         unit = "mrad" if all(joint.revolute for joint in problem.robot.joints) else "mrad or mm"
         reason = f"one path, within {max(1e3 * apart, 0.01):.2g} {unit}, so what the model lacks cancels"
     elif len(there) > 1 and there[0] == 4 and apart > ONE_PATH:
@@ -292,7 +294,7 @@ def selected(motion: LongMotion, names: Sequence[str]) -> LinearProblem:
 
 
 def combined(motion: LongMotion) -> Estimate:
-    """Estimate robot and payload parameters of (30), columns base, then ``PAYLOAD``."""
+    """Estimate robot and payload parameters of (30) to the letter, columns base, then ``PAYLOAD``."""
     return selected(motion, motion.loaded.columns).solved()
 
 
@@ -304,7 +306,7 @@ def essential_combined(motion: LongMotion, rule: StopRule | None = None) -> Elim
 def with_robust(
     problem: PayloadProblem, posed: Posed, estimate: Estimate | None = None, rule: Rule | None = None
 ) -> tuple[Estimate, str]:
-    """Add the robust covariance to the estimate of a posed problem; without, and why, where there is none.
+    """Add the robust covariance to the estimate of a posed problem; give the reason where there is none.
 
     Args:
         estimate: its result, where it is there already; its weights are kept.
@@ -324,7 +326,7 @@ def with_robust(
 
 
 def _robust(problem: PayloadProblem, posed: Posed, estimate: Estimate, rule: Rule | None) -> RobustCovariance:
-    """Compute by the rule asked for, weights fixed at those of the result."""
+    """Compute the robust covariance by the rule asked for, the joints' weights kept."""
     weights, length, known, robust = estimate.weights, problem.block_length, problem.known, None
     if rule != "sandwich":
         try:
@@ -355,7 +357,7 @@ def _robust(problem: PayloadProblem, posed: Posed, estimate: Estimate, rule: Rul
     if not problem.inflation:
         raise InputError("a sandwich needs recordings in blocks of time: how long errors remember is not known")
     covariance = posed.sandwich(weights, problem.inflation)
-    # Of a robot that the recordings correct a few seconds say next to nothing: its jackknife is left out.
+    # A stored robot that a short loaded recording corrects has too few blocks for a jackknife: it is left out.
     if robust is not None and not problem.corrected:
         wider = np.maximum(robust.sigma / np.sqrt(np.diag(covariance)), 1.0)
         covariance = covariance * np.outer(wider, wider)

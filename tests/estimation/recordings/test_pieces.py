@@ -220,7 +220,7 @@ def cell(line: int, column: int, text: str) -> Callable[[list[str]], None]:
 @pytest.mark.parametrize(
     ("edit", "words"),
     [
-        (cell(7, 3, "nan"), ["line 7", "'q3'", "'nan'"]),
+        (cell(7, 3, "nan"), ["line 7", "'q3'", "nan"]),
         (cell(8, 12, "inf"), ["line 8", "'tau6'"]),
         (cell(8, 3, "1e308"), ["line 8", "'q3'", "too large a number"]),
         (cell(8, 3, "-2e30"), ["too large"]),
