@@ -84,11 +84,8 @@ def dense(value: ca.DM) -> Array:
 
 
 def spring_torque(robot: Robot, q: Array) -> Array:
-    torque = np.zeros(robot.n)
-    if robot.spring:
-        joint = robot.spring.joint - 1
-        torque[joint] = robot.spring.torque(q[joint : joint + 1])[0]
-    return torque
+    spring = robot.spring
+    return np.array([spring.torque(q[[j]])[0] if spring and spring.joint == j + 1 else 0.0 for j in range(robot.n)])
 
 
 def drive_torque(robot: Robot, q: Array, qd: Array, chi: Array) -> Array:
