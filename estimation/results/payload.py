@@ -13,6 +13,7 @@ from ...common.arrays import Array
 from ...common.schema import LARGEST, Document, Matrix, Vector, WrongKeyError, present
 from ...common.speech import Speaks
 from ...model import INERTIAL, InertialParameters, Pose
+from ..diagnosis.evidence import Agreement
 from ..fit.drive_gains import Gains
 from ..fit.friction import TermChoice
 from ..payload.by_joints import ByJoints, JointsMass
@@ -20,6 +21,7 @@ from ..payload.methods import PREFERRED
 from ..payload.repeats import Repeats
 from ..payload.result import ConstrainedPayload, PayloadEstimate
 from ..payload.ripple import Wave
+from ..possible.payload import Weighing
 from .parts import (
     ActiveDocument,
     EliminationDocument,
@@ -63,18 +65,6 @@ def named(values: Array | None, indices: Sequence[int] = range(10)) -> Any:
     return dict(zip(INERTIAL, ten.tolist(), strict=True))
 
 
-class WeighedDocument(Document, frozen=True):
-    """A weighed mass beside the identified one [kg]."""
-
-    mass: float
-    sigma: float
-    identified: float
-    identified_sigma: float
-    degrees_of_freedom: Number
-    z: Number
-    p_value: Number
-
-
 class MethodEstimate(Document, frozen=True, tag_field="estimator"):
     """A payload by one method, about the origin of the frame, as far as its torques determine it."""
 
@@ -88,7 +78,7 @@ class MethodEstimate(Document, frozen=True, tag_field="estimator"):
     inertia_com: Matrix | UnsetType | None = UNSET
     min_pseudo_inertia_eigenvalue: Number | UnsetType = UNSET
     physically_consistent: bool | UnsetType | None = UNSET
-    weighed: tuple[WeighedDocument, ...] | UnsetType = UNSET
+    weighed: tuple[Weighing, ...] | UnsetType = UNSET
 
     @property
     def ten(self) -> Array:
@@ -182,7 +172,7 @@ class PossibleEstimate(MethodEstimate, frozen=True, tag="constrained"):
                 ActiveDocument(active.multiplier, constraint=active.description, p_value=active.p_value)
                 for active in payload.tested
             ),
-            weighed=tuple(map(WeighedDocument.of, payload.weighings)),
+            weighed=payload.weighings,
             solver_status=result.status,
         )
 
@@ -295,14 +285,6 @@ class ConstantTorques(Document, frozen=True):
     sigma: Vector
 
 
-class AgreementDocument(Document, frozen=True):
-    """Another way to the mass [kg] and the centre of mass [m]."""
-
-    name: str
-    mass: Number
-    com: Vector
-
-
 class FlangeDocument(Document, frozen=True):
     """Pose of the maker's flange in the payload's frame, if that is another one, and who says so."""
 
@@ -355,7 +337,7 @@ class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
     ripple: tuple[Wave, ...] | UnsetType = UNSET
     quantities: dict[str, Quantity] | UnsetType = UNSET
     mass_from_scale: bool | UnsetType = UNSET
-    agreement: tuple[AgreementDocument, ...] | UnsetType = UNSET
+    agreement: tuple[Agreement, ...] | UnsetType = UNSET
     repeats: Repeats | UnsetType | None = UNSET
     assumed: Assumed | UnsetType | None = UNSET
     scale: tuple[float, float] | UnsetType = UNSET

@@ -6,7 +6,7 @@ from unittest.mock import NonCallableMock
 
 import numpy as np
 from dynident.estimation import PAYLOAD, Estimate, Gains, LongMotion, ShortMotion, SigmaRatio, Verdict
-from dynident.estimation.diagnosis.evidence import Evidence
+from dynident.estimation.diagnosis.evidence import Agreement, Evidence
 from dynident.estimation.diagnosis.finding import note, warning
 from dynident.estimation.diagnosis.verdict import judge
 from dynident.estimation.fit.covariance import RobustCovariance
@@ -18,6 +18,7 @@ from dynident.estimation.gains.known_load import Mountings, known_mass
 from dynident.estimation.payload.repeats import Repeats
 from dynident.estimation.payload.result import PayloadEstimate
 from dynident.estimation.payload.ripple import Wave
+from dynident.estimation.possible.payload import Weighing
 from dynident.estimation.possible.prior import PriorRobot
 from dynident.estimation.possible.robot import PossibleRobot
 from dynident.model import InertialParameters, Pose, Processing
@@ -178,8 +179,7 @@ def possible_payload(free: PayloadEstimate) -> Any:
     intervals = SimpleNamespace(
         parameters=numbers(10, 2), com=numbers(3, 2), inertia_com=numbers(3, 3, 2), principal_moments=numbers(3, 2)
     )
-    weighed = SimpleNamespace(mass=3.1, sigma=0.05, identified=3.2, identified_sigma=0.06, degrees_of_freedom=7.5,
-                              z=1.28, p_value=0.21)  # fmt: skip
+    weighed = Weighing(3.1, 0.05, 3.2, 0.06, 7.5, z=1.28, p_value=0.21)
     tested = SimpleNamespace(description="mass from 1 kg", multiplier=0.33, p_value=0.0625)
     return SimpleNamespace(
         method=free.method, free=free, result=result, body=body(3.4), intervals=intervals, gains=GAINS, robust=True,
@@ -271,7 +271,7 @@ def weighing(possible: bool) -> Any:
         constrained=(best,) if possible else (), by_joints=by_joints(),
         repeats=repeats if possible else None, ten=ten, judged=judged, **quantities(),
         gains=None, scale=SimpleNamespace(mass=3.1, sigma=0.05), model=None,
-        agreement=(SimpleNamespace(name="difference", mass=3.06, com=numbers(3)),), validation=None,
+        agreement=(Agreement("difference", 3.06, numbers(3)),), validation=None,
         assumed=None if possible else body(3.05),
         stand_in=None if possible else SimpleNamespace(description="a box"),
         verdict=SimpleNamespace(level="use", reasons=(), notes=()),

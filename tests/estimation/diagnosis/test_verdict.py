@@ -42,7 +42,7 @@ from dynident.estimation.payload.by_joints import ByJoints, JointShare, JointsMa
 from dynident.estimation.payload.long_motion import Source
 from dynident.estimation.payload.repeats import Repeats
 from dynident.estimation.payload.result import ConstrainedPayload, PayloadEstimate
-from dynident.estimation.possible.constraints import Constraint, MassBounds, PossibleBody
+from dynident.estimation.possible.constraints import Constraint, KnownMass, MassBounds, PossibleBody
 from dynident.estimation.possible.intervals import NO_INTERVALS
 from dynident.estimation.possible.payload import CONFLICT, Active, Weighing
 from dynident.estimation.signals import alignment
@@ -212,7 +212,7 @@ def active(p_value: float, constraint: Constraint | None = None) -> ConstrainedP
 
 def weighed_as(z: float) -> ConstrainedPayload:
     """A scale's mass, this many standard deviations of the difference away."""
-    return possible_of(estimate_of(), weighings=(Weighing(5.0, 0.03, 5.0 + 0.05 * z, 0.04, 1e6),))
+    return possible_of(estimate_of(), weighings=(Weighing.by(KnownMass(5.0, 0.03), 5.0 + 0.05 * z, 0.04, 1e6),))
 
 
 def drift_of(z: float) -> float:
