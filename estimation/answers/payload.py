@@ -483,7 +483,7 @@ def payload_result(answer: PayloadAnswer) -> PayloadResult:
         estimates=_estimates(answer),
         recommended=documents.Recommended(method, "constrained" if answer.constrained else "wls", reason),
         gain_sigma=parts.GainErrorsDocument.made(gains) if gains is not None else UNSET,
-        mass_by_joints=documents.mass_by_joints(answer.by_joints),
+        mass_by_joints=answer.by_joints.masses,
         joint_that_agrees_least=worst.text if worst else None,
         quantities=_quantities(answer),
         verdict=parts.VerdictDocument.made(answer.verdict),

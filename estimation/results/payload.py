@@ -16,7 +16,7 @@ from ...model import INERTIAL, InertialParameters, Pose
 from ..diagnosis.evidence import Agreement
 from ..fit.drive_gains import Gains
 from ..fit.friction import TermChoice
-from ..payload.by_joints import ByJoints, JointsMass
+from ..payload.by_joints import JointsMass
 from ..payload.methods import PREFERRED
 from ..payload.repeats import Repeats
 from ..payload.result import ConstrainedPayload, PayloadEstimate
@@ -199,34 +199,6 @@ class PayloadData(Document, frozen=True):
     friction: Literal["own", "may differ", "free"] | UnsetType = UNSET
 
 
-class JointsMassDocument(Document, frozen=True):
-    """Mass [kg] by some joints alone, and a single joint's factor on what the others show."""
-
-    joints: tuple[int, ...]
-    visible: bool
-    mass: Number
-    sigma: Number
-    interval95: Interval | None
-    share: Number | UnsetType = UNSET
-    share_sigma: Number | UnsetType = UNSET
-
-    @property
-    def name(self) -> str:
-        """Name the joints: "joint 3" or "joints 4-6"."""
-        return JointsMass(self.joints, None).name
-
-
-def mass_by_joints(by_joints: ByJoints) -> tuple[JointsMassDocument, ...]:
-    """Collect the mass by some joints' torques; null where they do not see it."""
-    shares: dict[tuple[int, ...], dict[str, Number]] = {
-        (of.joint,): {"share": of.share, "share_sigma": of.sigma} for of in by_joints.shares
-    }
-    return tuple(
-        JointsMassDocument.of(mass, visible=mass.mass is not None, **shares.get(mass.joints, {}))
-        for mass in by_joints.masses
-    )
-
-
 class Recommended(Document, frozen=True):
     """Method of the estimate to use, and the reason for it where there are others."""
 
@@ -325,7 +297,7 @@ class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
     estimates: tuple[FreeEstimate | PossibleEstimate, ...]
     recommended: Recommended | None = None
     gain_sigma: GainErrorsDocument | UnsetType | None = UNSET
-    mass_by_joints: tuple[JointsMassDocument, ...] | UnsetType = UNSET
+    mass_by_joints: tuple[JointsMass, ...] | UnsetType = UNSET
     joint_that_agrees_least: str | UnsetType | None = UNSET
     friction: tuple[TermChoice, ...] | UnsetType = UNSET
     essential: EliminationDocument | UnsetType | None = UNSET

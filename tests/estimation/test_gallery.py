@@ -549,11 +549,11 @@ def test_a_group_sees_what_method_3_sees_in_its_rows() -> None:
 
 @pytest.mark.parametrize(("name", "joint", "factor"), [("rx90", 2, 2.0), ("rx90", 5, 0.5), ("tx40", 4, 1.5)])
 def test_a_wrong_gain_shows_as_that_joints_share(name: str, joint: int, factor: float) -> None:
-    shares = {entry.joint: entry for entry in seen(problem_scaled(name, factor, joint)).shares}
-    own = shares[joint]
-    assert own.share is not None
-    assert abs(own.share - factor) < max(5.0 * own.sigma, 0.1)
-    assert all(entry.share is not None and entry.sigma > 0.0 for entry in shares.values())
+    ratios = {number: rest for number, *rest in seen(problem_scaled(name, factor, joint)).ratios}
+    ratio, own = ratios[joint]
+    assert abs(ratio - factor) < max(5.0 * own, 0.1)
+    assert list(ratios) == [1, 2, 3, 4, 5, 6]
+    assert all(sigma > 0.0 for _, sigma in ratios.values())
 
 
 def test_rows_that_hide_a_parameter_give_an_error_and_no_minimum_norm_answer() -> None:

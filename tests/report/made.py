@@ -15,6 +15,7 @@ from dynident.estimation.fit.essential import Elimination, EliminationPath
 from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.fit.friction import TermChoice
 from dynident.estimation.gains.known_load import Mountings, known_mass
+from dynident.estimation.payload.by_joints import ByJoints, JointsMass
 from dynident.estimation.payload.repeats import Repeats
 from dynident.estimation.payload.result import PayloadEstimate
 from dynident.estimation.payload.ripple import Wave
@@ -187,18 +188,14 @@ def possible_payload(free: PayloadEstimate) -> Any:
     )  # fmt: skip
 
 
-def by_joints() -> Any:
+def by_joints() -> ByJoints:
     """A joint that sees the mass, one that does not, both together."""
-    return SimpleNamespace(
-        masses=(
-            SimpleNamespace(joints=(1,), name="joint 1", mass=3.01, sigma=0.11, interval95=(2.8, 3.3)),
-            SimpleNamespace(joints=(2,), mass=None, sigma=float("nan"), interval95=None),
-            SimpleNamespace(joints=(1, 2), mass=3.02, sigma=0.12, interval95=(2.7, 3.4)),
-        ),
-        shares=(
-            SimpleNamespace(joint=1, share=0.98, sigma=0.015),
-            SimpleNamespace(joint=2, share=None, sigma=float("nan")),
-        ),
+    return ByJoints(
+        (
+            JointsMass((1,), True, 3.01, 0.11, (2.8, 3.3), 0.98, 0.015),
+            JointsMass((2,), False, None, float("nan"), None, None, float("nan")),
+            JointsMass((1, 2), True, 3.02, 0.12, (2.7, 3.4)),
+        )
     )
 
 
