@@ -15,7 +15,7 @@ from ... import __version__
 from ...common.files import write_bytes
 from ...common.schema import Document, Matrix, Vector, json_schema
 from ...estimation.diagnosis.kinematics import PoseCheck, Readings
-from ...estimation.results.parts import HorizonDocument, Number, RolloutDocument
+from ...estimation.results.parts import Number, Rollout
 from ...estimation.results.payload import PayloadResult, VisibilityDocument
 from ...estimation.results.robot import GainsResult, RobotResult
 from ...model import Motion, Robot
@@ -33,7 +33,6 @@ from ..fleet.reduction import ReducedDocument
 from ..fleet.store import RefusedDocument
 from ..logs.following import FollowingChange
 from ..logs.log_check import LogReport, RobotFits
-from ..rollout import Rollout
 
 
 class CheckDocument(Document, frozen=True):
@@ -342,26 +341,7 @@ class RolloutsDocument(Document, frozen=True):
     """Open loop and replay on each recording."""
 
     robot: str
-    rollouts: tuple[RolloutDocument, ...]
-
-
-def rollout_document(rollout: Rollout) -> RolloutDocument:
-    """Errors by horizon, and the replay."""
-    resting, replay = int(rollout.resting.sum()), rollout.replay
-
-    def spreads(seconds: float, at_rest: bool) -> dict[str, tuple[Number, Number]] | None:
-        found = {by: rollout.spread(by, seconds, at_rest) for by in rollout.errors}
-        return {by: (spread[0], spread[1]) for by, spread in found.items() if spread is not None} or None
-
-    return RolloutDocument.of(
-        rollout,
-        starts_in_motion=len(rollout.resting) - resting,
-        starts_at_rest=resting,
-        horizons=tuple(HorizonDocument(t, spreads(t, False), spreads(t, True)) for t in rollout.horizons),
-        replay_relative=replay.relative,
-        replay_joints=replay.joints,
-        replay_strayed=replay.strayed,
-    )
+    rollouts: tuple[Rollout, ...]
 
 
 class NightDocument(Document, frozen=True):
