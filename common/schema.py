@@ -158,6 +158,20 @@ class Document(Table, frozen=True):
         return cls(**more)
 
 
+class Worked(Document, frozen=True, dict=True):
+    """Base class of documents that keep what they were made from."""
+
+    @property
+    def working(self) -> Any:
+        """Values that it was made from; None where it was read from a file."""
+        return vars(self).get("made_from")
+
+    def made_by(self, working: Any) -> Self:
+        """Keep what the document was made from, for ``working``."""
+        vars(self)["made_from"] = working
+        return self
+
+
 class WrongKeyError(ValueError):
     """Fault of one key of a file: ``key`` as a path ("joints[2].d", counted from 1), ``problem``."""
 

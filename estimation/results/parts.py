@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self
 from msgspec import UNSET, Meta, UnsetType, field
 from msgspec.structs import asdict
 
-from ...common.schema import Document, Float, Vector, present
+from ...common.schema import Document, Float, Vector, Worked, present
 from ...common.speech import Speaks
 from ...model import BaseParameters, Processing, Robot
 from ...model.friction import term_names
@@ -31,18 +31,11 @@ Sigma = Annotated[float, Meta(ge=0.0)]
 _Share = Annotated[float, Meta(ge=0.0, lt=1.0)]
 
 
-class Result(Speaks, Document, frozen=True, kw_only=True, dict=True):
-    """Base class of answers to whole questions, each its own document; reading one back gives the same type."""
+class Result(Speaks, Worked, frozen=True, kw_only=True, dict=True):
+    """Base class of answers to whole questions, each its own document; reading one back gives the same type.
 
-    @property
-    def working(self) -> Any:
-        """Equations and estimates that it was made from; None where it was read from a file."""
-        return vars(self).get("made_from")
-
-    def made_by(self, working: Any) -> Self:
-        """Keep what the result was made from, for ``working``."""
-        vars(self)["made_from"] = working
-        return self
+    ``working`` are the equations and estimates that it was made from.
+    """
 
 
 class ProcessingDocument(Document, frozen=True):
@@ -255,7 +248,7 @@ class Horizon(Document, frozen=True):
     at_rest: dict[str, tuple[Float, Float]] | None
 
 
-class Rollout(Result, frozen=True, kw_only=True, dict=True):
+class Rollout(Worked, frozen=True, kw_only=True, dict=True):
     """Distance of predicted motion from a recording's, and the replay: a controller that follows its path.
 
     ``working`` are the errors of every start.
