@@ -280,7 +280,7 @@ def mujoco(arguments: argparse.Namespace) -> None:
         values = results.read_stored_robot(document).possible_values
         arms = {path: MujocoArm(path, robot) for path in (model, theirs)}
         (rollout,) = roll_out_all(robot, values, recordings[1:], horizons=(WINDOW,), others=arms)
-        spreads = [rollout.spread(path, WINDOW) for path in arms]
+        spreads = [rollout.working.spread(path, WINDOW) for path in arms]
         degrees = [np.degrees(spread.median) for spread in spreads if spread is not None]
     rows = [
         [f"rollout after {WINDOW:g} s [deg]", f"<= 1.1 x {degrees[1]:.2f}", f"{degrees[0]:.2f}"],

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import Annotated, Any, ClassVar, Self, TypeVar, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, TypeVar, Union, get_args, get_origin
 
 import msgspec
 import numpy as np
@@ -120,6 +120,11 @@ TOML_BYTES = 1_000_000
 """Largest TOML file that is read, in bytes; one that a user writes comes nowhere near."""
 Real = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
 """A finite number; no length, angle or parameter of an arm comes near the bounds."""
+if TYPE_CHECKING:
+    Float = float
+else:
+    Float = float | None
+"""A number that was computed; null in a document where it is not finite."""
 Triple = tuple[Real, Real, Real]
 """Three numbers along x, y and z."""
 _Row = np.ndarray[tuple[int], np.dtype[np.float64]]
@@ -151,6 +156,20 @@ class Document(Table, frozen=True):
             if name not in more and (owner := next(owners, None)) is not None:
                 more[name] = getattr(owner, name)
         return cls(**more)
+
+
+class Worked(Document, frozen=True, dict=True):
+    """Base class of documents that keep what they were made from."""
+
+    @property
+    def working(self) -> Any:
+        """Values that it was made from; None where it was read from a file."""
+        return vars(self).get("made_from")
+
+    def made_by(self, working: Any) -> Self:
+        """Keep what the document was made from, for ``working``."""
+        vars(self)["made_from"] = working
+        return self
 
 
 class WrongKeyError(ValueError):

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..common.arrays import Array, frozen_array
 from ..common.errors import InputError
+from ..common.schema import Document, Float, Matrix, Vector
 from .robot import INERTIAL
 
 _ROWS, _COLUMNS = np.triu_indices(3)
@@ -200,9 +201,8 @@ def gradients(x: Array) -> Array:
     return np.array([*com, *(inertia_gradient(x, axes[i], axes[j]) for i, j in zip(_ROWS, _COLUMNS, strict=True))])
 
 
-@dataclass(frozen=True)
-class PayloadSpread:
-    """Standard deviations of a body's numbers; infinite where a number is not determined.
+class PayloadSpread(Document, frozen=True, eq=False):
+    """Standard deviations of a body's numbers; infinite where a number is not determined, null in a document.
 
     Attributes:
         mass: [kg].
@@ -210,9 +210,9 @@ class PayloadSpread:
         inertia_com: of the inertia at the centre of mass [kg m^2], 3 x 3.
     """
 
-    mass: float
-    com: Array
-    inertia_com: Array
+    mass: Float
+    com: Vector
+    inertia_com: Matrix
 
     @property
     def moments(self) -> Array:

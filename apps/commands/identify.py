@@ -16,6 +16,7 @@ from .values import HeldOutFile, Reads, different, number, numbers, where, word,
 
 if TYPE_CHECKING:
     from ...estimation.possible.prior import RobotPrior
+    from ...estimation.results.parts import Rollout
 
 _CLOSE = (
     "where the data contradict every robot, chi2 falls for ever as links grow: --total-mass 0 KG (KG: at most the "
@@ -117,7 +118,7 @@ def run(
     setup = processing.setup(arm.load())
     recordings, held_out = setup.read(request.data), setup.read(request.validate)
     gains = drives.errors(setup, [], recordings)
-    rollouts: tuple[rollout.Rollout, ...] = ()
+    rollouts: tuple[Rollout, ...] = ()
     with status("reading") as progress:
         settings = setup.settings(progress, essential=request.essential, friction=request.friction)
         result = estimation.identify(setup.robot, recordings, settings, held_out, gains)
@@ -125,8 +126,8 @@ def run(
         if request.rollout:
             parameters = possible.values if possible is not None else result.estimate.values
             rollouts = rollout.roll_out_all(result.robot, parameters, held_out, settings)
-    told = estimation.robot_result(result, possible, tuple(map(report.documents.rollout_document, rollouts)))
-    shown = report.robot_report(told, rollouts, files.document)
+    told = estimation.robot_result(result, possible, rollouts)
+    shown = report.robot_report(told, files.document)
     files.give(shown, lambda: told, setup.in_words())
     files.write_equations(lambda: estimation.identification_system(result))
     return answered(result.verdict.level)
@@ -167,6 +168,4 @@ def run_rollout(
             models,
         )
     shown = report.rollout_report(rollouts, setup.robot.title or setup.robot.name)
-    documents = report.documents
-    told = tuple(map(documents.rollout_document, rollouts))
-    files.give(shown, lambda: documents.RolloutsDocument(setup.robot.name, told), setup.in_words())
+    files.give(shown, lambda: report.documents.RolloutsDocument(setup.robot.name, rollouts), setup.in_words())

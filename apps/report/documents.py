@@ -15,7 +15,7 @@ from ... import __version__
 from ...common.files import write_bytes
 from ...common.schema import Document, Matrix, Vector, json_schema
 from ...estimation.diagnosis.kinematics import PoseCheck, Readings
-from ...estimation.results.parts import HorizonDocument, Number, RolloutDocument
+from ...estimation.results.parts import Number, Rollout
 from ...estimation.results.payload import PayloadResult, VisibilityDocument
 from ...estimation.results.robot import GainsResult, RobotResult
 from ...model import Motion, Robot
@@ -33,7 +33,6 @@ from ..fleet.reduction import ReducedDocument
 from ..fleet.store import RefusedDocument
 from ..logs.following import FollowingChange
 from ..logs.log_check import LogReport, RobotFits
-from ..rollout import Rollout
 
 
 class CheckDocument(Document, frozen=True):
@@ -151,14 +150,6 @@ class PayloadBoundsDocument(Document, frozen=True):
     holding: Vector = field(name="holding_torque")
 
 
-class FloorDocument(Document, frozen=True):
-    """The best that states within the limits allow, continuity ignored."""
-
-    value: Number = field(name="criterion_value")
-    gap: Number
-    states: int
-
-
 class ReplayDocument(Document, frozen=True):
     """A motion as a controller's own profiles between the via points make it."""
 
@@ -210,7 +201,7 @@ class DesignDocument(_MotionAnswer, frozen=True, kw_only=True):
     noise: Vector = field(name="torque_noise")
     rate: Number = field(name="independent_rate_hz")
     data_length: Number = field(name="data_length_s")
-    floor: FloorDocument | None
+    floor: Floor | None
     evaluated: str | None
     val3_replay: ReplayDocument | None
     version: str
@@ -234,31 +225,14 @@ class NearMotion(Document, frozen=True):
     transfer: float = field(name="transfer_s")
 
 
-class SpreadDocument(Document, frozen=True):
-    """Standard deviations to come; null where not visible."""
-
-    mass: Number
-    com: Vector
-    inertia_com: Matrix
-
-
-class RungDocument(Document, frozen=True):
-    """A run of the ladder: share of the full speed, mass that it bears and largest one after it [kg]."""
-
-    speed: float
-    mass: float = field(name="bears_kg")
-    bound: float = field(name="bound_kg")
-    duration: float = field(name="duration_s")
-
-
 class NearDocument(_MotionAnswer, frozen=True, kw_only=True):
     """A motion near a pose: what it shows of a payload, how well, its limits."""
 
     near: NearMotion
     visibility: VisibilityDocument
-    predicted_sigma: SpreadDocument
+    predicted_sigma: PayloadSpread
     rehearsal_s: float
-    ladder: tuple[RungDocument, ...] | None
+    ladder: tuple[Rung, ...] | None
     cpu_s: float
     seed: int
 
@@ -313,7 +287,7 @@ class JudgedMotion(NamedTuple):
 
 def design_document(judged: JudgedMotion) -> DesignDocument:
     """Make the document of ``dynident design --json``."""
-    score, design, floor, replay = judged.score, judged.design, judged.floor, judged.replay
+    score, design, replay = judged.score, judged.design, judged.replay
     problem, learnt, relative = score.problem, score.learnt, score.relative_sigma(dict(judged.reference))
     percent = {name: 100.0 * relative[name] if name in relative else None for name in learnt.sigma}
     motion: MotionDocument | UnsetType = UNSET
@@ -329,7 +303,7 @@ def design_document(judged: JudgedMotion) -> DesignDocument:
         robot_fingerprint=problem.robot.fingerprint,
         predicted_sigma_percent=percent,
         limits=LimitsDocument.of(score, nearest=score.limits),
-        floor=FloorDocument.of(floor) if floor else None,
+        floor=judged.floor,
         evaluated=judged.source,
         val3_replay=ReplayDocument.of(replay, replay.learnt) if replay else None,
         version=__version__,
@@ -354,9 +328,9 @@ def near_document(result: NearResult) -> NearDocument:
         **_of_motion(design.problem, score),
         near=NearMotion.of(result.shape, motion),
         visibility=VisibilityDocument.of(result.visibility),
-        predicted_sigma=SpreadDocument.of(result.spread),
+        predicted_sigma=result.spread,
         rehearsal_s=motion.slowed(0.1).duration,
-        ladder=tuple(RungDocument.of(rung, duration=rung.motion.duration) for rung in result.ladder) or None,
+        ladder=result.ladder or None,
         limits=LimitsDocument(
             score.max_violation, torque_checked=design.problem.torque_limited, nearest=score.limits
         ),
@@ -367,26 +341,7 @@ class RolloutsDocument(Document, frozen=True):
     """Open loop and replay on each recording."""
 
     robot: str
-    rollouts: tuple[RolloutDocument, ...]
-
-
-def rollout_document(rollout: Rollout) -> RolloutDocument:
-    """Errors by horizon, and the replay."""
-    resting, replay = int(rollout.resting.sum()), rollout.replay
-
-    def spreads(seconds: float, at_rest: bool) -> dict[str, tuple[Number, Number]] | None:
-        found = {by: rollout.spread(by, seconds, at_rest) for by in rollout.errors}
-        return {by: (spread[0], spread[1]) for by, spread in found.items() if spread is not None} or None
-
-    return RolloutDocument.of(
-        rollout,
-        starts_in_motion=len(rollout.resting) - resting,
-        starts_at_rest=resting,
-        horizons=tuple(HorizonDocument(t, spreads(t, False), spreads(t, True)) for t in rollout.horizons),
-        replay_relative=replay.relative,
-        replay_joints=replay.joints,
-        replay_strayed=replay.strayed,
-    )
+    rollouts: tuple[Rollout, ...]
 
 
 class NightDocument(Document, frozen=True):

@@ -5,5 +5,5 @@ from .rollout import GROWTH_TIME as GROWTH_TIME
 from .rollout import HORIZONS as HORIZONS
 from .rollout import IDENTIFIED as IDENTIFIED
 from .rollout import Arm as Arm
-from .rollout import Rollout as Rollout
+from .rollout import Errors as Errors
 from .rollout import roll_out_all as roll_out_all

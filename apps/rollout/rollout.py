@@ -8,7 +8,6 @@ model could do better, and the replay under a controller decides.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -18,6 +17,7 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.progress import Progress, each
 from ...estimation.fit.settings import DEFAULTS, Settings
+from ...estimation.results.parts import Horizon, Rollout
 from ...estimation.signals.filtering import lowpass, measurement, slopes
 from ...estimation.signals.rows import least_speed
 from ...model import Processing, Recording, Robot, base_parameters
@@ -53,40 +53,28 @@ class Spread(NamedTuple):
     ninety: float
 
 
-class Replay(NamedTuple):
-    """A controller that follows the measured path."""
-
-    relative: float  # norm of (its torque less the measured one) over norm of the measured one, slow rows left out
-    joints: Array  # the same joint by joint, shape (n,); nan where nothing was measured
-    strayed: float  # root mean square distance from the path over all joints [rad or m]
-
-
 @dataclass(frozen=True, eq=False)
-class Rollout:
-    """Errors of predicted motion on one recording."""
+class Errors:
+    """Errors of predicted motion on one recording, from every start."""
 
-    source: str  # name of the recording
     turning: bool  # all joints turn: errors are in rad then, else mixed with m
-    horizons: tuple[float, ...]  # times asked for, those beyond half the recording left out [s]
     times: Array  # after the start [s], shape (K,), the horizons among them
-    errors: Mapping[str, Array]  # root mean square over the joints of each start at each time, S x K, by model
+    by: Mapping[str, Array]  # model -> root mean square over the joints of each start at each time, S x K
     resting: NDArray[np.bool_]  # starts at which no joint moved, shape (S,)
-    growth: float  # median factor of an error of the start after GROWTH_TIME; nan if the recording is too short
-    replay: Replay  # the path followed under a controller
 
-    def spread(self, by: str, seconds: float, resting: bool = False) -> Spread | None:
-        """Error after one of ``times``, by one of ``errors``, of starts in motion or at rest; None without such."""
+    def spread(self, model: str, seconds: float, resting: bool = False) -> Spread | None:
+        """Error of a model after one of ``times``, of starts in motion or at rest; None without such."""
         k = int(np.argmin(np.abs(self.times - seconds)))
-        errors = self.errors[by][self.resting == resting, k]
+        errors = self.by[model][self.resting == resting, k]
         if not len(errors):
             return None
         ordered = np.sort(np.where(np.isfinite(errors), errors, np.inf))
         return Spread(*(float(ordered[int(share * (len(ordered) - 1))]) for share in (0.5, 0.9)))
 
-    @cached_property
-    def diverged(self) -> int:
-        """Number of starts after which the identified robot ran away altogether."""
-        return int((~np.isfinite(self.errors[IDENTIFIED][:, -1])).sum())
+    def spreads(self, seconds: float, resting: bool) -> dict[str, tuple[float, float]] | None:
+        """The same of every model; None without such starts."""
+        every = {model: self.spread(model, seconds, resting) for model in self.by}
+        return {model: spread for model, spread in every.items() if spread is not None} or None
 
 
 def roll_out_all(
@@ -144,17 +132,27 @@ def _rolled(
     windows = starts[:, None] + np.arange(count)
     q, qd, torque = motion.q[starts], motion.qd[starts], measured.torque[windows]
     truth = motion.q[windows]
-    errors = {}
+    by = {}
     for name, model in each(list(models.items()), lambda entry: f"{recording.source}: {entry[0]}", progress):
-        errors[name] = _rms(model.positions(q, qd, torque, step) - truth)[:, samples]
+        by[name] = _rms(model.positions(q, qd, torque, step) - truth)[:, samples]
     ahead = q[:, None] + qd[:, None] * (step * np.arange(count))[:, None]
-    errors[CONSTANT] = _rms(ahead - truth)[:, samples]
+    by[CONSTANT] = _rms(ahead - truth)[:, samples]
     resting = np.max(np.abs(qd), axis=1) < processing.still_speed
     progress(f"{recording.source}: growth of errors, replay")
     growth = _growth(arm, q, qd, torque, step)
-    replay = _replay(arm, measured, processing, recording.source)
-    turning = all(joint.revolute for joint in arm.robot.joints)
-    return Rollout(recording.source, turning, tuple(lengths), step * samples, errors, resting, growth, replay)
+    relative, joints, strayed = _replay(arm, measured, processing, recording.source)
+    errors = Errors(all(joint.revolute for joint in arm.robot.joints), step * samples, by, resting)
+    return Rollout(
+        source=recording.source,
+        starts_in_motion=int((~resting).sum()),
+        starts_at_rest=int(resting.sum()),
+        diverged=int((~np.isfinite(by[IDENTIFIED][:, -1])).sum()),
+        horizons=tuple(Horizon(t, errors.spreads(t, False), errors.spreads(t, True)) for t in lengths),
+        growth=growth,
+        replay_relative=relative,
+        replay_joints=joints,
+        replay_strayed=strayed,
+    ).made_by(errors)
 
 
 def _starts(size: int, count: int, step: float, cutoff: float | None) -> NDArray[np.intp]:
@@ -185,7 +183,9 @@ def _growth(arm: IdentifiedArm, q: Array, qd: Array, torque: Array, step: float)
     return float(np.median(np.where(np.isfinite(growth), growth, np.inf)))
 
 
-def _replay(arm: IdentifiedArm, measured: Measurement, processing: Processing, source: str) -> Replay:
+def _replay(
+    arm: IdentifiedArm, measured: Measurement, processing: Processing, source: str
+) -> tuple[float, Array, float]:
     """Follow the path in overlapping pieces, all at once; torques are compared below the cut-off."""
     motion, size = measured.motion, len(measured.motion.t)
     step = float(motion.t[1] - motion.t[0])
@@ -209,4 +209,4 @@ def _replay(arm: IdentifiedArm, measured: Measurement, processing: Processing, s
     with np.errstate(all="ignore"):
         joints = np.where(norms > 0.0, errors / norms, np.nan)
         relative = float(np.linalg.norm(errors) / np.linalg.norm(norms))
-    return Replay(relative, joints, float(np.sqrt(np.mean(np.square(strayed)))))
+    return relative, joints, float(np.sqrt(np.mean(np.square(strayed))))

@@ -287,7 +287,7 @@ def identification_system(result: Identification) -> ObservationSystem:
 
 
 def robot_result(
-    result: Identification, constrained: PossibleRobot | None = None, rollouts: Sequence[parts.RolloutDocument] = ()
+    result: Identification, constrained: PossibleRobot | None = None, rollouts: Sequence[parts.Rollout] = ()
 ) -> RobotResult:
     """Collect what ``identify`` answers.
 

@@ -15,7 +15,7 @@ from ...common.speech import Speaks
 from ...model import InertialParameters, Recording, Robot
 from ...model.inertia import PayloadSpread, payload_spread
 from ..diagnosis.checks import allowing, judge_com, judge_inertia, judge_mass
-from ..diagnosis.evidence import Agreement, Diagnosis, Evidence, Judged, Weighed
+from ..diagnosis.evidence import UNFREED, Agreement, Diagnosis, Evidence, Judged, Weighed
 from ..diagnosis.finding import Verdict
 from ..diagnosis.joints import worst_joint
 from ..diagnosis.verdict import allowing as allowing_for
@@ -142,7 +142,7 @@ class PayloadAnswer(Speaks):
     def reported_spread(self) -> PayloadSpread:
         """Half the reported 95 % intervals over 1.96; constraints may make the mass's shorter."""
         spread, half = allowing(self.spread, self.model.degrees_of_freedom), 0.5 * np.ptp(self.intervals[0])
-        return replace(spread, mass=min(spread.mass, half / NORMAL95)) if np.isfinite(half) else spread
+        return structs.replace(spread, mass=min(spread.mass, half / NORMAL95)) if np.isfinite(half) else spread
 
     @cached_property
     def measured(self) -> dict[str, Judged]:
@@ -432,7 +432,7 @@ def _other_ways(
             ten = weighted(
                 merged(in_payload_frame(problem.robot, run.equations).select(PAYLOAD) for run in problem.runs)
             ).values
-            ways.append(Agreement("friction not freed", float(ten[9]), ten[6:9] / ten[9], counts=False))
+            ways.append(Agreement(UNFREED, float(ten[9]), ten[6:9] / ten[9]))
     for other in others:
         ten = payload_estimate(other, other.method, scale=scale).ten
         name = "robot's parameters (method 1)" if other.method == 1 else "torque difference (method 3)"
@@ -483,7 +483,7 @@ def payload_result(answer: PayloadAnswer) -> PayloadResult:
         estimates=_estimates(answer),
         recommended=documents.Recommended(method, "constrained" if answer.constrained else "wls", reason),
         gain_sigma=parts.GainErrorsDocument.made(gains) if gains is not None else UNSET,
-        mass_by_joints=documents.mass_by_joints(answer.by_joints),
+        mass_by_joints=answer.by_joints.masses,
         joint_that_agrees_least=worst.text if worst else None,
         quantities=_quantities(answer),
         verdict=parts.VerdictDocument.made(answer.verdict),
@@ -532,7 +532,7 @@ def _of_short(answer: PayloadAnswer, short: ShortMotion) -> dict[str, Any]:
         "constant_torques": documents.ConstantTorques(tuple(j + 1 for j in short.held.joints), short.held.sigma),
         "ripple": tuple(wave for run in short.runs for wave in run.ripple),
         "mass_from_scale": answer.free.from_scale,
-        "agreement": tuple(map(documents.AgreementDocument.of, answer.agreement)),
+        "agreement": answer.agreement,
         "repeats": answer.repeats,
         "assumed": documents.Assumed(stand_in.description, body.named()) if stand_in and body else None,
     }
@@ -567,8 +567,7 @@ def _estimates(answer: PayloadAnswer) -> tuple[documents.FreeEstimate | document
         more["sigma_with_gains"] = documents.named(model.sigma, free.indices)
     if scale is not None and not free.from_scale:
         sigma = float(model.sigma[model.names.index("M_L")])
-        weighing = Weighing(scale.mass, scale.sigma, model["M_L"], sigma, model.degrees_of_freedom)
-        more["weighed"] = (documents.WeighedDocument.of(weighing),)
+        more["weighed"] = (Weighing.by(scale, model["M_L"], sigma, model.degrees_of_freedom),)
     some = documents.FreeEstimate.made(free)
     return (structs.replace(some, parameters=documents.named(answer.ten), **more),)
 

@@ -15,7 +15,7 @@ from ...model.inertia import PayloadSpread
 from ..fit.covariance import NORMAL95, few_blocks
 from ..fit.estimate import Fit
 from ..possible.constraints import PossibleBody
-from .evidence import KNOWN_WELL, Evidence, Judged, by
+from .evidence import KNOWN_WELL, UNFREED, Evidence, Judged, by
 from .finding import Finding, error, note, warning
 
 MASS_SIGMA = 0.05  # relative standard deviation of the mass above which nothing should be used
@@ -290,7 +290,7 @@ def other_ways(evidence: Evidence) -> Iterator[Finding]:
     """The mass by other ways (`weigh`). Over {OTHER_WAY:.0%} off: spoils all."""
     mass = evidence.mass
     for way in evidence.weighed.agreement if evidence.weighed is not None else ():
-        if way.counts and abs(way.mass - mass) > OTHER_WAY * abs(mass):
+        if way.name != UNFREED and abs(way.mass - mass) > OTHER_WAY * abs(mass):
             yield error(f"by the {way.name} the mass is {way.mass:.4g} kg, not {mass:.4g} kg", "mass")
 
 

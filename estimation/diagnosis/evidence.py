@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
 from ...common.arrays import Array
+from ...common.schema import Document, Float, Vector
 from ...model import Robot
 from ...model.inertia import PayloadSpread
 from ..fit.estimate import Estimate, Fit
@@ -19,6 +20,8 @@ from .engine import Effect
 Use = Literal["use", "not measured well enough", "not visible", "weighed", "assumed"]
 """Use of a quantity; ``weighed``: not by torques, by a scale."""
 KNOWN_WELL = 0.05  # relative standard deviation up to which a drive gain counts as identified
+UNFREED = "friction not freed"
+"""Name of the way to the mass that may differ: with the friction of the motion without payload."""
 
 
 class Judged(NamedTuple):
@@ -28,13 +31,12 @@ class Judged(NamedTuple):
     why: str = ""
 
 
-class Agreement(NamedTuple):
+class Agreement(Document, frozen=True, eq=False):
     """Mass [kg] and centre of mass [m] by another way, nan where it gives none."""
 
     name: str
-    mass: float
-    com: Array
-    counts: bool = True  # whether a large difference speaks against the numbers
+    mass: Float
+    com: Vector
 
 
 class Alternative(NamedTuple):

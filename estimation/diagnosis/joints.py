@@ -4,11 +4,12 @@ from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
+from msgspec import UNSET, UnsetType, structs
 from scipy.special import fdtrc
 
 from ...common.arrays import Array
 from ..fit.covariance import NORMAL95, few_blocks
-from ..payload.by_joints import ByJoints
+from ..payload.by_joints import ByJoints, JointsMass
 from .evidence import Evidence
 from .finding import Finding, error, note, warning
 
@@ -59,12 +60,12 @@ def joints(evidence: Evidence) -> list[Finding]:
 
 def _odd(view: ByJoints, mass: float, factor: float) -> tuple[tuple[int, ...], str, bool]:
     """Find joints that do not go with the answer, the worst first, and whether that is more than worth knowing."""
-    shares = [(r.share, r) for r in view.shares if r.share is not None]
-    off = [(abs(np.log(max(s, 0.05))), s, r) for s, r in shares if abs(s - 1.0) > max(SHARE, SIGMAS * r.sigma)]
+    ratios = view.ratios
+    off = [each for each in ratios if abs(each[1] - 1.0) > max(SHARE, SIGMAS * each[2])]
     if off:  # what it spoils in the others is its doing too
-        _, share, worst = max(off, key=lambda entry: entry[0])
-        text = f"joint {worst.joint} shows {share:.2f} ± {worst.sigma:.2g} times the payload that the others show"
-        return (worst.joint,), text, True
+        joint, ratio, sigma = max(off, key=lambda each: abs(np.log(max(each[1], 0.05))))
+        text = f"joint {joint} shows {ratio:.2f} ± {sigma:.2g} times the payload that the others show"
+        return (joint,), text, True
     single = [(r.mass, r) for r in view.masses if len(r.joints) == 1 and r.mass is not None]
     apart = [(m, r) for m, r in single if abs(m - mass) > max(WRONG * abs(mass), SIGMAS * r.sigma)]
     if not apart:
@@ -79,14 +80,14 @@ def _odd(view: ByJoints, mass: float, factor: float) -> tuple[tuple[int, ...], s
         texts = ", ".join(f"{r.name} {m:.3g} ± {r.sigma:.2g} kg" for m, r in apart)
         worst_first = sorted(apart, key=lambda entry: -abs(entry[0] - mass) / entry[1].sigma)
         return tuple(r.joints[0] for _, r in worst_first), f"the joints do not weigh the same ({texts})", True
-    if factor <= TOGETHER or not shares:
+    if factor <= TOGETHER or not ratios:
         return (), "", False
-    worst = max(shares, key=lambda entry: abs(entry[0] - 1.0) / entry[1].sigma)[1]
+    worst, *_ = max(ratios, key=lambda each: abs(each[1] - 1.0) / each[2])
     text = (
         f"the joints do not show one payload: their shares lie {factor:.1f} times farther apart than their errors, "
-        f"that of joint {worst.joint} most"
+        f"that of joint {worst} most"
     )
-    return (worst.joint,), text, False
+    return (worst,), text, False
 
 
 def disagreement(by_joints: ByJoints, gains: Array, few: bool = False) -> float:
@@ -100,16 +101,15 @@ def disagreement(by_joints: ByJoints, gains: Array, few: bool = False) -> float:
             count.
         few: whether the standard deviations come from few blocks of time.
     """
-    shares = (_allowing(by_joints) if few else by_joints).shares
-    readings = [(r.joint - 1, r.share, r.sigma) for r in shares if r.share is not None]
-    k = len(readings)
+    ratios = (_allowing(by_joints) if few else by_joints).ratios
+    k = len(ratios)
     if k < 2:
         return 1.0
-    index = [joint for joint, *_ in readings]
+    index = [joint - 1 for joint, *_ in ratios]
     apart = (np.eye(k) * k - 1.0) / (k - 1)  # each less the others' mean
     variance = np.diag(apart @ gains[np.ix_(index, index)] @ apart.T)
-    square = sum((s - 1.0) ** 2 / (sigma**2 + own) for (_, s, sigma), own in zip(readings, variance, strict=True))
-    freedom = float("inf") if few else min((r.degrees_of_freedom for r in by_joints.masses), default=float("inf"))
+    square = sum((s - 1.0) ** 2 / (sigma**2 + own) for (_, s, sigma), own in zip(ratios, variance, strict=True))
+    freedom = float("inf") if few else by_joints.degrees_of_freedom
     first, last = CHANCE
     proven = np.clip((first - fdtrc(k, min(freedom, 1e9), square / k)) / (first - last), 0.0, 1.0)
     return 1.0 + float(proven) * (float(np.sqrt(max(1.0, square / (k - 1)))) - 1.0)
@@ -117,23 +117,26 @@ def disagreement(by_joints: ByJoints, gains: Array, few: bool = False) -> float:
 
 def _allowing(by_joints: ByJoints) -> ByJoints:
     """Widen standard deviations from few blocks, which are uncertain themselves, as Student's t is."""
-    factor = few_blocks(min((r.degrees_of_freedom for r in by_joints.masses), default=float("inf")))
-    masses, without = (
-        tuple(replace(r, sigma=factor * r.sigma) for r in group) for group in (by_joints.masses, by_joints.without)
-    )
-    return ByJoints(masses, tuple(replace(r, sigma=factor * r.sigma) for r in by_joints.shares), without)
+    factor = few_blocks(by_joints.degrees_of_freedom)
+
+    def widened(own: JointsMass) -> JointsMass:
+        ratio = own.share_sigma
+        ratio = UNSET if isinstance(ratio, UnsetType) else factor * ratio
+        return structs.replace(own, sigma=factor * own.sigma, share_sigma=ratio)
+
+    masses, without = (tuple(map(widened, group)) for group in (by_joints.masses, by_joints.without))
+    return replace(by_joints, masses=masses, without=without)
 
 
 def worst_joint(by_joints: ByJoints, mass: float) -> Finding | None:
     """Find the joint that agrees least with the answer's mass [kg] or with the others; None where none can tell."""
     readings = [
         (
-            abs(r.share - 1.0) / r.sigma,
-            r.joint,
-            f"joint {r.joint} shows {r.share:.3f} ± {r.sigma:.2g} times what the others demand there",
+            abs(ratio - 1.0) / sigma,
+            joint,
+            f"joint {joint} shows {ratio:.3f} ± {sigma:.2g} times what the others demand there",
         )
-        for r in by_joints.shares
-        if r.share is not None
+        for joint, ratio, sigma in by_joints.ratios
     ]
     readings += [
         (abs(r.mass - mass) / r.sigma, r.joints[0], f"{r.name} alone weighs {r.mass:.4g} ± {r.sigma:.2g} kg")

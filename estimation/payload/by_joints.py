@@ -5,15 +5,17 @@ By torque differences (29) where there are pairs, otherwise by the loaded torque
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from typing import Self
 
 import numpy as np
+from msgspec import UNSET, UnsetType, structs
 from scipy.linalg import block_diag
 
 from ...common.arrays import Array
 from ...common.brief import Brief
 from ...common.errors import InputError
 from ...common.linear import decomposed
+from ...common.schema import Document, Float
 from ..equations.equations import PAYLOAD
 from ..fit.covariance import jackknife, student95
 from ..fit.linear_problem import LinearProblem
@@ -29,22 +31,37 @@ WITHOUT_BLOCKS = 4.0
 too small."""
 
 
-@dataclass(frozen=True, repr=False)
-class JointsMass(Brief):
-    """Mass by the equations of some joints alone, all ten parameters of the payload unknown; gains as exact."""
+class JointsMass(Document, frozen=True):
+    """Mass by the equations of some joints alone, all ten parameters of the payload unknown; gains as exact.
+
+    Attributes:
+        visible: whether their torques determine the mass.
+        mass: [kg]; None where they leave it undetermined, alone or together with others.
+        sigma: [kg], the larger of the formula's, widened without blocks, and the jackknife's.
+        share: payload ratio of a single joint, 1 where its torque is what the other joints' payload demands; None
+            where they tell it too badly.
+    """
 
     joints: tuple[int, ...]
-    mass: float | None  # kg; None where their torques leave it undetermined, alone or together with others
-    sigma: float = float("nan")  # kg, the larger of the formula's, widened without blocks, and the jackknife's
-    degrees_of_freedom: float = float("inf")  # of Student's t for the interval
+    visible: bool
+    mass: float | None
+    sigma: Float
+    interval95: tuple[Float, Float] | None
+    share: float | UnsetType | None = UNSET
+    share_sigma: Float | UnsetType = UNSET
 
-    @cached_property
-    def interval95(self) -> tuple[float, float] | None:
-        """95 % interval [kg]."""
-        if self.mass is None:
-            return None
-        half = student95(self.degrees_of_freedom) * self.sigma
-        return self.mass - half, self.mass + half
+    @classmethod
+    def made(
+        cls,
+        joints: Sequence[int],
+        mass: float | None = None,
+        sigma: float = float("nan"),
+        degrees_of_freedom: float = float("inf"),
+    ) -> Self:
+        """Take a mass, if there is one, with the interval by Student's t of so many degrees of freedom."""
+        half = student95(degrees_of_freedom) * sigma
+        interval95 = None if mass is None else (mass - half, mass + half)
+        return cls(tuple(joints), mass is not None, mass, sigma, interval95)
 
     @property
     def name(self) -> str:
@@ -56,22 +73,22 @@ class JointsMass(Brief):
         return f"joints {', '.join(map(str, self.joints))}"
 
 
-@dataclass(frozen=True)
-class JointShare:
-    """Payload ratio of a joint: 1 where its torque is what the other joints' payload demands."""
-
-    joint: int
-    share: float | None  # on the torque that the others' payload causes there; None where they tell it too badly
-    sigma: float = float("nan")
-
-
 @dataclass(frozen=True, repr=False)
 class ByJoints(Brief):
     """Mass and payload ratio by single joints."""
 
-    masses: tuple[JointsMass, ...]  # by every joint alone, then by the arm's and by the wrist's joints together
-    shares: tuple[JointShare, ...]  # of every joint against the others
+    masses: tuple[JointsMass, ...]  # by every joint alone, with its ratio, then by arm and wrist
     without: tuple[JointsMass, ...] = ()  # by all joints but one
+    degrees_of_freedom: float = float("inf")  # of Student's t for the intervals
+
+    @property
+    def ratios(self) -> list[tuple[int, float, float]]:
+        """Payload ratios that the others tell: joint, ratio, standard deviation."""
+        return [
+            (own.joints[0], own.share, own.share_sigma)
+            for own in self.masses
+            if isinstance(own.share, float) and isinstance(own.share_sigma, float)
+        ]
 
 
 def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
@@ -117,10 +134,13 @@ def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
         variance = WITHOUT_BLOCKS**2 * variance
     numbers = [None if np.isnan(value) else float(value) for value in values]
     sigmas = np.sqrt(variance).tolist()
-    every = zip(groups, numbers, sigmas, strict=False)
-    masses = [JointsMass(*row, dof) if row[1] is not None else JointsMass(row[0], None) for row in every]
-    shares = tuple(map(JointShare, joints, numbers[len(groups) :], sigmas[len(groups) :]))
-    return ByJoints(tuple(masses[: len(listed)]), shares, tuple(masses[len(listed) :]))
+    masses = [JointsMass.made(group, numbers[k], sigmas[k], dof) for k, group in enumerate(groups)]
+    # The first groups are the single joints, to which the ratios belong.
+    single = [
+        structs.replace(own, share=share, share_sigma=sigma)
+        for own, share, sigma in zip(masses, numbers[len(groups) :], sigmas[len(groups) :], strict=False)
+    ]
+    return ByJoints((*single, *masses[len(single) : len(listed)]), tuple(masses[len(listed) :]), dof)
 
 
 def _numbers(

@@ -9,7 +9,7 @@ Schur complement of the joint normal matrix). So method 4 under constraints on t
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -18,6 +18,7 @@ from scipy.special import chdtrc, fdtrc
 from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
 from ...common.linear import rank
+from ...common.schema import Document, Float
 from ...model import InertialParameters
 from ..equations.equations import PAYLOAD
 from ..fit.estimate import Estimate
@@ -50,24 +51,28 @@ class Active(NamedTuple):
         return self.p_value < CONFLICT
 
 
-class Weighing(NamedTuple):
-    """A weighed mass beside the identified one [kg], each with its standard deviation."""
+class Weighing(Document, frozen=True):
+    """A weighed mass beside the identified one [kg], each with its standard deviation.
+
+    Attributes:
+        z: standard deviations of their difference by which the identified mass is larger.
+        p_value: probability of as large a difference of either sign.
+    """
 
     mass: float
     sigma: float
     identified: float
     identified_sigma: float
-    degrees_of_freedom: float
+    degrees_of_freedom: Float
+    z: Float
+    p_value: Float
 
-    @property
-    def z(self) -> float:
-        """Standard deviations of their difference by which the identified mass is larger."""
-        return (self.identified - self.mass) / float(np.hypot(self.sigma, self.identified_sigma))
-
-    @property
-    def p_value(self) -> float:
-        """Probability of as large a difference of either sign."""
-        return rise_p_value(self.z**2, 1, self.degrees_of_freedom)
+    @classmethod
+    def by(cls, scale: KnownMass, identified: float, sigma: float, degrees_of_freedom: float) -> Self:
+        """Compare what a scale shows with an identified mass."""
+        z = (identified - scale.mass) / float(np.hypot(scale.sigma, sigma))
+        p_value = rise_p_value(z**2, 1, degrees_of_freedom)
+        return cls(scale.mass, scale.sigma, identified, sigma, degrees_of_freedom, z, p_value)
 
     @property
     def conflict(self) -> bool:
@@ -137,7 +142,7 @@ class Possible:
         """Weighed masses against the free estimate."""
         sigma, dof = dict(zip(self.free.names, self.free.sigma.tolist(), strict=True)), self.free.degrees_of_freedom
         scales = [scale for scale in self.constraints if isinstance(scale, KnownMass)]
-        return tuple(Weighing(scale.mass, scale.sigma, self.free["M_L"], sigma["M_L"], dof) for scale in scales)
+        return tuple(Weighing.by(scale, self.free["M_L"], sigma["M_L"], dof) for scale in scales)
 
 
 def rise_p_value(chi2: float, k: int, degrees_of_freedom: float) -> float:

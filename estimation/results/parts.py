@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self
 from msgspec import UNSET, Meta, UnsetType, field
 from msgspec.structs import asdict
 
-from ...common.schema import Document, Vector, present
+from ...common.schema import Document, Float, Vector, Worked, present
 from ...common.speech import Speaks
 from ...model import BaseParameters, Processing, Robot
 from ...model.friction import term_names
@@ -31,18 +31,11 @@ Sigma = Annotated[float, Meta(ge=0.0)]
 _Share = Annotated[float, Meta(ge=0.0, lt=1.0)]
 
 
-class Result(Speaks, Document, frozen=True, kw_only=True, dict=True):
-    """Base class of answers to whole questions, each its own document; reading one back gives the same type."""
+class Result(Speaks, Worked, frozen=True, kw_only=True, dict=True):
+    """Base class of answers to whole questions, each its own document; reading one back gives the same type.
 
-    @property
-    def working(self) -> Any:
-        """Equations and estimates that it was made from; None where it was read from a file."""
-        return vars(self).get("made_from")
-
-    def made_by(self, working: Any) -> Self:
-        """Keep what the result was made from, for ``working``."""
-        vars(self)["made_from"] = working
-        return self
+    ``working`` are the equations and estimates that it was made from.
+    """
 
 
 class ProcessingDocument(Document, frozen=True):
@@ -247,23 +240,35 @@ class PriorDocument(Document, frozen=True):
     nearest_chi2_rise: float | UnsetType = UNSET
 
 
-class HorizonDocument(Document, frozen=True):
+class Horizon(Document, frozen=True):
     """Errors some time after the start, by what predicted the motion: median and 90 % of the starts [rad or m]."""
 
     seconds: float
-    in_motion: dict[str, tuple[Number, Number]] | None
-    at_rest: dict[str, tuple[Number, Number]] | None
+    in_motion: dict[str, tuple[Float, Float]] | None
+    at_rest: dict[str, tuple[Float, Float]] | None
 
 
-class RolloutDocument(Document, frozen=True):
-    """Rollout: distance of predicted motion from a recording's; torque error of a controller on its path."""
+class Rollout(Worked, frozen=True, kw_only=True, dict=True):
+    """Distance of predicted motion from a recording's, and the replay: a controller that follows its path.
+
+    ``working`` are the errors of every start.
+
+    Attributes:
+        diverged: number of starts after which the identified robot ran away altogether.
+        horizons: those beyond half the recording left out.
+        growth: median factor of an error of the start after half a second; nan if the recording is too short.
+        replay_relative: norm of (the replay's torque less the measured one) over that of the measured one, slow
+            rows left out.
+        replay_joints: the same joint by joint, shape (n,); nan where nothing was measured.
+        replay_strayed: root mean square distance from the path over all joints [rad or m].
+    """
 
     source: str
     starts_in_motion: int
     starts_at_rest: int
     diverged: int
-    horizons: tuple[HorizonDocument, ...]
-    growth: Number
+    horizons: tuple[Horizon, ...]
+    growth: Float
     replay_relative: float
     replay_joints: Vector
     replay_strayed: float

@@ -13,13 +13,15 @@ from ...common.arrays import Array
 from ...common.schema import LARGEST, Document, Matrix, Vector, WrongKeyError, present
 from ...common.speech import Speaks
 from ...model import INERTIAL, InertialParameters, Pose
+from ..diagnosis.evidence import Agreement
 from ..fit.drive_gains import Gains
 from ..fit.friction import TermChoice
-from ..payload.by_joints import ByJoints, JointsMass
+from ..payload.by_joints import JointsMass
 from ..payload.methods import PREFERRED
 from ..payload.repeats import Repeats
 from ..payload.result import ConstrainedPayload, PayloadEstimate
 from ..payload.ripple import Wave
+from ..possible.payload import Weighing
 from .parts import (
     ActiveDocument,
     EliminationDocument,
@@ -63,18 +65,6 @@ def named(values: Array | None, indices: Sequence[int] = range(10)) -> Any:
     return dict(zip(INERTIAL, ten.tolist(), strict=True))
 
 
-class WeighedDocument(Document, frozen=True):
-    """A weighed mass beside the identified one [kg]."""
-
-    mass: float
-    sigma: float
-    identified: float
-    identified_sigma: float
-    degrees_of_freedom: Number
-    z: Number
-    p_value: Number
-
-
 class MethodEstimate(Document, frozen=True, tag_field="estimator"):
     """A payload by one method, about the origin of the frame, as far as its torques determine it."""
 
@@ -88,7 +78,7 @@ class MethodEstimate(Document, frozen=True, tag_field="estimator"):
     inertia_com: Matrix | UnsetType | None = UNSET
     min_pseudo_inertia_eigenvalue: Number | UnsetType = UNSET
     physically_consistent: bool | UnsetType | None = UNSET
-    weighed: tuple[WeighedDocument, ...] | UnsetType = UNSET
+    weighed: tuple[Weighing, ...] | UnsetType = UNSET
 
     @property
     def ten(self) -> Array:
@@ -188,7 +178,7 @@ class PossibleEstimate(MethodEstimate, frozen=True, tag="constrained"):
                 ActiveDocument(active.multiplier, constraint=active.description, p_value=active.p_value)
                 for active in payload.tested
             ),
-            weighed=tuple(map(WeighedDocument.of, payload.weighings)),
+            weighed=payload.weighings,
             solver_status=result.status,
         )
 
@@ -213,34 +203,6 @@ class PayloadData(Document, frozen=True):
     base_parameters: int | UnsetType = UNSET
     rms_position_mismatch_rad: Number | UnsetType = UNSET
     friction: Literal["own", "may differ", "free"] | UnsetType = UNSET
-
-
-class JointsMassDocument(Document, frozen=True):
-    """Mass [kg] by some joints alone, and a single joint's factor on what the others show."""
-
-    joints: tuple[int, ...]
-    visible: bool
-    mass: Number
-    sigma: Number
-    interval95: Interval | None
-    share: Number | UnsetType = UNSET
-    share_sigma: Number | UnsetType = UNSET
-
-    @property
-    def name(self) -> str:
-        """Name the joints: "joint 3" or "joints 4-6"."""
-        return JointsMass(self.joints, None).name
-
-
-def mass_by_joints(by_joints: ByJoints) -> tuple[JointsMassDocument, ...]:
-    """Collect the mass by some joints' torques; null where they do not see it."""
-    shares: dict[tuple[int, ...], dict[str, Number]] = {
-        (of.joint,): {"share": of.share, "share_sigma": of.sigma} for of in by_joints.shares
-    }
-    return tuple(
-        JointsMassDocument.of(mass, visible=mass.mass is not None, **shares.get(mass.joints, {}))
-        for mass in by_joints.masses
-    )
 
 
 class Recommended(Document, frozen=True):
@@ -301,14 +263,6 @@ class ConstantTorques(Document, frozen=True):
     sigma: Vector
 
 
-class AgreementDocument(Document, frozen=True):
-    """Another way to the mass [kg] and the centre of mass [m]."""
-
-    name: str
-    mass: Number
-    com: Vector
-
-
 class FlangeDocument(Document, frozen=True):
     """Pose of the maker's flange in the payload's frame, if that is another one, and who says so."""
 
@@ -349,7 +303,7 @@ class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
     estimates: tuple[FreeEstimate | PossibleEstimate, ...]
     recommended: Recommended | None = None
     gain_sigma: GainErrorsDocument | UnsetType | None = UNSET
-    mass_by_joints: tuple[JointsMassDocument, ...] | UnsetType = UNSET
+    mass_by_joints: tuple[JointsMass, ...] | UnsetType = UNSET
     joint_that_agrees_least: str | UnsetType | None = UNSET
     friction: tuple[TermChoice, ...] | UnsetType = UNSET
     essential: EliminationDocument | UnsetType | None = UNSET
@@ -361,7 +315,7 @@ class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
     ripple: tuple[Wave, ...] | UnsetType = UNSET
     quantities: dict[str, Quantity] | UnsetType = UNSET
     mass_from_scale: bool | UnsetType = UNSET
-    agreement: tuple[AgreementDocument, ...] | UnsetType = UNSET
+    agreement: tuple[Agreement, ...] | UnsetType = UNSET
     repeats: Repeats | UnsetType | None = UNSET
     assumed: Assumed | UnsetType | None = UNSET
     scale: tuple[float, float] | UnsetType = UNSET

@@ -25,7 +25,7 @@ from .parts import (
     ResidualDocument,
     Result,
     RobustDocument,
-    RolloutDocument,
+    Rollout,
     Ten,
     VerdictDocument,
 )
@@ -127,7 +127,7 @@ class RobotResult(Result, frozen=True, kw_only=True, dict=True):
     gain_sigma: GainErrorsDocument | None = None
     relative_residual: ResidualDocument | UnsetType = UNSET
     validation: ResidualDocument | UnsetType | None = UNSET
-    rollouts: tuple[RolloutDocument, ...] | UnsetType = UNSET
+    rollouts: tuple[Rollout, ...] | UnsetType = UNSET
     reasons_against_use: tuple[str, ...] | UnsetType = UNSET
     verdict: VerdictDocument | UnsetType = UNSET
 

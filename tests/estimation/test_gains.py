@@ -215,7 +215,7 @@ def simulator(name: str) -> Simulator:
 
 
 def weight(name: str, seed: int, share: float = 0.7) -> InertialParameters:
-    """A weight of a share of what the invented_arm carries, off the flange's axis."""
+    """A weight of a share of what the arm carries, off the flange's axis."""
     draw = np.random.default_rng([seed, 3])
     mass = share * min(invented_arm(name).rated_payload, 10.0)
     com = [draw.uniform(0.05, 0.12), draw.uniform(-0.05, 0.05), draw.uniform(0.05, 0.12)]
@@ -343,7 +343,7 @@ MISTAKES: dict[str, tuple[Mistake, str]] = {
     "one gain off in one recording": (in_loaded(scaled(1.15, 3)), "drive gains"),
     "a mass ten times too large": (
         lambda bare, heavy, mass: (bare, heavy, 10.0 * mass),
-        "that this invented_arm carries",
+        "that this arm carries",
     ),
     "recordings exchanged": (lambda bare, heavy, mass: (heavy, bare, mass), "with and without the payload look"),
     "currents exchanged": (in_both(exchanged(2, 3)), "torques of joints 2 and 3 are exchanged"),
@@ -369,7 +369,7 @@ BY_KIND = {
     "ur10e": ("one gain off in one recording", "joint counted backwards"),
     "panda": ("loaded on another scale", "joint counted backwards"),
 }
-"""Mistakes that show otherwise on coupled drives, on a large invented_arm, and by sensors on the link side."""
+"""Mistakes that show otherwise on coupled drives, on a large arm, and by sensors on the link side."""
 
 
 @pytest.mark.parametrize(

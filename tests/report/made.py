@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 from dynident.common.schema import Document, json_text
 from dynident.estimation import PAYLOAD, Estimate, Gains, LongMotion, ShortMotion, SigmaRatio, Verdict
-from dynident.estimation.diagnosis.evidence import Evidence
+from dynident.estimation.diagnosis.evidence import Agreement, Evidence
 from dynident.estimation.diagnosis.finding import note, warning
 from dynident.estimation.diagnosis.verdict import judge
 from dynident.estimation.fit.covariance import RobustCovariance
@@ -17,9 +17,11 @@ from dynident.estimation.fit.essential import Elimination, EliminationPath
 from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.fit.friction import TermChoice
 from dynident.estimation.gains.known_load import Mountings, known_mass
+from dynident.estimation.payload.by_joints import ByJoints, JointsMass
 from dynident.estimation.payload.repeats import Repeats
 from dynident.estimation.payload.result import PayloadEstimate
 from dynident.estimation.payload.ripple import Wave
+from dynident.estimation.possible.payload import Weighing
 from dynident.estimation.possible.prior import PriorRobot
 from dynident.estimation.possible.robot import PossibleRobot
 from dynident.model import InertialParameters, Pose, Processing
@@ -180,8 +182,7 @@ def possible_payload(free: PayloadEstimate) -> Any:
     intervals = SimpleNamespace(
         parameters=numbers(10, 2), com=numbers(3, 2), inertia_com=numbers(3, 3, 2), principal_moments=numbers(3, 2)
     )
-    weighed = SimpleNamespace(mass=3.1, sigma=0.05, identified=3.2, identified_sigma=0.06, degrees_of_freedom=7.5,
-                              z=1.28, p_value=0.21)  # fmt: skip
+    weighed = Weighing(3.1, 0.05, 3.2, 0.06, 7.5, z=1.28, p_value=0.21)
     tested = SimpleNamespace(description="mass from 1 kg", multiplier=0.33, p_value=0.0625)
     return SimpleNamespace(
         method=free.method, free=free, result=result, body=body(3.4), intervals=intervals, gains=GAINS, robust=True,
@@ -189,18 +190,14 @@ def possible_payload(free: PayloadEstimate) -> Any:
     )  # fmt: skip
 
 
-def by_joints() -> Any:
+def by_joints() -> ByJoints:
     """A joint that sees the mass, one that does not, both together."""
-    return SimpleNamespace(
-        masses=(
-            SimpleNamespace(joints=(1,), name="joint 1", mass=3.01, sigma=0.11, interval95=(2.8, 3.3)),
-            SimpleNamespace(joints=(2,), mass=None, sigma=float("nan"), interval95=None),
-            SimpleNamespace(joints=(1, 2), mass=3.02, sigma=0.12, interval95=(2.7, 3.4)),
-        ),
-        shares=(
-            SimpleNamespace(joint=1, share=0.98, sigma=0.015),
-            SimpleNamespace(joint=2, share=None, sigma=float("nan")),
-        ),
+    return ByJoints(
+        (
+            JointsMass((1,), True, 3.01, 0.11, (2.8, 3.3), 0.98, 0.015),
+            JointsMass((2,), False, None, float("nan"), None, None, float("nan")),
+            JointsMass((1, 2), True, 3.02, 0.12, (2.7, 3.4)),
+        )
     )
 
 
@@ -273,7 +270,7 @@ def weighing(possible: bool) -> Any:
         constrained=(best,) if possible else (), by_joints=by_joints(),
         repeats=repeats if possible else None, ten=ten, judged=judged, **quantities(),
         gains=None, scale=SimpleNamespace(mass=3.1, sigma=0.05), model=None,
-        agreement=(SimpleNamespace(name="difference", mass=3.06, com=numbers(3)),), validation=None,
+        agreement=(Agreement("difference", 3.06, numbers(3)),), validation=None,
         assumed=None if possible else body(3.05),
         stand_in=None if possible else SimpleNamespace(description="a box"),
         verdict=SimpleNamespace(level="use", reasons=(), notes=()),

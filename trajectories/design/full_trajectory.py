@@ -6,12 +6,13 @@ by it too.
 """
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
 
 import numpy as np
+from msgspec import field
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.schema import Document
 from ...model import Motion, Robot
 from ..motions.family import Plan, Samples, sample_count
 from ..motions.fourier import Fourier, FreeSeries, NearShape
@@ -141,20 +142,20 @@ def _friction_speeds(robot: Robot, qd: Array) -> Array:
     return np.column_stack([qd, qd[:, j] + qd[:, k]])
 
 
-class Rung(NamedTuple):
-    """Run of the ladder of speeds.
+class Rung(Document, frozen=True):
+    """Run of the ladder of speeds: the motion, slowed.
 
     Attributes:
         speed: of the full speed, above 0 and at most 1.
         mass: largest mass for which the run keeps the torque limits, by what the run before has shown [kg].
         bound: largest mass after the run, if the payload is the one expected [kg].
-        motion: the run.
+        duration: of the run [s].
     """
 
     speed: float
-    mass: float
-    bound: float
-    motion: Fourier
+    mass: float = field(name="bears_kg")
+    bound: float = field(name="bound_kg")
+    duration: float = field(name="duration_s")
 
 
 def speed_ladder(
@@ -194,7 +195,7 @@ def speed_ladder(
             )
         run = motion if speed == 1.0 else motion.slowed(speed)
         bound = min(mass, expected + _SIGMAS * sigma(run))
-        rungs.append(Rung(speed, mass, bound, run))
+        rungs.append(Rung(speed, mass, bound, run.duration))
         mass, last = bound, speed
     return tuple(rungs)
 

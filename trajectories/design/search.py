@@ -12,8 +12,10 @@ from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
+from msgspec import field
 
 from ...common.arrays import Array
+from ...common.schema import Document, Float
 from ...common.speech import Speaks
 from ...model import Motion
 from ..motions.family import Clear, JointBounds, Plan, Samples, everywhere
@@ -364,8 +366,8 @@ class FreeStates:
         return x
 
 
-class Floor(NamedTuple):
-    """Least value of a criterion that was found over weighted states within the limits.
+class Floor(Document, frozen=True):
+    """Least value of a criterion that was found over weighted states within the limits, continuity ignored.
 
     Attributes:
         value: of the criterion, as in ``Score.value``.
@@ -373,8 +375,8 @@ class Floor(NamedTuple):
             the ratio of standard deviations; for "d" twice that, as a geometric mean over the parameters.
     """
 
-    value: float
-    gap: float
+    value: Float = field(name="criterion_value")
+    gap: Float
     states: int
 
 

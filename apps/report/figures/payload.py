@@ -7,10 +7,10 @@ import numpy as np
 
 from ....common.arrays import Array
 from ....estimation.fit.covariance import NORMAL95
+from ....estimation.payload.by_joints import JointsMass
 from ....estimation.payload.repeats import Repeats
 from ....estimation.results.payload import (
     FreeEstimate,
-    JointsMassDocument,
     PayloadResult,
     PossibleEstimate,
     array,
@@ -48,7 +48,7 @@ def _interval_rows(
 
 
 def joints_figure(
-    masses: Sequence[JointsMassDocument], mass: float, interval: tuple[float, float], name: str = "by_joints"
+    masses: Sequence[JointsMass], mass: float, interval: tuple[float, float], name: str = "by_joints"
 ) -> list[Drawing]:
     """Mass [kg] by groups of joints, and each joint's share of the payload; none where no group sees it."""
     values = np.array([group.mass if group.interval95 is not None else None for group in masses], dtype=float)

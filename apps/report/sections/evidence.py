@@ -13,13 +13,14 @@ from ....estimation.answers.system import TorquePrediction
 from ....estimation.fit.estimate import Fit
 from ....estimation.fit.friction import TermChoice
 from ....estimation.fit.least_squares import Excitation
+from ....estimation.payload.by_joints import JointsMass
 from ....estimation.results.parts import (
     EliminationDocument,
     ProcessingDocument,
     ResidualDocument,
     VerdictDocument,
 )
-from ....estimation.results.payload import JointsMassDocument, PayloadData, array
+from ....estimation.results.payload import PayloadData, array
 from ....estimation.results.robot import RobotResult
 from ...numbers import percent, with_interval
 from ..blocks import Block, Details, Drawing, Notes, OnPage, Section, Table, Text, with_sigma
@@ -139,7 +140,7 @@ def torques_section(predictions: Predictions, recordings: int = 0) -> Section:
 
 
 def joints_section(
-    masses: Sequence[JointsMassDocument], mass: float, interval: tuple[float, float], mounting: int | None = None
+    masses: Sequence[JointsMass], mass: float, interval: tuple[float, float], mounting: int | None = None
 ) -> Section:
     """Mass [kg] by groups of joints and each joint's share; ``mounting``: number of a known weight, if any."""
     rows = []

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ....common.schema import present
-from ....estimation.results.payload import array, mass_by_joints, numbers
+from ....estimation.results.payload import array, numbers
 from ....estimation.results.robot import GainsResult, MountingDocument
 from ..blocks import Banner, Notes, Report, Table
 from .evidence import MEND, VERDICTS, joints_section, reason_blocks, torques_section, verdict_notes, worst_torque
@@ -31,7 +31,7 @@ def gains_report(gains: GainsResult, document: str | None = None) -> Report:
         zip(made.mountings.names, made.loads, made.by_joints, strict=True) if made and made.by_joints else ()
     )
     for name, load, by_joints in of_joints:
-        section = joints_section(mass_by_joints(by_joints), load.mass, (load.mass, load.mass), name)
+        section = joints_section(by_joints.masses, load.mass, (load.mass, load.mass), name)
         title = f"The known weight as each joint sees it{f', mounting {name}' if mounted else ''}"
         sections.append(section._replace(title=title))
     sections.append(torques_section(lambda: made.predictions))

@@ -112,7 +112,7 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
     writers = "--samples, --ros2 or --urscript"
     periods = "one period" if plan.repeats == 1 else f"{plan.repeats} periods"
     two = f", at {len(plan.poses)} poses, {plan.transfer:.1f} s from one to the other" * bool(plan.transfer)
-    slower = ", ".join(f"{rung.motion.duration:.0f}" for rung in result.ladder if rung.speed < 1.0)
+    slower = ", ".join(f"{rung.duration:.0f}" for rung in result.ladder if rung.speed < 1.0)
     before = f"the rehearsal, once at a tenth of the speed, takes {plan.slowed(0.1).duration:.0f} s"
     if result.ladder:
         before = f"the slower runs before it take {slower} s" if slower else "the first run may be at full speed"

@@ -1,7 +1,7 @@
 """A robot: its description, and its identified parameters."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 from msgspec import UnsetType
@@ -17,7 +17,6 @@ from ....model.frames import frames_at
 from ....model.friction import PAPER, term_names
 from ....model.robot import SOURCED
 from ...numbers import percent
-from ...rollout import Rollout
 from ..blocks import Banner, Block, Notes, Report, Section, Table, lines, with_sigma
 from . import evidence
 from .rollout import rollout_line, rollout_section
@@ -90,11 +89,13 @@ def _vector(values: list[float]) -> str:
     return "(" + ", ".join(f"{value + 0.0:.5g}" for value in values) + ")"
 
 
-def robot_report(result: RobotResult, rollouts: Sequence[Rollout] = (), document: str | None = None) -> Report:
+def robot_report(result: RobotResult, document: str | None = None) -> Report:
     """Verdict, residual and friction of each joint; then every parameter, torques and excitation.
 
-    ``rollouts`` are predicted motions of recordings, ``document`` the JSON file that it was written to.
+    ``document``: the JSON file that it was written to.
     """
+    # What was read from a file has no errors to draw.
+    rollouts = [rollout for rollout in present(result.rollouts) or () if rollout.working]
     verdict, made, estimate, held_out = result.judged, result.working, result.estimate, result.validation
     after = f"'dynident payload --robot-parameters {document or 'robot.json'} --loaded LOG'"
     ask = "" if document or not made else "add --json robot.json, then "

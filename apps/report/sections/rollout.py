@@ -6,7 +6,8 @@ from pathlib import PurePath
 
 import numpy as np
 
-from ...rollout import CONSTANT, GROWTH_TIME, IDENTIFIED, Rollout
+from ....estimation.results.parts import Rollout
+from ...rollout import CONSTANT, GROWTH_TIME, IDENTIFIED
 from ..blocks import Block, Drawing, Notes, Report, Section, Table, Text
 from ..figures.canvas import BLUE, GREY, ORANGE, Figure, log_scale, panels, plain
 
@@ -31,13 +32,12 @@ def rollout_report(rollouts: Sequence[Rollout], robot: str) -> Report:
 
 def rollout_line(rollout: Rollout) -> str:
     """Error after the longest horizon and the replay, in one line."""
-    seconds, (unit, size) = rollout.horizons[-1], _unit(rollout)
-    resting = bool(rollout.resting.all())
-    errors = (rollout.spread(by, seconds, resting) for by in (IDENTIFIED, CONSTANT))
-    ours, constant = (f"{spread.median / size:.2g}" if spread else "-" for spread in errors)
+    last, (unit, size) = rollout.horizons[-1], _unit(rollout)
+    spreads = last.in_motion or last.at_rest or {}
+    ours, constant = (f"{spreads[by][0] / size:.2g}" for by in (IDENTIFIED, CONSTANT))
     return (
-        f"Motion of {PurePath(rollout.source).name}: {ours} {unit} off after {seconds:g} s (constant speed "
-        f"{constant}); replayed, torques {100.0 * rollout.replay.relative:.2g} % off."
+        f"Motion of {PurePath(rollout.source).name}: {ours} {unit} off after {last.seconds:g} s (constant speed "
+        f"{constant}); replayed, torques {100.0 * rollout.replay_relative:.2g} % off."
     )
 
 
@@ -49,17 +49,16 @@ def rollout_section(rollouts: Sequence[Rollout]) -> Section:
 
 def _parts(rollout: Rollout, number: int) -> list[Block]:
     """Errors by horizon, of starts in motion and at rest; a figure; the replay, and whether open loop can judge."""
-    (unit, size), resting, replay = _unit(rollout), int(rollout.resting.sum()), rollout.replay
-    names = [IDENTIFIED, *(by for by in rollout.errors if by != IDENTIFIED)]
-    headings = ("after", *(heading for by in names for heading in (by, f"{by}, 90 %")))
+    (unit, size), moving, resting = _unit(rollout), rollout.starts_in_motion, rollout.starts_at_rest
+    headings = ("after", *(heading for by in rollout.working.by for heading in (by, f"{by}, 90 %")))
     blocks: list[Block] = []
-    for at_rest, count in ((False, len(rollout.resting) - resting), (True, resting)):
+    for how, count in (("in motion", moving), ("at rest", resting)):
         rows = []
-        for seconds in rollout.horizons if count else ():
-            spreads = [rollout.spread(by, seconds, at_rest) for by in names]
-            cells = (f"{error / size:.3g}" for spread in spreads if spread is not None for error in spread)
-            rows.append((f"{seconds:g} s", *cells))
-        starts = f"{count} starts {'at rest' if at_rest else 'in motion'}"
+        for horizon in rollout.horizons:
+            spreads = (horizon.at_rest if how == "at rest" else horizon.in_motion) or {}
+            cells = (f"{error / size:.3g}" for spread in spreads.values() for error in spread)
+            rows.append((f"{horizon.seconds:g} s", *cells))
+        starts = f"{count} starts {how}"
         title = f"{PurePath(rollout.source).name}: error [{unit}], median and 90 % of {starts}"
         blocks += [Table(title, headings, rows)] if count else []
     caption = (
@@ -67,28 +66,28 @@ def _parts(rollout: Rollout, number: int) -> list[Block]:
         "of the starts, shaded up to 90 %."
     )
     blocks.append(Drawing(f"rollout_{number}", caption, lambda: _draw(rollout)))
-    joints = " ".join(f"{100.0 * ratio:.1f}" for ratio in replay.joints)
+    joints = " ".join(f"{100.0 * ratio:.1f}" for ratio in rollout.replay_joints)
     lines = [
-        f"Replay: torque {100.0 * replay.relative:.2g} % from the measured one (joints {joints} %), path kept to "
-        f"{replay.strayed / size:.2g} {unit}."
+        f"Replay: torque {100.0 * rollout.replay_relative:.2g} % from the measured one (joints {joints} %), path "
+        f"kept to {rollout.replay_strayed / size:.2g} {unit}."
     ]
     if rollout.growth == rollout.growth:
         hides = ": open loop judges nothing here, whatever the parameters; go by the replay"
         grows = f"An error of the start grows {rollout.growth:.2g}-fold within {GROWTH_TIME:g} s"
         lines.append(f"{grows}{hides * (rollout.growth > _GROWS)}.")
     if rollout.diverged:
-        lines.append(f"{rollout.diverged} of {len(rollout.resting)} starts of the identified robot ran away.")
+        lines.append(f"{rollout.diverged} of {moving + resting} starts of the identified robot ran away.")
     return [*blocks, Notes(lines, optional=True)]
 
 
 def _draw(rollout: Rollout) -> Figure:
     figure, ((axis,),) = panels((5.8, 3.2))
-    (unit, size), resting = _unit(rollout), bool(rollout.resting.all())
-    for by, (colour, line) in zip(rollout.errors, _STYLES, strict=False):
-        spreads = [rollout.spread(by, float(seconds), resting) for seconds in rollout.times]
-        low, high = np.array([spread for spread in spreads if spread is not None]).T / size
-        axis.plot(rollout.times, low, color=colour, linestyle=line, label=by)
-        axis.fill_between(rollout.times, low, high, color=colour, alpha=0.2, linewidth=0)
+    (unit, size), errors = _unit(rollout), rollout.working
+    for by, (colour, line) in zip(errors.by, _STYLES, strict=False):
+        spreads = [errors.spread(by, seconds, not rollout.starts_in_motion) for seconds in errors.times]
+        low, high = np.array(spreads).T / size
+        axis.plot(errors.times, low, color=colour, linestyle=line, label=by)
+        axis.fill_between(errors.times, low, high, color=colour, alpha=0.2, linewidth=0)
     log_scale(axis)
     axis.set(xlabel="time after the start [s]", ylabel=f"error [{unit}]")
     axis.legend(fontsize=9, frameon=False)
@@ -97,4 +96,4 @@ def _draw(rollout: Rollout) -> Figure:
 
 
 def _unit(rollout: Rollout) -> tuple[str, float]:
-    return ("deg", pi / 180.0) if rollout.turning else ("rad or m", 1.0)
+    return ("deg", pi / 180.0) if rollout.working.turning else ("rad or m", 1.0)

@@ -38,11 +38,11 @@ from dynident.estimation.equations.equations import PAYLOAD
 from dynident.estimation.fit.covariance import NORMAL95
 from dynident.estimation.fit.estimate import Estimate, Fit
 from dynident.estimation.gains.current_side import RelativeScales
-from dynident.estimation.payload.by_joints import ByJoints, JointShare, JointsMass
+from dynident.estimation.payload.by_joints import ByJoints, JointsMass
 from dynident.estimation.payload.long_motion import Source
 from dynident.estimation.payload.repeats import Repeats
 from dynident.estimation.payload.result import ConstrainedPayload, PayloadEstimate
-from dynident.estimation.possible.constraints import Constraint, MassBounds, PossibleBody
+from dynident.estimation.possible.constraints import Constraint, KnownMass, MassBounds, PossibleBody
 from dynident.estimation.possible.intervals import NO_INTERVALS
 from dynident.estimation.possible.payload import CONFLICT, Active, Weighing
 from dynident.estimation.signals import alignment
@@ -51,6 +51,7 @@ from dynident.model import InertialParameters, Recording, Robot, load_robot
 from dynident.model.inertia import PayloadSpread
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec import structs
 from scipy.stats import f
 
 ROBOT = load_robot("rx90")
@@ -214,20 +215,25 @@ def inertia_sigma(**sigmas: float) -> Evidence:
     return of_payload(estimate_of(sigma=deviations))
 
 
+def ratio(joint: int, share: float | None, sigma: float = float("nan")) -> JointsMass:
+    """The payload ratio of a joint that does not see the mass alone."""
+    return structs.replace(JointsMass.made((joint,)), share=share, share_sigma=sigma)
+
+
 def by_masses(
     *masses: tuple[float, float], without: float | None = None, make: Callable[..., Evidence] | None = None
 ) -> Evidence:
     """Masses that single joints show, from the second on, with their deviations, and that of the others."""
-    rest = tuple(JointsMass((j,), without, 0.001) for j in (7, 8)) if without is not None else ()
-    shown = tuple(JointsMass((j,), value, sigma) for j, (value, sigma) in enumerate(masses, 2))
-    return (make or usual)(by_joints=ByJoints(shown, (), rest))
+    rest = tuple(JointsMass.made((j,), without, 0.001) for j in (7, 8)) if without is not None else ()
+    shown = tuple(JointsMass.made((j,), *mass) for j, mass in enumerate(masses, 2))
+    return (make or usual)(by_joints=ByJoints(shown, rest))
 
 
 def by_share(share: float, sigma: float = 0.001, without: float | None = None, **more: Any) -> Evidence:
     """The payload by the third joint, and the mass by the others."""
-    rest = (JointsMass((1, 2, 4), without, 0.001),) if without is not None else ()
-    shares = (JointShare(1, 1.0, 0.01), JointShare(3, share, sigma), JointShare(4, None))
-    return usual(by_joints=ByJoints((), shares, rest), **more)
+    rest = (JointsMass.made((1, 2, 4), without, 0.001),) if without is not None else ()
+    shares = (ratio(1, 1.0, 0.01), ratio(3, share, sigma), ratio(4, None))
+    return usual(by_joints=ByJoints(shares, rest), **more)
 
 
 def mismatched(rms: float) -> Evidence:
@@ -245,7 +251,7 @@ def active(p_value: float, constraint: Constraint | None = None) -> ConstrainedP
 
 def weighed_as(z: float) -> ConstrainedPayload:
     """A scale's mass, this many standard deviations of the difference away."""
-    return possible_of(estimate_of(), weighings=(Weighing(5.0, 0.03, 5.0 + 0.05 * z, 0.04, 1e6),))
+    return possible_of(estimate_of(), weighings=(Weighing.by(KnownMass(5.0, 0.03), 5.0 + 0.05 * z, 0.04, 1e6),))
 
 
 def drift_of(z: float) -> float:
@@ -786,8 +792,10 @@ def test_no_reason_speaks_against_a_mass_that_may_be_used(
 ) -> None:
     """Whatever is made up: what is said of the mass, or of everything, leaves nothing to be used."""
     by_joints = ByJoints(
-        tuple(JointsMass((j,), mass, sigma) for j, mass in enumerate(masses, 2)),
-        tuple(JointShare(j, share, sigma) for j, share in enumerate(shares, 2)),
+        (
+            *(JointsMass.made((j,), mass, sigma) for j, mass in enumerate(masses, 2)),
+            *(ratio(j, share, sigma) for j, share in enumerate(shares, 2)),
+        )
     )
     verdict = judge(
         of_payload(
@@ -825,9 +833,9 @@ EXACT = np.zeros((K, K))
 
 def seen(offs: Array, sigmas: Array, freedom: float = FREEDOM) -> ByJoints:
     """Shares that differ from 1, and the degrees of freedom of their standard deviations."""
-    masses = (JointsMass((1,), 1.0, 0.1, freedom),)
     rows = enumerate(zip(offs, sigmas, strict=True), 1)
-    return ByJoints(masses, tuple(JointShare(joint, 1.0 + float(x), float(s)) for joint, (x, s) in rows))
+    ratios = tuple(ratio(joint, 1.0 + float(x), float(s)) for joint, (x, s) in rows)
+    return ByJoints(ratios, degrees_of_freedom=freedom)
 
 
 def even(square: float) -> ByJoints:

@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.rollout import CONSTANT, IDENTIFIED, IdentifiedArm, MujocoArm, Rollout, roll_out_all
+from dynident.apps.rollout import CONSTANT, IDENTIFIED, IdentifiedArm, MujocoArm, roll_out_all
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Settings
+from dynident.estimation.results.parts import Rollout
 from dynident.model import (
     Drives,
     Joint,
@@ -106,17 +107,17 @@ def test_true_parameters_predict_and_wrong_ones_do_not(name: str) -> None:
     robot = with_stand_in(load_robot(name))
     recording = recorded(robot)
     true = rolled(robot, recording, dict(robot.parameters))
-    error, constant = (true.spread(by, 0.5) for by in (IDENTIFIED, CONSTANT))
+    error, constant = (true.working.spread(by, 0.5) for by in (IDENTIFIED, CONSTANT))
     assert error is not None
     assert constant is not None
     assert error.ninety < 0.05 * constant.ninety
-    assert true.replay.relative < 0.05
+    assert true.replay_relative < 0.05
     heavier = {name: value * (1.3 if name[0] == "M" else 1.0) for name, value in robot.parameters.items()}
     wrong = rolled(robot, recording, heavier)
-    missed = wrong.spread(IDENTIFIED, 0.5)
+    missed = wrong.working.spread(IDENTIFIED, 0.5)
     assert missed is not None
     assert missed.ninety > 10.0 * error.ninety
-    assert wrong.replay.relative > 2.0 * true.replay.relative
+    assert wrong.replay_relative > 2.0 * true.replay_relative
 
 
 def test_a_joint_of_hardly_any_inertia_is_named() -> None:
