@@ -83,13 +83,6 @@ def test_what_is_slow_is_loaded_when_it_is_needed(code: str) -> None:
     assert not loaded & slow
 
 
-def test_rooms_are_found_in_the_package_only() -> None:
-    """At top level their relative imports fail, so that no second copy of a class is made."""
-    code = f"import sys; sys.path.insert(0, {str(ROOT)!r}); import estimation"
-    answer = subprocess.run([sys.executable, "-c", code], check=False, capture_output=True, text=True)
-    assert "attempted relative import beyond top-level package" in answer.stderr
-
-
 def values() -> list[Any]:
     robot, large = load_robot("rx90"), np.linspace(0.0, 1.0, 6000).reshape(1000, 6)
     via = random_via_points(robot, count=12, seed=0)
