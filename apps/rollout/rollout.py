@@ -72,7 +72,7 @@ class Errors:
         return Spread(*(float(ordered[int(share * (len(ordered) - 1))]) for share in (0.5, 0.9)))
 
     def spreads(self, seconds: float, resting: bool) -> dict[str, tuple[float, float]] | None:
-        """The same of every model; None without such starts."""
+        """Errors of every model by its name; None without such starts."""
         every = {model: self.spread(model, seconds, resting) for model in self.by}
         return {model: spread for model, spread in every.items() if spread is not None} or None
 
