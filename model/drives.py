@@ -177,7 +177,7 @@ class Drives:
 
     @property
     def fit_for_coupling(self) -> bool:
-        """Whether they have what (8)-(11) say of coupled drives: rotor inertia, FS and FV at all joints."""
+        """True if they have what (8)-(11) say of coupled drives: rotor inertia, FS and FV at all joints."""
         return self.rotor_inertia and set(PAPER) <= set(self.friction)
 
     @property

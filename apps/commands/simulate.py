@@ -71,9 +71,10 @@ class _Simulate(Options):
                 raise InputError(f"--friction: {name}={level:g}: no drive rubs so; FL is below 1")
             if not name[-1].isdigit():
                 raise InputError(f"--friction: {name} needs the number of a joint: {name}1={level:g}")
-        more = [name for name in self.friction if name.partition("@")[0] not in model.standard_columns(robot)]
-        terms = (*robot.drives.friction, *model.friction_terms(more))
-        return replace(robot.with_friction(terms), parameters={**robot.parameters, **values})
+        new = [name for name in self.friction if "@" in name or name not in model.standard_columns(robot)]
+        own = robot.drives.friction
+        more = [term for term in model.friction_terms(new) if {term, replace(term, joint=0)}.isdisjoint(own)]
+        return replace(robot.with_friction((*own, *more)), parameters={**robot.parameters, **values})
 
 
 @command

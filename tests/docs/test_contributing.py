@@ -60,7 +60,7 @@ def place(file: Path, where: str | None, name: str | None, code: str) -> None:
 
 
 def run(copy: Path, program: str) -> str:
-    """What a program says that imports the copy."""
+    """Output of a program that imports the copy."""
     done = subprocess.run(
         [sys.executable, "-c", program], cwd=copy, env=os.environ | {"PYTHONPATH": str(copy)},
         capture_output=True, text=True, check=False,

@@ -154,11 +154,14 @@ def recordings(
     """Two noisy trajectories without and with payload."""
     simulator = simulated("rx90")
     motions = [wander(6, seed, rate=250.0) for seed in (1, 2)]
-    return tuple(  # type: ignore[return-value]
-        [simulator.record(motion, load, [0.3] * 6, [k, load is not None], f"{k} {load is not None}")
-         for k, motion in enumerate(motions)]
+    empty, full = (
+        [
+            simulator.record(motion, load, [0.3] * 6, [k, load is not None], f"{k} {load is not None}")
+            for k, motion in enumerate(motions)
+        ]
         for load in (None, payload)
-    )  # fmt: skip
+    )
+    return empty, full
 
 
 def solved(W: Array, Y: Array, row_weights: Array) -> Array:

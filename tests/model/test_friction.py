@@ -84,7 +84,7 @@ def test_regressor_times_parameters_is_the_torque(rubbing: Robot) -> None:
 
 @pytest.mark.parametrize("kind", [kind for kind in LAWS if kind != "FA"])
 def test_friction_takes_power(robot: Robot, kind: str) -> None:
-    """Of coupled drives too, whose gears turn with other speeds than the joints."""
+    """On coupled drives too, whose gears turn with other speeds than the joints."""
     terms = friction_terms([*({"FS", "FV"} if robot.coupling else ()), "FB@0.4" if kind == "FB" else kind])
     rubbing, states = robot.with_friction(terms), random_states(robot, STATES, seed=3)
     chi = drawn(rubbing)

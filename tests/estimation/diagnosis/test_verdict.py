@@ -160,12 +160,12 @@ def of_spread(mass: float = 0.01, com: float = 0.001, inertia: float = 1e-4) -> 
 
 
 def alone(left: float | Array) -> Evidence:
-    """What the model leaves of a robot's own torque."""
+    """Residual of the model on a robot's own torque."""
     return Evidence(ROBOT, parameters=robot_of(left))
 
 
 def leaving(left: float, own: float) -> Evidence:
-    """What method 4 leaves, and the robot alone."""
+    """Residuals of method 4, and of the robot alone."""
     return of_payload(estimate_of(left=left), parameters=robot_of(own))
 
 
