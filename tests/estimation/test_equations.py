@@ -153,11 +153,10 @@ def recordings(
 ) -> tuple[Recordings, Recordings]:
     """Two noisy trajectories without and with payload."""
     simulator = simulated("rx90")
-    motions = [wander(6, seed, rate=250.0) for seed in (1, 2)]
     empty, full = (
         [
-            simulator.record(motion, load, [0.3] * 6, [k, load is not None], f"{k} {load is not None}")
-            for k, motion in enumerate(motions)
+            simulator.record(wander(6, k + 1, rate=250.0), load, [0.3] * 6, [k, bool(load)], f"{k} {bool(load)}")
+            for k in (0, 1)
         ]
         for load in (None, payload)
     )
