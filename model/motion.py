@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -98,6 +99,8 @@ class Recording(Brief):
         origin: what a log's time held where ``t`` is 0 [s], such as seconds since 1970.
         gain_sigma: standard deviation of the relative error of each joint's scale of torque, 0 where torques are
             exact as simulated ones can be; None where nothing is said of it.
+        torque_unit: "named" where a column is called a torque, "given" where a user, a map or the file says the
+            unit, "unknown" of columns such as ``effort``, which may hold currents or percent.
     """
 
     t: Array
@@ -110,6 +113,7 @@ class Recording(Brief):
     gains: tuple[float, ...] = ()
     origin: float = 0.0
     gain_sigma: float | None = None
+    torque_unit: Literal["named", "given", "unknown"] = "named"
 
     def __post_init__(self) -> None:
         """Lock the arrays and check their shapes."""

@@ -151,19 +151,8 @@ def with_stand_in(robot: Robot) -> Robot:
             "<inertial>)"
         )
     robot = with_assumed_limits(robot)
-    values, assumptions = dict.fromkeys(standard_columns(robot), 0.0), []
-    if bodiless := _bodiless(robot):
-        if robot.mass is None:
-            known, shares = _mass_of_bodies(robot), [body.mass for body in cylinders(robot, 1.0)]
-            total = known / (1.0 - sum(shares[link - 1] for link in bodiless))
-            density = f"as dense as the others, which weigh {known:.3g} kg"
-        else:
-            total, doubt = MOVING * robot.mass, " (itself assumed)" if robot.assumed("mass") else ""
-            density = f"of {100 * MOVING:g} % of the arm's {robot.mass:g} kg{doubt}"
-        for link, body in enumerate(cylinders(robot, total), start=1):
-            values |= body.named(str(link))
-        which = "links" if len(bodiless) == robot.n else f"links without a body ({', '.join(map(str, bodiless))})"
-        assumptions.append(f"{which} are cylinders {density}")
+    bodies, assumed = nominal_bodies(robot)
+    values, assumptions = dict.fromkeys(standard_columns(robot), 0.0) | bodies, [assumed] if assumed else []
     values |= robot.parameters
     unknown = values.keys() - robot.parameters.keys()
     if rotors := [name for name in unknown if parameter_kind(name) == "IA"]:
@@ -176,6 +165,29 @@ def with_stand_in(robot: Robot) -> Robot:
         assumptions.append(f"friction is {100 * FRICTION:g} % of the torque limits at full speed")
     sources = {"parameters": f"{ASSUMED}: {', '.join(assumptions)}"} if assumptions else {}
     return replace(limited, parameters=values, sources={**limited.sources, **sources})
+
+
+def nominal_bodies(robot: Robot) -> tuple[dict[str, float], str]:
+    """Inertial parameters of all links as far as described, and what was assumed of the others, as text.
+
+    Links without a body are ``cylinders`` as ``with_stand_in`` says, of a robot that ``can_stand_in``.
+    """
+    bodiless = _bodiless(robot)
+    known = {name: value for name, value in robot.parameters.items() if parameter_kind(name) in INERTIAL}
+    if not bodiless:
+        return known, ""
+    if robot.mass is None:
+        weight, fractions = _mass_of_bodies(robot), [body.mass for body in cylinders(robot, 1.0)]
+        total = weight / (1.0 - sum(fractions[link - 1] for link in bodiless))
+        density = f"as dense as the others, which weigh {weight:.3g} kg"
+    else:
+        total, doubt = MOVING * robot.mass, " (itself assumed)" if robot.assumed("mass") else ""
+        density = f"of {100 * MOVING:g} % of the arm's {robot.mass:g} kg{doubt}"
+    values: dict[str, float] = {}
+    for link, body in enumerate(cylinders(robot, total), start=1):
+        values |= body.named(str(link))
+    which = "links" if len(bodiless) == robot.n else f"links without a body ({', '.join(map(str, bodiless))})"
+    return values | known, f"{which} are cylinders {density}"
 
 
 def rehearsed(robot: Robot) -> Robot:

@@ -212,8 +212,9 @@ class Naming:
         return self.log_map.time.unit or self.raw.units.get(self.time, "") or by_name or by_recorder
 
     def holds(self, kind: str) -> bool:
-        """True where the log has some of these columns."""
-        return not set(self.columns(kind)).isdisjoint(self.raw.names)
+        """True where the log has some of these columns; those that are said to hold currents are no torques."""
+        others = set(listed(self.log_map.current.columns)) if kind == "torque" else set[str]()
+        return not (set(self.columns(kind)) - others).isdisjoint(self.raw.names)
 
     @property
     def holds_currents_only(self) -> bool:
@@ -320,7 +321,8 @@ def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]
     if gains is None:
         if naming.holds_currents_only:
             raise InputError(
-                f"{path}: carries currents ({named}) but no torques: give --drive-gains, {n} numbers in N·m/A"
+                f"{path}: carries currents ({named}) but no torques: give --drive-gains, {n} numbers in N·m/A "
+                "(dynident gains identifies them, dynident check estimates them by the weight of the links)"
             )
         # The controller's own prediction does not stand in the place of a measured torque.
         computed = () if naming.is_plain or naming.holds("torque") else naming.columns("torque_reference")
@@ -337,7 +339,7 @@ def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]
             raise InputError(f"--drive-gains: gain {joint} is {gain}: give a number other than zero in N·m/A")
     if not naming.holds("current"):
         raise InputError(f"{path}: --drive-gains given, but the file has no currents {named}: leave them out")
-    both = there >= set(naming.columns("torque"))
+    both = naming.holds("torque")
     return "current", ["has torques too; currents and drive gains are used"] * both
 
 

@@ -14,6 +14,8 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.schema import Document
 from ...estimation.diagnosis.finding import Finding, Severity, error, note, warning
+from ...estimation.diagnosis.nominal import nominal_gravity
+from ...estimation.diagnosis.states import BLOCKS, states_of
 from ...estimation.diagnosis.verdict import robot_verdict
 from ...estimation.equations.equations import Equations
 from ...estimation.fit.least_squares import weighted
@@ -152,13 +154,23 @@ def check_log(
         check = check.completed([error(mistake)])
     if not check.usable:
         return check
-    # What the robot's model says of the log; the size of currents of unknown gain tells no weight.
-    robot = dataclasses.replace(robot, mass=None) if currents else robot
+    source = Source((), (recording,), processing)
+    nominal = nominal_gravity(robot, states_of(source, BLOCKS)) if currents else None
+    if nominal is not None and np.isfinite(nominal.ratio).any():
+        shown = [(j, ratio) for j, ratio in enumerate(nominal.ratio.tolist(), 1) if np.isfinite(ratio)]
+        gains = ", ".join(f"{1.0 / ratio:.3g} at joint {j}" for j, ratio in shown)
+        bodies = f"assumed: {nominal.assumed}" if nominal.assumed else "as described"
+        text = (
+            f"By the weight of the links ({bodies}) the drive gains are about {gains}, in N·m or N for each unit: "
+            "they may be half as large or twice; dynident gains finds them from a known payload"
+        )
+        check = check.completed([note(text)])
+    # What the robot's model says of the log.
     robot = robot if currents else with_friction(robot, [recording], Settings(processing))[0]
     try:
         recording, equations = _reduced(robot, recording, processing, currents)
         estimate = weighted(equations)
-        verdict = robot_verdict(robot, Source((), (recording,), processing), equations, estimate, currents)
+        verdict = robot_verdict(robot, source._replace(unloaded=(recording,)), equations, estimate, currents)
     except InputError as refusal:
         return check.completed([warning(f"Not enough to identify the robot from: {refusal}")])
     found = [finding._replace(text=f"{finding.text[:1].upper()}{finding.text[1:]}") for finding in verdict.findings]

@@ -31,9 +31,10 @@ _UNITS = {
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
     "position": _ANGLE,
     "velocity": {f"{unit}/s": factor for unit, factor in _ANGLE.items()} | {"rpm": 2.0 * math.pi / 60.0},
-    "torque": {"N·m": 1.0, "mN·m": 1e-3, "N": 1.0, "percent": 0.01},
-    "current": {"A": 1.0, "mA": 1e-3, "percent": 0.01},
+    "torque": {"N·m": 1.0, "mN·m": 1e-3, "N": 1.0},
+    "current": {"A": 1.0, "mA": 1e-3, "raw": 1.0, "percent": 0.01},
 }
+_UNITS["torque"] |= _UNITS["current"]  # of columns called torques that hold something else
 _SPELLINGS = {
     "Nm": "N·m", "N*m": "N·m", "N m": "N·m", "N.m": "N·m", "N-m": "N·m", "mNm": "mN·m", "%": "percent", "µs": "us",
     "sec": "s", "seconds": "s", "msec": "ms", "revolution": "rev", "degree": "deg", "degrees": "deg", "°": "deg",
@@ -196,7 +197,7 @@ class Quantity(Table, frozen=True):
                 raise WrongKeyError("unit", "percent of what is not said: give N·m")
         if any(abs(sign) != 1.0 for sign in self.sign):
             raise ValueError("sign must be 1 or -1")
-        if percent != bool(self.rated):
+        if self.rated and not percent:
             raise ValueError("rated goes with the unit percent: what 100 percent is, for each joint")
         if self.side == "motor" and kind == "current":
             raise ValueError("a current has no side: leave 'side' out, drive gains tell its torque")
@@ -209,6 +210,12 @@ class Quantity(Table, frozen=True):
     def zero(self) -> tuple[float, ...]:
         """Offsets that are added to joint-side positions [rad or m], one for each joint."""
         return tuple(map(math.radians, self.zero_deg)) or self.zero_m
+
+    @property
+    def of_unknown_gain(self) -> bool:
+        """True where the unit is that of a current, of counts, or percent of an unknown torque."""
+        units = {_spelt(unit) for unit in self.unit}
+        return bool(units & _UNITS["current"].keys()) and not self.rated
 
     def factors(self, kind: str, n: int) -> Array:
         """Factors from each column to SI, shape (n,)."""

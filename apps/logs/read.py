@@ -1,12 +1,15 @@
 """From a file to signals in SI units: recordings, poses of the tool, planned motions."""
 
 import hashlib
+import re
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
-from msgspec.structs import replace
+from msgspec import structs
 from numpy.typing import NDArray
 
 from ...common.arrays import Array
@@ -17,7 +20,7 @@ from ...model import Processing, Recording, Robot
 from .arrays_log import mat_log, npz_log, parquet_log
 from .columns import Naming, check_missing, choose
 from .csv_log import csv_log
-from .map import SHORT, SI, Layout, LogMap, factor, standard_pose
+from .map import SHORT, SI, Layout, LogMap, Quantity, factor, standard_pose
 from .ros_bag import ros_bag
 from .table import RawLog
 
@@ -31,6 +34,7 @@ _READERS: dict[str, Callable[[Path, Layout], RawLog]] = {
 """Readers by ending; everything else is text."""
 SUFFIXES = (".csv", ".csv.gz", ".tsv", ".tsv.gz", *_READERS)
 """Endings of the files of a folder that are taken for logs."""
+_SILENT = re.compile("effort|load|count")  # columns whose names do not say that they hold torques in N·m
 _MOVES = 1e-3  # rad or m: a joint that covers less does not move
 _SLOWEST = {"s": 0.5, "ms": 100.0, "us": 1e5, "ns": 1e8}
 """Longest step that each unit is taken for: robots are recorded at 10 Hz to 10 kHz, so units stay apart."""
@@ -85,7 +89,13 @@ def named(path: str | Path, robot: Robot, log_map: LogMap | None) -> Naming:
     """Open a log by a map that fits the robot, and find out what its columns are called."""
     log_map = log_map or LogMap()
     log_map.check(robot.n)
-    return Naming(open_log(path, log_map), log_map, robot)
+    naming = Naming(open_log(path, log_map), log_map, robot)
+    torque = log_map.torque
+    if not torque.of_unknown_gain:
+        return naming
+    # What the columns of torques hold needs gains, as currents do.
+    current = Quantity(naming.columns("torque"), torque.unit, sign=torque.sign)
+    return replace(naming, log_map=structs.replace(log_map, torque=Quantity(), current=current))
 
 
 def read_recordings(
@@ -173,7 +183,10 @@ def read_beside(
             joints = ", ".join(str(j + 1) for j in dead)
             notes.append(f"speeds of joint {joints} are zero throughout: taken from positions")
     noted = tuple(f"{raw.path.name}: {note}" for note in notes)
-    recording = Recording(t, q, torque, qd, str(raw.path), noted, read, gains, origin, raw.gain_sigma)
+    stated: Literal["named", "given", "unknown"] = "given" if log_map.torque.unit else "named"
+    if stated == "named" and any(_SILENT.search(name.lower()) for name in columns.get("torque", ())):
+        stated = "unknown"
+    recording = Recording(t, q, torque, qd, str(raw.path), noted, read, gains, origin, raw.gain_sigma, stated)
     return recording, si.get(reference, q[:, :0])
 
 
@@ -193,7 +206,7 @@ def _stated(raw: RawLog, columns: Mapping[str, Sequence[str]], log_map: LogMap) 
             raise InputError(
                 f"{raw.path}: column {names[0]!r}: {error} (--units {option}={SI[kind]} takes another one)"
             ) from None
-        log_map = replace(log_map, **{kind: replace(log_map.quantity(kind), unit=units)})
+        log_map = structs.replace(log_map, **{kind: structs.replace(log_map.quantity(kind), unit=units)})
         texts.append(f"{kind} {', '.join(dict.fromkeys(units))}")
     return log_map, [f"units as the file tells them: {'; '.join(texts)}"] if texts else []
 

@@ -37,8 +37,6 @@ residuals below the second are good whatever the ratio."""
 MISMATCH = 0.005
 """Difference of positions [rad or m, rms] of a pair that is not one motion; real pairs lie below 2e-4."""
 DRIVEN_SIGMAS = 5.0  # standard deviations below zero at which friction counts as negative
-LIGHT, HEAVY, WEIGHTLESS = 0.12, 0.40, 0.08
-"""Weight that the torques show over the maker's: known arms lie from .19 to .31; below the last nothing is used."""
 MASS_SPREAD, METHODS_APART = 0.05, 0.02
 """Relative spread of the mass over the methods, and difference of two that also exceeds their intervals."""
 SIGMAS = 4.0  # standard deviations beyond which a difference is none by chance
@@ -258,32 +256,6 @@ def new_zeros(evidence: Evidence) -> Iterator[Finding]:
                 f"q{j + 1} of {pair.loaded.source} differs from that of {pair.unloaded.source} by a constant "
                 f"{1e3 * pair.constant[j]:+.1f} mrad or mm: was the encoder's zero set anew in between?"
             )
-
-
-def arm_weight(evidence: Evidence) -> Iterator[Finding]:
-    """Weight of the arm by its torques against its mass by the maker; not of arms whose springs carry them.
-
-    kappa = (h2 + h3) / (m L), h_j the first moment of link j and all that it carries about its axis, L the length
-    of all links from joint 2 on; of seven axes h2 + h4 + h6. Below {WEIGHTLESS:g}: spoils all; noted below
-    {LIGHT:g} and above {HEAVY:g}.
-    """
-    robot, parameters = evidence.robot, evidence.parameters
-    joints = {6: (2, 3), 7: (2, 4, 6)}.get(robot.n, ())
-    names = {f"{kind}{j}" for j in joints for kind in ("MX", "MY")}
-    if parameters is None or not names or not names <= set(parameters.names):
-        return
-    turning = all(joint.revolute for joint in robot.joints)
-    if not (turning and robot.mass and any(robot.gravity)) or robot.spring:
-        return
-    length = sum(hypot(joint.d, joint.r) for joint in robot.joints[1:])
-    moments = sum(hypot(parameters[f"MX{j}"], parameters[f"MY{j}"]) for j in joints)
-    kappa, load = moments / (robot.mass * length), robot.rated_payload / robot.mass
-    if not LIGHT <= kappa <= HEAVY + (load if np.isfinite(load) else 0.0):
-        source = " (assumed)" if robot.assumed("mass") else ""
-        yield (error if kappa < WEIGHTLESS else note)(
-            f"the arm weighs {kappa:.2f} of its {robot.mass:g} kg{source} times the length of its links, .19 to "
-            ".31 is usual: are the torques currents, motor-side or in another unit?"
-        )
 
 
 def other_ways(evidence: Evidence) -> Iterator[Finding]:

@@ -261,6 +261,10 @@ class Added(NamedTuple):
         ten = (root @ (root.T @ whole[:c, c:]))[payload]
         return Added(_rest(whole, root), _rest(whole - blocks, root), ten, inflation)
 
+    def mixed(self, M: Array) -> "Added":
+        """Combine columns and torque by a matrix, (m + 1) x k."""
+        return Added(M.T @ self.whole @ M, M.T @ self.left @ M, self.payload @ M, self.inflation)
+
     def effect(self, index: Sequence[int], free: Sequence[int] = (), name: str = "", where: str = "") -> Effect:
         """Estimate some of the added columns, others free as far as these are more than rounding."""
         squares, k = np.diag(self.whole), len(index)

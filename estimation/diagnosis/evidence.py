@@ -48,6 +48,17 @@ class Alternative(NamedTuple):
     z: float  # Vuong's statistic
 
 
+class NominalGravity(NamedTuple):
+    """Torques over those that gravity needs by the bodies of the robot's description."""
+
+    ratio: Array  # of each joint, nan where it does not show it, shape (n,)
+    gravity: Array  # that the torques of all joints show with these bodies, in frame 0 [m/s^2], shape (3,)
+    gravity_sigma: float  # of that, all axes together
+    explained: float  # by it, fraction of the squared torque beside friction
+    by_joints: float  # the same by the described gravity and a ratio for each joint
+    assumed: str  # rule by which bodies were assumed; empty where all are described
+
+
 @dataclass(frozen=True)
 class Diagnosis:
     """Diagnosis of what else than robot and payload one set of recordings shows, for every command alike."""
@@ -58,6 +69,7 @@ class Diagnosis:
     alternatives: tuple[Alternative, ...] = ()
     scales: tuple[Effect, ...] = ()  # another scale of the loaded torques: of all, of each joint's
     signals: RelativeScales | None = None  # scales of the joints' signals, of a robot alone
+    nominal: NominalGravity | None = None  # torques against the weight of the links by the description
 
     def effect(self, name: str) -> Effect | None:
         """Effect of one hypothesis."""

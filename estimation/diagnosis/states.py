@@ -115,8 +115,8 @@ class States:
         return self.taken(slice(None, None, max(1, min(_COARSER, len(self.t) // (3 * _FEWEST)))))
 
 
-def states_of(source: Source | None) -> States | None:
-    """Some 10 states a second of all recordings, without payload first; None where there is too little motion."""
+def states_of(source: Source | None, fewest: int = _FEWEST) -> States | None:
+    """Some 10 states a second of all recordings, without payload first; None where there are too few."""
     if source is None:
         return None
     parts, recordings = [], [(recording, 0.0) for recording in source.unloaded]
@@ -129,7 +129,7 @@ def states_of(source: Source | None) -> States | None:
             recording = replace(recording, t=t[own], q=recording.q[own], torque=recording.torque[own], qd=speeds)
         count = min(_MOST, int(_RATE * float(recording.t[-1] - recording.t[0])) + 1)
         parts.append(States.of(recording, source.processing, count, loaded))
-    return States.joined(parts) if sum(len(part.t) for part in parts) >= _FEWEST else None
+    return States.joined(parts) if sum(len(part.t) for part in parts) >= fewest else None
 
 
 def _stuck(recording: Recording, t: Array) -> Mask:

@@ -27,12 +27,14 @@ from .evidence import Diagnosis, Evidence
 from .finding import Finding, Level, Verdict, verdict_of
 from .hypotheses import HYPOTHESES, effects_of, hypotheses, matter, tilt_correction
 from .joints import disagreement, joints
+from .nominal import nominal_gravity, weight
 from .scales import LONG_ENOUGH, motors_apart, off_scale, scale, scales, scales_of_states, sensitive
-from .states import States, states_of
+from .states import BLOCKS, States, states_of
 
 Check = Callable[[Evidence], Iterable[Finding]]
 CHECKS: tuple[Check, ...] = (
     hypotheses,
+    weight,
     checks.residual,
     checks.validation,
     checks.friction,
@@ -46,7 +48,6 @@ CHECKS: tuple[Check, ...] = (
     sensitive,
     checks.new_zeros,
     other_readings,
-    checks.arm_weight,
     checks.other_ways,
     checks.drift,
     checks.alignment,
@@ -56,6 +57,8 @@ CHECKS: tuple[Check, ...] = (
     motors_apart,
 )
 """Checks of the recordings, in the order in which their findings are reported."""
+COLUMNS: tuple[Check, ...] = (hypotheses, joints, scale, off_scale, sensitive, other_readings)
+"""Checks that say nothing where signs, units or mounting go against the weight of the links."""
 BEFOREHAND: tuple[Check, ...] = (checks.rating, checks.conflicts)
 """Checks of what was known beforehand: reported after the causes, and no reason to search any."""
 
@@ -64,8 +67,10 @@ def judge(*evidence: Evidence) -> Verdict:
     """Judge numbers made from one set of recordings, or from several together."""
     findings = list[Finding]()
     for part in evidence:
-        own = [finding for check in CHECKS for finding in check(part)]
-        likely = causes(part, any(finding.severity == "error" for finding in own))
+        wrong = any(finding.cause for finding in weight(part))
+        own = [finding for check in CHECKS if not (wrong and check in COLUMNS) for finding in check(part)]
+        contradicted = any(finding.severity == "error" for finding in own)
+        likely = [] if wrong else causes(part, contradicted)
         # What stands out already must be outdone.
         explained = max((finding.explains for finding in own if finding.cause), default=0.0)
         findings += own + [finding for finding in likely if finding.explains > explained]
@@ -124,6 +129,7 @@ def diagnose(
         tuple(effect for effect in effects if effect.name != "bursts" or matter(effect, best.ten[9], sigma)),
         alternatives(description or problem.robot, states, description is not None),
         found,
+        nominal=nominal_gravity(problem.robot, states or states_of(problem.source, BLOCKS)),
     )
 
 
@@ -169,5 +175,7 @@ def robot_verdict(
     except InputError:  # nothing tells them
         signals = None
     effects = effects_of(System.of(robot, states)) if states is not None else ()
-    diagnosis = Diagnosis(effects=effects, alternatives=alternatives(robot, states, free_gains), signals=signals)
+    nominal = None if free_gains else nominal_gravity(robot, states or states_of(source, BLOCKS))
+    others = alternatives(robot, states, free_gains)
+    diagnosis = Diagnosis(effects=effects, alternatives=others, signals=signals, nominal=nominal)
     return judge(Evidence(robot, source, diagnosis, parameters=estimate))

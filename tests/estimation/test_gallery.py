@@ -326,7 +326,9 @@ def _of_channels() -> Iterator[Wrong]:
     yield both("rx90", "kN·m", "kN·m", on_torque(lambda x: 1e-3 * x))
     percent = np.array([3.1, 2.9, 8.3, 25.0, 50.0, 83.0]) / 10.0
     yield both("rx90", "percent of each drive", "share no unit|drive gain", on_torque(lambda x: percent * x))
-    yield both("rx90", "motor-side torque", "share no unit|drive gain", on_torque(_motor_side))
+    yield both("rx90", "motor-side torque", "look like motor-side torques", on_torque(_motor_side))
+    signs = on_torque(lambda x: x * [1, -1, 1, -1, 1, 1])
+    yield both("ur10e", "gains 2 and 4 of wrong sign", "joint 2, 4 has the sign against gravity", signs)
     for joint in (2, 3, 4, 5, 6):
         yield both(
             "rx90", f"gain {joint} twice too large", f"joint {joint} (shows|is about) [12]", scaled(joint, 2.0)
@@ -364,11 +366,11 @@ def _of_description() -> Iterator[Wrong]:
     """The robot is not the one described."""
     rx90, ur10e = invented.robot("rx90"), invented.robot("ur10e")
     turned = replace(rx90, gravity=(0.0, 0.0, 9.81))
-    yield both("rx90", "gravity reversed", "gravity points the other way", same, robot=turned)
+    yield both("rx90", "gravity reversed", "all torques have the sign against gravity", same, robot=turned)
     turned = replace(ur10e, gravity=(0.0, 0.0, 9.81))
-    yield both("ur10e", "gravity reversed", "gravity points the other way", same, robot=turned)
+    yield both("ur10e", "gravity reversed", "all torques have the sign against gravity", same, robot=turned)
     wall = replace(rx90, gravity=(9.81, 0.0, 0.0))
-    yield both("rx90", "on the floor, described as on a wall", "gravity points along -z", same, robot=wall)
+    yield both("rx90", "on the floor, described as on a wall", "acts 90 degrees from", same, robot=wall)
     yield both("rx90", "gravity-compensated torques", "hold no gravity", without_gravity("rx90"))
     yield both("ur10e", "gravity-compensated torques", "hold no gravity", without_gravity("ur10e"))
     yield of_another("rx90", "ur10e")

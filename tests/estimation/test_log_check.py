@@ -1,5 +1,6 @@
 """A look at logs: right ones stay quiet, mistakes of unit, time and joints are named."""
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -89,7 +90,7 @@ SPOILT: dict[str, tuple[Callable[[Recording], Recording], str, str]] = {
         "error", "motor",
     ),
     "currents as torque": (
-        lambda log: replace(log, torque=log.torque / [12.4, 10, 10, 5, 5, 4]), "warning", "one scale"
+        lambda log: replace(log, torque=log.torque / [12.4, 10, 10, 5, 5, 4]), "error", "look like motor-side torques, currents"
     ),
     "motor torque": (lambda log: replace(log, torque=log.torque / GEARS * 80), "warning", "one scale"),
     "percent": (
@@ -107,7 +108,7 @@ SPOILT: dict[str, tuple[Callable[[Recording], Recording], str, str]] = {
     "late": (late, "error warning", "lags position"),
     "turned": (
         lambda log: replace(log, torque=log.torque * [1, -1, 1, 1, 1, 1]),
-        "error warning", "sign of the torque of joint 2",
+        "error warning", "torque of joint 2 has the sign against gravity",
     ),
 }  # fmt: skip
 """Fault -> what is done to the log, how bad that is, words that must be said."""
@@ -123,7 +124,11 @@ def test_what_is_wrong_is_told(log: Recording, fault: str) -> None:
 
 def test_currents_are_brought_to_one_scale(log: Recording, good: LogReport) -> None:
     """Currents of unknown gain: no word about scales, and the excitation is that of the torques."""
-    check = look(replace(log, torque=log.torque / [12.4, 10, 10, 10.5, 10, 9]), currents=True)
+    gains = np.array([12.4, 10, 10, 10.5, 10, 9])
+    check = look(replace(log, torque=log.torque / gains), currents=True)
+    by_weight = re.findall(r"([\d.]+) at joint (\d)", words(check, "note"))
+    assert {joint for _, joint in by_weight} >= {"2", "3"}
+    assert all(0.5 < float(gain) / gains[int(joint) - 1] < 2.0 for gain, joint in by_weight)
     assert words(check, "error", "warning") == ""
     a, b = (np.array([e.relative_sigma_percent for e in c.excitation]) for c in (check, good))
     certain = b < 20.0

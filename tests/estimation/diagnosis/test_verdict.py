@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
-from dynident.estimation.diagnosis import causes, checks, hypotheses, joints, scales, verdict
+from dynident.estimation.diagnosis import causes, checks, hypotheses, joints, nominal, scales, verdict
 from dynident.estimation.diagnosis.checks import (
     COM_FLOOR,
     COM_SIGMA,
@@ -28,6 +28,7 @@ from dynident.estimation.diagnosis.evidence import (
     Gained,
     Judged,
     KnownWeight,
+    NominalGravity,
     Weighed,
 )
 from dynident.estimation.diagnosis.finding import Finding, error, verdict_of, warning
@@ -369,15 +370,14 @@ def apart(constant: float, changing: float = 0.0, second: float = 0.0) -> Eviden
     return Evidence(ROBOT, compared=(pair,))
 
 
-def weighing_arm(share: float) -> Evidence:
-    """An RX90 whose torques show this share of its weight."""
-    moment = share * ROBOT_MASS * sum(float(np.hypot(joint.d, joint.r)) for joint in ROBOT.joints[1:])
-    names, values = ("MX2", "MY2", "MX3", "MY3"), np.array([0.6 * moment, 0.0, 0.0, 0.4 * moment])
-    parameters = Estimate(names, values, np.eye(4), 500.0, robot_of().fit, np.ones(6))
-    return usual(parameters=parameters)
+def weighing_arm(ratio: float, *others: float, explained: float = 0.9, sigma: float = 0.1) -> Evidence:
+    """An RX90 on whose joints 2, 3 and 4 torques are so many times what the links' weight needs."""
+    shown = np.append(np.nan, (ratio, *others, *([np.nan] * (5 - 1 - len(others)))))
+    gravity = -9.81 * np.array([np.sin(0.5), 0.0, np.cos(0.5)])
+    found = NominalGravity(shown, gravity, sigma, explained, 0.8, "")
+    return replace(usual(), diagnosis=Diagnosis(nominal=found))
 
 
-ROBOT_MASS = 111.0
 DRIFT = drift_of(9.0)
 
 
@@ -512,10 +512,15 @@ SIDES: dict[str, list[tuple[Any, ...]]] = {
         ("warning", "multiplied at joint 2 1.2", scales.OFF_SCALE, signals),
         ("warning", "multiplied at joint 2 1.3", scales.OFF_SCALE_Z, lambda x: signals(0.3, 0.3 / x)),
     ],
-    "arm_weight": [
-        ("note", "the arm weighs 0.12", checks.LIGHT, weighing_arm, BELOW),
-        ("error", "the arm weighs 0.08", checks.WEIGHTLESS, weighing_arm, BELOW),
-        ("note", "the arm weighs 0.51", checks.HEAVY + 12.0 / 111.0, weighing_arm),
+    "weight": [
+        ("error", "look like mN·m", nominal.UNIT, weighing_arm),
+        ("error", "look like motor-side", 1.0 / nominal.UNIT, weighing_arm, BELOW),
+        ("error", "torque of joint 2 is on another scale", nominal.GAIN, lambda x: weighing_arm(x, 1.0, 1.0)),
+        ("error", "torque of joint 2 is on another scale", 1.0 / nominal.GAIN,
+         lambda x: weighing_arm(x, 1.0, 1.0), BELOW),
+        ("error", "acts 29 degrees from", 0.8 + nominal.CLEARLY, lambda x: weighing_arm(1.0, explained=x)),
+        ("error", "acts 29 degrees from", nominal.SURE * 9.81,
+         lambda x: weighing_arm(1.0, explained=1.0, sigma=x), BELOW),
     ],
     "conflicts": [
         ("error", words, limit, lambda x, make=make, held=held: make(held(x)), side)

@@ -43,7 +43,7 @@ def test_files_side_by_side_must_fit(tmp_path: Path, arm: Robot, signals: dict[s
         ("[positoin]\n", "'positoin': unknown"),
         ('[position]\nunit = "grad"', "'grad' of position"),
         ('[position]\nside = "motor"', "motor side without gear ratios"),
-        ('[torque]\nunit = "percent"', "rated goes with"),
+        ("[torque]\nrated = [1, 1]", "rated goes with"),
         ("[torque]\nsign = [2, 1, 1, 1, 1, 1]", "sign must be 1 or -1"),
         ("[torque]\nzero_deg = [0, 0]", "only positions"),
         ('[current]\nside = "motor"\n[motor]\ngear_ratios = [1, 1]', "a current has no side"),
@@ -256,3 +256,30 @@ def test_the_interval_is_as_wide_as_chance() -> None:
         widths.append(np.log(1.0 - low) - np.log(1.0 - high))
     moving = 5 * len(t)
     assert np.mean(widths) == pytest.approx(2.0 * student95(11) / np.sqrt(moving), rel=0.15)
+
+
+@pytest.mark.parametrize(("unit", "factor_of_one"), [("A", 1.0), ("mA", 1e-3), ("raw", 1.0), ("percent", 0.01)])
+def test_torques_of_unknown_gain_are_read_as_currents_are(
+    tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray], unit: str, factor_of_one: float
+) -> None:
+    """Columns named torques need drive gains where a user says that they hold something else."""
+    path = as_csv(tmp_path / "log.csv", signals)
+    how = with_flags(LogMap(), units=[f"tau={unit}"])
+    with pytest.raises(InputError, match="carries currents .tau1..tau6. but no torques: give --drive-gains"):
+        read_recording(path, arm, None, how)
+    gains = np.arange(1.0, 7.0)
+    recording = read_recording(path, arm, gains.tolist(), how)
+    np.testing.assert_allclose(recording.torque, signals["tau"] * gains * factor_of_one, rtol=1e-6, atol=1e-6)
+    assert recording.torque_unit == "named"
+
+
+def test_an_effort_is_no_torque_until_something_says_so(
+    tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]
+) -> None:
+    """By the user, or the column's name."""
+    path = as_csv(tmp_path / "log.csv", signals)
+    assert read_recording(path, arm).torque_unit == "named"
+    path.write_text(path.read_text().replace("tau", "effort"))
+    how = LogMap(torque=Quantity("effort{}"))
+    assert read_recording(path, arm, None, how).torque_unit == "unknown"
+    assert read_recording(path, arm, None, with_flags(how, units=["tau=N·m"])).torque_unit == "given"
