@@ -25,7 +25,7 @@ from ...estimation.gains.current_side import relative_scales
 from ...estimation.payload.long_motion import Source
 from ...estimation.results.parts import Number, Result
 from ...estimation.signals.filtering import measurement
-from ...estimation.signals.plausibility import implausible, position_range, still_joints
+from ...estimation.signals.plausibility import implausible, out_of_range, still_joints
 from ...estimation.signals.rows import moving_parts
 from ...model import Processing, Recording, Robot, base_parameters, load_robot, robot_names
 from .columns import Naming, choose
@@ -122,7 +122,7 @@ def check_log(
     """Look at a recording, which may be wrong in any way; its torques may be ``currents`` [A] of unknown gain."""
     processing = processing or robot.processing
     check = LogReport(source=recording.source, notes=tuple(recording.notes), currents=currents)
-    check = check.made_by(Understood(robot, recording)).completed(_positions(robot, recording))
+    check = check.made_by(Understood(robot, recording)).completed(map(error, out_of_range(robot, recording)))
     try:
         motion = measurement(recording, processing).motion
     except InputError as refusal:
@@ -187,26 +187,6 @@ def check_log(
         relative_residual=estimate.fit.relative,
         condition_number_scaled=equations.condition_numbers()[1],
     )
-
-
-def _positions(robot: Robot, recording: Recording) -> list[Finding]:
-    """Say what leaves the range of the robot's joints: degrees, turns of a motor, or another zero."""
-
-    def outside(positions: Array) -> list[str]:
-        turning = [(j, joint, positions[:, j]) for j, joint in enumerate(robot.joints) if joint.revolute]
-        ranges = [(j, *position_range(joint), q.min(), q.max()) for j, joint, q in turning]
-        return [f"q{j + 1}" for j, low, high, least, most in ranges if least < low or most > high]
-
-    names, still = outside(recording.q), still_joints([recording])
-    if not names:
-        return []
-    if 2 * len(names) < sum(joint.revolute and j not in still for j, joint in enumerate(robot.joints, 1)):
-        advice = "Another zero, sense or order of joints there: give zero_deg, sign or joints in a log map"
-    elif not outside(np.radians(recording.q)):
-        advice = "All positions fit it as degrees: --units q=deg; if they are a motor's, give [motor] gear_ratios"
-    else:
-        advice = "No joint turns so far: looks like the motor side; give [motor] gear_ratios and side in a log map"
-    return [error(f"{', '.join(names)} leave the range of {robot.name}'s joints. {advice}")]
 
 
 def _signals(time: TimeFacts, joints: Sequence[JointFacts], currents: bool) -> list[Finding]:

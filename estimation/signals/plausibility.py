@@ -6,7 +6,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...model import Joint, Recording, Robot
+from ...model import Recording, Robot
 
 _MOST_TURNS = 4 * np.pi  # rad: no arm's joint goes further from zero
 _BEYOND_LIMITS = 0.1  # of the range
@@ -41,32 +41,36 @@ def check_recordings(robot: Robot, recordings: Sequence[Recording]) -> None:
 
 def implausible(robot: Robot, recording: Recording) -> Iterator[str]:
     """Name everything that cannot be right with one recording, in text."""
-    for check in (_positions, _steps, _torques, _reach, _saturation, _speeds):
+    for check in (out_of_range, _steps, _torques, _reach, _saturation, _speeds):
         yield from check(robot, recording)
 
 
-def _positions(robot: Robot, recording: Recording) -> Iterator[str]:
-    """Check that joints stay in their range."""
-    lows, highs = recording.q.min(axis=0), recording.q.max(axis=0)
-    for j, joint in enumerate(robot.joints):
-        if not joint.revolute:
-            continue
-        low, high = position_range(joint)
-        if lows[j] < low or highs[j] > high:
-            worst = max(lows[j], highs[j], key=abs)
-            guess = "degrees" if abs(worst) > 2 * np.pi else "another zero or another joint"
-            yield (
-                f"q{j + 1} reaches {worst:.4g} rad, outside the range of joint {j + 1} of "
-                f"{robot.name} ({low:.3g} to {high:.3g} rad with a margin): looks like {guess}; positions must "
-                "be in rad, as the robot file counts them"
-            )
+def out_of_range(robot: Robot, recording: Recording) -> Iterator[str]:
+    """Say which joints leave their range, and whether as degrees, as a motor's, or by another zero."""
+    turning = [(j, joint, recording.q[:, j]) for j, joint in enumerate(robot.joints) if joint.revolute]
 
+    def outside(scale: float) -> dict[int, str]:
+        found = {}
+        for j, joint, q in turning:
+            low, high = joint.limits.position
+            margin = _BEYOND_LIMITS * (high - low) if np.isfinite(high - low) else 0.0
+            low, high = max(low - margin, -_MOST_TURNS), min(high + margin, _MOST_TURNS)
+            worst = scale * float(max(q.min(), q.max(), key=abs))
+            if scale * q.min() < low or scale * q.max() > high:
+                found[j + 1] = f"q{j + 1} reaches {worst:.4g} rad, outside {low:.3g} to {high:.3g}"
+        return found
 
-def position_range(joint: Joint) -> tuple[float, float]:
-    """Range of a revolute joint [rad], with a margin: no arm's joint goes further."""
-    low, high = joint.limits.position
-    margin = _BEYOND_LIMITS * (high - low) if np.isfinite(high - low) else 0.0
-    return max(low - margin, -_MOST_TURNS), min(high + margin, _MOST_TURNS)
+    still, found = still_joints([recording]), outside(1.0)
+    if not found:
+        return
+    if 2 * len(found) < sum(j + 1 not in still for j, *_ in turning):
+        advice = "another zero, sense or order of joints there: give zero_deg, sign or joints in a log map"
+    elif not outside(np.radians(1.0)):
+        advice = "all positions fit it as degrees: --units q=deg; if they are a motor's, give [motor] gear_ratios"
+    else:
+        advice = "no joint turns so far: looks like the motor side; give [motor] gear_ratios and side in a log map"
+    more = f" (and q{', q'.join(map(str, list(found)[1:]))} too)" if len(found) > 1 else ""
+    yield f"{next(iter(found.values()))}, the range of that joint of {robot.name} with a margin{more}: {advice}"
 
 
 def _torques(robot: Robot, recording: Recording) -> Iterator[str]:

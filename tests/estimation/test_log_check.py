@@ -90,7 +90,8 @@ SPOILT: dict[str, tuple[Callable[[Recording], Recording], str, str]] = {
         "error", "motor",
     ),
     "currents as torque": (
-        lambda log: replace(log, torque=log.torque / [12.4, 10, 10, 5, 5, 4]), "error", "look like motor-side torques, currents"
+        lambda log: replace(log, torque=log.torque / [12.4, 10, 10, 5, 5, 4]),
+        "error", "look like motor-side torques, currents",
     ),
     "motor torque": (lambda log: replace(log, torque=log.torque / GEARS * 80), "warning", "one scale"),
     "percent": (
@@ -116,10 +117,17 @@ SPOILT: dict[str, tuple[Callable[[Recording], Recording], str, str]] = {
 
 @pytest.mark.parametrize("fault", SPOILT)
 def test_what_is_wrong_is_told(log: Recording, fault: str) -> None:
+    """In ``check`` and in ``identify`` alike."""
     spoil, severities, needed = SPOILT[fault]
     check = look(spoil(log))
     assert needed in words(check, *severities.split())
     assert check.usable == (not words(check, "error"))
+    try:
+        reasons = identify(load_robot("ur10e"), [spoil(log)], settings=Settings(SETTINGS)).verdict.reasons
+    except InputError:
+        assert words(check, "error", "warning")
+    else:
+        assert all(reason in words(check, "error", "warning").lower() for reason in map(str.lower, reasons))
 
 
 def test_currents_are_brought_to_one_scale(log: Recording, good: LogReport) -> None:
