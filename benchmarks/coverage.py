@@ -34,6 +34,7 @@ from dynident.benchmarks.shared import (
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation.diagnosis.joints import disagreement
+from dynident.estimation.fit.covariance import student95
 from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.gains.known_load import known_mass
 from dynident.estimation.gains.problem import gain_problem
@@ -445,12 +446,14 @@ def gains_found(name: str, run: int) -> Iterator[Stated]:
             for i in (exact["none"], exact["weight"])
         ]
         problem = gain_problem(described(name), pair[:1], pair[1:], BY_FOUR, load=load)
-        gains = estimation.answer_gains(problem, load)
+        found = estimation.answer_gains(problem, load)
+        gains, robust = found.drive_gains, found.robust
         error, row = np.abs(np.log(gains.values / truth)), f"{name}, {words}"
-        yield Stated(f"{row}, formula", (error < 1.96 * gains.logarithms.sigma).astype(float), beside=True)
-        robust = gains.logarithms.robust
-        if robust is not None:
-            yield Stated(f"{row}, jackknife", (error < robust.quantile95 * robust.sigma).astype(float))
+        formula = np.array(gains.relative_sigma_formula)
+        yield Stated(f"{row}, formula", (error < 1.96 * formula).astype(float), beside=True)
+        if robust and robust.degrees_of_freedom:
+            half = student95(robust.degrees_of_freedom) * np.array(gains.relative_sigma_robust)
+            yield Stated(f"{row}, jackknife", (error < half).astype(float))
 
 
 @cache
@@ -512,8 +515,8 @@ def gains_again(name: str, run: int) -> Iterator[Stated]:
         return model.Recording(motion.t, motion.q, exact[load] + CURRENT_NOISE * noise, motion.qd)
 
     first, weight, fresh, second = record("none", 0), record("weight", 1), record("none", 2), record("other", 3)
-    found = estimation.answer_gains(gain_problem(robot, [first], [weight], BY_FOUR), known_mass(6.0))
-    gains = estimation.Gains(identified=found.larger_relative_covariance.tolist())
+    found = estimation.answer_gains(gain_problem(robot, [first], [weight], BY_FOUR), known_mass(6.0)).drive_gains
+    gains = estimation.Gains(identified=found.relative_covariance.tolist())
     recorded = (replace(one, torque=one.torque * found.values) for one in (first, weight, fresh, second))
     first, weight, fresh, second = recorded
     for row, bare, heavy, body in (

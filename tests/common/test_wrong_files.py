@@ -13,7 +13,6 @@ from dynident.apps.results import read_stored_gains, read_stored_payload, read_s
 from dynident.common.errors import InputError
 from dynident.common.schema import Table, chosen, json_text, toml_text
 from dynident.estimation import GainsResult, PayloadResult, RobotResult, robot_result
-from dynident.estimation.answers.gains import gains_result
 from dynident.estimation.answers.payload import payload_result
 from dynident.estimation.gains.known_load import KnownLoad, read_known_load
 from dynident.model import load_robot, read_payload
@@ -167,7 +166,7 @@ def stored() -> Iterator[File]:
     for name, possible in (("base", made.possible_base), ("prior", made.possible_robot)):
         document = robot_result(robot, possible(robot.estimate))
         yield File(f"robot_{name}.json", written(document), RobotResult, read_stored_robot)
-    gains = written(gains_result(made.drive_gains()))
+    gains = written(made.drive_gains())
     yield File("gains.json", gains, GainsResult, read_stored_gains)
     payload = written(payload_result(made.payload()))
     yield File("payload.json", payload, PayloadResult, read_stored_payload)

@@ -13,11 +13,9 @@ from dynident.apps.report import documents
 from dynident.apps.results import read_stored_gains
 from dynident.common.errors import InputError
 from dynident.common.schema import Document, convert, write_json
-from dynident.estimation import PayloadResult, RobotResult, Verdict, robot_result
-from dynident.estimation.answers.gains import gains_result
+from dynident.estimation import PayloadResult, RobotResult, robot_result
 from dynident.estimation.answers.payload import payload_result
 from dynident.estimation.diagnosis.evidence import Evidence
-from dynident.estimation.diagnosis.finding import error
 from dynident.estimation.diagnosis.verdict import judge
 from dynident.estimation.payload.ripple import RIPPLE_CHANCE
 from dynident.estimation.results.parts import PossibleRobotDocument
@@ -395,9 +393,9 @@ def test_weigh(possible: bool) -> None:
 
 
 def test_gains(tmp_path: Path) -> None:
-    gains = made.drive_gains()
-    document = gains_result(gains)
-    known = f"known to {100 * gains.larger_relative_sigma[2]:.0f}"
+    own, document = made.logarithms(), made.drive_gains()
+    assert own.robust is not None
+    sigma = 1.25 * np.array([0.02, 0.02, 0.5])  # the larger ones, times the joints' disagreement
     same(
         document,
         {
@@ -409,29 +407,34 @@ def test_gains(tmp_path: Path) -> None:
             "load": {
                 "known": {"M_L": 6.1, "M_L2": 6.2},
                 "mass_sigma": 0.015,
-                "identified": ten(gains.payloads[0].vector),
+                "identified": ten(made.body(6.0).vector),
                 "mountings": [
-                    {"mounting": 1, "identified": ten(gains.payloads[0].vector)},
-                    {"mounting": 3, "identified": ten(gains.payloads[1].vector)},
+                    {"mounting": 1, "identified": ten(made.body(6.0).vector)},
+                    {"mounting": 3, "identified": ten(made.body(6.5).vector)},
                 ],
             },
             "drive_gains": {
-                "values": gains.values,
-                "sigma": gains.values * gains.larger_relative_sigma,
-                "relative_sigma": gains.larger_relative_sigma,
-                "relative_sigma_formula": gains.logarithms.sigma,
-                "relative_sigma_robust": gains.logarithms.sigma_robust,
-                "relative_covariance": gains.larger_relative_covariance,
-                "without_constraints": gains.free_values,
+                "values": np.exp(own.values),
+                "sigma": np.exp(own.values) * sigma,
+                "relative_sigma": sigma,
+                "relative_sigma_formula": own.sigma,
+                "relative_sigma_robust": own.sigma_robust,
+                "relative_covariance": own.robust.covariance
+                * np.outer(sigma / own.robust.sigma, sigma / own.robust.sigma),
+                "without_constraints": made.MOTORS + 0.5,
                 "identified": [True, True, False],
-                "rests_on": ["gravity", "speed", f"nothing; too little, {known} % only: keep the maker's gain"],
+                "rests_on": [
+                    "gravity",
+                    "speed",
+                    "nothing; too little, known to 62 % only: keep the maker's gain",
+                ],
             },
             "recordings": {"unloaded": ["u0", "u1"], "loaded": ["l0"]},
             "robust": {
                 "blocks": 9,
                 "block_length_s": 1.25,
                 "degrees_of_freedom": 8,
-                "warning": gains.logarithms.robust.warning,
+                "warning": own.robust.warning,
             },
             "relative_residual": residual(made.FIT),
             "disagreement": 1.25,
@@ -441,12 +444,11 @@ def test_gains(tmp_path: Path) -> None:
     path = tmp_path / "gains.json"
     write_json(path, document)
     stored = read_stored_gains(path)
-    assert np.array_equal(stored.values, gains.values)
-    assert np.array_equal(stored.identified, gains.larger_relative_covariance)
-    assert (stored.robot, stored.mass, stored.recordings) == ("arm", 6.1, gains.recordings)
-    gains.verdict = Verdict("do_not_use", (error("another scale"),))
-    write_json(path, gains_result(gains))
-    with pytest.raises(InputError, match=r"do not use \(another scale\)"):
+    assert np.array_equal(stored.values, document.drive_gains.values)
+    assert np.array_equal(stored.identified, document.drive_gains.relative_covariance)
+    assert (stored.robot, stored.mass, stored.recordings) == ("arm", 6.1, document.fingerprints)
+    write_json(path, made.drive_gains("do_not_use"))
+    with pytest.raises(InputError, match=r"do not use \(motor 3\)"):
         read_stored_gains(path)
 
 
