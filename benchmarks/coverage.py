@@ -42,7 +42,7 @@ from dynident.estimation.payload.by_joints import payload_by_joints
 from dynident.estimation.payload.long_motion import long_motion
 from dynident.estimation.payload.methods import METHODS, recommended_method, usable_methods
 from dynident.estimation.payload.pairs import PairedMeasurement
-from dynident.estimation.payload.result import constrain_payload, widened
+from dynident.estimation.payload.result import constrain_payload, moved
 from dynident.estimation.possible.intervals import profile_intervals
 from dynident.estimation.signals.filtering import measurement
 from dynident.model.drives import parameter_kind
@@ -349,7 +349,7 @@ def weighed(
         covariance = gains.covariance(robot.n) if gains is not None else np.zeros((robot.n, robot.n))
         by_joints = payload_by_joints(problem, estimate.estimate.weights)
         factor = disagreement(by_joints, covariance, few=command == "weigh")
-        payload = constrain_payload(widened(estimate, factor), gains=gains)
+        payload = constrain_payload(moved(estimate, factor=factor), gains=gains)
         ends = payload.intervals.parameters[9]
         half = 0.5 * float(np.ptp(ends)) / mass
         more = {"rms error %": payload.mass / mass - 1.0, "half width %": half}

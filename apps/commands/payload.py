@@ -149,21 +149,19 @@ def run_weigh(
     with status("reading") as progress, _constraints_solved():
         change, known = request.friction_change, stored.estimate if stored else None
         settings = setup.settings(progress, friction_change=change, joints=request.moving, gains=gains)
-        weighed = estimation.weigh(robot, loaded, unloaded, known, constraints, settings)
-        answer: estimation.PayloadAnswer = weighed.working
-        if stand_in is not None:
-            answer = answer.assuming(stand_in)
+        result = estimation.weigh(robot, loaded, unloaded, known, constraints, settings)
+        result = result.assuming(stand_in) if stand_in is not None else result
 
     spare = "--inertia is not needed: the inertia was measured well enough."
-    measured = stand_in is not None and answer.stand_in is None
-    shown = report.payload_report(answer.result, files.document, [spare] if measured else [])
+    measured = stand_in is not None and not result.assumed
+    shown = report.payload_report(result, files.document, [spare] if measured else [])
     files.show(shown)
-    files.write_json(lambda: answer.result)
+    files.write_json(lambda: result)
     if files.plots and not shown.drawings():
         raise InputError("plots: no joints see the mass, there is nothing to draw")
     files.write_page(shown, setup.in_words())
-    files.write_view(lambda: views.view_of_answer(robot, loaded[0], answer.result))
-    return answered(answer.verdict.level)
+    files.write_view(lambda: views.view_of_answer(robot, loaded[0], result))
+    return answered(result.verdict.level)
 
 
 @contextmanager

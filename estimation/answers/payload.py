@@ -12,7 +12,7 @@ from msgspec import UNSET, structs
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.speech import Speaks
-from ...model import InertialParameters, Recording, Robot
+from ...model import Recording, Robot
 from ...model.inertia import PayloadSpread, payload_spread
 from ..diagnosis.checks import allowing, judge_com, judge_inertia, judge_mass
 from ..diagnosis.evidence import UNFREED, Agreement, Diagnosis, Evidence, Judged, Weighed
@@ -42,10 +42,9 @@ from ..payload.repeats import Repeats, repeats_of
 from ..payload.result import (
     ConstrainedPayload,
     PayloadEstimate,
-    StandIn,
     constrain_payload,
     in_payload_frame,
-    widened,
+    moved,
 )
 from ..payload.short_motion import ShortMotion, difference_weighing, known_robot_weighing
 from ..possible.cone import SolverError
@@ -69,48 +68,27 @@ _BY_LEVEL = {
 
 @dataclass(frozen=True, repr=False)
 class PayloadAnswer(Speaks):
-    """Payload estimates with what is needed to judge them; of a short motion as far as it shows the payload.
-
-    Attributes:
-        estimates: one per method, in the order of the methods; methods for which no possible payload was found are
-            left out.
-        constrained: for each complete one of ``estimates`` the nearest payload that holds the constraints, with
-            intervals.
-        left_out: method -> why it gave no estimate.
-        recommendation: method to use, and the reason.
-        free: free estimate of that method.
-        possible: its possible one; None where not all ten are determined.
-        model: the free one with the covariance that its errors really have, gains included.
-        ten: reported parameters, nan where not determined, shape (10,).
-        spread: their standard deviations, that of the scale counted.
-        intervals: 95 % of mass [kg] and centre of mass [m], 4 x 2; nan where there is none.
-        validation: fit of the robot's own parameters on recordings that were held out.
-        held_out: recordings without payload of ``validation``.
-        agreement: other ways to the numbers of a short motion.
-        repeats: of several recordings of a short motion, each of them alone.
-        stand_in: an assumed inertia, where it was asked for and none was measured well enough.
-    """
+    """Payload estimates with what is needed to judge them; of a short motion as far as it shows the payload."""
 
     problem: PayloadProblem
-    estimates: tuple[PayloadEstimate, ...]
-    constrained: tuple[ConstrainedPayload, ...]
-    left_out: dict[int, str]
+    estimates: tuple[PayloadEstimate, ...]  # by method, those left out for which no possible payload was found
+    constrained: tuple[ConstrainedPayload, ...]  # nearest to each complete one of them
+    left_out: dict[int, str]  # method -> why it gave no estimate
     by_joints: ByJoints
-    recommendation: tuple[int, str]
-    free: PayloadEstimate
-    possible: ConstrainedPayload | None
-    model: Estimate
-    ten: Array
-    spread: PayloadSpread
-    intervals: Array
+    recommendation: tuple[int, str]  # method to use, and the reason
+    free: PayloadEstimate  # of that method
+    possible: ConstrainedPayload | None  # its possible one; None where not all ten are determined
+    model: Estimate  # the free one with the covariance that its errors really have, gains included
+    ten: Array  # reported parameters, nan where not determined, shape (10,)
+    spread: PayloadSpread  # their standard deviations, that of the scale counted
+    intervals: Array  # 95 % of mass [kg] and centre of mass [m], 4 x 2; nan where there is none
     scale: KnownMass | None
     gains: Gains | None
-    validation: Fit | None
+    validation: Fit | None  # of the robot's own parameters, on the recordings held out
     held_out: tuple[Recording, ...]
-    agreement: tuple[Agreement, ...]
-    repeats: Repeats | None
+    agreement: tuple[Agreement, ...]  # other ways to the numbers of a short motion
+    repeats: Repeats | None  # each of several recordings of a short motion alone
     verdict: Verdict = Verdict("use")
-    stand_in: StandIn | None = None
 
     @property
     def headline(self) -> str:
@@ -154,33 +132,6 @@ class PayloadAnswer(Speaks):
             "centre of mass": judge_com(self.ten, wide),
             "inertia": judge_inertia(moments, wide),
         }
-
-    @property
-    def judged(self) -> dict[str, Judged]:
-        """Quantities as of ``measured``, mapped to what to do with them."""
-        if self.stand_in is None:
-            return self.measured
-        return self.measured | {"inertia": Judged("assumed", self.stand_in.description)}
-
-    @property
-    def assumed(self) -> InertialParameters | None:
-        """Payload with the assumed inertia, where there is one."""
-        return None if self.stand_in is None else self.stand_in.body(self.mass, self.com)
-
-    def assuming(self, stand_in: StandIn) -> "PayloadAnswer":
-        """Assume an inertia, unless one was measured well enough.
-
-        Raises:
-            InputError: if there is no place to put it.
-        """
-        if self.judged["inertia"].use == "use" and self.verdict.level != "mass_and_com_only":
-            return self
-        if not np.isfinite(self.com).all():
-            raise InputError(
-                f"an inertia cannot be assumed about a centre of mass that is not known: "
-                f"{self.judged['centre of mass'].why}"
-            )
-        return replace(self, stand_in=stand_in)
 
     @cached_property
     def elimination(self) -> Elimination | None:
@@ -328,7 +279,7 @@ def answer_payload(
     free, left_out = _identified(problem, methods, scale)
     repeats = repeats_of(problem, scale)
     if repeats is not None:  # the scatter of repeated recordings beyond their own
-        free = [widened(estimate, repeats.excess) for estimate in free]
+        free = [moved(estimate, factor=repeats.excess) for estimate in free]
     # Errors that are assumed, not known, excuse no joint that disagrees: they never shorten an interval.
     diagnosis = diagnose(problem, by_all_recordings(free), None if gains is not None and gains.assumed else gains)
     free = [allowing_for(estimate, diagnosis) for estimate in free]
@@ -521,7 +472,7 @@ def _of_long(answer: PayloadAnswer, long: LongMotion) -> dict[str, Any]:
 
 def _of_short(answer: PayloadAnswer, short: ShortMotion) -> dict[str, Any]:
     """Keys of a short motion's result: the residual is the payload's."""
-    body, stand_in, loaded = answer.assumed, answer.stand_in, short.loaded
+    loaded = short.loaded
     friction = "free" if short.known is None else "may differ" if short.held.held else "own"
     unexplained = answer.free.unexplained(short.torque_rms)
     return {
@@ -534,7 +485,7 @@ def _of_short(answer: PayloadAnswer, short: ShortMotion) -> dict[str, Any]:
         "mass_from_scale": answer.free.from_scale,
         "agreement": answer.agreement,
         "repeats": answer.repeats,
-        "assumed": documents.Assumed(stand_in.description, body.named()) if stand_in and body else None,
+        "assumed": None,
     }
 
 
@@ -576,15 +527,13 @@ def _quantities(answer: PayloadAnswer) -> dict[str, documents.Quantity]:
     """Make mass, centre of mass and inertia with intervals, and their use; of a long motion by the verdict."""
     possible, spread, ends = answer.possible, answer.spread, answer.intervals
     inertia: tuple[Any, Any, Any] = None, None, None
-    if answer.assumed is not None:
-        inertia = answer.assumed.inertia_com, None, None
-    elif possible is not None:
+    if possible is not None:
         inertia = possible.body.inertia_com, possible.intervals.inertia_com, spread.inertia_com
     values = (answer.mass, ends[0], spread.mass), (answer.com, ends[1:], spread.com), inertia
     allowed = _BY_LEVEL[answer.verdict.level]
     uses = [(use, "") for use in allowed]
     if isinstance(answer.problem, ShortMotion):  # quantity by quantity, as far as the verdict on all allows
-        every = zip(answer.judged.values(), allowed, strict=True)
+        every = zip(answer.measured.values(), allowed, strict=True)
         uses = [(most, "") if own.use == "use" else (own.use, own.why) for own, most in every]
     names = ("mass", "centre_of_mass", "inertia")
     return {

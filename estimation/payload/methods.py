@@ -7,7 +7,6 @@ chi are the robot's base parameters, W their columns; chi_L the payload's ten, W
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
-from typing import Protocol
 
 import numpy as np
 
@@ -32,22 +31,6 @@ from .short_motion import ShortMotion
 from .under_load import known_path, with_changes, with_scale
 
 PayloadProblem = LongMotion | ShortMotion
-
-
-class Posed(Protocol):
-    """A problem of the payload that is solved for given weights of the joints."""
-
-    def solved(self, weights: Array | None = None) -> Estimate:
-        """Estimate the parameters asked for; weights are estimated unless they are given."""
-
-    def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
-        """Estimate without blocks of time with and without payload, one row for each of ``left_out``."""
-
-    def lasting(self, weights: Array) -> Array:
-        """Between-session covariance: the part that no jackknife over blocks of time can see."""
-
-    def sandwich(self, weights: Array, inflation: Sequence[float]) -> Array:
-        """HAC (sandwich) covariance, for autocorrelated errors of each joint."""
 
 
 def from_robot(motion: LongMotion) -> LinearProblem:
@@ -207,6 +190,8 @@ _FORMULA_ONLY = (
     "the stored robot parameters have the formula's standard deviations only: identify the robot again, by a "
     "longer recording"
 )
+Posed = LinearProblem | ChangeOfParameters
+"""A problem of the payload that is solved for given weights of the joints, with and without blocks of time."""
 PREFERRED = (3, 4, 1, 2)
 """Methods in the order of their expected errors, where each can be used and a pair ran one path."""
 ONE_PATH = 2e-3

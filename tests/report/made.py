@@ -231,7 +231,7 @@ def payload() -> Any:
         problem=problem, validation=CHECK, estimates=(free,), constrained=(best,), possible=best,
         recommended=SimpleNamespace(method=3), free=SimpleNamespace(method=3), gains=GAINS, scale=None,
         recommendation=(3, "one path"),
-        assumed=None, stand_in=None, **quantities(), by_joints=by_joints(),
+        **quantities(), by_joints=by_joints(),
         elimination=elimination(), left_out={2: "no pair"}, warnings=("warned",),
         verdict=SimpleNamespace(level="mass_and_com_only", reasons=("why",), notes=()),
     )  # fmt: skip
@@ -271,11 +271,9 @@ def weighing(possible: bool) -> Any:
     return SimpleNamespace(
         problem=problem, free=payload, estimates=(payload,), possible=best,
         constrained=(best,) if possible else (), by_joints=by_joints(),
-        repeats=repeats if possible else None, ten=ten, judged=judged, **quantities(),
+        repeats=repeats if possible else None, ten=ten, measured=judged, **quantities(),
         gains=None, scale=SimpleNamespace(mass=3.1, sigma=0.05), model=None,
         agreement=(Agreement("difference", 3.06, numbers(3)),), validation=None,
-        assumed=None if possible else body(3.05),
-        stand_in=None if possible else SimpleNamespace(description="a box"),
         verdict=SimpleNamespace(level="use", reasons=(), notes=()),
         recommendation=(1, ""),
     )  # fmt: skip

@@ -17,6 +17,7 @@ from dynident.estimation import PayloadResult, RobotResult, robot_result
 from dynident.estimation.answers.payload import payload_result
 from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.diagnosis.verdict import judge
+from dynident.estimation.payload.result import StandIn
 from dynident.estimation.payload.ripple import RIPPLE_CHANCE
 from dynident.estimation.results.parts import PossibleRobotDocument
 from dynident.model import INERTIAL
@@ -39,6 +40,9 @@ def plain(value: Any) -> Any:
 def ten(values: Any) -> dict[str, Any]:
     """Ten numbers by name."""
     return dict(zip(INERTIAL, values, strict=True))
+
+
+BOX = StandIn("box", (0.1, 0.2, 0.3))
 
 
 def same(document: Document, expected: dict[str, Any]) -> None:
@@ -338,8 +342,11 @@ def test_weigh(possible: bool) -> None:
         "physically_consistent": None, "robust": robust(estimate), "from_scale": True,
     }  # fmt: skip
     all_ten = possible and [free_payload(answer.free), possible_payload(answer.possible)]
-    shown = answer.possible.body if possible else answer.assumed
     document = payload_result(answer)
+    if not possible:
+        document = document.assuming(BOX)
+    com = document.com.value
+    shown = answer.possible.body if possible else BOX.body(3.05, com)
     same(
         document,
         {
@@ -371,7 +378,8 @@ def test_weigh(possible: bool) -> None:
                 "centre_of_mass": {"use": "use centre of mass", "why": "why centre of mass", "value": answer.com,
                                    "interval95": answer.intervals[1:], "sigma": answer.spread.com},
                 "inertia": {
-                    "use": "use inertia", "why": "why inertia", "value": shown.inertia_com,
+                    "use": "use inertia" if possible else "assumed",
+                    "why": "why inertia" if possible else BOX.description, "value": shown.inertia_com,
                     "interval95": answer.possible.intervals.inertia_com if possible else None,
                     "sigma": answer.spread.inertia_com if possible else None,
                 },
@@ -385,7 +393,7 @@ def test_weigh(possible: bool) -> None:
                 "sources": ["a.csv", "b.csv"], "masses": [3.03, 3.04], "sigmas": [0.13, 0.14], "spread": 0.05,
                 "excess": 1.5, "drift_per_recording": 0.001, "drift_sigma": 0.002, "drifts": False,
             } if possible else None,
-            "assumed": None if possible else {"inertia": "a box", "parameters": answer.assumed.named()},
+            "assumed": None if possible else {"inertia": BOX.description, "parameters": shown.named()},
             "verdict": {"level": "use", "reasons": []},
         },
     )  # fmt: skip
