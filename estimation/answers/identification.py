@@ -129,31 +129,20 @@ def _too_far(body: str, gone: Sequence[str], chi2: float, p_value: float) -> tup
 
 @dataclass(frozen=True, repr=False)
 class Identification(Speaks):
-    """Base parameters of a robot, estimated, and what they come from.
-
-    Attributes:
-        base: which parameters, and how the standard ones are grouped in them.
-        estimate: values in the order of ``base.columns``, with covariance.
-        elimination: essential parameters, and how they were found.
-        validation: fit on recordings that were not used, if there were any.
-        without_robust: why there are no robust standard deviations although they were asked for.
-        gains: uncertainty of the drive gains; None where they are taken as exact.
-        recordings: what was fitted.
-        choices: terms of friction that were tried.
-    """
+    """Base parameters of a robot, estimated, and what they come from."""
 
     robot: Robot
-    base: BaseParameters
+    base: BaseParameters  # which parameters, and how the standard ones are grouped in them
     problem: Equations
-    estimate: Estimate
-    elimination: Elimination
+    estimate: Estimate  # values in the order of ``base.columns``, with covariance
+    elimination: Elimination  # essential parameters, and how they were found
     processing: Processing
-    without_robust: str = ""
-    gains: Gains | None = None
-    validation: Fit | None = None
-    recordings: tuple[Recording, ...] = ()
+    without_robust: str = ""  # why there are no robust standard deviations although they were asked for
+    gains: Gains | None = None  # uncertainty of the drive gains; None where they are taken as exact
+    validation: Fit | None = None  # on the recordings held out, if there were any
+    recordings: tuple[Recording, ...] = ()  # what was fitted
     held_out: tuple[Recording, ...] = ()
-    choices: tuple[TermChoice, ...] = ()
+    choices: tuple[TermChoice, ...] = ()  # terms of friction that were tried
 
     @property
     def headline(self) -> str:

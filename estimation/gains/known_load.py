@@ -79,9 +79,6 @@ def read_known_load(path: str | Path) -> KnownLoad:
 
     ``com`` [m] holds three numbers, ``inertia_com`` [kg m^2] XX XY XZ YY YZ ZZ at the centre of mass, all in the
     robot's payload frame.
-
-    Raises:
-        InputError: names the file and the key.
     """
     return read_toml(path, KnownLoad)
 
@@ -94,11 +91,7 @@ class Mountings(NamedTuple):
 
     @staticmethod
     def of(numbers: Sequence[int], loaded: int, unloaded: int) -> "Mountings":
-        """Number this many recordings with and without payload; all in one mounting by default.
-
-        Raises:
-            InputError: if there are not as many numbers as loaded recordings.
-        """
+        """Number this many recordings with and without payload; all in one mounting by default."""
         if numbers and len(numbers) != loaded:
             raise InputError(
                 f"{len(numbers)} numbers of mountings for {loaded} loaded recording{'s' * (loaded != 1)}: give "
@@ -121,9 +114,6 @@ class Mountings(NamedTuple):
 
         Args:
             load: the same in all, or one for each mounting.
-
-        Raises:
-            InputError: if they are another number, or a centre of mass is given for several mountings.
         """
         many = len(self.names)
         if not isinstance(load, KnownLoad):

@@ -38,9 +38,6 @@ def possible_gains(
         loads: the known parameters of the payload in each mounting.
         start: gains to begin with, whose covariance is kept.
         anchor: index of the gain that stays while solving.
-
-    Raises:
-        InputError: if the gains do not settle or no bodies explain the currents.
     """
     to_x, to_bodies, rules = _variables(problem, loads, start.x)
     k, x, others = start.k, start.x, len(start.k) - 1

@@ -183,11 +183,7 @@ def _times(equations: Equations, ratio: Array) -> Equations:
 
 
 def free_gains(equations: Equations, weights: Array, loads: Sequence[KnownLoad]) -> CurrentFit:
-    """Solve for gains, base parameters and what is unknown of the payload, without constraints.
-
-    Raises:
-        InputError: if the recordings leave a gain undetermined, or one is negative.
-    """
+    """Solve for gains, base parameters and what is unknown of the payload, without constraints."""
     values = known_values(loads) | {name: 1.0 for name in equations.columns if parameter_kind(name) == SPRING}
     free = [k for k, name in enumerate(equations.columns) if name not in values]
     known = np.array([values.get(name, 0.0) for name in equations.columns])

@@ -172,9 +172,6 @@ class LongMotion(Brief):
 
         Blocks that share no motion are left out one recording at a time: two groups then, without payload first, as
         the equations of method 4 hold them.
-
-        Raises:
-            InputError: if there are fewer than two blocks.
         """
         loaded, unloaded = len(self.loaded.blocks), len(self.unloaded.blocks) if self.unloaded else 0
         check_blocks(loaded, unloaded or loaded)

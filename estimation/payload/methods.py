@@ -353,11 +353,7 @@ def _robust(problem: PayloadProblem, posed: Posed, estimate: Estimate, rule: Rul
 def jackknifed(
     posed: Posed, estimate: Estimate, groups: Sequence[Sequence[tuple[int, int]]], length: float
 ) -> RobustCovariance:
-    """Solve without each block of time, group by group, weights fixed; ``length``: the shortest of a block [s].
-
-    Raises:
-        InputError: if the data without one block do not determine the parameters.
-    """
+    """Solve without each block of time, group by group, weights fixed; ``length``: the shortest of a block [s]."""
     with naming_blocks(length):
         values = posed.without_blocks(estimate.weights, list(chain.from_iterable(groups)))
     ends = np.cumsum([len(group) for group in groups])[:-1]

@@ -112,11 +112,7 @@ def cut_alike(
 
 
 def _pieces(unloaded: _Recordings, loaded: _Recordings, processing: Processing) -> list[_Pair]:
-    """Pair pieces of two files between the gaps of either, on the same stretches of the motion.
-
-    Raises:
-        InputError: if no two are of the same stretch.
-    """
+    """Pair pieces of two files between the gaps of either, on the same stretches of the motion."""
     if len(unloaded) == len(loaded) == 1:
         return [(unloaded[0], loaded[0], None)]
     # The lag of the files' clocks is that of two pieces that are alike, the longest first.

@@ -175,15 +175,10 @@ def constrain_payload(
 
 @dataclass(frozen=True)
 class StandIn:
-    """Nominal inertia where none was measured: that of an evenly filled body. Assumed, and called so.
+    """Nominal inertia where none was measured: that of an evenly filled body. Assumed, and called so."""
 
-    Attributes:
-        kind: "box" or "cylinder".
-        sizes: along x, y, z; of a cylinder diameter and length along z [m].
-    """
-
-    kind: str
-    sizes: tuple[float, ...]
+    kind: str  # "box" or "cylinder"
+    sizes: tuple[float, ...]  # along x, y, z; of a cylinder diameter and length along z [m]
 
     def __post_init__(self) -> None:
         """Refuse sizes that no body has."""
@@ -196,11 +191,7 @@ class StandIn:
 
     @staticmethod
     def parse(text: str) -> "StandIn":
-        """Parse "box:60x60x350" or "cylinder:80x200", in mm.
-
-        Raises:
-            InputError: for anything else.
-        """
+        """Parse "box:60x60x350" or "cylinder:80x200", in mm."""
         match = _FORM.fullmatch(text.strip().lower())
         if match is None:
             raise InputError(f"--inertia {text!r}: write box:60x60x350 or cylinder:80x200, in mm")

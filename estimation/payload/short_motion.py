@@ -167,11 +167,7 @@ class ShortMotion(Brief):
 
     @property
     def left_out(self) -> tuple[tuple[tuple[int, int], ...], ...]:
-        """Blocks of time that are left out in turn, none with them, as one group.
-
-        Raises:
-            InputError: if there are fewer than two blocks.
-        """
+        """Blocks of time that are left out in turn, none with them, as one group."""
         check_blocks(len(self.without_each))
         return (tuple((b, -1) for b in range(len(self.without_each))),)
 
@@ -181,11 +177,7 @@ class ShortMotion(Brief):
         return max(run.equations.blocks.length for run in self.runs)
 
     def needed(self, scale: KnownMass | None) -> KnownMass | None:
-        """Scale that is needed where torques do not show the mass; else it takes no part in the free estimate.
-
-        Raises:
-            InputError: "mass not visible" if neither shows it.
-        """
+        """Scale that is needed where torques do not show the mass; else it takes no part in the free estimate."""
         if self.visibility.mass_visible:
             return None
         if scale is None:
@@ -219,9 +211,6 @@ def known_robot_weighing(
 
     Args:
         known: the robot's parameters, identified earlier.
-
-    Raises:
-        InputError: if recordings cannot be used, or the parameters are another model's.
     """
     processing, progress = settings.processing_of(robot), settings.progress
     robot = robot.of_parameters(known.names)
@@ -264,9 +253,6 @@ def difference_weighing(
     Args:
         loaded: recordings of the motion with the payload.
         unloaded: without it; one for all, or one for each of ``loaded`` in the same order.
-
-    Raises:
-        InputError: if recordings cannot be used, or do not show the same motion.
     """
     processing, progress = settings.processing_of(robot), settings.progress
     check_recordings(robot, [*loaded, *unloaded])
@@ -351,11 +337,7 @@ def _runs(
 
 
 def _torque_rms(sources: Sequence[str], rows: Sequence[Used]) -> Array:
-    """Root mean square torque of each joint over the rows that are used; 0 where there are none.
-
-    Raises:
-        InputError: if a recording has no such row.
-    """
+    """Root mean square torque of each joint over the rows that are used; 0 where there are none."""
     for source, used in zip(sources, rows, strict=True):
         if not used.keep.any():
             raise InputError(f"{source}: no joint moves fast enough: nothing can be compared")
@@ -366,11 +348,7 @@ def _torque_rms(sources: Sequence[str], rows: Sequence[Used]) -> Array:
 def moving_joints(
     measured: Sequence[Measurement], processing: Processing, joints: Sequence[int] | None, robot: Robot
 ) -> tuple[int, ...]:
-    """Find the joints that move, or check those asked for; one that changes its pose between motions is at rest.
-
-    Raises:
-        InputError: if none moves, or one asked for does not.
-    """
+    """Find the joints that move, or check those asked for; one that changes its pose between motions is at rest."""
     motions = [data.motion for data in measured]
     fast = np.vstack([np.abs(motion.qd[moving_parts(motion, processing.still_speed)]) > SLOW for motion in motions])
     moving = tuple(int(j) + 1 for j in np.flatnonzero(fast.mean(axis=0) > _LEAST)) if len(fast) else ()

@@ -402,11 +402,7 @@ class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
         return Quantity(told.use, told.why, value, ends, array(told.sigma, *shape))
 
     def assuming(self, stand_in: StandIn) -> "PayloadResult":
-        """Assume an inertia, unless one was measured well enough.
-
-        Raises:
-            InputError: if there is no place to put it.
-        """
+        """Assume an inertia, unless one was measured well enough."""
         if self.inertia.use in ("use", "do not use"):
             return self
         if not np.isfinite(self.com.value).all():

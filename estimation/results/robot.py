@@ -201,11 +201,7 @@ class RobotResult(Result, frozen=True, kw_only=True, dict=True):
 
     @cached_property
     def estimate(self) -> Estimate:
-        """Values and covariance.
-
-        Raises:
-            WrongKeyError: if numbers do not fit each other.
-        """
+        """Values and covariance."""
         data, gains = self.data, self.gains
         with at("base_parameters"):
             return Estimate(
