@@ -180,8 +180,9 @@ def answered(gain: float, name: str, run: int) -> Iterator[Stated]:
         ]
         for load, first in ((None, 4), (body, 6))
     )
-    problem = estimation.payload_problem(robot, loaded, unloaded)
-    answer = estimation.answer_payload(problem, (4,))
+    settings = estimation.Settings(methods=(4,))
+    problem = estimation.payload_problem(robot, loaded, unloaded, settings=settings)
+    answer = estimation.answer_payload(problem)
     unguarded = replace(problem, settings=replace(problem.settings, friction_change=0.0))
     narrow = constrain_payload(estimation.payload_estimate(unguarded, 4)).intervals.parameters[9]
     intervals = answer.recommended.intervals
@@ -481,7 +482,7 @@ def gains_wrong(name: str, run: int) -> Iterator[Stated]:
             motion.t, motion.q, coupling.joint_torques(motors) if coupling else motors, motion.qd
         )
 
-    identification = estimation.identify(robot, [record("none", 3)], BY_FOUR, gains=gains)
+    identification = estimation.identify(robot, [record("none", 3)], replace(BY_FOUR, gains=gains))
     stored, truth = identification.estimate, identification.base.value(with_rx90_parameters(name).robot.parameters)
     for row, ends in (("with gains", stored.interval95_with_gains), ("gains as exact", stored.robust_interval95)):
         assert ends is not None
@@ -524,14 +525,14 @@ def gains_again(name: str, run: int) -> Iterator[Stated]:
         ("the gains' recording without payload", first, second, OTHER),
         ("the gains' own pair", first, weight, WEIGHT),
     ):
-        problem = estimation.payload_problem(robot, [heavy], [bare], settings=BY_FOUR)
-        answer = estimation.answer_payload(problem, (4,), gains=gains)
+        settings = replace(BY_FOUR, methods=(4,), gains=gains)
+        answer = estimation.answer_payload(estimation.payload_problem(robot, [heavy], [bare], settings=settings))
         ends = answer.recommended.intervals.parameters[6:]
         inside = held(ends, body.vector[6:])
         more = {"mass": float(inside[3]), "mass interval kg": float(np.ptp(ends[3]))}
         yield Stated(f"payload's MX MY MZ M, {row}", inside, more)
     for row, bare in (("a recording of its own", fresh), ("the gains' recording", first)):
-        result = estimation.identify(robot, [bare], BY_FOUR, gains=gains)
+        result = estimation.identify(robot, [bare], replace(BY_FOUR, gains=gains))
         within = result.estimate.interval95_with_gains
         assert within is not None
         truth = result.base.value(with_rx90_parameters(name).robot.parameters)

@@ -95,8 +95,11 @@ def run(
     unloaded, loaded, held_out = map(setup.read, (request.unloaded, request.loaded, request.validate))
     gains = drives.errors(setup, loaded, unloaded, stored)
     with status("reading") as progress, _constraints_solved():
+        methods = None if request.method == "all" else (int(request.method),)
         settings = setup.settings(
             progress,
+            methods=methods,
+            gains=gains,
             essential=request.essential,
             friction=request.friction,
             friction_change=request.friction_change,
@@ -106,12 +109,11 @@ def run(
         known = stored.estimate if stored else None
         problem = estimation.payload_problem(setup.robot, loaded, unloaded, known, settings)
         progress("estimating")
-        methods = None if request.method == "all" else (int(request.method),)
         if methods is None and settings.scale_sigma:
             note(
                 "--scale-sigma: methods 2 and 3 have no column for the scale of the loaded torques and are left out"
             )
-        answer = estimation.answer_payload(problem, methods, held_out, constraints, gains)
+        answer = estimation.answer_payload(problem, held_out, constraints)
 
     shown = report.payload_report(answer.result, files.document)
     files.give(shown, lambda: answer.result, setup.in_words())

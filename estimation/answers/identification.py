@@ -203,7 +203,6 @@ def identify(
     recordings: Sequence[Recording],
     settings: Settings = DEFAULTS,
     validation: Sequence[Recording] = (),
-    gains: Gains | None = None,
 ) -> Identification:
     """Identify a robot's base parameters by weighted least squares.
 
@@ -213,8 +212,6 @@ def identify(
     Args:
         recordings: without payload.
         validation: recordings on which the result is tried.
-        gains: uncertainty of the drive gains, which no residual shows; that of ``settings`` by default,
-            else what the recordings say of it, else the usual one.
 
     Raises:
         InputError: if the recordings cannot determine the parameters.
@@ -223,8 +220,7 @@ def identify(
     robot, choices = with_friction(robot, recordings, settings)
     base = base_parameters(robot)
     problem = base_problem(robot, base, recordings, settings)
-    gains = settings.gains if gains is None else gains
-    gains = usual_gains(robot, recordings) if gains is None else gains
+    gains = settings.gains or usual_gains(robot, recordings)
     covariance = gains.covariance(len(problem.factors)) if gains is not None else None
     estimate = replace(weighted(problem), gain_covariance=covariance)
     elimination, reason = eliminate(problem, estimate, settings.essential), ""

@@ -30,7 +30,6 @@ from ..fit.settings import DEFAULTS, Settings
 from ..payload.by_joints import ByJoints
 from ..payload.long_motion import LongMotion, payload_problem
 from ..payload.methods import (
-    METHODS,
     PayloadProblem,
     combined,
     essential_combined,
@@ -249,21 +248,15 @@ def _described(robot: Robot, known: RobotResult | Estimate | None) -> tuple[Robo
 
 def answer_payload(
     problem: PayloadProblem,
-    methods: Sequence[int] | None = None,
     held_out: Sequence[Recording] = (),
     constraints: Sequence[Constraint] = POSSIBLE,
-    gains: Gains | None = None,
     others: Sequence[ShortMotion] = (),
 ) -> PayloadAnswer:
-    """Estimate by several methods and judge the result.
+    """Estimate by the methods of the problem's settings, and judge the result.
 
     Args:
-        methods: which ones; those of the problem's settings by default, else all that can be used, and why the
-            others cannot.
         held_out: recordings without payload to validate the robot's parameters on.
         constraints: what is known of the payload, a weighed mass among it; that it can exist is always demanded.
-        gains: uncertainty of the drive gains; that of the problem's settings by default, else what the recordings
-            say of it, else the usual one.
         others: the same payload by a short motion reduced in another way, for comparison.
 
     Raises:
@@ -272,12 +265,13 @@ def answer_payload(
         SolverError: if by no method a payload was found that holds the constraints; what speaks against the
             recordings is named with it.
     """
-    methods = problem.settings.methods if methods is None else methods
     recordings = (*problem.source.unloaded, *problem.source.loaded)
-    gains = gains or problem.settings.gains or usual_gains(problem.robot, recordings)
+    gains = problem.settings.gains or usual_gains(problem.robot, recordings)
     scale = next((known for known in constraints if isinstance(known, KnownMass)), None)
-    free, left_out = _identified(problem, methods, scale)
-    repeats = repeats_of(problem, scale)
+    if isinstance(problem, ShortMotion):
+        problem, others = replace(problem, scale=scale), [replace(other, scale=scale) for other in others]
+    free, left_out = _identified(problem)
+    repeats = repeats_of(problem)
     if repeats is not None:  # the scatter of repeated recordings beyond their own
         free = [moved(estimate, factor=repeats.excess) for estimate in free]
     # Errors that are assumed, not known, excuse no joint that disagrees: they never shorten an interval.
@@ -319,7 +313,7 @@ def answer_payload(
         gains=gains,
         validation=validation,
         held_out=tuple(held_out),
-        agreement=_other_ways(problem, others, scale),
+        agreement=_other_ways(problem, others),
         repeats=repeats,
     )
     verdict = judge(_evidence(answer, free, diagnosis))
@@ -329,24 +323,18 @@ def answer_payload(
     return replace(answer, verdict=verdict)
 
 
-def _identified(
-    problem: PayloadProblem, methods: Sequence[int] | None, scale: KnownMass | None
-) -> tuple[list[PayloadEstimate], dict[int, str]]:
-    """Estimate by each method, and say why there is none of a method."""
-    estimates: list[PayloadEstimate] = []
-    left_out: dict[int, str] = {}
-    usable = usable_methods(problem)
-    for method in methods or METHODS:
-        if methods is None and method not in usable:
-            if method == 3 and isinstance(problem, LongMotion):
-                left_out[method] = problem.why_no_pair
-            continue
+def _identified(problem: PayloadProblem) -> tuple[list[PayloadEstimate], dict[int, str]]:
+    """Estimate by each method, those asked for or all that can be used, and say why there is none of a method."""
+    if asked := problem.settings.methods:
+        return [payload_estimate(problem, method) for method in asked], {}
+    estimates, left_out, usable = list[PayloadEstimate](), dict[int, str](), usable_methods(problem)
+    for method in usable:
         try:
-            estimates.append(payload_estimate(problem, method, scale))
+            estimates.append(payload_estimate(problem, method))
         except InputError as error:
-            if methods is not None:
-                raise
             left_out[method] = str(error)
+    if isinstance(problem, LongMotion) and 3 not in usable:
+        left_out[3] = problem.why_no_pair
     if not estimates:
         raise InputError(next(iter(left_out.values()), "no recordings without payload and no robot parameters"))
     return estimates, left_out
@@ -373,9 +361,7 @@ def _reported(
     return ten, spread, np.append(ten[9], ten[6:9] / ten[9])[:, None] + np.outer(half, [-1.0, 1.0])
 
 
-def _other_ways(
-    problem: PayloadProblem, others: Sequence[ShortMotion], scale: KnownMass | None
-) -> tuple[Agreement, ...]:
+def _other_ways(problem: PayloadProblem, others: Sequence[ShortMotion]) -> tuple[Agreement, ...]:
     """Weigh in other ways: with friction as it is without payload, where that is determined, and by ``others``."""
     ways = list[Agreement]()
     if isinstance(problem, ShortMotion) and problem.method == 3 and problem.visibility.rank == len(PAYLOAD):
@@ -385,7 +371,7 @@ def _other_ways(
             ).values
             ways.append(Agreement(UNFREED, float(ten[9]), ten[6:9] / ten[9]))
     for other in others:
-        ten = payload_estimate(other, other.method, scale=scale).ten
+        ten = payload_estimate(other, other.method).ten
         name = "robot's parameters (method 1)" if other.method == 1 else "torque difference (method 3)"
         ways.append(Agreement(name, float(ten[9]), ten[6:9] / ten[9]))
     return tuple(ways)

@@ -24,7 +24,6 @@ from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate, fit
 from ..fit.least_squares import weighted
 from ..fit.linear_problem import LinearProblem, SoftPrior, left_out
-from ..possible.constraints import KnownMass
 from .long_motion import LongMotion
 from .result import PayloadEstimate, frame_change, in_payload_frame
 from .short_motion import ShortMotion
@@ -220,9 +219,7 @@ def usable_methods(problem: PayloadProblem) -> tuple[int, ...]:
     return tuple(method for method, there in usable.items() if there)
 
 
-def payload_estimate(
-    problem: PayloadProblem, method: int, scale: KnownMass | None = None, covariance: Rule | None = None
-) -> PayloadEstimate:
+def payload_estimate(problem: PayloadProblem, method: int, covariance: Rule | None = None) -> PayloadEstimate:
     """Estimate the payload by one method; with robust standard deviations if the problem has blocks of time.
 
     Of a short motion what it determines, and nothing filled in.
@@ -230,7 +227,6 @@ def payload_estimate(
     Args:
         method: 1 robot known (22)-(23), 2 change of the base parameters (24)-(28), 3 torque difference (29),
             4 robot and payload together (30).
-        scale: the payload was weighed; it counts here only where a short motion does not show the mass.
         covariance: by which rule; by default the jackknife, with few blocks the sandwich.
 
     Raises:
@@ -243,9 +239,9 @@ def payload_estimate(
         return PayloadEstimate(method, estimate, frame, reason)
     if method != problem.method:
         raise InputError(f"method {method} cannot be used: this short motion is one for method {problem.method}")
-    scale = problem.needed(scale)
+    scale = problem.needed_scale
     estimate, reason = with_robust(problem, problem.posed(), rule=covariance)
-    return PayloadEstimate(method, problem.resolved(estimate, scale), frame, reason, scale is not None)
+    return PayloadEstimate(method, problem.resolved(estimate), frame, reason, scale is not None)
 
 
 def recommended_method(problem: PayloadProblem, methods: Iterable[int]) -> tuple[int, str]:

@@ -72,6 +72,7 @@ class ShortMotion(Brief):
     torque_rms: Array  # of each joint's torque with payload in the rows used [N·m or N], (n,)
     known: Estimate | None = None  # the robot, where no torque was subtracted
     settings: Settings = DEFAULTS
+    scale: KnownMass | None = None  # the payload was weighed; counts only where torques do not show the mass
 
     def __post_init__(self) -> None:
         """Refuse another model's robot."""
@@ -176,11 +177,12 @@ class ShortMotion(Brief):
         """Shortest length of a block [s], unless a whole recording is shorter."""
         return max(run.equations.blocks.length for run in self.runs)
 
-    def needed(self, scale: KnownMass | None) -> KnownMass | None:
+    @property
+    def needed_scale(self) -> KnownMass | None:
         """Scale that is needed where torques do not show the mass; else it takes no part in the free estimate."""
         if self.visibility.mass_visible:
             return None
-        if scale is None:
+        if self.scale is None:
             joints = ", ".join(map(str, self.visibility.joints))
             sums = self.visibility.combination("M")
             why = f"only in {sums}" if sums else "not at all"
@@ -188,13 +190,14 @@ class ShortMotion(Brief):
                 f"mass not visible: the torques of joint {joints} show it {why}; move another joint as well, or "
                 "weigh the payload and give --mass KG+-KG"
             )
-        return scale
+        return self.scale
 
-    def resolved(self, estimate: Estimate, scale: KnownMass | None) -> Estimate:
-        """Determine parameters from those posed; a ``needed`` scale makes others follow from sums.
+    def resolved(self, estimate: Estimate) -> Estimate:
+        """Determine parameters from those posed; a ``needed_scale`` makes others follow from sums.
 
         Nothing that the torques leave open is filled in.
         """
+        scale = self.needed_scale
         indices, A, by_mass = self.visibility.resolved(scale is not None)
         mass, variance = (scale.mass, scale.sigma**2) if scale is not None else (0.0, 0.0)
         payload = estimate.mapped(A, [PAYLOAD[k] for k in indices], by_mass * mass)
