@@ -9,6 +9,7 @@ from cyclopts import Parameter
 
 from ... import estimation
 from ...common.errors import InputError
+from ...common.schema import read_toml
 from .. import report
 from . import answered
 from .entry import SETTING, Options, command
@@ -38,7 +39,7 @@ class _Known(Options):
         if (self.payload is None) == (self.mass is None):
             raise InputError("give either --mass or --payload: which load is known")
         if self.payload is not None:
-            return estimation.read_known_load(self.payload)
+            return read_toml(self.payload, estimation.KnownLoad)
         assert self.mass is not None
         weights, sigma = self.mass[0], self.mass[1] or 0.0
         if len(weights) == 1:

@@ -414,7 +414,9 @@ def payload_result(answer: PayloadAnswer) -> PayloadResult:
         robot=robot.name,
         robot_title=robot.title or UNSET,
         frame=robot.payload_frame,
-        flange_in_payload_frame=documents.FlangeDocument.of_pose(flange, told) if flange else UNSET,
+        flange_in_payload_frame=(
+            documents.FlangeDocument(flange.p, np.degrees(flange.rpy) + 0.0, told) if flange else UNSET
+        ),
         rated_payload_kg=robot.rated_payload,
         processing=parts.ProcessingDocument.made(robot, source.processing, source.loaded[0].gains),
         estimates=_estimates(answer),

@@ -2,20 +2,22 @@
 
 from collections.abc import Sequence
 from functools import cached_property
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...common.schema import Real, WrongKeyError, read_toml
+from ...common.schema import Real, WrongKeyError
 from ...model.files.payload_file import BodyTable
 from ..equations.equations import PAYLOAD
 
 
 class KnownLoad(BodyTable, frozen=True, kw_only=True, dict=True):
-    """Known ones of the payload's ten parameters, in the robot's payload frame."""
+    """Known ones of the payload's ten parameters, in the robot's payload frame; also the keys of its TOML file.
+
+    ``com`` [m] holds three numbers, ``inertia_com`` [kg m^2] XX XY XZ YY YZ ZZ at the centre of mass.
+    """
 
     mass: Real  # kg
     mass_sigma: Real = 0.0  # its standard deviation [kg]; the others are known per mass, so that it is one of scale
@@ -72,15 +74,6 @@ def known_values(loads: Sequence[KnownLoad]) -> dict[str, float]:
 def known_mass(mass: float, sigma: float = 0.0) -> KnownLoad:
     """Make a payload of which only the mass [kg] is known, with its standard deviation [kg]."""
     return KnownLoad(mass=mass, mass_sigma=sigma)
-
-
-def read_known_load(path: str | Path) -> KnownLoad:
-    """Read a payload from TOML: ``mass``, and where known ``mass_sigma``, ``com``, ``inertia_com``.
-
-    ``com`` [m] holds three numbers, ``inertia_com`` [kg m^2] XX XY XZ YY YZ ZZ at the centre of mass, all in the
-    robot's payload frame.
-    """
-    return read_toml(path, KnownLoad)
 
 
 class Mountings(NamedTuple):

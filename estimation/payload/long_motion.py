@@ -367,7 +367,7 @@ def _changes(
     def change(pair: PairedMeasurement) -> Used:
         loaded = used(pair.loaded, processing, pair.unloaded.motion)
         path = with_load.torques(pair.loaded.motion, chi) - without.torques(pair.unloaded.motion, chi)
-        return loaded._replace(data=replace(torque_change(observer.robot, pair.unloaded, pair.loaded), path=path))
+        return loaded._replace(data=torque_change(observer.robot, pair.unloaded, pair.loaded, path))
 
     columns = (*payload_columns(observer.robot), PATH, *friction)
     return recorded(observer.only(columns, (*PAYLOAD, PATH, *friction)), map(change, pairs))

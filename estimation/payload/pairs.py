@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import Processing, Recording, Robot
 from ...model.motion import Measurement
@@ -34,15 +35,14 @@ class PairedMeasurement(NamedTuple):
     lag: float = 0.0
 
 
-def torque_change(robot: Robot, unloaded: Measurement, loaded: Measurement) -> Measurement:
-    """Difference of torques Y_T - Y_wL on the loaded motion.
+def torque_change(robot: Robot, unloaded: Measurement, loaded: Measurement, path: Array) -> Measurement:
+    """Difference of torques Y_T - Y_wL on the loaded motion; ``path``: by which the robot's own differ there.
 
     The observer moves the spring's torque into Y; in a difference it is there twice, and the first goes along.
     """
-    torque, spring = loaded.torque - unloaded.torque, known_spring(robot)
-    if spring is None:
-        return Measurement(loaded.motion, torque)
-    return Measurement(loaded.motion, torque, spring.torque(unloaded.motion.q[:, spring.joint - 1]))
+    spring = known_spring(robot)
+    earlier = None if spring is None else spring.torque(unloaded.motion.q[:, spring.joint - 1])
+    return Measurement(loaded.motion, loaded.torque - unloaded.torque, earlier, path)
 
 
 def side_by_side(

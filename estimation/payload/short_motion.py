@@ -294,7 +294,7 @@ def difference_weighing(
         motion, q = used.data.motion, np.array(used.data.motion.q)
         q[:, resting] = without.motion.q[:, resting]
         path = whole.torques(Motion(motion.t, q, motion.qd, motion.qdd), own) - whole.torques(without.motion, own)
-        used = used._replace(data=replace(torque_change(robot, without, used.data), path=path))
+        used = used._replace(data=torque_change(robot, without, used.data, path))
         plain = observer.observe_rows(*used)
         less_path = replace(plain, columns=plain.columns[:-1], W=tuple(W[:, :-1] for W in plain.W))
         waves, columns = ripple_of(source, less_path, used)

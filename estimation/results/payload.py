@@ -272,11 +272,6 @@ class FlangeDocument(Document, frozen=True):
     rpy_deg: Vector
     source: str
 
-    @classmethod
-    def of_pose(cls, pose: Pose, source: str) -> Self:
-        """State a pose, and who says so."""
-        return cls(pose.p, np.degrees(pose.rpy) + 0.0, source)
-
     def __post_init__(self) -> None:
         """Refuse a flange without a finite pose."""
         for name in ("xyz", "rpy_deg"):
