@@ -446,8 +446,8 @@ def gains_found(name: str, run: int) -> Iterator[Stated]:
             )
             for i in (exact["none"], exact["weight"])
         ]
-        problem = gain_problem(described(name), pair[:1], pair[1:], BY_FOUR, load=load)
-        found = estimation.answer_gains(problem, load)
+        problem = gain_problem(described(name), pair[:1], pair[1:], load, settings=BY_FOUR)
+        found = estimation.answer_gains(problem)
         gains, robust = found.drive_gains, found.robust
         error, row = np.abs(np.log(gains.values / truth)), f"{name}, {words}"
         formula = np.array(gains.relative_sigma_formula)
@@ -516,7 +516,8 @@ def gains_again(name: str, run: int) -> Iterator[Stated]:
         return model.Recording(motion.t, motion.q, exact[load] + CURRENT_NOISE * noise, motion.qd)
 
     first, weight, fresh, second = record("none", 0), record("weight", 1), record("none", 2), record("other", 3)
-    found = estimation.answer_gains(gain_problem(robot, [first], [weight], BY_FOUR), known_mass(6.0)).drive_gains
+    problem = gain_problem(robot, [first], [weight], known_mass(6.0), settings=BY_FOUR)
+    found = estimation.answer_gains(problem).drive_gains
     gains = estimation.Gains(identified=found.relative_covariance.tolist())
     recorded = (replace(one, torque=one.torque * found.values) for one in (first, weight, fresh, second))
     first, weight, fresh, second = recorded

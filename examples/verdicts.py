@@ -87,7 +87,7 @@ def slow_currents() -> Shown:
         recordings.append(replace(recording, torque=motors / gains))
     bare, heavy = recordings
     known = known_mass(7.0)
-    answer = answer_gains(gain_problem(ROBOT, [bare], [heavy], load=known), known)
+    answer = answer_gains(gain_problem(ROBOT, [bare], [heavy], known))
     words = (
         "Drive gains from currents and a weight of 7 kg on a slow motion: gravity does not show that of motor 1."
     )

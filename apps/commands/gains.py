@@ -79,9 +79,9 @@ def run(*, arm: RobotOptions, known: _Known, processing: _Processing, files: Pag
     unloaded, loaded = amperes.read(known.unloaded), amperes.read(known.loaded)
     with status("reading") as progress:
         settings = setup.settings(progress, friction=known.friction or robot.drives.friction)
-        problem = estimation.gain_problem(robot, unloaded, loaded, settings, load, known.mounting)
+        problem = estimation.gain_problem(robot, unloaded, loaded, load, known.mounting, settings)
         progress("estimating")
-        gains = estimation.answer_gains(problem, load)
+        gains = estimation.answer_gains(problem)
     shown = report.gains_report(gains, files.document)
     files.give(shown, lambda: gains, setup.in_words())
     return answered(gains.judged.level)

@@ -74,23 +74,20 @@ def identify_gains(
         InputError: if the recordings do not determine the gains.
     """
     check_lists(loaded, unloaded)
-    return answer_gains(gain_problem(robot, unloaded, loaded, settings, load, mounting), load)
+    return answer_gains(gain_problem(robot, unloaded, loaded, load, mounting, settings))
 
 
-def answer_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) -> GainsResult:
+def answer_gains(problem: GainProblem) -> GainsResult:
     """Identify the drive gains on the current side, with bodies that can exist, and judge them.
-
-    Args:
-        load: what is known of the payload, in all mountings or in each.
 
     Raises:
         InputError: if the recordings do not determine the gains.
     """
-    loads, names = problem.mountings.loads(load), problem.mountings.names
+    loads, names = problem.loads, problem.mountings
     try:
         free = free_gains(problem.equations, problem.weights, loads)
         sharpest = int(np.argmin(np.diag(free.covariance)))
-        best = possible_gains(problem, problem.equations, loads, free, sharpest)
+        best = possible_gains(problem, problem.equations, free, sharpest)
     except InputError as error:  # what the recordings look like is told with it
         likely = likely_causes(problem.description, states_of(problem.source), free_gains=True)
         raise InputError("; ".join([str(error), *(finding.text for finding in likely)])) from None
@@ -99,7 +96,7 @@ def answer_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) ->
     if problem.deletions:
         try:
             groups = [
-                [-np.log(possible_gains(problem, part, loads, best, sharpest).k) for part in group]
+                [-np.log(possible_gains(problem, part, best, sharpest).k) for part in group]
                 for group in problem.deletions
             ]
             robust = jackknife(groups, -np.log(best.k), max(each.block_length for each in problem.posed))

@@ -77,10 +77,12 @@ def known_mass(mass: float, sigma: float = 0.0) -> KnownLoad:
 
 
 class Mountings(NamedTuple):
-    """Numbers of the mountings, one for each loaded recording: equal ones share a centre of mass."""
+    """Mountings of the known weight: loaded recordings of one number share a centre of mass."""
 
-    numbers: tuple[int, ...] = (1,)
-    paired: bool = True  # whether each loaded recording has one without payload of its own
+    groups: dict[
+        int, tuple[int, ...]
+    ]  # number -> indices of its loaded recordings, in the order in which they come
+    paired: bool  # whether each loaded recording has one without payload of its own
 
     @staticmethod
     def of(numbers: Sequence[int], loaded: int, unloaded: int) -> "Mountings":
@@ -90,17 +92,9 @@ class Mountings(NamedTuple):
                 f"{len(numbers)} numbers of mountings for {loaded} loaded recording{'s' * (loaded != 1)}: give "
                 "one number for each of them, in their order, such as 1,2,2 (--mounting)"
             )
-        return Mountings(tuple(numbers) or (1,) * loaded, loaded == unloaded or len(set(numbers)) < 2)
-
-    @property
-    def names(self) -> tuple[int, ...]:
-        """Numbers of the mountings, each once, in the order in which they come."""
-        return tuple(dict.fromkeys(self.numbers))
-
-    @property
-    def groups(self) -> tuple[tuple[int, ...], ...]:
-        """Indices of the loaded recordings of each mounting, from 0."""
-        return tuple(tuple(k for k, number in enumerate(self.numbers) if number == name) for name in self.names)
+        numbers = tuple(numbers) or (1,) * loaded
+        groups = {name: tuple(k for k, number in enumerate(numbers) if number == name) for name in numbers}
+        return Mountings(groups, loaded == unloaded or len(groups) < 2)
 
     def loads(self, load: KnownLoad | Sequence[KnownLoad]) -> tuple[KnownLoad, ...]:
         """Assign the known parameters of the payload to each mounting.
@@ -108,7 +102,7 @@ class Mountings(NamedTuple):
         Args:
             load: the same in all, or one for each mounting.
         """
-        many = len(self.names)
+        many = len(self.groups)
         if not isinstance(load, KnownLoad):
             if len(load) != many:
                 raise InputError(f"{len(load)} known payloads for {many} mountings: give one, or one for each")

@@ -18,7 +18,7 @@ from dynident.estimation.diagnosis.states import States
 from dynident.estimation.equations.equations import Equations
 from dynident.estimation.gains.current_side import gauss_newton
 from dynident.estimation.gains.known_load import Mountings, known_mass
-from dynident.estimation.gains.problem import GainProblem, gain_problem, gravity_acts
+from dynident.estimation.gains.problem import gain_problem, gravity_acts
 from dynident.model import (
     InertialParameters,
     Motion,
@@ -33,30 +33,9 @@ from dynident.model import (
 from dynident.model.friction import PAPER, Friction
 from dynident.trajectories import Simulator, random_via_points
 
-TRUTH = np.array([11.5, 12.4, 9.9, 10.4, 10.3, 10.1])
-NOISE = np.array([0.5, 0.5, 0.3, 0.15, 0.15, 0.1])
-"""A."""
-SETTINGS = Processing(decimate=4)
 BODY = InertialParameters.from_com(6.0, [0.03, 0.12, 0.06], np.diag([0.03, 0.04, 0.02]))
 ASKED = np.array([12.37, 9.96, 10.44, 10.37, 10.37])
 """Gains of joints 2 to 6 of the real arm, established independently [N·m/A]."""
-
-
-@pytest.fixture(scope="module")
-def currents(simulated: Callable[[str], Simulator], wander: Callable[..., Motion]) -> Callable[[int], GainProblem]:
-    """The problem of a simulated UR10e pair with white noise on the currents."""
-    simulator = simulated("ur10e")
-    motion = wander(6, 3, points=20, rate=100.0)
-    exact = [simulator.measure(motion, load).torque / TRUTH for load in (None, BODY)]
-
-    @cache
-    def problem(seed: int, scale: float = 1.0) -> GainProblem:
-        draw = np.random.default_rng(seed)
-        noisy = [i + scale * NOISE * draw.standard_normal(i.shape) for i in exact]
-        pair = [Recording(motion.t, motion.q, i, motion.qd, f"log {k}") for k, i in enumerate(noisy)]
-        return gain_problem(load_robot("ur10e"), pair[:1], pair[1:], Settings(SETTINGS))
-
-    return problem
 
 
 def test_gravity_decides_what_a_gain_rests_on() -> None:
@@ -75,7 +54,7 @@ def test_ur10e_gains(recordings: Path) -> None:
         read_recording(recordings / "ur10e" / f"{name}.csv.gz", robot, unit_gains)
         for name in ("unloaded", "loaded_2.805kg")
     ]
-    result = answer_gains(gain_problem(robot, pair[:1], pair[1:]), known_mass(2.805))
+    result = answer_gains(gain_problem(robot, pair[:1], pair[1:], known_mass(2.805)))
     gains = result.drive_gains
     for values in (gains.values, gains.without_constraints):
         assert np.abs(np.asarray(values)[1:] / ASKED - 1.0).max() < 0.025
@@ -134,9 +113,8 @@ def test_one_gain_for_each_motor_within_its_sigma(motor_currents: Currents, name
     errors = []
     for seed in range(2):
         robot, (bare, loaded) = motor_currents(name, spring, seed)
-        load = known_mass(6.0)
-        problem = gain_problem(robot, [bare], [loaded], Settings(COUPLED), load=load)
-        gains = answer_gains(replace(problem, deletions=() if seed else problem.deletions), load).drive_gains
+        problem = gain_problem(robot, [bare], [loaded], known_mass(6.0), settings=Settings(COUPLED))
+        gains = answer_gains(replace(problem, deletions=() if seed else problem.deletions)).drive_gains
         formula, robust = (np.array(x) for x in (gains.relative_sigma_formula, gains.relative_sigma_robust))
         assert gains.values == pytest.approx(MOTOR_TRUTH, rel=0.02)
         assert formula.max() < 0.01
@@ -252,8 +230,7 @@ def pair(name: str, seed: int, noise: float = 0.05, points: int = 14) -> tuple[R
 
 
 def answered(name: str, bare: Recording, heavy: Recording, mass: float, robot: Robot | None = None) -> GainsResult:
-    load = known_mass(mass)
-    return answer_gains(gain_problem(robot or load_robot(name), [bare], [heavy], load=load), load)
+    return answer_gains(gain_problem(robot or load_robot(name), [bare], [heavy], known_mass(mass)))
 
 
 def said(name: str, bare: Recording, heavy: Recording, mass: float, robot: Robot | None = None) -> tuple[str, str]:
@@ -411,8 +388,8 @@ def several(masses: tuple[float, ...], stated_masses: tuple[float, ...], mountin
         turn = QUARTER @ turn
     logs = [recorded(name, motion, body, (1, k)) for k, body in enumerate((None, *bodies))]
     loads = [known_mass(mass) for mass in stated_masses]
-    problem = gain_problem(load_robot(name), logs[:1], logs[1:], load=loads, mounting=mounting)
-    return answer_gains(problem, loads)
+    problem = gain_problem(load_robot(name), logs[:1], logs[1:], loads, mounting)
+    return answer_gains(problem)
 
 
 @pytest.mark.long
