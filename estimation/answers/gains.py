@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 from msgspec import UNSET
@@ -29,7 +30,7 @@ from ..results.parts import ProcessingDocument, ResidualDocument, RobustDocument
 from ..results.payload import named
 from ..results.robot import GainsResult, GainsTable, LoadDocument, MountingDocument
 from .payload import check_lists
-from .system import DRAWN, TorquePrediction, payload_prediction
+from .system import DRAWN, TorquePrediction, payload_predictions
 
 
 @dataclass(frozen=True, repr=False)
@@ -46,12 +47,7 @@ class GainsWorking(Brief):
     @cached_property
     def predictions(self) -> tuple[TorquePrediction, ...]:
         """Torques of a few recordings, current times gain, and those of robot and weight: all were used."""
-        chosen = [
-            (problem, body, recording, problem.source.processing)
-            for problem, body in zip(self.posed, self.payloads, strict=True)
-            for recording in problem.source.loaded
-        ]
-        return tuple(payload_prediction(*one, held_out=False) for one in chosen[:DRAWN])
+        return tuple(chain.from_iterable(map(payload_predictions, self.posed, self.payloads)))[:DRAWN]
 
 
 def identify_gains(

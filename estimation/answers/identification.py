@@ -35,7 +35,7 @@ from ..possible.prior import has_prior, robot_prior, solve_constrained_prior
 from ..possible.robot import PossibleRobot, solve_constrained_base
 from ..results import parts
 from ..results.robot import RobotData, RobotResult
-from .system import DRAWN, ObservationSystem, TorquePrediction, joined, robot_prediction
+from .system import ObservationSystem, TorquePrediction, joined, robot_predictions
 
 _UNLIKELY = 0.01
 """Largest p-value at which the data contradict everything possible with these zeros."""
@@ -191,11 +191,8 @@ class Identification(Speaks):
     @cached_property
     def predictions(self) -> tuple[TorquePrediction, ...]:
         """Torques that the parameters predict, of recordings held out, else of those fitted; a few."""
-        values, held_out = self.estimate.values, bool(self.held_out)
-        return tuple(
-            robot_prediction(self.robot, self.base, values, recording, self.processing, held_out)
-            for recording in (self.held_out or self.recordings)[:DRAWN]
-        )
+        values, recordings = self.estimate.values, self.held_out or self.recordings
+        return robot_predictions(self.robot, self.base, values, recordings, self.processing, bool(self.held_out))
 
 
 def identify(

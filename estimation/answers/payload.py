@@ -54,7 +54,7 @@ from ..results import payload as documents
 from ..results.payload import PayloadResult
 from ..results.robot import RobotResult
 from .identification import elimination_warnings, held_out_fit
-from .system import DRAWN, TorquePrediction, payload_prediction, robot_prediction
+from .system import TorquePrediction, payload_predictions, robot_predictions
 
 _VAGUE = "not measured well enough"
 _BY_LEVEL = {
@@ -159,14 +159,12 @@ class PayloadAnswer(Speaks):
 
         Empty where the robot's own parameters are not known.
         """
-        problem, settings = self.problem, self.problem.source.processing
-        if problem.robot_estimate is None:
+        problem, own = self.problem, self.problem.robot_estimate
+        if own is None:
             return ()
-        robot, base, values = problem.robot, problem.base, problem.robot_estimate.values
-        drawn = [robot_prediction(robot, base, values, one, settings, True) for one in self.held_out[:DRAWN]]
-        for recording in problem.source.loaded[:DRAWN]:
-            drawn.append(payload_prediction(problem, self.recommended.body, recording, settings, False))
-        return tuple(drawn)
+        processing = problem.source.processing
+        held_out = robot_predictions(problem.robot, problem.base, own.values, self.held_out, processing, True)
+        return held_out + payload_predictions(problem, self.recommended.body)
 
 
 def identify_payload(
