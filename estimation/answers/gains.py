@@ -64,7 +64,8 @@ def identify_gains(
         loaded: recordings with the weight, whose ``torque`` holds motor currents [A].
         unloaded: the same without it.
         load: the weight, or that of each mounting.
-        mounting: one number for each of ``loaded``; recordings with equal numbers share a centre of mass.
+        mounting: one number for each of ``loaded``; recordings with equal numbers share a centre of mass. All one
+            by default.
 
     Raises:
         InputError: if the recordings do not determine the gains.
@@ -74,11 +75,7 @@ def identify_gains(
 
 
 def answer_gains(problem: GainProblem) -> GainsResult:
-    """Identify the drive gains on the current side, with bodies that can exist, and judge them.
-
-    Raises:
-        InputError: if the recordings do not determine the gains.
-    """
+    """Identify the drive gains on the current side, with bodies that can exist, and judge them."""
     loads, names = problem.loads, problem.mountings
     try:
         free = free_gains(problem.equations, problem.weights, loads)

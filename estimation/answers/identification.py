@@ -86,10 +86,8 @@ def impossible_robot(
     """Name what speaks against a robot with the eliminated base parameters zero; empty if nothing does.
 
     The nearest robot that can exist, its eliminated base parameters zero within 1 % of their standard deviations,
-    must lie within the accuracy of the data: by robust standard deviations where the estimates have them.
-
-    Args:
-        estimate: of all parameters, before elimination; those of a payload are left aside.
+    must lie within the accuracy of the data: by robust standard deviations where the estimates have them. Before
+    elimination all had ``estimate``; those of a payload are left aside.
     """
     gone, left = _parted(elimination, base.columns)
     if not gone or not left:
@@ -271,12 +269,7 @@ def identification_system(result: Identification) -> ObservationSystem:
 def robot_result(
     result: Identification, constrained: PossibleRobot | None = None, rollouts: Sequence[parts.Rollout] = ()
 ) -> RobotResult:
-    """Collect what ``identify`` answers.
-
-    Args:
-        constrained: the robot that can exist, if it was asked for.
-        rollouts: predicted motion of recordings held out, if it was asked for.
-    """
+    """Collect what ``identify`` answers, with the robot that can exist and what it predicts where asked for."""
     estimate, problem, base, robot = result.estimate, result.problem, result.base, result.robot
     raw, scaled = problem.condition_numbers()
     labels = dict(zip(estimate.names, base.names, strict=True))

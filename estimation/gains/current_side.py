@@ -118,9 +118,8 @@ def gauss_newton(
 def relative_scales(problem: Equations, parts: Sequence[Equations] = ()) -> RelativeScales:
     """Estimate scales by the links whose parameters several joints' torques show, fitted on the signals' side.
 
-    Args:
-        problem: W and any signals proportional to torques, joint by joint.
-        parts: of time, that make up the problem; without them noise counts as white.
+    ``problem``: W and any signals proportional to torques, joint by joint; ``parts`` of time make it up, and
+    without them noise counts as white.
     """
     weights, c = current_weights(problem), len(problem.columns)
     anchor = int(np.argmax(problem.torque_norms * weights))

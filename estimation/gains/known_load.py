@@ -97,11 +97,7 @@ class Mountings(NamedTuple):
         return Mountings(groups, loaded == unloaded or len(groups) < 2)
 
     def loads(self, load: KnownLoad | Sequence[KnownLoad]) -> tuple[KnownLoad, ...]:
-        """Assign the known parameters of the payload to each mounting.
-
-        Args:
-            load: the same in all, or one for each mounting.
-        """
+        """Assign the known parameters of the payload to each mounting: the same in all, or one for each."""
         many = len(self.groups)
         if not isinstance(load, KnownLoad):
             if len(load) != many:

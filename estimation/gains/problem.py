@@ -89,14 +89,7 @@ def gain_problem(
     mounting: Sequence[int] = (),
     settings: Settings = DEFAULTS,
 ) -> GainProblem:
-    """Process recordings of currents and reduce them.
-
-    Args:
-        unloaded: recordings without payload whose ``torque`` holds motor currents [A].
-        loaded: the same with the known weight or weights.
-        load: the known payload, or that of each mounting.
-        mounting: one number for each of ``loaded``; recordings with equal numbers share a centre of mass. All one
-            by default.
+    """Process recordings whose ``torque`` holds motor currents [A] and reduce them, as ``identify_gains``.
 
     Raises:
         InputError: if the recordings cannot be used, or there are not as many numbers as loaded recordings.

@@ -88,10 +88,8 @@ class ByJoints(Brief):
 def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
     """Estimate mass and ratio by joints, all ten unknown, with standard deviations for autocorrelated noise.
 
-    Args:
-        problem: the reduced recordings; without blocks of time standard deviations are ``WITHOUT_BLOCKS`` times the
-            formula's.
-        weights: per joint, shape (n,); they matter within a group only.
+    Without blocks of time they are ``WITHOUT_BLOCKS`` times the formula's. Weights, one a joint, matter within a
+    group only.
     """
     if isinstance(problem, ShortMotion):
         joints, whole = problem.joints, problem.posed(PAYLOAD)

@@ -245,15 +245,12 @@ def payload_estimate(problem: PayloadProblem, method: int, covariance: Rule | No
 
 
 def recommended_method(problem: PayloadProblem, methods: Iterable[int]) -> tuple[int, str]:
-    """Choose the method with the least expected error, and give the reason where there are others.
+    """Choose the method with the least expected error of those that gave a payload, and say why of several.
 
     Errors of the robot's model count. On one path method 3 cancels what the model lacks, and weighs the joints by
     what is left then; methods 1, 2 and 4 carry it. Where the paths differ, method 3 must subtract the robot's own
     torque difference, which adds an error that method 4 does not have. The shortest interval is never the
     criterion: to choose by it would be biased.
-
-    Args:
-        methods: those that gave a payload, one at least.
     """
     there = sorted(methods, key=PREFERRED.index)
     apart = max((pair.rms_mismatch for pair in problem.source.compared), default=float("inf"))

@@ -52,11 +52,7 @@ def side_by_side(
     measured: Sequence[Measurement],
     processing: Processing,
 ) -> tuple[tuple[AlignedPair, ...], list[PairedMeasurement], str]:
-    """Align recordings, filter those of one trajectory for method 3; none, and why not.
-
-    Args:
-        measured: the loaded ones, filtered already.
-    """
+    """Align recordings, of which ``measured`` are the loaded ones filtered, for method 3; no pairs, and why not."""
     pairs = tuple[AlignedPair, ...]()
     if not unloaded:
         return (), [], "no recordings without payload"

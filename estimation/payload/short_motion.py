@@ -124,10 +124,7 @@ class ShortMotion(Brief):
 
         Wanted: what is visible of chi_L. Fixed: the values of friction's prior; for (29) the difference of the
         paths, for (23) chi, whose errors weigh too much here for the formula's covariance. Soft prior: chi, where
-        friction has one.
-
-        Args:
-            wanted: of the ten; by default those that stand for all that can be seen.
+        friction has one. By default those are ``wanted`` that stand for all that can be seen.
         """
         wanted = tuple(wanted or (PAYLOAD[k] for k in self.visibility.base.chosen))
 
@@ -210,11 +207,7 @@ class ShortMotion(Brief):
 def known_robot_weighing(
     robot: Robot, loaded: Sequence[Recording], known: Estimate, settings: Settings = DEFAULTS
 ) -> ShortMotion:
-    """Weigh by torques less those of the robot itself, (22)-(23); other arguments as of ``difference_weighing``.
-
-    Args:
-        known: the robot's parameters, identified earlier.
-    """
+    """Weigh by torques less those of a robot identified earlier, (22)-(23); else as ``difference_weighing``."""
     processing, progress = settings.processing_of(robot), settings.progress
     robot = robot.of_parameters(known.names)
     check_recordings(robot, loaded)
@@ -381,9 +374,7 @@ def at_rest(data: Measurement, moving: Sequence[int]) -> Measurement:
 def telling_rows(motion: Motion, moving: Sequence[int], processing: Processing, ends: bool = False) -> Mask:
     """Mark rows that say something, N x n: of a moving joint, fast enough that its friction's sign is known.
 
-    Args:
-        moving: numbers of the joints that move.
-        ends: keep also the ends at which a recording was cut in full motion, which ``inner_samples`` leaves out.
+    With ``ends`` also those where a recording was cut in full motion, which ``inner_samples`` leaves out.
     """
     speed = np.abs(motion.qd)
     whole = moving_parts(motion, processing.still_speed) if ends else inner_samples(motion, processing)

@@ -185,8 +185,7 @@ class EliminationDocument(Document, frozen=True):
     def made(cls, elimination: Elimination, warnings: Sequence[str], labels: Mapping[str, str]) -> Self:
         """Collect the essential parameters, each step to them, and what speaks against them.
 
-        Args:
-            labels: name of a column -> name of the parameter ("MX2" -> "MX2R").
+        ``labels``: name of a column -> name of the parameter ("MX2" -> "MX2R").
         """
         path, estimate = elimination.path, elimination.estimate
         numbers = zip(path.sigma_ratio.tolist(), (100.0 * path.largest_relative_sigma).tolist(), strict=True)
