@@ -242,7 +242,7 @@ def identify(
         processing=settings.processing_of(robot),
         without_robust=reason,
         gains=gains,
-        validation=held_out_fit(robot, base, estimate, validation, settings),
+        validation=held_out_fit(robot, base, estimate, validation, settings) if validation else None,
         recordings=tuple(recordings),
         held_out=tuple(validation),
         choices=choices,
@@ -251,10 +251,8 @@ def identify(
 
 def held_out_fit(
     robot: Robot, base: BaseParameters, estimate: Estimate, recordings: Sequence[Recording], settings: Settings
-) -> Fit | None:
-    """Fit of the robot's parameters to recordings without payload that were held out; None without any."""
-    if not recordings:
-        return None
+) -> Fit:
+    """Fit of the robot's parameters to recordings without payload that were held out."""
     unseen = base_problem(robot, base, recordings, replace(settings, robust=False), False, estimate.values)
     return fit(unseen, estimate.values)
 

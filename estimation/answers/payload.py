@@ -269,15 +269,15 @@ def answer_payload(
     if isinstance(problem, ShortMotion):
         problem, others = replace(problem, scale=scale), [replace(other, scale=scale) for other in others]
     free, left_out = _identified(problem)
-    repeats = repeats_of(problem)
+    repeats = repeats_of(problem) if isinstance(problem, ShortMotion) else None
     if repeats is not None:  # the scatter of repeated recordings beyond their own
         free = [moved(estimate, factor=repeats.excess) for estimate in free]
     # Errors that are assumed, not known, excuse no joint that disagrees: they never shorten an interval.
     diagnosis = diagnose(problem, by_all_recordings(free), None if gains is not None and gains.assumed else gains)
     free = [allowing_for(estimate, diagnosis) for estimate in free]
-    robot, validation = problem.robot_estimate, None
-    if robot is not None:
-        validation = held_out_fit(problem.robot, problem.base, robot, held_out, problem.settings)
+    own, validation = problem.robot_estimate, None
+    if own is not None and held_out:
+        validation = held_out_fit(problem.robot, problem.base, own, held_out, problem.settings)
     constrained: list[ConstrainedPayload] = []
     failures: dict[int, SolverError] = {}
     for estimate in free:

@@ -13,7 +13,7 @@ from ...common.schema import Document
 from ..fit.covariance import birge
 from ..fit.estimate import error_model
 from ..possible.payload import rise_p_value
-from .methods import PayloadProblem, payload_estimate
+from .methods import payload_estimate
 from .short_motion import ShortMotion
 
 _DRIFTS = 0.05
@@ -56,9 +56,9 @@ class Repeats(Document, frozen=True):
         )
 
 
-def repeats_of(problem: PayloadProblem) -> Repeats | None:
+def repeats_of(problem: ShortMotion) -> Repeats | None:
     """Identify each recording of a short motion singly; None of one recording, or if the mass is the scale's."""
-    if not isinstance(problem, ShortMotion) or len(problem.runs) < 2 or not problem.visibility.mass_visible:
+    if len(problem.runs) < 2 or not problem.visibility.mass_visible:
         return None
     masses, sigmas = ([float("nan")] * len(problem.runs) for _ in range(2))
     for k, run in enumerate(problem.runs):
