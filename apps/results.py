@@ -36,9 +36,8 @@ def read_stored_gains(path: str | Path) -> Gains:
         InputError: if the file holds no gains, the key at fault is named; or if their own verdict is against them.
     """
     stored = read_json(path, GainsResult, _OF_GAINS)
-    verdict = present(stored.verdict)
-    if verdict is not None and verdict.level == "do_not_use":
-        reason = verdict.reasons[0] if verdict.reasons else "no reason is told"
+    if stored.judged.level == "do_not_use":
+        reason = next(iter(stored.judged.reasons), "no reason is told")
         raise InputError(
             f"{path}: the verdict on these drive gains is: do not use ({reason}); identify them again, or give the "
             "maker's as numbers with --gain-sigma"

@@ -34,6 +34,7 @@ from dynident.benchmarks.shared import (
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation.diagnosis.joints import disagreement
+from dynident.estimation.fit.covariance import student95
 from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.gains.known_load import known_mass
 from dynident.estimation.gains.problem import gain_problem
@@ -41,7 +42,7 @@ from dynident.estimation.payload.by_joints import payload_by_joints
 from dynident.estimation.payload.long_motion import long_motion
 from dynident.estimation.payload.methods import METHODS, recommended_method, usable_methods
 from dynident.estimation.payload.pairs import PairedMeasurement
-from dynident.estimation.payload.result import constrain_payload, widened
+from dynident.estimation.payload.result import constrain_payload, moved
 from dynident.estimation.possible.intervals import profile_intervals
 from dynident.estimation.signals.filtering import measurement
 from dynident.model.drives import parameter_kind
@@ -179,8 +180,9 @@ def answered(gain: float, name: str, run: int) -> Iterator[Stated]:
         ]
         for load, first in ((None, 4), (body, 6))
     )
-    problem = estimation.payload_problem(robot, loaded, unloaded)
-    answer = estimation.answer_payload(problem, (4,))
+    settings = estimation.Settings(methods=(4,))
+    problem = estimation.payload_problem(robot, loaded, unloaded, settings=settings)
+    answer = estimation.answer_payload(problem)
     unguarded = replace(problem, settings=replace(problem.settings, friction_change=0.0))
     narrow = constrain_payload(estimation.payload_estimate(unguarded, 4)).intervals.parameters[9]
     intervals = answer.recommended.intervals
@@ -348,7 +350,7 @@ def weighed(
         covariance = gains.covariance(robot.n) if gains is not None else np.zeros((robot.n, robot.n))
         by_joints = payload_by_joints(problem, estimate.estimate.weights)
         factor = disagreement(by_joints, covariance, few=command == "weigh")
-        payload = constrain_payload(widened(estimate, factor), gains=gains)
+        payload = constrain_payload(moved(estimate, factor=factor), gains=gains)
         ends = payload.intervals.parameters[9]
         half = 0.5 * float(np.ptp(ends)) / mass
         more = {"rms error %": payload.mass / mass - 1.0, "half width %": half}
@@ -444,13 +446,15 @@ def gains_found(name: str, run: int) -> Iterator[Stated]:
             )
             for i in (exact["none"], exact["weight"])
         ]
-        problem = gain_problem(described(name), pair[:1], pair[1:], BY_FOUR, load=load)
-        gains = estimation.answer_gains(problem, load)
+        problem = gain_problem(described(name), pair[:1], pair[1:], load, settings=BY_FOUR)
+        found = estimation.answer_gains(problem)
+        gains, robust = found.drive_gains, found.robust
         error, row = np.abs(np.log(gains.values / truth)), f"{name}, {words}"
-        yield Stated(f"{row}, formula", (error < 1.96 * gains.logarithms.sigma).astype(float), beside=True)
-        robust = gains.logarithms.robust
-        if robust is not None:
-            yield Stated(f"{row}, jackknife", (error < robust.quantile95 * robust.sigma).astype(float))
+        formula = np.array(gains.relative_sigma_formula)
+        yield Stated(f"{row}, formula", (error < 1.96 * formula).astype(float), beside=True)
+        if robust and robust.degrees_of_freedom:
+            half = student95(robust.degrees_of_freedom) * np.array(gains.relative_sigma_robust)
+            yield Stated(f"{row}, jackknife", (error < half).astype(float))
 
 
 @cache
@@ -478,7 +482,7 @@ def gains_wrong(name: str, run: int) -> Iterator[Stated]:
             motion.t, motion.q, coupling.joint_torques(motors) if coupling else motors, motion.qd
         )
 
-    identification = estimation.identify(robot, [record("none", 3)], BY_FOUR, gains=gains)
+    identification = estimation.identify(robot, [record("none", 3)], replace(BY_FOUR, gains=gains))
     stored, truth = identification.estimate, identification.base.value(with_rx90_parameters(name).robot.parameters)
     for row, ends in (("with gains", stored.interval95_with_gains), ("gains as exact", stored.robust_interval95)):
         assert ends is not None
@@ -512,8 +516,9 @@ def gains_again(name: str, run: int) -> Iterator[Stated]:
         return model.Recording(motion.t, motion.q, exact[load] + CURRENT_NOISE * noise, motion.qd)
 
     first, weight, fresh, second = record("none", 0), record("weight", 1), record("none", 2), record("other", 3)
-    found = estimation.answer_gains(gain_problem(robot, [first], [weight], BY_FOUR), known_mass(6.0))
-    gains = estimation.Gains(identified=found.larger_relative_covariance.tolist())
+    problem = gain_problem(robot, [first], [weight], known_mass(6.0), settings=BY_FOUR)
+    found = estimation.answer_gains(problem).drive_gains
+    gains = estimation.Gains(identified=found.relative_covariance.tolist())
     recorded = (replace(one, torque=one.torque * found.values) for one in (first, weight, fresh, second))
     first, weight, fresh, second = recorded
     for row, bare, heavy, body in (
@@ -521,14 +526,14 @@ def gains_again(name: str, run: int) -> Iterator[Stated]:
         ("the gains' recording without payload", first, second, OTHER),
         ("the gains' own pair", first, weight, WEIGHT),
     ):
-        problem = estimation.payload_problem(robot, [heavy], [bare], settings=BY_FOUR)
-        answer = estimation.answer_payload(problem, (4,), gains=gains)
+        settings = replace(BY_FOUR, methods=(4,), gains=gains)
+        answer = estimation.answer_payload(estimation.payload_problem(robot, [heavy], [bare], settings=settings))
         ends = answer.recommended.intervals.parameters[6:]
         inside = held(ends, body.vector[6:])
         more = {"mass": float(inside[3]), "mass interval kg": float(np.ptp(ends[3]))}
         yield Stated(f"payload's MX MY MZ M, {row}", inside, more)
     for row, bare in (("a recording of its own", fresh), ("the gains' recording", first)):
-        result = estimation.identify(robot, [bare], BY_FOUR, gains=gains)
+        result = estimation.identify(robot, [bare], replace(BY_FOUR, gains=gains))
         within = result.estimate.interval95_with_gains
         assert within is not None
         truth = result.base.value(with_rx90_parameters(name).robot.parameters)

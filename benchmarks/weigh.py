@@ -146,8 +146,9 @@ def timing(_: argparse.Namespace) -> None:
             for name, length in (("unloaded", 30.0), ("loaded_2.805kg", 33.0))
         )
         rules = (estimation.PossibleBody(), estimation.KnownMass(UR10E_MASS, 0.01))
-        problem = estimation.difference_weighing(robot, [loaded], [bare])
-        estimation.answer_payload(problem, constraints=rules, gains=estimation.Gains((0.02,)))
+        settings = estimation.Settings(gains=estimation.Gains((0.02,)))
+        problem = estimation.difference_weighing(robot, [loaded], [bare], settings)
+        estimation.answer_payload(problem, constraints=rules)
         seen = f"{time.perf_counter() - begun:.2f} ({time.process_time() - cpu:.2f})"
     if folder is not None:
         show("weigh on 30 s, warm", [["s by the clock (CPU)", "<= 3", seen]])

@@ -47,7 +47,23 @@ def write_bytes(path: str | Path, content: bytes) -> None:
             raise InputError(f"{path}: this run has read or written it already: give another name or folder")
         pending.add(target)
     try:
-        _write(target, content)
+        if is_device(target):
+            target.write_bytes(content)
+            return
+        if target.exists():
+            mode = target.stat().st_mode & 0o7777
+        else:
+            umask = os.umask(0o077)
+            os.umask(umask)
+            mode = 0o666 & ~umask
+        descriptor, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name[:50]}.")
+        try:
+            with os.fdopen(descriptor, "wb") as stream:
+                stream.write(content)
+            Path(name).chmod(mode)
+            Path(name).replace(target)
+        finally:
+            Path(name).unlink(missing_ok=True)
     except BrokenPipeError:  # whoever reads has seen enough
         raise
     except OSError as error:
@@ -55,11 +71,7 @@ def write_bytes(path: str | Path, content: bytes) -> None:
 
 
 def place_of(path: str | Path) -> Path:
-    """Resolve a path, through whatever links.
-
-    Raises:
-        InputError: if it cannot lead anywhere; names it.
-    """
+    """Resolve a path, through whatever links."""
     try:
         return Path(path).resolve()
     except (OSError, RuntimeError, ValueError) as error:  # links in a circle, a NUL in a name
@@ -83,33 +95,9 @@ def is_device(path: Path) -> bool:
 
 
 def made_folder(path: str | Path) -> Path:
-    """Make a folder, and those above it, if missing.
-
-    Raises:
-        InputError: if it cannot be made; names it.
-    """
+    """Make a folder, and those above it, if missing."""
     try:
         Path(path).mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{path}: cannot be made: {error.strerror or error}") from None
     return Path(path)
-
-
-def _write(path: Path, content: bytes) -> None:
-    if is_device(path):
-        path.write_bytes(content)
-        return
-    if path.exists():
-        mode = path.stat().st_mode & 0o7777
-    else:
-        umask = os.umask(0o077)
-        os.umask(umask)
-        mode = 0o666 & ~umask
-    descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name[:50]}.")
-    try:
-        with os.fdopen(descriptor, "wb") as stream:
-            stream.write(content)
-        Path(name).chmod(mode)
-        Path(name).replace(path)
-    finally:
-        Path(name).unlink(missing_ok=True)

@@ -22,21 +22,13 @@ _CLEAR = 1e-4
 
 
 class Decomposition(NamedTuple):
-    """Singular value decomposition A = range diag(singular) rowspace' diag(sizes) of rank r, by ``decomposed``.
+    """Singular value decomposition A = range diag(singular) rowspace' diag(sizes) of rank r, by ``decomposed``."""
 
-    Attributes:
-        sizes: norms of A's columns, 1 for those that are zero, shape (c,).
-        range: orthonormal basis of what the columns span, N x r.
-        singular: singular values of the scaled columns, largest first, shape (r,).
-        rowspace: orthonormal basis of the determined directions of the scaled parameters, c x r.
-        null: orthonormal basis of the undetermined ones, c x (c - r).
-    """
-
-    sizes: Array
-    range: Array
-    singular: Array
-    rowspace: Array
-    null: Array
+    sizes: Array  # norms of A's columns, 1 for those that are zero, shape (c,)
+    range: Array  # orthonormal basis of what the columns span, N x r
+    singular: Array  # singular values of the scaled columns, largest first, shape (r,)
+    rowspace: Array  # orthonormal basis of the determined directions of the scaled parameters, c x r
+    null: Array  # orthonormal basis of the undetermined ones, c x (c - r)
 
     @property
     def rank(self) -> int:

@@ -1,7 +1,8 @@
-"""TOML and JSON files by their types: each key is declared once, a fault of a file is told in one line.
+"""TOML and JSON files by their types: each key is declared once.
 
 A kind of file is a ``Table``: its fields are the keys, their types what may stand there, their defaults what is
-meant where a key is left out. Keys that are not declared are refused.
+meant where a key is left out. Keys that are not declared are refused. Whatever is wrong with a file is told in one
+line, by an ``InputError`` that names the file and the key.
 """
 
 import json
@@ -212,33 +213,17 @@ def present(value: _Kind | msgspec.UnsetType) -> _Kind | None:
 
 
 def read_toml(path: str | Path, kind: type[_Kind]) -> _Kind:
-    """Read a TOML file.
-
-    Raises:
-        InputError: names the file and the key.
-    """
-    return toml_table(read_text(path, TOML_BYTES), kind, path)
-
-
-def toml_table(text: str, kind: type[_Kind], source: str | Path) -> _Kind:
-    """Parse a TOML text as a table of its kind.
-
-    Raises:
-        InputError: names the source and the key.
-    """
+    """Read a TOML file."""
+    text = read_text(path, TOML_BYTES)
     if not text.strip():
-        raise InputError(f"{source}: is empty")
-    data = toml_data(text, source)
-    with naming(source):
+        raise InputError(f"{path}: is empty")
+    data = toml_data(text, path)
+    with naming(path):
         return convert(data, kind)
 
 
 def read_json(path: str | Path, kind: type[_Kind], remedy: str) -> _Kind:
-    """Read a JSON document; ``remedy`` says which file to give instead of one that holds something else.
-
-    Raises:
-        InputError: names the file and the key.
-    """
+    """Read a JSON document; ``remedy`` says which file to give instead of one that holds something else."""
     with naming(path, remedy):
         text = read_text(path)
         try:
@@ -273,11 +258,7 @@ def read_text(path: str | Path, largest: int = 200_000_000) -> str:
 
 
 def convert(data: Any, kind: type[_Kind]) -> _Kind:
-    """Convert plain values to a table of its kind.
-
-    Raises:
-        WrongKeyError: names the key.
-    """
+    """Convert plain values to a table of its kind."""
     try:
         return msgspec.convert(data, kind, dec_hook=_array)
     except msgspec.ValidationError as error:

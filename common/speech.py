@@ -56,11 +56,7 @@ class Speaks:
         return Speaks.shown_by().frame(self)
 
     def report(self, path: str | Path) -> None:
-        """Write the report, one self-contained HTML file.
-
-        Raises:
-            InputError: if it cannot be written.
-        """
+        """Write the report, one self-contained HTML file."""
         Speaks.shown_by().write_report(self, path)
 
     def plot(self, name: str | None = None) -> Any:

@@ -27,7 +27,6 @@ from .fit.settings import Candidates as Candidates
 from .fit.settings import Settings as Settings
 from .gains.known_load import KnownLoad as KnownLoad
 from .gains.known_load import known_mass as known_mass
-from .gains.known_load import read_known_load as read_known_load
 from .gains.problem import gain_problem as gain_problem
 from .payload.long_motion import LongMotion as LongMotion
 from .payload.long_motion import payload_problem as payload_problem

@@ -11,8 +11,7 @@ import numpy as np
 from dynident import InertialParameters, Simulator, identify_payload, load_robot
 from dynident.apps.report import save_figure
 from dynident.common.files import write_text
-from dynident.estimation import PayloadResult, answer_gains
-from dynident.estimation.answers.gains import DriveGains
+from dynident.estimation import GainsResult, PayloadResult, answer_gains
 from dynident.estimation.gains.known_load import known_mass
 from dynident.estimation.gains.problem import gain_problem
 from dynident.model import Recording
@@ -33,7 +32,7 @@ class Shown:
 
     name: str
     words: str
-    answer: PayloadResult | DriveGains
+    answer: PayloadResult | GainsResult
     figure: str
 
 
@@ -88,7 +87,7 @@ def slow_currents() -> Shown:
         recordings.append(replace(recording, torque=motors / gains))
     bare, heavy = recordings
     known = known_mass(7.0)
-    answer = answer_gains(gain_problem(ROBOT, [bare], [heavy], load=known), known)
+    answer = answer_gains(gain_problem(ROBOT, [bare], [heavy], known))
     words = (
         "Drive gains from currents and a weight of 7 kg on a slow motion: gravity does not show that of motor 1."
     )
@@ -104,7 +103,7 @@ def main() -> None:
     parts = [HEAD]
     for make in (good, slow, slow_currents, scaled):
         shown = make()
-        level = shown.answer.verdict.level
+        level = shown.answer.to_dict()["verdict"]["level"]
         print(f"{shown.name}: {shown.answer!r}", flush=True)
         picture = f"gallery/{shown.name}.png"
         figure = shown.answer.plot(shown.figure or None)

@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from ..common.arrays import Array, frozen_array
+from ..common.arrays import Array, freeze_fields
 from ..common.brief import Brief
 
 _SLOW = {True: 0.05, False: 0.02}  # rad/s where a joint turns, m/s where it slides
@@ -32,12 +32,10 @@ class Motion(Brief):
 
     def __post_init__(self) -> None:
         """Lock the arrays and check their shapes."""
-        size, n = len(self.t), np.shape(self.q)[-1]
-        object.__setattr__(self, "t", frozen_array(self.t, (None,), "t"))
+        shape = len(self.t), np.shape(self.q)[-1]
+        freeze_fields(self, t=(None,), q=shape, qd=shape, qdd=shape)
         if not (np.diff(self.t) > 0.0).all():
             raise ValueError("t must rise from sample to sample")
-        for name in ("q", "qd", "qdd"):
-            object.__setattr__(self, name, frozen_array(getattr(self, name), (size, n), name))
 
     @property
     def n(self) -> int:
@@ -70,9 +68,7 @@ class Measurement:
     def __post_init__(self) -> None:
         """Lock the arrays and check their shapes."""
         samples, joints = self.motion.t.shape, self.motion.q.shape
-        for name, shape in (("torque", joints), ("spring_before", samples), ("path", joints)):
-            if (array := getattr(self, name)) is not None:
-                object.__setattr__(self, name, frozen_array(array, shape, name))
+        freeze_fields(self, torque=joints, spring_before=samples, path=joints)
 
     def between(self, start: int, stop: int) -> "Measurement":
         """Take the samples from ``start`` to before ``stop``."""
@@ -119,10 +115,8 @@ class Recording(Brief):
         """Lock the arrays and check their shapes."""
         if not 0.0 <= (self.gain_sigma or 0.0) < 1.0:
             raise ValueError(f"gain_sigma is {self.gain_sigma}: give a fraction from 0 to below 1")
-        size, n = len(self.t), np.shape(self.q)[-1]
-        object.__setattr__(self, "t", frozen_array(self.t, (None,), "t"))
-        for name in ("q", "torque") + (("qd",) if self.qd is not None else ()):
-            object.__setattr__(self, name, frozen_array(getattr(self, name), (size, n), name))
+        shape = len(self.t), np.shape(self.q)[-1]
+        freeze_fields(self, t=(None,), q=shape, torque=shape, qd=shape)
 
     @property
     def rate(self) -> float:

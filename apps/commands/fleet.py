@@ -93,9 +93,9 @@ def run_compare(data: _Logs, *, arm: RobotOptions, processing: ProcessingOptions
             raise InputError(f"{path} is given twice: a recording counts once")
     setup = processing.setup(arm.load())
     with status("identifying") as progress:
-        settings = setup.settings(silent, friction=setup.robot.drives.friction)
+        settings = setup.settings(silent, friction=setup.robot.drives.friction, gains=setup.identified)
         results = [
-            estimation.identify(setup.robot, setup.read([path]), settings, gains=setup.identified)
+            estimation.identify(setup.robot, setup.read([path]), settings)
             for path in each(data, "identifying {}".format, progress)
         ]
     compared = fleet.compared(data, results)

@@ -9,6 +9,7 @@ from cyclopts import Parameter
 
 from ... import estimation
 from ...common.errors import InputError
+from ...common.schema import read_toml
 from .. import report
 from . import answered
 from .entry import SETTING, Options, command
@@ -38,7 +39,7 @@ class _Known(Options):
         if (self.payload is None) == (self.mass is None):
             raise InputError("give either --mass or --payload: which load is known")
         if self.payload is not None:
-            return estimation.read_known_load(self.payload)
+            return read_toml(self.payload, estimation.KnownLoad)
         assert self.mass is not None
         weights, sigma = self.mass[0], self.mass[1] or 0.0
         if len(weights) == 1:
@@ -78,9 +79,9 @@ def run(*, arm: RobotOptions, known: _Known, processing: _Processing, files: Pag
     unloaded, loaded = amperes.read(known.unloaded), amperes.read(known.loaded)
     with status("reading") as progress:
         settings = setup.settings(progress, friction=known.friction or robot.drives.friction)
-        problem = estimation.gain_problem(robot, unloaded, loaded, settings, load, known.mounting)
+        problem = estimation.gain_problem(robot, unloaded, loaded, load, known.mounting, settings)
         progress("estimating")
-        gains = estimation.answer_gains(problem, load)
-    shown = report.gains_report(gains.result, files.document)
-    files.give(shown, lambda: gains.result, setup.in_words())
-    return answered(gains.verdict.level)
+        gains = estimation.answer_gains(problem)
+    shown = report.gains_report(gains, files.document)
+    files.give(shown, lambda: gains, setup.in_words())
+    return answered(gains.judged.level)

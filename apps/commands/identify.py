@@ -120,8 +120,8 @@ def run(
     gains = drives.errors(setup, [], recordings)
     rollouts: tuple[Rollout, ...] = ()
     with status("reading") as progress:
-        settings = setup.settings(progress, essential=request.essential, friction=request.friction)
-        result = estimation.identify(setup.robot, recordings, settings, held_out, gains)
+        settings = setup.settings(progress, essential=request.essential, friction=request.friction, gains=gains)
+        result = estimation.identify(setup.robot, recordings, settings, held_out)
         possible = request.possible(result)
         if request.rollout:
             parameters = possible.values if possible is not None else result.estimate.values

@@ -95,8 +95,11 @@ def run(
     unloaded, loaded, held_out = map(setup.read, (request.unloaded, request.loaded, request.validate))
     gains = drives.errors(setup, loaded, unloaded, stored)
     with status("reading") as progress, _constraints_solved():
+        methods = None if request.method == "all" else (int(request.method),)
         settings = setup.settings(
             progress,
+            methods=methods,
+            gains=gains,
             essential=request.essential,
             friction=request.friction,
             friction_change=request.friction_change,
@@ -106,12 +109,11 @@ def run(
         known = stored.estimate if stored else None
         problem = estimation.payload_problem(setup.robot, loaded, unloaded, known, settings)
         progress("estimating")
-        methods = None if request.method == "all" else (int(request.method),)
         if methods is None and settings.scale_sigma:
             note(
                 "--scale-sigma: methods 2 and 3 have no column for the scale of the loaded torques and are left out"
             )
-        answer = estimation.answer_payload(problem, methods, held_out, constraints, gains)
+        answer = estimation.answer_payload(problem, held_out, constraints)
 
     shown = report.payload_report(answer.result, files.document)
     files.give(shown, lambda: answer.result, setup.in_words())
@@ -149,21 +151,19 @@ def run_weigh(
     with status("reading") as progress, _constraints_solved():
         change, known = request.friction_change, stored.estimate if stored else None
         settings = setup.settings(progress, friction_change=change, joints=request.moving, gains=gains)
-        weighed = estimation.weigh(robot, loaded, unloaded, known, constraints, settings)
-        answer: estimation.PayloadAnswer = weighed.working
-        if stand_in is not None:
-            answer = answer.assuming(stand_in)
+        result = estimation.weigh(robot, loaded, unloaded, known, constraints, settings)
+        result = result.assuming(stand_in) if stand_in is not None else result
 
     spare = "--inertia is not needed: the inertia was measured well enough."
-    measured = stand_in is not None and answer.stand_in is None
-    shown = report.payload_report(answer.result, files.document, [spare] if measured else [])
+    measured = stand_in is not None and not result.assumed
+    shown = report.payload_report(result, files.document, [spare] if measured else [])
     files.show(shown)
-    files.write_json(lambda: answer.result)
+    files.write_json(lambda: result)
     if files.plots and not shown.drawings():
         raise InputError("plots: no joints see the mass, there is nothing to draw")
     files.write_page(shown, setup.in_words())
-    files.write_view(lambda: views.view_of_answer(robot, loaded[0], answer.result))
-    return answered(answer.verdict.level)
+    files.write_view(lambda: views.view_of_answer(robot, loaded[0], result))
+    return answered(result.verdict.level)
 
 
 @contextmanager

@@ -128,8 +128,8 @@ def reduce_log(plan: bytes, log: Log) -> _Done:
         if wrong := log.other_day(pieces[0].origin):
             return replace(log, wrong=wrong), b""
         # Nights are compared parameter by parameter: the terms of friction are the same in all.
-        settings = Settings(recipe.processing, friction=robot.drives.friction)
-        result = identify(robot, pieces, settings, gains=recipe.gains)
+        settings = Settings(recipe.processing, friction=robot.drives.friction, gains=recipe.gains)
+        result = identify(robot, pieces, settings)
         return log, Stored(log, robot, result.base, result.problem).parquet(result.estimate)
     except (InputError, OSError) as error:
         return replace(log, wrong=" ".join(str(error).split())), b""

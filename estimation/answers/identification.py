@@ -35,7 +35,7 @@ from ..possible.prior import has_prior, robot_prior, solve_constrained_prior
 from ..possible.robot import PossibleRobot, solve_constrained_base
 from ..results import parts
 from ..results.robot import RobotData, RobotResult
-from .system import DRAWN, ObservationSystem, TorquePrediction, joined, robot_prediction
+from .system import ObservationSystem, TorquePrediction, joined, robot_predictions
 
 _UNLIKELY = 0.01
 """Largest p-value at which the data contradict everything possible with these zeros."""
@@ -86,10 +86,8 @@ def impossible_robot(
     """Name what speaks against a robot with the eliminated base parameters zero; empty if nothing does.
 
     The nearest robot that can exist, its eliminated base parameters zero within 1 % of their standard deviations,
-    must lie within the accuracy of the data: by robust standard deviations where the estimates have them.
-
-    Args:
-        estimate: of all parameters, before elimination; those of a payload are left aside.
+    must lie within the accuracy of the data: by robust standard deviations where the estimates have them. Before
+    elimination all had ``estimate``; those of a payload are left aside.
     """
     gone, left = _parted(elimination, base.columns)
     if not gone or not left:
@@ -129,31 +127,20 @@ def _too_far(body: str, gone: Sequence[str], chi2: float, p_value: float) -> tup
 
 @dataclass(frozen=True, repr=False)
 class Identification(Speaks):
-    """Base parameters of a robot, estimated, and what they come from.
-
-    Attributes:
-        base: which parameters, and how the standard ones are grouped in them.
-        estimate: values in the order of ``base.columns``, with covariance.
-        elimination: essential parameters, and how they were found.
-        validation: fit on recordings that were not used, if there were any.
-        without_robust: why there are no robust standard deviations although they were asked for.
-        gains: uncertainty of the drive gains; None where they are taken as exact.
-        recordings: what was fitted.
-        choices: terms of friction that were tried.
-    """
+    """Base parameters of a robot, estimated, and what they come from."""
 
     robot: Robot
-    base: BaseParameters
+    base: BaseParameters  # which parameters, and how the standard ones are grouped in them
     problem: Equations
-    estimate: Estimate
-    elimination: Elimination
+    estimate: Estimate  # values in the order of ``base.columns``, with covariance
+    elimination: Elimination  # essential parameters, and how they were found
     processing: Processing
-    without_robust: str = ""
-    gains: Gains | None = None
-    validation: Fit | None = None
-    recordings: tuple[Recording, ...] = ()
+    without_robust: str = ""  # why there are no robust standard deviations although they were asked for
+    gains: Gains | None = None  # uncertainty of the drive gains; None where they are taken as exact
+    validation: Fit | None = None  # on the recordings held out, if there were any
+    recordings: tuple[Recording, ...] = ()  # what was fitted
     held_out: tuple[Recording, ...] = ()
-    choices: tuple[TermChoice, ...] = ()
+    choices: tuple[TermChoice, ...] = ()  # terms of friction that were tried
 
     @property
     def headline(self) -> str:
@@ -202,11 +189,8 @@ class Identification(Speaks):
     @cached_property
     def predictions(self) -> tuple[TorquePrediction, ...]:
         """Torques that the parameters predict, of recordings held out, else of those fitted; a few."""
-        values, held_out = self.estimate.values, bool(self.held_out)
-        return tuple(
-            robot_prediction(self.robot, self.base, values, recording, self.processing, held_out)
-            for recording in (self.held_out or self.recordings)[:DRAWN]
-        )
+        values, recordings = self.estimate.values, self.held_out or self.recordings
+        return robot_predictions(self.robot, self.base, values, recordings, self.processing, bool(self.held_out))
 
 
 def identify(
@@ -214,7 +198,6 @@ def identify(
     recordings: Sequence[Recording],
     settings: Settings = DEFAULTS,
     validation: Sequence[Recording] = (),
-    gains: Gains | None = None,
 ) -> Identification:
     """Identify a robot's base parameters by weighted least squares.
 
@@ -224,8 +207,6 @@ def identify(
     Args:
         recordings: without payload.
         validation: recordings on which the result is tried.
-        gains: uncertainty of the drive gains, which no residual shows; that of ``settings`` by default,
-            else what the recordings say of it, else the usual one.
 
     Raises:
         InputError: if the recordings cannot determine the parameters.
@@ -234,8 +215,7 @@ def identify(
     robot, choices = with_friction(robot, recordings, settings)
     base = base_parameters(robot)
     problem = base_problem(robot, base, recordings, settings)
-    gains = settings.gains if gains is None else gains
-    gains = usual_gains(robot, recordings) if gains is None else gains
+    gains = settings.gains or usual_gains(robot, recordings)
     covariance = gains.covariance(len(problem.factors)) if gains is not None else None
     estimate = replace(weighted(problem), gain_covariance=covariance)
     elimination, reason = eliminate(problem, estimate, settings.essential), ""
@@ -262,7 +242,7 @@ def identify(
         processing=settings.processing_of(robot),
         without_robust=reason,
         gains=gains,
-        validation=held_out_fit(robot, base, estimate, validation, settings),
+        validation=held_out_fit(robot, base, estimate, validation, settings) if validation else None,
         recordings=tuple(recordings),
         held_out=tuple(validation),
         choices=choices,
@@ -271,10 +251,8 @@ def identify(
 
 def held_out_fit(
     robot: Robot, base: BaseParameters, estimate: Estimate, recordings: Sequence[Recording], settings: Settings
-) -> Fit | None:
-    """Fit of the robot's parameters to recordings without payload that were held out; None without any."""
-    if not recordings:
-        return None
+) -> Fit:
+    """Fit of the robot's parameters to recordings without payload that were held out."""
     unseen = base_problem(robot, base, recordings, replace(settings, robust=False), False, estimate.values)
     return fit(unseen, estimate.values)
 
@@ -289,12 +267,7 @@ def identification_system(result: Identification) -> ObservationSystem:
 def robot_result(
     result: Identification, constrained: PossibleRobot | None = None, rollouts: Sequence[parts.Rollout] = ()
 ) -> RobotResult:
-    """Collect what ``identify`` answers.
-
-    Args:
-        constrained: the robot that can exist, if it was asked for.
-        rollouts: predicted motion of recordings held out, if it was asked for.
-    """
+    """Collect what ``identify`` answers, with the robot that can exist and what it predicts where asked for."""
     estimate, problem, base, robot = result.estimate, result.problem, result.base, result.robot
     raw, scaled = problem.condition_numbers()
     labels = dict(zip(estimate.names, base.names, strict=True))

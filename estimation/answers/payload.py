@@ -12,7 +12,7 @@ from msgspec import UNSET, structs
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.speech import Speaks
-from ...model import InertialParameters, Recording, Robot
+from ...model import Recording, Robot
 from ...model.inertia import PayloadSpread, payload_spread
 from ..diagnosis.checks import allowing, judge_com, judge_inertia, judge_mass
 from ..diagnosis.evidence import UNFREED, Agreement, Diagnosis, Evidence, Judged, Weighed
@@ -30,7 +30,6 @@ from ..fit.settings import DEFAULTS, Settings
 from ..payload.by_joints import ByJoints
 from ..payload.long_motion import LongMotion, payload_problem
 from ..payload.methods import (
-    METHODS,
     PayloadProblem,
     combined,
     essential_combined,
@@ -42,10 +41,9 @@ from ..payload.repeats import Repeats, repeats_of
 from ..payload.result import (
     ConstrainedPayload,
     PayloadEstimate,
-    StandIn,
     constrain_payload,
     in_payload_frame,
-    widened,
+    moved,
 )
 from ..payload.short_motion import ShortMotion, difference_weighing, known_robot_weighing
 from ..possible.cone import SolverError
@@ -56,7 +54,7 @@ from ..results import payload as documents
 from ..results.payload import PayloadResult
 from ..results.robot import RobotResult
 from .identification import elimination_warnings, held_out_fit
-from .system import DRAWN, TorquePrediction, payload_prediction, robot_prediction
+from .system import TorquePrediction, payload_predictions, robot_predictions
 
 _VAGUE = "not measured well enough"
 _BY_LEVEL = {
@@ -69,48 +67,27 @@ _BY_LEVEL = {
 
 @dataclass(frozen=True, repr=False)
 class PayloadAnswer(Speaks):
-    """Payload estimates with what is needed to judge them; of a short motion as far as it shows the payload.
-
-    Attributes:
-        estimates: one per method, in the order of the methods; methods for which no possible payload was found are
-            left out.
-        constrained: for each complete one of ``estimates`` the nearest payload that holds the constraints, with
-            intervals.
-        left_out: method -> why it gave no estimate.
-        recommendation: method to use, and the reason.
-        free: free estimate of that method.
-        possible: its possible one; None where not all ten are determined.
-        model: the free one with the covariance that its errors really have, gains included.
-        ten: reported parameters, nan where not determined, shape (10,).
-        spread: their standard deviations, that of the scale counted.
-        intervals: 95 % of mass [kg] and centre of mass [m], 4 x 2; nan where there is none.
-        validation: fit of the robot's own parameters on recordings that were held out.
-        held_out: recordings without payload of ``validation``.
-        agreement: other ways to the numbers of a short motion.
-        repeats: of several recordings of a short motion, each of them alone.
-        stand_in: an assumed inertia, where it was asked for and none was measured well enough.
-    """
+    """Payload estimates with what is needed to judge them; of a short motion as far as it shows the payload."""
 
     problem: PayloadProblem
-    estimates: tuple[PayloadEstimate, ...]
-    constrained: tuple[ConstrainedPayload, ...]
-    left_out: dict[int, str]
+    estimates: tuple[PayloadEstimate, ...]  # by method, those left out for which no possible payload was found
+    constrained: tuple[ConstrainedPayload, ...]  # nearest to each complete one of them
+    left_out: dict[int, str]  # method -> why it gave no estimate
     by_joints: ByJoints
-    recommendation: tuple[int, str]
-    free: PayloadEstimate
-    possible: ConstrainedPayload | None
-    model: Estimate
-    ten: Array
-    spread: PayloadSpread
-    intervals: Array
+    recommendation: tuple[int, str]  # method to use, and the reason
+    free: PayloadEstimate  # of that method
+    possible: ConstrainedPayload | None  # its possible one; None where not all ten are determined
+    model: Estimate  # the free one with the covariance that its errors really have, gains included
+    ten: Array  # reported parameters, nan where not determined, shape (10,)
+    spread: PayloadSpread  # their standard deviations, that of the scale counted
+    intervals: Array  # 95 % of mass [kg] and centre of mass [m], 4 x 2; nan where there is none
     scale: KnownMass | None
     gains: Gains | None
-    validation: Fit | None
+    validation: Fit | None  # of the robot's own parameters, on the recordings held out
     held_out: tuple[Recording, ...]
-    agreement: tuple[Agreement, ...]
-    repeats: Repeats | None
+    agreement: tuple[Agreement, ...]  # other ways to the numbers of a short motion
+    repeats: Repeats | None  # each of several recordings of a short motion alone
     verdict: Verdict = Verdict("use")
-    stand_in: StandIn | None = None
 
     @property
     def headline(self) -> str:
@@ -155,33 +132,6 @@ class PayloadAnswer(Speaks):
             "inertia": judge_inertia(moments, wide),
         }
 
-    @property
-    def judged(self) -> dict[str, Judged]:
-        """Quantities as of ``measured``, mapped to what to do with them."""
-        if self.stand_in is None:
-            return self.measured
-        return self.measured | {"inertia": Judged("assumed", self.stand_in.description)}
-
-    @property
-    def assumed(self) -> InertialParameters | None:
-        """Payload with the assumed inertia, where there is one."""
-        return None if self.stand_in is None else self.stand_in.body(self.mass, self.com)
-
-    def assuming(self, stand_in: StandIn) -> "PayloadAnswer":
-        """Assume an inertia, unless one was measured well enough.
-
-        Raises:
-            InputError: if there is no place to put it.
-        """
-        if self.judged["inertia"].use == "use" and self.verdict.level != "mass_and_com_only":
-            return self
-        if not np.isfinite(self.com).all():
-            raise InputError(
-                f"an inertia cannot be assumed about a centre of mass that is not known: "
-                f"{self.judged['centre of mass'].why}"
-            )
-        return replace(self, stand_in=stand_in)
-
     @cached_property
     def elimination(self) -> Elimination | None:
         """Essential parameters of robot and payload together, where method 4 was used."""
@@ -209,14 +159,12 @@ class PayloadAnswer(Speaks):
 
         Empty where the robot's own parameters are not known.
         """
-        problem, settings = self.problem, self.problem.source.processing
-        if problem.robot_estimate is None:
+        problem, own = self.problem, self.problem.robot_estimate
+        if own is None:
             return ()
-        robot, base, values = problem.robot, problem.base, problem.robot_estimate.values
-        drawn = [robot_prediction(robot, base, values, one, settings, True) for one in self.held_out[:DRAWN]]
-        for recording in problem.source.loaded[:DRAWN]:
-            drawn.append(payload_prediction(problem, self.recommended.body, recording, settings, False))
-        return tuple(drawn)
+        processing = problem.source.processing
+        held_out = robot_predictions(problem.robot, problem.base, own.values, self.held_out, processing, True)
+        return held_out + payload_predictions(problem, self.recommended.body)
 
 
 def identify_payload(
@@ -298,21 +246,15 @@ def _described(robot: Robot, known: RobotResult | Estimate | None) -> tuple[Robo
 
 def answer_payload(
     problem: PayloadProblem,
-    methods: Sequence[int] | None = None,
     held_out: Sequence[Recording] = (),
     constraints: Sequence[Constraint] = POSSIBLE,
-    gains: Gains | None = None,
     others: Sequence[ShortMotion] = (),
 ) -> PayloadAnswer:
-    """Estimate by several methods and judge the result.
+    """Estimate by the methods of the problem's settings, and judge the result.
 
     Args:
-        methods: which ones; those of the problem's settings by default, else all that can be used, and why the
-            others cannot.
         held_out: recordings without payload to validate the robot's parameters on.
         constraints: what is known of the payload, a weighed mass among it; that it can exist is always demanded.
-        gains: uncertainty of the drive gains; that of the problem's settings by default, else what the recordings
-            say of it, else the usual one.
         others: the same payload by a short motion reduced in another way, for comparison.
 
     Raises:
@@ -321,20 +263,21 @@ def answer_payload(
         SolverError: if by no method a payload was found that holds the constraints; what speaks against the
             recordings is named with it.
     """
-    methods = problem.settings.methods if methods is None else methods
     recordings = (*problem.source.unloaded, *problem.source.loaded)
-    gains = gains or problem.settings.gains or usual_gains(problem.robot, recordings)
+    gains = problem.settings.gains or usual_gains(problem.robot, recordings)
     scale = next((known for known in constraints if isinstance(known, KnownMass)), None)
-    free, left_out = _identified(problem, methods, scale)
-    repeats = repeats_of(problem, scale)
+    if isinstance(problem, ShortMotion):
+        problem, others = replace(problem, scale=scale), [replace(other, scale=scale) for other in others]
+    free, left_out = _identified(problem)
+    repeats = repeats_of(problem) if isinstance(problem, ShortMotion) else None
     if repeats is not None:  # the scatter of repeated recordings beyond their own
-        free = [widened(estimate, repeats.excess) for estimate in free]
+        free = [moved(estimate, factor=repeats.excess) for estimate in free]
     # Errors that are assumed, not known, excuse no joint that disagrees: they never shorten an interval.
     diagnosis = diagnose(problem, by_all_recordings(free), None if gains is not None and gains.assumed else gains)
     free = [allowing_for(estimate, diagnosis) for estimate in free]
-    robot, validation = problem.robot_estimate, None
-    if robot is not None:
-        validation = held_out_fit(problem.robot, problem.base, robot, held_out, problem.settings)
+    own, validation = problem.robot_estimate, None
+    if own is not None and held_out:
+        validation = held_out_fit(problem.robot, problem.base, own, held_out, problem.settings)
     constrained: list[ConstrainedPayload] = []
     failures: dict[int, SolverError] = {}
     for estimate in free:
@@ -368,7 +311,7 @@ def answer_payload(
         gains=gains,
         validation=validation,
         held_out=tuple(held_out),
-        agreement=_other_ways(problem, others, scale),
+        agreement=_other_ways(problem, others),
         repeats=repeats,
     )
     verdict = judge(_evidence(answer, free, diagnosis))
@@ -378,24 +321,18 @@ def answer_payload(
     return replace(answer, verdict=verdict)
 
 
-def _identified(
-    problem: PayloadProblem, methods: Sequence[int] | None, scale: KnownMass | None
-) -> tuple[list[PayloadEstimate], dict[int, str]]:
-    """Estimate by each method, and say why there is none of a method."""
-    estimates: list[PayloadEstimate] = []
-    left_out: dict[int, str] = {}
-    usable = usable_methods(problem)
-    for method in methods or METHODS:
-        if methods is None and method not in usable:
-            if method == 3 and isinstance(problem, LongMotion):
-                left_out[method] = problem.why_no_pair
-            continue
+def _identified(problem: PayloadProblem) -> tuple[list[PayloadEstimate], dict[int, str]]:
+    """Estimate by each method, those asked for or all that can be used, and say why there is none of a method."""
+    if asked := problem.settings.methods:
+        return [payload_estimate(problem, method) for method in asked], {}
+    estimates, left_out, usable = list[PayloadEstimate](), dict[int, str](), usable_methods(problem)
+    for method in usable:
         try:
-            estimates.append(payload_estimate(problem, method, scale))
+            estimates.append(payload_estimate(problem, method))
         except InputError as error:
-            if methods is not None:
-                raise
             left_out[method] = str(error)
+    if isinstance(problem, LongMotion) and 3 not in usable:
+        left_out[3] = problem.why_no_pair
     if not estimates:
         raise InputError(next(iter(left_out.values()), "no recordings without payload and no robot parameters"))
     return estimates, left_out
@@ -422,9 +359,7 @@ def _reported(
     return ten, spread, np.append(ten[9], ten[6:9] / ten[9])[:, None] + np.outer(half, [-1.0, 1.0])
 
 
-def _other_ways(
-    problem: PayloadProblem, others: Sequence[ShortMotion], scale: KnownMass | None
-) -> tuple[Agreement, ...]:
+def _other_ways(problem: PayloadProblem, others: Sequence[ShortMotion]) -> tuple[Agreement, ...]:
     """Weigh in other ways: with friction as it is without payload, where that is determined, and by ``others``."""
     ways = list[Agreement]()
     if isinstance(problem, ShortMotion) and problem.method == 3 and problem.visibility.rank == len(PAYLOAD):
@@ -434,7 +369,7 @@ def _other_ways(
             ).values
             ways.append(Agreement(UNFREED, float(ten[9]), ten[6:9] / ten[9]))
     for other in others:
-        ten = payload_estimate(other, other.method, scale=scale).ten
+        ten = payload_estimate(other, other.method).ten
         name = "robot's parameters (method 1)" if other.method == 1 else "torque difference (method 3)"
         ways.append(Agreement(name, float(ten[9]), ten[6:9] / ten[9]))
     return tuple(ways)
@@ -477,7 +412,9 @@ def payload_result(answer: PayloadAnswer) -> PayloadResult:
         robot=robot.name,
         robot_title=robot.title or UNSET,
         frame=robot.payload_frame,
-        flange_in_payload_frame=documents.FlangeDocument.of_pose(flange, told) if flange else UNSET,
+        flange_in_payload_frame=(
+            documents.FlangeDocument(flange.p, np.degrees(flange.rpy) + 0.0, told) if flange else UNSET
+        ),
         rated_payload_kg=robot.rated_payload,
         processing=parts.ProcessingDocument.made(robot, source.processing, source.loaded[0].gains),
         estimates=_estimates(answer),
@@ -521,7 +458,7 @@ def _of_long(answer: PayloadAnswer, long: LongMotion) -> dict[str, Any]:
 
 def _of_short(answer: PayloadAnswer, short: ShortMotion) -> dict[str, Any]:
     """Keys of a short motion's result: the residual is the payload's."""
-    body, stand_in, loaded = answer.assumed, answer.stand_in, short.loaded
+    loaded = short.loaded
     friction = "free" if short.known is None else "may differ" if short.held.held else "own"
     unexplained = answer.free.unexplained(short.torque_rms)
     return {
@@ -534,7 +471,7 @@ def _of_short(answer: PayloadAnswer, short: ShortMotion) -> dict[str, Any]:
         "mass_from_scale": answer.free.from_scale,
         "agreement": answer.agreement,
         "repeats": answer.repeats,
-        "assumed": documents.Assumed(stand_in.description, body.named()) if stand_in and body else None,
+        "assumed": None,
     }
 
 
@@ -576,15 +513,13 @@ def _quantities(answer: PayloadAnswer) -> dict[str, documents.Quantity]:
     """Make mass, centre of mass and inertia with intervals, and their use; of a long motion by the verdict."""
     possible, spread, ends = answer.possible, answer.spread, answer.intervals
     inertia: tuple[Any, Any, Any] = None, None, None
-    if answer.assumed is not None:
-        inertia = answer.assumed.inertia_com, None, None
-    elif possible is not None:
+    if possible is not None:
         inertia = possible.body.inertia_com, possible.intervals.inertia_com, spread.inertia_com
     values = (answer.mass, ends[0], spread.mass), (answer.com, ends[1:], spread.com), inertia
     allowed = _BY_LEVEL[answer.verdict.level]
     uses = [(use, "") for use in allowed]
     if isinstance(answer.problem, ShortMotion):  # quantity by quantity, as far as the verdict on all allows
-        every = zip(answer.judged.values(), allowed, strict=True)
+        every = zip(answer.measured.values(), allowed, strict=True)
         uses = [(most, "") if own.use == "use" else (own.use, own.why) for own, most in every]
     names = ("mass", "centre_of_mass", "inertia")
     return {

@@ -72,26 +72,32 @@ class TorquePrediction(Brief):
         )
 
 
-def robot_prediction(
-    robot: Robot, base: BaseParameters, values: Array, recording: Recording, processing: Processing, held_out: bool
-) -> TorquePrediction:
-    """Predict a recording without payload by values of the robot's base parameters."""
-    curves = {"predicted": values}
-    return _prediction(Observer(robot, base.columns), curves, recording, processing, False, held_out)
+def robot_predictions(
+    robot: Robot,
+    base: BaseParameters,
+    values: Array,
+    recordings: Sequence[Recording],
+    processing: Processing,
+    held_out: bool,
+) -> tuple[TorquePrediction, ...]:
+    """Predict a few recordings without payload by values of the robot's base parameters."""
+    observer, curves = Observer(robot, base.columns), {"predicted": values}
+    return tuple(_prediction(observer, curves, recording, processing, held_out) for recording in recordings[:DRAWN])
 
 
-def payload_prediction(
-    problem: PayloadProblem, body: InertialParameters, recording: Recording, processing: Processing, held_out: bool
-) -> TorquePrediction:
-    """Predict a recording with payload by a body in the payload's frame, and by the unloaded robot."""
+def payload_predictions(problem: PayloadProblem, body: InertialParameters) -> tuple[TorquePrediction, ...]:
+    """Predict a few loaded recordings of a problem by a body in the payload's frame and by the unloaded robot."""
     assert problem.robot_estimate is not None
     robot_values, flange = problem.robot_estimate.values, problem.robot.flange
-    moved = body.moved(flange.R, flange.p).vector
+    moved, observer = body.moved(flange.R, flange.p).vector, _loaded_observer(problem)
     curves = {
         "predicted with payload": np.append(robot_values, moved),
         "predicted without payload": np.append(robot_values, 0.0 * moved),
     }
-    return _prediction(_loaded_observer(problem), curves, recording, processing, True, held_out)
+    return tuple(
+        _prediction(observer, curves, recording, problem.source.processing, loaded=True)
+        for recording in problem.source.loaded[:DRAWN]
+    )
 
 
 def _prediction(
@@ -99,8 +105,8 @@ def _prediction(
     curves: Mapping[str, Array],
     recording: Recording,
     processing: Processing,
-    loaded: bool,
-    held_out: bool,
+    held_out: bool = False,
+    loaded: bool = False,
 ) -> TorquePrediction:
     """Predict by parameters of each curve, in consecutive pieces: their torques are kept, W is not."""
     data, predicted = measurement(recording, processing), dict[str, tuple[Array, ...]]()

@@ -12,13 +12,14 @@ from ...common.errors import InputError
 from ...model import Robot
 from ...model.visibility import friction_columns
 from ..equations.equations import Equations
+from ..fit.covariance import NORMAL95
 from ..fit.drive_gains import Gains
 from ..fit.estimate import Estimate
 from ..gains.current_side import relative_scales
 from ..payload.by_joints import payload_by_joints
 from ..payload.long_motion import LongMotion, Source
 from ..payload.methods import PayloadProblem
-from ..payload.result import PayloadEstimate, moved, reaching, widened
+from ..payload.result import PayloadEstimate, moved
 from ..payload.short_motion import ShortMotion
 from . import checks
 from .causes import SUSPICIOUS, alternatives, likely_causes, other_readings
@@ -149,9 +150,9 @@ def allowing(estimate: PayloadEstimate, diagnosis: Diagnosis) -> PayloadEstimate
     lean, bursts = diagnosis.effect("tilt"), diagnosis.effect("bursts")
     if lean is not None and not estimate.from_scale:
         estimate = moved(estimate, *tilt_correction(lean, estimate.method))
-    if bursts is not None:
-        estimate = reaching(estimate, bursts.change)
-    return widened(estimate, diagnosis.disagreement)
+    if bursts is not None:  # intervals reach the values without them
+        estimate = moved(estimate, more=np.outer(bursts.change, bursts.change) / NORMAL95**2)
+    return moved(estimate, factor=diagnosis.disagreement)
 
 
 def by_all_recordings(estimates: Sequence[PayloadEstimate]) -> PayloadEstimate:

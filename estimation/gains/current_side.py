@@ -74,9 +74,6 @@ def gauss_newton(
         anchor: a joint (from 0) whose gain is 1; the logarithms of the others are then thought to be 0 with a
             standard deviation of 1, so that what a recording does not tell stays there. None where known
             parameters set the scale.
-
-    Raises:
-        InputError: if the recordings leave a gain undetermined.
     """
     n, c, factors = len(weights), len(free), equations.factors
     moving = [j for j in range(n) if j != anchor]
@@ -121,12 +118,8 @@ def gauss_newton(
 def relative_scales(problem: Equations, parts: Sequence[Equations] = ()) -> RelativeScales:
     """Estimate scales by the links whose parameters several joints' torques show, fitted on the signals' side.
 
-    Args:
-        problem: W and any signals proportional to torques, joint by joint.
-        parts: of time, that make up the problem; without them noise counts as white.
-
-    Raises:
-        InputError: if the recording does not determine them.
+    ``problem``: W and any signals proportional to torques, joint by joint; ``parts`` of time make it up, and
+    without them noise counts as white.
     """
     weights, c = current_weights(problem), len(problem.columns)
     anchor = int(np.argmax(problem.torque_norms * weights))

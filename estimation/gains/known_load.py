@@ -2,20 +2,22 @@
 
 from collections.abc import Sequence
 from functools import cached_property
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...common.schema import Real, WrongKeyError, read_toml
+from ...common.schema import Real, WrongKeyError
 from ...model.files.payload_file import BodyTable
 from ..equations.equations import PAYLOAD
 
 
 class KnownLoad(BodyTable, frozen=True, kw_only=True, dict=True):
-    """Known ones of the payload's ten parameters, in the robot's payload frame."""
+    """Known ones of the payload's ten parameters, in the robot's payload frame; also the keys of its TOML file.
+
+    ``com`` [m] holds three numbers, ``inertia_com`` [kg m^2] XX XY XZ YY YZ ZZ at the centre of mass.
+    """
 
     mass: Real  # kg
     mass_sigma: Real = 0.0  # its standard deviation [kg]; the others are known per mass, so that it is one of scale
@@ -74,58 +76,29 @@ def known_mass(mass: float, sigma: float = 0.0) -> KnownLoad:
     return KnownLoad(mass=mass, mass_sigma=sigma)
 
 
-def read_known_load(path: str | Path) -> KnownLoad:
-    """Read a payload from TOML: ``mass``, and where known ``mass_sigma``, ``com``, ``inertia_com``.
-
-    ``com`` [m] holds three numbers, ``inertia_com`` [kg m^2] XX XY XZ YY YZ ZZ at the centre of mass, all in the
-    robot's payload frame.
-
-    Raises:
-        InputError: names the file and the key.
-    """
-    return read_toml(path, KnownLoad)
-
-
 class Mountings(NamedTuple):
-    """Numbers of the mountings, one for each loaded recording: equal ones share a centre of mass."""
+    """Mountings of the known weight: loaded recordings of one number share a centre of mass."""
 
-    numbers: tuple[int, ...] = (1,)
-    paired: bool = True  # whether each loaded recording has one without payload of its own
+    groups: dict[
+        int, tuple[int, ...]
+    ]  # number -> indices of its loaded recordings, in the order in which they come
+    paired: bool  # whether each loaded recording has one without payload of its own
 
     @staticmethod
     def of(numbers: Sequence[int], loaded: int, unloaded: int) -> "Mountings":
-        """Number this many recordings with and without payload; all in one mounting by default.
-
-        Raises:
-            InputError: if there are not as many numbers as loaded recordings.
-        """
+        """Number this many recordings with and without payload; all in one mounting by default."""
         if numbers and len(numbers) != loaded:
             raise InputError(
                 f"{len(numbers)} numbers of mountings for {loaded} loaded recording{'s' * (loaded != 1)}: give "
                 "one number for each of them, in their order, such as 1,2,2 (--mounting)"
             )
-        return Mountings(tuple(numbers) or (1,) * loaded, loaded == unloaded or len(set(numbers)) < 2)
-
-    @property
-    def names(self) -> tuple[int, ...]:
-        """Numbers of the mountings, each once, in the order in which they come."""
-        return tuple(dict.fromkeys(self.numbers))
-
-    @property
-    def groups(self) -> tuple[tuple[int, ...], ...]:
-        """Indices of the loaded recordings of each mounting, from 0."""
-        return tuple(tuple(k for k, number in enumerate(self.numbers) if number == name) for name in self.names)
+        numbers = tuple(numbers) or (1,) * loaded
+        groups = {name: tuple(k for k, number in enumerate(numbers) if number == name) for name in numbers}
+        return Mountings(groups, loaded == unloaded or len(groups) < 2)
 
     def loads(self, load: KnownLoad | Sequence[KnownLoad]) -> tuple[KnownLoad, ...]:
-        """Assign the known parameters of the payload to each mounting.
-
-        Args:
-            load: the same in all, or one for each mounting.
-
-        Raises:
-            InputError: if they are another number, or a centre of mass is given for several mountings.
-        """
-        many = len(self.names)
+        """Assign the known parameters of the payload to each mounting: the same in all, or one for each."""
+        many = len(self.groups)
         if not isinstance(load, KnownLoad):
             if len(load) != many:
                 raise InputError(f"{len(load)} known payloads for {many} mountings: give one, or one for each")

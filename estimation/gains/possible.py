@@ -4,8 +4,6 @@ The equations are homogeneous: torques and gains may be scaled together. The gai
 fixed while the linearised problem, a cone program, is solved; the load's known mass sets the scale at the end.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 from scipy.linalg import block_diag
 
@@ -17,7 +15,6 @@ from ..equations.equations import PAYLOAD, Equations, triangular
 from ..possible.cone import ConeProgram, SolverError, solve_cone
 from ..possible.robot import POWERS, DriveRules, link_indices, typical_length
 from .current_side import CurrentFit, linearised
-from .known_load import KnownLoad
 from .problem import GainProblem
 
 _MOST = 50  # linearisations
@@ -27,22 +24,15 @@ _WAYS = ((1e5, np.inf), (1e5, 1e3), (1e5, 1e2), (1e3, 1e2), (1e2, 1e2), (1e2, 30
 _LENGTH = 0.1  # m: size of a payload, for scaling only
 
 
-def possible_gains(
-    problem: GainProblem, equations: Equations, loads: Sequence[KnownLoad], start: CurrentFit, anchor: int
-) -> CurrentFit:
+def possible_gains(problem: GainProblem, equations: Equations, start: CurrentFit, anchor: int) -> CurrentFit:
     """Find gains, base parameters and payload of bodies that can exist, drives that do not push.
 
     Args:
-        problem: robot and weights.
         equations: all of the problem's or those without a block.
-        loads: the known parameters of the payload in each mounting.
         start: gains to begin with, whose covariance is kept.
         anchor: index of the gain that stays while solving.
-
-    Raises:
-        InputError: if the gains do not settle or no bodies explain the currents.
     """
-    to_x, to_bodies, rules = _variables(problem, loads, start.x)
+    to_x, to_bodies, rules = _variables(problem, start.x)
     k, x, others = start.k, start.x, len(start.k) - 1
     c, m = to_x.shape
     # The unknowns are z, then the other gains over their present values.
@@ -71,13 +61,13 @@ def possible_gains(
     )
 
 
-def _variables(problem: GainProblem, loads: Sequence[KnownLoad], x: Array) -> tuple[Array, Array, Array]:
+def _variables(problem: GainProblem, x: Array) -> tuple[Array, Array, Array]:
     """Map the cone program's z to the base parameters and the payload's ten, c x m, and to bodies, p x 10 x m.
 
     z are standard parameters of the robot, the unknown ones of the payload, and the factor of its known ones,
     scaled; last the rows A z that must not be negative.
     """
-    base, length = problem.base, typical_length(problem.robot)
+    base, loads, length = problem.base, problem.loads, typical_length(problem.robot)
     spring = np.array([parameter_kind(name) == SPRING for name in base.standard])
     names = [name for name in base.standard if parameter_kind(name) != SPRING]
     unknown = [(k, name) for k, load in enumerate(loads) for name in load.free]

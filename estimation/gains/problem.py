@@ -19,7 +19,7 @@ from ..fit.settings import DEFAULTS, Candidates, Settings
 from ..payload.long_motion import LongMotion, Source, check_blocks, payload_problem
 from ..payload.result import in_payload_frame
 from .current_side import CurrentFit, current_weights, gauss_newton
-from .known_load import KnownLoad, Mountings, known_mass, known_values, payload_columns
+from .known_load import KnownLoad, Mountings, known_values, payload_columns
 
 _SHOWN = 0.05  # of a joint's squared residual: what a payload that is there takes off at least
 _USUAL = 10.0  # N·m/A: the size of an arm's gains, so that checks of torques see torques; divided out again
@@ -35,7 +35,8 @@ class GainProblem(Brief):
 
     description: Robot  # as it was given, its equations those of the joints
     equations: Equations  # factors of [W W_L i], columns base, then payload_columns of each mounting; currents [A]
-    mountings: Mountings  # which recordings have the weight where
+    mountings: tuple[int, ...]  # their numbers
+    loads: tuple[KnownLoad, ...]  # what is known of the payload in each
     source: Source  # the recordings of currents, in which causes are looked for
     posed: tuple[LongMotion, ...]  # each mounting's payload problem, which the verdict looks at
     posed_with: tuple[float, ...]  # gains that give its torques
@@ -84,20 +85,11 @@ def gain_problem(
     robot: Robot,
     unloaded: Sequence[Recording],
     loaded: Sequence[Recording],
-    settings: Settings = DEFAULTS,
-    load: KnownLoad | Sequence[KnownLoad] | None = None,
+    load: KnownLoad | Sequence[KnownLoad],
     mounting: Sequence[int] = (),
+    settings: Settings = DEFAULTS,
 ) -> GainProblem:
-    """Process recordings of currents and reduce them.
-
-    Args:
-        unloaded: recordings without payload whose ``torque`` holds motor currents [A].
-        loaded: the same with the known weight or weights.
-        settings: processing and progress.
-        load: the known payload, or that of each mounting; needed by arms with a spring alone, whose known torque
-            has a scale as well.
-        mounting: one number for each of ``loaded``; recordings with equal numbers share a centre of mass. All one
-            by default.
+    """Process recordings whose ``torque`` holds motor currents [A] and reduce them, as ``identify_gains``.
 
     Raises:
         InputError: if the recordings cannot be used, or there are not as many numbers as loaded recordings.
@@ -106,7 +98,7 @@ def gain_problem(
     if not unloaded:
         raise InputError("drive gains need recordings without and with the payload: give both")
     mountings = Mountings.of(mounting, len(loaded), len(unloaded))
-    loads = mountings.loads(load or known_mass(1.0))
+    loads = mountings.loads(load)
 
     def posed(K: Array, robust: bool) -> tuple[LongMotion, ...]:
         """Pose the payload problem of each mounting, with joint torques that gains K would give."""
@@ -118,7 +110,7 @@ def gain_problem(
                 [without[k] for k in group] if mountings.paired else without,
                 settings=replace(settings, robust=robust),
             )
-            for group in mountings.groups
+            for group in mountings.groups.values()
         )
 
     # Friction is not chosen: where no gravity tells a gain, root friction imitates it and makes it look sure.
@@ -151,7 +143,15 @@ def gain_problem(
         deletions, reason = [], str(error)
     source = Source(tuple(loaded), tuple(unloaded), settings.processing_of(robot))
     return GainProblem(
-        description, equations, mountings, source, problems, tuple(K.tolist()), tuple(deletions), reason
+        description,
+        equations,
+        tuple(mountings.groups),
+        loads,
+        source,
+        problems,
+        tuple(K.tolist()),
+        tuple(deletions),
+        reason,
     )
 
 
@@ -183,11 +183,7 @@ def _times(equations: Equations, ratio: Array) -> Equations:
 
 
 def free_gains(equations: Equations, weights: Array, loads: Sequence[KnownLoad]) -> CurrentFit:
-    """Solve for gains, base parameters and what is unknown of the payload, without constraints.
-
-    Raises:
-        InputError: if the recordings leave a gain undetermined, or one is negative.
-    """
+    """Solve for gains, base parameters and what is unknown of the payload, without constraints."""
     values = known_values(loads) | {name: 1.0 for name in equations.columns if parameter_kind(name) == SPRING}
     free = [k for k, name in enumerate(equations.columns) if name not in values]
     known = np.array([values.get(name, 0.0) for name in equations.columns])

@@ -32,21 +32,15 @@ too small."""
 
 
 class JointsMass(Document, frozen=True):
-    """Mass by the equations of some joints alone, all ten parameters of the payload unknown; gains as exact.
-
-    Attributes:
-        visible: whether their torques determine the mass.
-        mass: [kg]; None where they leave it undetermined, alone or together with others.
-        sigma: [kg], the larger of the formula's, widened without blocks, and the jackknife's.
-        share: payload ratio of a single joint, 1 where its torque is what the other joints' payload demands; None
-            where they tell it too badly.
-    """
+    """Mass by the equations of some joints alone, all ten parameters of the payload unknown; gains as exact."""
 
     joints: tuple[int, ...]
-    visible: bool
-    mass: float | None
-    sigma: Float
+    visible: bool  # whether their torques determine the mass
+    mass: float | None  # kg; None where they leave it undetermined, alone or together with others
+    sigma: Float  # kg, the larger of the formula's, widened without blocks, and the jackknife's
     interval95: tuple[Float, Float] | None
+    # Payload ratio of a single joint, 1 where its torque is what the other joints' payload demands; None where they
+    # tell it too badly.
     share: float | UnsetType | None = UNSET
     share_sigma: Float | UnsetType = UNSET
 
@@ -94,10 +88,8 @@ class ByJoints(Brief):
 def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
     """Estimate mass and ratio by joints, all ten unknown, with standard deviations for autocorrelated noise.
 
-    Args:
-        problem: the reduced recordings; without blocks of time standard deviations are ``WITHOUT_BLOCKS`` times the
-            formula's.
-        weights: per joint, shape (n,); they matter within a group only.
+    Without blocks of time they are ``WITHOUT_BLOCKS`` times the formula's. Weights, one a joint, matter within a
+    group only.
     """
     if isinstance(problem, ShortMotion):
         joints, whole = problem.joints, problem.posed(PAYLOAD)

@@ -114,10 +114,8 @@ def friction_prior(observations: Sequence[Observation], sigmas: Mapping[str, flo
 def offset_prior(observations: Sequence[Observation], coulomb: Array) -> HeldFriction:
     """Make the prior of the arm's constant torques near zero; wholly free where the recordings contradict that.
 
-    Args:
-        observations: as ``friction_prior``.
-        coulomb: Coulomb friction of each joint without payload [N·m or N], shape (n,); 0 where it is not known: the
-            joint's constant torque is free then.
+    ``coulomb``: friction of each joint without payload [N·m or N], shape (n,); where it is not known, and 0, the
+    joint's constant torque is free.
     """
     arm = coulomb[: max(len(coulomb) - _WRIST, 1)].tolist()
     prior = friction_prior(observations, {f"OFF{j}": OFFSET_SHARE * level for j, level in enumerate(arm, start=1)})
@@ -143,10 +141,8 @@ def _shortest(problem: Equations, weights: Array) -> tuple[Array, float]:
 def coulomb_friction(problem: Equations) -> Array:
     """Coulomb friction of each joint [N·m or N], shape (n,); 0 where the motion, or the model, does not show it.
 
-    A short motion leaves much of the robot undetermined; what it leaves has no part in friction.
-
-    Args:
-        problem: recordings without payload in all base parameters, constant torques among them.
+    By recordings without payload in all base parameters, constant torques among them. A short motion leaves much
+    of the robot undetermined; what it leaves has no part in friction.
     """
     n = len(problem.rows)
     hidden = decomposed(problem.stacked()[:, :-1]).hidden

@@ -172,9 +172,6 @@ class LongMotion(Brief):
 
         Blocks that share no motion are left out one recording at a time: two groups then, without payload first, as
         the equations of method 4 hold them.
-
-        Raises:
-            InputError: if there are fewer than two blocks.
         """
         loaded, unloaded = len(self.loaded.blocks), len(self.unloaded.blocks) if self.unloaded else 0
         check_blocks(loaded, unloaded or loaded)
@@ -370,7 +367,7 @@ def _changes(
     def change(pair: PairedMeasurement) -> Used:
         loaded = used(pair.loaded, processing, pair.unloaded.motion)
         path = with_load.torques(pair.loaded.motion, chi) - without.torques(pair.unloaded.motion, chi)
-        return loaded._replace(data=replace(torque_change(observer.robot, pair.unloaded, pair.loaded), path=path))
+        return loaded._replace(data=torque_change(observer.robot, pair.unloaded, pair.loaded, path))
 
     columns = (*payload_columns(observer.robot), PATH, *friction)
     return recorded(observer.only(columns, (*PAYLOAD, PATH, *friction)), map(change, pairs))

@@ -7,7 +7,6 @@ chi are the robot's base parameters, W their columns; chi_L the payload's ten, W
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
-from typing import Protocol
 
 import numpy as np
 
@@ -25,29 +24,12 @@ from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate, fit
 from ..fit.least_squares import weighted
 from ..fit.linear_problem import LinearProblem, SoftPrior, left_out
-from ..possible.constraints import KnownMass
 from .long_motion import LongMotion
 from .result import PayloadEstimate, frame_change, in_payload_frame
 from .short_motion import ShortMotion
 from .under_load import known_path, with_changes, with_scale
 
 PayloadProblem = LongMotion | ShortMotion
-
-
-class Posed(Protocol):
-    """A problem of the payload that is solved for given weights of the joints."""
-
-    def solved(self, weights: Array | None = None) -> Estimate:
-        """Estimate the parameters asked for; weights are estimated unless they are given."""
-
-    def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
-        """Estimate without blocks of time with and without payload, one row for each of ``left_out``."""
-
-    def lasting(self, weights: Array) -> Array:
-        """Between-session covariance: the part that no jackknife over blocks of time can see."""
-
-    def sandwich(self, weights: Array, inflation: Sequence[float]) -> Array:
-        """HAC (sandwich) covariance, for autocorrelated errors of each joint."""
 
 
 def from_robot(motion: LongMotion) -> LinearProblem:
@@ -207,6 +189,8 @@ _FORMULA_ONLY = (
     "the stored robot parameters have the formula's standard deviations only: identify the robot again, by a "
     "longer recording"
 )
+Posed = LinearProblem | ChangeOfParameters
+"""A problem of the payload that is solved for given weights of the joints, with and without blocks of time."""
 PREFERRED = (3, 4, 1, 2)
 """Methods in the order of their expected errors, where each can be used and a pair ran one path."""
 ONE_PATH = 2e-3
@@ -235,9 +219,7 @@ def usable_methods(problem: PayloadProblem) -> tuple[int, ...]:
     return tuple(method for method, there in usable.items() if there)
 
 
-def payload_estimate(
-    problem: PayloadProblem, method: int, scale: KnownMass | None = None, covariance: Rule | None = None
-) -> PayloadEstimate:
+def payload_estimate(problem: PayloadProblem, method: int, covariance: Rule | None = None) -> PayloadEstimate:
     """Estimate the payload by one method; with robust standard deviations if the problem has blocks of time.
 
     Of a short motion what it determines, and nothing filled in.
@@ -245,7 +227,6 @@ def payload_estimate(
     Args:
         method: 1 robot known (22)-(23), 2 change of the base parameters (24)-(28), 3 torque difference (29),
             4 robot and payload together (30).
-        scale: the payload was weighed; it counts here only where a short motion does not show the mass.
         covariance: by which rule; by default the jackknife, with few blocks the sandwich.
 
     Raises:
@@ -258,21 +239,18 @@ def payload_estimate(
         return PayloadEstimate(method, estimate, frame, reason)
     if method != problem.method:
         raise InputError(f"method {method} cannot be used: this short motion is one for method {problem.method}")
-    scale = problem.needed(scale)
+    scale = problem.needed_scale
     estimate, reason = with_robust(problem, problem.posed(), rule=covariance)
-    return PayloadEstimate(method, problem.resolved(estimate, scale), frame, reason, scale is not None)
+    return PayloadEstimate(method, problem.resolved(estimate), frame, reason, scale is not None)
 
 
 def recommended_method(problem: PayloadProblem, methods: Iterable[int]) -> tuple[int, str]:
-    """Choose the method with the least expected error, and give the reason where there are others.
+    """Choose the method with the least expected error of those that gave a payload, and say why of several.
 
     Errors of the robot's model count. On one path method 3 cancels what the model lacks, and weighs the joints by
     what is left then; methods 1, 2 and 4 carry it. Where the paths differ, method 3 must subtract the robot's own
     torque difference, which adds an error that method 4 does not have. The shortest interval is never the
     criterion: to choose by it would be biased.
-
-    Args:
-        methods: those that gave a payload, one at least.
     """
     there = sorted(methods, key=PREFERRED.index)
     apart = max((pair.rms_mismatch for pair in problem.source.compared), default=float("inf"))
@@ -368,11 +346,7 @@ def _robust(problem: PayloadProblem, posed: Posed, estimate: Estimate, rule: Rul
 def jackknifed(
     posed: Posed, estimate: Estimate, groups: Sequence[Sequence[tuple[int, int]]], length: float
 ) -> RobustCovariance:
-    """Solve without each block of time, group by group, weights fixed; ``length``: the shortest of a block [s].
-
-    Raises:
-        InputError: if the data without one block do not determine the parameters.
-    """
+    """Solve without each block of time, group by group, weights fixed; ``length``: the shortest of a block [s]."""
     with naming_blocks(length):
         values = posed.without_blocks(estimate.weights, list(chain.from_iterable(groups)))
     ends = np.cumsum([len(group) for group in groups])[:-1]

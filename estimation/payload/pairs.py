@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import Processing, Recording, Robot
 from ...model.motion import Measurement
@@ -34,15 +35,14 @@ class PairedMeasurement(NamedTuple):
     lag: float = 0.0
 
 
-def torque_change(robot: Robot, unloaded: Measurement, loaded: Measurement) -> Measurement:
-    """Difference of torques Y_T - Y_wL on the loaded motion.
+def torque_change(robot: Robot, unloaded: Measurement, loaded: Measurement, path: Array) -> Measurement:
+    """Difference of torques Y_T - Y_wL on the loaded motion; ``path``: by which the robot's own differ there.
 
     The observer moves the spring's torque into Y; in a difference it is there twice, and the first goes along.
     """
-    torque, spring = loaded.torque - unloaded.torque, known_spring(robot)
-    if spring is None:
-        return Measurement(loaded.motion, torque)
-    return Measurement(loaded.motion, torque, spring.torque(unloaded.motion.q[:, spring.joint - 1]))
+    spring = known_spring(robot)
+    earlier = None if spring is None else spring.torque(unloaded.motion.q[:, spring.joint - 1])
+    return Measurement(loaded.motion, loaded.torque - unloaded.torque, earlier, path)
 
 
 def side_by_side(
@@ -52,11 +52,7 @@ def side_by_side(
     measured: Sequence[Measurement],
     processing: Processing,
 ) -> tuple[tuple[AlignedPair, ...], list[PairedMeasurement], str]:
-    """Align recordings, filter those of one trajectory for method 3; none, and why not.
-
-    Args:
-        measured: the loaded ones, filtered already.
-    """
+    """Align recordings, of which ``measured`` are the loaded ones filtered, for method 3; no pairs, and why not."""
     pairs = tuple[AlignedPair, ...]()
     if not unloaded:
         return (), [], "no recordings without payload"
@@ -112,11 +108,7 @@ def cut_alike(
 
 
 def _pieces(unloaded: _Recordings, loaded: _Recordings, processing: Processing) -> list[_Pair]:
-    """Pair pieces of two files between the gaps of either, on the same stretches of the motion.
-
-    Raises:
-        InputError: if no two are of the same stretch.
-    """
+    """Pair pieces of two files between the gaps of either, on the same stretches of the motion."""
     if len(unloaded) == len(loaded) == 1:
         return [(unloaded[0], loaded[0], None)]
     # The lag of the files' clocks is that of two pieces that are alike, the longest first.

@@ -12,9 +12,8 @@ from ...common.linear import decomposed
 from ...common.schema import Document
 from ..fit.covariance import birge
 from ..fit.estimate import error_model
-from ..possible.constraints import KnownMass
 from ..possible.payload import rise_p_value
-from .methods import PayloadProblem, payload_estimate
+from .methods import payload_estimate
 from .short_motion import ShortMotion
 
 _DRIFTS = 0.05
@@ -57,14 +56,14 @@ class Repeats(Document, frozen=True):
         )
 
 
-def repeats_of(problem: PayloadProblem, scale: KnownMass | None) -> Repeats | None:
+def repeats_of(problem: ShortMotion) -> Repeats | None:
     """Identify each recording of a short motion singly; None of one recording, or if the mass is the scale's."""
-    if not isinstance(problem, ShortMotion) or len(problem.runs) < 2 or not problem.visibility.mass_visible:
+    if len(problem.runs) < 2 or not problem.visibility.mass_visible:
         return None
     masses, sigmas = ([float("nan")] * len(problem.runs) for _ in range(2))
     for k, run in enumerate(problem.runs):
         with suppress(InputError):  # one recording alone may not do
-            estimate = payload_estimate(replace(problem, runs=(run,)), problem.method, scale=scale)
+            estimate = payload_estimate(replace(problem, runs=(run,)), problem.method)
             if not estimate.from_scale and 9 in estimate.indices:
                 model = error_model(estimate.estimate)
                 masses[k], sigmas[k] = model["M_L"], float(model.sigma[model.names.index("M_L")])

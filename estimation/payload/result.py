@@ -13,7 +13,6 @@ from ...common.errors import InputError
 from ...model import InertialParameters, Pose, Robot
 from ...model.inertia import PayloadSpread, payload_spread
 from ..equations.equations import PAYLOAD, Equations
-from ..fit.covariance import NORMAL95
 from ..fit.drive_gains import Gains
 from ..fit.estimate import Estimate, error_model
 from ..possible.constraints import Constraint
@@ -91,16 +90,6 @@ def moved(
     values = own.values if change is None else own.values + change[indices]
     covariance = factor**2 * own.covariance + wider
     return replace(estimate, estimate=replace(own, values=values, covariance=covariance, robust=robust))
-
-
-def widened(estimate: PayloadEstimate, factor: float) -> PayloadEstimate:
-    """Multiply standard deviations by ``factor``."""
-    return estimate if factor == 1.0 else moved(estimate, factor=factor)
-
-
-def reaching(estimate: PayloadEstimate, change: Array) -> PayloadEstimate:
-    """Widen intervals until they reach values moved by a change of the ten, shape (10,)."""
-    return moved(estimate, more=np.outer(change, change) / NORMAL95**2)
 
 
 @dataclass(frozen=True, repr=False)
@@ -186,15 +175,10 @@ def constrain_payload(
 
 @dataclass(frozen=True)
 class StandIn:
-    """Nominal inertia where none was measured: that of an evenly filled body. Assumed, and called so.
+    """Nominal inertia where none was measured: that of an evenly filled body. Assumed, and called so."""
 
-    Attributes:
-        kind: "box" or "cylinder".
-        sizes: along x, y, z; of a cylinder diameter and length along z [m].
-    """
-
-    kind: str
-    sizes: tuple[float, ...]
+    kind: str  # "box" or "cylinder"
+    sizes: tuple[float, ...]  # along x, y, z; of a cylinder diameter and length along z [m]
 
     def __post_init__(self) -> None:
         """Refuse sizes that no body has."""
@@ -207,11 +191,7 @@ class StandIn:
 
     @staticmethod
     def parse(text: str) -> "StandIn":
-        """Parse "box:60x60x350" or "cylinder:80x200", in mm.
-
-        Raises:
-            InputError: for anything else.
-        """
+        """Parse "box:60x60x350" or "cylinder:80x200", in mm."""
         match = _FORM.fullmatch(text.strip().lower())
         if match is None:
             raise InputError(f"--inertia {text!r}: write box:60x60x350 or cylinder:80x200, in mm")

@@ -72,6 +72,7 @@ class ShortMotion(Brief):
     torque_rms: Array  # of each joint's torque with payload in the rows used [N·m or N], (n,)
     known: Estimate | None = None  # the robot, where no torque was subtracted
     settings: Settings = DEFAULTS
+    scale: KnownMass | None = None  # the payload was weighed; counts only where torques do not show the mass
 
     def __post_init__(self) -> None:
         """Refuse another model's robot."""
@@ -123,10 +124,7 @@ class ShortMotion(Brief):
 
         Wanted: what is visible of chi_L. Fixed: the values of friction's prior; for (29) the difference of the
         paths, for (23) chi, whose errors weigh too much here for the formula's covariance. Soft prior: chi, where
-        friction has one.
-
-        Args:
-            wanted: of the ten; by default those that stand for all that can be seen.
+        friction has one. By default those are ``wanted`` that stand for all that can be seen.
         """
         wanted = tuple(wanted or (PAYLOAD[k] for k in self.visibility.base.chosen))
 
@@ -167,11 +165,7 @@ class ShortMotion(Brief):
 
     @property
     def left_out(self) -> tuple[tuple[tuple[int, int], ...], ...]:
-        """Blocks of time that are left out in turn, none with them, as one group.
-
-        Raises:
-            InputError: if there are fewer than two blocks.
-        """
+        """Blocks of time that are left out in turn, none with them, as one group."""
         check_blocks(len(self.without_each))
         return (tuple((b, -1) for b in range(len(self.without_each))),)
 
@@ -180,15 +174,12 @@ class ShortMotion(Brief):
         """Shortest length of a block [s], unless a whole recording is shorter."""
         return max(run.equations.blocks.length for run in self.runs)
 
-    def needed(self, scale: KnownMass | None) -> KnownMass | None:
-        """Scale that is needed where torques do not show the mass; else it takes no part in the free estimate.
-
-        Raises:
-            InputError: "mass not visible" if neither shows it.
-        """
+    @property
+    def needed_scale(self) -> KnownMass | None:
+        """Scale that is needed where torques do not show the mass; else it takes no part in the free estimate."""
         if self.visibility.mass_visible:
             return None
-        if scale is None:
+        if self.scale is None:
             joints = ", ".join(map(str, self.visibility.joints))
             sums = self.visibility.combination("M")
             why = f"only in {sums}" if sums else "not at all"
@@ -196,13 +187,14 @@ class ShortMotion(Brief):
                 f"mass not visible: the torques of joint {joints} show it {why}; move another joint as well, or "
                 "weigh the payload and give --mass KG+-KG"
             )
-        return scale
+        return self.scale
 
-    def resolved(self, estimate: Estimate, scale: KnownMass | None) -> Estimate:
-        """Determine parameters from those posed; a ``needed`` scale makes others follow from sums.
+    def resolved(self, estimate: Estimate) -> Estimate:
+        """Determine parameters from those posed; a ``needed_scale`` makes others follow from sums.
 
         Nothing that the torques leave open is filled in.
         """
+        scale = self.needed_scale
         indices, A, by_mass = self.visibility.resolved(scale is not None)
         mass, variance = (scale.mass, scale.sigma**2) if scale is not None else (0.0, 0.0)
         payload = estimate.mapped(A, [PAYLOAD[k] for k in indices], by_mass * mass)
@@ -215,14 +207,7 @@ class ShortMotion(Brief):
 def known_robot_weighing(
     robot: Robot, loaded: Sequence[Recording], known: Estimate, settings: Settings = DEFAULTS
 ) -> ShortMotion:
-    """Weigh by torques less those of the robot itself, (22)-(23); other arguments as of ``difference_weighing``.
-
-    Args:
-        known: the robot's parameters, identified earlier.
-
-    Raises:
-        InputError: if recordings cannot be used, or the parameters are another model's.
-    """
+    """Weigh by torques less those of a robot identified earlier, (22)-(23); else as ``difference_weighing``."""
     processing, progress = settings.processing_of(robot), settings.progress
     robot = robot.of_parameters(known.names)
     check_recordings(robot, loaded)
@@ -264,9 +249,6 @@ def difference_weighing(
     Args:
         loaded: recordings of the motion with the payload.
         unloaded: without it; one for all, or one for each of ``loaded`` in the same order.
-
-    Raises:
-        InputError: if recordings cannot be used, or do not show the same motion.
     """
     processing, progress = settings.processing_of(robot), settings.progress
     check_recordings(robot, [*loaded, *unloaded])
@@ -305,7 +287,7 @@ def difference_weighing(
         motion, q = used.data.motion, np.array(used.data.motion.q)
         q[:, resting] = without.motion.q[:, resting]
         path = whole.torques(Motion(motion.t, q, motion.qd, motion.qdd), own) - whole.torques(without.motion, own)
-        used = used._replace(data=replace(torque_change(robot, without, used.data), path=path))
+        used = used._replace(data=torque_change(robot, without, used.data, path))
         plain = observer.observe_rows(*used)
         less_path = replace(plain, columns=plain.columns[:-1], W=tuple(W[:, :-1] for W in plain.W))
         waves, columns = ripple_of(source, less_path, used)
@@ -351,11 +333,7 @@ def _runs(
 
 
 def _torque_rms(sources: Sequence[str], rows: Sequence[Used]) -> Array:
-    """Root mean square torque of each joint over the rows that are used; 0 where there are none.
-
-    Raises:
-        InputError: if a recording has no such row.
-    """
+    """Root mean square torque of each joint over the rows that are used; 0 where there are none."""
     for source, used in zip(sources, rows, strict=True):
         if not used.keep.any():
             raise InputError(f"{source}: no joint moves fast enough: nothing can be compared")
@@ -366,11 +344,7 @@ def _torque_rms(sources: Sequence[str], rows: Sequence[Used]) -> Array:
 def moving_joints(
     measured: Sequence[Measurement], processing: Processing, joints: Sequence[int] | None, robot: Robot
 ) -> tuple[int, ...]:
-    """Find the joints that move, or check those asked for; one that changes its pose between motions is at rest.
-
-    Raises:
-        InputError: if none moves, or one asked for does not.
-    """
+    """Find the joints that move, or check those asked for; one that changes its pose between motions is at rest."""
     motions = [data.motion for data in measured]
     fast = np.vstack([np.abs(motion.qd[moving_parts(motion, processing.still_speed)]) > SLOW for motion in motions])
     moving = tuple(int(j) + 1 for j in np.flatnonzero(fast.mean(axis=0) > _LEAST)) if len(fast) else ()
@@ -400,9 +374,7 @@ def at_rest(data: Measurement, moving: Sequence[int]) -> Measurement:
 def telling_rows(motion: Motion, moving: Sequence[int], processing: Processing, ends: bool = False) -> Mask:
     """Mark rows that say something, N x n: of a moving joint, fast enough that its friction's sign is known.
 
-    Args:
-        moving: numbers of the joints that move.
-        ends: keep also the ends at which a recording was cut in full motion, which ``inner_samples`` leaves out.
+    With ``ends`` also those where a recording was cut in full motion, which ``inner_samples`` leaves out.
     """
     speed = np.abs(motion.qd)
     whole = moving_parts(motion, processing.still_speed) if ends else inner_samples(motion, processing)

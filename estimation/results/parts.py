@@ -185,8 +185,7 @@ class EliminationDocument(Document, frozen=True):
     def made(cls, elimination: Elimination, warnings: Sequence[str], labels: Mapping[str, str]) -> Self:
         """Collect the essential parameters, each step to them, and what speaks against them.
 
-        Args:
-            labels: name of a column -> name of the parameter ("MX2" -> "MX2R").
+        ``labels``: name of a column -> name of the parameter ("MX2" -> "MX2R").
         """
         path, estimate = elimination.path, elimination.estimate
         numbers = zip(path.sigma_ratio.tolist(), (100.0 * path.largest_relative_sigma).tolist(), strict=True)
@@ -252,26 +251,17 @@ class Rollout(Worked, frozen=True, kw_only=True, dict=True):
     """Distance of predicted motion from a recording's, and the replay: a controller that follows its path.
 
     ``working`` are the errors of every start.
-
-    Attributes:
-        diverged: number of starts after which the identified robot ran away altogether.
-        horizons: those beyond half the recording left out.
-        growth: median factor of an error of the start after half a second; nan if the recording is too short.
-        replay_relative: norm of (the replay's torque less the measured one) over that of the measured one, slow
-            rows left out.
-        replay_joints: the same joint by joint, shape (n,); nan where nothing was measured.
-        replay_strayed: root mean square distance from the path over all joints [rad or m].
     """
 
     source: str
     starts_in_motion: int
     starts_at_rest: int
-    diverged: int
-    horizons: tuple[Horizon, ...]
-    growth: Float
-    replay_relative: float
-    replay_joints: Vector
-    replay_strayed: float
+    diverged: int  # starts after which the identified robot ran away altogether
+    horizons: tuple[Horizon, ...]  # those beyond half the recording left out
+    growth: Float  # median factor of an error of the start after half a second; nan if the recording is too short
+    replay_relative: float  # norm of replayed less measured torque over that of the measured one, without slow rows
+    replay_joints: Vector  # the same joint by joint, shape (n,); nan where nothing was measured
+    replay_strayed: float  # root mean square distance from the path over all joints [rad or m]
 
 
 class PossibleRobotDocument(Document, frozen=True):

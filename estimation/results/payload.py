@@ -8,8 +8,10 @@ from typing import Any, Literal, Self
 
 import numpy as np
 from msgspec import UNSET, UnsetType, field
+from msgspec.structs import replace
 
 from ...common.arrays import Array
+from ...common.errors import InputError
 from ...common.schema import LARGEST, Document, Matrix, Vector, WrongKeyError, present
 from ...common.speech import Speaks
 from ...model import INERTIAL, InertialParameters, Pose
@@ -19,7 +21,7 @@ from ..fit.friction import TermChoice
 from ..payload.by_joints import JointsMass
 from ..payload.methods import PREFERRED
 from ..payload.repeats import Repeats
-from ..payload.result import ConstrainedPayload, PayloadEstimate
+from ..payload.result import ConstrainedPayload, PayloadEstimate, StandIn
 from ..payload.ripple import Wave
 from ..possible.payload import Weighing
 from .parts import (
@@ -270,11 +272,6 @@ class FlangeDocument(Document, frozen=True):
     rpy_deg: Vector
     source: str
 
-    @classmethod
-    def of_pose(cls, pose: Pose, source: str) -> Self:
-        """State a pose, and who says so."""
-        return cls(pose.p, np.degrees(pose.rpy) + 0.0, source)
-
     def __post_init__(self) -> None:
         """Refuse a flange without a finite pose."""
         for name in ("xyz", "rpy_deg"):
@@ -398,6 +395,19 @@ class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
         told = (present(self.quantities) or {}).get(name, Quantity("", None, None, None, None))
         value, ends = array(told.value, *shape), array(told.interval95, *shape, 2)
         return Quantity(told.use, told.why, value, ends, array(told.sigma, *shape))
+
+    def assuming(self, stand_in: StandIn) -> "PayloadResult":
+        """Assume an inertia, unless one was measured well enough."""
+        if self.inertia.use in ("use", "do not use"):
+            return self
+        if not np.isfinite(self.com.value).all():
+            raise InputError(
+                f"an inertia cannot be assumed about a centre of mass that is not known: {self.com.why}"
+            )
+        body, text = stand_in.body(float(self.mass), self.com.value), stand_in.description
+        inertia = Quantity("assumed", text, body.inertia_com, None, None)
+        quantities, assumed = {**(present(self.quantities) or {}), "inertia": inertia}, Assumed(text, body.named())
+        return replace(self, quantities=quantities, assumed=assumed).made_by(self.working)
 
     def export(self, to: str, despite_verdict: bool = False) -> str:
         """Write the payload in the format of a controller or simulator; see ``dynident export --to``.

@@ -1,7 +1,8 @@
 """Results of ``identify`` and ``gains``, and what they tell later runs; each is its own document."""
 
+from collections.abc import Sequence
 from functools import cached_property
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 from msgspec import UNSET, UnsetType, field
@@ -11,6 +12,7 @@ from ...common.errors import InputError
 from ...common.schema import Document, Matrix, Vector, WrongKeyError, at, present
 from ...model import Robot
 from ...model.friction import friction_terms
+from ..diagnosis.evidence import KNOWN_WELL
 from ..fit.covariance import RobustCovariance
 from ..fit.drive_gains import Fingerprints, Gains
 from ..fit.estimate import Estimate, Fit
@@ -59,6 +61,38 @@ class GainsTable(Document, frozen=True):
     without_constraints: Vector | UnsetType | None = UNSET
     identified: tuple[bool, ...] | UnsetType = UNSET
     rests_on: tuple[str, ...] | UnsetType = UNSET
+
+    @classmethod
+    def made(cls, logarithms: Estimate, disagreement: float, free: Array, rests_on: Sequence[str]) -> Self:
+        """State gains by ln K, and which are known to ``KNOWN_WELL`` (1 sigma).
+
+        The covariance has the larger standard deviations, and the robust correlations where there are some.
+
+        Args:
+            disagreement: factor on every standard deviation, by the joints' payload ratios.
+            free: gains without constraints.
+            rests_on: the torques that each rests on.
+        """
+        values, sigma = np.exp(logarithms.values), disagreement * logarithms.larger_sigma
+        covariance, robust = disagreement**2 * logarithms.covariance, logarithms.robust
+        if robust is not None:
+            covariance = robust.covariance * np.outer(sigma / robust.sigma, sigma / robust.sigma)
+        well = sigma <= KNOWN_WELL
+        vague = "; too little, known to {:.0f} % only: keep the maker's gain"
+        return cls(
+            values,
+            covariance,
+            sigma=values * sigma,
+            relative_sigma=sigma,
+            relative_sigma_formula=logarithms.sigma,
+            relative_sigma_robust=logarithms.sigma_robust,
+            without_constraints=free,
+            identified=tuple(well.tolist()),
+            rests_on=tuple(
+                text if good else text + vague.format(100 * one)
+                for text, good, one in zip(rests_on, well, sigma, strict=True)
+            ),
+        )
 
 
 class GainsResult(Result, frozen=True, kw_only=True, dict=True):
@@ -167,11 +201,7 @@ class RobotResult(Result, frozen=True, kw_only=True, dict=True):
 
     @cached_property
     def estimate(self) -> Estimate:
-        """Values and covariance.
-
-        Raises:
-            WrongKeyError: if numbers do not fit each other.
-        """
+        """Values and covariance."""
         data, gains = self.data, self.gains
         with at("base_parameters"):
             return Estimate(

@@ -11,11 +11,10 @@ import pytest
 from dynident.apps.logs.map import LogMap, read_log_map
 from dynident.apps.results import read_stored_gains, read_stored_payload, read_stored_robot
 from dynident.common.errors import InputError
-from dynident.common.schema import Table, chosen, json_text, toml_text
+from dynident.common.schema import Table, chosen, json_text, read_toml, toml_text
 from dynident.estimation import GainsResult, PayloadResult, RobotResult, robot_result
-from dynident.estimation.answers.gains import gains_result
 from dynident.estimation.answers.payload import payload_result
-from dynident.estimation.gains.known_load import KnownLoad, read_known_load
+from dynident.estimation.gains.known_load import KnownLoad
 from dynident.model import load_robot, read_payload
 from dynident.model.files import payload_file
 from dynident.model.files.robot_file import RobotTable
@@ -167,7 +166,7 @@ def stored() -> Iterator[File]:
     for name, possible in (("base", made.possible_base), ("prior", made.possible_robot)):
         document = robot_result(robot, possible(robot.estimate))
         yield File(f"robot_{name}.json", written(document), RobotResult, read_stored_robot)
-    gains = written(gains_result(made.drive_gains()))
+    gains = written(made.drive_gains())
     yield File("gains.json", gains, GainsResult, read_stored_gains)
     payload = written(payload_result(made.payload()))
     yield File("payload.json", payload, PayloadResult, read_stored_payload)
@@ -180,7 +179,7 @@ FILES = [
     toml("robot", FULL, RobotTable, load_robot),
     toml("scene", WHOLE, Scene, read_scene),
     toml("map", MAP, LogMap, read_log_map),
-    toml("load", LOAD, KnownLoad, read_known_load),
+    toml("load", LOAD, KnownLoad, lambda path: read_toml(path, KnownLoad)),
     toml("body", LOAD.replace("mass_sigma = 0.01\n", ""), payload_file.BodyTable, read_payload),
     toml("ten", TEN, payload_file.TenTable, read_payload),
     *stored(),

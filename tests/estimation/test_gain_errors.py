@@ -229,7 +229,7 @@ def test_intervals_hold_what_wrong_gains_do(
     hits: dict[str, list[NDArray[np.bool_]]] = {"robot": [], "robot exact": [], "payload": [], "payload exact": []}
     for run in range(RUNS):
         bare, loaded = (record(run, 0.02) for record in recorders)
-        identification = identify(robot, [bare], Settings(SETTINGS, robust=False, friction=PAPER), gains=GAINS)
+        identification = identify(robot, [bare], Settings(SETTINGS, robust=False, friction=PAPER, gains=GAINS))
         estimate, truth = identification.estimate, identification.base.value(dict(source.robot.parameters))
         assert estimate.interval95_with_gains is not None
         for name, ends in (("robot", estimate.interval95_with_gains), ("robot exact", estimate.interval95)):
@@ -250,7 +250,7 @@ def test_intervals_hold_what_wrong_gains_do(
 def test_a_stored_robots_error_is_not_an_error_of_its_own(robot: Robot, recorders: tuple[Record, Record]) -> None:
     """Robot and payload apart would be several times less sure of the mass: 2 % of the robot's torques."""
     bare, loaded = (record(0, 0.0) for record in recorders)
-    known = identify(robot, [bare], Settings(SETTINGS, robust=False, friction=PAPER), gains=GAINS).estimate
+    known = identify(robot, [bare], Settings(SETTINGS, robust=False, friction=PAPER, gains=GAINS)).estimate
     assert known.covariance_by_gains is not None
 
     def mass_sigma(known: Estimate, gains: Gains | None) -> float:

@@ -219,6 +219,7 @@ class Wrong:
     mass: float
     options: dict[str, Any] = field(default_factory=dict)
     processing: Processing | None = None
+    methods: tuple[int, ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -233,7 +234,8 @@ class Ending:
 def ending(case: Wrong) -> Ending:
     """Run one case as the command does."""
     try:
-        problem = payload_problem(case.robot, case.loaded, case.unloaded, settings=Settings(case.processing))
+        settings = Settings(case.processing, methods=case.methods)
+        problem = payload_problem(case.robot, case.loaded, case.unloaded, settings=settings)
         answer = answer_payload(problem, **case.options)
     except (InputError, SolverError) as error:
         return Ending("error", str(error))
@@ -275,7 +277,7 @@ def two_motions(name: str) -> Wrong:
     loaded = invented.recorded(name, invented.motion(name, 9, points=11), body, 6)
     return Wrong(
         f"{name}: two trajectories for method 3", "not the same trajectory", invented.robot(name), (loaded,),
-        (bare,), body.mass, {"methods": (3,)},
+        (bare,), body.mass, methods=(3,),
     )  # fmt: skip
 
 
@@ -492,6 +494,6 @@ def test_rows_that_hide_a_parameter_give_an_error_and_no_minimum_norm_answer() -
     loaded, difference = (rows_of(part, (3, 4, 5)) for part in (problem.loaded, problem.difference))
     blind = replace(problem, loaded=loaded, difference=difference)
     with pytest.raises(InputError, match=r"undetermined, in .*M_L"):
-        answer_payload(blind, (1,))
+        payload_estimate(blind, 1)
     with pytest.raises(InputError, match=r"undetermined, in .*M_L"):
-        answer_payload(blind, (3,))
+        payload_estimate(blind, 3)

@@ -227,8 +227,9 @@ def test_moving_the_flange_moves_the_answer(
     motion = wander(6, 4)
     bare, loaded = simulator.record(motion, None, [0.1] * 6, 1), simulator.record(motion, payload, [0.1] * 6, 2)
     robots = simulator.robot, with_tool(simulator.robot, TOOL, "tool 1")
-    problems = [payload_problem(robot, [loaded], [bare]) for robot in robots]
-    same_but_for_the_frame(*(answer_payload(problem, (method,)) for problem in problems))
+    settings = Settings(methods=(method,))
+    problems = [payload_problem(robot, [loaded], [bare], settings=settings) for robot in robots]
+    same_but_for_the_frame(*map(answer_payload, problems))
 
 
 @pytest.mark.long
@@ -300,9 +301,7 @@ def test_a_payload_is_that_of_the_steps(name: str, pair: Callable[[str], Pair]) 
     known, gains = [InEllipsoid((0.0, 0.0, 0.0), (0.5, 0.5, 0.5))], Gains((0.01,))
     settings = Settings(SETTINGS.processing, methods=(3, 4), gains=gains)
     result = identify_payload(robot, loaded, unloaded, constraints=known, settings=settings)
-    steps = answer_payload(
-        payload_problem(robot, loaded, unloaded, settings=settings), (3, 4), constraints=known, gains=gains
-    )
+    steps = answer_payload(payload_problem(robot, loaded, unloaded, settings=settings), constraints=known)
     assert result.to_dict() == steps.result.to_dict()
     assert {estimate.method for estimate in result.estimates} == {3, 4}
     assert result.working.problem.robot == robot

@@ -229,8 +229,12 @@ def problem(
     return payload_problem(simulator.robot, [loaded], [bare])
 
 
+def by_method_4(problem: LongMotion) -> LongMotion:
+    return replace(problem, settings=replace(problem.settings, methods=(4,)))
+
+
 def test_the_error_model_keeps_the_correlations(problem: LongMotion) -> None:
-    estimate = answer_payload(problem, methods=(4,)).estimates[0].estimate
+    estimate = answer_payload(by_method_4(problem)).estimates[0].estimate
     model = error_model(estimate)
     sigma = np.outer(estimate.sigma, estimate.sigma)
     assert model.covariance / np.outer(model.sigma, model.sigma) == pytest.approx(estimate.covariance / sigma)
@@ -276,7 +280,7 @@ def test_no_body_at_all_is_an_error_that_names_the_constraints(problem: LongMoti
 @pytest.mark.long
 def test_a_true_constraint_is_rarely_called_a_conflict(problem: LongMotion, payload: InertialParameters) -> None:
     """A mass bound at the very truth contradicts 1 % of the data at most."""
-    model = error_model(answer_payload(problem, methods=(4,)).estimates[0].estimate)
+    model = error_model(answer_payload(by_method_4(problem)).estimates[0].estimate)
     draw = np.random.default_rng(0)
     root = np.linalg.cholesky(model.covariance)
     called = 0

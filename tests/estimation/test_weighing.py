@@ -30,6 +30,7 @@ from dynident.estimation.payload.methods import ONE_PATH, recommended_method
 from dynident.estimation.payload.pairs import cut_alike
 from dynident.estimation.payload.repeats import Repeats
 from dynident.estimation.payload.short_motion import difference_weighing, known_robot_weighing
+from dynident.estimation.results.payload import numbers
 from dynident.estimation.signals.alignment import aligned
 from dynident.estimation.signals.rows import cut, pieces
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, load_robot
@@ -54,9 +55,8 @@ class Pair(NamedTuple):
 Record = Callable[..., Pair]
 
 
-def weighed(robot: Robot, pair: Pair, stand_in: StandIn | None = None, **options: Any) -> PayloadAnswer:
-    answer = answer_payload(difference_weighing(robot, [pair.loaded], [pair.bare]), **options)
-    return answer if stand_in is None else answer.assuming(stand_in)
+def weighed(robot: Robot, pair: Pair, **options: Any) -> PayloadAnswer:
+    return answer_payload(difference_weighing(robot, [pair.loaded], [pair.bare]), **options)
 
 
 def short(problem: LongMotion | ShortMotion) -> ShortMotion:
@@ -114,7 +114,7 @@ def test_few_blocks_count(record: Record, simulator: Simulator, seed: int) -> No
     low, high = answer.intervals[0]
     assert (high - low) / 2.0 > 0.1 * answer.mass
     assert answer.spread.mass < 0.05 * answer.mass
-    assert answer.judged["mass"].use == "not measured well enough"
+    assert answer.measured["mass"].use == "not measured well enough"
     assert answer.verdict.level == "do_not_use"
 
 
@@ -265,7 +265,7 @@ def test_ripple_that_comes_with_the_payload_is_found(record: Record, simulator: 
 def test_with_a_scale_the_wrist_alone_will_do(record: Record, simulator: Simulator) -> None:
     rules = (PossibleBody(), KnownMass(7.02, 0.02))
     answer = weighed(simulator.robot, record((4, 5, 6)), constraints=rules)
-    assert answer.judged["mass"].use == "weighed"
+    assert answer.measured["mass"].use == "weighed"
     assert answer.mass == pytest.approx(7.02, abs=1e-3)
     assert not answer.result.best_free.weighed
     assert all(group.mass is None for group in answer.by_joints.masses)
@@ -296,15 +296,19 @@ def inertia(points: Array, mass: float) -> Array:
 def test_a_stand_in_fills_what_is_missing_only(record: Record, simulator: Simulator) -> None:
     light = InertialParameters.from_com(1.0, [0.0, 0.0, 0.05], 1e-3 * np.eye(3))
     body = StandIn.parse("box:60x60x350")
-    answer = weighed(simulator.robot, record((2, 3, 5, 6), load=light), stand_in=body)
-    assert answer.judged["inertia"].use == "assumed"
-    assert answer.assumed is not None
-    assert answer.assumed.inertia_com == pytest.approx(body.body(answer.mass, answer.com).inertia_com, abs=1e-12)
-    assert answer.assumed.com == pytest.approx(answer.com)
+    plain = weighed(simulator.robot, record((2, 3, 5, 6), load=light)).result
+    result = plain.assuming(body)
+    assert (result.inertia.use, result.inertia.why) == ("assumed", body.description)
+    assert result.assumed
+    assert result.working is plain.working
+    assumed = InertialParameters(numbers(result.assumed.parameters))
+    assert assumed.inertia_com == pytest.approx(body.body(plain.mass.value, plain.com.value).inertia_com, abs=1e-12)
+    assert result.inertia.value == pytest.approx(assumed.inertia_com)
+    assert assumed.com == pytest.approx(plain.com.value)
     heavy = InertialParameters.from_com(20.0, [0.0, 0.0, 0.1], np.eye(3))
-    measured = weighed(simulator.robot, record((2, 3, 5, 6), load=heavy), stand_in=body)
-    assert measured.stand_in is None
-    assert measured.judged["inertia"].use == "use"
+    measured = weighed(simulator.robot, record((2, 3, 5, 6), load=heavy)).result
+    assert measured.assuming(body) is measured
+    assert measured.working.measured["inertia"].use == "use"
 
 
 SETTINGS = Processing(100.0, 10.0, 4)

@@ -1,13 +1,13 @@
 """Answers made of numbers that all differ, so that a number under another key is seen. No estimation."""
 
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, Literal
 from unittest.mock import NonCallableMock
 
 import msgspec
 import numpy as np
 from dynident.common.schema import Document, json_text
-from dynident.estimation import PAYLOAD, Estimate, Gains, LongMotion, ShortMotion, SigmaRatio, Verdict
+from dynident.estimation import PAYLOAD, Estimate, Gains, GainsResult, LongMotion, ShortMotion, SigmaRatio, Verdict
 from dynident.estimation.diagnosis.evidence import Agreement, Evidence
 from dynident.estimation.diagnosis.finding import note, warning
 from dynident.estimation.diagnosis.verdict import judge
@@ -16,7 +16,7 @@ from dynident.estimation.fit.drive_gains import Fingerprints
 from dynident.estimation.fit.essential import Elimination, EliminationPath
 from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.fit.friction import TermChoice
-from dynident.estimation.gains.known_load import Mountings, known_mass
+from dynident.estimation.gains.known_load import known_mass, known_values
 from dynident.estimation.payload.by_joints import ByJoints, JointsMass
 from dynident.estimation.payload.repeats import Repeats
 from dynident.estimation.payload.result import PayloadEstimate
@@ -24,6 +24,9 @@ from dynident.estimation.payload.ripple import Wave
 from dynident.estimation.possible.payload import Weighing
 from dynident.estimation.possible.prior import PriorRobot
 from dynident.estimation.possible.robot import PossibleRobot
+from dynident.estimation.results.parts import ProcessingDocument, ResidualDocument, RobustDocument, VerdictDocument
+from dynident.estimation.results.payload import named
+from dynident.estimation.results.robot import GainsTable, LoadDocument, MountingDocument
 from dynident.model import InertialParameters, Pose, Processing
 from dynident.model.friction import Friction
 
@@ -228,7 +231,7 @@ def payload() -> Any:
         problem=problem, validation=CHECK, estimates=(free,), constrained=(best,), possible=best,
         recommended=SimpleNamespace(method=3), free=SimpleNamespace(method=3), gains=GAINS, scale=None,
         recommendation=(3, "one path"),
-        assumed=None, stand_in=None, **quantities(), by_joints=by_joints(),
+        **quantities(), by_joints=by_joints(),
         elimination=elimination(), left_out={2: "no pair"}, warnings=("warned",),
         verdict=SimpleNamespace(level="mass_and_com_only", reasons=("why",), notes=()),
     )  # fmt: skip
@@ -268,32 +271,47 @@ def weighing(possible: bool) -> Any:
     return SimpleNamespace(
         problem=problem, free=payload, estimates=(payload,), possible=best,
         constrained=(best,) if possible else (), by_joints=by_joints(),
-        repeats=repeats if possible else None, ten=ten, judged=judged, **quantities(),
+        repeats=repeats if possible else None, ten=ten, measured=judged, **quantities(),
         gains=None, scale=SimpleNamespace(mass=3.1, sigma=0.05), model=None,
         agreement=(Agreement("difference", 3.06, numbers(3)),), validation=None,
-        assumed=None if possible else body(3.05),
-        stand_in=None if possible else SimpleNamespace(description="a box"),
         verdict=SimpleNamespace(level="use", reasons=(), notes=()),
         recommendation=(1, ""),
     )  # fmt: skip
 
 
-def drive_gains() -> Any:
+MOTORS = np.array([10.0, 21.0, 32.0])
+"""N·m/A."""
+
+
+def logarithms() -> Estimate:
+    """ln K of three motors, the last one hardly known."""
+    robust = RobustCovariance(1e-4 * np.diag([1.0, 4.0, 2500.0]), 9, 8, 1.25)
+    return Estimate(
+        ("K1", "K2", "K3"), np.log(MOTORS), 1e-4 * np.diag([4.0, 1.0, 900.0]), 301.5, FIT, numbers(3), robust
+    )
+
+
+def drive_gains(level: Literal["identified_only", "do_not_use"] = "identified_only") -> GainsResult:
     """The answer of ``gains``."""
-    return SimpleNamespace(
-        robot=ROBOT, source=source(), values=numbers(3), larger_relative_sigma=0.01 * numbers(3),
-        logarithms=SimpleNamespace(
-            sigma=0.01 * numbers(3), sigma_robust=0.01 * numbers(3), fit=FIT,
-            robust=RobustCovariance(covariance(3), 9, 8, 1.25),
+    own = logarithms()
+    first, second = (named(body(mass).vector) for mass in (6.0, 6.5))
+    return GainsResult(
+        robot="arm",
+        robot_title="An arm",
+        processing=ProcessingDocument.made(ANY_ROBOT, source().processing, ()),
+        load=LoadDocument(
+            known_values((known_mass(6.1, 0.015), known_mass(6.2, 0.012))),
+            0.015,
+            first,
+            (MountingDocument(1, first), MountingDocument(3, second)),
         ),
-        larger_relative_covariance=covariance(3), free_values=numbers(3),
-        identified=(True, True, False), rests_on=("gravity", "speed", "nothing"),
-        payloads=(body(6.0), body(6.5)), loads=(known_mass(6.1, 0.015), known_mass(6.2, 0.012)),
-        mountings=Mountings((1, 3)), disagreement=1.25,
-        verdict=Verdict("identified_only", (warning("motor 3"), note("a note"))),
-        recordings={"unloaded": ("u0", "u1"), "loaded": ("l0",)},
-        without_robust="",
-    )  # fmt: skip
+        drive_gains=GainsTable.made(own, 1.25, MOTORS + 0.5, ("gravity", "speed", "nothing")),
+        fingerprints={"unloaded": ("u0", "u1"), "loaded": ("l0",)},
+        robust=RobustDocument.made(own.robust, ""),
+        relative_residual=ResidualDocument.of(FIT),
+        disagreement=1.25,
+        verdict=VerdictDocument.made(Verdict(level, (warning("motor 3"), note("a note")))),
+    )
 
 
 def written(document: Document) -> dict[str, Any]:

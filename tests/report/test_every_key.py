@@ -13,12 +13,11 @@ from dynident.apps.report import documents
 from dynident.apps.results import read_stored_gains
 from dynident.common.errors import InputError
 from dynident.common.schema import Document, convert, write_json
-from dynident.estimation import PayloadResult, RobotResult, Verdict, robot_result
-from dynident.estimation.answers.gains import gains_result
+from dynident.estimation import PayloadResult, RobotResult, robot_result
 from dynident.estimation.answers.payload import payload_result
 from dynident.estimation.diagnosis.evidence import Evidence
-from dynident.estimation.diagnosis.finding import error
 from dynident.estimation.diagnosis.verdict import judge
+from dynident.estimation.payload.result import StandIn
 from dynident.estimation.payload.ripple import RIPPLE_CHANCE
 from dynident.estimation.results.parts import PossibleRobotDocument
 from dynident.model import INERTIAL
@@ -41,6 +40,9 @@ def plain(value: Any) -> Any:
 def ten(values: Any) -> dict[str, Any]:
     """Ten numbers by name."""
     return dict(zip(INERTIAL, values, strict=True))
+
+
+BOX = StandIn("box", (0.1, 0.2, 0.3))
 
 
 def same(document: Document, expected: dict[str, Any]) -> None:
@@ -340,8 +342,11 @@ def test_weigh(possible: bool) -> None:
         "physically_consistent": None, "robust": robust(estimate), "from_scale": True,
     }  # fmt: skip
     all_ten = possible and [free_payload(answer.free), possible_payload(answer.possible)]
-    shown = answer.possible.body if possible else answer.assumed
     document = payload_result(answer)
+    if not possible:
+        document = document.assuming(BOX)
+    com = document.com.value
+    shown = answer.possible.body if possible else BOX.body(3.05, com)
     same(
         document,
         {
@@ -373,7 +378,8 @@ def test_weigh(possible: bool) -> None:
                 "centre_of_mass": {"use": "use centre of mass", "why": "why centre of mass", "value": answer.com,
                                    "interval95": answer.intervals[1:], "sigma": answer.spread.com},
                 "inertia": {
-                    "use": "use inertia", "why": "why inertia", "value": shown.inertia_com,
+                    "use": "use inertia" if possible else "assumed",
+                    "why": "why inertia" if possible else BOX.description, "value": shown.inertia_com,
                     "interval95": answer.possible.intervals.inertia_com if possible else None,
                     "sigma": answer.spread.inertia_com if possible else None,
                 },
@@ -387,7 +393,7 @@ def test_weigh(possible: bool) -> None:
                 "sources": ["a.csv", "b.csv"], "masses": [3.03, 3.04], "sigmas": [0.13, 0.14], "spread": 0.05,
                 "excess": 1.5, "drift_per_recording": 0.001, "drift_sigma": 0.002, "drifts": False,
             } if possible else None,
-            "assumed": None if possible else {"inertia": "a box", "parameters": answer.assumed.named()},
+            "assumed": None if possible else {"inertia": BOX.description, "parameters": shown.named()},
             "verdict": {"level": "use", "reasons": []},
         },
     )  # fmt: skip
@@ -395,9 +401,9 @@ def test_weigh(possible: bool) -> None:
 
 
 def test_gains(tmp_path: Path) -> None:
-    gains = made.drive_gains()
-    document = gains_result(gains)
-    known = f"known to {100 * gains.larger_relative_sigma[2]:.0f}"
+    own, document = made.logarithms(), made.drive_gains()
+    assert own.robust is not None
+    sigma = 1.25 * np.array([0.02, 0.02, 0.5])  # the larger ones, times the joints' disagreement
     same(
         document,
         {
@@ -409,29 +415,34 @@ def test_gains(tmp_path: Path) -> None:
             "load": {
                 "known": {"M_L": 6.1, "M_L2": 6.2},
                 "mass_sigma": 0.015,
-                "identified": ten(gains.payloads[0].vector),
+                "identified": ten(made.body(6.0).vector),
                 "mountings": [
-                    {"mounting": 1, "identified": ten(gains.payloads[0].vector)},
-                    {"mounting": 3, "identified": ten(gains.payloads[1].vector)},
+                    {"mounting": 1, "identified": ten(made.body(6.0).vector)},
+                    {"mounting": 3, "identified": ten(made.body(6.5).vector)},
                 ],
             },
             "drive_gains": {
-                "values": gains.values,
-                "sigma": gains.values * gains.larger_relative_sigma,
-                "relative_sigma": gains.larger_relative_sigma,
-                "relative_sigma_formula": gains.logarithms.sigma,
-                "relative_sigma_robust": gains.logarithms.sigma_robust,
-                "relative_covariance": gains.larger_relative_covariance,
-                "without_constraints": gains.free_values,
+                "values": np.exp(own.values),
+                "sigma": np.exp(own.values) * sigma,
+                "relative_sigma": sigma,
+                "relative_sigma_formula": own.sigma,
+                "relative_sigma_robust": own.sigma_robust,
+                "relative_covariance": own.robust.covariance
+                * np.outer(sigma / own.robust.sigma, sigma / own.robust.sigma),
+                "without_constraints": made.MOTORS + 0.5,
                 "identified": [True, True, False],
-                "rests_on": ["gravity", "speed", f"nothing; too little, {known} % only: keep the maker's gain"],
+                "rests_on": [
+                    "gravity",
+                    "speed",
+                    "nothing; too little, known to 62 % only: keep the maker's gain",
+                ],
             },
             "recordings": {"unloaded": ["u0", "u1"], "loaded": ["l0"]},
             "robust": {
                 "blocks": 9,
                 "block_length_s": 1.25,
                 "degrees_of_freedom": 8,
-                "warning": gains.logarithms.robust.warning,
+                "warning": own.robust.warning,
             },
             "relative_residual": residual(made.FIT),
             "disagreement": 1.25,
@@ -441,12 +452,11 @@ def test_gains(tmp_path: Path) -> None:
     path = tmp_path / "gains.json"
     write_json(path, document)
     stored = read_stored_gains(path)
-    assert np.array_equal(stored.values, gains.values)
-    assert np.array_equal(stored.identified, gains.larger_relative_covariance)
-    assert (stored.robot, stored.mass, stored.recordings) == ("arm", 6.1, gains.recordings)
-    gains.verdict = Verdict("do_not_use", (error("another scale"),))
-    write_json(path, gains_result(gains))
-    with pytest.raises(InputError, match=r"do not use \(another scale\)"):
+    assert np.array_equal(stored.values, document.drive_gains.values)
+    assert np.array_equal(stored.identified, document.drive_gains.relative_covariance)
+    assert (stored.robot, stored.mass, stored.recordings) == ("arm", 6.1, document.fingerprints)
+    write_json(path, made.drive_gains("do_not_use"))
+    with pytest.raises(InputError, match=r"do not use \(motor 3\)"):
         read_stored_gains(path)
 
 

@@ -26,10 +26,7 @@ def gains_report(gains: GainsResult, document: str | None = None) -> Report:
         worst_torque(lambda: made.predictions),
     ]
     sections = []
-    # Recordings that were not looked at joint by joint have none.
-    of_joints = (
-        zip(made.mountings.names, made.loads, made.by_joints, strict=True) if made and made.by_joints else ()
-    )
+    of_joints = zip(made.mountings, made.loads, made.by_joints, strict=True) if made else ()
     for name, load, by_joints in of_joints:
         section = joints_section(by_joints.masses, load.mass, (load.mass, load.mass), name)
         title = f"The known weight as each joint sees it{f', mounting {name}' if mounted else ''}"
