@@ -14,7 +14,11 @@ from ... import estimation
 from ...common.errors import InputError
 from ...common.files import checksum
 from ...common.progress import each, silent
-from .. import fleet, report
+from ..fleet.comparing import arm_of, compared, fleet_of
+from ..fleet.reduction import dask_executor, reduce_fleet
+from ..fleet.store import Recipe, Store, catalog, found_logs
+from ..report.documents import fleet_document
+from ..report.sections.fleet import compared_report, fleet_report, reduced_report
 from . import ANSWERED, DO_NOT_USE
 from .entry import Options, command
 from .options import GainOptions, PageOptions, ProcessingOptions, ResultOptions, RobotOptions
@@ -48,24 +52,24 @@ def run_reduce(
 ) -> int:
     """Run ``fleet reduce``."""
     setup = processing.setup(arm.load())
-    entries = fleet.store.catalog(fleet.store.found_logs(data), request.pattern)
+    entries = catalog(found_logs(data), request.pattern)
     gains = drives.errors(setup, [], [])
     gains = replace(gains, notes=()) if gains is not None else None  # notes speak of single recordings
-    recipe = fleet.Recipe(setup.processing, setup.gains, gains, setup.log_map)
-    cluster = fleet.reduction.dask_executor(request.cluster) if request.cluster else nullcontext(request.workers)
+    recipe = Recipe(setup.processing, setup.gains, gains, setup.log_map)
+    cluster = dask_executor(request.cluster) if request.cluster else nullcontext(request.workers)
     with status("reducing") as progress, cluster as workers:
         told = partial(progress, "reducing")
-        reduced = fleet.reduce_fleet(entries, setup.robot, request.store, recipe, workers, told)
+        reduced = reduce_fleet(entries, setup.robot, request.store, recipe, workers, told)
     if reduced.workers_lost:
         note(f"workers were lost {reduced.workers_lost} times and replaced: nothing is lost, nothing counts twice")
-    files.give(report.reduced_report(reduced), lambda: reduced, {})
+    files.give(reduced_report(reduced), lambda: reduced, {})
     return ANSWERED if reduced.new or reduced.known else DO_NOT_USE
 
 
 @command
 def run_report(store: _Store, *, files: PageOptions) -> None:
     """Run ``fleet report``."""
-    opened = fleet.Store.opened(store)
+    opened = Store.opened(store)
     every = opened.logs()
     refused = {log.file: log.wrong for log in every if log.wrong}
     logs = sorted((log for log in every if not log.wrong), key=lambda log: log.arm or "")
@@ -74,12 +78,12 @@ def run_report(store: _Store, *, files: PageOptions) -> None:
     arms, done = [], 0
     with status("reading nights") as progress:
         for _, own in groupby(logs, key=lambda log: log.arm or ""):  # one arm in memory at a time
-            arms.append(fleet.comparing.arm_of([opened.read(log.key) for log in own]))
+            arms.append(arm_of([opened.read(log.key) for log in own]))
             done += len(arms[-1].days)
             progress("reading nights", done / len(logs))
-    history = fleet.fleet_of(arms)
-    shown = report.fleet_report(history, refused)
-    files.give(shown, lambda: report.documents.fleet_document(history, refused), {"robot": history.arms[0].name})
+    history = fleet_of(arms)
+    shown = fleet_report(history, refused)
+    files.give(shown, lambda: fleet_document(history, refused), {"robot": history.arms[0].name})
 
 
 @command
@@ -98,5 +102,5 @@ def run_compare(data: _Logs, *, arm: RobotOptions, processing: ProcessingOptions
             estimation.identify(setup.robot, setup.read([path]), settings, gains=setup.identified)
             for path in each(data, "identifying {}".format, progress)
         ]
-    compared = fleet.compared(data, results)
-    files.give(report.compared_report(compared), lambda: compared, {})
+    beside = compared(data, results)
+    files.give(compared_report(beside), lambda: beside, {})

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 from ... import estimation
 from ...common.errors import InputError
-from .. import report
+from ..report.sections.gains import gains_report
 from . import answered
 from .entry import SETTING, Options, command
 from .options import PageOptions, ProcessingOptions, RobotOptions
@@ -81,6 +81,6 @@ def run(*, arm: RobotOptions, known: _Known, processing: _Processing, files: Pag
         problem = estimation.gain_problem(robot, unloaded, loaded, settings, load, known.mounting)
         progress("estimating")
         gains = estimation.answer_gains(problem, load)
-    shown = report.gains_report(gains.result, files.document)
+    shown = gains_report(gains.result, files.document)
     files.give(shown, lambda: gains.result, setup.in_words())
     return answered(gains.verdict.level)

@@ -17,7 +17,11 @@ from ... import model, trajectories
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import write_text
-from .. import export, results
+from .. import results
+from ..export import motions
+from ..export.motion import WrittenMotion
+from ..export.motions.ros2 import check_joint_names
+from ..export.motions.urscript import CONTROLLER_RATE, check_urscript
 from . import values
 from .entry import GOAL, LIMITS, SETTING, Options
 from .options import ViewedPageOptions
@@ -321,9 +325,9 @@ class MotionFiles(ViewedPageOptions):
     def check_robot(self, robot: model.Robot) -> None:
         """Refuse what a format has no place for, before the search."""
         if self.ros2:
-            export.check_joint_names(self.joint_names or (), robot.n)
+            check_joint_names(self.joint_names or (), robot.n)
         if self.urscript:
-            export.check_urscript(robot, self.servo_rate)
+            check_urscript(robot, self.servo_rate)
 
     @property
     def rate(self) -> float:
@@ -333,9 +337,9 @@ class MotionFiles(ViewedPageOptions):
     @property
     def servo_rate(self) -> float:
         """Cycles of a controller of Universal Robots a second [Hz]."""
-        return self.controller_rate or export.CONTROLLER_RATE
+        return self.controller_rate or CONTROLLER_RATE
 
-    def asked(self, written: export.WrittenMotion) -> dict[str, tuple[str, export.WrittenMotion]]:
+    def asked(self, written: WrittenMotion) -> dict[str, tuple[str, WrittenMotion]]:
         """The formats asked for by name: where each is to be written, and the motion at its rate."""
         sampled = replace(written, rate=self.rate, joint_names=self.joint_names or ())
         files = {
@@ -345,25 +349,23 @@ class MotionFiles(ViewedPageOptions):
         }
         return {name: (path, motion) for name, (path, motion) in files.items() if path}
 
-    def check_replays(
-        self, problem: trajectories.DesignProblem, written: export.WrittenMotion, *estimated: str
-    ) -> None:
+    def check_replays(self, problem: trajectories.DesignProblem, written: WrittenMotion, *estimated: str) -> None:
         """Refuse files whose controllers, by their own interpolation, break a limit or touch something.
 
         The problem's limits count, whole: what a design leaves free of the torques is for this. The replay of some
         formats is ``estimated``, too roughly to refuse a motion for.
         """
         for name, (_, motion) in self.asked(written).items():
-            if name in estimated or (replay := export.motions.FORMATS[name].replay) is None:
+            if name in estimated or (replay := motions.FORMATS[name].replay) is None:
                 continue
             run = replay(motion)
             for limit in trajectories.missed_on_replay(problem, run.plan, _REPLAY_RATE):
                 raise InputError(f"as {run.text} the motion does not keep its limits ({limit}): {run.advice}")
 
-    def write(self, written: export.WrittenMotion) -> None:
+    def write(self, written: WrittenMotion) -> None:
         """Write a motion with its head in the formats asked for."""
         for name, (path, motion) in self.asked(written).items():
-            form = export.motions.FORMATS[name]
+            form = motions.FORMATS[name]
             write_text(path, form.text(motion))
             for beside, text in form.beside(motion).items():
                 write_text(Path(path).parent / beside, text)

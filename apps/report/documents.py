@@ -27,8 +27,7 @@ from ...trajectories.design.limits import LimitCheck
 from ...trajectories.design.score import holding_torques
 from ...trajectories.design.search import Floor
 from ..export.motion import rests_on
-from ..fleet import Fleet
-from ..fleet.comparing import CHANGED, Compared, OddDocument, Series
+from ..fleet.comparing import CHANGED, Compared, Fleet, OddDocument, Series
 from ..fleet.reduction import ReducedDocument
 from ..fleet.store import RefusedDocument
 from ..logs.following import FollowingChange

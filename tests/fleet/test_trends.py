@@ -6,12 +6,12 @@ from typing import cast
 
 import numpy as np
 import pytest
-from dynident.apps import fleet, report
-from dynident.apps.fleet import Log, Stored
-from dynident.apps.fleet.comparing import CHANGED, FEWEST, MASS, Series, arm_of, fleet_of, side_by_side
+from dynident.apps.fleet.comparing import CHANGED, FEWEST, MASS, Fleet, Series, arm_of, fleet_of, side_by_side
+from dynident.apps.fleet.store import Log, Stored
 from dynident.apps.logs.read import read_recording
 from dynident.apps.report.documents import fleet_document
-from dynident.apps.report.page import Provenance, now
+from dynident.apps.report.page import Provenance, now, write_report
+from dynident.apps.report.sections.fleet import fleet_report
 from dynident.estimation import Estimate, identify
 from dynident.estimation.fit.least_squares import weighted
 from dynident.model import load_robot
@@ -32,7 +32,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Stored:
 
 
 @pytest.fixture(scope="module")
-def history(recording: Stored) -> fleet.Fleet:
+def history(recording: Stored) -> Fleet:
     """Three arms: friction of joint 2 larger by half since three nights; a payload that was not told; neither."""
     draw, base = np.random.default_rng(3), recording.base
     values, noise = weighted(recording.equations).values, 0.2 * noise_of(recording)
@@ -53,7 +53,7 @@ def history(recording: Stored) -> fleet.Fleet:
     return fleet_of(arms)
 
 
-def test_what_changed_is_named_and_nothing_else(history: fleet.Fleet) -> None:
+def test_what_changed_is_named_and_nothing_else(history: Fleet) -> None:
     worn, laden = sorted(history.changed, key=lambda line: line.arm, reverse=True)
     assert (worn.arm, worn.quantity) == ("worn", "FS2")
     assert (laden.arm, laden.quantity) == ("laden", MASS)
@@ -63,9 +63,9 @@ def test_what_changed_is_named_and_nothing_else(history: fleet.Fleet) -> None:
     assert sizes == sorted(sizes, reverse=True)
 
 
-def test_the_page_names_it(history: fleet.Fleet, tmp_path: Path) -> None:
-    shown = report.fleet_report(history, {"bad.csv": "time runs back"})
-    report.write_report(tmp_path / "fleet.html", shown, Provenance("dynident", now()))
+def test_the_page_names_it(history: Fleet, tmp_path: Path) -> None:
+    shown = fleet_report(history, {"bad.csv": "time runs back"})
+    write_report(tmp_path / "fleet.html", shown, Provenance("dynident", now()))
     text = (tmp_path / "fleet.html").read_text()
     assert all(words in text for words in ("worn", "laden", "still", "Coulomb friction 2", "time runs back"))
     drift = text[text.index("Every arm, by its drift") :]

@@ -7,8 +7,7 @@ from pathlib import PurePath
 
 import numpy as np
 
-from ...fleet import Fleet
-from ...fleet.comparing import CHANCE, CHANGED, FEWEST, Compared
+from ...fleet.comparing import CHANCE, CHANGED, FEWEST, Compared, Fleet
 from ...fleet.reduction import ReducedDocument
 from ..blocks import Banner, Block, Drawing, Notes, OnPage, Report, Section, Table, Text, lines
 from ..figures.canvas import BLUE, GREY, ORANGE, Figure, panels

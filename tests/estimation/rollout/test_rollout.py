@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.rollout import CONSTANT, IDENTIFIED, IdentifiedArm, MujocoArm, roll_out_all
+from dynident.apps.rollout.arm import IdentifiedArm, MujocoArm
+from dynident.apps.rollout.rollout import CONSTANT, IDENTIFIED, roll_out_all
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Settings

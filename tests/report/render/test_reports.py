@@ -13,11 +13,10 @@ import numpy as np
 import pytest
 from dynident.apps.logs.read import read_recording
 from dynident.apps.numbers import with_interval
-from dynident.apps.report import payload_report
 from dynident.apps.report.blocks import Block, Code, Notes, Report, Section, Table, Text
 from dynident.apps.report.figures.signals import prediction_figure, worst_joint_figure
 from dynident.apps.report.page import Provenance, SourceFile, blocks_html, page_html
-from dynident.apps.report.sections.payload import controller_line
+from dynident.apps.report.sections.payload import controller_line, payload_report
 from dynident.cli import main
 from dynident.estimation import (
     PayloadAnswer,
