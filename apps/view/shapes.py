@@ -21,7 +21,10 @@ from ...model.robot import Mesh
 _FACES = 24_000  # triangles of all links together: some 0.5 MB of the page
 _LARGEST = 100_000_000  # bytes of a file
 _CELLS = (256, 192, 128, 96, 64, 48, 32, 24, 16, 12, 8)  # along the longest side of a mesh, finest first
-_AROUND, _UP = 20, 11  # corners of a sphere around its axis, and from pole to pole
+_CORNERS = (20, 16)  # of a capsule around its axis, and from pole to pole
+_HALVED = 2  # times that an icosahedron's edges are halved for a sphere
+Triangles = tuple[Array, NDArray[np.uint32]]
+"""Corners (k, 3) [m] and, turning outwards, the three of each triangle (m, 3)."""
 Colour = tuple[int, int, int]
 
 
@@ -55,33 +58,29 @@ class Line:
     colours: NDArray[np.uint8]
 
 
-def capsule(start: Array, end: Array, radius: float) -> tuple[Array, NDArray[np.uint32]]:
-    """Points within ``radius`` of a line [m]: two halves of a sphere, drawn apart along it."""
-    sphere, faces = _sphere()
-    axis = np.asarray(end, dtype=float) - start
-    length = float(np.linalg.norm(axis))
-    R = _along(axis / length if length > 0.0 else np.array([0.0, 0.0, 1.0]))
-    ends = np.where(sphere[:, 2:] > 0.0, np.asarray(end), np.asarray(start))
-    return ends + radius * sphere @ R.T, faces
+def capsule(start: Array, end: Array, radius: float) -> Triangles:
+    """Points within ``radius`` of a line [m]."""
+    trimesh, axis = _trimesh(), np.asarray(end, dtype=float) - start
+    turned = trimesh.geometry.align_vectors([0.0, 0.0, 1.0], axis if axis.any() else [0.0, 0.0, 1.0])
+    turned[:3, 3] = start + 0.5 * axis
+    return _triangles(trimesh.creation.capsule(np.linalg.norm(axis), radius, _CORNERS, turned))
 
 
-def ellipsoid(centre: Array, axes: Array) -> tuple[Array, NDArray[np.uint32]]:
+def ellipsoid(centre: Array, axes: Array) -> Triangles:
     """An ellipsoid whose half axes are the columns of ``axes`` [m]."""
-    sphere, faces = _sphere()
+    sphere, faces = _triangles(_trimesh().creation.icosphere(_HALVED))
     return centre + sphere @ axes.T, faces
 
 
-def box(centre: Array, axes: Array) -> tuple[Array, NDArray[np.uint32]]:
+def box(centre: Array, axes: Array) -> Triangles:
     """A box whose half edges are the columns of ``axes`` [m]."""
-    corners = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
-    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    faces = [(a, b, c) for a, b, c, _ in sides] + [(a, c, d) for a, _, c, d in sides]
-    return centre + corners @ axes.T, np.array(faces, dtype=np.uint32)
+    corners, faces = _triangles(_trimesh().creation.box((2.0, 2.0, 2.0)))
+    return centre + corners @ axes.T, faces
 
 
-def plane(normal: Sequence[float], offset: float, half: float) -> tuple[Array, NDArray[np.uint32]]:
+def plane(normal: Sequence[float], offset: float, half: float) -> Triangles:
     """A square of a floor or a wall, thin, below the point of the surface that is nearest to the base [m]."""
-    R, thin = _along(np.asarray(normal, dtype=float) / np.linalg.norm(normal)), 1e-3 * half
+    R, thin = _trimesh().geometry.align_vectors([0.0, 0.0, 1.0], normal)[:3, :3], 1e-3 * half
     return box((offset - thin) * R[:, 2], R * [half, half, thin])
 
 
@@ -95,29 +94,12 @@ def inertia_axes(mass: float, inertia: Array) -> Array:
     return np.asarray(directions * np.sqrt(5.0 * np.maximum(moments, 0.0) / mass))
 
 
-def _along(z: Array) -> Array:
-    """Axes of a frame whose z axis is given, as columns."""
-    x = np.cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
-    x /= np.linalg.norm(x)
-    return np.column_stack([x, np.cross(z, x), z])
+def _trimesh() -> Any:
+    return import_module("trimesh")
 
 
-def _sphere() -> tuple[Array, NDArray[np.uint32]]:
-    """Unit sphere about z; poles and equator doubled, so that it can be drawn apart there."""
-    upper = np.linspace(0.0, 0.5 * np.pi, _UP // 2 + 1)
-    tilts = np.concatenate([upper, 0.5 * np.pi + upper])
-    turns = 2.0 * np.pi * np.arange(_AROUND) / _AROUND
-    tilt, turn = (x.ravel() for x in np.meshgrid(tilts, turns, indexing="ij"))
-    vertices = np.column_stack([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), np.cos(tilt)])
-    vertices[np.abs(vertices) < 1e-12] = 0.0
-    # The first of the two equators belongs to the upper half.
-    vertices[_UP // 2 * _AROUND : (_UP // 2 + 1) * _AROUND, 2] = 1e-12
-    faces = []
-    for row in range(len(tilts) - 1):
-        for k in range(_AROUND):
-            a, b = row * _AROUND + k, row * _AROUND + (k + 1) % _AROUND
-            faces += [(a, a + _AROUND, b), (b, a + _AROUND, b + _AROUND)]
-    return vertices, np.array(faces, dtype=np.uint32)
+def _triangles(mesh: Any) -> Triangles:
+    return np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces).astype(np.uint32)
 
 
 def looks_of(robot: Robot, colour: Colour) -> tuple[list[Shape], set[int], list[str]]:
@@ -147,8 +129,8 @@ def looks_of(robot: Robot, colour: Colour) -> tuple[list[Shape], set[int], list[
     return shapes, drawn, notes
 
 
-def _placed(mesh: Mesh) -> tuple[Array, NDArray[np.uint32]]:
-    """Corners in the link's frame [m], (k, 3), and triangles, (m, 3), of a file.
+def _placed(mesh: Mesh) -> Triangles:
+    """Triangles of a file in the link's frame.
 
     Raises:
         InputError: if it is not there, or is no mesh.
@@ -159,14 +141,12 @@ def _placed(mesh: Mesh) -> tuple[Array, NDArray[np.uint32]]:
         raise InputError(reason)
     if path.stat().st_size > _LARGEST:
         raise InputError(f"is larger than {_LARGEST // 1_000_000} MB")
-    trimesh: Any = import_module("trimesh")
     try:
-        scene = trimesh.load_scene(path, process=False)
-        solid = scene.to_mesh()
+        scene = _trimesh().load_scene(path, process=False)
+        vertices, faces = _triangles(scene.to_mesh())
         # A file of Collada says its unit, others are in metres.
         unit = re.fullmatch(r"([\d.eE+-]+) \* meters", str(scene.units or ""))
-        vertices = (float(unit[1]) if unit else 1.0) * np.asarray(solid.vertices, dtype=float)
-        faces = np.asarray(solid.faces).astype(np.uint32)
+        vertices = (float(unit[1]) if unit else 1.0) * vertices
     except Exception as fault:  # readers of many formats, each with errors of its own
         raise InputError(f"cannot be read ({type(fault).__name__})") from None
     if not len(faces) or not np.isfinite(vertices).all():
@@ -174,7 +154,7 @@ def _placed(mesh: Mesh) -> tuple[Array, NDArray[np.uint32]]:
     return vertices * mesh.scale @ mesh.pose.R.T + mesh.pose.p, faces
 
 
-def coarse(vertices: Array, faces: NDArray[np.uint32], most: int) -> tuple[Array, NDArray[np.uint32]]:
+def coarse(vertices: Array, faces: NDArray[np.uint32], most: int) -> Triangles:
     """At most so many triangles: corners that share a cell of a grid become one, at their mean (Rossignac 1993).
 
     The coarsest grid may leave more.

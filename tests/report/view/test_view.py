@@ -37,8 +37,9 @@ def motion(robot: Robot, count: int = 5) -> Motion:
 
 
 def ends(shape: Shape) -> tuple[Array, Array]:
-    """End and start of a capsule's axis, from its first and last corner, the poles, and its radius."""
-    first, last = shape.vertices[0], shape.vertices[-1]
+    """End and start of a capsule's axis, from its first corner, the start's pole, and the other pole."""
+    last = shape.vertices[0]
+    first = shape.vertices[np.argmax(np.linalg.norm(shape.vertices - last, axis=1))]
     z = (first - last) / np.linalg.norm(first - last)
     radius = np.linalg.norm((shape.vertices - first) - ((shape.vertices - first) @ z)[:, None] * z, axis=1).max()
     return first - radius * z, last + radius * z
