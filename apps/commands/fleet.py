@@ -16,8 +16,7 @@ from ...common.files import checksum
 from ...common.progress import each, silent
 from ..fleet.comparing import arm_of, compared, fleet_of
 from ..fleet.reduction import dask_executor, reduce_fleet
-from ..fleet.store import Recipe, Store, catalog, found_logs
-from ..report.documents import fleet_document
+from ..fleet.store import Recipe, RefusedDocument, Store, catalog, found_logs
 from ..report.sections.fleet import compared_report, fleet_report, reduced_report
 from . import ANSWERED, DO_NOT_USE
 from .entry import Options, command
@@ -71,7 +70,7 @@ def run_report(store: _Store, *, files: PageOptions) -> None:
     """Run ``fleet report``."""
     opened = Store.opened(store)
     every = opened.logs()
-    refused = {log.file: log.wrong for log in every if log.wrong}
+    refused = [RefusedDocument(log.file, log.wrong) for log in every if log.wrong]
     logs = sorted((log for log in every if not log.wrong), key=lambda log: log.arm or "")
     if not logs:
         raise InputError(f"{opened.root}: no recording in it")
@@ -81,9 +80,8 @@ def run_report(store: _Store, *, files: PageOptions) -> None:
             arms.append(arm_of([opened.read(log.key) for log in own]))
             done += len(arms[-1].days)
             progress("reading nights", done / len(logs))
-    history = fleet_of(arms)
-    shown = fleet_report(history, refused)
-    files.give(shown, lambda: fleet_document(history, refused), {"robot": history.arms[0].name})
+    told = fleet_of(arms, refused)
+    files.give(fleet_report(told), lambda: told, {"robot": told.arms[0]})
 
 
 @command
