@@ -14,7 +14,7 @@ from ... import estimation
 from ...common.errors import InputError
 from ...common.files import checksum
 from ...common.progress import each, silent
-from ..fleet.comparing import arm_of, compared, fleet_of
+from ..fleet.comparing import arm_of, excess, fleet_of, side_by_side, widened
 from ..fleet.reduction import dask_executor, reduce_fleet
 from ..fleet.store import Recipe, RefusedDocument, Store, catalog, found_logs
 from ..report.sections.fleet import compared_report, fleet_report, reduced_report
@@ -96,9 +96,9 @@ def run_compare(data: _Logs, *, arm: RobotOptions, processing: ProcessingOptions
     setup = processing.setup(arm.load())
     with status("identifying") as progress:
         settings = setup.settings(silent, friction=setup.robot.drives.friction)
-        results = [
-            estimation.identify(setup.robot, setup.read([path]), settings, gains=setup.identified)
+        estimates = [
+            estimation.identify(setup.robot, setup.read([path]), settings, gains=setup.identified).estimate
             for path in each(data, "identifying {}".format, progress)
         ]
-    beside = compared(data, results)
-    files.give(compared_report(beside), lambda: beside, {})
+    compared = side_by_side(data, [widened(own, excess(own, own.sigma_robust)) for own in estimates])
+    files.give(compared_report(compared), lambda: compared, {})

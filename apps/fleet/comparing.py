@@ -17,7 +17,6 @@ from scipy.special import stdtrit
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.schema import Document, Matrix, Vector, Worked
-from ...estimation.answers.identification import Identification
 from ...estimation.equations.equations import PAYLOAD, Equations, merged
 from ...estimation.fit.covariance import jackknife, student95
 from ...estimation.fit.estimate import Estimate
@@ -76,16 +75,6 @@ class Compared(Document, frozen=True, eq=False):
     odd: tuple[OddDocument, ...]
 
 
-def compared(recordings: Sequence[str], results: Sequence[Identification]) -> Compared:
-    """Parameters of one robot by several recordings, whose drive gains' errors, which all share, are left out.
-
-    Raises:
-        InputError: if the recordings show different parameters.
-    """
-    estimates = [result.estimate for result in results]
-    return side_by_side(recordings, [widened(own, excess(own, own.sigma_robust)) for own in estimates])
-
-
 def side_by_side(recordings: Sequence[str], estimates: Sequence[Estimate]) -> Compared:
     """Independent estimates of the same parameters.
 
@@ -129,7 +118,7 @@ def excess(estimate: Estimate, robust: Array | None) -> Array:
 
 
 def widened(estimate: Estimate, ratio: Array) -> Estimate:
-    """An estimate whose standard deviations are so many times as large, without errors that all share."""
+    """An estimate of so many times the standard deviations, without errors of the gains: all share them."""
     C = estimate.covariance * np.outer(ratio, ratio)
     return replace(estimate, covariance=C, robust=None, gain_covariance=None)
 

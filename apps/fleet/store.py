@@ -87,16 +87,14 @@ def found_logs(paths: Sequence[str]) -> tuple[str, ...]:
     """
     logs = set[str]()
     for path in paths:
-        given_path, anchor = Path(path), Path(path).anchor
-        if given_path.is_dir():
-            inside = [file for file in given_path.rglob("*") if file.is_file() and file.name.endswith(SUFFIXES)]
-        elif given_path.exists():
-            inside = [given_path]
-        else:
-            inside = [file for file in Path(anchor).glob(str(given_path.relative_to(anchor))) if file.is_file()]
-        if not inside:
+        place, anchor = Path(path), Path(path).anchor
+        inside = [place] if place.exists() else Path(anchor).glob(str(place.relative_to(anchor)))
+        if place.is_dir():
+            inside = (file for file in place.rglob("*") if file.name.endswith(SUFFIXES))
+        found = {str(file) for file in inside if file == place or file.is_file()}
+        if not found:
             raise InputError(f"{path}: no log there")
-        logs.update(map(str, inside))
+        logs |= found
     return tuple(sorted(logs))
 
 
