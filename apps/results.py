@@ -1,15 +1,18 @@
-"""Results that earlier runs left in files: robots, gains, payloads, information."""
+"""Results that runs leave in files for others: robots, gains, payloads, equations and the information in them."""
 
+import io
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..common.arrays import Array
 from ..common.errors import InputError
+from ..common.files import write_bytes
 from ..common.linear import is_covariance
 from ..common.schema import WrongKeyError, naming, present, read_json
+from ..estimation.answers.system import ObservationSystem
 from ..estimation.equations.equations import PAYLOAD, Equations, triangular
 from ..estimation.fit.drive_gains import Gains
 from ..estimation.results.payload import PayloadResult
@@ -147,6 +150,27 @@ def read_information(path: str | Path, noise: Array | None) -> Information:
     except np.linalg.LinAlgError:
         raise InputError(f"{path}: the covariance is not positive definite") from None
     return Information(estimate.names, triangular(np.linalg.inv(lower)))
+
+
+def write_npz(path: str | Path, system: ObservationSystem) -> None:
+    """Write an observation system as NPZ; the file's name is kept as it is.
+
+    It holds ``columns``, ``W`` (r x c), ``Y``, ``joint`` (from 1), ``recording`` (from 0, in ``sources``), ``t``,
+    ``loaded``, ``weights`` (per joint) and ``row_weights``; ``rows``, ``effective_rows`` and ``factor0`` to
+    ``factor<n-1>``: R of the QR decomposition of each joint's [W_j Y_j], which ``Equations.load`` reads; of coupled
+    drives ``shared<joint>_<motor>`` (from 0), Q_j' times what another joint's motor makes of Y_j; ``known``: values
+    of the first columns, where they are known.
+
+    Raises:
+        OSError: if it cannot be written.
+    """
+    names = ("W", "Y", "joint", "recording", "t", "loaded", "weights")
+    arrays: dict[str, Any] = {name: getattr(system, name) for name in names} | system.reduced.arrays()
+    arrays |= {"sources": np.array(system.sources), "row_weights": system.weights[system.joint - 1]}
+    arrays |= {"known": system.known} if system.known is not None else {}
+    content = io.BytesIO()
+    np.savez_compressed(content, **arrays)
+    write_bytes(path, content.getvalue())
 
 
 def _is_npz(path: str | Path) -> bool:

@@ -22,7 +22,6 @@ from ...common.versions import versions
 from .. import logs, results
 from ..report.blocks import Notes
 from ..report.page import Provenance, SourceFile, now, write_plots, write_report
-from ..report.recordings import write_npz
 from ..report.terminal import print_blocks, print_report
 from ..view.viser_page import open_view, require_viewer, write_view
 from . import values
@@ -398,7 +397,7 @@ class EquationOptions(PageOptions):
     def write_equations(self, system: Callable[[], estimation.ObservationSystem]) -> None:
         """Write them, held whole; they are made only if they were asked for."""
         if self.npz:
-            write_npz(self.npz, system())
+            results.write_npz(self.npz, system())
 
 
 class ViewOptions(Options, group=FILES):

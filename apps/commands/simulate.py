@@ -22,7 +22,7 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import made_folder
 from .. import logs
-from ..report.recordings import SIMULATED, write_recording, write_truth
+from ..recordings import SIMULATED, write_recording, write_truth
 from ..report.sections.robot import assumed_notes
 from ..view.moving import ShownPayload, view_of
 from .entry import SETTING, Options, command

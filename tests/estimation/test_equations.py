@@ -5,8 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.report.recordings import write_npz
-from dynident.apps.results import read_information, recorded_noise
+from dynident.apps.results import read_information, recorded_noise, write_npz
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.common.schema import write_json
