@@ -13,13 +13,13 @@ from ... import estimation, model, trajectories
 from ...common.errors import InputError
 from ...common.files import made_folder
 from .. import logs
+from .. import view as views
 from ..export.motion import WrittenMotion, design_head
 from ..export.motions.val3 import check_val3, val3_replay
 from ..logs.map import read_log_map
 from ..logs.read import read_recording
 from ..report.documents import JudgedMotion, design_document
 from ..report.sections.motion import criterion_text, design_report
-from ..view.moving import view_of
 from . import values
 from .entry import MOTION, SEARCH, SETTING, Options, command
 from .motions import FIGURE_RATE, GoalOptions, LimitOptions, MotionFiles, best_motion, in_si
@@ -165,7 +165,7 @@ def run(
     files.check_replays(limits.whole(problem), written, *estimated)
     files.give(design_report(judged), lambda: design_document(judged), {})
     files.write(written)
-    files.write_view(lambda: view_of(robot, samples, problem=problem))
+    files.write_view(lambda: views.view_of(robot, samples, problem=problem))
 
 
 def build_request(
@@ -249,7 +249,7 @@ def run_score(
     floor = floor_of(problem, score, scored.seed or 0) if scored.bound else None
     judged = JudgedMotion(f"Motion of {data}", score, motion, reference, labels, floor=floor, source=data)
     files.give(design_report(judged), lambda: design_document(judged), {})
-    files.write_view(lambda: view_of(problem.robot, motion, problem=problem))
+    files.write_view(lambda: views.view_of(problem.robot, motion, problem=problem))
 
 
 def _logged_motion(path: str, robot: model.Robot, log_map: str | None, cutoff: float | None) -> model.Motion:

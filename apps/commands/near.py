@@ -13,12 +13,12 @@ from ... import model, trajectories
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import write_text
+from .. import view as views
 from ..export import motions
 from ..export.motion import WrittenMotion
 from ..report.blocks import Report
 from ..report.documents import NearResult, near_document
 from ..report.sections.motion import near_head, near_report, second_pose_note, visibility_table
-from ..view.moving import view_of
 from . import values
 from .entry import MOTION, SETTING, Options, about, command
 from .motions import FIGURE_RATE, Limited, LimitOptions, MotionFiles, NoiseOptions, best_motion, in_si
@@ -183,7 +183,7 @@ def run(
     files.give(shown, lambda: near_document(result), {})
     files.write(written)
     files.write_rehearsals(result, written)
-    files.write_view(lambda: view_of(robot, samples, problem=design.problem))
+    files.write_view(lambda: views.view_of(robot, samples, problem=design.problem))
 
 
 def _shape(

@@ -20,10 +20,10 @@ from ...common.progress import Progress, each
 from ...common.schema import json_text, write_json
 from ...common.versions import versions
 from .. import logs, results
+from .. import view as views
 from ..report.blocks import Notes
 from ..report.page import Provenance, SourceFile, now, write_plots, write_report
 from ..report.terminal import print_blocks, print_report
-from ..view.viser_page import open_view, require_viewer, write_view
 from . import values
 from .entry import CALL, FILES, KNOWN, LOGS, SETTING, Options, about, settings
 from .progress import note, quiet, status
@@ -410,7 +410,7 @@ class ViewOptions(Options, group=FILES):
         """Refuse a view that could not be made, before any work is done."""
         super().check()
         if self.view:
-            require_viewer()
+            views.require_viewer()
 
     def write_view(self, view: Callable[[], View]) -> None:
         """Write or open the view; it is made only if it was asked for."""
@@ -420,9 +420,9 @@ class ViewOptions(Options, group=FILES):
         with status("drawing the view"):
             scene = view()
             if self.view == "-":
-                shown = open_view(scene)
+                shown = views.open_view(scene)
             else:
-                write_view(self.view, scene)
+                views.write_view(self.view, scene)
         for text in scene.notes:
             note(text)
         if shown:

@@ -11,8 +11,8 @@ from cyclopts import Parameter
 from ... import estimation
 from ...common.errors import InputError
 from .. import results
+from .. import view as views
 from ..report.sections.payload import payload_report
-from ..view.moving import view_of_answer
 from . import answered, options, values
 from .entry import SETTING, Options, command
 from .progress import note, status
@@ -116,7 +116,7 @@ def run(
     shown = payload_report(answer.result, files.document)
     files.give(shown, lambda: answer.result, setup.in_words())
     files.write_equations(lambda: estimation.payload_system(problem))
-    files.write_view(lambda: view_of_answer(setup.robot, loaded[0], answer.result))
+    files.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer.result))
     return answered(answer.verdict.level)
 
 
@@ -162,7 +162,7 @@ def run_weigh(
     if files.plots and not shown.drawings():
         raise InputError("plots: no joints see the mass, there is nothing to draw")
     files.write_page(shown, setup.in_words())
-    files.write_view(lambda: view_of_answer(robot, loaded[0], answer.result))
+    files.write_view(lambda: views.view_of_answer(robot, loaded[0], answer.result))
     return answered(answer.verdict.level)
 
 

@@ -16,6 +16,7 @@ from ...common.errors import InputError, one_line, printable
 from ...common.files import write_text
 from ...common.schema import present
 from .. import logs, results
+from .. import view as views
 from ..export import simulators
 from ..export.own_model import into
 from ..export.robot import robot_notes, stored_whole_robot
@@ -24,7 +25,6 @@ from ..report.figures.motion import save_drawing
 from ..report.sections.check import readings_agree, readings_report
 from ..report.sections.robot import robot_description
 from ..report.terminal import print_blocks
-from ..view.moving import view_of
 from . import ANSWERED, DO_NOT_USE, values
 from .entry import SETTING, Options, about, command
 from .motions import in_si
@@ -70,7 +70,7 @@ def run_show(
     if drawing:
         draw(robot, drawing, at)
     still = model.Motion(np.zeros(1), q, np.zeros_like(q), np.zeros_like(q))
-    view.write_view(lambda: view_of(robot, still))
+    view.write_view(lambda: views.view_of(robot, still))
 
 
 def _direction(text: str) -> tuple[float, float, float]:

@@ -22,9 +22,9 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import made_folder
 from .. import logs
+from .. import view as views
 from ..recordings import SIMULATED, write_recording, write_truth
 from ..report.sections.robot import assumed_notes
-from ..view.moving import ShownPayload, view_of
 from .entry import SETTING, Options, command
 from .options import RehearsedRobotOptions, ViewOptions, print_lines
 from .progress import status
@@ -116,8 +116,8 @@ def run(*, arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) ->
     shown = None
     if payload is not None:  # known exactly
         com = payload.com
-        shown = ShownPayload(payload.mass, com, np.column_stack([com, com]), payload.inertia_com)
-    view.write_view(lambda: view_of(robot, experiment.runs[-1].exact.motion, payload=shown))
+        shown = views.ShownPayload(payload.mass, com, np.column_stack([com, com]), payload.inertia_com)
+    view.write_view(lambda: views.view_of(robot, experiment.runs[-1].exact.motion, payload=shown))
 
 
 def _references(
