@@ -54,8 +54,3 @@ COMMANDS = {
     "demo": ("demo:run", "The paper's experiment on a simulated RX90."),
 }
 """Each command, where it is, and what it does, in the order of ``dynident --help``."""
-
-
-def answered(level: str) -> int:
-    """Exit status of an answer with a verdict of this level."""
-    return DO_NOT_USE if level == "do_not_use" else ANSWERED

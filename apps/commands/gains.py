@@ -10,8 +10,7 @@ from cyclopts import Parameter
 from ... import estimation
 from ...common.errors import InputError
 from ..report.sections.gains import gains_report
-from . import answered
-from .entry import SETTING, Options, command
+from .entry import SETTING, Options, answered, command
 from .options import PageOptions, ProcessingOptions, RobotOptions
 from .progress import status
 from .values import DataFile, FrictionTerms, LoadedFile, PayloadFile, whole_numbers, with_sigma, word

@@ -14,8 +14,8 @@ from ..report.sections.robot import robot_report
 from ..report.sections.rollout import rollout_report
 from ..rollout.arm import MujocoArm
 from ..rollout.rollout import HORIZONS, Arm, roll_out_all
-from . import answered, options, values
-from .entry import SETTING, Options, command
+from . import options, values
+from .entry import SETTING, Options, answered, command
 from .progress import note, status
 from .values import HeldOutFile, Reads, different, number, numbers, where, word, words
 

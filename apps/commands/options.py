@@ -18,11 +18,10 @@ from ...common.errors import InputError
 from ...common.files import checksum, write_text
 from ...common.progress import Progress, each
 from ...common.schema import json_text, write_json
-from ...common.versions import versions
 from .. import logs, results
 from .. import view as views
 from ..report.blocks import Notes
-from ..report.page import Provenance, SourceFile, now, write_plots, write_report
+from ..report.page import Provenance, SourceFile, write_plots, write_report
 from ..report.terminal import print_blocks, print_report
 from . import values
 from .entry import CALL, FILES, KNOWN, LOGS, SETTING, Options, about, settings
@@ -379,9 +378,9 @@ class PageOptions(ResultOptions):
             call = CALL.get()
             named = ((role, path) for _, role, path in call.named(Reads) if role != "options")
             files = [SourceFile(role, path, checksum(path)) for role, path in named if Path(path).is_file()]
-            command, when = shlex.join(["dynident", *call.words]), now()
-            made_from = Provenance(command, when, tuple(files), versions(), settings_text)
-            write_report(self.report, shown, made_from)
+            write_report(
+                self.report, shown, Provenance(shlex.join(["dynident", *call.words]), files, settings_text)
+            )
             if (beside := call.settings_file(self.report)) is not None:
                 write_text(beside, settings().settings_text(call))
         if self.plots:

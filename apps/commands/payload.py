@@ -13,8 +13,8 @@ from ...common.errors import InputError
 from .. import results
 from .. import view as views
 from ..report.sections.payload import payload_report
-from . import answered, options, values
-from .entry import SETTING, Options, command
+from . import options, values
+from .entry import SETTING, Options, answered, command
 from .progress import note, status
 from .values import Share, word
 

@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 from ...common.errors import InputError
 from ...common.files import checksum
 from ...common.schema import json_text
-from ...common.versions import versions
 from ...estimation.results.payload import PayloadResult
 from ...estimation.results.robot import GainsResult, RobotResult
 from ...model import Recording
@@ -148,9 +147,8 @@ def write_report(answer: object, path: str | Path) -> None:
     elif isinstance(result, LogReport):
         recordings.append(working.recording)
     paths = dict.fromkeys(recording.source for recording in recordings)
-    files = tuple(page.SourceFile("recording", name, checksum(name)) for name in paths if Path(name).is_file())
-    origin = page.Provenance(f"python {sys.argv[0] or '(interactive)'}", page.now(), files, versions())
-    page.write_report(path, report, origin)
+    files = [page.SourceFile("recording", name, checksum(name)) for name in paths if Path(name).is_file()]
+    page.write_report(path, report, page.Provenance(f"python {sys.argv[0] or '(interactive)'}", files))
 
 
 def figure(answer: object, name: str | None) -> Figure:
