@@ -22,8 +22,8 @@ from ..report.documents import JudgedMotion, design_document
 from ..report.sections.motion import criterion_text, design_report
 from . import values
 from .entry import MOTION, SEARCH, SETTING, Options, command
-from .motions import FIGURE_RATE, GoalOptions, LimitOptions, MotionFiles, best_motion, in_si
-from .options import RehearsedRobotOptions, ViewedPageOptions
+from .motions import FIGURE_RATE, GoalOptions, LimitOptions, MotionFiles, RehearsedRobotOptions, best_motion, in_si
+from .options import PageOptions, ViewOptions
 from .progress import note, status
 from .values import Count, Positions, Reads, Seconds, Seed, number, numbers, positive_number, word
 
@@ -138,6 +138,7 @@ def run(
     limits: LimitOptions,
     search: _Search,
     files: _DesignFiles,
+    view: ViewOptions,
 ) -> None:
     """Run it."""
     robot = arm.load()
@@ -165,7 +166,7 @@ def run(
     files.check_replays(limits.whole(problem), written, *estimated)
     files.give(design_report(judged), lambda: design_document(judged), {})
     files.write(written)
-    files.write_view(lambda: views.view_of(robot, samples, problem=problem))
+    view.write_view(lambda: views.view_of(robot, samples, problem=problem))
 
 
 def build_request(
@@ -239,7 +240,8 @@ def run_score(
     scored: _Scored,
     goal: GoalOptions,
     limits: LimitOptions,
-    files: ViewedPageOptions,
+    files: PageOptions,
+    view: ViewOptions,
 ) -> None:
     """Run ``score``."""
     shape = trajectories.ViaPointShape(longest=scored.max_duration)
@@ -249,7 +251,7 @@ def run_score(
     floor = floor_of(problem, score, scored.seed or 0) if scored.bound else None
     judged = JudgedMotion(f"Motion of {data}", score, motion, reference, labels, floor=floor, source=data)
     files.give(design_report(judged), lambda: design_document(judged), {})
-    files.write_view(lambda: views.view_of(problem.robot, motion, problem=problem))
+    view.write_view(lambda: views.view_of(problem.robot, motion, problem=problem))
 
 
 def _logged_motion(path: str, robot: model.Robot, log_map: str | None, cutoff: float | None) -> model.Motion:

@@ -24,7 +24,7 @@ from ..export.motions.ros2 import check_joint_names
 from ..export.motions.urscript import CONTROLLER_RATE, check_urscript
 from . import values
 from .entry import GOAL, LIMITS, SETTING, Options
-from .options import ViewedPageOptions
+from .options import PageOptions, RobotOptions
 from .progress import note, status
 from .values import Names, NewFile, Reads, Seconds, Share, checked, number, numbers, positive_number, share, word
 
@@ -73,6 +73,22 @@ _Torques = Annotated[str | tuple[float, ...], word(partial(values.numbers_or, "n
 _Heaviest = Annotated[str, Reads("heaviest payload"), Parameter(metavar="KG[@X,Y,Z]|TOML")]
 _Region = Annotated[tuple[tuple[float, ...], bool], word(_region, "R|A,B,C|box:A,B,C")]
 _Rate = Annotated[float, word(positive_number, "HZ")]
+
+
+class RehearsedRobotOptions(RobotOptions):
+    """A robot to plan or simulate with, which may need a stand-in."""
+
+    arm_mass: values.Kilograms | None = None
+    """Mass of the whole arm, for a stand-in where its file tells neither mass nor bodies of links."""
+
+    def load(self) -> model.Robot:
+        """The robot with the mass that was given."""
+        robot = super().load()
+        if self.arm_mass is None:
+            return robot
+        if not model.stand_in.missing_inertial(robot):
+            raise InputError(f"--arm-mass has no effect: {robot.name} has a body for each link: leave it out")
+        return replace(robot, mass=self.arm_mass, sources={**robot.sources, "mass": "given with --arm-mass"})
 
 
 class NoiseOptions(Options, group=GOAL):
@@ -300,7 +316,7 @@ def in_si(given: tuple[float, ...], robot: model.Robot) -> Array:
     return np.array([np.radians(x) if joint.revolute else x for x, joint in zip(given, robot.joints, strict=True)])
 
 
-class MotionFiles(ViewedPageOptions):
+class MotionFiles(PageOptions):
     """Formats of the motion itself, beside the result."""
 
     needs: ClassVar = {

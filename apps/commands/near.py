@@ -21,8 +21,17 @@ from ..report.documents import NearResult, near_document
 from ..report.sections.motion import near_head, near_report, second_pose_note, visibility_table
 from . import values
 from .entry import MOTION, SETTING, Options, about, command
-from .motions import FIGURE_RATE, Limited, LimitOptions, MotionFiles, NoiseOptions, best_motion, in_si
-from .options import RehearsedRobotOptions
+from .motions import (
+    FIGURE_RATE,
+    Limited,
+    LimitOptions,
+    MotionFiles,
+    NoiseOptions,
+    RehearsedRobotOptions,
+    best_motion,
+    in_si,
+)
+from .options import ViewOptions
 from .progress import note, status
 from .values import NewFile, numbers, numbers_or, word
 
@@ -141,6 +150,7 @@ def run(
     noise: NoiseOptions,
     limits: LimitOptions,
     files: NearFiles,
+    view: ViewOptions,
 ) -> None:
     """Visibility first, then the design."""
     robot = arm.load()
@@ -183,7 +193,7 @@ def run(
     files.give(shown, lambda: near_document(result), {})
     files.write(written)
     files.write_rehearsals(result, written)
-    files.write_view(lambda: views.view_of(robot, samples, problem=design.problem))
+    view.write_view(lambda: views.view_of(robot, samples, problem=design.problem))
 
 
 def _shape(

@@ -82,22 +82,6 @@ class RobotOptions(ArmOptions):
         return model.with_gravity(robot, turned) if kind == "gravity" else model.mounted(robot, turned)
 
 
-class RehearsedRobotOptions(RobotOptions):
-    """A robot to plan or simulate with, which may need a stand-in."""
-
-    arm_mass: values.Kilograms | None = None
-    """Mass of the whole arm, for a stand-in where its file tells neither mass nor bodies of links."""
-
-    def load(self) -> model.Robot:
-        """The robot with the mass that was given."""
-        robot = super().load()
-        if self.arm_mass is None:
-            return robot
-        if not model.stand_in.missing_inertial(robot):
-            raise InputError(f"--arm-mass has no effect: {robot.name} has a body for each link: leave it out")
-        return replace(robot, mass=self.arm_mass, sources={**robot.sources, "mass": "given with --arm-mass"})
-
-
 class FramedRobotOptions(RobotOptions):
     """A robot, and the frame in which a payload is taken or given."""
 
@@ -426,7 +410,3 @@ class ViewOptions(Options, group=FILES):
             note(text)
         if shown:
             note(f"the view is open in the browser: {shown}")
-
-
-class ViewedPageOptions(PageOptions, ViewOptions):
-    """The result as JSON and as a report, and the arm in three dimensions."""

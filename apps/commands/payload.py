@@ -75,10 +75,6 @@ class _Payload(_Compared):
             self.refuse("friction_change", "belongs to methods 3, 4 and to --robot-parameters: none is asked for")
 
 
-class _Files(options.EquationOptions, options.ViewOptions):
-    """The result in all forms."""
-
-
 @command
 def run(
     *,
@@ -87,7 +83,8 @@ def run(
     knowledge: options.KnowledgeOptions,
     drives: options.GainOptions,
     processing: options.PairOptions,
-    files: _Files,
+    files: options.EquationOptions,
+    view: options.ViewOptions,
 ) -> int:
     """Run ``payload``."""
     constraints, stored = knowledge.constraints(), request.stored()
@@ -116,7 +113,7 @@ def run(
     shown = payload_report(answer.result, files.document)
     files.give(shown, lambda: answer.result, setup.in_words())
     files.write_equations(lambda: estimation.payload_system(problem))
-    files.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer.result))
+    view.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer.result))
     return answered(answer.verdict.level)
 
 
@@ -137,7 +134,8 @@ def run_weigh(
     knowledge: options.KnowledgeOptions,
     drives: options.GainOptions,
     processing: options.PairOptions,
-    files: options.ViewedPageOptions,
+    files: options.PageOptions,
+    view: options.ViewOptions,
 ) -> int:
     """Run ``weigh``."""
     constraints, stored = knowledge.constraints(), request.stored()
@@ -162,7 +160,7 @@ def run_weigh(
     if files.plots and not shown.drawings():
         raise InputError("plots: no joints see the mass, there is nothing to draw")
     files.write_page(shown, setup.in_words())
-    files.write_view(lambda: views.view_of_answer(robot, loaded[0], answer.result))
+    view.write_view(lambda: views.view_of_answer(robot, loaded[0], answer.result))
     return answered(answer.verdict.level)
 
 

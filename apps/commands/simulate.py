@@ -26,7 +26,8 @@ from .. import view as views
 from ..recordings import SIMULATED, write_recording, write_truth
 from ..report.sections.robot import assumed_notes
 from .entry import SETTING, Options, command
-from .options import RehearsedRobotOptions, ViewOptions, print_lines
+from .motions import RehearsedRobotOptions
+from .options import ViewOptions, print_lines
 from .progress import status
 from .values import NewFolder, PayloadFile, Reads, Seed, Share, levels, number, share, where, word
 
