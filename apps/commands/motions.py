@@ -18,6 +18,7 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import write_text
 from .. import results
+from ..earlier import of_payload, read_earlier, recorded_noise
 from ..export import motions
 from ..export.motion import WrittenMotion
 from ..export.motions.ros2 import check_joint_names
@@ -147,7 +148,7 @@ class GoalOptions(NoiseOptions):
             if length is None:
                 raise InputError("--data-from needs data-length, a setting: how long will be recorded next?")
             if noise is None:
-                noise = results.recorded_noise(self.data_from[0])
+                noise = recorded_noise(self.data_from[0])
         if noise is None:
             note("no --torque-noise: 1 N·m (or N) in every joint is assumed")
         if self.data_from:
@@ -169,12 +170,12 @@ class GoalOptions(NoiseOptions):
         paths, weighted = self.data_from, self.criterion in ("d", "a")
         if weighted and noise is None:
             raise InputError(f"{paths[0]}: carries no weights: give --torque-noise")
-        parts = [results.read_information(path, noise if weighted else None) for path in paths]
+        parts = [read_earlier(path, noise if weighted else None) for path in paths]
         if self.payload_only:
-            parts = [part.of_payload(model.regressors.payload_columns(robot)) for part in parts]
+            parts = [of_payload(part, model.regressors.payload_columns(robot)) for part in parts]
         columns = parts[0].columns
-        for path, information in zip(paths, parts, strict=True):
-            if set(information.columns) != set(columns):
+        for path, part in zip(paths, parts, strict=True):
+            if set(part.columns) != set(columns):
                 raise InputError(f"{path}: has other columns than {paths[0]}: give files of one model")
         rows = [part.factor[:, [part.columns.index(name) for name in columns]] for part in parts]
         return trajectories.Earlier(columns, np.vstack(rows))
