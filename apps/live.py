@@ -334,11 +334,7 @@ class Recorder:
 
 
 def check_name(path: str | Path) -> None:
-    """Refuse a file that no recording can be written as: a recording is not begun that cannot be written.
-
-    Raises:
-        InputError: for another name than those of ``SUFFIXES``, or without the package that Parquet needs.
-    """
+    """Refuse a file that no recording can be written as: a recording is not begun that cannot be written."""
     name = Path(path).name.lower()
     if not name.endswith(SUFFIXES):
         raise InputError(f"{path}: a recording is written as {', '.join(SUFFIXES)}")
@@ -363,11 +359,7 @@ def program(command: str) -> str:
 
 @contextmanager
 def send_program(text: str, host: str, port: int = SCRIPT_PORT) -> Iterator[None]:
-    """Send a program; the connection stays open within the block, for the controller reads in its own time.
-
-    Raises:
-        LinkError: if there is no connection, or it is lost while the program is sent.
-    """
+    """Send a program; the connection stays open within the block, for the controller reads in its own time."""
     hint = ": nothing was sent; switch the controller to remote control"
     with _connected(host, port, hint, "nothing was sent") as connection:
         try:

@@ -21,20 +21,12 @@ _OF_PAYLOAD = "give the --json of 'dynident payload' or 'dynident weigh'"
 
 
 def read_stored_payload(path: str | Path) -> PayloadResult:
-    """Read the JSON of ``dynident payload`` or ``dynident weigh``.
-
-    Raises:
-        InputError: if the file is no such JSON; the key at fault is named.
-    """
+    """Read the JSON of ``dynident payload`` or ``dynident weigh``."""
     return read_json(path, PayloadResult, _OF_PAYLOAD)
 
 
 def read_stored_gains(path: str | Path) -> Gains:
-    """Read the ``--json`` of ``dynident gains``.
-
-    Raises:
-        InputError: if the file holds no gains, the key at fault is named; or if their own verdict is against them.
-    """
+    """Read the ``--json`` of ``dynident gains``, unless its own verdict is against these gains."""
     stored = read_json(path, GainsResult, _OF_GAINS)
     verdict = present(stored.verdict)
     if verdict is not None and verdict.level == "do_not_use":
@@ -59,11 +51,7 @@ def read_stored_gains(path: str | Path) -> Gains:
 
 
 def read_stored_robot(path: str | Path) -> RobotResult:
-    """Read the JSON of ``dynident identify``.
-
-    Raises:
-        InputError: if the file is not such a JSON; the key at fault is named.
-    """
+    """Read the JSON of ``dynident identify``."""
     stored = read_json(path, RobotResult, _OF_ROBOT)
     with naming(path, _OF_ROBOT):
         stored.estimate.names  # noqa: B018  numbers that do not fit each other are refused here
@@ -78,9 +66,6 @@ def write_npz(path: str | Path, system: ObservationSystem) -> None:
     ``factor<n-1>``: R of the QR decomposition of each joint's [W_j Y_j], which ``Equations.load`` reads; of coupled
     drives ``shared<joint>_<motor>`` (from 0), Q_j' times what another joint's motor makes of Y_j; ``known``: values
     of the first columns, where they are known.
-
-    Raises:
-        OSError: if it cannot be written.
     """
     names = ("W", "Y", "joint", "recording", "t", "loaded", "weights")
     arrays: dict[str, Any] = {name: getattr(system, name) for name in names} | system.reduced.arrays()

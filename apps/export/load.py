@@ -83,11 +83,7 @@ class ControllerLoad:
     added: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse a load that no controller takes.
-
-        Raises:
-            InputError: for a mass that is not positive, and for an inertia that no body has.
-        """
+        """Refuse a load that no controller takes."""
         mass, body, fault, units = self.mass, self.body, "", "kg and metres are needed"
         if not self.meters_per_unit > 0.0:
             raise InputError(f"metres per unit must be positive, not {self.meters_per_unit:g}")

@@ -159,11 +159,7 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> Change
 def _matched(
     whole: WholeRobot, placed: Mapping[str, Placed], path: str
 ) -> tuple[dict[int, str], dict[int, InertialParameters]]:
-    """Names in the model by the robot's joints, from 0, and links in the frames of the model's bodies.
-
-    Raises:
-        InputError: if no joint matches; names the joint whose axis lies elsewhere.
-    """
+    """Names in the model by the robot's joints, from 0, and links in the frames of the model's bodies."""
     robot, names = whole.robot, dict[int, str]()
     lists = (whole.joint_names, *robot.joint_names, [f"joint{j + 1}" for j in range(robot.n)])
     for j in range(robot.n):

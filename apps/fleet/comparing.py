@@ -76,11 +76,7 @@ class Compared(Document, frozen=True, eq=False):
 
 
 def side_by_side(recordings: Sequence[str], estimates: Sequence[Estimate]) -> Compared:
-    """Independent estimates of the same parameters.
-
-    Raises:
-        InputError: if they are of different parameters.
-    """
+    """Compare independent estimates of the same parameters."""
     names, degrees = estimates[0].names, min(estimate.degrees_of_freedom for estimate in estimates)
     if any(estimate.names != names for estimate in estimates):
         raise InputError("the recordings show different parameters: nothing can be compared")

@@ -80,11 +80,7 @@ class Log(Document, frozen=True):
 
 
 def found_logs(paths: Sequence[str]) -> tuple[str, ...]:
-    """Find logs by names, globs and folders, each once, in the order of their names.
-
-    Raises:
-        InputError: if one names nothing.
-    """
+    """Find logs by names, globs and folders, none of them in vain: each log once, in the order of their names."""
     logs = set[str]()
     for path in paths:
         place, anchor = Path(path), Path(path).anchor
@@ -185,11 +181,7 @@ def packed(value: Any) -> bytes:
 
 
 def unpacked(content: bytes, kind: type[_Kind]) -> _Kind:
-    """The value that bytes hold.
-
-    Raises:
-        InputError: if they are not what was written.
-    """
+    """The value that bytes hold."""
     try:
         return msgspec.msgpack.decode(content, type=kind, dec_hook=_made)
     except (ValueError, TypeError) as error:
@@ -226,11 +218,7 @@ class Store:
 
     @staticmethod
     def made(root: str | Path, robot: Robot, recipe: Recipe) -> "Store":
-        """Open the store at a place, made if there is none.
-
-        Raises:
-            InputError: if it is of another robot or recipe, or cannot be made.
-        """
+        """Open the store at a place, made if there is none; one of another robot or recipe is refused."""
         labels = {"robot": robot.name, "fingerprint": robot.fingerprint, "recipe": recipe.fingerprint}
         store = Store(Path(root))
         path = store.root / "store.json"
@@ -248,11 +236,7 @@ class Store:
 
     @staticmethod
     def opened(root: str | Path) -> "Store":
-        """Open a store that is there.
-
-        Raises:
-            InputError: if none is, or it was never finished.
-        """
+        """Open a store that is there and was finished once."""
         store = Store(Path(root))
         if not (store.root / "store.json").exists():
             raise InputError(f"{root}: no store: give the --store of 'dynident fleet reduce'")
@@ -283,11 +267,7 @@ class Store:
         write_bytes(self.index, parquet_bytes(columns))
 
     def read(self, key: str) -> Stored:
-        """Read a recording's equations.
-
-        Raises:
-            InputError: if they are not as they were written.
-        """
+        """Read a recording's equations."""
         path = self.path(key)
         rows = parquet_rows(path, ["equations"])
         try:

@@ -32,11 +32,7 @@ _FONTS = re.compile(r"(font: [^;\"]*?)'DejaVu Sans'[^;\"]*")
 
 
 def now() -> datetime:
-    """The time in UTC, or that of SOURCE_DATE_EPOCH, by which the same input gives the same file.
-
-    Raises:
-        InputError: if that variable is no number of seconds.
-    """
+    """The time in UTC, or that of SOURCE_DATE_EPOCH, by which the same input gives the same file."""
     fixed = os.environ.get("SOURCE_DATE_EPOCH")
     if not fixed:
         return datetime.now(UTC)

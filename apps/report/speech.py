@@ -105,11 +105,7 @@ def plain(answer: object) -> dict[str, Any]:
 
 
 def frame(answer: object) -> Any:
-    """The rows as a data frame.
-
-    Raises:
-        ImportError: without pandas.
-    """
+    """The rows as a data frame."""
     try:
         import pandas
     except ModuleNotFoundError:
@@ -120,11 +116,7 @@ def frame(answer: object) -> Any:
 
 
 def _drawn(answer: object) -> Report:
-    """The report with its figures.
-
-    Raises:
-        InputError: of a result that was read from a file, without what a page draws.
-    """
+    """The report with its figures, which a result that was read from a file cannot have."""
     result, shown = _shown(answer)
     if getattr(result, "working", result) is None:
         raise InputError("a result that was read from a file has no recordings to draw: identify again")
@@ -152,11 +144,7 @@ def write_report(answer: object, path: str | Path) -> None:
 
 
 def figure(answer: object, name: str | None) -> Figure:
-    """A figure of the page.
-
-    Raises:
-        InputError: if there is no such figure.
-    """
+    """A figure of the page."""
     drawings = {drawing.name: drawing for drawing in _drawn(answer).drawings()}
     name = next(iter(drawings), None) if name is None else name
     if name not in drawings:
@@ -165,11 +153,7 @@ def figure(answer: object, name: str | None) -> Figure:
 
 
 def export(result: PayloadResult, to: str, despite_verdict: bool) -> str:
-    """The payload in a controller's or a simulator's format, at the flange.
-
-    Raises:
-        InputError: for a format that there is not, or a payload that must not be used or stands elsewhere.
-    """
+    """The payload at the flange in a controller's or a simulator's format, unless it must not be used."""
     if to not in FORMATS:
         raise InputError(f"there is no format {to!r}: there are {', '.join(FORMATS)}")
     load = load_of(result, "answer", None, despite_verdict)

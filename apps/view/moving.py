@@ -66,9 +66,6 @@ def view_of(
     """The arm along a motion, or at its single sample.
 
     Of a ``problem`` scene, limits and payloads are shown too, and what each second teaches.
-
-    Raises:
-        InputError: for positions that are not finite.
     """
     if not np.isfinite(motion.q).all():
         raise InputError("a view needs finite positions at every time")

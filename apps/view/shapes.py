@@ -130,11 +130,7 @@ def looks_of(robot: Robot, colour: Colour) -> tuple[list[Shape], set[int], list[
 
 
 def _placed(mesh: Mesh) -> Triangles:
-    """Triangles of a file in the link's frame.
-
-    Raises:
-        InputError: if it is not there, or is no mesh.
-    """
+    """Triangles of a file in the link's frame."""
     path = Path(mesh.file)
     if not path.is_file():
         reason = "is not there: put the description's package beside it, or name it by ROS_PACKAGE_PATH"

@@ -20,11 +20,7 @@ _STILL = 1e-9  # m and of a turn: what moves less is not written again
 
 
 def require_viewer() -> Any:
-    """The library of views; a view is refused where it is not installed.
-
-    Raises:
-        InputError: says what to install.
-    """
+    """The library of views; where it is not installed, a refusal says what to install."""
     try:
         import viser
     except ImportError:
@@ -38,11 +34,7 @@ def write_view(path: str | Path, view: View) -> None:
 
 
 def open_view(view: View) -> str:
-    """Open the view in the browser, as a file in a folder for temporary files; its path.
-
-    Raises:
-        InputError: if there is no browser.
-    """
+    """Open the view in the browser, as a file in a folder for temporary files; its path."""
     page = Path(mkdtemp(prefix="dynident_")) / "view.html"
     write_view(page, view)
     if not webbrowser.open(page.as_uri()):
