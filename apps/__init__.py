@@ -1,4 +1,4 @@
 """Whatever reads logs, prints, draws, talks or runs in parallel; hands values from room to room.
 
-What cannot be used or written is refused everywhere by an ``InputError`` whose one line says what, where, what to do.
+What cannot be used or written is refused by an ``InputError``, whose one line says what, where and what to do.
 """

@@ -311,9 +311,9 @@ def run_export(*, arm: RobotOptions, bodies: _Bodies) -> int:
     if bodies.into is None:
         write_text(bodies.out, form.text(whole))
     else:
-        changed = into(bodies.to, bodies.into, whole, form.head(form, whole))
-        write_text(bodies.out, changed.text)
-        notes += changed.notes
+        text, more = into(bodies.to, bodies.into, whole, form.head(form, whole))
+        write_text(bodies.out, text)
+        notes += more
     print_lines(f"{bodies.out}: {whole.source}. Prior: {whole.prior}.", *(f"  {line}" for line in notes))
     return ANSWERED
 

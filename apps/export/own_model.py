@@ -87,15 +87,11 @@ TURNED = math.radians(0.5)
 """rad: by how much it may be turned."""
 
 
-class Changed(NamedTuple):
-    """A model with the numbers in it: its text, what did not match, and what must be known."""
-
-    text: str
-    notes: tuple[str, ...]
-
-
-def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> Changed:
+def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[str, list[str]]:
     """Put a robot's numbers, below lines at the head, into an MJCF or URDF file ("mjcf" or "urdf").
+
+    Returns:
+        The model's text; what did not match, and what must be known.
 
     Raises:
         InputError: if the file cannot be used, no joint matches, or its geometry is not the robot's.
@@ -153,7 +149,7 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> Change
         notes.append(f"Offsets of the torque are not put in ({', '.join(offsets)}): they belong to your actuators.")
     if whole.robot.spring is not None:
         notes.append("The spring is not put in: add it from the file that is written without --into.")
-    return Changed(model.text(), tuple(notes))
+    return model.text(), notes
 
 
 def _matched(
