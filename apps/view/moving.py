@@ -82,10 +82,10 @@ def view_of(
         low, high = payload.com_interval.T
         if np.isfinite(payload.com_interval).all():
             ball = ellipsoid(0.5 * (low + high), np.diag(0.5 * (high - low)))
-            shapes.append(Shape("centre of mass, 95 %", robot.n + 1, *ball, _CENTRE))
+            shapes.append(Shape("centre of mass, 95 %", robot.n + 1, ball, _CENTRE))
         if payload.inertia is not None:
             body = ellipsoid(payload.com, inertia_axes(payload.mass, payload.inertia))
-            shapes.append(Shape("ellipsoid of inertia", robot.n + 1, *body, _INERTIA, 0.3))
+            shapes.append(Shape("ellipsoid of inertia", robot.n + 1, body, _INERTIA, 0.3))
     shapes += foot
     drawn = _picked(motion, _FINER)
     position = point_at(robot, robot.flange.p, motion.q[drawn])[0].T
@@ -135,7 +135,7 @@ def ground_of(robot: Robot, frames: Sequence[tuple[Pose, ...]], scene: Scene | N
         return height, []
     top, end = (first.R.T @ (np.array([0.0, 0.0, z]) - first.p) for z in (0.0, height))
     unknown = "neither its height nor its shape is known" if floor is None else "its shape is not known"
-    return height, [Shape(f"foot, {unknown}", 0, *capsule(top, end, 0.5 * radius), _FOOT, 0.3)]
+    return height, [Shape(f"foot, {unknown}", 0, capsule(top, end, 0.5 * radius), _FOOT, 0.3)]
 
 
 def _picked(motion: Motion, finer: int = 1) -> NDArray[np.intp]:
@@ -153,7 +153,7 @@ def _links(robot: Robot) -> list[Shape]:
     radius, shapes = _THICK * cylinder_radius(robot), []
 
     def add(name: str, frame: int, start: Array, end: Array) -> None:
-        shapes.append(Shape(name, frame, *capsule(start, end, radius), _LINK))
+        shapes.append(Shape(name, frame, capsule(start, end, radius), _LINK))
 
     for j, joint in enumerate(robot.joints):
         reach = np.clip(joint.limits.position, -1.0, 1.0) if not joint.revolute else (0.0, 0.0)
@@ -171,21 +171,21 @@ def _axes(robot: Robot, touched: NDArray[np.bool_]) -> list[Shape]:
     radius, shapes = cylinder_radius(robot), []
     ends = np.array([0.0, 0.0, 1.2 * radius])
     for j in range(robot.n):
-        shapes.append(Shape(f"axis {j + 1}", j + 1, *capsule(-ends, ends, 0.12 * radius), _AXIS))
+        shapes.append(Shape(f"axis {j + 1}", j + 1, capsule(-ends, ends, 0.12 * radius), _AXIS))
         if touched[:, j].any():
             marked = capsule(-ends, ends, 0.5 * radius)
-            shapes.append(Shape(f"at limit {j + 1}", j + 1, *marked, _NEAR, 0.6, touched[:, j]))
+            shapes.append(Shape(f"at limit {j + 1}", j + 1, marked, _NEAR, 0.6, touched[:, j]))
     return shapes
 
 
 def _surroundings(problem: DesignProblem, robot: Robot) -> list[Shape]:
     half, payloads, shapes, scene = 12.0 * cylinder_radius(robot), problem.payloads, list[Shape](), problem.scene
     for surface in scene.surfaces if scene is not None else ():
-        shapes.append(Shape(surface.name, 0, *plane(surface.normal, surface.offset, half), _FLOOR, 0.6))
+        shapes.append(Shape(surface.name, 0, plane(surface.normal, surface.offset, half), _FLOOR, 0.6))
     for body in scene.bodies if scene is not None else ():
         ends = np.array(body.start), np.array(body.start if body.end is None else body.end)
-        shapes.append(Shape(body.name, body.link, *capsule(*ends, body.radius), _BODY, 0.4))
+        shapes.append(Shape(body.name, body.link, capsule(*ends, body.radius), _BODY, 0.4))
     if payloads is not None:
         mesh = (box if payloads.region == "cube" else ellipsoid)(payloads.centre, payloads.axes)
-        shapes.append(Shape("payloads within bounds", robot.n, *mesh, _BALL, 0.25))
+        shapes.append(Shape("payloads within bounds", robot.n, mesh, _BALL, 0.25))
     return shapes

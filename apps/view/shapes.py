@@ -6,12 +6,12 @@ Links look as the meshes that a URDF names, coarse enough for one page; these ne
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+import trimesh
 from numpy.typing import NDArray
+from trimesh import Trimesh
 
 from ...common.arrays import Array
 from ...common.errors import InputError
@@ -23,27 +23,22 @@ _LARGEST = 100_000_000  # bytes of a file
 _CELLS = (256, 192, 128, 96, 64, 48, 32, 24, 16, 12, 8)  # along the longest side of a mesh, finest first
 _CORNERS = (20, 16)  # of a capsule around its axis, and from pole to pole
 _HALVED = 2  # times that an icosahedron's edges are halved for a sphere
-Triangles = tuple[Array, NDArray[np.uint32]]
-"""Corners (k, 3) [m] and, turning outwards, the three of each triangle (m, 3)."""
 Colour = tuple[int, int, int]
 
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """Triangles in a frame; its name is unique in a view.
+    """Triangles in a frame [m]; its name is unique in a view.
 
     Attributes:
         frame: number of the frame it is fixed to; 0 is the base's.
-        vertices: [m], shape (k, 3).
-        faces: corners of each triangle, shape (m, 3).
         colour: red, green, blue, 0 to 255.
         shown: at which of the view's times; always if None.
     """
 
     name: str
     frame: int
-    vertices: Array
-    faces: NDArray[np.uint32]
+    mesh: Trimesh
     colour: Colour
     opacity: float = 1.0
     shown: NDArray[np.bool_] | None = None
@@ -58,29 +53,26 @@ class Line:
     colours: NDArray[np.uint8]
 
 
-def capsule(start: Array, end: Array, radius: float) -> Triangles:
+def capsule(start: Array, end: Array, radius: float) -> Trimesh:
     """Points within ``radius`` of a line [m]."""
-    trimesh, axis = _trimesh(), np.asarray(end, dtype=float) - start
-    turned = trimesh.geometry.align_vectors([0.0, 0.0, 1.0], axis if axis.any() else [0.0, 0.0, 1.0])
-    turned[:3, 3] = start + 0.5 * axis
-    return _triangles(trimesh.creation.capsule(np.linalg.norm(axis), radius, _CORNERS, turned))
+    axis = np.asarray(end, dtype=float) - start
+    pose = _affine(_along(axis if axis.any() else [0.0, 0.0, 1.0]), start + 0.5 * axis)
+    return trimesh.creation.capsule(float(np.linalg.norm(axis)), radius, _CORNERS, pose)
 
 
-def ellipsoid(centre: Array, axes: Array) -> Triangles:
+def ellipsoid(centre: Array, axes: Array) -> Trimesh:
     """An ellipsoid whose half axes are the columns of ``axes`` [m]."""
-    sphere, faces = _triangles(_trimesh().creation.icosphere(_HALVED))
-    return centre + sphere @ axes.T, faces
+    return trimesh.creation.icosphere(_HALVED).apply_transform(_affine(axes, centre))
 
 
-def box(centre: Array, axes: Array) -> Triangles:
+def box(centre: Array, axes: Array) -> Trimesh:
     """A box whose half edges are the columns of ``axes`` [m]."""
-    corners, faces = _triangles(_trimesh().creation.box((2.0, 2.0, 2.0)))
-    return centre + corners @ axes.T, faces
+    return trimesh.creation.box((2.0, 2.0, 2.0), _affine(axes, centre))
 
 
-def plane(normal: Sequence[float], offset: float, half: float) -> Triangles:
+def plane(normal: Sequence[float], offset: float, half: float) -> Trimesh:
     """A square of a floor or a wall, thin, below the point of the surface that is nearest to the base [m]."""
-    R, thin = _trimesh().geometry.align_vectors([0.0, 0.0, 1.0], normal)[:3, :3], 1e-3 * half
+    R, thin = _along(normal), 1e-3 * half
     return box((offset - thin) * R[:, 2], R * [half, half, thin])
 
 
@@ -94,12 +86,12 @@ def inertia_axes(mass: float, inertia: Array) -> Array:
     return np.asarray(directions * np.sqrt(5.0 * np.maximum(moments, 0.0) / mass))
 
 
-def _trimesh() -> Any:
-    return import_module("trimesh")
+def _along(z: Array | Sequence[float]) -> Array:
+    return np.asarray(trimesh.geometry.align_vectors([0.0, 0.0, 1.0], z)[:3, :3])
 
 
-def _triangles(mesh: Any) -> Triangles:
-    return np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces).astype(np.uint32)
+def _affine(axes: Array, origin: Array) -> Array:
+    return np.vstack([np.column_stack([axes, origin]), [0.0, 0.0, 0.0, 1.0]])
 
 
 def looks_of(robot: Robot, colour: Colour) -> tuple[list[Shape], set[int], list[str]]:
@@ -117,7 +109,7 @@ def looks_of(robot: Robot, colour: Colour) -> tuple[list[Shape], set[int], list[
         try:
             for mesh in meshes:
                 name = f"link {number}/mesh {len(own) + 1}"
-                own.append(Shape(name, number, *coarse(*_placed(mesh), most), colour))
+                own.append(Shape(name, number, coarse(_placed(mesh), most), colour))
         except InputError as failure:
             failures.setdefault(str(failure), mesh.file)
             continue
@@ -129,7 +121,7 @@ def looks_of(robot: Robot, colour: Colour) -> tuple[list[Shape], set[int], list[
     return shapes, drawn, notes
 
 
-def _placed(mesh: Mesh) -> Triangles:
+def _placed(mesh: Mesh) -> Trimesh:
     """Triangles of a file in the link's frame."""
     path = Path(mesh.file)
     if not path.is_file():
@@ -138,37 +130,32 @@ def _placed(mesh: Mesh) -> Triangles:
     if path.stat().st_size > _LARGEST:
         raise InputError(f"is larger than {_LARGEST // 1_000_000} MB")
     try:
-        scene = _trimesh().load_scene(path, process=False)
-        vertices, faces = _triangles(scene.to_mesh())
+        scene = trimesh.load_scene(path, process=False)
         # A file of Collada says its unit, others are in metres.
         unit = re.fullmatch(r"([\d.eE+-]+) \* meters", str(scene.units or ""))
-        vertices = (float(unit[1]) if unit else 1.0) * vertices
+        axes = (float(unit[1]) if unit else 1.0) * mesh.pose.R * mesh.scale
+        solid = scene.to_mesh().apply_transform(_affine(axes, mesh.pose.p))
     except Exception as fault:  # readers of many formats, each with errors of its own
         raise InputError(f"cannot be read ({type(fault).__name__})") from None
-    if not len(faces) or not np.isfinite(vertices).all():
+    if not len(solid.faces) or not np.isfinite(solid.vertices).all():
         raise InputError("holds no triangles")
-    return vertices * mesh.scale @ mesh.pose.R.T + mesh.pose.p, faces
+    return solid
 
 
-def coarse(vertices: Array, faces: NDArray[np.uint32], most: int) -> Triangles:
-    """At most so many triangles: corners that share a cell of a grid become one, at their mean (Rossignac 1993).
+def coarse(mesh: Trimesh, most: int) -> Trimesh:
+    """At most so many triangles: corners that share a cell of a grid become one (Rossignac 1993).
 
     The coarsest grid may leave more.
     """
-    if len(faces) <= most:
-        return vertices, faces
-    low = vertices.min(axis=0)
-    size = max(float(np.ptp(vertices, axis=0).max()), 1e-12)
-    corners, triangles = vertices, faces.astype(np.intp)
+    fewer = mesh
     for cells in _CELLS:
-        places = np.floor((vertices - low) * (cells / size)).astype(np.int64)
-        _, which, count = np.unique(places, axis=0, return_inverse=True, return_counts=True)
-        which = which.ravel()
-        corners = np.stack([np.bincount(which, vertices[:, k]) / count for k in range(3)], axis=1)
-        triangles = which[faces]
-        a, b, c = triangles.T
-        triangles = np.unique(triangles[(a != b) & (b != c) & (c != a)], axis=0)
-        if len(triangles) <= most:
+        if len(fewer.faces) <= most:
             break
-    used, places = np.unique(triangles, return_inverse=True)
-    return corners[used], places.reshape(-1, 3).astype(np.uint32)
+        scale = cells / max(float(mesh.extents.max()), 1e-12)
+        fewer = mesh.copy()
+        fewer.vertices *= scale
+        fewer.merge_vertices(merge_tex=True, merge_norm=True, digits_vertex=0)
+        fewer.update_faces(fewer.unique_faces() & fewer.nondegenerate_faces())
+        fewer.vertices /= scale
+    fewer.remove_unreferenced_vertices()
+    return fewer

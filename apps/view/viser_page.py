@@ -1,11 +1,13 @@
 """A view as one self-contained HTML file, by viser's serialised scene; needs the extra ``view``."""
 
+from __future__ import annotations
+
 import contextlib
 import io
 import webbrowser
 from pathlib import Path
 from tempfile import mkdtemp
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import escape
 
 import numpy as np
@@ -13,7 +15,9 @@ import numpy as np
 from ...common.errors import InputError
 from ...common.files import write_text
 from ..export.rotation import quaternion
-from .moving import View
+
+if TYPE_CHECKING:
+    from .moving import View
 
 _LAST = 1.0  # s: how long the last pose stays
 _STILL = 1e-9  # m and of a turn: what moves less is not written again
@@ -76,7 +80,7 @@ def _played(server: Any, view: View) -> str:
     for shape in view.shapes:
         name = f"/{shape.frame}/{shape.name.replace('/', ', ')}"
         mesh = scene.add_mesh_simple(
-            *(name, shape.vertices.astype(np.float32), shape.faces),
+            *(name, shape.mesh.vertices.astype(np.float32), shape.mesh.faces.astype(np.uint32)),
             color=shape.colour,
             opacity=None if shape.opacity >= 1.0 else shape.opacity,
             side="double",
