@@ -15,7 +15,7 @@ from ...model.kinematics import point_at
 from ...model.stand_in import cylinder_radius
 from ...trajectories import DesignProblem, Scene
 from ...trajectories.design.score import room_over_time, taught_over_time
-from .shapes import Colour, Line, Shape, box, capsule, ellipsoid, inertia_axes, looks_of, plane
+from .shapes import Colour, Shape, box, capsule, ellipsoid, inertia_axes, looks_of, plane
 
 _RATE, _MOST = 20.0, 450  # times a second, and in all
 _FINER = 5  # points of the path, than times: at a pose every .05 s a fast path has corners
@@ -34,7 +34,8 @@ class View:
     Attributes:
         times: [s], shape (N,).
         frames: poses of frames 0 to n and the payload's, in the base, at each time.
-        paths: lines in the base.
+        path: points of the flange in the base [m], shape (k, 3); one where it does not move.
+        path_colours: of each piece between them, shape (k - 1, 3).
         legend: colours and their words, of what is not the arm itself.
         notes: what could not be shown as it looks.
         ground: height of the plane that the arm stands on, in the base [m].
@@ -44,7 +45,8 @@ class View:
     times: Array
     frames: tuple[tuple[Pose, ...], ...]
     shapes: tuple[Shape, ...]
-    paths: tuple[Line, ...]
+    path: Array
+    path_colours: NDArray[np.uint8]
     legend: tuple[tuple[Colour, str], ...] = ()
     notes: tuple[str, ...] = ()
     ground: float = 0.0
@@ -90,23 +92,23 @@ def view_of(
     drawn = _picked(motion, _FINER)
     position = point_at(robot, robot.flange.p, motion.q[drawn])[0].T
     path = (position - robot.base.p) @ robot.base.R
+    moves = len(path) > 1
     colours = np.tile(np.array(_PATH, dtype=np.uint8), (len(path) - 1, 1))
-    if problem is not None and len(path) > 1:  # pale where a second teaches little, red where it teaches most
+    if problem is not None and moves:  # pale where a second teaches little, red where it teaches most
         taught = np.add.reduceat(taught_over_time(problem, motion), drawn[:-1])
         rate = taught / np.maximum(np.diff(motion.t[drawn]), 1e-9)
         ratio = np.sqrt(rate / max(float(rate.max()), 1e-300))[:, None]
         colours = np.asarray((1.0 - ratio) * np.array(_LITTLE) + ratio * np.array(_MUCH)).astype(np.uint8)
-    paths = [Line("path of the flange", path, colours)] if len(path) > 1 else []
-    title = (robot.title or robot.name) + (f", {motion.t[-1] - motion.t[0]:.3g} s" if paths else "")
+    title = (robot.title or robot.name) + (f", {motion.t[-1] - motion.t[0]:.3g} s" if moves else "")
     named = {(shape.colour, shape.name.rstrip(" 0123456789")) for shape in shapes}  # without numbers of joints
     legend = sorted((colour, text) for colour, text in named if not text.startswith(("link", "axis")))
-    if paths and problem is None:
+    if moves and problem is None:
         legend.append((_PATH, "path of the flange"))
-    elif paths:
+    elif moves:
         legend.append((_LITTLE, "path of the flange where a second teaches little"))
         legend.append((_MUCH, "where it teaches most"))
     times = motion.t[picked] - motion.t[0]
-    return View(title, times, frames, tuple(shapes), tuple(paths), tuple(legend), tuple(notes), height)
+    return View(title, times, frames, tuple(shapes), path, colours, tuple(legend), tuple(notes), height)
 
 
 def view_of_answer(robot: Robot, recording: Recording, result: PayloadResult) -> View:

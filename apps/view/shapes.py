@@ -1,4 +1,4 @@
-"""Shapes of a view as triangles and lines, each fixed to a frame.
+"""Shapes of a view as triangles, each fixed to a frame.
 
 Links look as the meshes that a URDF names, coarse enough for one page; these need the extra ``view``.
 """
@@ -42,15 +42,6 @@ class Shape:
     colour: Colour
     opacity: float = 1.0
     shown: NDArray[np.bool_] | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Line:
-    """A line through points (k, 3) in the base's frame [m], with a colour for each of its k - 1 pieces."""
-
-    name: str
-    points: Array
-    colours: NDArray[np.uint8]
 
 
 def capsule(start: Array, end: Array, radius: float) -> Trimesh:

@@ -89,10 +89,10 @@ def _played(server: Any, view: View) -> str:
             receive_shadow=False,
         )
         meshes += [(mesh, shape.shown)] if shape.shown is not None else []
-    for path in view.paths:
-        pieces = np.stack([path.points[:-1], path.points[1:]], axis=1).astype(np.float32)
-        colours = np.repeat(path.colours[:, None], 2, axis=1)
-        scene.add_line_segments(f"/{path.name}", pieces, colours, thickness=3.0, thickness_units="screen")
+    if len(view.path) > 1:
+        pieces = np.stack([view.path[:-1], view.path[1:]], axis=1).astype(np.float32)
+        colours = np.repeat(view.path_colours[:, None], 2, axis=1)
+        scene.add_line_segments("/path of the flange", pieces, colours, thickness=3.0, thickness_units="screen")
     serialiser = server.get_scene_serializer()
     for k in range(1, len(view.times)):
         serialiser.insert_sleep(float(view.times[k] - view.times[k - 1]))

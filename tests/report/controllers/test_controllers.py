@@ -14,7 +14,7 @@ import pinocchio as pin
 import pytest
 from dynident.apps.commands.export import Name
 from dynident.apps.export.controllers import FORMATS
-from dynident.apps.export.load import ControllerLoad, HalfWidths, load_of
+from dynident.apps.export.load import ControllerLoad, load_of
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.common.schema import convert
@@ -289,7 +289,7 @@ def test_numbers_are_rounded_to_what_their_intervals_support(
 ) -> None:
     """Within a tenth of the half-width (an inertia that must stay possible within five), and no body impossible."""
     trace = float(np.trace(body.inertia_com))
-    halves = HalfWidths(10.0 ** exponents[0], 10.0 ** (exponents[1] - 1.0), trace * 10.0 ** (exponents[2] - 1.0))
+    halves = (10.0 ** exponents[0], 10.0 ** (exponents[1] - 1.0), trace * 10.0 ** (exponents[2] - 1.0))
     assume(halves.inertia > 1e-7)
     load = controller_load(body, half_widths=halves)
     assume(load.rounded().mass > 0.0)

@@ -72,7 +72,7 @@ def test_links_reach_from_each_frame_to_the_next(robot: Robot) -> None:
             gap = apart(expected[j + 1], *(at(frames[j], end) for end in near))
             assert gap < 1e-6, "the next frame lies on the part along its axis"
             assert apart(at(frames[j], corner), *(at(frames[j], end) for end in near)) < 1e-6
-        assert np.abs(view.paths[0].points - expected[-1]).max(axis=1).min() < 1e-9, "the path goes through it"
+        assert np.abs(view.path - expected[-1]).max(axis=1).min() < 1e-9, "the path goes through it"
         tip = links[f"link {robot.n}/flange"]
         assert min(np.abs(at(frames[robot.n], end) - expected[-1]).max() for end in ends(tip)) < 1e-6
 
