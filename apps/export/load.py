@@ -136,9 +136,8 @@ class ControllerLoad:
         if self.half_widths is None:
             return self
         of_mass, of_com, of_inertia = self.half_widths
-        mass, com = (
-            np.round(x, _digits(x, half)) for x, half in ((np.array(self.mass), of_mass), (self.com, of_com))
-        )
+        mass = np.round(self.mass, _digits(np.array(self.mass), of_mass))
+        com = np.round(self.com, _digits(self.com, of_com))
         digits, added, inertia = None, 0.0, self.inertia
         if not self.point_mass:
             digits = _digits(inertia, of_inertia)
