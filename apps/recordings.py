@@ -1,7 +1,7 @@
 """Simulated recordings in files: each as CSV, and what is true of them as TOML."""
 
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from ..common.files import write_text
 from ..common.schema import toml_text
+from ..common.versions import versions
 from ..model import Recording
 from ..trajectories import Controller, Experiment
 
@@ -30,13 +31,7 @@ def write_recording(path: str | Path, recording: Recording) -> None:
     write_text(path, text.getvalue())
 
 
-def write_truth(
-    path: str | Path,
-    experiment: Experiment,
-    controller: Controller,
-    files: Sequence[str],
-    versions: Mapping[str, str],
-) -> None:
+def write_truth(path: str | Path, experiment: Experiment, controller: Controller, files: Sequence[str]) -> None:
     """Write all that a simulated experiment was made from; ``files`` are the names of the runs' recordings."""
     robot, assumed = experiment.robot, experiment.robot.assumed(*SIMULATED)
     loads = [run.task.payload for run in experiment.runs if run.task.payload is not None]
@@ -45,7 +40,7 @@ def write_truth(
         "robot_fingerprint": robot.fingerprint,
         "payload_frame": robot.payload_frame,
         "seed": experiment.seed,
-        "versions": versions,
+        "versions": versions(),
         **({"assumed": assumed} if assumed else {}),
         "parameters": robot.parameters,
         **({"payload": loads[0].named()} if loads else {}),

@@ -10,14 +10,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
 from cyclopts import Parameter
 
-from ... import __version__, model, trajectories
+from ... import model, trajectories
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import made_folder
@@ -105,9 +104,7 @@ def run(*, arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) ->
     files = {folder / f"{run.task.name}.csv": run for run in experiment.runs}
     for file, run in files.items():
         write_recording(file, run.recording)
-    versions = {"dynident": __version__, "casadi": version("casadi"), "numpy": version("numpy")}
-    names = [file.name for file in files]
-    write_truth(folder / "truth.toml", experiment, controller, names, versions)
+    write_truth(folder / "truth.toml", experiment, controller, [file.name for file in files])
     lines = [
         f"{file}: {run.exact.motion.t[-1]:.1f} s, tracking error at most {1e3 * run.tracking_error.max():.2f} mrad"
         for file, run in files.items()
