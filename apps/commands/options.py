@@ -405,7 +405,7 @@ class ViewOptions(Options, group=FILES):
             if self.view == "-":
                 shown = views.open_view(scene)
             else:
-                views.write_view(self.view, scene)
+                write_text(self.view, views.html_of(scene))
         for text in scene.notes:
             note(text)
         if shown:

@@ -32,15 +32,10 @@ def require_viewer() -> Any:
     return viser
 
 
-def write_view(path: str | Path, view: View) -> None:
-    """Write the file; it plays without a server."""
-    write_text(path, html_of(view))
-
-
 def open_view(view: View) -> str:
     """Open the view in the browser, as a file in a folder for temporary files; its path."""
     page = Path(mkdtemp(prefix="dynident_")) / "view.html"
-    write_view(page, view)
+    write_text(page, html_of(view))
     if not webbrowser.open(page.as_uri()):
         raise InputError(f"--view -: no browser could be opened: open {page} in one")
     return str(page)
