@@ -1,5 +1,4 @@
-"""Whatever reads logs, prints, draws, talks or runs in parallel; hands values from room to room."""
+"""Whatever reads logs, prints, draws, talks or runs in parallel; hands values from room to room.
 
-from ..common.lazy import attach
-
-__getattr__, __dir__, __all__ = attach(__name__, __file__)
+What cannot be used or written is refused by an ``InputError``, whose one line says what, where and what to do.
+"""

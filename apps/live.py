@@ -12,10 +12,10 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from queue import Empty, Queue
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
@@ -73,28 +73,8 @@ class LinkError(InputError):
     """A connection that ended, and why: one line."""
 
 
-def available(fields: Sequence[str], types: Sequence[str]) -> tuple[str, ...]:
-    """The fields that a controller has, by its answer.
-
-    Raises:
-        LinkError: if a type is none of the protocol, or one of the fields that are needed is absent.
-    """
-    if len(types) != len(fields):
-        raise LinkError(f"{len(types)} types for {len(fields)} fields: this is not RTDE")
-    there = []
-    for field, kind in zip(fields, types, strict=True):
-        if kind in _FORMATS:
-            there.append(field)
-        elif kind != "NOT_FOUND":
-            raise LinkError(f"the controller sends {field} as {kind!r}, which is no type of RTDE")
-    absent = [field for field in fields if field in NEEDED and field not in there]
-    if absent:
-        raise LinkError(f"the controller has no {', '.join(absent)}: nothing can be recorded from it")
-    return tuple(there)
-
-
-class Client:
-    """A connection to a controller; close it, or use it in a ``with``.
+class Client(AbstractContextManager["Client"]):
+    """A connection to a controller, to be used in a ``with``.
 
     Attributes:
         host: in words, for messages.
@@ -129,10 +109,6 @@ class Client:
             self._socket.close()
             raise
 
-    def __enter__(self) -> Self:
-        """Use it until the end of the block."""
-        return self
-
     def __exit__(self, *_: object) -> None:
         """Close it."""
         self._socket.close()
@@ -141,7 +117,7 @@ class Client:
         """Start the samples of all fields that the controller has, ``rate`` [Hz] a second, the fastest by default.
 
         Raises:
-            LinkError: if the controller refuses, or a field that is needed is absent.
+            LinkError: if the controller refuses, has not a field that is needed, or sends one as no type of RTDE.
         """
         self.rate = rate or (500.0 if self.version[0] >= _CB_SERIES else 125.0)
         there, asked = tuple(fields), tuple[str, ...]()
@@ -149,12 +125,17 @@ class Client:
             asked = there
             answer = self._ask(_OUTPUTS, struct.pack(">d", self.rate) + ",".join(asked).encode())
             types = answer[1:].decode("ascii", errors="replace").split(",")
-            try:
-                there = available(asked, types)
-            except LinkError as fault:
-                raise self._told(str(fault)) from None
+            if len(types) != len(asked):
+                raise self._told(f"{len(types)} types for {len(asked)} fields: this is not RTDE")
+            kinds = dict(zip(asked, types, strict=True))
+            there = tuple(field for field in asked if kinds[field] != "NOT_FOUND")
+            if absent := [field for field in asked if field in NEEDED and field not in there]:
+                raise self._told(f"the controller has no {', '.join(absent)}: nothing can be recorded from it")
+            for field in there:
+                if kinds[field] not in _FORMATS:
+                    raise self._told(f"the controller sends {field} as {kinds[field]!r}, which is no type of RTDE")
         self._number = answer[0]
-        self.layout = np.dtype([(field, _FORMATS[kind]) for field, kind in zip(asked, types, strict=True)])
+        self.layout = np.dtype([(field, _FORMATS[kind]) for field, kind in kinds.items()])
         if self._ask(_START)[:1] != b"\x01":
             raise self._told("the controller does not start its samples")
         self._last = time.monotonic()
@@ -177,12 +158,10 @@ class Client:
             pass
         except (OSError, ValueError) as error:
             self._fault = getattr(error, "strerror", None) or str(error)
-        now = time.monotonic()
-        self._last = now if samples else self._last
-        if now - self._last > _SILENCE and not self._fault:
-            self._fault = f"no sample for {_SILENCE:g} s"
-        if self._fault and not samples:
-            raise self._told(self._fault)
+        if samples:
+            self._last = time.monotonic()
+        elif self._fault or time.monotonic() - self._last > _SILENCE:
+            raise self._told(self._fault or f"no sample for {_SILENCE:g} s")
         return np.frombuffer(b"".join(samples), self.layout)
 
     def _ask(self, kind: int, payload: bytes = b"") -> bytes:
@@ -223,12 +202,9 @@ class Client:
 
 
 def _connected(host: str, port: int, hint: str, silent: str) -> socket.socket:
-    """Open a socket to a host; ``hint`` is said behind why there is none, ``silent`` where nothing answers.
+    """Open a socket, within 2.5 s for the name and 2.5 s for the host; ``hint`` and ``silent``: why there is none.
 
     The system looks a name up for as long as it likes (30 s where the name server is silent): a thread asks it.
-
-    Raises:
-        LinkError: if the name does not resolve, or nothing answers, within 2.5 s each.
     """
     address, found = f"{host}:{port}", Queue[Any]()
 
@@ -304,11 +280,7 @@ class Recorder:
         return [int(j) + 1 for j in np.flatnonzero(self._highest - self._lowest > _MOVED)]
 
     def add(self, samples: Samples) -> Samples:
-        """Keep further samples, and give those that are new.
-
-        Raises:
-            LinkError: if time runs back or stands still; what came before is kept.
-        """
+        """Keep samples, and give those that are new; a time that runs back or stands still ends it all."""
         new: list[int] = []
         try:
             for k, now in enumerate(samples[TIME].tolist()):
@@ -344,13 +316,7 @@ class Recorder:
         return kept
 
     def write(self, path: str | Path) -> None:
-        """Write what there is, in one step, in the format that the name says; see ``check_name``.
-
-        A field of several numbers counts its columns from 0.
-
-        Raises:
-            InputError: if nothing was recorded, or the file cannot be written.
-        """
+        """Write what there is in the format of the name; a field of several numbers counts its columns from 0."""
         if not self.count:
             raise InputError(f"{path}: not written: no sample came")
         samples = np.concatenate(self._kept)
@@ -368,11 +334,7 @@ class Recorder:
 
 
 def check_name(path: str | Path) -> None:
-    """Refuse a file that no recording can be written as: a recording is not begun that cannot be written.
-
-    Raises:
-        InputError: for another name than those of ``SUFFIXES``, or without the package that Parquet needs.
-    """
+    """Refuse a file that no recording can be written as: a recording is not begun that cannot be written."""
     name = Path(path).name.lower()
     if not name.endswith(SUFFIXES):
         raise InputError(f"{path}: a recording is written as {', '.join(SUFFIXES)}")
@@ -397,11 +359,7 @@ def program(command: str) -> str:
 
 @contextmanager
 def send_program(text: str, host: str, port: int = SCRIPT_PORT) -> Iterator[None]:
-    """Send a program; the connection stays open within the block, for the controller reads in its own time.
-
-    Raises:
-        LinkError: if there is no connection, or it is lost while the program is sent.
-    """
+    """Send a program; the connection stays open within the block, for the controller reads in its own time."""
     hint = ": nothing was sent; switch the controller to remote control"
     with _connected(host, port, hint, "nothing was sent") as connection:
         try:

@@ -8,11 +8,7 @@ from ..common.errors import InputError
 
 
 def pyarrow_for(purpose: str, advice: str) -> Any:
-    """The package, where it is installed.
-
-    Raises:
-        InputError: says what needs it, and what to do.
-    """
+    """The package; where it is not installed, a refusal says what needs it and what to do."""
     try:
         import pyarrow.parquet
     except ImportError:
@@ -29,11 +25,7 @@ def parquet_bytes(columns: Mapping[str, Any]) -> bytes:
 
 
 def parquet_rows(path: Path, columns: Sequence[str] | None = None) -> list[dict[str, Any]]:
-    """Rows of a file's table; all its columns by default.
-
-    Raises:
-        InputError: if there is no such file or table.
-    """
+    """Rows of a file's table; all its columns by default."""
     pyarrow = pyarrow_for("Parquet", "pip install 'dynident[fleet]'")
     try:
         table = pyarrow.parquet.read_table(pyarrow.BufferReader(path.read_bytes()), columns=columns)

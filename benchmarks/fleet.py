@@ -11,7 +11,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from dynident.apps import fleet
+from dynident.apps.fleet.reduction import process_pool, reduce_fleet
+from dynident.apps.fleet.store import Store
 from dynident.benchmarks.shared import options, show
 from dynident.model import load_robot
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
@@ -40,18 +41,18 @@ def throughput(folder: Path, count: int) -> None:
     """Processor time and the clock of one process and two, in turns; memory of a worker over many recordings."""
     robot, paths = load_robot("rx90"), recordings(folder, count)
     clock, spent = {1: list[float](), 2: list[float]()}, {1: list[float](), 2: list[float]()}
-    with fleet.reduction.process_pool(1) as one_worker, fleet.reduction.process_pool(2) as two:
+    with process_pool(1) as one_worker, process_pool(2) as two:
         for number, pool in ((1, one_worker), (2, two)):
             list(pool.map(time.sleep, [0.5] * 2 * number))
-            fleet.reduce_fleet(paths[:2], robot, folder / f"start{number}", workers=(pool, number))
+            reduce_fleet(paths[:2], robot, folder / f"start{number}", workers=(pool, number))
         for turn in range(2):
             for number, pool in ((1, one_worker), (2, two)):
                 before, begin = sum(pool.map(used, [0.3] * 4 * number)), time.monotonic()
                 store = folder / f"{number}-{turn}"
-                fleet.reduce_fleet(paths, robot, store, workers=(pool, number))
+                reduce_fleet(paths, robot, store, workers=(pool, number))
                 clock[number].append(time.monotonic() - begin)
                 spent[number].append((sum(pool.map(used, [0.3] * 4 * number)) - before) / 4.0)
-        reduced = fleet.Store.opened(store)
+        reduced = Store.opened(store)
         sizes = [reduced.path(log.key).stat().st_size for log in reduced.logs()]
         memory = list(resident(paths, folder))
     ratio, rows = min(clock[1]) / min(clock[2]), []
@@ -82,11 +83,11 @@ def used(seconds: float) -> float:
 def resident(paths: list[str], folder: Path) -> Iterator[float]:
     """Largest memory of one worker after 1, 10, .. 60 recordings [MiB]."""
     robot, done = load_robot("rx90"), 0
-    with fleet.reduction.process_pool(1) as fresh:
+    with process_pool(1) as fresh:
         for goal in (1, 10, 20, 30, 40, 50, 60):
             while done < goal:
                 store = folder / f"memory{done}"
-                fleet.reduce_fleet([paths[done % len(paths)]], robot, store, workers=(fresh, 1))
+                reduce_fleet([paths[done % len(paths)]], robot, store, workers=(fresh, 1))
                 done += 1
             yield fresh.submit(resource.getrusage, resource.RUSAGE_SELF).result().ru_maxrss / 1024.0
 

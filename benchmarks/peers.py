@@ -37,7 +37,8 @@ from typing import Any
 import numpy as np
 from dynident.apps import results
 from dynident.apps.logs.read import read_recording
-from dynident.apps.rollout import MujocoArm, roll_out_all
+from dynident.apps.rollout.arm import MujocoArm
+from dynident.apps.rollout.rollout import roll_out_all
 from dynident.benchmarks.random_motions import random_motion, random_motions
 from dynident.benchmarks.shared import UR10E_GAINS, options, recordings_folder, show
 from dynident.cli import main as main_of

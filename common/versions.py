@@ -1,18 +1,17 @@
 """Versions of the packages that decide numbers and figures."""
 
 import platform
-from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 
 from .. import __version__
 
-_PACKAGES = ("casadi", "clarabel", "matplotlib", "numpy", "scipy")
+_PACKAGES = ("casadi", "clarabel", "cvxpy", "matplotlib", "numpy", "scipy")
 
 
-def versions(packages: Sequence[str] = _PACKAGES) -> dict[str, str]:
-    """Find the versions of dynident, Python, and packages; by default those that decide numbers and figures."""
+def versions() -> dict[str, str]:
+    """Find the versions of dynident, Python, and the packages that decide numbers and figures."""
     by_package = {"dynident": __version__, "Python": platform.python_version()}
-    for package in packages:
+    for package in _PACKAGES:
         try:
             by_package[package] = version(package)
         except PackageNotFoundError:

@@ -7,7 +7,7 @@ ANSWERED, DO_NOT_USE, BAD_INPUT, INTERNAL_ERROR, INTERRUPTED, BROKEN_PIPE = 0, 1
 """Exit statuses of every command."""
 COMMANDS = {
     "weigh": ("payload:run_weigh", "Weigh a payload by a short motion near a pose."),
-    "verify": ("payload:run_verify", "Compare following errors before and after a payload was entered."),
+    "verify": ("check:run_verify", "Compare following errors before and after a payload was entered."),
     "payload": ("payload:run", "Identify a payload from recordings with and without it."),
     "identify": ("identify:run", "Identify the robot's own parameters, without payload."),
     "rollout": ("identify:run_rollout", "Compare the identified robot's motion with a recording's."),
@@ -54,8 +54,3 @@ COMMANDS = {
     "demo": ("demo:run", "The paper's experiment on a simulated RX90."),
 }
 """Each command, where it is, and what it does, in the order of ``dynident --help``."""
-
-
-def answered(level: str) -> int:
-    """Exit status of an answer with a verdict of this level."""
-    return DO_NOT_USE if level == "do_not_use" else ANSWERED

@@ -1,4 +1,4 @@
-"""``dynident check``: what a log holds, and what looks wrong with it."""
+"""``dynident check`` and ``verify``: what a log holds and what looks wrong, and two around a payload's entry."""
 
 from __future__ import annotations
 
@@ -9,12 +9,15 @@ from cyclopts import Parameter
 
 from ... import estimation, model
 from ...common.errors import InputError
-from .. import logs, report
+from .. import logs
+from ..logs.following import following_change, read_following
 from ..logs.log_check import check_log, longest, robot_fits
+from ..report.documents import Look, check_document
+from ..report.sections.check import check_report, fits_report, following_report, log_report
 from . import ANSWERED, DO_NOT_USE
 from .entry import command
-from .options import PageOptions, ProcessingOptions, RobotOptions, Setup
-from .values import DataFile, RobotFile
+from .options import ArmOptions, LogOptions, PageOptions, ProcessingOptions, RobotOptions, Setup
+from .values import LOG, DataFile, Reads, RobotFile
 
 _Logs = Annotated[tuple[DataFile, ...], Parameter(help="Recordings, with or without payload.")]
 
@@ -30,26 +33,24 @@ class _Robot(RobotOptions):
 
 @command
 def run(data: _Logs = (), *, robot: _Robot, processing: ProcessingOptions, files: PageOptions) -> int:
-    """Run it."""
+    """Run ``check``."""
     if not data:
         raise InputError("give a log: dynident check LOG")
     setup = processing.setup(robot.load()) if robot.robot else None
     looks = [_looked(path, setup, processing, files) for path in data]
-    files.write_json(lambda: report.documents.check_document(setup.robot if setup else None, looks))
-    files.write_page(report.check_report(looks), setup.in_words() if setup else {})
+    files.write_json(lambda: check_document(setup.robot if setup else None, looks))
+    files.write_page(check_report(looks), setup.in_words() if setup else {})
     return ANSWERED if all(look.check and look.check.usable for look in looks) else DO_NOT_USE
 
 
-def _looked(
-    path: str, setup: Setup | None, processing: ProcessingOptions, files: PageOptions
-) -> report.documents.Look:
+def _looked(path: str, setup: Setup | None, processing: ProcessingOptions, files: PageOptions) -> Look:
     """Look at one log, its longest piece between gaps, by the robot that fits it best where none is named."""
     fits = None
     if setup is None:
         fits = robot_fits(path, processing.how())
-        files.show(report.fits_report(fits))
+        files.show(fits_report(fits))
         if fits.fault:
-            return report.documents.Look(path, None, fits)
+            return Look(path, None, fits)
         setup = processing.setup(model.load_robot(fits.fitting[0].robot))
     robot = setup.robot
     # Without gains its torques stay currents.
@@ -60,5 +61,29 @@ def _looked(
     if len(pieces) > 1:
         text = f"Rows are missing: of {len(pieces)} pieces the longest is looked at; record without losing rows"
         check = check.completed([estimation.Finding("note", "recording", text)])
-    files.show(report.log_report(check))
-    return report.documents.Look(path, check, fits)
+    files.show(log_report(check))
+    return Look(path, check, fits)
+
+
+@command
+def run_verify(
+    *,
+    arm: ArmOptions,
+    before: Annotated[str, Reads("before"), LOG],
+    after: Annotated[str, Reads("after"), LOG],
+    reading: LogOptions,
+    files: PageOptions,
+) -> int:
+    """Run ``verify``.
+
+    Args:
+        before: Before the new number: one motion, with columns qref1.. (commanded positions) or tauref1.. (torque
+            predicted, N·m), or what --log-map names.
+        after: That motion again, with the new number.
+    """
+    robot, how = arm.load(), reading.how()
+    gains, _ = reading.gains(robot)
+    old, new = (read_following(path, robot, gains, how) for path in (before, after))
+    change = following_change(old, new, robot.processing.still_speed)
+    files.give(following_report(change, robot), lambda: change, {})
+    return DO_NOT_USE if change.tells and change.total.clear == "rose" else ANSWERED

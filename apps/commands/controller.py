@@ -11,12 +11,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated, Literal
 
+from cyclopts import Parameter
+
 from ...common.errors import InputError, one_line, printable
-from .. import export, live
+from .. import live
+from ..export import controllers
+from ..export.load import read_load
 from ..numbers import six
 from . import ANSWERED, DO_NOT_USE, values
-from .entry import SETTING, command
-from .options import HostOptions
+from .entry import CONTROLLER, SETTING, Options, command
 from .progress import note, quiet, status
 
 if TYPE_CHECKING:
@@ -33,6 +36,19 @@ _FIELDS = (live.TIME, live.MASS, live.CENTRE, live.INERTIA)
 _Rate = Annotated[float, values.word(values.positive_number, "HZ")]
 
 
+class _Host(Options, group=CONTROLLER):
+    """The controller that is listened to."""
+
+    host: Annotated[str, Parameter(metavar="H")]
+    """Name or address of the controller."""
+    port: values.Port | None = None
+    """Its port of RTDE (default: 30004)."""
+
+    def client(self) -> live.Client:
+        """A connection to it."""
+        return live.Client(self.host, self.port or live.PORT)
+
+
 @command
 def run_record(
     maker: Literal["ur"],
@@ -40,7 +56,7 @@ def run_record(
     seconds: values.Seconds | None = None,
     rate: _Rate | None = None,
     out: values.NewFile,
-    controller: HostOptions,
+    controller: _Host,
 ) -> None:
     """Run ``record``: whatever ends the recording, the file holds what was there.
 
@@ -117,7 +133,7 @@ def run_apply(
     to: Literal["ur"],
     yes: bool = False,
     despite_verdict: bool = False,
-    controller: HostOptions,
+    controller: _Host,
     script_port: Annotated[values.Port | None, SETTING] = None,
 ) -> int:
     """Run ``apply``: nothing is sent before the word is given.
@@ -129,7 +145,7 @@ def run_apply(
         despite_verdict: Send it, inertia and all, whatever the verdict.
         script_port: Port of scripts of the controller (default: 30002).
     """
-    load = export.read_load(payload, None, despite_verdict)
+    load = read_load(payload, None, despite_verdict)
     if not despite_verdict and load.verdict == "do_not_use":
         why = f"the verdict on {load.source} is 'do not use': {'; '.join(load.reasons)}"
         print(one_line(f"dynident: not sent: {why}"), file=sys.stderr)
@@ -140,7 +156,7 @@ def run_apply(
     if at_flange is None:
         raise InputError(f"{payload}: the payload's frame is {load.frame!r}, not the flange: nothing was sent")
     load = at_flange.rounded()
-    lines = export.controllers.FORMATS["ur"].text(load).splitlines()
+    lines = controllers.FORMATS["ur"].text(load).splitlines()
     (line,) = [line for line in lines if line.startswith("set_target_payload(")]
     text = live.program(line)
     if not quiet():

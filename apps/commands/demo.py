@@ -17,8 +17,11 @@ from ... import estimation, model, trajectories
 from ...common.files import made_folder
 from ...common.progress import Progress, silent
 from ...common.schema import write_json
-from .. import report
 from ..logs.map import LogMap
+from ..report.blocks import Notes
+from ..report.figures.canvas import save_figure
+from ..report.sections.payload import payload_report
+from ..report.sections.robot import robot_section
 from .entry import SETTING, Options, command
 from .options import PageOptions, Setup
 from .progress import status
@@ -121,14 +124,14 @@ def run(*, demo: _Demo, pages: _Pages) -> None:
     write_json(folder / "robot.json", robot.result)
     pages = replace(pages, report=pages.report or str(folder / "report.html"))
     written = (*(folder / name for name in ("payload.json", "robot.json", "torques.png")), pages.report)
-    shown = report.payload_report(answer.result, str(folder / "payload.json"))
+    shown = payload_report(answer.result, str(folder / "payload.json"))
     place = ", ".join(f"{1e3 * x:g}" for x in PAYLOAD.com)
     head = (
         f"The paper's experiment on a simulated RX90; it carries {PAYLOAD.mass:g} kg at ({place}) mm, which the "
         "identification is not told."
     )
-    first = [report.Notes([head]), *shown.first, report.Notes([f"Written: {', '.join(map(str, written))}"])]
-    shown = replace(shown, first=first, sections=[*shown.sections, report.robot_section(robot.result)])
+    first = [Notes([head]), *shown.first, Notes([f"Written: {', '.join(map(str, written))}"])]
+    shown = replace(shown, first=first, sections=[*shown.sections, robot_section(robot.result)])
     arm = experiment.robot
     setup = Setup(arm, arm.processing, None, None, LogMap(source="simulated"))
     simulated = {
@@ -139,7 +142,7 @@ def run(*, demo: _Demo, pages: _Pages) -> None:
     }
     pages.write_page(shown, setup.in_words() | simulated)
     torques = next(drawing for drawing in shown.drawings() if drawing.name == "worst_joint")
-    report.save_figure(torques.figure, folder / "torques.png")
+    save_figure(torques.figure, folder / "torques.png")
     pages.show(shown)
 
 

@@ -12,14 +12,18 @@ from cyclopts import Parameter
 from ... import estimation, model, trajectories
 from ...common.errors import InputError
 from ...common.files import made_folder
-from .. import export, logs, report
+from .. import logs
 from .. import view as views
+from ..export.motion import WrittenMotion, design_head
+from ..export.motions.val3 import check_val3, val3_replay
 from ..logs.map import read_log_map
 from ..logs.read import read_recording
+from ..report.documents import JudgedMotion, design_document
+from ..report.sections.motion import criterion_text, design_report
 from . import values
 from .entry import MOTION, SEARCH, SETTING, Options, command
-from .motions import FIGURE_RATE, GoalOptions, LimitOptions, MotionFiles, best_motion, in_si
-from .options import RehearsedRobotOptions, ViewedPageOptions
+from .motions import FIGURE_RATE, GoalOptions, LimitOptions, MotionFiles, RehearsedRobotOptions, best_motion, in_si
+from .options import PageOptions, ViewOptions
 from .progress import note, status
 from .values import Count, Positions, Reads, Seconds, Seed, number, numbers, positive_number, word
 
@@ -113,12 +117,12 @@ class _DesignFiles(MotionFiles):
     val3: values.NewFolder | None = None
     """VAL3 application of via points, best with --segments trapezoid; made if missing."""
 
-    def asked(self, written: export.WrittenMotion) -> dict[str, tuple[str, export.WrittenMotion]]:
+    def asked(self, written: WrittenMotion) -> dict[str, tuple[str, WrittenMotion]]:
         """The formats asked for by name, with the application's database, which the rest of it stands beside."""
         database = {"val3": (str(Path(self.val3) / f"{written.name}.dtx"), written)} if self.val3 else {}
         return super().asked(written) | database
 
-    def write(self, written: export.WrittenMotion) -> None:
+    def write(self, written: WrittenMotion) -> None:
         """Write a motion with its head in the formats asked for."""
         if self.val3:
             made_folder(self.val3)
@@ -134,6 +138,7 @@ def run(
     limits: LimitOptions,
     search: _Search,
     files: _DesignFiles,
+    view: ViewOptions,
 ) -> None:
     """Run it."""
     robot = arm.load()
@@ -141,27 +146,27 @@ def run(
     robot, kind = problem.robot, problem.criterion.kind
     files.check_robot(robot)
     if files.val3:
-        export.check_val3(robot, not shape.fourier, Path(files.val3).name)
+        check_val3(robot, not shape.fourier, Path(files.val3).name)
 
     def words(best: float | None) -> str:
-        text = None if best is None else report.criterion_text(kind, best)
+        text = None if best is None else criterion_text(kind, best)
         return f"; best: {text or 'no motion within the limits yet'}"
 
     design = best_motion(problem, search.seed, search.starts, words)
     floor = floor_of(problem, design.score, search.seed) if search.bound else None
     title, samples = f"Motion of {robot.title or robot.name}", design.motion(FIGURE_RATE)
-    head, name = export.design_head(design), Path(files.val3 or "").name
-    written = export.WrittenMotion(robot, design.plan, problem.bounds, head, name=name)
+    head, name = design_head(design), Path(files.val3 or "").name
+    written = WrittenMotion(robot, design.plan, problem.bounds, head, name=name)
     replay = None
     if files.val3:  # what a controller would make of the via points if its profiles are trapezoidal
-        profile = export.val3_replay(written).motion(_REPLAY_RATE)
+        profile = val3_replay(written).motion(_REPLAY_RATE)
         replay = trajectories.score_motion(problem, profile)
-    judged = report.documents.JudgedMotion(title, design.score, samples, reference, labels, design, floor, replay)
+    judged = JudgedMotion(title, design.score, samples, reference, labels, design, floor, replay)
     estimated = () if problem.payloads is not None else ("val3",)
     files.check_replays(limits.whole(problem), written, *estimated)
-    files.give(report.design_report(judged), lambda: report.documents.design_document(judged), {})
+    files.give(design_report(judged), lambda: design_document(judged), {})
     files.write(written)
-    files.write_view(lambda: views.view_of(robot, samples, problem=problem))
+    view.write_view(lambda: views.view_of(robot, samples, problem=problem))
 
 
 def build_request(
@@ -235,7 +240,8 @@ def run_score(
     scored: _Scored,
     goal: GoalOptions,
     limits: LimitOptions,
-    files: ViewedPageOptions,
+    files: PageOptions,
+    view: ViewOptions,
 ) -> None:
     """Run ``score``."""
     shape = trajectories.ViaPointShape(longest=scored.max_duration)
@@ -243,11 +249,9 @@ def run_score(
     motion = _logged_motion(data, problem.robot, scored.log_map, scored.cutoff)
     score = trajectories.score_motion(problem, motion)
     floor = floor_of(problem, score, scored.seed or 0) if scored.bound else None
-    judged = report.documents.JudgedMotion(
-        f"Motion of {data}", score, motion, reference, labels, floor=floor, source=data
-    )
-    files.give(report.design_report(judged), lambda: report.documents.design_document(judged), {})
-    files.write_view(lambda: views.view_of(problem.robot, motion, problem=problem))
+    judged = JudgedMotion(f"Motion of {data}", score, motion, reference, labels, floor=floor, source=data)
+    files.give(design_report(judged), lambda: design_document(judged), {})
+    view.write_view(lambda: views.view_of(problem.robot, motion, problem=problem))
 
 
 def _logged_motion(path: str, robot: model.Robot, log_map: str | None, cutoff: float | None) -> model.Motion:

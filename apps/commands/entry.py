@@ -31,7 +31,7 @@ from cyclopts.help import DefaultFormatter
 
 from ...common.errors import InputError
 from ...common.files import is_device, keeping, place_of
-from . import ANSWERED, BAD_INPUT, COMMANDS
+from . import ANSWERED, BAD_INPUT, COMMANDS, DO_NOT_USE
 from .progress import Manner, speaking, version_lines
 from .values import Reads, Writes
 
@@ -174,6 +174,11 @@ def command(run: Callable[..., int | None]) -> Callable[..., int]:
     called.__doc__, called.__annotations__ = run.__doc__, {part.name: part.annotation for part in parts}
     vars(called)["__signature__"] = given.replace(parameters=parts)
     return called
+
+
+def answered(level: str) -> int:
+    """Exit status of an answer with a verdict of this level."""
+    return DO_NOT_USE if level == "do_not_use" else ANSWERED
 
 
 def application(calls: list[Call], words: Sequence[str]) -> App:

@@ -13,7 +13,8 @@ from cyclopts import Parameter
 from ... import model
 from ...common.errors import InputError, one_line
 from ...common.files import write_text
-from .. import export
+from ..export import controllers
+from ..export.load import ControllerLoad, read_load
 from . import ANSWERED, DO_NOT_USE
 from .entry import SETTING, Options, command
 from .values import NewFile, PayloadResultFile, number, word, words
@@ -21,7 +22,7 @@ from .values import NewFile, PayloadResultFile, number, word, words
 if TYPE_CHECKING:
     Name = str
 else:  # the files' names: --help need not load them
-    Name = Literal[tuple(export.controllers.FORMATS)]
+    Name = Literal[tuple(controllers.FORMATS)]
 _FARTHEST = 100.0  # m
 _Pose = Annotated[tuple[float, float, float, float, float, float], words(number, "X Y Z RX RY RZ")]
 
@@ -51,12 +52,12 @@ def run(payload: PayloadResultFile, *, request: _Export) -> int:
     Args:
         payload: The --json of 'dynident payload'.
     """
-    form = export.controllers.FORMATS[request.to]
+    form = controllers.FORMATS[request.to]
     for option, held in (("tool_frame", "tool frame"), ("meters_per_unit", "units")):
         if held not in form.holds:  # it would be ignored
-            known = [name for name, other in export.controllers.FORMATS.items() if held in other.holds]
+            known = [name for name, other in controllers.FORMATS.items() if held in other.holds]
             request.refuse(option, f"belongs to --to {', '.join(known)}, not to {form.name}")
-    load = export.read_load(payload, request.method, request.despite_verdict)
+    load = read_load(payload, request.method, request.despite_verdict)
     if not request.despite_verdict and (load.verdict == "do_not_use" or load.beyond_rating):
         why = f"the verdict on {load.source} is 'do not use': {'; '.join(load.reasons)}"
         if load.verdict != "do_not_use":
@@ -85,9 +86,7 @@ def run(payload: PayloadResultFile, *, request: _Export) -> int:
     return ANSWERED
 
 
-def _seen_from(
-    option: str, load: export.ControllerLoad, pose: Sequence[float], name: str, of: str
-) -> export.ControllerLoad:
+def _seen_from(option: str, load: ControllerLoad, pose: Sequence[float], name: str, of: str) -> ControllerLoad:
     """The load in a frame that stands at a pose, in metres and degrees, in the present one."""
     place, turn = (", ".join(f"{value:g}" for value in part) for part in (pose[:3], pose[3:]))
     told = f"({place}) m, ({turn}) deg"

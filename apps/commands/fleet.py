@@ -14,7 +14,10 @@ from ... import estimation
 from ...common.errors import InputError
 from ...common.files import checksum
 from ...common.progress import each, silent
-from .. import fleet, report
+from ..fleet.comparing import arm_of, excess, fleet_of, side_by_side, widened
+from ..fleet.reduction import dask_executor, reduce_fleet
+from ..fleet.store import Recipe, RefusedDocument, Store, catalog, found_logs
+from ..report.sections.fleet import compared_report, fleet_report, reduced_report
 from . import ANSWERED, DO_NOT_USE
 from .entry import Options, command
 from .options import GainOptions, PageOptions, ProcessingOptions, ResultOptions, RobotOptions
@@ -48,38 +51,37 @@ def run_reduce(
 ) -> int:
     """Run ``fleet reduce``."""
     setup = processing.setup(arm.load())
-    entries = fleet.store.catalog(fleet.store.found_logs(data), request.pattern)
+    entries = catalog(found_logs(data), request.pattern)
     gains = drives.errors(setup, [], [])
     gains = replace(gains, notes=()) if gains is not None else None  # notes speak of single recordings
-    recipe = fleet.Recipe(setup.processing, setup.gains, gains, setup.log_map)
-    cluster = fleet.reduction.dask_executor(request.cluster) if request.cluster else nullcontext(request.workers)
+    recipe = Recipe(setup.processing, setup.gains, gains, setup.log_map)
+    cluster = dask_executor(request.cluster) if request.cluster else nullcontext(request.workers)
     with status("reducing") as progress, cluster as workers:
         told = partial(progress, "reducing")
-        reduced = fleet.reduce_fleet(entries, setup.robot, request.store, recipe, workers, told)
+        reduced = reduce_fleet(entries, setup.robot, request.store, recipe, workers, told)
     if reduced.workers_lost:
         note(f"workers were lost {reduced.workers_lost} times and replaced: nothing is lost, nothing counts twice")
-    files.give(report.reduced_report(reduced), lambda: reduced, {})
+    files.give(reduced_report(reduced), lambda: reduced, {})
     return ANSWERED if reduced.new or reduced.known else DO_NOT_USE
 
 
 @command
 def run_report(store: _Store, *, files: PageOptions) -> None:
     """Run ``fleet report``."""
-    opened = fleet.Store.opened(store)
+    opened = Store.opened(store)
     every = opened.logs()
-    refused = {log.file: log.wrong for log in every if log.wrong}
+    refused = [RefusedDocument(log.file, log.wrong) for log in every if log.wrong]
     logs = sorted((log for log in every if not log.wrong), key=lambda log: log.arm or "")
     if not logs:
         raise InputError(f"{opened.root}: no recording in it")
     arms, done = [], 0
     with status("reading nights") as progress:
         for _, own in groupby(logs, key=lambda log: log.arm or ""):  # one arm in memory at a time
-            arms.append(fleet.comparing.arm_of([opened.read(log.key) for log in own]))
+            arms.append(arm_of([opened.read(log.key) for log in own]))
             done += len(arms[-1].days)
             progress("reading nights", done / len(logs))
-    history = fleet.fleet_of(arms)
-    shown = report.fleet_report(history, refused)
-    files.give(shown, lambda: report.documents.fleet_document(history, refused), {"robot": history.arms[0].name})
+    told = fleet_of(arms, refused)
+    files.give(fleet_report(told), lambda: told, {"robot": told.arms[0]})
 
 
 @command
@@ -94,9 +96,9 @@ def run_compare(data: _Logs, *, arm: RobotOptions, processing: ProcessingOptions
     setup = processing.setup(arm.load())
     with status("identifying") as progress:
         settings = setup.settings(silent, friction=setup.robot.drives.friction, gains=setup.identified)
-        results = [
-            estimation.identify(setup.robot, setup.read([path]), settings)
+        estimates = [
+            estimation.identify(setup.robot, setup.read([path]), settings).estimate
             for path in each(data, "identifying {}".format, progress)
         ]
-    compared = fleet.compared(data, results)
-    files.give(report.compared_report(compared), lambda: compared, {})
+    compared = side_by_side(data, [widened(own, excess(own, own.sigma_robust)) for own in estimates])
+    files.give(compared_report(compared), lambda: compared, {})

@@ -10,9 +10,8 @@ from cyclopts import Parameter
 from ... import estimation
 from ...common.errors import InputError
 from ...common.schema import read_toml
-from .. import report
-from . import answered
-from .entry import SETTING, Options, command
+from ..report.sections.gains import gains_report
+from .entry import SETTING, Options, answered, command
 from .options import PageOptions, ProcessingOptions, RobotOptions
 from .progress import status
 from .values import DataFile, FrictionTerms, LoadedFile, PayloadFile, whole_numbers, with_sigma, word
@@ -82,6 +81,6 @@ def run(*, arm: RobotOptions, known: _Known, processing: _Processing, files: Pag
         problem = estimation.gain_problem(robot, unloaded, loaded, load, known.mounting, settings)
         progress("estimating")
         gains = estimation.answer_gains(problem)
-    shown = report.gains_report(gains, files.document)
+    shown = gains_report(gains, files.document)
     files.give(shown, lambda: gains, setup.in_words())
     return answered(gains.judged.level)

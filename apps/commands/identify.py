@@ -8,9 +8,14 @@ from cyclopts import Group, Parameter
 
 from ... import estimation, model
 from ...common.errors import InputError
-from .. import report, results, rollout
-from . import answered, options, values
-from .entry import SETTING, Options, command
+from .. import results
+from ..report.documents import RolloutsDocument
+from ..report.sections.robot import robot_report
+from ..report.sections.rollout import rollout_report
+from ..rollout.arm import MujocoArm
+from ..rollout.rollout import HORIZONS, Arm, roll_out_all
+from . import options, values
+from .entry import SETTING, Options, answered, command
 from .progress import note, status
 from .values import HeldOutFile, Reads, different, number, numbers, where, word, words
 
@@ -125,9 +130,9 @@ def run(
         possible = request.possible(result)
         if request.rollout:
             parameters = possible.values if possible is not None else result.estimate.values
-            rollouts = rollout.roll_out_all(result.robot, parameters, held_out, settings)
+            rollouts = roll_out_all(result.robot, parameters, held_out, settings)
     told = estimation.robot_result(result, possible, rollouts)
-    shown = report.robot_report(told, files.document)
+    shown = robot_report(told, files.document)
     files.give(shown, lambda: told, setup.in_words())
     files.write_equations(lambda: estimation.identification_system(result))
     return answered(result.verdict.level)
@@ -152,20 +157,20 @@ def run_rollout(
     stored = results.read_stored_robot(request.robot_parameters)
     setup = processing.setup(arm.load(), stored)
     recordings = setup.read(request.data)
-    models: dict[str, rollout.Arm] = {}
+    models: dict[str, Arm] = {}
     for path in request.against:
-        arm_model = rollout.MujocoArm(path, setup.robot)
+        arm_model = MujocoArm(path, setup.robot)
         if arm_model.name in models:
             raise InputError(f"{path}: two models are called {arm_model.name}: rename a file")
         models[arm_model.name] = arm_model
     with status("reading") as progress:
-        rollouts = rollout.roll_out_all(
+        rollouts = roll_out_all(
             setup.robot,
             stored.possible_values,
             recordings,
             setup.settings(progress),
-            request.horizons or rollout.HORIZONS,
+            request.horizons or HORIZONS,
             models,
         )
-    shown = report.rollout_report(rollouts, setup.robot.title or setup.robot.name)
-    files.give(shown, lambda: report.documents.RolloutsDocument(setup.robot.name, rollouts), setup.in_words())
+    shown = rollout_report(rollouts, setup.robot.title or setup.robot.name)
+    files.give(shown, lambda: RolloutsDocument(setup.robot.name, rollouts), setup.in_words())

@@ -17,10 +17,15 @@ from ... import model, trajectories
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import write_text
-from .. import export, results
+from .. import results
+from ..earlier import of_payload, read_earlier, recorded_noise
+from ..export import motions
+from ..export.motion import WrittenMotion
+from ..export.motions.ros2 import check_joint_names
+from ..export.motions.urscript import CONTROLLER_RATE, check_urscript
 from . import values
 from .entry import GOAL, LIMITS, SETTING, Options
-from .options import ViewedPageOptions
+from .options import PageOptions, RobotOptions
 from .progress import note, status
 from .values import Names, NewFile, Reads, Seconds, Share, checked, number, numbers, positive_number, share, word
 
@@ -69,6 +74,22 @@ _Torques = Annotated[str | tuple[float, ...], word(partial(values.numbers_or, "n
 _Heaviest = Annotated[str, Reads("heaviest payload"), Parameter(metavar="KG[@X,Y,Z]|TOML")]
 _Region = Annotated[tuple[tuple[float, ...], bool], word(_region, "R|A,B,C|box:A,B,C")]
 _Rate = Annotated[float, word(positive_number, "HZ")]
+
+
+class RehearsedRobotOptions(RobotOptions):
+    """A robot to plan or simulate with, which may need a stand-in."""
+
+    arm_mass: values.Kilograms | None = None
+    """Mass of the whole arm, for a stand-in where its file tells neither mass nor bodies of links."""
+
+    def load(self) -> model.Robot:
+        """The robot with the mass that was given."""
+        robot = super().load()
+        if self.arm_mass is None:
+            return robot
+        if not model.stand_in.missing_inertial(robot):
+            raise InputError(f"--arm-mass has no effect: {robot.name} has a body for each link: leave it out")
+        return replace(robot, mass=self.arm_mass, sources={**robot.sources, "mass": "given with --arm-mass"})
 
 
 class NoiseOptions(Options, group=GOAL):
@@ -127,7 +148,7 @@ class GoalOptions(NoiseOptions):
             if length is None:
                 raise InputError("--data-from needs data-length, a setting: how long will be recorded next?")
             if noise is None:
-                noise = results.recorded_noise(self.data_from[0])
+                noise = recorded_noise(self.data_from[0])
         if noise is None:
             note("no --torque-noise: 1 N·m (or N) in every joint is assumed")
         if self.data_from:
@@ -149,12 +170,12 @@ class GoalOptions(NoiseOptions):
         paths, weighted = self.data_from, self.criterion in ("d", "a")
         if weighted and noise is None:
             raise InputError(f"{paths[0]}: carries no weights: give --torque-noise")
-        parts = [results.read_information(path, noise if weighted else None) for path in paths]
+        parts = [read_earlier(path, noise if weighted else None) for path in paths]
         if self.payload_only:
-            parts = [part.of_payload(model.regressors.payload_columns(robot)) for part in parts]
+            parts = [of_payload(part, model.regressors.payload_columns(robot)) for part in parts]
         columns = parts[0].columns
-        for path, information in zip(paths, parts, strict=True):
-            if set(information.columns) != set(columns):
+        for path, part in zip(paths, parts, strict=True):
+            if set(part.columns) != set(columns):
                 raise InputError(f"{path}: has other columns than {paths[0]}: give files of one model")
         rows = [part.factor[:, [part.columns.index(name) for name in columns]] for part in parts]
         return trajectories.Earlier(columns, np.vstack(rows))
@@ -296,7 +317,7 @@ def in_si(given: tuple[float, ...], robot: model.Robot) -> Array:
     return np.array([np.radians(x) if joint.revolute else x for x, joint in zip(given, robot.joints, strict=True)])
 
 
-class MotionFiles(ViewedPageOptions):
+class MotionFiles(PageOptions):
     """Formats of the motion itself, beside the result."""
 
     needs: ClassVar = {
@@ -321,9 +342,9 @@ class MotionFiles(ViewedPageOptions):
     def check_robot(self, robot: model.Robot) -> None:
         """Refuse what a format has no place for, before the search."""
         if self.ros2:
-            export.check_joint_names(self.joint_names or (), robot.n)
+            check_joint_names(self.joint_names or (), robot.n)
         if self.urscript:
-            export.check_urscript(robot, self.servo_rate)
+            check_urscript(robot, self.servo_rate)
 
     @property
     def rate(self) -> float:
@@ -333,9 +354,9 @@ class MotionFiles(ViewedPageOptions):
     @property
     def servo_rate(self) -> float:
         """Cycles of a controller of Universal Robots a second [Hz]."""
-        return self.controller_rate or export.CONTROLLER_RATE
+        return self.controller_rate or CONTROLLER_RATE
 
-    def asked(self, written: export.WrittenMotion) -> dict[str, tuple[str, export.WrittenMotion]]:
+    def asked(self, written: WrittenMotion) -> dict[str, tuple[str, WrittenMotion]]:
         """The formats asked for by name: where each is to be written, and the motion at its rate."""
         sampled = replace(written, rate=self.rate, joint_names=self.joint_names or ())
         files = {
@@ -345,25 +366,23 @@ class MotionFiles(ViewedPageOptions):
         }
         return {name: (path, motion) for name, (path, motion) in files.items() if path}
 
-    def check_replays(
-        self, problem: trajectories.DesignProblem, written: export.WrittenMotion, *estimated: str
-    ) -> None:
+    def check_replays(self, problem: trajectories.DesignProblem, written: WrittenMotion, *estimated: str) -> None:
         """Refuse files whose controllers, by their own interpolation, break a limit or touch something.
 
         The problem's limits count, whole: what a design leaves free of the torques is for this. The replay of some
         formats is ``estimated``, too roughly to refuse a motion for.
         """
         for name, (_, motion) in self.asked(written).items():
-            if name in estimated or (replay := export.motions.FORMATS[name].replay) is None:
+            if name in estimated or (replay := motions.FORMATS[name].replay) is None:
                 continue
             run = replay(motion)
             for limit in trajectories.missed_on_replay(problem, run.plan, _REPLAY_RATE):
                 raise InputError(f"as {run.text} the motion does not keep its limits ({limit}): {run.advice}")
 
-    def write(self, written: export.WrittenMotion) -> None:
+    def write(self, written: WrittenMotion) -> None:
         """Write a motion with its head in the formats asked for."""
         for name, (path, motion) in self.asked(written).items():
-            form = export.motions.FORMATS[name]
+            form = motions.FORMATS[name]
             write_text(path, form.text(motion))
             for beside, text in form.beside(motion).items():
                 write_text(Path(path).parent / beside, text)

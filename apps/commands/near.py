@@ -13,12 +13,25 @@ from ... import model, trajectories
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import write_text
-from .. import export, report
 from .. import view as views
+from ..export import motions
+from ..export.motion import WrittenMotion
+from ..report.blocks import Report
+from ..report.documents import NearResult, near_document
+from ..report.sections.motion import near_head, near_report, second_pose_note, visibility_table
 from . import values
 from .entry import MOTION, SETTING, Options, about, command
-from .motions import FIGURE_RATE, Limited, LimitOptions, MotionFiles, NoiseOptions, best_motion, in_si
-from .options import RehearsedRobotOptions
+from .motions import (
+    FIGURE_RATE,
+    Limited,
+    LimitOptions,
+    MotionFiles,
+    NoiseOptions,
+    RehearsedRobotOptions,
+    best_motion,
+    in_si,
+)
+from .options import ViewOptions
 from .progress import note, status
 from .values import NewFile, numbers, numbers_or, word
 
@@ -113,7 +126,7 @@ class NearFiles(MotionFiles):
     rehearsal: Annotated[NewFile | None, SETTING] = None
     """File of the same way once at a tenth of the speed; F_1.csv, .. with --ladder (default: beside --samples)."""
 
-    def write_rehearsals(self, result: report.NearResult, written: export.WrittenMotion) -> None:
+    def write_rehearsals(self, result: NearResult, written: WrittenMotion) -> None:
         """Write slower runs of the motion: the rehearsal, or those of the ladder."""
         if not (self.rehearsal or self.samples):
             return
@@ -124,9 +137,9 @@ class NearFiles(MotionFiles):
             rungs = enumerate((rung.speed for rung in result.ladder if rung.speed < 1.0), 1)
             speeds = {path.with_name(f"{path.stem}_{k}{path.suffix}"): speed for k, speed in rungs}
         for name, speed in speeds.items():
-            head = report.near_head(result, speed)
+            head = near_head(result, speed)
             slow = replace(written, plan=result.motion.slowed(speed), head=head, rate=self.rate)
-            write_text(name, export.motions.FORMATS["csv"].text(slow))
+            write_text(name, motions.FORMATS["csv"].text(slow))
 
 
 @command
@@ -137,6 +150,7 @@ def run(
     noise: NoiseOptions,
     limits: LimitOptions,
     files: NearFiles,
+    view: ViewOptions,
 ) -> None:
     """Visibility first, then the design."""
     robot = arm.load()
@@ -150,7 +164,7 @@ def run(
     try:
         trajectories.check_mass_visible(visibility, options.sigma is not None, "near this pose")
     except InputError:  # what joints show is printed all the same
-        files.show(report.Report("", [report.visibility_table(visibility)]))
+        files.show(Report("", [visibility_table(visibility)]))
         raise
     loads = _loads(limited, options)
     if loads is None:  # torques cannot be computed
@@ -170,16 +184,16 @@ def run(
                 options.expected.mass,
                 lambda run: goal.predicted(robot, run, options.joints).mass,
             )
-    result = report.NearResult(design, shape, visibility, goal.predicted(robot, design.plan, shape.joints), ladder)
-    hints = [report.second_pose_note(shape.poses[0], hint)] if hint is not None else []
+    result = NearResult(design, shape, visibility, goal.predicted(robot, design.plan, shape.joints), ladder)
+    hints = [second_pose_note(shape.poses[0], hint)] if hint is not None else []
     samples = design.motion(FIGURE_RATE)
-    written = export.WrittenMotion(robot, result.motion, bounds, report.near_head(result, 1.0))
+    written = WrittenMotion(robot, result.motion, bounds, near_head(result, 1.0))
     files.check_replays(limits.whole(design.problem), written)
-    shown = report.near_report(result, options.expected, hints, samples)
-    files.give(shown, lambda: report.documents.near_document(result), {})
+    shown = near_report(result, options.expected, hints, samples)
+    files.give(shown, lambda: near_document(result), {})
     files.write(written)
     files.write_rehearsals(result, written)
-    files.write_view(lambda: views.view_of(robot, samples, problem=design.problem))
+    view.write_view(lambda: views.view_of(robot, samples, problem=design.problem))
 
 
 def _shape(

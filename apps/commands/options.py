@@ -18,16 +18,18 @@ from ...common.errors import InputError
 from ...common.files import checksum, write_text
 from ...common.progress import Progress, each
 from ...common.schema import json_text, write_json
-from ...common.versions import versions
-from .. import live, logs, report, results
+from .. import logs, results
 from .. import view as views
+from ..report.blocks import Notes
+from ..report.page import Provenance, SourceFile, write_plots, write_report
+from ..report.terminal import print_blocks, print_report
 from . import values
-from .entry import CALL, CONTROLLER, FILES, KNOWN, LOGS, SETTING, Options, about, settings
+from .entry import CALL, FILES, KNOWN, LOGS, SETTING, Options, about, settings
 from .progress import note, quiet, status
 from .values import Reads, number, numbers, texts, word
 
 if TYPE_CHECKING:
-    from ..report import Report
+    from ..report.blocks import Report
     from ..view.moving import View
 
 _FROM_ROBOT = (
@@ -80,22 +82,6 @@ class RobotOptions(ArmOptions):
         return model.with_gravity(robot, turned) if kind == "gravity" else model.mounted(robot, turned)
 
 
-class RehearsedRobotOptions(RobotOptions):
-    """A robot to plan or simulate with, which may need a stand-in."""
-
-    arm_mass: values.Kilograms | None = None
-    """Mass of the whole arm, for a stand-in where its file tells neither mass nor bodies of links."""
-
-    def load(self) -> model.Robot:
-        """The robot with the mass that was given."""
-        robot = super().load()
-        if self.arm_mass is None:
-            return robot
-        if not model.stand_in.missing_inertial(robot):
-            raise InputError(f"--arm-mass has no effect: {robot.name} has a body for each link: leave it out")
-        return replace(robot, mass=self.arm_mass, sources={**robot.sources, "mass": "given with --arm-mass"})
-
-
 class FramedRobotOptions(RobotOptions):
     """A robot, and the frame in which a payload is taken or given."""
 
@@ -110,19 +96,6 @@ class FramedRobotOptions(RobotOptions):
         lengths = ", ".join(f"{value:g}" for value in tool.origin)
         angles = ", ".join(f"{math.degrees(angle) + 0.0:g}" for angle in tool.rpy)
         return model.with_tool(robot, tool, f"tool frame ({lengths} m; rpy {angles} deg) in: {robot.payload_frame}")
-
-
-class HostOptions(Options, group=CONTROLLER):
-    """The controller that is listened to."""
-
-    host: Annotated[str, Parameter(metavar="H")]
-    """Name or address of the controller."""
-    port: values.Port | None = None
-    """Its port of RTDE (default: 30004)."""
-
-    def client(self) -> live.Client:
-        """A connection to it."""
-        return live.Client(self.host, self.port or live.PORT)
 
 
 @dataclass(frozen=True, eq=False)
@@ -336,7 +309,7 @@ class GainOptions(Options, group=LOGS):
 def print_lines(*lines: str) -> None:
     """Print lines no wider than the terminal, unless the run is quiet."""
     if not quiet():
-        report.print_blocks([report.Notes(lines)])
+        print_blocks([Notes(lines)])
 
 
 class ResultOptions(Options, group=FILES):
@@ -360,7 +333,7 @@ class ResultOptions(Options, group=FILES):
     def show(self, shown: Report) -> None:
         """Print the screen, or all of it; beside standard output where that takes the JSON."""
         if not quiet():
-            report.print_report(shown, self.details, sys.stderr if self.json == "-" else None)
+            print_report(shown, self.details, sys.stderr if self.json == "-" else None)
 
     def write_json(self, document: Callable[[], Any]) -> None:
         """Write the document; it is made only if it was asked for."""
@@ -388,14 +361,14 @@ class PageOptions(ResultOptions):
         if self.report:
             call = CALL.get()
             named = ((role, path) for _, role, path in call.named(Reads) if role != "options")
-            files = [report.SourceFile(role, path, checksum(path)) for role, path in named if Path(path).is_file()]
-            command, when = shlex.join(["dynident", *call.words]), report.now()
-            made_from = report.Provenance(command, when, tuple(files), versions(), settings_text)
-            report.write_report(self.report, shown, made_from)
+            files = [SourceFile(role, path, checksum(path)) for role, path in named if Path(path).is_file()]
+            write_report(
+                self.report, shown, Provenance(shlex.join(["dynident", *call.words]), files, settings_text)
+            )
             if (beside := call.settings_file(self.report)) is not None:
                 write_text(beside, settings().settings_text(call))
         if self.plots:
-            report.write_plots(self.plots, shown)
+            write_plots(self.plots, shown)
 
 
 class EquationOptions(PageOptions):
@@ -407,7 +380,7 @@ class EquationOptions(PageOptions):
     def write_equations(self, system: Callable[[], estimation.ObservationSystem]) -> None:
         """Write them, held whole; they are made only if they were asked for."""
         if self.npz:
-            report.recordings.write_npz(self.npz, system())
+            results.write_npz(self.npz, system())
 
 
 class ViewOptions(Options, group=FILES):
@@ -432,12 +405,8 @@ class ViewOptions(Options, group=FILES):
             if self.view == "-":
                 shown = views.open_view(scene)
             else:
-                views.write_view(self.view, scene)
+                write_text(self.view, views.html_of(scene))
         for text in scene.notes:
             note(text)
         if shown:
             note(f"the view is open in the browser: {shown}")
-
-
-class ViewedPageOptions(PageOptions, ViewOptions):
-    """The result as JSON and as a report, and the arm in three dimensions."""

@@ -1,4 +1,4 @@
-"""``dynident payload``, ``weigh`` and ``verify``: a payload from recordings, and its effect in the controller."""
+"""``dynident payload`` and ``weigh``: a payload from recordings."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from cyclopts import Parameter
 
 from ... import estimation
 from ...common.errors import InputError
-from .. import report, results
+from .. import results
 from .. import view as views
-from ..logs.following import following_change, read_following
-from . import ANSWERED, DO_NOT_USE, answered, options, values
-from .entry import SETTING, Options, command
+from ..report.sections.payload import payload_report
+from . import options, values
+from .entry import SETTING, Options, answered, command
 from .progress import note, status
-from .values import LOG, Reads, Share, word
+from .values import Share, word
 
 
 class _Compared(Options):
@@ -75,10 +75,6 @@ class _Payload(_Compared):
             self.refuse("friction_change", "belongs to methods 3, 4 and to --robot-parameters: none is asked for")
 
 
-class _Files(options.EquationOptions, options.ViewOptions):
-    """The result in all forms."""
-
-
 @command
 def run(
     *,
@@ -87,7 +83,8 @@ def run(
     knowledge: options.KnowledgeOptions,
     drives: options.GainOptions,
     processing: options.PairOptions,
-    files: _Files,
+    files: options.EquationOptions,
+    view: options.ViewOptions,
 ) -> int:
     """Run ``payload``."""
     constraints, stored = knowledge.constraints(), request.stored()
@@ -115,10 +112,10 @@ def run(
             )
         answer = estimation.answer_payload(problem, held_out, constraints)
 
-    shown = report.payload_report(answer.result, files.document)
+    shown = payload_report(answer.result, files.document)
     files.give(shown, lambda: answer.result, setup.in_words())
     files.write_equations(lambda: estimation.payload_system(problem))
-    files.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer.result))
+    view.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer.result))
     return answered(answer.verdict.level)
 
 
@@ -139,7 +136,8 @@ def run_weigh(
     knowledge: options.KnowledgeOptions,
     drives: options.GainOptions,
     processing: options.PairOptions,
-    files: options.ViewedPageOptions,
+    files: options.PageOptions,
+    view: options.ViewOptions,
 ) -> int:
     """Run ``weigh``."""
     constraints, stored = knowledge.constraints(), request.stored()
@@ -156,13 +154,13 @@ def run_weigh(
 
     spare = "--inertia is not needed: the inertia was measured well enough."
     measured = stand_in is not None and not result.assumed
-    shown = report.payload_report(result, files.document, [spare] if measured else [])
+    shown = payload_report(result, files.document, [spare] if measured else [])
     files.show(shown)
     files.write_json(lambda: result)
     if files.plots and not shown.drawings():
         raise InputError("plots: no joints see the mass, there is nothing to draw")
     files.write_page(shown, setup.in_words())
-    files.write_view(lambda: views.view_of_answer(robot, loaded[0], result))
+    view.write_view(lambda: views.view_of_answer(robot, loaded[0], result))
     return answered(result.verdict.level)
 
 
@@ -173,27 +171,3 @@ def _constraints_solved() -> Iterator[None]:
         yield
     except estimation.SolverError as error:
         raise InputError(str(error)) from None
-
-
-@command
-def run_verify(
-    *,
-    arm: options.ArmOptions,
-    before: Annotated[str, Reads("before"), LOG],
-    after: Annotated[str, Reads("after"), LOG],
-    logs: options.LogOptions,
-    files: options.PageOptions,
-) -> int:
-    """Run ``verify``.
-
-    Args:
-        before: Before the new number: one motion, with columns qref1.. (commanded positions) or tauref1.. (torque
-            predicted, N·m), or what --log-map names.
-        after: That motion again, with the new number.
-    """
-    robot, how = arm.load(), logs.how()
-    gains, _ = logs.gains(robot)
-    old, new = (read_following(path, robot, gains, how) for path in (before, after))
-    change = following_change(old, new, robot.processing.still_speed)
-    files.give(report.following_report(change, robot), lambda: change, {})
-    return DO_NOT_USE if change.tells and change.total.clear == "rose" else ANSWERED

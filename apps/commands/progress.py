@@ -17,8 +17,6 @@ from ...common.progress import Progress
 from ...common.versions import versions
 from . import INTERNAL_ERROR
 
-_SOLVERS = ("casadi", "clarabel", "cvxpy", "numpy", "scipy")
-"""Packages whose versions decide the numbers."""
 _TOLD = 200
 """Letters of a fault that are shown; the file has all."""
 Manner = Literal["quiet", "plain", "verbose"]
@@ -109,4 +107,4 @@ def report_fault(fault: Exception, words: Sequence[str]) -> int:
 
 def version_lines() -> list[str]:
     """Versions that a report of a fault should name."""
-    return [f"{name.lower()} {number}" for name, number in versions(_SOLVERS).items()]
+    return [f"{name.lower()} {number}" for name, number in versions().items()]

@@ -15,8 +15,16 @@ from ... import estimation, model
 from ...common.errors import InputError, one_line, printable
 from ...common.files import write_text
 from ...common.schema import present
-from .. import export, logs, report, results
+from .. import logs, results
 from .. import view as views
+from ..export import simulators
+from ..export.own_model import into
+from ..export.robot import robot_notes, stored_whole_robot
+from ..report.documents import robot_check_document
+from ..report.figures.motion import save_drawing
+from ..report.sections.check import readings_agree, readings_report
+from ..report.sections.robot import robot_description
+from ..report.terminal import print_blocks
 from . import ANSWERED, DO_NOT_USE, values
 from .entry import SETTING, Options, about, command
 from .motions import in_si
@@ -58,7 +66,7 @@ def run_show(
     at = at or (0.0,) * robot.n
     with about("--at"):
         q = in_si(at, robot)[None]
-    report.print_blocks(report.robot_description(model.stand_in.rehearsed(robot)))
+    print_blocks(robot_description(model.stand_in.rehearsed(robot)))
     if drawing:
         draw(robot, drawing, at)
     still = model.Motion(np.zeros(1), q, np.zeros_like(q), np.zeros_like(q))
@@ -175,7 +183,7 @@ def run_new(*, request: _Sheet) -> None:
     robot, drawn_at = new_robot(request)
     out = Path(request.out or f"{robot.name}.toml")
     request.write(out, model.robot_toml(robot))
-    report.print_blocks(report.robot_description(robot))
+    print_blocks(robot_description(robot))
     draw(robot, request.drawing or str(out.with_suffix(".svg")), drawn_at)
     print_lines(
         f"Written: {out}. Compare the drawing with the data sheet before you use it. What else is known goes into "
@@ -231,9 +239,7 @@ def check_drawing(path: str | None) -> None:
 def draw(robot: model.Robot, path: str, at: tuple[float, ...]) -> None:
     """Write the drawing of a robot at positions in degrees and metres, and say so."""
     shown = ", ".join(f"{x:g}" for x in at)
-    report.save_drawing(
-        path, robot, in_si(at, robot).tolist(), f"{robot.title or robot.name} at {shown} (degrees, m)"
-    )
+    save_drawing(path, robot, in_si(at, robot).tolist(), f"{robot.title or robot.name} at {shown} (degrees, m)")
     print_lines(f"Drawn at {shown}: {path}")
 
 
@@ -256,9 +262,9 @@ def run_check(*, arm: RobotOptions, data: _Logs, processing: FilterOptions, file
             [path for path in data if not poses or named[path].holds("torque") or named[path].holds("current")]
         )
         readings = estimation.rank_readings(robot, recordings, setup.processing, progress) if recordings else None
-    shown = report.readings_report(robot, poses, readings)
-    files.give(shown, lambda: report.documents.robot_check_document(robot, poses, readings), setup.in_words())
-    return ANSWERED if report.readings_agree(poses, readings) else DO_NOT_USE
+    shown = readings_report(robot, poses, readings)
+    files.give(shown, lambda: robot_check_document(robot, poses, readings), setup.in_words())
+    return ANSWERED if readings_agree(poses, readings) else DO_NOT_USE
 
 
 class _Bodies(Options):
@@ -285,13 +291,13 @@ class _Bodies(Options):
 @command
 def run_export(*, arm: RobotOptions, bodies: _Bodies) -> int:
     """Run ``robot export``."""
-    form = export.simulators.FORMATS[bodies.to]
+    form = simulators.FORMATS[bodies.to]
     robot = arm.load()
     against: tuple[str, ...] = ()
     if bodies.robot_parameters:
         (path,) = bodies.robot_parameters
         stored = results.read_stored_robot(path)
-        whole = export.stored_whole_robot(robot, stored, path)
+        whole = stored_whole_robot(robot, stored, path)
         against = tuple(present(stored.reasons_against_use) or ())
     else:
         source = f"the description of {robot.name}, nothing identified"
@@ -301,13 +307,13 @@ def run_export(*, arm: RobotOptions, bodies: _Bodies) -> int:
         why = "; ".join(against)
         print(f"dynident: not written: {one_line(why)} (--despite-verdict writes it all the same)", file=sys.stderr)
         return DO_NOT_USE
-    notes = export.robot_notes(form, whole)
+    notes = robot_notes(form, whole)
     if bodies.into is None:
         write_text(bodies.out, form.text(whole))
     else:
-        changed = export.into(bodies.to, bodies.into, whole, form.head(form, whole))
-        write_text(bodies.out, changed.text)
-        notes += changed.notes
+        text, more = into(bodies.to, bodies.into, whole, form.head(form, whole))
+        write_text(bodies.out, text)
+        notes += more
     print_lines(f"{bodies.out}: {whole.source}. Prior: {whole.prior}.", *(f"  {line}" for line in notes))
     return ANSWERED
 

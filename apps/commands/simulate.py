@@ -10,21 +10,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
 from cyclopts import Parameter
 
-from ... import __version__, model, trajectories
+from ... import model, trajectories
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import made_folder
-from .. import logs, report
+from .. import logs
 from .. import view as views
+from ..recordings import SIMULATED, write_recording, write_truth
+from ..report.sections.robot import assumed_notes
 from .entry import SETTING, Options, command
-from .options import RehearsedRobotOptions, ViewOptions, print_lines
+from .motions import RehearsedRobotOptions
+from .options import ViewOptions, print_lines
 from .progress import status
 from .values import NewFolder, PayloadFile, Reads, Seed, Share, levels, number, share, where, word
 
@@ -101,21 +103,23 @@ def run(*, arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) ->
     folder = made_folder(request.out)
     files = {folder / f"{run.task.name}.csv": run for run in experiment.runs}
     for file, run in files.items():
-        report.recordings.write_recording(file, run.recording)
-    versions = {"dynident": __version__, "casadi": version("casadi"), "numpy": version("numpy")}
-    names = [file.name for file in files]
-    report.recordings.write_truth(folder / "truth.toml", experiment, controller, names, versions)
+        write_recording(file, run.recording)
+    write_truth(folder / "truth.toml", experiment, controller, [file.name for file in files])
     lines = [
         f"{file}: {run.exact.motion.t[-1]:.1f} s, tracking error at most {1e3 * run.tracking_error.max():.2f} mrad"
         for file, run in files.items()
     ]
     truth = f"{folder / 'truth.toml'}: what is true of them"
-    print_lines(*lines, truth, *report.assumed_notes(experiment.robot, *report.recordings.SIMULATED))
-    shown = None
-    if payload is not None:  # known exactly
-        com = payload.com
-        shown = views.ShownPayload(payload.mass, com, np.column_stack([com, com]), payload.inertia_com)
-    view.write_view(lambda: views.view_of(robot, experiment.runs[-1].exact.motion, payload=shown))
+    print_lines(*lines, truth, *assumed_notes(experiment.robot, *SIMULATED))
+
+    def scene() -> views.View:
+        shown = None
+        if payload is not None:  # known exactly
+            com = payload.com
+            shown = views.ShownPayload(payload.mass, com, np.column_stack([com, com]), payload.inertia_com)
+        return views.view_of(robot, experiment.runs[-1].exact.motion, payload=shown)
+
+    view.write_view(scene)
 
 
 def _references(

@@ -57,11 +57,7 @@ class Format(Generic[T]):
     name: str = ""
 
     def text(self, value: T) -> str:
-        """The whole file.
-
-        Raises:
-            InputError: if whoever reads the format would refuse the value.
-        """
+        """The whole file."""
         value = self.ready(value)
         before, after = self.comment
         head = (f"{before}{plain(line)}{after}" for line in self.head(self, value))

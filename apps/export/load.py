@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -35,17 +35,6 @@ _HEAVIEST, _FARTHEST = 5000.0, 10.0
 """kg and m: twice what the strongest arms carry, and farther than any reaches."""
 
 
-class HalfWidths(NamedTuple):
-    """Half of the narrowest 95 % interval of mass [kg], centre of mass [m] and inertia there [kg m^2].
-
-    Infinite where there is none.
-    """
-
-    mass: float
-    com: float
-    inertia: float
-
-
 @dataclass(frozen=True)
 class ControllerLoad:
     """One body and what must be said beside its numbers.
@@ -60,7 +49,8 @@ class ControllerLoad:
         in_tool_frame: ``frame`` is a tool's, not the flange's.
         flange: pose of the robot's flange in ``frame``, if that is another frame and it is known.
         flange_source: who says so.
-        half_widths: of the intervals, by which numbers are rounded before they are written; None: they are not.
+        half_widths: of the narrowest 95 % intervals of mass, centre of mass and inertia, infinite where there is
+            none, by which numbers are rounded before they are written; None: they are not.
         inertia_digits: decimals of the inertia [kg m^2], where it is rounded.
         added: to each moment before, so that the rounded body can exist [kg m^2].
         rated: payload by the arm's data sheet [kg]; inf where that is not known.
@@ -78,16 +68,12 @@ class ControllerLoad:
     meters_per_unit: float = 1.0
     flange: Pose | None = None
     flange_source: str = ""
-    half_widths: HalfWidths | None = None
+    half_widths: tuple[float, ...] | None = None
     inertia_digits: int | None = None
     added: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse a load that no controller takes.
-
-        Raises:
-            InputError: for a mass that is not positive, and for an inertia that no body has.
-        """
+        """Refuse a load that no controller takes."""
         mass, body, fault, units = self.mass, self.body, "", "kg and metres are needed"
         if not self.meters_per_unit > 0.0:
             raise InputError(f"metres per unit must be positive, not {self.meters_per_unit:g}")
@@ -149,13 +135,12 @@ class ControllerLoad:
         """The load with as many digits as its intervals support: two of each half-width."""
         if self.half_widths is None:
             return self
-        mass, com = (
-            np.round(value, _digits(value, half))
-            for value, half in ((np.array(self.mass), self.half_widths.mass), (self.com, self.half_widths.com))
-        )
+        of_mass, of_com, of_inertia = self.half_widths
+        mass = np.round(self.mass, _digits(np.array(self.mass), of_mass))
+        com = np.round(self.com, _digits(self.com, of_com))
         digits, added, inertia = None, 0.0, self.inertia
         if not self.point_mass:
-            digits = _digits(inertia, self.half_widths.inertia)
+            digits = _digits(inertia, of_inertia)
             unit = 10.0**-digits
             inertia = np.round(inertia, digits)
             # Rounding can make a thin body impossible; one unit is left for the rounding of principal moments.
@@ -237,14 +222,15 @@ def load_of(
         inertias = array(estimate.inertia_com_sigma, 3, 3), array(estimate.inertia_com_sigma_robust, 3, 3)
         halves = [2.0 * each for each in (estimate.larger_sigma[9], np.fmax(*coms), np.fmax(*inertias))]
     known = (np.isfinite(half) & (half > 0.0) for half in halves)
-    least = (float(np.min(half, where=there, initial=np.inf)) for half, there in zip(halves, known, strict=True))
-    widths = HalfWidths(*least)
+    widths = tuple(
+        float(np.min(half, where=there, initial=np.inf)) for half, there in zip(halves, known, strict=True)
+    )
     source, reasons, ten = f"{name}, method {number} ({kind})", verdict.reasons, estimate.ten
     point_mass = verdict.level == "mass_and_com_only" and not despite_verdict
     if result.assumed and number == result.method:
         label = f"inertia ASSUMED, not measured: {result.assumed.inertia}"
         source, reasons, point_mass = f"{source}, {label}", (*reasons, label), False
-        ten, widths = numbers(result.assumed.parameters), widths._replace(inertia=math.inf)
+        ten, widths = numbers(result.assumed.parameters), (*widths[:2], math.inf)
     needed = INERTIAL[6:] if point_mass else INERTIAL
     if missing := [kind for kind, x in zip(INERTIAL, ten, strict=True) if kind in needed and np.isnan(x)]:
         raise InputError(
@@ -264,7 +250,7 @@ def load_of(
         reasons,
         point_mass,
         rated=result.rated_payload_kg or math.inf,
-        half_widths=widths if math.isfinite(widths.mass) else None,
+        half_widths=widths if math.isfinite(widths[0]) else None,
         flange=result.flange,
         flange_source=flange.source if flange else "",
     )

@@ -72,11 +72,7 @@ def listed(values: Array) -> str:
 
 
 def require_six_turning(robot: Robot, form: str) -> None:
-    """Refuse a robot that a format has no place for.
-
-    Raises:
-        InputError: unless there are six joints that turn.
-    """
+    """Refuse a robot unless it has six joints, all of which turn; ``form`` has no place for another."""
     if robot.n != 6 or not all(joint.revolute for joint in robot.joints):
         raise InputError(f"{form} is for six joints that turn; robot {robot.name!r} has others")
 

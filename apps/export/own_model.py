@@ -87,15 +87,11 @@ TURNED = math.radians(0.5)
 """rad: by how much it may be turned."""
 
 
-class Changed(NamedTuple):
-    """A model with the numbers in it: its text, what did not match, and what must be known."""
-
-    text: str
-    notes: tuple[str, ...]
-
-
-def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> Changed:
+def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[str, list[str]]:
     """Put a robot's numbers, below lines at the head, into an MJCF or URDF file ("mjcf" or "urdf").
+
+    Returns:
+        The model's text; what did not match, and what must be known.
 
     Raises:
         InputError: if the file cannot be used, no joint matches, or its geometry is not the robot's.
@@ -153,17 +149,13 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> Change
         notes.append(f"Offsets of the torque are not put in ({', '.join(offsets)}): they belong to your actuators.")
     if whole.robot.spring is not None:
         notes.append("The spring is not put in: add it from the file that is written without --into.")
-    return Changed(model.text(), tuple(notes))
+    return model.text(), notes
 
 
 def _matched(
     whole: WholeRobot, placed: Mapping[str, Placed], path: str
 ) -> tuple[dict[int, str], dict[int, InertialParameters]]:
-    """Names in the model by the robot's joints, from 0, and links in the frames of the model's bodies.
-
-    Raises:
-        InputError: if no joint matches; names the joint whose axis lies elsewhere.
-    """
+    """Names in the model by the robot's joints, from 0, and links in the frames of the model's bodies."""
     robot, names = whole.robot, dict[int, str]()
     lists = (whole.joint_names, *robot.joint_names, [f"joint{j + 1}" for j in range(robot.n)])
     for j in range(robot.n):

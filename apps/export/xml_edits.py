@@ -39,11 +39,7 @@ class XmlEdits:
     """
 
     def __init__(self, path: str) -> None:
-        """Read a file.
-
-        Raises:
-            InputError: if it is no XML, or defines entities.
-        """
+        """Read a file, which must be XML without entities of its own."""
         text = read_text(path)
         if "<!DOCTYPE" in text or "<!ENTITY" in text:
             raise InputError(f"{path}: <!DOCTYPE and <!ENTITY are not accepted in a model: remove them")
@@ -64,11 +60,7 @@ class XmlEdits:
                 opened += [] if found["alone"] else self.spots[-1:]
 
     def named(self, tag: str, name: str) -> Spot:
-        """The element of a tag and a name.
-
-        Raises:
-            InputError: if there is none.
-        """
+        """The element of a tag and a name, which must stand in the file."""
         for spot in self.spots:
             if spot.tag == tag and spot.values.get("name") == name:
                 return spot

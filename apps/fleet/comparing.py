@@ -9,23 +9,24 @@ nights before.
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import stdtrit
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...common.schema import Document, Matrix, Vector
-from ...estimation.answers.identification import Identification
+from ...common.schema import Document, Matrix, Vector, Worked
 from ...estimation.equations.equations import PAYLOAD, Equations, merged
 from ...estimation.fit.covariance import jackknife, student95
 from ...estimation.fit.estimate import Estimate
 from ...estimation.fit.least_squares import weighted
 from ...estimation.fit.linear_problem import LinearProblem
+from ...estimation.results.parts import Number
 from ...model.drives import parameter_kind
 from ...model.friction import is_friction
 from ...model.regressors import payload_columns
-from .store import Stored
+from .store import RefusedDocument, Stored
 
 TINY = np.finfo(float).tiny ** 0.25
 """No standard deviation of anything measured is smaller."""
@@ -74,22 +75,8 @@ class Compared(Document, frozen=True, eq=False):
     odd: tuple[OddDocument, ...]
 
 
-def compared(recordings: Sequence[str], results: Sequence[Identification]) -> Compared:
-    """Parameters of one robot by several recordings, whose drive gains' errors, which all share, are left out.
-
-    Raises:
-        InputError: if the recordings show different parameters.
-    """
-    estimates = [result.estimate for result in results]
-    return side_by_side(recordings, [widened(own, excess(own, own.sigma_robust)) for own in estimates])
-
-
 def side_by_side(recordings: Sequence[str], estimates: Sequence[Estimate]) -> Compared:
-    """Independent estimates of the same parameters.
-
-    Raises:
-        InputError: if they are of different parameters.
-    """
+    """Compare independent estimates of the same parameters."""
     names, degrees = estimates[0].names, min(estimate.degrees_of_freedom for estimate in estimates)
     if any(estimate.names != names for estimate in estimates):
         raise InputError("the recordings show different parameters: nothing can be compared")
@@ -127,42 +114,50 @@ def excess(estimate: Estimate, robust: Array | None) -> Array:
 
 
 def widened(estimate: Estimate, ratio: Array) -> Estimate:
-    """An estimate whose standard deviations are so many times as large, without errors that all share."""
+    """An estimate of so many times the standard deviations, without errors of the gains: all share them."""
     C = estimate.covariance * np.outer(ratio, ratio)
     return replace(estimate, covariance=C, robust=None, gain_covariance=None)
 
 
-@dataclass(frozen=True)
-class Series:
-    """One quantity of one arm over d nights, and what the last of them says.
+class Drift(NamedTuple):
+    """An arm's quantity over d nights.
+
+    Attributes:
+        days: ISO dates or times, d.
+        changes: each night less what is usual, shape (d,).
+        relative: whether changes are ratios to what is usual.
+        spread: standard deviation of the last change where nothing changed: of the nights before, and its own.
+    """
+
+    days: tuple[str, ...]
+    changes: Array
+    relative: bool
+    spread: float
+
+
+class Series(Worked, frozen=True):
+    """A quantity of an arm on its last night, and what the ``nights`` before say; ``working``: its ``Drift``.
 
     Attributes:
         quantity: a friction ("FS2"), ``MASS``, or "scale 2", by which share a drive's torque is larger than on the
             whole.
-        days: ISO dates or times, d.
-        values: shape (d,).
-        sigma: each night's own standard deviation, shape (d,).
-        relative: whether changes are ratios to what is usual.
-        usual: the median of the nights before the last one.
-        changes: each night less what is usual, shape (d,).
-        spread: standard deviation of the last change where nothing changed: of the nights before, and its own.
-        z: the last change in such standard deviations; None with fewer than ``FEWEST`` nights before.
+        sigma: the last night's own standard deviation.
+        usual: the median of the nights before.
+        z: the last change over the drift's ``spread``; null with fewer than ``FEWEST`` nights before.
     """
 
     arm: str
     quantity: str
-    days: tuple[str, ...]
-    values: Array
-    sigma: Array
-    relative: bool
-    usual: float
-    changes: Array
-    spread: float
-    z: float | None
+    day: str
+    value: Number
+    sigma: Number
+    usual: Number
+    nights: int
+    z: Number
 
     @staticmethod
-    def of(arm: str, quantity: str, days: tuple[str, ...], values: Array, sigma: Array) -> "Series":
-        """Compare the last night with those before."""
+    def of_nights(arm: str, quantity: str, days: tuple[str, ...], values: Array, sigma: Array) -> "Series":
+        """Compare the last of d nights with those before."""
         before, relative = len(values) - 1, quantity[:5] not in (MASS, "scale")
         relative = relative and parameter_kind(quantity) in _RELATIVE
         usual = float(np.median(values[:-1] if before else values))
@@ -171,7 +166,8 @@ class Series:
         scatter = _MAD * float(np.median(np.abs(changes[:-1]))) if before else 0.0
         spread = max(float(np.hypot(scatter, sigma[-1] / size)), TINY)
         z = float(changes[-1]) / spread if before >= FEWEST else None
-        return Series(arm, quantity, days, values, sigma, relative, usual, changes, spread, z)
+        last = Series(arm, quantity, days[-1], float(values[-1]), float(sigma[-1]), usual, before, z)
+        return last.made_by(Drift(days, changes, relative, spread))
 
 
 @dataclass(frozen=True)
@@ -191,35 +187,45 @@ class Arm:
     pooled: Estimate
 
 
-@dataclass(frozen=True)
-class Fleet:
-    """Arms of one type, by name.
+class Fleet(Worked, frozen=True):
+    """Last nights of arms of one type, by name; ``working``: the arms, and their inertial parameters side by side.
 
     Attributes:
-        series: each quantity of each arm.
-        changed: those whose last night is beyond ``CHANGED``, the clearest first.
-        twins: the arms' inertial parameters side by side; None of fewer than three.
-        first: day of the first night, ISO.
+        changed: those of ``last`` with z beyond ``threshold``, the clearest first.
+        odd: arms that differ from their twins; none of fewer than three.
     """
 
-    arms: tuple[Arm, ...]
-    series: tuple[Series, ...]
+    arms: tuple[str, ...]
+    first_day: str
+    threshold: float
     changed: tuple[Series, ...]
-    twins: Compared | None
-    first: str
+    last: tuple[Series, ...]
+    odd: tuple[OddDocument, ...]
+    refused: tuple[RefusedDocument, ...]
 
 
-def fleet_of(arms: Sequence[Arm]) -> Fleet:
-    """Compare each arm's last night with those before, and arms with each other."""
-    arms = tuple(sorted(arms, key=lambda arm: arm.name))
-    series = tuple(line for arm in arms for line in arm.series)
-    far = [(abs(line.z), line) for line in series if line.z is not None and abs(line.z) > CHANGED]
-    changed = tuple(line for _, line in sorted(far, key=lambda pair: -pair[0]))
+def fleet_of(arms: Sequence[Arm], refused: Sequence[RefusedDocument] = ()) -> Fleet:
+    """Compare each arm's last night with those before, and arms with each other; ``refused``: logs left out."""
+    arms = sorted(arms, key=lambda arm: arm.name)
+    names, last = tuple(arm.name for arm in arms), tuple(line for arm in arms for line in arm.series)
     bodies = [  # friction and constant torques tell nothing of what an arm is made of
         arm.pooled.part([name for name in arm.pooled.names if not is_friction(name)]) for arm in arms
     ]
-    twins = side_by_side([arm.name for arm in arms], bodies) if len(arms) >= 3 else None
-    return Fleet(arms, series, changed, twins, min(day for arm in arms for day in arm.days))
+    twins = side_by_side(names, bodies) if len(arms) >= 3 else None
+    return Fleet(
+        arms=names,
+        first_day=min(day for arm in arms for day in arm.days),
+        threshold=CHANGED,
+        changed=tuple(line for line in sorted(last, key=farness, reverse=True) if farness(line) > CHANGED),
+        last=last,
+        odd=twins.odd if twins is not None else (),
+        refused=tuple(refused),
+    ).made_by((arms, twins))
+
+
+def farness(line: Series) -> float:
+    """Size of z, zero where too few nights tell it."""
+    return abs(line.z or 0.0)
 
 
 def arm_of(recordings: Sequence[Stored]) -> Arm:
@@ -238,7 +244,9 @@ def arm_of(recordings: Sequence[Stored]) -> Arm:
     same = [recording.equations for recording, mass in zip(ordered, reported, strict=True) if mass == usual]
     whole = weighted(merged(equations.whole for equations in same))
     nights = [_night(recording, whole, usual - mass) for recording, mass in zip(ordered, reported, strict=True)]
-    series = tuple(Series.of(arm, name, days, *np.array([night[name] for night in nights]).T) for name in nights[0])
+    series = tuple(
+        Series.of_nights(arm, name, days, *np.array([night[name] for night in nights]).T) for name in nights[0]
+    )
     return Arm(arm, days, reported, series, widened(whole, compared_by(same[-1])[1]))
 
 

@@ -163,11 +163,7 @@ def _by(executor: Executor, plan: bytes, logs: Iterable[Log], workers: int) -> I
 
 
 def _by_processes(plan: bytes, logs: Sequence[Log], workers: int) -> Iterator[_Done | None]:
-    """Results by processes of this machine; lost ones are replaced, a log that kills one by itself too is refused.
-
-    Raises:
-        BrokenExecutor: if processes are lost without any recording.
-    """
+    """Results by processes of this machine; lost ones are replaced, a log that kills one by itself is refused."""
     left = {log.key: log for log in logs}
     while left:
         try:

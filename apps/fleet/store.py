@@ -80,23 +80,17 @@ class Log(Document, frozen=True):
 
 
 def found_logs(paths: Sequence[str]) -> tuple[str, ...]:
-    """Find logs by names, globs and folders, each once, in the order of their names.
-
-    Raises:
-        InputError: if one names nothing.
-    """
+    """Find logs by names, globs and folders, none of them in vain: each log once, in the order of their names."""
     logs = set[str]()
     for path in paths:
-        given_path, anchor = Path(path), Path(path).anchor
-        if given_path.is_dir():
-            inside = [file for file in given_path.rglob("*") if file.is_file() and file.name.endswith(SUFFIXES)]
-        elif given_path.exists():
-            inside = [given_path]
-        else:
-            inside = [file for file in Path(anchor).glob(str(given_path.relative_to(anchor))) if file.is_file()]
-        if not inside:
+        place, anchor = Path(path), Path(path).anchor
+        inside = [place] if place.exists() else Path(anchor).glob(str(place.relative_to(anchor)))
+        if place.is_dir():
+            inside = (file for file in place.rglob("*") if file.name.endswith(SUFFIXES))
+        found = {str(file) for file in inside if file == place or file.is_file()}
+        if not found:
             raise InputError(f"{path}: no log there")
-        logs.update(map(str, inside))
+        logs |= found
     return tuple(sorted(logs))
 
 
@@ -187,11 +181,7 @@ def packed(value: Any) -> bytes:
 
 
 def unpacked(content: bytes, kind: type[_Kind]) -> _Kind:
-    """The value that bytes hold.
-
-    Raises:
-        InputError: if they are not what was written.
-    """
+    """The value that bytes hold."""
     try:
         return msgspec.msgpack.decode(content, type=kind, dec_hook=_made)
     except (ValueError, TypeError) as error:
@@ -228,11 +218,7 @@ class Store:
 
     @staticmethod
     def made(root: str | Path, robot: Robot, recipe: Recipe) -> "Store":
-        """Open the store at a place, made if there is none.
-
-        Raises:
-            InputError: if it is of another robot or recipe, or cannot be made.
-        """
+        """Open the store at a place, made if there is none; one of another robot or recipe is refused."""
         labels = {"robot": robot.name, "fingerprint": robot.fingerprint, "recipe": recipe.fingerprint}
         store = Store(Path(root))
         path = store.root / "store.json"
@@ -250,11 +236,7 @@ class Store:
 
     @staticmethod
     def opened(root: str | Path) -> "Store":
-        """Open a store that is there.
-
-        Raises:
-            InputError: if none is, or it was never finished.
-        """
+        """Open a store that is there and was finished once."""
         store = Store(Path(root))
         if not (store.root / "store.json").exists():
             raise InputError(f"{root}: no store: give the --store of 'dynident fleet reduce'")
@@ -285,11 +267,7 @@ class Store:
         write_bytes(self.index, parquet_bytes(columns))
 
     def read(self, key: str) -> Stored:
-        """Read a recording's equations.
-
-        Raises:
-            InputError: if they are not as they were written.
-        """
+        """Read a recording's equations."""
         path = self.path(key)
         rows = parquet_rows(path, ["equations"])
         try:

@@ -39,11 +39,7 @@ class Table:
     spare: Collection[str] = ()
 
     def __post_init__(self) -> None:
-        """Every row fits the headings.
-
-        Raises:
-            ValueError: if one does not.
-        """
+        """Every row fits the headings."""
         if any(len(row) != len(self.headings) for row in self.rows):
             raise ValueError(f"{self.title!r}: every row needs {len(self.headings)} cells")
 

@@ -27,10 +27,8 @@ from ...trajectories.design.limits import LimitCheck
 from ...trajectories.design.score import holding_torques
 from ...trajectories.design.search import Floor
 from ..export.motion import rests_on
-from ..fleet import Fleet
-from ..fleet.comparing import CHANGED, Compared, OddDocument, Series
+from ..fleet.comparing import Compared, Fleet
 from ..fleet.reduction import ReducedDocument
-from ..fleet.store import RefusedDocument
 from ..logs.following import FollowingChange
 from ..logs.log_check import LogReport, RobotFits
 
@@ -344,52 +342,6 @@ class RolloutsDocument(Document, frozen=True):
     rollouts: tuple[Rollout, ...]
 
 
-class NightDocument(Document, frozen=True):
-    """A quantity of an arm on its last night, its standard deviation, and what the ``nights`` before say.
-
-    ``usual``: their median; ``z``: how far the last night is from it, null of too few nights.
-    """
-
-    arm: str
-    quantity: str
-    day: str
-    value: Number
-    sigma: Number
-    usual: Number
-    nights: int
-    z: Number
-
-
-class FleetDocument(Document, frozen=True):
-    """Last nights of a fleet; ``changed``: those of ``last`` with z beyond ``threshold``."""
-
-    arms: tuple[str, ...]
-    first_day: str
-    threshold: float
-    changed: tuple[NightDocument, ...]
-    last: tuple[NightDocument, ...]
-    odd: tuple[OddDocument, ...]
-    refused: tuple[RefusedDocument, ...]
-
-
-def fleet_document(fleet: Fleet, refused: Mapping[str, str]) -> FleetDocument:
-    """Make the document of ``dynident fleet report --json``."""
-
-    def night(line: Series) -> NightDocument:
-        value, sigma, before = float(line.values[-1]), float(line.sigma[-1]), len(line.values) - 1
-        return NightDocument.of(line, day=line.days[-1], value=value, sigma=sigma, nights=before)
-
-    return FleetDocument(
-        arms=tuple(arm.name for arm in fleet.arms),
-        first_day=fleet.first,
-        threshold=CHANGED,
-        changed=tuple(map(night, fleet.changed)),
-        last=tuple(map(night, fleet.series)),
-        odd=fleet.twins.odd if fleet.twins is not None else (),
-        refused=tuple(RefusedDocument(file, reason) for file, reason in sorted(refused.items())),
-    )
-
-
 DOCUMENTS: dict[str, type[Document]] = {
     "identify": RobotResult,
     "payload": PayloadResult,
@@ -398,7 +350,7 @@ DOCUMENTS: dict[str, type[Document]] = {
     "design": DesignDocument,
     "near": NearDocument,
     "rollout": RolloutsDocument,
-    "fleet_report": FleetDocument,
+    "fleet_report": Fleet,
     "fleet_reduce": ReducedDocument,
     "compare": Compared,
     "check": CheckDocument,

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from ... import __version__
 from ...common.errors import InputError
 from ...common.files import made_folder, write_text
+from ...common.versions import versions
 from .blocks import Block, Drawing, Report, Table
 from .figures.canvas import save_figure, svg_text
 
@@ -28,6 +29,17 @@ _WIDE = 7.5  # inches: a wider figure scrolls where the screen is narrow
 _HEAD = re.compile(r"^.*?(?=<svg\b)", re.DOTALL)
 _METADATA = re.compile(r"<metadata>.*?</metadata>\s*", re.DOTALL)
 _FONTS = re.compile(r"(font: [^;\"]*?)'DejaVu Sans'[^;\"]*")
+
+
+def now() -> datetime:
+    """The time in UTC, or that of SOURCE_DATE_EPOCH, by which the same input gives the same file."""
+    fixed = os.environ.get("SOURCE_DATE_EPOCH")
+    if not fixed:
+        return datetime.now(UTC)
+    try:
+        return datetime.fromtimestamp(int(fixed), UTC)
+    except (ValueError, OverflowError, OSError):
+        raise InputError(f"SOURCE_DATE_EPOCH {fixed!r} is not a time: give seconds since 1970") from None
 
 
 class SourceFile(NamedTuple):
@@ -43,10 +55,10 @@ class Provenance:
     """Command as typed, files that were read, versions of packages and settings: all that repeats a result."""
 
     command: str
-    date: datetime
-    files: tuple[SourceFile, ...] = ()
-    versions: Mapping[str, str] = field(default_factory=dict)
+    files: Sequence[SourceFile] = ()
     settings: Mapping[str, str] = field(default_factory=dict)
+    versions: Mapping[str, str] = field(default_factory=versions)
+    date: datetime = field(default_factory=now)
 
     @property
     def tables(self) -> list[Table]:
@@ -57,21 +69,6 @@ class Provenance:
             ("Versions", ("version",), list(self.versions.items())),
         )
         return [Table(title, ("", *headings), rows) for title, headings, rows in parts if rows]
-
-
-def now() -> datetime:
-    """The time in UTC, or that of SOURCE_DATE_EPOCH, by which the same input gives the same file.
-
-    Raises:
-        InputError: if that variable is no number of seconds.
-    """
-    fixed = os.environ.get("SOURCE_DATE_EPOCH")
-    if not fixed:
-        return datetime.now(UTC)
-    try:
-        return datetime.fromtimestamp(int(fixed), UTC)
-    except (ValueError, OverflowError, OSError):
-        raise InputError(f"SOURCE_DATE_EPOCH {fixed!r} is not a time: give seconds since 1970") from None
 
 
 def write_report(path: str | Path, report: Report, provenance: Provenance) -> None:
@@ -104,8 +101,9 @@ def blocks_html(blocks: Sequence[Block]) -> str:
 def _environment() -> "Environment":
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
+    loader = PackageLoader(str(__package__))
     environment = Environment(
-        loader=PackageLoader(str(__package__)),
+        loader=loader,
         autoescape=True,
         trim_blocks=True,
         lstrip_blocks=True,
@@ -113,6 +111,7 @@ def _environment() -> "Environment":
     )
     environment.filters["kind"] = lambda block: type(block).__name__
     environment.filters["svg"] = _inline_svg
+    environment.filters["content"] = lambda name: loader.get_source(environment, name)[0]
     environment.tests["wide"] = lambda drawing: drawing.figure.get_figwidth() > _WIDE
     return environment
 

@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 from ...common.errors import InputError
 from ...common.files import checksum
 from ...common.schema import json_text
-from ...common.versions import versions
 from ...estimation.results.payload import PayloadResult
 from ...estimation.results.robot import GainsResult, RobotResult
 from ...model import Recording
@@ -106,11 +105,7 @@ def plain(answer: object) -> dict[str, Any]:
 
 
 def frame(answer: object) -> Any:
-    """The rows as a data frame.
-
-    Raises:
-        ImportError: without pandas.
-    """
+    """The rows as a data frame."""
     try:
         import pandas
     except ModuleNotFoundError:
@@ -121,11 +116,7 @@ def frame(answer: object) -> Any:
 
 
 def _drawn(answer: object) -> Report:
-    """The report with its figures.
-
-    Raises:
-        InputError: of a result that was read from a file, without what a page draws.
-    """
+    """The report with its figures, which a result that was read from a file cannot have."""
     result, shown = _shown(answer)
     if getattr(result, "working", result) is None:
         raise InputError("a result that was read from a file has no recordings to draw: identify again")
@@ -148,17 +139,12 @@ def write_report(answer: object, path: str | Path) -> None:
     elif isinstance(result, LogReport):
         recordings.append(working.recording)
     paths = dict.fromkeys(recording.source for recording in recordings)
-    files = tuple(page.SourceFile("recording", name, checksum(name)) for name in paths if Path(name).is_file())
-    origin = page.Provenance(f"python {sys.argv[0] or '(interactive)'}", page.now(), files, versions())
-    page.write_report(path, report, origin)
+    files = [page.SourceFile("recording", name, checksum(name)) for name in paths if Path(name).is_file()]
+    page.write_report(path, report, page.Provenance(f"python {sys.argv[0] or '(interactive)'}", files))
 
 
 def figure(answer: object, name: str | None) -> Figure:
-    """A figure of the page.
-
-    Raises:
-        InputError: if there is no such figure.
-    """
+    """A figure of the page."""
     drawings = {drawing.name: drawing for drawing in _drawn(answer).drawings()}
     name = next(iter(drawings), None) if name is None else name
     if name not in drawings:
@@ -167,11 +153,7 @@ def figure(answer: object, name: str | None) -> Figure:
 
 
 def export(result: PayloadResult, to: str, despite_verdict: bool) -> str:
-    """The payload in a controller's or a simulator's format, at the flange.
-
-    Raises:
-        InputError: for a format that there is not, or a payload that must not be used or stands elsewhere.
-    """
+    """The payload at the flange in a controller's or a simulator's format, unless it must not be used."""
     if to not in FORMATS:
         raise InputError(f"there is no format {to!r}: there are {', '.join(FORMATS)}")
     load = load_of(result, "answer", None, despite_verdict)

@@ -4,10 +4,10 @@ What is printed is text: no letter in it is taken for markup.
 """
 
 import os
+import sys
 import textwrap
 from collections.abc import Collection, Iterator, Sequence
-from contextlib import contextmanager
-from io import StringIO
+from shutil import get_terminal_size
 from typing import IO
 
 from rich.cells import cell_len
@@ -29,48 +29,43 @@ _FEWEST = 20  # columns of the narrowest terminal that is laid out
 
 def print_blocks(blocks: Sequence[Block], stream: IO[str] | None = None) -> None:
     """Print tables and lines; a table wider than the terminal is printed in parts, one below the other."""
-    with _opened(stream) as terminal:
-        for block in printed(blocks):
-            _print_lines(terminal, _lines(terminal, block, ()))
+    width = _columns()
+    _print([line for block in printed(blocks) for line in _lines(block, width)], stream)
 
 
 def print_report(report: Report, details: bool = False, stream: IO[str] | None = None) -> None:
     """Print what fits on a screen of 25 lines and how much is left out, or all of it, with ``details``."""
-    blocks = list(printed(report.first))
-    if details:
-        for section in report.sections:
-            if any(printed(section.blocks)):
-                blocks += [Notes(["", section.title.upper()]), *printed(section.blocks)]
-        print_blocks([*blocks, *([Notes(["", *report.notes])] if report.notes else [])], stream)
-        return
-    with _opened(stream) as terminal:
-        left_out, width = 0, terminal.width
-        shown = {
-            id(block): _lines(terminal, block, block.spare if isinstance(block, Table) else ())
-            for block in blocks
-            if not (isinstance(block, Notes) and block.optional)
-        }
-        room = LINES - 1 - sum(map(len, shown.values()))
-        for block in blocks:
-            _print_lines(terminal, shown.get(id(block), ()))
-            for line in block.lines if isinstance(block, Notes) and block.optional else ():
-                wrapped = _brief(_wrapped(line, width), width)
-                if len(wrapped) > room:
-                    left_out += 1
-                    continue
-                room -= len(wrapped)
-                _print_lines(terminal, wrapped)
-        notes = f"{left_out} more note{'s' * (left_out > 1)}" if left_out else ""
-        if notes or report.more:
-            last = f"--details: {'; '.join(text for text in (notes, report.more) if text)}"
-            _print_lines(terminal, _brief(_wrapped(last, width), width, 1))
+    _print(_screen(report, details, _columns()), stream)
 
 
 def screen_text(report: Report, details: bool = False) -> str:
     """The screen as text, 80 columns wide."""
-    stream = StringIO()
-    print_report(report, details, stream)
-    return stream.getvalue().rstrip("\n")
+    return "\n".join(map(printable, _screen(report, details, COLUMNS))).rstrip("\n")
+
+
+def _screen(report: Report, details: bool, width: int) -> list[str]:
+    blocks = list(printed(report.first))
+    if details:
+        for section in report.sections:
+            if inside := list(printed(section.blocks)):
+                blocks += [Notes(["", section.title.upper()]), *inside]
+        blocks += [Notes(["", *report.notes])] if report.notes else []
+        return [line for block in blocks for line in _lines(block, width)]
+    shown = [_lines(block, width, first=True) for block in blocks]
+    room, left_out = LINES - 1 - sum(map(len, shown)), 0
+    for lines, block in zip(shown, blocks, strict=True):
+        for line in block.lines if isinstance(block, Notes) and block.optional else ():
+            wrapped = _brief(_wrapped(line, width), width)
+            if len(wrapped) > room:
+                left_out += 1
+                continue
+            room -= len(wrapped)
+            lines += wrapped
+    notes = [f"{left_out} more note{'s' * (left_out > 1)}"] if left_out else []
+    if notes or report.more:
+        last = f"--details: {'; '.join([*notes, *filter(None, [report.more])])}"
+        shown.append(_brief(_wrapped(last, width), width, 1))
+    return [line for lines in shown for line in lines]
 
 
 def printed(blocks: Sequence[Block]) -> Iterator[Table | Text | Notes | Banner]:
@@ -82,37 +77,27 @@ def printed(blocks: Sequence[Block]) -> Iterator[Table | Text | Notes | Banner]:
             yield block
 
 
-class _Console(Console):
-    """A terminal whose reader may leave without an end of the command."""
-
-    def on_broken_pipe(self) -> None:
-        raise BrokenPipeError
+def _columns() -> int:
+    return max(get_terminal_size((COLUMNS, LINES)).columns, _FEWEST)
 
 
-@contextmanager
-def _opened(stream: IO[str] | None) -> Iterator[Console]:
-    """A terminal, written as long as somebody reads: `| head` has seen enough, files are still written."""
-    terminal = _Console(file=stream)
-    if isinstance(stream, StringIO):
-        terminal = _Console(file=stream, width=COLUMNS, force_terminal=False, color_system=None)
-    elif terminal.width < _FEWEST:
-        terminal = _Console(file=stream, width=_FEWEST)
+def _print(lines: Sequence[str], stream: IO[str] | None) -> None:
+    """Print as long as somebody reads: `| head` has seen enough, files are still written."""
+    stream = stream or sys.stdout
     try:
-        yield terminal
+        stream.writelines(f"{printable(line)}\n" for line in lines)
+        stream.flush()
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), terminal.file.fileno())
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
-def _print_lines(terminal: Console, lines: Sequence[str]) -> None:
-    for line in lines:
-        terminal.print(Line(printable(line)), soft_wrap=True)
-
-
-def _lines(terminal: Console, block: Table | Text | Notes | Banner, spare: Collection[str]) -> list[str]:
+def _lines(block: Table | Text | Notes | Banner, width: int, first: bool = False) -> list[str]:
+    """Lines of a block; on the ``first`` screen without spare rows and what is shown there as far as it fits."""
     if isinstance(block, Table):
-        return _table_lines(terminal, block, spare)
+        return _table_lines(block, width, block.spare if first else ())
     lines = block.lines if isinstance(block, Notes) else (block.words,)
-    return [part for line in lines for part in _wrapped(line, terminal.width)]
+    optional = isinstance(block, Notes) and block.optional and first
+    return [part for line in lines for part in _wrapped(line, width)] if not optional else []
 
 
 def _wrapped(line: str, width: int) -> list[str]:
@@ -131,7 +116,7 @@ def _brief(lines: list[str], width: int, most: int = _LONGEST) -> list[str]:
     return [*lines[: most - 1], f"{last.rstrip(' ,;:')}{_CUT}"]
 
 
-def _table_lines(terminal: Console, table: Table, spare: Collection[str]) -> list[str]:
+def _table_lines(table: Table, width: int, spare: Collection[str]) -> list[str]:
     """Title and rows, in parts that repeat the names of the rows where the table is too wide."""
     parted = table.sections(spare)
     rows = [row for section in parted for row in (_merged(section) if table.merged else section)]
@@ -139,12 +124,12 @@ def _table_lines(terminal: Console, table: Table, spare: Collection[str]) -> lis
     names = min(max(names, 1), len(table.headings) - 1) if len(table.headings) > 1 else 1
     parts: list[list[int]] = [[*range(names)]]
     for k in range(names, len(table.headings)):
-        if len(parts[-1]) > names and _width(table, rows, [*parts[-1], k]) > terminal.width:
+        if len(parts[-1]) > names and _width(table, rows, [*parts[-1], k]) > width:
             parts.append([*range(names)])
         parts[-1].append(k)
-    lines = textwrap.wrap(printable(table.title), terminal.width)
+    lines, console = textwrap.wrap(printable(table.title), width), Console(width=width, color_system=None)
     for part in parts:
-        folds = _width(table, rows, part) > terminal.width  # even a part of the columns is too wide
+        folds = _width(table, rows, part) > width  # even a part of the columns is too wide
         grid = Grid(box=None, padding=(0, 1, 0, 0), show_header=any(table.headings[k] for k in part))
         for k in part:
             grid.add_column(
@@ -157,7 +142,7 @@ def _table_lines(terminal: Console, table: Table, spare: Collection[str]) -> lis
             grid.add_row(*(Line(printable(row[k])) for k in part))
             if row[0] in table.ends and row is not rows[-1] and not table.merged:
                 grid.add_row()
-        lines += ["".join(piece.text for piece in line).rstrip() for line in terminal.render_lines(grid, pad=False)]
+        lines += ["".join(piece.text for piece in line).rstrip() for line in console.render_lines(grid, pad=False)]
     return lines
 
 

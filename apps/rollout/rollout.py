@@ -8,7 +8,7 @@ model could do better, and the replay under a controller decides.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,13 +46,6 @@ class Arm(Protocol):
         """Positions at each sample, S x K x n, from S starts and torques S x K x n, ``step`` [s] apart."""
 
 
-class Spread(NamedTuple):
-    """Error over many starts: root mean square over the joints [rad or m], median and 90 % of the starts."""
-
-    median: float
-    ninety: float
-
-
 @dataclass(frozen=True, eq=False)
 class Errors:
     """Errors of predicted motion on one recording, from every start."""
@@ -62,14 +55,15 @@ class Errors:
     by: Mapping[str, Array]  # model -> root mean square over the joints of each start at each time, S x K
     resting: NDArray[np.bool_]  # starts at which no joint moved, shape (S,)
 
-    def spread(self, model: str, seconds: float, resting: bool = False) -> Spread | None:
-        """Error of a model after one of ``times``, of starts in motion or at rest; None without such."""
+    def spread(self, model: str, seconds: float, resting: bool = False) -> tuple[float, float] | None:
+        """Error of a model after one of ``times``, median and 90 % of the starts; None without such starts."""
         k = int(np.argmin(np.abs(self.times - seconds)))
         errors = self.by[model][self.resting == resting, k]
         if not len(errors):
             return None
         ordered = np.sort(np.where(np.isfinite(errors), errors, np.inf))
-        return Spread(*(float(ordered[int(share * (len(ordered) - 1))]) for share in (0.5, 0.9)))
+        half, most = (float(ordered[int(share * (len(ordered) - 1))]) for share in (0.5, 0.9))
+        return half, most
 
     def spreads(self, seconds: float, resting: bool) -> dict[str, tuple[float, float]] | None:
         """Errors of every model by its name; None without such starts."""

@@ -15,7 +15,7 @@ from ...model.kinematics import point_at
 from ...model.stand_in import cylinder_radius
 from ...trajectories import DesignProblem, Scene
 from ...trajectories.design.score import room_over_time, taught_over_time
-from .shapes import Colour, Line, Shape, box, capsule, ellipsoid, inertia_axes, looks_of, plane
+from .shapes import Colour, Shape, box, capsule, ellipsoid, inertia_axes, looks_of, plane
 
 _RATE, _MOST = 20.0, 450  # times a second, and in all
 _FINER = 5  # points of the path, than times: at a pose every .05 s a fast path has corners
@@ -34,7 +34,8 @@ class View:
     Attributes:
         times: [s], shape (N,).
         frames: poses of frames 0 to n and the payload's, in the base, at each time.
-        paths: lines in the base.
+        path: points of the flange in the base [m], shape (k, 3); one where it does not move.
+        path_colours: of each piece between them, shape (k - 1, 3).
         legend: colours and their words, of what is not the arm itself.
         notes: what could not be shown as it looks.
         ground: height of the plane that the arm stands on, in the base [m].
@@ -44,7 +45,8 @@ class View:
     times: Array
     frames: tuple[tuple[Pose, ...], ...]
     shapes: tuple[Shape, ...]
-    paths: tuple[Line, ...]
+    path: Array
+    path_colours: NDArray[np.uint8]
     legend: tuple[tuple[Colour, str], ...] = ()
     notes: tuple[str, ...] = ()
     ground: float = 0.0
@@ -66,9 +68,6 @@ def view_of(
     """The arm along a motion, or at its single sample.
 
     Of a ``problem`` scene, limits and payloads are shown too, and what each second teaches.
-
-    Raises:
-        InputError: for positions that are not finite.
     """
     if not np.isfinite(motion.q).all():
         raise InputError("a view needs finite positions at every time")
@@ -85,31 +84,31 @@ def view_of(
         low, high = payload.com_interval.T
         if np.isfinite(payload.com_interval).all():
             ball = ellipsoid(0.5 * (low + high), np.diag(0.5 * (high - low)))
-            shapes.append(Shape("centre of mass, 95 %", robot.n + 1, *ball, _CENTRE))
+            shapes.append(Shape("centre of mass, 95 %", robot.n + 1, ball, _CENTRE))
         if payload.inertia is not None:
             body = ellipsoid(payload.com, inertia_axes(payload.mass, payload.inertia))
-            shapes.append(Shape("ellipsoid of inertia", robot.n + 1, *body, _INERTIA, 0.3))
+            shapes.append(Shape("ellipsoid of inertia", robot.n + 1, body, _INERTIA, 0.3))
     shapes += foot
     drawn = _picked(motion, _FINER)
     position = point_at(robot, robot.flange.p, motion.q[drawn])[0].T
     path = (position - robot.base.p) @ robot.base.R
+    moves = len(path) > 1
     colours = np.tile(np.array(_PATH, dtype=np.uint8), (len(path) - 1, 1))
-    if problem is not None and len(path) > 1:  # pale where a second teaches little, red where it teaches most
+    if problem is not None and moves:  # pale where a second teaches little, red where it teaches most
         taught = np.add.reduceat(taught_over_time(problem, motion), drawn[:-1])
         rate = taught / np.maximum(np.diff(motion.t[drawn]), 1e-9)
         ratio = np.sqrt(rate / max(float(rate.max()), 1e-300))[:, None]
         colours = np.asarray((1.0 - ratio) * np.array(_LITTLE) + ratio * np.array(_MUCH)).astype(np.uint8)
-    paths = [Line("path of the flange", path, colours)] if len(path) > 1 else []
-    title = (robot.title or robot.name) + (f", {motion.t[-1] - motion.t[0]:.3g} s" if paths else "")
+    title = (robot.title or robot.name) + (f", {motion.t[-1] - motion.t[0]:.3g} s" if moves else "")
     named = {(shape.colour, shape.name.rstrip(" 0123456789")) for shape in shapes}  # without numbers of joints
     legend = sorted((colour, text) for colour, text in named if not text.startswith(("link", "axis")))
-    if paths and problem is None:
+    if moves and problem is None:
         legend.append((_PATH, "path of the flange"))
-    elif paths:
+    elif moves:
         legend.append((_LITTLE, "path of the flange where a second teaches little"))
         legend.append((_MUCH, "where it teaches most"))
     times = motion.t[picked] - motion.t[0]
-    return View(title, times, frames, tuple(shapes), tuple(paths), tuple(legend), tuple(notes), height)
+    return View(title, times, frames, tuple(shapes), path, colours, tuple(legend), tuple(notes), height)
 
 
 def view_of_answer(robot: Robot, recording: Recording, result: PayloadResult) -> View:
@@ -138,7 +137,7 @@ def ground_of(robot: Robot, frames: Sequence[tuple[Pose, ...]], scene: Scene | N
         return height, []
     top, end = (first.R.T @ (np.array([0.0, 0.0, z]) - first.p) for z in (0.0, height))
     unknown = "neither its height nor its shape is known" if floor is None else "its shape is not known"
-    return height, [Shape(f"foot, {unknown}", 0, *capsule(top, end, 0.5 * radius), _FOOT, 0.3)]
+    return height, [Shape(f"foot, {unknown}", 0, capsule(top, end, 0.5 * radius), _FOOT, 0.3)]
 
 
 def _picked(motion: Motion, finer: int = 1) -> NDArray[np.intp]:
@@ -156,7 +155,7 @@ def _links(robot: Robot) -> list[Shape]:
     radius, shapes = _THICK * cylinder_radius(robot), []
 
     def add(name: str, frame: int, start: Array, end: Array) -> None:
-        shapes.append(Shape(name, frame, *capsule(start, end, radius), _LINK))
+        shapes.append(Shape(name, frame, capsule(start, end, radius), _LINK))
 
     for j, joint in enumerate(robot.joints):
         reach = np.clip(joint.limits.position, -1.0, 1.0) if not joint.revolute else (0.0, 0.0)
@@ -174,21 +173,21 @@ def _axes(robot: Robot, touched: NDArray[np.bool_]) -> list[Shape]:
     radius, shapes = cylinder_radius(robot), []
     ends = np.array([0.0, 0.0, 1.2 * radius])
     for j in range(robot.n):
-        shapes.append(Shape(f"axis {j + 1}", j + 1, *capsule(-ends, ends, 0.12 * radius), _AXIS))
+        shapes.append(Shape(f"axis {j + 1}", j + 1, capsule(-ends, ends, 0.12 * radius), _AXIS))
         if touched[:, j].any():
             marked = capsule(-ends, ends, 0.5 * radius)
-            shapes.append(Shape(f"at limit {j + 1}", j + 1, *marked, _NEAR, 0.6, touched[:, j]))
+            shapes.append(Shape(f"at limit {j + 1}", j + 1, marked, _NEAR, 0.6, touched[:, j]))
     return shapes
 
 
 def _surroundings(problem: DesignProblem, robot: Robot) -> list[Shape]:
     half, payloads, shapes, scene = 12.0 * cylinder_radius(robot), problem.payloads, list[Shape](), problem.scene
     for surface in scene.surfaces if scene is not None else ():
-        shapes.append(Shape(surface.name, 0, *plane(surface.normal, surface.offset, half), _FLOOR, 0.6))
+        shapes.append(Shape(surface.name, 0, plane(surface.normal, surface.offset, half), _FLOOR, 0.6))
     for body in scene.bodies if scene is not None else ():
         ends = np.array(body.start), np.array(body.start if body.end is None else body.end)
-        shapes.append(Shape(body.name, body.link, *capsule(*ends, body.radius), _BODY, 0.4))
+        shapes.append(Shape(body.name, body.link, capsule(*ends, body.radius), _BODY, 0.4))
     if payloads is not None:
         mesh = (box if payloads.region == "cube" else ellipsoid)(payloads.centre, payloads.axes)
-        shapes.append(Shape("payloads within bounds", robot.n, *mesh, _BALL, 0.25))
+        shapes.append(Shape("payloads within bounds", robot.n, mesh, _BALL, 0.25))
     return shapes

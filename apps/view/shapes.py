@@ -1,4 +1,4 @@
-"""Shapes of a view as triangles and lines, each fixed to a frame.
+"""Shapes of a view as triangles, each fixed to a frame.
 
 Links look as the meshes that a URDF names, coarse enough for one page; these need the extra ``view``.
 """
@@ -6,12 +6,12 @@ Links look as the meshes that a URDF names, coarse enough for one page; these ne
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+import trimesh
 from numpy.typing import NDArray
+from trimesh import Trimesh
 
 from ...common.arrays import Array
 from ...common.errors import InputError
@@ -21,67 +21,49 @@ from ...model.robot import Mesh
 _FACES = 24_000  # triangles of all links together: some 0.5 MB of the page
 _LARGEST = 100_000_000  # bytes of a file
 _CELLS = (256, 192, 128, 96, 64, 48, 32, 24, 16, 12, 8)  # along the longest side of a mesh, finest first
-_AROUND, _UP = 20, 11  # corners of a sphere around its axis, and from pole to pole
+_CORNERS = (20, 16)  # of a capsule around its axis, and from pole to pole
+_HALVED = 2  # times that an icosahedron's edges are halved for a sphere
 Colour = tuple[int, int, int]
 
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """Triangles in a frame; its name is unique in a view.
+    """Triangles in a frame [m]; its name is unique in a view.
 
     Attributes:
         frame: number of the frame it is fixed to; 0 is the base's.
-        vertices: [m], shape (k, 3).
-        faces: corners of each triangle, shape (m, 3).
         colour: red, green, blue, 0 to 255.
         shown: at which of the view's times; always if None.
     """
 
     name: str
     frame: int
-    vertices: Array
-    faces: NDArray[np.uint32]
+    mesh: Trimesh
     colour: Colour
     opacity: float = 1.0
     shown: NDArray[np.bool_] | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class Line:
-    """A line through points (k, 3) in the base's frame [m], with a colour for each of its k - 1 pieces."""
-
-    name: str
-    points: Array
-    colours: NDArray[np.uint8]
-
-
-def capsule(start: Array, end: Array, radius: float) -> tuple[Array, NDArray[np.uint32]]:
-    """Points within ``radius`` of a line [m]: two halves of a sphere, drawn apart along it."""
-    sphere, faces = _sphere()
+def capsule(start: Array, end: Array, radius: float) -> Trimesh:
+    """Points within ``radius`` of a line [m]."""
     axis = np.asarray(end, dtype=float) - start
-    length = float(np.linalg.norm(axis))
-    R = _along(axis / length if length > 0.0 else np.array([0.0, 0.0, 1.0]))
-    ends = np.where(sphere[:, 2:] > 0.0, np.asarray(end), np.asarray(start))
-    return ends + radius * sphere @ R.T, faces
+    pose = _affine(_along(axis if axis.any() else [0.0, 0.0, 1.0]), start + 0.5 * axis)
+    return trimesh.creation.capsule(float(np.linalg.norm(axis)), radius, _CORNERS, pose)
 
 
-def ellipsoid(centre: Array, axes: Array) -> tuple[Array, NDArray[np.uint32]]:
+def ellipsoid(centre: Array, axes: Array) -> Trimesh:
     """An ellipsoid whose half axes are the columns of ``axes`` [m]."""
-    sphere, faces = _sphere()
-    return centre + sphere @ axes.T, faces
+    return trimesh.creation.icosphere(_HALVED).apply_transform(_affine(axes, centre))
 
 
-def box(centre: Array, axes: Array) -> tuple[Array, NDArray[np.uint32]]:
+def box(centre: Array, axes: Array) -> Trimesh:
     """A box whose half edges are the columns of ``axes`` [m]."""
-    corners = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
-    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    faces = [(a, b, c) for a, b, c, _ in sides] + [(a, c, d) for a, _, c, d in sides]
-    return centre + corners @ axes.T, np.array(faces, dtype=np.uint32)
+    return trimesh.creation.box((2.0, 2.0, 2.0), _affine(axes, centre))
 
 
-def plane(normal: Sequence[float], offset: float, half: float) -> tuple[Array, NDArray[np.uint32]]:
+def plane(normal: Sequence[float], offset: float, half: float) -> Trimesh:
     """A square of a floor or a wall, thin, below the point of the surface that is nearest to the base [m]."""
-    R, thin = _along(np.asarray(normal, dtype=float) / np.linalg.norm(normal)), 1e-3 * half
+    R, thin = _along(normal), 1e-3 * half
     return box((offset - thin) * R[:, 2], R * [half, half, thin])
 
 
@@ -95,29 +77,12 @@ def inertia_axes(mass: float, inertia: Array) -> Array:
     return np.asarray(directions * np.sqrt(5.0 * np.maximum(moments, 0.0) / mass))
 
 
-def _along(z: Array) -> Array:
-    """Axes of a frame whose z axis is given, as columns."""
-    x = np.cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
-    x /= np.linalg.norm(x)
-    return np.column_stack([x, np.cross(z, x), z])
+def _along(z: Array | Sequence[float]) -> Array:
+    return np.asarray(trimesh.geometry.align_vectors([0.0, 0.0, 1.0], z)[:3, :3])
 
 
-def _sphere() -> tuple[Array, NDArray[np.uint32]]:
-    """Unit sphere about z; poles and equator doubled, so that it can be drawn apart there."""
-    upper = np.linspace(0.0, 0.5 * np.pi, _UP // 2 + 1)
-    tilts = np.concatenate([upper, 0.5 * np.pi + upper])
-    turns = 2.0 * np.pi * np.arange(_AROUND) / _AROUND
-    tilt, turn = (x.ravel() for x in np.meshgrid(tilts, turns, indexing="ij"))
-    vertices = np.column_stack([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), np.cos(tilt)])
-    vertices[np.abs(vertices) < 1e-12] = 0.0
-    # The first of the two equators belongs to the upper half.
-    vertices[_UP // 2 * _AROUND : (_UP // 2 + 1) * _AROUND, 2] = 1e-12
-    faces = []
-    for row in range(len(tilts) - 1):
-        for k in range(_AROUND):
-            a, b = row * _AROUND + k, row * _AROUND + (k + 1) % _AROUND
-            faces += [(a, a + _AROUND, b), (b, a + _AROUND, b + _AROUND)]
-    return vertices, np.array(faces, dtype=np.uint32)
+def _affine(axes: Array, origin: Array) -> Array:
+    return np.vstack([np.column_stack([axes, origin]), [0.0, 0.0, 0.0, 1.0]])
 
 
 def looks_of(robot: Robot, colour: Colour) -> tuple[list[Shape], set[int], list[str]]:
@@ -135,7 +100,7 @@ def looks_of(robot: Robot, colour: Colour) -> tuple[list[Shape], set[int], list[
         try:
             for mesh in meshes:
                 name = f"link {number}/mesh {len(own) + 1}"
-                own.append(Shape(name, number, *coarse(*_placed(mesh), most), colour))
+                own.append(Shape(name, number, coarse(_placed(mesh), most), colour))
         except InputError as failure:
             failures.setdefault(str(failure), mesh.file)
             continue
@@ -147,52 +112,41 @@ def looks_of(robot: Robot, colour: Colour) -> tuple[list[Shape], set[int], list[
     return shapes, drawn, notes
 
 
-def _placed(mesh: Mesh) -> tuple[Array, NDArray[np.uint32]]:
-    """Corners in the link's frame [m], (k, 3), and triangles, (m, 3), of a file.
-
-    Raises:
-        InputError: if it is not there, or is no mesh.
-    """
+def _placed(mesh: Mesh) -> Trimesh:
+    """Triangles of a file in the link's frame."""
     path = Path(mesh.file)
     if not path.is_file():
         reason = "is not there: put the description's package beside it, or name it by ROS_PACKAGE_PATH"
         raise InputError(reason)
     if path.stat().st_size > _LARGEST:
         raise InputError(f"is larger than {_LARGEST // 1_000_000} MB")
-    trimesh: Any = import_module("trimesh")
     try:
         scene = trimesh.load_scene(path, process=False)
-        solid = scene.to_mesh()
         # A file of Collada says its unit, others are in metres.
         unit = re.fullmatch(r"([\d.eE+-]+) \* meters", str(scene.units or ""))
-        vertices = (float(unit[1]) if unit else 1.0) * np.asarray(solid.vertices, dtype=float)
-        faces = np.asarray(solid.faces).astype(np.uint32)
+        axes = (float(unit[1]) if unit else 1.0) * mesh.pose.R * mesh.scale
+        solid = scene.to_mesh().apply_transform(_affine(axes, mesh.pose.p))
     except Exception as fault:  # readers of many formats, each with errors of its own
         raise InputError(f"cannot be read ({type(fault).__name__})") from None
-    if not len(faces) or not np.isfinite(vertices).all():
+    if not len(solid.faces) or not np.isfinite(solid.vertices).all():
         raise InputError("holds no triangles")
-    return vertices * mesh.scale @ mesh.pose.R.T + mesh.pose.p, faces
+    return solid
 
 
-def coarse(vertices: Array, faces: NDArray[np.uint32], most: int) -> tuple[Array, NDArray[np.uint32]]:
-    """At most so many triangles: corners that share a cell of a grid become one, at their mean (Rossignac 1993).
+def coarse(mesh: Trimesh, most: int) -> Trimesh:
+    """At most so many triangles: corners that share a cell of a grid become one (Rossignac 1993).
 
     The coarsest grid may leave more.
     """
-    if len(faces) <= most:
-        return vertices, faces
-    low = vertices.min(axis=0)
-    size = max(float(np.ptp(vertices, axis=0).max()), 1e-12)
-    corners, triangles = vertices, faces.astype(np.intp)
+    fewer = mesh
     for cells in _CELLS:
-        places = np.floor((vertices - low) * (cells / size)).astype(np.int64)
-        _, which, count = np.unique(places, axis=0, return_inverse=True, return_counts=True)
-        which = which.ravel()
-        corners = np.stack([np.bincount(which, vertices[:, k]) / count for k in range(3)], axis=1)
-        triangles = which[faces]
-        a, b, c = triangles.T
-        triangles = np.unique(triangles[(a != b) & (b != c) & (c != a)], axis=0)
-        if len(triangles) <= most:
+        if len(fewer.faces) <= most:
             break
-    used, places = np.unique(triangles, return_inverse=True)
-    return corners[used], places.reshape(-1, 3).astype(np.uint32)
+        scale = cells / max(float(mesh.extents.max()), 1e-12)
+        fewer = mesh.copy()
+        fewer.vertices *= scale
+        fewer.merge_vertices(merge_tex=True, merge_norm=True, digits_vertex=0)
+        fewer.update_faces(fewer.unique_faces() & fewer.nondegenerate_faces())
+        fewer.vertices /= scale
+    fewer.remove_unreferenced_vertices()
+    return fewer

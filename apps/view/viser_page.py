@@ -1,11 +1,13 @@
 """A view as one self-contained HTML file, by viser's serialised scene; needs the extra ``view``."""
 
+from __future__ import annotations
+
 import contextlib
 import io
 import webbrowser
 from pathlib import Path
 from tempfile import mkdtemp
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import escape
 
 import numpy as np
@@ -13,18 +15,16 @@ import numpy as np
 from ...common.errors import InputError
 from ...common.files import write_text
 from ..export.rotation import quaternion
-from .moving import View
+
+if TYPE_CHECKING:
+    from .moving import View
 
 _LAST = 1.0  # s: how long the last pose stays
 _STILL = 1e-9  # m and of a turn: what moves less is not written again
 
 
 def require_viewer() -> Any:
-    """The library of views; a view is refused where it is not installed.
-
-    Raises:
-        InputError: says what to install.
-    """
+    """The library of views; where it is not installed, a refusal says what to install."""
     try:
         import viser
     except ImportError:
@@ -32,19 +32,10 @@ def require_viewer() -> Any:
     return viser
 
 
-def write_view(path: str | Path, view: View) -> None:
-    """Write the file; it plays without a server."""
-    write_text(path, html_of(view))
-
-
 def open_view(view: View) -> str:
-    """Open the view in the browser, as a file in a folder for temporary files; its path.
-
-    Raises:
-        InputError: if there is no browser.
-    """
+    """Open the view in the browser, as a file in a folder for temporary files; its path."""
     page = Path(mkdtemp(prefix="dynident_")) / "view.html"
-    write_view(page, view)
+    write_text(page, html_of(view))
     if not webbrowser.open(page.as_uri()):
         raise InputError(f"--view -: no browser could be opened: open {page} in one")
     return str(page)
@@ -84,7 +75,7 @@ def _played(server: Any, view: View) -> str:
     for shape in view.shapes:
         name = f"/{shape.frame}/{shape.name.replace('/', ', ')}"
         mesh = scene.add_mesh_simple(
-            *(name, shape.vertices.astype(np.float32), shape.faces),
+            *(name, shape.mesh.vertices.astype(np.float32), shape.mesh.faces.astype(np.uint32)),
             color=shape.colour,
             opacity=None if shape.opacity >= 1.0 else shape.opacity,
             side="double",
@@ -93,10 +84,10 @@ def _played(server: Any, view: View) -> str:
             receive_shadow=False,
         )
         meshes += [(mesh, shape.shown)] if shape.shown is not None else []
-    for path in view.paths:
-        pieces = np.stack([path.points[:-1], path.points[1:]], axis=1).astype(np.float32)
-        colours = np.repeat(path.colours[:, None], 2, axis=1)
-        scene.add_line_segments(f"/{path.name}", pieces, colours, thickness=3.0, thickness_units="screen")
+    if len(view.path) > 1:
+        pieces = np.stack([view.path[:-1], view.path[1:]], axis=1).astype(np.float32)
+        colours = np.repeat(view.path_colours[:, None], 2, axis=1)
+        scene.add_line_segments("/path of the flange", pieces, colours, thickness=3.0, thickness_units="screen")
     serialiser = server.get_scene_serializer()
     for k in range(1, len(view.times)):
         serialiser.insert_sleep(float(view.times[k] - view.times[k - 1]))

@@ -19,7 +19,9 @@ from dynident.apps.commands.demo import (
 )
 from dynident.apps.commands.progress import status
 from dynident.apps.commands.values import share, whole
-from dynident.apps.report import Notes, Table, print_blocks, residual_text
+from dynident.apps.report.blocks import Notes, Table
+from dynident.apps.report.sections.evidence import residual_text
+from dynident.apps.report.terminal import print_blocks
 from dynident.common.progress import Progress
 from dynident.estimation import PAYLOAD as TEN
 from dynident.estimation import Estimate, Identification, PayloadAnswer, Settings, answer_payload, identify

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from dynident.apps import fleet
+from dynident.apps.fleet.store import Log, Recipe, Store, Stored
 from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
 from dynident.estimation import identify
@@ -135,18 +135,18 @@ def make_recordings(folder: Path) -> None:
             header=header, comments="", fmt="%.9g",
         )  # fmt: skip
     result = identify(robot, [read_recording(folder / "third.csv", robot)])
-    make_store(folder, fleet.Stored(fleet.Log("third.csv"), robot, result.base, result.problem))
+    make_store(folder, Stored(Log("third.csv"), robot, result.base, result.problem))
 
 
-def make_store(folder: Path, recording: fleet.Stored) -> None:
+def make_store(folder: Path, recording: Stored) -> None:
     """A store of two arms and three nights, drawn on a recording's motion."""
-    recipe = fleet.Recipe(recording.robot.processing)
-    store, draw = fleet.Store.made(folder / "nightly", recording.robot, recipe), np.random.default_rng(0)
+    recipe = Recipe(recording.robot.processing)
+    store, draw = Store.made(folder / "nightly", recording.robot, recipe), np.random.default_rng(0)
     values, noise, rows = weighted(recording.equations).values, noise_of(recording), []
     for arm in ("left", "right"):
         for night in range(1, 4):
             key = f"{arm}{night}"
-            log = fleet.Log(f"{key}.csv", arm, f"2026-01-0{night}", sha256="0" * 64, key=key)
+            log = Log(f"{key}.csv", arm, f"2026-01-0{night}", sha256="0" * 64, key=key)
             night_recording = drawn(recording, values, noise, draw, log)
             estimate = weighted(night_recording.equations)
             store.path(key).write_bytes(night_recording.parquet(estimate))

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.report.recordings import write_npz
-from dynident.apps.results import read_information, recorded_noise
+from dynident.apps.earlier import of_payload, read_earlier, recorded_noise
+from dynident.apps.results import write_npz
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.common.schema import write_json
@@ -217,15 +217,15 @@ def test_rows_weigh_by_noise_and_independence(tmp_path: Path) -> None:
         np.savez(path, weights=np.array([2.0, 4.0]), **dict(data))
     assert recorded_noise(path) == pytest.approx([0.5, 0.25])
     for noise in (np.array([2.0, 0.5]), None):
-        information = read_information(path, noise)
+        information = read_earlier(path, noise)
         sizes = np.ones(2) if noise is None else noise
         expected = sum(0.8 * f[:, :3].T @ f[:, :3] / s**2 for f, s in zip(factors, sizes, strict=True))
         assert information.columns == ("A", "B", "C")
         assert information.factor.T @ information.factor == pytest.approx(expected)
     with pytest.raises(InputError, match="2 joints, not 3"):
-        read_information(path, np.ones(3))
+        read_earlier(path, np.ones(3))
     with pytest.raises(InputError, match="have no payload"):
-        read_information(path, None).of_payload(PAYLOAD)
+        of_payload(read_earlier(path, None), PAYLOAD)
 
 
 def test_json_holds_the_covariance(tmp_path: Path) -> None:
@@ -233,16 +233,16 @@ def test_json_holds_the_covariance(tmp_path: Path) -> None:
     write_json(path, robot_result(result))
     noise = recorded_noise(path)
     assert noise == pytest.approx(1.0 / result.estimate.weights)
-    factor = read_information(path, noise).factor
+    factor = read_earlier(path, noise).factor
     assert np.linalg.inv(factor.T @ factor) == pytest.approx(result.estimate.covariance)
     with pytest.raises(InputError, match="holds no unweighted rows"):
-        read_information(path, None)
+        read_earlier(path, None)
 
 
 def test_payload_with_the_robot_known(tmp_path: Path) -> None:
     path, names = tmp_path / "p.npz", tuple("abcdefghij")
     (factor,) = saved(path, ("ZZ1", *PAYLOAD), 1).factors
-    information = read_information(path, None).of_payload(names)
+    information = of_payload(read_earlier(path, None), names)
     assert information.columns == names
     assert information.factor.T @ information.factor == pytest.approx(0.8 * factor[:, 1:11].T @ factor[:, 1:11])
 
@@ -253,4 +253,4 @@ def test_payload_with_the_robot_known(tmp_path: Path) -> None:
 def test_files_that_are_neither(name: str, words: str, tmp_path: Path) -> None:
     (tmp_path / name).write_text("hello")
     with pytest.raises(InputError, match=words):
-        read_information(tmp_path / name, None)
+        read_earlier(tmp_path / name, None)

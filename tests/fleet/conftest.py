@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dynident.apps import fleet
 from dynident.apps.fleet.comparing import compared_by
+from dynident.apps.fleet.reduction import reduce_fleet
 from dynident.apps.fleet.store import Log, Stored, catalog, found_logs
 from dynident.common.arrays import Array
 from dynident.estimation.equations.equations import Blocks, Equations, merged
@@ -98,7 +98,7 @@ def store(
 
 
 def _reduce(place: Path) -> None:
-    reduced = fleet.reduce_fleet(entries(), ROBOT, place)
+    reduced = reduce_fleet(entries(), ROBOT, place)
     assert (reduced.new, reduced.known) == (3, 0)
 
 

@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dynident.apps import fleet
 from dynident.apps.fleet import reduction
-from dynident.apps.fleet.store import Log, catalog, same_time
+from dynident.apps.fleet.reduction import reduce_fleet
+from dynident.apps.fleet.store import Log, Recipe, Store, catalog, same_time
 from dynident.apps.logs.map import LogMap
 from dynident.apps.logs.read import read_recordings
 from dynident.cli import main
@@ -32,7 +32,7 @@ from dynident.tests.frozen.inputs import unpack
 
 
 def test_good_ones_are_in_and_each_wrong_one_is_named(store: Path) -> None:
-    opened = fleet.Store.opened(store)
+    opened = Store.opened(store)
     good = [log for log in opened.logs() if not log.wrong]
     assert [log.file for log in good] == sorted(GOOD)
     assert [opened.read(log.key).log.arm for log in good] == ["a", "a", "b"]
@@ -52,7 +52,7 @@ def test_other_programs_read_what_each_recording_says(store: Path) -> None:
     table = pandas.read_parquet(store / "recordings").set_index("file").sort_index()
     assert list(table.index) == sorted(GOOD)
     assert list(table["arm"]) == ["a", "a", "b"]
-    stored = fleet.Store.opened(store)
+    stored = Store.opened(store)
     for log in stored.logs():
         if not log.wrong:
             estimate, row = weighted(stored.read(log.key).equations), table.loc[log.file]
@@ -65,22 +65,22 @@ def test_other_programs_read_what_each_recording_says(store: Path) -> None:
 def test_a_lost_run_started_again_ends_in_the_same_store(store: Path, tmp_path: Path) -> None:
     place = tmp_path / "lost"
     with pytest.raises(InputError, match=r"workers were lost after 2 of 5 .*: run it again, what is done is kept"):
-        fleet.reduce_fleet(entries(), ROBOT, place, workers=(Lost(2), 1))
+        reduce_fleet(entries(), ROBOT, place, workers=(Lost(2), 1))
     with pytest.raises(InputError, match="reduced in part"):
-        fleet.Store.opened(place)
-    again = fleet.reduce_fleet(entries(), ROBOT, place)
+        Store.opened(place)
+    again = reduce_fleet(entries(), ROBOT, place)
     assert again.known == 2
     assert contents(place) == contents(store)
-    untouched = fleet.reduce_fleet(entries(), ROBOT, place)
+    untouched = reduce_fleet(entries(), ROBOT, place)
     assert (untouched.new, untouched.known) == (0, 3)
     assert contents(place) == contents(store)
 
 
 def test_a_night_more_adds_to_the_store(logs: Path, store: Path, tmp_path: Path) -> None:
     first = [entry for entry in entries() if entry.file in GOOD[:2]]
-    fleet.reduce_fleet(first, ROBOT, tmp_path / "s")
+    reduce_fleet(first, ROBOT, tmp_path / "s")
     rest = [entry for entry in entries() if entry.file not in GOOD[:2]]
-    assert fleet.reduce_fleet(rest, ROBOT, tmp_path / "s").new == 1
+    assert reduce_fleet(rest, ROBOT, tmp_path / "s").new == 1
     assert contents(tmp_path / "s") == contents(store)
 
 
@@ -92,7 +92,7 @@ def test_a_clock_of_another_day_is_named(logs: Path, tmp_path: Path, day: str, g
     header = (logs / GOOD[0]).read_text().partition("\n")[0]
     log = tmp_path / "night.csv"
     np.savetxt(log, table, delimiter=",", header=header, comments="", fmt="%.15g")
-    reduced = fleet.reduce_fleet([Log(str(log), "a", day)], ROBOT, tmp_path / "s")
+    reduced = reduce_fleet([Log(str(log), "a", day)], ROBOT, tmp_path / "s")
     assert reduced.new == good
     words = f"its own clock begins on 2026-01-03, it is said to be of {day}"
     assert [words in bad.reason for bad in reduced.refused] == [True] * (not good)
@@ -100,10 +100,10 @@ def test_a_clock_of_another_day_is_named(logs: Path, tmp_path: Path, day: str, g
 
 def test_another_robot_or_recipe_needs_another_store(store: Path) -> None:
     with pytest.raises(InputError, match="another robot"):
-        fleet.reduce_fleet([GOOD[0]], load_robot("ur10e"), store)
-    recipe = fleet.Recipe(ROBOT.processing, log_map=LogMap(joints=("x",)))
+        reduce_fleet([GOOD[0]], load_robot("ur10e"), store)
+    recipe = Recipe(ROBOT.processing, log_map=LogMap(joints=("x",)))
     with pytest.raises(InputError, match="another recipe"):
-        fleet.reduce_fleet([GOOD[0]], ROBOT, store, recipe)
+        reduce_fleet([GOOD[0]], ROBOT, store, recipe)
 
 
 def test_logs_of_one_arm_at_one_time_are_named() -> None:
@@ -136,7 +136,7 @@ def test_two_processes_one_of_them_killed(store: Path, tmp_path: Path) -> None:
             killed.append(int(multiprocessing.active_children()[0].pid or 0))
             os.kill(killed[0], signal.SIGKILL)
 
-    reduced = fleet.reduce_fleet(entries(), ROBOT, tmp_path / "s", workers=2, progress=kill)
+    reduced = reduce_fleet(entries(), ROBOT, tmp_path / "s", workers=2, progress=kill)
     assert reduced.workers_lost >= 1
     assert contents(tmp_path / "s") == contents(store)
 
@@ -163,7 +163,7 @@ def test_a_log_that_ends_its_worker_each_time_is_one_row(
     store: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(reduction, "process_pool", pool_with_deadly_logs)
-    reduced = fleet.reduce_fleet(entries(), ROBOT, tmp_path / "s", workers=2)
+    reduced = reduce_fleet(entries(), ROBOT, tmp_path / "s", workers=2)
     assert reduced.workers_lost >= 1
     assert reduced.new == 2
     assert {bad.file for bad in reduced.refused if bad.reason == reduction.KILLS} == {
@@ -215,14 +215,14 @@ def test_a_dask_scheduler_and_two_workers(store: Path, tmp_path: Path, capsys: p
         with reduction.dask_executor(address) as (executor, count):
             killed = threading.Timer(1.0, running[-1].kill)
             killed.start()
-            fleet.reduce_fleet(entries(), ROBOT, tmp_path / "a", workers=(executor, count))
+            reduce_fleet(entries(), ROBOT, tmp_path / "a", workers=(executor, count))
             killed.join()
         assert contents(tmp_path / "a") == contents(store)
         with (
             pytest.raises(InputError, match=r"workers were lost after \d of 5"),
             reduction.dask_executor(address) as (executor, count),
         ):
-            fleet.reduce_fleet(
+            reduce_fleet(
                 entries(), ROBOT, tmp_path / "b", workers=(executor, 1), progress=lambda _: running[0].kill()
             )
     with cluster(port) as (address, _):

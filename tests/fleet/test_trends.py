@@ -6,12 +6,11 @@ from typing import cast
 
 import numpy as np
 import pytest
-from dynident.apps import fleet, report
-from dynident.apps.fleet import Log, Stored
-from dynident.apps.fleet.comparing import CHANGED, FEWEST, MASS, Series, arm_of, fleet_of, side_by_side
+from dynident.apps.fleet.comparing import CHANGED, FEWEST, MASS, Fleet, Series, arm_of, fleet_of, side_by_side
+from dynident.apps.fleet.store import Log, RefusedDocument, Stored
 from dynident.apps.logs.read import read_recording
-from dynident.apps.report.documents import fleet_document
-from dynident.apps.report.page import Provenance, now
+from dynident.apps.report.page import Provenance, write_report
+from dynident.apps.report.sections.fleet import fleet_report
 from dynident.estimation import Estimate, identify
 from dynident.estimation.fit.least_squares import weighted
 from dynident.model import load_robot
@@ -32,7 +31,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Stored:
 
 
 @pytest.fixture(scope="module")
-def history(recording: Stored) -> fleet.Fleet:
+def history(recording: Stored) -> Fleet:
     """Three arms: friction of joint 2 larger by half since three nights; a payload that was not told; neither."""
     draw, base = np.random.default_rng(3), recording.base
     values, noise = weighted(recording.equations).values, 0.2 * noise_of(recording)
@@ -50,22 +49,21 @@ def history(recording: Stored) -> fleet.Fleet:
             log = Log(f"{arm}{night}", arm, f"2026-01-{night + 1:02d}", mass)
             nights.append(drawn(recording, now_values, noise, draw, log))
         arms.append(arm_of(nights[::-1]))
-    return fleet_of(arms)
+    return fleet_of(arms, [RefusedDocument("bad.csv", "time runs back")])
 
 
-def test_what_changed_is_named_and_nothing_else(history: fleet.Fleet) -> None:
+def test_what_changed_is_named_and_nothing_else(history: Fleet) -> None:
     worn, laden = sorted(history.changed, key=lambda line: line.arm, reverse=True)
     assert (worn.arm, worn.quantity) == ("worn", "FS2")
     assert (laden.arm, laden.quantity) == ("laden", MASS)
-    assert abs(worn.changes[-1] - 0.5) < 4.0 * worn.spread
-    assert abs(laden.changes[-1] - 2.0) < 4.0 * laden.spread
+    assert abs(worn.working.changes[-1] - 0.5) < 4.0 * worn.working.spread
+    assert abs(laden.working.changes[-1] - 2.0) < 4.0 * laden.working.spread
     sizes = [abs(line.z or 0.0) for line in history.changed]
     assert sizes == sorted(sizes, reverse=True)
 
 
-def test_the_page_names_it(history: fleet.Fleet, tmp_path: Path) -> None:
-    shown = report.fleet_report(history, {"bad.csv": "time runs back"})
-    report.write_report(tmp_path / "fleet.html", shown, Provenance("dynident", now()))
+def test_the_page_names_it(history: Fleet, tmp_path: Path) -> None:
+    write_report(tmp_path / "fleet.html", fleet_report(history), Provenance("dynident"))
     text = (tmp_path / "fleet.html").read_text()
     assert all(words in text for words in ("worn", "laden", "still", "Coulomb friction 2", "time runs back"))
     drift = text[text.index("Every arm, by its drift") :]
@@ -74,15 +72,12 @@ def test_the_page_names_it(history: fleet.Fleet, tmp_path: Path) -> None:
     assert sorted(order, key=drift.index) == order, "the arm that drifted most comes first"
     assert f"FS2 {worn.z:+.1f}" in drift
     assert f"{laden.z:+.1f}" in drift
-    document = fleet_document(history, {"bad.csv": "time runs back"})
-    assert [night.quantity for night in document.changed] == [line.quantity for line in history.changed]
-    assert len(document.last) == len(history.series)
 
 
 def series(values: np.ndarray, own: float) -> Series:
     """Values of as many nights, each with an error of its own."""
     days = tuple(f"2026-01-{k + 1:02d}" for k in range(len(values)))
-    return Series.of("a", "OFF1", days, values, np.full(len(values), own))
+    return Series.of_nights("a", "OFF1", days, values, np.full(len(values), own))
 
 
 def test_z_is_the_distance_from_the_median_in_robust_standard_deviations() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from dynident.apps.commands.demo import PAYLOAD
 from dynident.apps.logs.read import read_recording
-from dynident.apps.report.recordings import write_recording
+from dynident.apps.recordings import write_recording
 from dynident.common.arrays import Array
 from dynident.examples.paper.printed import paper_tables
 from dynident.model import (

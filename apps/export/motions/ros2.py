@@ -36,11 +36,7 @@ def _write(motion: WrittenMotion) -> str:
 
 
 def check_joint_names(names: Sequence[str], n: int) -> tuple[str, ...]:
-    """The names, or joint_1 and so on if there are none.
-
-    Raises:
-        InputError: if they do not fit ``n`` joints.
-    """
+    """The names, or joint_1 and so on if there are none; names that do not fit ``n`` joints are refused."""
     names = tuple(names) or tuple(f"joint_{j}" for j in range(1, n + 1))
     if (
         len(names) != n

@@ -54,11 +54,7 @@ def _replay(motion: WrittenMotion) -> Replay:
 
 
 def check_urscript(robot: Robot, rate: float) -> None:
-    """Refuse what no controller runs, before any work is done.
-
-    Raises:
-        InputError: if the robot has not six joints that turn, or for a rate that no controller has.
-    """
+    """Refuse, before any work is done, robots and rates that no controller runs."""
     require_six_turning(robot, "URScript")
     if rate not in (500.0, 125.0):
         raise InputError(f"a URScript controller runs at 500 Hz (e-Series) or 125 Hz (CB3), not at {rate:g} Hz")

@@ -31,12 +31,7 @@ def _points(motion: WrittenMotion) -> ViaPoints:
 
 
 def val3_replay(motion: WrittenMotion) -> PointToPoint:
-    """Motion of a controller whose profiles are trapezoidal by these moves: an estimate to be scored.
-
-    Raises:
-        InputError: as ``check_val3``.
-        ValueError: if two neighbouring points are the same.
-    """
+    """Motion of a controller whose profiles are trapezoidal by these moves: an estimate to be scored."""
     plan = _points(motion)
     accel, speed = (0.01 * percent[:, None] for percent in _moves(motion, plan)[:2])
     if plan.rests:
@@ -94,11 +89,7 @@ _WARNING = (
 
 
 def check_val3(robot: Robot, via_points: bool, name: str) -> None:
-    """Refuse what has no place in a VAL3 application, before any work is done.
-
-    Raises:
-        InputError: for a Fourier motion, a robot that is not of six turning joints, or a name that VAL3 refuses.
-    """
+    """Refuse, before any work is done, a motion, a robot or a name that has no place in a VAL3 application."""
     require_six_turning(robot, "VAL3 jointRx")
     if not via_points:
         raise InputError("VAL3 needs via points, a Fourier motion has none: design with --via-points")

@@ -1,14 +1,13 @@
 """A fleet's recordings and nights, and recordings of one robot side by side."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from datetime import datetime, timedelta
 from functools import partial
 from pathlib import PurePath
 
 import numpy as np
 
-from ...fleet import Fleet
-from ...fleet.comparing import CHANCE, CHANGED, FEWEST, Compared
+from ...fleet.comparing import CHANCE, CHANGED, FEWEST, Arm, Compared, Drift, Fleet, farness
 from ...fleet.reduction import ReducedDocument
 from ..blocks import Banner, Block, Drawing, Notes, OnPage, Report, Section, Table, Text, lines
 from ..figures.canvas import BLUE, GREY, ORANGE, Figure, panels
@@ -58,9 +57,11 @@ def _refused(refused: Sequence[tuple[str, str]]) -> list[Section]:
     return [Section("refused", "Logs that were refused", [table])] if refused else []
 
 
-def fleet_report(fleet: Fleet, refused: Mapping[str, str]) -> Report:
+def fleet_report(fleet: Fleet) -> Report:
     """Changes of the last night, the clearest first; then a line an arm, and small multiples."""
-    arms, changed, twins = fleet.arms, fleet.changed, fleet.twins
+    arms: Sequence[Arm]
+    twins: Compared | None
+    (arms, twins), refused = fleet.working, [(bad.file, bad.reason) for bad in fleet.refused]
     few = [arm.name for arm in arms if len(arm.days) <= FEWEST]
     more = " and more" if len(few) > 6 else ""
     notes = lines(
@@ -68,13 +69,14 @@ def fleet_report(fleet: Fleet, refused: Mapping[str, str]) -> Report:
         f"{len(refused)} logs were refused; see logs.parquet of the store." if refused else "",
     )
     rows = []
-    for line in changed:
-        amount = f"{line.changes[-1]:+.3g} {'kg' if line.quantity == 'mass' else 'N·m or N'}"
-        if line.relative or line.quantity.startswith("scale"):
-            amount = f"{100.0 * float(line.changes[-1]):+.1f} %"
+    for line in fleet.changed:
+        drift: Drift = line.working
+        amount = f"{drift.changes[-1]:+.3g} {'kg' if line.quantity == 'mass' else 'N·m or N'}"
+        if drift.relative or line.quantity.startswith("scale"):
+            amount = f"{100.0 * float(drift.changes[-1]):+.1f} %"
         kind = line.quantity.rstrip("0123456789")
         meaning = f"{_QUANTITIES[kind.strip()]} {line.quantity[len(kind) :]}".strip()
-        rows.append((line.arm, meaning, amount, f"{line.z:+.1f}", str(len(line.values) - 1)))
+        rows.append((line.arm, meaning, amount, f"{line.z:+.1f}", str(line.nights)))
     # Arms that differ from the others of their type in what is no friction.
     odd = ["Fewer than three arms: none can be told to be the odd one."]
     if twins is not None:
@@ -84,77 +86,74 @@ def fleet_report(fleet: Fleet, refused: Mapping[str, str]) -> Report:
             f"{len(twins.parameters)} parameters: {chi2[each.recording]:.0f})."
             for each in twins.odd
         ] or [f"No arm differs from its twins beyond {twins.bound:.1f} sigma (chance {CHANCE:g})."]
-    headline = f"{len(changed)} changes last night" if changed else "nothing changed last night"
+    headline = f"{len(rows)} changes last night" if rows else "nothing changed last night"
     first: list[Block] = [
-        Banner("do_not_use" if changed else "use", f"{len(arms)} arms: {headline}."),
+        Banner("do_not_use" if rows else "use", f"{len(arms)} arms: {headline}."),
         Notes(notes),
-        *([Table("What changed", ("arm", "quantity", "by", "z", "nights before"), rows)] if changed else []),
+        *([Table("What changed", ("arm", "quantity", "by", "z", "nights before"), rows)] if rows else []),
         Notes(odd, optional=True),
     ]
     sections = [
-        Section("arms", "Every arm", [_arms_table(fleet)]),
-        Section("multiples", "Day by day", [OnPage(lambda: [Text(_WORDS), *_drawings(fleet)])]),
-        *_refused(sorted(refused.items())),
+        Section("arms", "Every arm", [_arms_table(arms)]),
+        Section("multiples", "Day by day", [OnPage(lambda: [Text(_WORDS), *_drawings(arms)])]),
+        *_refused(refused),
     ]
     nights, last = sum(len(arm.days) for arm in arms), max(arm.days[-1] for arm in arms)
-    subtitle = f"{len(arms)} arms, {nights} recordings, {fleet.first} to {last}"
+    subtitle = f"{len(arms)} arms, {nights} recordings, {fleet.first_day} to {last}"
     return Report("The fleet", first, sections, "a line an arm", subtitle)
 
 
-def _arms_table(fleet: Fleet) -> Table:
+def _arms_table(arms: Sequence[Arm]) -> Table:
     """A line an arm, by its drift: its last night, and the farthest z of friction, gains and payload."""
     rows = []
-    for arm in sorted(fleet.arms, key=lambda arm: -max(abs(line.z or 0.0) for line in arm.series)):
+    for arm in sorted(arms, key=lambda arm: -max(map(farness, arm.series))):
         gains = [line for line in arm.series if line.quantity.startswith("scale")]
         (mass,) = payload = [line for line in arm.series if line.quantity == "mass"]
-        kinds = [[line for line in arm.series if line.relative], gains, payload]
-        farthest = [max(kind, key=lambda line: abs(line.z or 0.0)) for kind in kinds]
+        kinds = [[line for line in arm.series if line.working.relative], gains, payload]
         drift = [
             f"{line.quantity.removeprefix('scale ').removeprefix('mass')} {line.z:+.1f}".strip() if line.z else "-"
-            for line in farthest
+            for line in (max(kind, key=farness) for kind in kinds)
         ]
-        reported = f"{mass.values[-1]:+.2f}±{mass.sigma[-1]:.2g}"
+        reported = f"{mass.value:+.2f}±{mass.sigma:.2g}"
         rows.append((arm.name, f"{len(arm.days)}", arm.days[-1], f"{arm.told[-1]:g}", reported, *drift))
     headings = ("arm", "nights", "last", "told [kg]", "less told [kg]", "friction z", "gain z", "payload z")
     return Table("Every arm, by its drift", headings, rows)
 
 
-def _drawings(fleet: Fleet) -> list[Drawing]:
-    arms, drawings = [arm.name for arm in fleet.arms], list[Drawing]()
+def _drawings(arms: Sequence[Arm]) -> list[Drawing]:
+    drawings = list[Drawing]()
     for kind, name, text in _DRAWN:
         caption = (
             f"{text}: a line an arm, a panel a quantity, day by day, less the median of the nights before the "
             "last. The band is what varies anyway (2 sigma); orange is a change."
         )
         for k, start in enumerate(range(0, len(arms), _ARMS), 1):
-            draw = partial(_multiples, fleet, arms[start : start + _ARMS], kind)
+            draw = partial(_multiples, arms[start : start + _ARMS], kind)
             drawings.append(Drawing(f"{name}_{k}", caption, draw))
     return drawings
 
 
-def _multiples(fleet: Fleet, arms: Sequence[str], kind: str) -> Figure:
-    rows = {
-        arm: [line for line in fleet.series if (line.arm, line.quantity[: len(kind)]) == (arm, kind)]
-        for arm in arms
-    }
-    columns = max(len(row) for row in rows.values())
+def _multiples(arms: Sequence[Arm], kind: str) -> Figure:
+    rows = {arm.name: [line for line in arm.series if line.quantity.startswith(kind)] for arm in arms}
+    columns = max(map(len, rows.values()))
     size = (1.1 + 1.05 * columns, 0.55 + 0.48 * len(arms))
     figure, axes = panels(size, len(arms), columns, (1.0, 0.1, 0.3, 0.25), (0.1, 0.08), sharex=True, sharey="col")
     for line, (arm, row) in zip(axes, rows.items(), strict=True):
         for axis, series in zip(line, row, strict=False):
-            unit = 100.0 if series.relative else 1.0
-            values, band = unit * series.changes, 2.0 * unit * series.spread
-            dates = [datetime.fromisoformat(day).replace(tzinfo=None) for day in series.days]
+            drift: Drift = series.working
+            unit = 100.0 if drift.relative else 1.0
+            values, band = unit * drift.changes, 2.0 * unit * drift.spread
+            dates = [datetime.fromisoformat(day).replace(tzinfo=None) for day in drift.days]
             days = [(date - datetime(2000, 1, 1)) / timedelta(days=1) for date in dates]
             axis.axhspan(-band, band, color="0.92", linewidth=0)
             axis.plot(days, values, color=GREY, linewidth=0.6)
             axis.plot(days, values, ".", color=BLUE, markersize=2)
-            if series.z is not None and abs(series.z) > CHANGED:
+            if farness(series) > CHANGED:
                 axis.plot(days[-1:], values[-1:], "s", color=ORANGE, markersize=2.5)
             axis.set(xticks=[], yticks=[])
             axis.spines[:].set_visible(False)
         line[0].set_ylabel(arm, rotation=0, ha="right", va="center", fontsize=8)
-    for axis, series in zip(axes[0], rows[arms[0]], strict=False):
+    for axis, series in zip(axes[0], rows[arms[0].name], strict=False):
         axis.set_title(series.quantity, fontsize=8)
     return figure
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from dynident.apps.commands.demo import PAYLOAD
-from dynident.apps.report.recordings import write_recording
+from dynident.apps.recordings import write_recording
 from dynident.cli import main
 from dynident.model import load_robot
 from dynident.tests.frozen.inputs import filed

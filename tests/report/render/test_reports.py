@@ -13,11 +13,10 @@ import numpy as np
 import pytest
 from dynident.apps.logs.read import read_recording
 from dynident.apps.numbers import with_interval
-from dynident.apps.report import payload_report
 from dynident.apps.report.blocks import Block, Code, Notes, Report, Section, Table, Text
 from dynident.apps.report.figures.signals import prediction_figure, worst_joint_figure
 from dynident.apps.report.page import Provenance, SourceFile, blocks_html, page_html
-from dynident.apps.report.sections.payload import controller_line
+from dynident.apps.report.sections.payload import controller_line, payload_report
 from dynident.cli import main
 from dynident.estimation import (
     PayloadAnswer,
@@ -202,7 +201,7 @@ def report_of(blocks: Sequence[Block]) -> Report:
 def test_files_named_like_scripts_are_harmless() -> None:
     """In tables, captions, descriptions of figures, the command and the title."""
     files = (SourceFile("with payload", EVIL, "0" * 64),)
-    provenance = Provenance(f"dynident payload --loaded {EVIL}", DATE, files, {EVIL: EVIL}, {EVIL: EVIL})
+    provenance = Provenance(f"dynident payload --loaded {EVIL}", files, {EVIL: EVIL}, {EVIL: EVIL}, DATE)
     shown = Table("plain", ("", EVIL), [(EVIL, EVIL)])
     drawings = [worst_joint_figure(evil_prediction()), prediction_figure(evil_prediction(), "torques_1")]
     text = page_html(report_of([shown, Notes([EVIL]), *drawings]), provenance)
@@ -229,7 +228,7 @@ def test_numbers_have_the_digits_of_their_interval(
     assert with_interval(*numbers) == texts
 
 
-OF_PAYLOAD = Provenance("dynident payload", datetime(2001, 9, 9, tzinfo=UTC))
+OF_PAYLOAD = Provenance("dynident payload", date=datetime(2001, 9, 9, tzinfo=UTC))
 
 
 @pytest.fixture(scope="module")

@@ -438,8 +438,8 @@ def written_as(kind: str, own: Path) -> Path:
 def test_a_users_model_moves_as_the_robot(kind: str, own: Path, known: WholeRobot) -> None:
     path = written_as(kind, own)
     before = path.read_text(encoding="utf-8")
-    changed = into(kind, str(path), known, ["a head"])
-    path.write_text(changed.text, encoding="utf-8")
+    changed, _ = into(kind, str(path), known, ["a head"])
+    path.write_text(changed, encoding="utf-8")
     states = random_states(known.robot, 10, seed=2)
     expected = torques(known.robot, states)
     if kind == "urdf":  # which MuJoCo reads without rotors
@@ -447,7 +447,7 @@ def test_a_users_model_moves_as_the_robot(kind: str, own: Path, known: WholeRobo
         expected = expected - rotors * states[2]
     torque = torques_by_mujoco(path, states, known.joint_names)
     np.testing.assert_allclose(torque, expected, atol=1e-6 * np.abs(expected).max())
-    assert stripped(changed.text) == stripped(before)
+    assert stripped(changed) == stripped(before)
 
 
 def stripped(text: str) -> list[str]:
@@ -468,7 +468,7 @@ def test_what_does_not_change_stays_byte_for_byte(kind: str, own: Path, known: W
     text = path.read_text(encoding="utf-8").replace("><", ">\n<")  # a tag a line
     path.write_bytes(text.replace(end, f"{odd}{end}").encode())
     before = path.read_bytes().decode()
-    changed = into(kind, str(path), known, ["a head"]).text
+    changed, _ = into(kind, str(path), known, ["a head"])
     assert odd in changed
     lines = difflib.ndiff(before.splitlines(keepends=True), changed.splitlines(keepends=True))
     gone = [line[2:].strip() for line in lines if line.startswith("- ")]
@@ -481,7 +481,7 @@ def test_what_does_not_match_is_listed_or_refused(own: Path, known: WholeRobot, 
     last = known.joint_names[5]
     target = tmp_path / "other.urdf"
     target.write_text(text.replace(f'"{last}"', '"wrist"'), encoding="utf-8")
-    notes = " ".join(into("urdf", str(target), known, []).notes)
+    notes = " ".join(into("urdf", str(target), known, [])[1])
     assert f"Joints of {ARM} that are not in {target}: {last}." in notes
     assert f"Joints of {target} that are left alone: wrist." in notes
     for k, name in enumerate(known.joint_names):

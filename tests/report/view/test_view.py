@@ -9,8 +9,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-from dynident.apps.view import ShownPayload, html_of, view_of
+from dynident.apps.view.moving import ShownPayload, view_of
 from dynident.apps.view.shapes import Shape, box, capsule, coarse, ellipsoid, inertia_axes, plane
+from dynident.apps.view.viser_page import html_of
 from dynident.cli import main
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
@@ -36,10 +37,13 @@ def motion(robot: Robot, count: int = 5) -> Motion:
 
 
 def ends(shape: Shape) -> tuple[Array, Array]:
-    """End and start of a capsule's axis, from its first and last corner, the poles, and its radius."""
-    first, last = shape.vertices[0], shape.vertices[-1]
+    """End and start of a capsule's axis, from its first corner, the start's pole, and the other pole."""
+    last = shape.mesh.vertices[0]
+    first = shape.mesh.vertices[np.argmax(np.linalg.norm(shape.mesh.vertices - last, axis=1))]
     z = (first - last) / np.linalg.norm(first - last)
-    radius = np.linalg.norm((shape.vertices - first) - ((shape.vertices - first) @ z)[:, None] * z, axis=1).max()
+    radius = np.linalg.norm(
+        (shape.mesh.vertices - first) - ((shape.mesh.vertices - first) @ z)[:, None] * z, axis=1
+    ).max()
     return first - radius * z, last + radius * z
 
 
@@ -68,7 +72,7 @@ def test_links_reach_from_each_frame_to_the_next(robot: Robot) -> None:
             gap = apart(expected[j + 1], *(at(frames[j], end) for end in near))
             assert gap < 1e-6, "the next frame lies on the part along its axis"
             assert apart(at(frames[j], corner), *(at(frames[j], end) for end in near)) < 1e-6
-        assert np.abs(view.paths[0].points - expected[-1]).max(axis=1).min() < 1e-9, "the path goes through it"
+        assert np.abs(view.path - expected[-1]).max(axis=1).min() < 1e-9, "the path goes through it"
         tip = links[f"link {robot.n}/flange"]
         assert min(np.abs(at(frames[robot.n], end) - expected[-1]).max() for end in ends(tip)) < 1e-6
 
@@ -84,20 +88,14 @@ def apart(point: Array, a: Array, b: Array) -> float:
     return float(np.linalg.norm(point - a - share * way))
 
 
-def volume(vertices: Array, faces: Any) -> float:
-    """Volume within a closed surface whose triangles turn outwards, by the divergence theorem."""
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    return float(np.einsum("ki,ki->k", a, np.cross(b, c)).sum() / 6.0)
-
-
 def test_shapes_are_closed_and_as_large_as_they_should_be() -> None:
     start, end, axes = np.array([0.1, 0.0, 0.2]), np.array([0.4, -0.3, 0.1]), np.diag([0.1, 0.2, 0.3])
     full = np.pi * 0.05**2 * np.linalg.norm(end - start) + 4.0 / 3.0 * np.pi * 0.05**3
-    assert volume(*capsule(start, end, 0.05)) == pytest.approx(full, rel=0.05)
-    assert volume(*capsule(start, start, 0.05)) == pytest.approx(4.0 / 3.0 * np.pi * 0.05**3, rel=0.05)
-    assert volume(*ellipsoid(start, axes)) == pytest.approx(4.0 / 3.0 * np.pi * 0.006, rel=0.05)
-    assert volume(*box(start, axes)) == pytest.approx(8.0 * 0.006)
-    corners, _ = plane((0.0, 0.6, 0.8), 0.5, 1.0)
+    assert capsule(start, end, 0.05).volume == pytest.approx(full, rel=0.05)
+    assert capsule(start, start, 0.05).volume == pytest.approx(4.0 / 3.0 * np.pi * 0.05**3, rel=0.05)
+    assert ellipsoid(start, axes).volume == pytest.approx(4.0 / 3.0 * np.pi * 0.006, rel=0.05)
+    assert box(start, axes).volume == pytest.approx(8.0 * 0.006)
+    corners = plane((0.0, 0.6, 0.8), 0.5, 1.0).vertices
     assert (corners @ [0.0, 0.6, 0.8]).max() == pytest.approx(0.5)
 
 
@@ -106,9 +104,9 @@ def test_the_payloads_ellipsoids_are_to_scale() -> None:
     view = view_of(load_robot("ur10e"), motion(load_robot("ur10e"), 2), payload=PAYLOAD)
     drawn = {shape.name: shape for shape in view.shapes}
     centre = drawn["centre of mass, 95 %"]
-    assert np.allclose(centre.vertices[:, 2].min(), 0.09, atol=1e-12)
-    assert np.allclose(centre.vertices[:, 2].max(), 0.112, atol=1e-12)
-    assert np.allclose(np.ptp(centre.vertices, axis=0), [0.02, 0.006, 0.022], rtol=0.01)
+    assert np.allclose(centre.mesh.vertices[:, 2].min(), 0.09, atol=1e-12)
+    assert np.allclose(centre.mesh.vertices[:, 2].max(), 0.112, atol=1e-12)
+    assert np.allclose(np.ptp(centre.mesh.vertices, axis=0), [0.02, 0.006, 0.022], rtol=0.01)
     body = InertialParameters.from_com(3.0, [0, 0, 0], [[0.03, 0.004, 0], [0.004, 0.02, 0.001], [0, 0.001, 0.04]])
     axes = inertia_axes(3.0, body.inertia_com)
     second = 3.0 / 5.0 * axes @ axes.T
@@ -190,7 +188,7 @@ def test_meshes_stand_where_the_links_are(described: Callable[[str], Robot], tmp
     for shape in view.shapes:
         if "mesh" in shape.name:
             pose = view.frames[0][shape.frame]
-            places = shape.vertices @ pose.R.T + pose.p
+            places = shape.mesh.vertices @ pose.R.T + pose.p
             middle[shape.name] = 0.5 * (places.min(axis=0) + places.max(axis=0))
             size[shape.name] = np.ptp(places, axis=0)
     # The upper link points along y, the lower one, turned by -90 degrees about its own y, upwards.
@@ -209,10 +207,9 @@ def test_meshes_stand_where_the_links_are(described: Callable[[str], Robot], tmp
 def test_a_coarse_mesh_keeps_its_form() -> None:
     trimesh = pytest.importorskip("trimesh")
     sphere = trimesh.creation.icosphere(subdivisions=6, radius=0.1)
-    vertices, faces = coarse(np.asarray(sphere.vertices), np.asarray(sphere.faces, dtype=np.uint32), 6000)
-    assert 1000 < len(faces) <= 6000
-    radius = np.linalg.norm(vertices, axis=1)
+    fewer = coarse(sphere, 6000)
+    assert 1000 < len(fewer.faces) <= 6000
+    radius = np.linalg.norm(fewer.vertices, axis=1)
     assert 0.098 < radius.min() <= radius.max() <= 0.1 + 1e-9
     few = ellipsoid(np.zeros(3), np.eye(3))
-    assert coarse(*few, len(few[1])) is not None
-    assert np.array_equal(coarse(*few, len(few[1]))[0], few[0])
+    assert np.array_equal(coarse(few, len(few.faces)).vertices, few.vertices)

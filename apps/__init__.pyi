@@ -1,9 +1,0 @@
-from . import commands as commands
-from . import export as export
-from . import fleet as fleet
-from . import live as live
-from . import logs as logs
-from . import report as report
-from . import results as results
-from . import rollout as rollout
-from . import view as view

@@ -1,0 +1,69 @@
+"""What earlier recordings have taught, for the next motion: read from the files of an identification."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ..common.arrays import Array
+from ..common.errors import InputError
+from ..estimation.equations.equations import PAYLOAD, Equations, triangular
+from ..trajectories import Earlier
+from .results import read_stored_robot
+
+
+def recorded_noise(path: str | Path) -> Array | None:
+    """Standard deviation of the torque error of each joint [N·m or N] in an NPZ or a JSON, shape (n,).
+
+    None if an NPZ file carries no weights.
+    """
+    if not _is_npz(path):
+        return np.asarray(1.0 / read_stored_robot(path).estimate.weights)
+    Equations.load(path)
+    with np.load(path, allow_pickle=False) as data:
+        return np.asarray(1.0 / data["weights"]) if "weights" in data else None
+
+
+def read_earlier(path: str | Path, noise: Array | None) -> Earlier:
+    """Read R of the observation matrix, rows counted as often as their noise is independent.
+
+    Args:
+        path: NPZ of ``--npz`` of ``dynident identify`` or ``payload``, or JSON of ``identify --json``.
+        noise: torque noise per joint that rows are divided by [N·m or N], shape (n,); None for rows as they are.
+
+    Raises:
+        InputError: if the file does not fit, or a JSON is asked for rows without weights.
+    """
+    if _is_npz(path):
+        problem = Equations.load(path)
+        if noise is not None and len(noise) != len(problem.factors):
+            raise InputError(f"{path}: is of a robot with {len(problem.factors)} joints, not {len(noise)}")
+        rows = problem.stacked(None if noise is None else 1.0 / noise)[:, :-1]
+        independent = np.sqrt(sum(problem.effective_rows) / problem.equations)
+        return Earlier(problem.columns, triangular(independent * rows))
+    if noise is None:
+        raise InputError(
+            f"{path}: a covariance holds no unweighted rows, which condition numbers need: give the --npz of "
+            "'dynident identify'"
+        )
+    estimate = read_stored_robot(path).estimate
+    try:
+        lower = np.linalg.cholesky(estimate.covariance)
+    except np.linalg.LinAlgError:
+        raise InputError(f"{path}: the covariance is not positive definite") from None
+    return Earlier(estimate.names, triangular(np.linalg.inv(lower)))
+
+
+def of_payload(earlier: Earlier, names: Sequence[str]) -> Earlier:
+    """Information of the ten of a payload alone, under other names; all other parameters are taken as known."""
+    if not {*PAYLOAD} <= {*earlier.columns}:
+        raise InputError(
+            "the earlier recordings have no payload: give the --npz of 'dynident payload', or leave them out"
+        )
+    return Earlier(tuple(names), triangular(earlier.factor[:, [earlier.columns.index(name) for name in PAYLOAD]]))
+
+
+def _is_npz(path: str | Path) -> bool:
+    if not Path(path).is_file():
+        raise InputError(f"{path}: no such file")
+    return Path(path).suffix.lower() == ".npz"

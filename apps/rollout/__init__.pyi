@@ -1,9 +1,0 @@
-from .arm import IdentifiedArm as IdentifiedArm
-from .arm import MujocoArm as MujocoArm
-from .rollout import CONSTANT as CONSTANT
-from .rollout import GROWTH_TIME as GROWTH_TIME
-from .rollout import HORIZONS as HORIZONS
-from .rollout import IDENTIFIED as IDENTIFIED
-from .rollout import Arm as Arm
-from .rollout import Errors as Errors
-from .rollout import roll_out_all as roll_out_all
