@@ -329,9 +329,10 @@ def answer_payload(
     repeats = repeats_of(problem, scale)
     if repeats is not None:  # the scatter of repeated recordings beyond their own
         free = [widened(estimate, repeats.excess) for estimate in free]
-    # Errors that are assumed, not known, excuse no joint that disagrees: they never shorten an interval.
-    diagnosis = diagnose(problem, by_all_recordings(free), None if gains is not None and gains.assumed else gains)
-    free = [allowing_for(estimate, diagnosis) for estimate in free]
+    # Errors that are assumed, not known, excuse no joint that disagrees.
+    stated = None if gains is not None and gains.assumed else gains
+    diagnosis = diagnose(problem, by_all_recordings(free), stated)
+    free = [allowing_for(estimate, diagnosis, stated) for estimate in free]
     robot, validation = problem.robot_estimate, None
     if robot is not None:
         validation = held_out_fit(problem.robot, problem.base, robot, held_out, problem.settings)
