@@ -272,9 +272,10 @@ def answer_payload(
     repeats = repeats_of(problem) if isinstance(problem, ShortMotion) else None
     if repeats is not None:  # the scatter of repeated recordings beyond their own
         free = [moved(estimate, factor=repeats.excess) for estimate in free]
-    # Errors that are assumed, not known, excuse no joint that disagrees: they never shorten an interval.
-    diagnosis = diagnose(problem, by_all_recordings(free), None if gains is not None and gains.assumed else gains)
-    free = [allowing_for(estimate, diagnosis) for estimate in free]
+    # Errors that are assumed, not known, excuse no joint that disagrees.
+    stated = None if gains is not None and gains.assumed else gains
+    diagnosis = diagnose(problem, by_all_recordings(free), stated)
+    free = [allowing_for(estimate, diagnosis, stated) for estimate in free]
     own, validation = problem.robot_estimate, None
     if own is not None and held_out:
         validation = held_out_fit(problem.robot, problem.base, own, held_out, problem.settings)

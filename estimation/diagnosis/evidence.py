@@ -65,6 +65,7 @@ class Diagnosis:
 
     by_joints: ByJoints = ByJoints((), ())  # the payload as single joints see it
     disagreement: float = 1.0  # Birge ratio of the joints' payload ratios, a factor on every interval
+    unexcused: float = 1.0  # the same with drive gains as exact
     effects: tuple[Effect, ...] = ()  # of the hypotheses that add columns
     alternatives: tuple[Alternative, ...] = ()
     scales: tuple[Effect, ...] = ()  # another scale of the loaded torques: of all, of each joint's

@@ -14,7 +14,7 @@ from ...model.visibility import friction_columns
 from ..equations.equations import Equations
 from ..fit.covariance import NORMAL95
 from ..fit.drive_gains import Gains
-from ..fit.estimate import Estimate
+from ..fit.estimate import Estimate, error_model
 from ..gains.current_side import relative_scales
 from ..payload.by_joints import payload_by_joints
 from ..payload.long_motion import LongMotion, Source
@@ -123,10 +123,11 @@ def diagnose(
         found = scales(problem, weights)
     else:
         found = scales_of_states(system) if system is not None else ()
-    errors = gains.covariance(problem.robot.n) if gains else np.zeros((problem.robot.n,) * 2)
+    exact, few = np.zeros((problem.robot.n,) * 2), isinstance(problem, ShortMotion)
     return Diagnosis(
         by_joints,
-        disagreement(by_joints, errors, isinstance(problem, ShortMotion)),
+        disagreement(by_joints, gains.covariance(problem.robot.n) if gains else exact, few),
+        disagreement(by_joints, exact, few),
         tuple(effect for effect in effects if effect.name != "bursts" or matter(effect, best.ten[9], sigma)),
         alternatives(description or problem.robot, states, description is not None),
         found,
@@ -145,14 +146,22 @@ def system_of(problem: PayloadProblem, states: States | None) -> System | None:
     return System.of(problem.robot, states, changes, None if problem.source.unloaded else problem.robot_prior)
 
 
-def allowing(estimate: PayloadEstimate, diagnosis: Diagnosis) -> PayloadEstimate:
-    """Correct an estimate for a tilt, and widen its intervals for joints that disagree and for bursts."""
+def allowing(estimate: PayloadEstimate, diagnosis: Diagnosis, gains: Gains | None = None) -> PayloadEstimate:
+    """Correct an estimate for a tilt, and widen its intervals for joints that disagree and for bursts.
+
+    Stated errors of the gains excuse joints, and come on top later: each sigma becomes the larger of that and what
+    it were with exact gains.
+    """
     lean, bursts = diagnosis.effect("tilt"), diagnosis.effect("bursts")
     if lean is not None and not estimate.from_scale:
         estimate = moved(estimate, *tilt_correction(lean, estimate.method))
     if bursts is not None:  # intervals reach the values without them
         estimate = moved(estimate, more=np.outer(bursts.change, bursts.change) / NORMAL95**2)
-    return moved(estimate, factor=diagnosis.disagreement)
+    factor, by_gains, S = diagnosis.disagreement**2, np.zeros(1), estimate.estimate.gain_sensitivity
+    if gains is not None and S is not None:
+        C = gains.covariance(S.shape[1])
+        by_gains = np.einsum("kj,ji,ki->k", S, C, S) / np.square(error_model(estimate.estimate).sigma)
+    return moved(estimate, factor=np.sqrt(np.maximum(factor, diagnosis.unexcused**2 - by_gains)))
 
 
 def by_all_recordings(estimates: Sequence[PayloadEstimate]) -> PayloadEstimate:

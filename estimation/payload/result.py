@@ -81,14 +81,18 @@ class PayloadEstimate(Brief):
 
 
 def moved(
-    estimate: PayloadEstimate, change: Array | None = None, more: Array | None = None, factor: float = 1.0
+    estimate: PayloadEstimate, change: Array | None = None, more: Array | None = None, factor: float | Array = 1.0
 ) -> PayloadEstimate:
-    """Change the values, multiply sigmas by ``factor`` and add ``more`` covariance; of the ten, (10,), 10 x 10."""
+    """Change the values, multiply sigmas by ``factor`` and add ``more`` covariance; of the ten, (10,), 10 x 10.
+
+    ``factor``: one for all, or one for each of the estimate's parameters.
+    """
     indices, own = list(estimate.indices), estimate.estimate
     wider = 0.0 if more is None else more[np.ix_(indices, indices)]
-    robust = own.robust and replace(own.robust, covariance=factor**2 * own.robust.covariance + wider)
+    factors = np.outer(factor, factor)
+    robust = own.robust and replace(own.robust, covariance=factors * own.robust.covariance + wider)
     values = own.values if change is None else own.values + change[indices]
-    covariance = factor**2 * own.covariance + wider
+    covariance = factors * own.covariance + wider
     return replace(estimate, estimate=replace(own, values=values, covariance=covariance, robust=robust))
 
 

@@ -168,7 +168,11 @@ class EliminationStep(Document, frozen=True):
 
 
 class EliminationDocument(Document, frozen=True):
-    """Essential parameters, the steps to them, and what they are without the others."""
+    """Essential parameters, the steps to them, and what they are without the others.
+
+    Their sigmas take the others as zero and know nothing of the bias that this brings: intervals are those with all
+    parameters (``base_parameters``).
+    """
 
     rule: Literal["ratio", "sigma"]
     description: str

@@ -56,8 +56,11 @@ def inner_samples(motion: Motion, processing: Processing) -> Mask:
 
 
 def least_speed(fastest: Array, processing: Processing) -> Array:
-    """Smallest speed of a row that is used, by each joint's largest [rad/s or m/s], shape (n,)."""
-    return np.asarray(np.maximum(processing.slow_fraction * fastest, processing.slow_speed))
+    """Smallest speed of a row that is used, by each joint's largest [rad/s or m/s], shape (n,).
+
+    A joint that only creeps stands still: friction holds it, and its torque is any within that.
+    """
+    return np.maximum(np.maximum(processing.slow_fraction * fastest, processing.slow_speed), processing.still_speed)
 
 
 def moving_parts(motion: Motion, still_speed: float) -> Mask:

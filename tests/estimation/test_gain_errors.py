@@ -9,6 +9,7 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import (
+    PAYLOAD,
     Estimate,
     Gains,
     LongMotion,
@@ -18,14 +19,28 @@ from dynident.estimation import (
     payload_estimate,
     payload_problem,
 )
+from dynident.estimation.diagnosis.evidence import Diagnosis
+from dynident.estimation.diagnosis.verdict import allowing
 from dynident.estimation.equations.equations import Equations, merged
 from dynident.estimation.fit.drive_gains import usual_gains
 from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.fit.least_squares import weighted
+from dynident.estimation.payload.long_motion import Source
 from dynident.estimation.payload.methods import METHODS as SOLVERS
-from dynident.estimation.payload.result import constrain_payload
-from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, load_robot, robot_names
+from dynident.estimation.payload.result import constrain_payload, moved
+from dynident.model import (
+    InertialParameters,
+    Motion,
+    Processing,
+    Recording,
+    Robot,
+    Spring,
+    base_parameters,
+    load_robot,
+    robot_names,
+)
 from dynident.model.friction import PAPER
+from dynident.model.regressors import payload_columns
 from dynident.trajectories import Simulator
 from numpy.typing import ArrayLike, NDArray
 
@@ -284,13 +299,44 @@ def test_gains_of_which_nothing_is_said_have_usual_errors(name: str) -> None:
 def test_what_is_assumed_of_gains_shortens_no_interval(
     error: float, robot: Robot, recorders: tuple[Record, Record]
 ) -> None:
-    """Joints may agree or disagree; by any method."""
+    """Joints may agree or disagree; by any method. Nor does what is stated of them."""
     exact = [record(1, error) for record in recorders]
-    silent = [replace(recording, gain_sigma=None) for recording in exact]
+    silent, told = ([replace(recording, gain_sigma=sigma) for recording in exact] for sigma in (None, 0.02))
     each = []
-    for bare, heavy in (exact, silent):
+    for bare, heavy in (exact, silent, told):
         answer = answer_payload(payload_problem(robot, [heavy], [bare], settings=Settings(SETTINGS)))
-        each.append({one.method: float(one.sigma[9]) for one in answer.constrained})
-    assert each[0].keys() == each[1].keys()
-    for method, sigma in each[0].items():
-        assert each[1][method] > sigma
+        each.append({one.method: float(np.ptp(one.intervals.parameters[9])) for one in answer.constrained})
+    assert each[0].keys() == each[1].keys() == each[2].keys()
+    for method, width in each[0].items():
+        assert min(each[1][method], each[2][method]) > width
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_stating_errors_of_gains_shortens_no_interval(name: str, payload: InertialParameters) -> None:
+    """By any method, however far the stated errors excuse joints that disagree; on equations drawn at random."""
+    robot, draw = load_robot(name), np.random.default_rng(7)
+    base = base_parameters(robot)
+    chi, G = draw.uniform(1.0, 9.0, len(base.columns)), base.effect_of(payload_columns(robot))
+    columns, count = (*base.columns, *PAYLOAD), (300,) * robot.n
+
+    def drawn(body: Array) -> Equations:
+        W = draw.standard_normal((robot.n, 300, len(chi)))
+        rows = [np.column_stack([own, own @ G]) for own in W]
+        torques = [own @ np.append(chi, body) + 2.0 * draw.standard_normal(300) for own in rows]
+        factors = [np.column_stack(both) for both in zip(rows, torques, strict=True)]
+        return Equations(columns, tuple(factors), count, tuple(map(float, count)))
+
+    bare, loaded = drawn(np.zeros(10)).select(base.columns), drawn(payload.vector)
+    change = loaded.minus(base.columns, chi)
+    motion = LongMotion(robot, base, loaded, Source((), (), robot.processing), bare, change)
+    for method in METHODS:
+        free = payload_estimate(motion, method)
+        for factor in (1.0, 1.5, 3.0):
+            exact = constrain_payload(allowing(free, Diagnosis(disagreement=3.0, unexcused=3.0)))
+            for gains in (Gains((1e-3,)), Gains((0.02,)), Gains(common=0.1)):
+                told = allowing(free, Diagnosis(disagreement=factor, unexcused=3.0), gains)
+                possible, wider = constrain_payload(told, gains=gains), 1.0 - 1e-9
+                assert (possible.sigma >= wider * exact.sigma).all()
+                alone = error_model(moved(free, factor=factor).estimate, gains)
+                assert (possible.sigma >= wider * alone.sigma).all()
+                assert (possible.sigma <= np.maximum(exact.sigma, alone.sigma) / wider).all()

@@ -35,7 +35,7 @@ from dynident.estimation.payload.methods import combined
 from dynident.estimation.possible import payload as possible_payload
 from dynident.estimation.possible.cone import ConeProgram, solve_cone
 from dynident.estimation.possible.constraints import PSEUDO_INERTIA, Constraint
-from dynident.estimation.possible.intervals import WIDENING, Intervals, profile_intervals
+from dynident.estimation.possible.intervals import THIN, WIDENING, Intervals, profile_intervals, thin_directions
 from dynident.examples.paper.printed import Printed, paper_tables
 from dynident.model import InertialParameters, Motion, Processing
 from dynident.model.motion import Measurement
@@ -308,7 +308,7 @@ def near(body: InertialParameters, seed: int) -> Estimate:
     return Estimate(PAYLOAD, body.vector + root @ draw.standard_normal(12), root @ root.T, DOF, NOTHING, np.ones(1))
 
 
-def in_cvxpy(estimate: Estimate, constraints: Sequence[Constraint]) -> tuple[Any, list[Any]]:
+def in_cvxpy(estimate: Estimate, constraints: Sequence[Constraint], widening: float) -> tuple[Any, list[Any]]:
     """The ten in units of sigma, and the set, written down anew from its definition."""
     u = cvxpy.Variable(10)
     x = cvxpy.multiply(estimate.sigma, u)
@@ -323,7 +323,7 @@ def in_cvxpy(estimate: Estimate, constraints: Sequence[Constraint]) -> tuple[Any
         else:
             rules.append(constraint.rows[0] @ x + constraint.rows[1] >= 0)
     nearest = cvxpy.Problem(cvxpy.Minimize(distance), rules).solve(solver="CLARABEL")
-    return x, [*rules, distance <= nearest + WIDENING * T**2]
+    return x, [*rules, distance <= nearest + widening * T**2]
 
 
 CASES: dict[str, tuple[InertialParameters, list[Constraint]]] = {
@@ -339,14 +339,19 @@ CASES: dict[str, tuple[InertialParameters, list[Constraint]]] = {
 def test_cvxpy_finds_the_same_ends(body: InertialParameters, constraints: list[Constraint]) -> None:
     """The ten; com by Dinkelbach's method; the largest inertia at the com, which is a concave maximum."""
     estimate = near(body, 3)
-    intervals = profile_intervals(solve_constrained(estimate, constraints))
-    x, rules = in_cvxpy(estimate, constraints)
+    result = solve_constrained(estimate, constraints)
+    intervals, thin = profile_intervals(result), thin_directions(result)
+    assert (thin > 1) == (body is DISC)
+    of_inertia = in_cvxpy(estimate, constraints, THIN if thin > 1 else WIDENING)
+    x, rules = of_inertia
 
     def largest(objective: Any) -> float:
         value = cvxpy.Problem(cvxpy.Maximize(objective), rules).solve(solver="CLARABEL")
         return float(value)
 
     for k, sigma in enumerate(estimate.sigma):
+        if k == 6:
+            x, rules = in_cvxpy(estimate, constraints, WIDENING)
         assert intervals.parameters[k, 0] == pytest.approx(-largest(-x[k] / sigma) * sigma, abs=2e-4 * sigma)
         assert intervals.parameters[k, 1] == pytest.approx(largest(x[k] / sigma) * sigma, abs=2e-4 * sigma)
     for axis in (0, 2):
@@ -355,6 +360,7 @@ def test_cvxpy_finds_the_same_ends(body: InertialParameters, constraints: list[C
             largest(100.0 * (x[6 + axis] - ratio * x[9]))
             ratio = float(x.value[6 + axis] / x.value[9])
         assert intervals.com[axis, 1] == pytest.approx(ratio, abs=1e-6)
+    x, rules = of_inertia
     for k, place, others in ((0, 0, (7, 8)), (2, 5, (6, 7))):
         squares = cvxpy.quad_over_lin(cvxpy.hstack([x[o] for o in others]), x[9])
         highest = largest(100.0 * (x[place] - squares)) / 100.0
@@ -368,7 +374,8 @@ def test_no_body_of_the_set_lies_outside() -> None:
     result = solve_constrained(estimate)
     ends = profile_intervals(result).inertia_com
     W = np.linalg.inv(np.linalg.cholesky(estimate.covariance))
-    q = result.chi2_rise + WIDENING * T**2
+    assert thin_directions(result) > 1
+    q = result.chi2_rise + THIN * T**2
     draw = np.random.default_rng(0)
     directions = draw.standard_normal((20_000, 10))
     directions *= np.sqrt(q) / np.linalg.norm(directions, axis=1)[:, None] * draw.uniform(0, 1, (20_000, 1)) ** 0.05

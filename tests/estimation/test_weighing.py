@@ -123,6 +123,22 @@ def test_held_joints_are_dropped(arm: ShortMotion) -> None:
     assert [rows > 0 for rows in arm.loaded.rows] == [False, True, True, False, True, True]
 
 
+@pytest.mark.parametrize("rate", [3e-6, 1e-4])
+def test_a_joint_that_creeps_is_at_rest(record: Record, simulator: Simulator, rate: float) -> None:
+    """Friction holds it, so that its torque follows no load: it is on no scale."""
+    pair, rest = record((2, 3, 5, 6), noise=NOISE / 6.0), [0, 3]
+
+    def creeping(recording: Recording, held: float) -> Recording:
+        q, torque = np.array(recording.q), np.array(recording.torque)
+        q[:, rest] = q[:, rest].mean(axis=0) + rate * (recording.t[:, None] - recording.t.mean())
+        torque[:, rest] += held * (torque[:, rest].mean(axis=0) - torque[:, rest])
+        return replace(recording, q=q, torque=torque)
+
+    answer = weighed(simulator.robot, Pair(creeping(pair.bare, 0.0), creeping(pair.loaded, 0.7)))
+    assert answer.verdict.level == weighed(simulator.robot, pair).verdict.level
+    assert not any("another scale" in reason for reason in answer.verdict.reasons)
+
+
 def test_joints_asked_for_must_move(record: Record, simulator: Simulator) -> None:
     pair = record((2, 3, 5))
     with pytest.raises(InputError, match="joint 6 of rx90 does not move"):

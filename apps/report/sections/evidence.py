@@ -240,6 +240,7 @@ def essential_section(elimination: EliminationDocument | None, title: str) -> Se
         f"({elimination.description}): error's sigma {elimination.sigma_ratio:.4f} times, largest relative "
         f"sigma {elimination.largest_relative_sigma_percent:.3g} %.",
         f"Essential: {', '.join(str(parameter.name) for parameter in elimination.parameters)}.",
+        "Their sigmas take the others as zero, by which values lean: intervals are those with all parameters.",
         *(f"  - {warning}" for warning in elimination.warnings),
     ]
     return Section("essential", heading, [Notes(lines), essential_figure(elimination, title)])
