@@ -13,6 +13,7 @@ from msgspec.structs import replace
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.schema import Document
+from ...estimation.diagnosis.evidence import Evidence
 from ...estimation.diagnosis.finding import Finding, Severity, error, note, warning
 from ...estimation.diagnosis.verdict import robot_verdict
 from ...estimation.equations.equations import Equations
@@ -158,7 +159,8 @@ def check_log(
     try:
         recording, equations = _reduced(robot, recording, processing, currents)
         estimate = weighted(equations)
-        verdict = robot_verdict(robot, Source((), (recording,), processing), equations, estimate, currents)
+        evidence = Evidence(robot, Source((), (recording,), processing), parameters=estimate)
+        verdict = robot_verdict(evidence, equations, currents)
     except InputError as refusal:
         return check.completed([warning(f"Not enough to identify the robot from: {refusal}")])
     found = [finding._replace(text=f"{finding.text[:1].upper()}{finding.text[1:]}") for finding in verdict.findings]
