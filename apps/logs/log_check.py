@@ -13,6 +13,7 @@ from msgspec.structs import replace
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.schema import Document
+from ...estimation.diagnosis.evidence import Evidence
 from ...estimation.diagnosis.finding import Finding, Severity, error, note, warning
 from ...estimation.diagnosis.nominal import nominal_gravity
 from ...estimation.diagnosis.states import BLOCKS, states_of
@@ -170,7 +171,8 @@ def check_log(
     try:
         recording, equations = _reduced(robot, recording, processing, currents)
         estimate = weighted(equations)
-        verdict = robot_verdict(robot, source._replace(unloaded=(recording,)), equations, estimate, currents)
+        evidence = Evidence(robot, source._replace(unloaded=(recording,)), parameters=estimate)
+        verdict = robot_verdict(evidence, equations, currents)
     except InputError as refusal:
         return check.completed([warning(f"Not enough to identify the robot from: {refusal}")])
     found = [finding._replace(text=f"{finding.text[:1].upper()}{finding.text[1:]}") for finding in verdict.findings]

@@ -15,6 +15,7 @@ from msgspec import UNSET
 from ...common.errors import InputError
 from ...common.speech import Speaks
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
+from ..diagnosis.evidence import Evidence
 from ..diagnosis.finding import Verdict
 from ..diagnosis.verdict import robot_verdict
 from ..equations.equations import PAYLOAD, Equations
@@ -174,7 +175,12 @@ class Identification(Speaks):
     def verdict(self) -> Verdict:
         """Verdict on the use of the parameters."""
         source = Source((), self.recordings, self.processing)
-        return robot_verdict(self.robot, source, self.problem, self.estimate)
+        possible = self.possible if self.estimate.robust is not None else None
+        p_value = possible.p_value if possible is not None else None
+        evidence = Evidence(
+            self.robot, source, parameters=self.estimate, validation=self.validation, possible=p_value
+        )
+        return robot_verdict(evidence, self.problem)
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:

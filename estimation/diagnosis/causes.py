@@ -19,7 +19,7 @@ from .evidence import Alternative, Evidence
 from .finding import Finding, Severity, note
 from .hypotheses import HELPFUL, pull_of
 from .kinematics import Reading
-from .states import BLOCKS, States
+from .states import States
 
 ROBOT, ROBOT_Z = 0.01, 3.0
 """Fraction by which chi2 falls with another robot, and Vuong's statistic, above which it is that robot's."""
@@ -86,7 +86,7 @@ class Comparison:
             else:
                 changed = System.of(robot or self.robot, part).fit(fit.weights, self.free_gains)
             both = system.keep & changed.system.keep
-            rise = np.bincount(part.block, np.sum((changed.likelihood() - likelihood) * both, axis=0), BLOCKS)
+            rise = np.bincount(part.block, np.sum((changed.likelihood() - likelihood) * both, axis=0))
             error = float(np.std(rise, ddof=1)) / np.sqrt(len(rise))
             # By log-likelihoods of -1/2 log(variance) a row: the fraction by which chi2 falls.
             fall = 1.0 - float(np.exp(-2.0 * rise.sum() / max(int(both.sum()), 1)))

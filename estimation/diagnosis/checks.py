@@ -11,10 +11,12 @@ from math import hypot
 import numpy as np
 
 from ...common.arrays import Array
+from ...model.drives import joint_of, parameter_kind
 from ...model.inertia import PayloadSpread
 from ..fit.covariance import NORMAL95, few_blocks
 from ..fit.estimate import Fit
 from ..possible.constraints import PossibleBody
+from ..possible.payload import CONFLICT
 from .evidence import KNOWN_WELL, UNFREED, Evidence, Judged, by
 from .finding import Finding, error, note, warning
 
@@ -27,13 +29,14 @@ INERTIA_SIGMA = 0.30
 RESIDUAL, JOINT_RESIDUAL = 0.25, 0.5
 """Relative residual of all joints, and of one, above which the model does not describe them: on real and on noisy
 simulated robots good joints stay under 0.36."""
-NOISE = 0.01
-"""Noise that any joint may have over the largest joint torque's rms (real ones: 0.5 to 0.9 % of limits)."""
+NOISE, FLOOR = 0.01, 3.0
+"""Noise that a joint may have over the largest torque's rms of its kind where none is measured (real ones: 0.5 to
+0.9 % of limits), and errors over its measured white noise."""
 LOADED_RATIO = 3.0
 """Relative residual with payload over that without, above which the two recordings do not belong together."""
-VALIDATION_RATIO, VALIDATION_FLOOR = 2.0, 0.06
-"""Relative residual on held-out recordings over that of the fit above which the model does not carry over; held-out
-residuals below the second are good whatever the ratio."""
+VALIDATION_RATIO, VALIDATION_FLOOR, VALIDATION = 1.5, 0.06, 0.20
+"""Relative residual on held-out recordings over that of the fit above which the model does not carry over: real
+ones have up to 1.3. One below the second is good whatever the ratio, one above the third is not."""
 MISMATCH = 0.005
 """Difference of positions [rad or m, rms] of a pair that is not one motion; real pairs lie below 2e-4."""
 DRIVEN_SIGMAS = 5.0  # standard deviations below zero at which friction counts as negative
@@ -45,6 +48,7 @@ ROUNDED = 0.02
 OTHER_WAY = 0.05  # relative difference of a weighing's mass by another way that speaks against all numbers
 CONDITION = 500.0
 """Condition number with columns scaled above which small errors spoil the answer; good motions have 10."""
+IMPOSSIBLE = "possible robot"  # what its finding is about
 APART, APART_SIGMAS = 0.03, 4.0
 """Difference of two weights' ratio from the nominal one, and its standard deviations, above which one is wrong."""
 
@@ -101,20 +105,36 @@ def _percent(part: float) -> str:
     return f"{100 * part:.0f} %" if part < 10.0 else "more than tenfold its size"
 
 
-def relative_per_joint(fit: Fit) -> Array:
+def white_noise(evidence: Evidence) -> Array | None:
+    """White noise of each joint's equations by the recordings' second differences [N·m or N], (n,)."""
+    source = evidence.source
+    recordings = (*source.unloaded, *source.loaded) if source is not None else ()
+    if source is None or not recordings:
+        return None
+    parts = []
+    for recording in recordings:
+        rate = (len(recording.t) - 1) / float(recording.t[-1] - recording.t[0])
+        passed = 1.0 / source.processing.thinning(min(rate, source.rate or rate))
+        parts.append(np.mean(np.diff(recording.torque, 2, axis=0) ** 2, axis=0) / 6.0 * passed)
+    return np.asarray(np.sqrt(np.mean(parts, axis=0)))
+
+
+def relative_per_joint(fit: Fit, evidence: Evidence) -> Array:
     """Relative residual of each joint, shape (n,); 0 where what is left is no more than a torque's noise.
 
     A joint that carries next to no torque, such as the last one of an arm with sensors on the link side, leaves
     nearly all of it unexplained by noise alone: its own norm cannot judge it.
     """
-    rows = np.maximum(np.array(fit.rows), 1)
-    noise = NOISE * np.max(fit.torque_norms / np.sqrt(rows))
-    return np.asarray(np.where(fit.error_norms / np.sqrt(rows) <= noise, 0.0, fit.relative_per_joint))
+    root, white = np.sqrt(np.maximum(np.array(fit.rows), 1)), white_noise(evidence)
+    turns = np.array([joint.revolute for joint in evidence.robot.joints])
+    kind = turns[:, None] == turns
+    noise = NOISE * np.max(kind * (fit.torque_norms / root), axis=1) if white is None else FLOOR * white
+    return np.asarray(np.where(fit.error_norms / root <= noise, 0.0, fit.relative_per_joint))
 
 
-def fit_findings(fit: Fit, subject: str) -> Iterator[Finding]:
+def fit_findings(fit: Fit, evidence: Evidence, subject: str) -> Iterator[Finding]:
     """Say why a fit is too bad for its parameters to be used; nothing if it is not."""
-    left = relative_per_joint(fit)
+    left = relative_per_joint(fit, evidence)
     joints = ", ".join(str(j) for j, relative in enumerate(left, 1) if not relative <= JOINT_RESIDUAL)
     if not fit.relative <= RESIDUAL:
         yield error(
@@ -139,7 +159,7 @@ def residual(evidence: Evidence) -> Iterator[Finding]:
     fit = evidence.parameters.fit
     fits = [("the model" if evidence.of_robot else "the robot's model without payload", fit)]
     fits += [(f"method {estimate.method}", estimate.estimate.fit) for estimate in evidence.modelled]
-    yield from next((found for subject, own in fits if (found := list(fit_findings(own, subject)))), [])
+    yield from next((found for subject, own in fits if (found := list(fit_findings(own, evidence, subject)))), [])
     apart = [e for e in evidence.modelled if e.estimate.fit.relative > LOADED_RATIO * max(fit.relative, 0.01)]
     if apart:
         worst = max(e.estimate.fit.relative for e in apart)
@@ -152,14 +172,17 @@ def residual(evidence: Evidence) -> Iterator[Finding]:
 def validation(evidence: Evidence) -> Iterator[Finding]:
     """Residual of the robot's model on held-out recordings.
 
-    Over {VALIDATION_RATIO:g} times the fit's and {RESIDUAL:.0%}: spoils all; over {VALIDATION_FLOOR:.0%}: the
-    inertia.
+    Over {VALIDATION:.0%}: spoils all; over {VALIDATION_RATIO:g} times the fit's, {VALIDATION_FLOOR:.0%} and what
+    white noise explains: the inertia.
     """
-    if evidence.parameters is None or evidence.validation is None:
+    held_out = evidence.validation
+    if evidence.parameters is None or held_out is None:
         return
-    left, own = evidence.validation.relative, evidence.parameters.fit.relative
-    if left > max(VALIDATION_FLOOR, VALIDATION_RATIO * own):
-        yield (error if left > RESIDUAL else warning)(
+    left, own, white = held_out.relative, evidence.parameters.fit.relative, white_noise(evidence)
+    noise = 0.0 if white is None else float(np.linalg.norm(white * np.sqrt(held_out.rows)))
+    noise *= FLOOR / float(np.linalg.norm(held_out.torque_norms))
+    if left > VALIDATION or left > max(VALIDATION_FLOOR, VALIDATION_RATIO * own, noise):
+        yield (error if left > VALIDATION else warning)(
             f"the robot's model leaves {100 * left:.0f} % of the torque of the validation recording unexplained, "
             f"{100 * own:.1f} % of its own: it does not carry over to other motions"
         )
@@ -168,16 +191,42 @@ def validation(evidence: Evidence) -> Iterator[Finding]:
 def friction(evidence: Evidence) -> Iterator[Finding]:
     """Friction that drives its joint instead of braking.
 
-    Coulomb and viscous friction of a joint both over {DRIVEN_SIGMAS:g} sigma below zero: spoils all.
+    Coulomb friction, with that by load, over {DRIVEN_SIGMAS:g} sigma below zero: spoils all; viscous: noted.
     """
     fitted = evidence.parameters
-    most = dict(zip(fitted.names, fitted.values + DRIVEN_SIGMAS * fitted.sigma, strict=True)) if fitted else {}
-    frictions = {j: {f"FS{j}", f"FV{j}"} & most.keys() for j in range(1, evidence.robot.n + 1)}
-    driven = [str(j) for j, names in frictions.items() if names and max(most[name] for name in names) < 0.0]
+    if fitted is None:
+        return
+    load = fitted.fit.torque_norms / np.sqrt(np.maximum(fitted.fit.rows, 1))
+
+    def negative(j: int, kinds: dict[str, float]) -> bool:
+        along = np.array(
+            [kinds.get(parameter_kind(name), 0.0) * (joint_of(name) == j - 1) for name in fitted.names]
+        )
+        robust = [] if fitted.robust is None else [fitted.robust.covariance]
+        variance = max(along @ C @ along for C in (fitted.covariance, *robust))
+        return bool(along @ fitted.values < -DRIVEN_SIGMAS * np.sqrt(variance))
+
+    # A term by the root of speed, or of Stribeck, takes the place of Coulomb friction.
+    replaced = {name for name in fitted.names if parameter_kind(name) in ("FR", "FB")}
+    joints = [j for j in range(1, evidence.robot.n + 1) if not {f"FR{j}", f"FB{j}"} & replaced]
+    driven = [str(j) for j in joints if negative(j, {"FS": 1.0, "FL": float(load[j - 1])})]
+    falls = [str(j) for j in joints if str(j) not in driven and negative(j, {"FV": 1.0})]
     if driven:
         yield error(
             f"the friction of joint {', '.join(driven)} comes out negative, as if it drove the joint: the sign of "
-            "its torque or of its position is wrong"
+            "its torque or of its position is wrong, or it is no torque (a current, percent)"
+        )
+    if falls:
+        yield note(f"the friction of joint {', '.join(falls)} falls with speed (viscous friction below zero)")
+
+
+def impossible(evidence: Evidence) -> Iterator[Finding]:
+    """Parameters that no robot has. p below {CONFLICT:g}: spoils single numbers, beside anything else all."""
+    if evidence.possible is not None and evidence.possible < CONFLICT:
+        yield warning(
+            f"no robot that can exist comes near the parameters (p {evidence.possible:.2g}): check the robot's "
+            "description, and signs, units and drive gains",
+            IMPOSSIBLE,
         )
 
 

@@ -11,6 +11,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import stdtrit
 
 from ...common.arrays import Array
 from ...common.errors import InputError
@@ -29,6 +30,7 @@ _NOTHING = 1e-20  # of the largest column's square: rounding
 _STEPS = 6  # of Gauss-Newton for gains
 _GAIN = 0.3  # longest step of a gain's reciprocal, and how near to 1 it is thought to be
 _ROWS = 2 * BLOCKS  # of a joint: a few rows fit exactly, and would count for infinitely much
+_CHANCE = 1e-6  # probability at which few blocks count as ``BLOCKS`` do, by which thresholds were chosen
 _FLOOR = 1e-9  # of a joint's torque: data without noise still need finite weights
 
 
@@ -154,6 +156,8 @@ class System:
         """Gram matrices of all weighted columns, added ones (n x m x N), and the torque, by group of states."""
         rows = np.concatenate([self.columns, *added, self.torque[:, None]], axis=1)
         weighted = (rows * (self.weights[:, None] * self.keep)[:, None]).transpose(1, 0, 2)
+        order = np.argsort(groups, kind="stable")
+        weighted, groups = weighted[:, :, order], groups[order]
         edges = np.searchsorted(groups, np.arange(groups[-1] + 2))
         parts = (weighted[:, :, a:b].reshape(len(weighted), -1) for a, b in pairwise(edges))
         return np.array([part @ part.T for part in parts])
@@ -228,6 +232,7 @@ class Effect(NamedTuple):
     size: float = 0.0  # in SI units: the value of a single column, the length of several
     sigma: float = 0.0  # its standard deviation, nan where one is not shown
     by_difference: Array | None = None  # effect on method 3, if that is another one
+    few: float = 1.0  # by which few blocks lower the significance, as Student's t does
 
     def z(self, *index: int) -> float:
         """Standard deviations from zero of some of the values together, of all by default; 0 where not shown."""
@@ -236,7 +241,7 @@ class Effect(NamedTuple):
         if not np.isfinite(C).all():
             return 0.0
         square = float(self.values[k] @ np.linalg.pinv(C, hermitian=True) @ self.values[k])
-        return float(np.sqrt(max(square, 0.0)))
+        return float(np.sqrt(max(square, 0.0))) / self.few
 
     @property
     def change(self) -> Array:
@@ -277,15 +282,17 @@ class Added(NamedTuple):
         # The jackknife, and the formula where that says more.
         covariance = (1.0 - 1.0 / len(each)) * each.T @ each
         variance = self.inflation * np.diag(inverse)[:k]
-        sigma, formula = np.sqrt(np.diag(covariance)), np.sqrt(np.where(variance > 0.0, variance, np.nan))
-        wider = np.maximum(1.0, formula / np.maximum(sigma, 1e-300))
+        jackknife, formula = np.sqrt(np.diag(covariance)), np.sqrt(np.where(variance > 0.0, variance, np.nan))
+        wider = np.maximum(1.0, formula / np.maximum(jackknife, 1e-300))
         without = _inverse(self.whole[np.ix_(free, free)])
         effect = self.payload[:, free] @ without @ self.whole[np.ix_(free, index)] - self.payload[:, list(index)]
         explained = right @ inverse @ right - right[k:] @ without @ right[k:]
         fall = float(explained) / max(float(self.whole[-1, -1]), 1e-300)
         covariance *= np.outer(wider, wider)
         size = float(values[0] if k == 1 else np.linalg.norm(values))
-        return Effect(name, where, values, covariance, effect, fall, size, float(np.sqrt(np.trace(covariance))))
+        few, many = stdtrit([max(min(len(each), BLOCKS), 2) - 1.0, BLOCKS - 1.0], _CHANCE)
+        sigma = float(np.sqrt(np.trace(covariance)))
+        return Effect(name, where, values, covariance, effect, fall, size, sigma, few=float(few / many))
 
 
 def _norms(gram: Array) -> Array:

@@ -117,6 +117,7 @@ class Evidence:
     condition: float | None = None  # number of the equations without payload, columns scaled to norm 1
     parameters: Estimate | None = None  # the robot's own, where they were identified or stored
     validation: Fit | None = None  # of those, on recordings that were held out
+    possible: float | None = None  # p-value of the nearest robot that can exist, by blocks of time
     estimates: tuple[PayloadEstimate, ...] = ()  # free ones of the methods
     constrained: tuple[ConstrainedPayload, ...] = ()  # the possible payload of each method that has one
     recommended: ConstrainedPayload | None = None

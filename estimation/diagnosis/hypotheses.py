@@ -43,6 +43,7 @@ PULL, PULL_Z, ALONG_Z = 0.025, 7.0, 4.5
 The last: of stiffness and upward force with payload alone, if the stiffness pulls. What a model leaves of a real
 arm shows least there, up to 2.8; a force to the side with payload up to 4.8, stiffness in all recordings up to 5.7.
 """
+PUSHES = 2.0  # standard deviations of a stiffness below zero beyond which it is none of a hose
 HELPFUL = 0.1
 """Fraction of the squared residual above which what takes it off may be where other findings come from. A pull
 always may: it leaves little residual and moves the mass far."""
@@ -247,7 +248,8 @@ def pull(system: System) -> Sought:
 def _pulls(effect: Effect) -> bool:
     """True if a pull stands out; no hose pushes away from where it ends."""
     along = effect.where == WITH_PAYLOAD and effect.values[0] > 0.0 and effect.z(*_ALONG) > ALONG_Z
-    shown = bool((np.abs(effect.values) > np.sqrt(np.diag(effect.covariance))).any())
+    sigma = np.sqrt(np.diag(effect.covariance))
+    shown = bool((np.abs(effect.values) > sigma).any()) and effect.values[0] > -PUSHES * sigma[0]
     return effect.size > PULL and shown and (along or pull_z(effect) > PULL_Z)
 
 
@@ -279,7 +281,8 @@ def _pull(effect: Effect, evidence: Evidence) -> Finding:
     if evidence.of_robot:
         return note(f"{what}: the robot's parameters hold that: {remedy}")
     mass, sigma = evidence.mass + effect.change[9], np.sqrt(effect.effect[9] @ effect.covariance @ effect.effect[9])
-    told = f" without it the mass would be {mass:.3g} ± {sigma:.1g} kg" if np.isfinite([mass, sigma]).all() else ""
+    both = np.hypot(sigma, evidence.spread.mass if evidence.spread is not None else 0.0)
+    told = f" without it the mass would be {mass:.3g} ± {both:.1g} kg" if np.isfinite([mass, both]).all() else ""
     against = error if spoils(evidence, effect.change, 2.0 * float(sigma)) else warning
     return against(f"{what}{told}: {remedy}")
 

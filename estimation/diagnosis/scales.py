@@ -134,7 +134,7 @@ def scale(evidence: Evidence) -> Iterator[Finding]:
 
 
 def _z(scale: Effect) -> float:
-    return abs(scale.size) / max(scale.sigma, 1e-300)
+    return abs(scale.size) / max(scale.few * scale.sigma, 1e-300)
 
 
 def _beyond(scale: Effect, joint_z: float) -> bool:

@@ -23,6 +23,10 @@ _FEWEST = 60  # states altogether
 _COARSER = 5  # times fewer states decide first
 _STEP = 0.01  # s: to either side, over which a torque's slope is taken
 _STUCK = 0.5  # s
+_AWAY, _BACK = 0.4, 0.2
+"""Distance of states, over that of any two, at which a motion has gone elsewhere, and at which it is back."""
+_PLACES = 5  # of a block: half a second
+_OVERLAP = 0.7  # of a recording: the longest passage of a motion that repeats itself
 _CUTOFF = 0.4  # of the states' own rate
 _PER_STATE = ("t", "q", "qd", "qdd", "torque", "slope", "keep", "stuck", "loaded", "block", "stretch", "recording")
 Index = NDArray[np.intp]
@@ -74,11 +78,13 @@ class States:
         }
         lengths = [len(part.t) for part in parts]
         counts = np.cumsum([0, *(int(part.stretch.max(initial=-1)) + 1 for part in parts)])
-        arrays["block"] = np.arange(sum(lengths)) * BLOCKS // max(sum(lengths), 1)
         arrays["stretch"] = arrays["stretch"] + np.repeat(counts[:-1], lengths)
         arrays["recording"] = np.repeat(np.arange(len(parts)), lengths)
         signals = tuple(signal for part in parts for signal in part.signals)
-        return replace(parts[0], source=", ".join(part.source for part in parts), signals=signals, **arrays)
+        joined = replace(parts[0], source=", ".join(part.source for part in parts), signals=signals, **arrays)
+        _, place, sizes = np.unique(_places(joined.q, joined.recording), return_inverse=True, return_counts=True)
+        blocks = BLOCKS if len(sizes) == len(place) else int(np.clip(len(sizes) // _PLACES, 2, BLOCKS))
+        return replace(joined, block=(np.cumsum(sizes) - sizes)[place] * blocks // max(sum(lengths), 1))
 
     @property
     def passed(self) -> Array:
@@ -132,6 +138,30 @@ def states_of(source: Source | None, fewest: int = _FEWEST) -> States | None:
     return States.joined(parts) if sum(len(part.t) for part in parts) >= fewest else None
 
 
+def _places(q: Array, recording: Index) -> Index:
+    """Number each state by the first one at its place of a motion that repeats, by itself in any other motion.
+
+    What a model leaves, such as ripple, repeats with the motion: passages of one path count as one.
+    """
+    place = np.arange(len(q))
+    for k in np.unique(recording):
+        own = np.flatnonzero(recording == k)
+        x, passage = q[own], len(own)
+        size = np.sqrt(2.0 * x.var(axis=0).sum()) or 1.0
+        apart = np.array([_rms(x[m:] - x[:-m]) / size for m in range(1, int(_OVERLAP * len(x)))])
+        gone = int(np.argmax(apart > _AWAY)) if (apart > _AWAY).any() else len(apart)
+        back = gone + np.flatnonzero(apart[gone:] < _BACK)
+        if not len(back):
+            continue
+        passage = int(back[np.argmin(apart[back[back < back[0] + gone + 1]])]) + 1
+        earlier = [_rms(x[:passage] - q[j : j + passage]) / size for j in range(own[0] - passage + 1)]
+        if min(earlier, default=1.0) < _BACK:  # passages of an earlier recording
+            place[own[:passage]] = place[np.argmin(earlier) :][:passage]
+        for i in own[passage:]:
+            place[i] = place[i - passage]
+    return place
+
+
 def _stuck(recording: Recording, t: Array) -> Mask:
     """Mark where a position stands at the very same number for over half a second, N x n."""
     columns = []
@@ -141,3 +171,7 @@ def _stuck(recording: Recording, t: Array) -> Mask:
         at = np.maximum(np.searchsorted(starts, t, "right") - 1, 0)
         columns.append((stops - starts > _STUCK)[at] & (t <= stops[at]))
     return np.column_stack(columns)
+
+
+def _rms(distance: Array) -> float:
+    return float(np.sqrt(np.mean(np.sum(distance**2, axis=1))))

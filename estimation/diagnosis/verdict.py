@@ -5,6 +5,7 @@ A check that is added to the table serves every command whose evidence shows wha
 
 import sys
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,10 +15,10 @@ from ...model.visibility import friction_columns
 from ..equations.equations import Equations
 from ..fit.covariance import NORMAL95
 from ..fit.drive_gains import Gains
-from ..fit.estimate import Estimate, error_model
+from ..fit.estimate import error_model
 from ..gains.current_side import relative_scales
 from ..payload.by_joints import payload_by_joints
-from ..payload.long_motion import LongMotion, Source
+from ..payload.long_motion import LongMotion
 from ..payload.methods import PayloadProblem
 from ..payload.result import PayloadEstimate, moved
 from ..payload.short_motion import ShortMotion
@@ -39,6 +40,7 @@ CHECKS: tuple[Check, ...] = (
     checks.residual,
     checks.validation,
     checks.friction,
+    checks.impossible,
     checks.sign,
     checks.methods_apart,
     checks.measured,
@@ -76,6 +78,9 @@ def judge(*evidence: Evidence) -> Verdict:
         explained = max((finding.explains for finding in own if finding.cause), default=0.0)
         findings += own + [finding for finding in likely if finding.explains > explained]
         findings += [finding for check in BEFOREHAND for finding in check(part)]
+    against = [finding for finding in findings if finding.severity != "note"]
+    if len(against) > 1:  # a robot that cannot exist, beside any other sign
+        findings = [one._replace(severity="error") if one.about == checks.IMPOSSIBLE else one for one in findings]
     partly: Level = "mass_and_com_only" if evidence[0].gained is None else "identified_only"
     return verdict_of(findings, evidence[0].best is not None, partly)
 
@@ -87,7 +92,7 @@ def causes(evidence: Evidence, contradicted: bool) -> list[Finding]:
     """
     fits = [estimate.estimate.fit for estimate in evidence.modelled]
     fits += [evidence.parameters.fit] if evidence.parameters is not None else []
-    suspicious = any(np.nanmax(checks.relative_per_joint(fit)) > SUSPICIOUS for fit in fits)
+    suspicious = any(np.nanmax(checks.relative_per_joint(fit, evidence)) > SUSPICIOUS for fit in fits)
     if evidence.source is None or not (contradicted or suspicious):
         return []
     return likely_causes(evidence.robot, states_of(evidence.source), contradicted, evidence.gained is not None)
@@ -169,14 +174,15 @@ def by_all_recordings(estimates: Sequence[PayloadEstimate]) -> PayloadEstimate:
     return min(estimates, key=lambda estimate: (4, 3, 1, 2).index(estimate.method))
 
 
-def robot_verdict(
-    robot: Robot, source: Source, equations: Equations, estimate: Estimate, free_gains: bool = False
-) -> Verdict:
+def robot_verdict(evidence: Evidence, equations: Equations, free_gains: bool = False) -> Verdict:
     """Judge a robot's parameters, identified from recordings without payload.
 
-    ``equations``: in blocks of time; ``free_gains``: whether the torques are currents, brought to an unknown scale.
+    ``evidence``: without its diagnosis; ``equations``: in blocks of time; ``free_gains``: whether the torques are
+    currents, brought to an unknown scale.
     """
-    states, length = states_of(source), sum(float(one.t[-1] - one.t[0]) for one in source.unloaded)
+    robot, source = evidence.robot, evidence.source
+    states, recordings = states_of(source), source.unloaded if source is not None else ()
+    length = sum(float(one.t[-1] - one.t[0]) for one in recordings)
     own_drives = robot.coupling is None and robot.spring is None  # every drive gives its own joint's torque
     try:
         # Errors by blocks of time count besides the formula's: those of the model last, and look certain to it.
@@ -185,7 +191,7 @@ def robot_verdict(
     except InputError:  # nothing tells them
         signals = None
     effects = effects_of(System.of(robot, states)) if states is not None else ()
-    nominal = None if free_gains else nominal_gravity(robot, states or states_of(source, BLOCKS))
+    nominal = None if free_gains else nominal_gravity(robot, states or states_of(evidence.source, BLOCKS))
     others = alternatives(robot, states, free_gains)
     diagnosis = Diagnosis(effects=effects, alternatives=others, signals=signals, nominal=nominal)
-    return judge(Evidence(robot, source, diagnosis, parameters=estimate))
+    return judge(replace(evidence, diagnosis=diagnosis))

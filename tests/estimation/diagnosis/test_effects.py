@@ -23,7 +23,7 @@ from dynident.estimation.diagnosis.hypotheses import (
     upright,
 )
 from dynident.estimation.diagnosis.scales import scales
-from dynident.estimation.diagnosis.states import states_of
+from dynident.estimation.diagnosis.states import States, states_of
 from dynident.estimation.diagnosis.verdict import system_of as system_on
 from dynident.estimation.payload.methods import PayloadProblem
 from dynident.model import InertialParameters, Recording, robot_names
@@ -219,3 +219,16 @@ def test_a_payload_that_is_taken_up_is_seen(pair: tuple[Recording, Recording], b
 def late_half(recording: Recording, begin: float) -> Array:
     """Rows after a share of the time."""
     return np.asarray(recording.t > begin * recording.t[-1])[:, None]
+
+
+@pytest.mark.parametrize(("passages", "count"), [(1, 20), (3, 15)])
+def test_passages_of_one_path_are_left_out_together(passages: int, count: int) -> None:
+    """The second recording begins elsewhere on its way; a motion that does not repeat has 20 blocks of time."""
+    period = 7.0 if passages > 1 else 40.0
+    t = np.arange(passages * 700) / 100.0
+    q = np.sin(2.0 * np.pi / period * t[:, None] * [1, 1, 2, 2, 3, 3] + np.arange(6))
+    both = [Recording(t, np.roll(q, -150 * k, axis=0), 0.0 * q, source=str(k)) for k in range(min(passages, 2))]
+    states = States.joined([States.of(one, ROBOT.processing, 70 * passages) for one in both])
+    phase = np.exp(2j * np.pi / period * (states.t + 1.5 * states.recording))
+    assert states.block.max() + 1 == count
+    assert all(abs(phase[states.block == k].mean()) > 0.95 for k in range(count))
