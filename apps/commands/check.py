@@ -14,9 +14,9 @@ from ..logs.log_check import check_log, longest, robot_fits
 from . import ANSWERED, DO_NOT_USE
 from .entry import command
 from .options import PageOptions, ProcessingOptions, RobotOptions, Setup
-from .values import DataFile, RobotFile
+from .values import DataFiles, RobotFile
 
-_Logs = Annotated[tuple[DataFile, ...], Parameter(help="Recordings, with or without payload.")]
+_Logs = Annotated[DataFiles, Parameter(help="Recordings, with or without payload.")]
 
 
 class _Robot(RobotOptions):
@@ -34,14 +34,14 @@ def run(data: _Logs = (), *, robot: _Robot, processing: ProcessingOptions, files
     if not data:
         raise InputError("give a log: dynident check LOG")
     setup = processing.setup(robot.load()) if robot.robot else None
-    looks = [_looked(path, setup, processing, files) for path in data]
+    looks = [_looked(path, setup, processing, files) for path in logs.grouped(data)]
     files.write_json(lambda: report.documents.check_document(setup.robot if setup else None, looks))
     files.write_page(report.check_report(looks), setup.in_words() if setup else {})
     return ANSWERED if all(look.check and look.check.usable for look in looks) else DO_NOT_USE
 
 
 def _looked(
-    path: str, setup: Setup | None, processing: ProcessingOptions, files: PageOptions
+    path: str | tuple[str, ...], setup: Setup | None, processing: ProcessingOptions, files: PageOptions
 ) -> report.documents.Look:
     """Look at one log, its longest piece between gaps, by the robot that fits it best where none is named."""
     fits = None
@@ -49,7 +49,7 @@ def _looked(
         fits = robot_fits(path, processing.how())
         files.show(report.fits_report(fits))
         if fits.fault:
-            return report.documents.Look(path, None, fits)
+            return report.documents.Look(fits.source, None, fits)
         setup = processing.setup(model.load_robot(fits.fitting[0].robot))
     robot = setup.robot
     # Without gains its torques stay currents.
@@ -61,4 +61,4 @@ def _looked(
         text = f"Rows are missing: of {len(pieces)} pieces the longest is looked at; record without losing rows"
         check = check.completed([estimation.Finding("note", "recording", text)])
     files.show(report.log_report(check))
-    return report.documents.Look(path, check, fits)
+    return report.documents.Look(check.source, check, fits)
