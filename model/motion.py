@@ -98,6 +98,7 @@ class Recording(Brief):
         origin: what a log's time held where ``t`` is 0 [s], such as seconds since 1970.
         gain_sigma: standard deviation of the relative error of each joint's scale of torque, 0 where torques are
             exact as simulated ones can be; None where nothing is said of it.
+        load_name: what a log calls torques whose unit nothing tells, such as "effort"; empty where it is told.
     """
 
     t: Array
@@ -110,6 +111,7 @@ class Recording(Brief):
     gains: tuple[float, ...] = ()
     origin: float = 0.0
     gain_sigma: float | None = None
+    load_name: str = ""
 
     def __post_init__(self) -> None:
         """Lock the arrays and check their shapes."""

@@ -76,7 +76,7 @@ NAMED = _recorder(
     {
         "position": "{joint}.position {joint}_position {joint}_pos q_{joint} position_{joint}",
         "velocity": "{joint}.velocity {joint}_velocity {joint}_vel qd_{joint} velocity_{joint}",
-        "torque": "{joint}.effort {joint}_effort {joint}_torque tau_{joint} effort_{joint}",
+        "torque": "{joint}.effort {joint}.torque {joint}_effort {joint}_torque tau_{joint} effort_{joint}",
         "current": "{joint}.current {joint}_current i_{joint} current_{joint}",
     },
 )

@@ -48,6 +48,8 @@ _SIGNALS = {
     "current": {"i", "current", "currents"},
 }
 """Words in the name of a file that holds one signal of all joints."""
+_OTHER_NAMES = re.compile(r"(?<![a-z])(effort|load|counts)(?![a-z])", re.IGNORECASE)
+"""Names of torques that drivers also give to currents, percentages and counts."""
 _MOST_FROZEN = 5.0  # percent of the rows
 
 
@@ -200,9 +202,9 @@ def read_beside(
     if reference:
         columns[reference] = naming.columns(reference)
     values = raw.whole(list(chain.from_iterable(columns.values())))
-    t, origin, about_time = np.arange(len(values)) / (log_map.time.rate or 1.0), 0.0, list[str]()
+    t, since, about_time = np.arange(len(values)) / (log_map.time.rate or 1.0), 0.0, list[str]()
     if naming.time:
-        t, later, origin, about_time = _clock(raw, naming.time, naming.time_unit, values[:, 0])
+        t, later, since, about_time = _clock(raw, naming.time, naming.time_unit, values[:, 0])
         values = values if later.all() else values[later]
     if len(t) < 2:
         raise InputError(
@@ -221,6 +223,10 @@ def read_beside(
         gains = tuple(drive_gains)
         torque = load * np.array(gains, dtype=float)
         torque = robot.coupling.joint_torques(torque) if robot.coupling else torque
+    asked = _OTHER_NAMES.search(columns.get("torque", ("",))[0]) if not log_map.torque.unit else None
+    load_name = asked[0].lower() if asked else ""
+    if load_name:
+        units.append(f"nothing tells the unit of {load_name}: N·m (or N) is taken; --units tau=.. says which it is")
     notes = [*raw.notes(), *units, *about_time, *about_rows, *chosen]
     if qd is not None:
         dead = np.flatnonzero(~qd.any(axis=0) & (np.ptp(q, axis=0) > _MOVES))
@@ -229,7 +235,7 @@ def read_beside(
             joints = ", ".join(str(j + 1) for j in dead)
             notes.append(f"speeds of joint {joints} are zero throughout: taken from positions")
     noted = tuple(f"{raw.path.name}: {note}" for note in notes)
-    recording = Recording(t, q, torque, qd, str(raw.path), noted, read, gains, origin, raw.gain_sigma)
+    recording = Recording(t, q, torque, qd, str(raw.path), noted, read, gains, since, raw.gain_sigma, load_name)
     return recording, si.get(reference, q[:, :0])
 
 
