@@ -234,6 +234,11 @@ def read_beside(
             qd = None
             joints = ", ".join(str(j + 1) for j in dead)
             notes.append(f"speeds of joint {joints} are zero throughout: taken from positions")
+    if len(dead := np.flatnonzero(np.ptp(load, axis=0) == 0.0)):
+        joints = ", ".join(str(j + 1) for j in dead)
+        notes.append(
+            f"torque of joint {joints}: one number throughout, a dead channel; left out where others suffice"
+        )
     noted = tuple(f"{raw.path.name}: {note}" for note in notes)
     recording = Recording(t, q, torque, qd, str(raw.path), noted, read, gains, since, raw.gain_sigma, load_name)
     return recording, si.get(reference, q[:, :0])
