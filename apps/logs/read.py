@@ -17,7 +17,7 @@ from ...estimation.signals.repeats import frozen_rows, without_held
 from ...estimation.signals.rows import cut, origin, pieces, typical_step
 from ...model import Processing, Recording, Robot
 from .arrays_log import mat_log, npz_log, parquet_log
-from .columns import PLAIN, Naming, check_missing, choose, in_a_row, time_column
+from .columns import PLAIN, Naming, check_missing, choose, in_a_row, recognised, time_column
 from .csv_log import csv_log
 from .map import SHORT, SI, Layout, LogMap, factor, standard_pose
 from .ros_bag import ros_bag
@@ -129,12 +129,20 @@ def _signal_of(path: str | Path) -> tuple[str, str]:
 
 
 def grouped(paths: Sequence[str | tuple[str, ...]]) -> list[str | tuple[str, ...]]:
-    """Recordings of a list of logs: files whose names differ in the signal alone, as q.csv and tau.csv, are one."""
+    """Recordings of a list of logs: files whose names differ in the signal alone, as q.csv and tau.csv, are one.
+
+    Unless several of them hold positions: then each is a recording.
+    """
     groups: dict[object, list[str]] = {}
     for number, path in enumerate(paths):
         own = [path] if isinstance(path, str) else path
         groups.setdefault(_signal_of(own[0])[1] or number, []).extend(own)
-    return [tuple(group) if len(group) > 1 else group[0] for group in groups.values()]
+    result = list[str | tuple[str, ...]]()
+    for group in groups.values():
+        there = [path for path in group if len(group) > 1 and Path(path).is_file()]
+        several = sum(recognised(open_log(path, LogMap()).names).size > 0 for path in there) > 1
+        result += group if several or len(group) == 1 else [tuple(group)]
+    return result
 
 
 def named(path: LogPath, robot: Robot, log_map: LogMap | None) -> Naming:
