@@ -34,7 +34,7 @@ def ros_bag(path: Path, layout: Layout) -> RawLog:
     """
     fields: dict[str, set[str]] = {}
     with _reader(path) as reader:
-        kinds = {one.topic: one.msgtype for one in reader.connections if one.msgtype in _TYPES}
+        kinds = {one.topic: one.msgtype for one in reader.connections if one.msgtype in _TYPES and one.msgcount}
         topics = sorted(topic for topic, kind in kinds.items() if kind in reader.typestore.fielddefs)
         if layout.topic and layout.topic not in topics:
             raise InputError(
