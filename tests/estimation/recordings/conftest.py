@@ -114,12 +114,10 @@ def as_bag(
             rows = [np.ascontiguousarray(signals[kind][k, order]) for kind in ("q", "qd", "tau")]
             message = state(head, [names[j] for j in order], *rows)
             for kind, name in kinds.items():
-                fields = [["position", "velocity", "effort"]] * 6
                 values = [
-                    value(one, row)
-                    for one, row in zip(fields, np.ascontiguousarray(np.transpose(rows)), strict=True)
+                    value(["position", "velocity", "effort"], np.array(own)) for own in zip(*rows, strict=True)
                 ]
-                content = (message, np.zeros(7)) if kind[0] == "F" else (message.name, values)
+                content = (message, np.zeros(7)) if kind[0] == "F" else ([names[j] for j in order], values)
                 other = store.types[name](head, *content)
                 writer.write(others[kind], stamp, store.serialize_cdr(other, name))
             if not also:

@@ -122,7 +122,7 @@ def test_a_motion_that_was_cut_is_filtered_as_the_whole(speeds: bool) -> None:
     log = signals(6)
     whole = Recording(log["t"], log["q"], log["tau"], log["qd"] if speeds else None)
     cut = slice(4000, 9000)
-    part = Recording(*(log[kind][cut] for kind in ("t", "q", "tau")), log["qd"][cut] if speeds else None)
+    part = Recording(log["t"][cut], log["q"][cut], log["tau"][cut], log["qd"][cut] if speeds else None)
     one, other = (measurement(own, Processing(cutoff=5.0)).motion for own in (whole, part))
     settled = slice(100, -100)  # one period of the cut-off
     assert np.abs(one.qd[cut][[0, -1]] - other.qd[[0, -1]]).max() < 0.05
@@ -150,9 +150,8 @@ def test_files_of_one_signal_each_are_the_log(tmp_path: Path, robot: Robot) -> N
     assert grouped([*scrambled, *plain, *complete]) == [tuple(scrambled), tuple(plain), *complete]
     for files in (scrambled, plain):
         recording = read_recording(files, robot)
-        assert np.array_equal(recording.q, whole.q)
-        assert np.array_equal(recording.qd, whole.qd)
-        assert np.array_equal(recording.torque, whole.torque)
+        for name in ("q", "qd", "torque"):
+            assert np.array_equal(getattr(recording, name), getattr(whole, name))
         assert recording.load_name == ("effort" if files is scrambled else "")
     written(tmp_path / "tau.csv", log | {"t": log["t"] + 1.0}, ["tau"])
     with pytest.raises(InputError, match=r"have not the same times: are they of one recording\?"):
