@@ -135,6 +135,7 @@ class Drives:
         rotor_inertia: IA of (3).
         friction: its terms; FS and FV of (2) by default.
         offsets: a constant torque OFF per joint.
+        unmeasured: numbers of joints whose torques a recording does not hold, for their channels are dead.
         side: where torque is measured: at the motor, whatever its unit, or by sensors on the link side of the gear,
             which see no rotor. Bearings and seals behind them may still rub.
     """
@@ -145,6 +146,7 @@ class Drives:
     coupling: Coupling | None = None
     spring: Spring | None = None
     side: Literal["motor", "link"] = field(default="motor", repr=False)
+    unmeasured: tuple[int, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
         """Put the terms of friction in their order."""

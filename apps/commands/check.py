@@ -17,9 +17,9 @@ from ..report.sections.check import check_report, fits_report, following_report,
 from . import ANSWERED, DO_NOT_USE
 from .entry import command
 from .options import ArmOptions, LogOptions, PageOptions, ProcessingOptions, RobotOptions, Setup
-from .values import LOG, DataFile, Reads, RobotFile
+from .values import LOG, DataFiles, Reads, RobotFile
 
-_Logs = Annotated[tuple[DataFile, ...], Parameter(help="Recordings, with or without payload.")]
+_Logs = Annotated[DataFiles, Parameter(help="Recordings, with or without payload.")]
 
 
 class _Robot(RobotOptions):
@@ -37,20 +37,22 @@ def run(data: _Logs = (), *, robot: _Robot, processing: ProcessingOptions, files
     if not data:
         raise InputError("give a log: dynident check LOG")
     setup = processing.setup(robot.load()) if robot.robot else None
-    looks = [_looked(path, setup, processing, files) for path in data]
+    looks = [_looked(path, setup, processing, files) for path in logs.grouped(data)]
     files.write_json(lambda: check_document(setup.robot if setup else None, looks))
     files.write_page(check_report(looks), setup.in_words() if setup else {})
     return ANSWERED if all(look.check and look.check.usable for look in looks) else DO_NOT_USE
 
 
-def _looked(path: str, setup: Setup | None, processing: ProcessingOptions, files: PageOptions) -> Look:
+def _looked(
+    path: str | tuple[str, ...], setup: Setup | None, processing: ProcessingOptions, files: PageOptions
+) -> Look:
     """Look at one log, its longest piece between gaps, by the robot that fits it best where none is named."""
     fits = None
     if setup is None:
         fits = robot_fits(path, processing.how())
         files.show(fits_report(fits))
         if fits.fault:
-            return Look(path, None, fits)
+            return Look(fits.source, None, fits)
         setup = processing.setup(model.load_robot(fits.fitting[0].robot))
     robot = setup.robot
     # Without gains its torques stay currents.
@@ -62,7 +64,7 @@ def _looked(path: str, setup: Setup | None, processing: ProcessingOptions, files
         text = f"Rows are missing: of {len(pieces)} pieces the longest is looked at; record without losing rows"
         check = check.completed([estimation.Finding("note", "recording", text)])
     files.show(log_report(check))
-    return Look(path, check, fits)
+    return Look(check.source, check, fits)
 
 
 @command

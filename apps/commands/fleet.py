@@ -22,10 +22,10 @@ from . import ANSWERED, DO_NOT_USE
 from .entry import Options, command
 from .options import GainOptions, PageOptions, ProcessingOptions, ResultOptions, RobotOptions
 from .progress import note, status
-from .values import LOG, Count, DataFile, NewFolder
+from .values import LOG, Count, DataFiles, NewFolder
 
 _Store = Annotated[str, Parameter(metavar="STORE", help="The --store of 'dynident fleet reduce'.")]
-_Logs = Annotated[tuple[DataFile, ...], Parameter(help="Recordings of one robot without payload.")]
+_Logs = Annotated[DataFiles, Parameter(help="Recordings of one robot without payload.")]
 
 
 class _Reduce(Options):

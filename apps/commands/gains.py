@@ -14,15 +14,15 @@ from ..report.sections.gains import gains_report
 from .entry import SETTING, Options, answered, command
 from .options import PageOptions, ProcessingOptions, RobotOptions
 from .progress import status
-from .values import DataFile, FrictionTerms, LoadedFile, PayloadFile, whole_numbers, with_sigma, word
+from .values import DataFiles, FrictionTerms, LoadedFiles, PayloadFile, whole_numbers, with_sigma, word
 
 _Masses = Annotated[tuple[tuple[float, ...], float | None], word(with_sigma, "KG[,KG..][+-KG]")]
 
 
 class _Known(Options):
-    unloaded: tuple[DataFile, ...]
+    unloaded: DataFiles
     """Currents without payload; repeatable."""
-    loaded: tuple[LoadedFile, ...]
+    loaded: LoadedFiles
     """Currents with it; repeatable."""
     mass: _Masses | None = None
     """The payload's mass; of several weights one for each --loaded; +- their sigma (default: 0)."""

@@ -17,7 +17,7 @@ from ..rollout.rollout import HORIZONS, Arm, roll_out_all
 from . import options, values
 from .entry import SETTING, Options, answered, command
 from .progress import note, status
-from .values import HeldOutFile, Reads, different, number, numbers, where, word, words
+from .values import HeldOutFiles, Reads, different, number, numbers, where, word, words
 
 if TYPE_CHECKING:
     from ...estimation.possible.prior import RobotPrior
@@ -45,9 +45,9 @@ class _Identify(Options):
         "total_mass": ("constrained", ("base", "prior", None)),
     }
 
-    data: tuple[values.DataFile, ...]
+    data: values.DataFiles
     """Recording without payload; repeatable: several are recordings of one identification."""
-    validate: tuple[HeldOutFile, ...] = ()
+    validate: HeldOutFiles = ()
     """Another one, held out; repeatable."""
     essential: Annotated[values.Essential | None, SETTING] = None
     """Eliminate parameters until the error's standard deviation has grown by this ratio (default: 1.02), or until
@@ -141,7 +141,7 @@ def run(
 class _Rollout(Options):
     robot_parameters: values.RobotParametersFile
     """The --json of 'dynident identify'."""
-    data: tuple[HeldOutFile, ...]
+    data: HeldOutFiles
     """Recording without payload that was not fitted; repeatable."""
     against: tuple[_Model, ...] = ()
     """Another model of the arm, MJCF or URDF, moved by MuJoCo; repeatable."""

@@ -109,12 +109,12 @@ class Setup:
     log_map: logs.LogMap
     told: set[str] = field(default_factory=set)  # notes that were printed already
 
-    def read(self, paths: Sequence[str]) -> list[model.Recording]:
+    def read(self, paths: Sequence[str | tuple[str, ...]]) -> list[model.Recording]:
         """Read recordings, one with gaps as its pieces; what a file says of how it was read is told once."""
         with status("reading") as progress:
             recordings = [
                 piece
-                for path in each(paths, lambda path: f"reading {path}", progress)
+                for path in each(logs.grouped(paths), lambda path: f"reading {path}", progress)
                 for piece in logs.read_recordings(path, self.robot, self.gains, self.log_map, self.processing)
             ]
         for text in (text for recording in recordings for text in recording.notes):

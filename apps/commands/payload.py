@@ -23,9 +23,9 @@ class _Compared(Options):
     friction_change: Share | None = None
     """Methods 3, 4 and --robot-parameters: by how much friction under load may differ from the robot's own, 1
     sigma, 0 for not at all (default: 10%)."""
-    unloaded: tuple[values.DataFile, ...] = ()
+    unloaded: values.DataFiles = ()
     """Recording without payload; repeatable: several are recordings of one robot."""
-    loaded: tuple[values.LoadedFile, ...]
+    loaded: values.LoadedFiles
     """Recording with payload; repeatable, in the order they were made: several are of one payload, paired with
     those without it in this order (weigh, method 3)."""
     robot_parameters: values.RobotParametersFile | None = None
@@ -51,7 +51,7 @@ class _Payload(_Compared):
         "scale_sigma": ("method", ("1", "4", "all")),
     }
 
-    validate: tuple[values.HeldOutFile, ...] = ()
+    validate: values.HeldOutFiles = ()
     """Another one without payload, held out; repeatable."""
     method: Annotated[str, word(values.method, "NAME")] = "all"
     """known-robot (1), change (2), difference (3), global (4) or all (default); see docs/theory.md."""

@@ -42,7 +42,7 @@ _FORMATS = (".png", ".svg", ".pdf")
 TEMPLATE = Path(__file__).with_name("robot_template.toml")
 """A description that loads as it stands, with every key that a robot's file may have."""
 
-_Logs = Annotated[tuple[values.DataFile, ...], Parameter(help="Recording without payload.")]
+_Logs = Annotated[values.DataFiles, Parameter(help="Recording without payload.")]
 _Function = Annotated[str, Parameter(metavar="NAME", help="Such as base_regressor.")]
 
 
@@ -255,11 +255,12 @@ def run_check(*, arm: RobotOptions, data: _Logs, processing: FilterOptions, file
     setup = processing.setup(arm.load())
     robot = setup.robot
     with status("reading") as progress:
-        logged = [logs.read_tool_poses(path, robot, setup.log_map) for path in data]
+        given = logs.grouped(data)
+        logged = [logs.read_tool_poses(path, robot, setup.log_map) for path in given]
         poses = [estimation.check_pose(robot, log, progress) for log in logged if log]
-        named = {path: logs.named(path, robot, setup.log_map) for path in data if poses}
+        named = {path: logs.named(path, robot, setup.log_map) for path in given if poses}
         recordings = setup.read(
-            [path for path in data if not poses or named[path].holds("torque") or named[path].holds("current")]
+            [path for path in given if not poses or named[path].holds("torque") or named[path].holds("current")]
         )
         readings = estimation.rank_readings(robot, recordings, setup.processing, progress) if recordings else None
     shown = readings_report(robot, poses, readings)

@@ -8,6 +8,7 @@ from .map import Time as Time
 from .map import ToolColumns as ToolColumns
 from .map import read_log_map as read_log_map
 from .map import with_flags as with_flags
+from .read import grouped as grouped
 from .read import named as named
 from .read import open_log as open_log
 from .read import read_recording as read_recording

@@ -76,7 +76,7 @@ NAMED = _recorder(
     {
         "position": "{joint}.position {joint}_position {joint}_pos q_{joint} position_{joint}",
         "velocity": "{joint}.velocity {joint}_velocity {joint}_vel qd_{joint} velocity_{joint}",
-        "torque": "{joint}.effort {joint}_effort {joint}_torque tau_{joint} effort_{joint}",
+        "torque": "{joint}.effort {joint}.torque {joint}_effort {joint}_torque tau_{joint} effort_{joint}",
         "current": "{joint}.current {joint}_current i_{joint} current_{joint}",
     },
 )
@@ -281,7 +281,7 @@ def choose(naming: Naming, gains: Sequence[float] | None) -> tuple[dict[str, tup
     pose = log_map.pose or standard_pose(raw.names)
     used = {*names, *(pose.all if pose else ())}
     if ignored := [name for name in raw.names if name not in used]:
-        notes = [*notes, f"columns not used: {_listed(ignored)}"]
+        notes = [*notes, f"columns not used: {in_a_row(ignored)}"]
     return columns, notes
 
 
@@ -352,12 +352,12 @@ def check_missing(raw: RawLog, columns: Sequence[str]) -> None:
     close = difflib.get_close_matches(missing[0], free, 1, 0.75)
     hint = f" (is it {close[0]!r}?)" if close else ""
     raise InputError(
-        f"{raw.path}: column {', '.join(missing)} missing{hint}; found {_listed(raw.names)}: log "
+        f"{raw.path}: column {', '.join(missing)} missing{hint}; found {in_a_row(raw.names)}: log "
         "them, or name yours in a --log-map"
     )
 
 
-def _listed(names: Sequence[str]) -> str:
+def in_a_row(names: Sequence[str]) -> str:
     """Names in a row, those that are numbered on as "i1 .. i7"."""
     runs: list[list[str]] = []
     for name in names:

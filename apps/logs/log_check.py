@@ -3,7 +3,6 @@
 import dataclasses
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,7 +30,7 @@ from ...estimation.signals.rows import moving_parts
 from ...model import Processing, Recording, Robot, base_parameters, load_robot, robot_names
 from .columns import Naming, choose
 from .map import LogMap
-from .read import open_log, read_recordings
+from .read import LogPath, open_log, read_recordings
 
 _JITTER = 0.02  # of the mean step
 _COARSE = 0.02  # torque step over the torque's range
@@ -266,7 +265,7 @@ class RobotFits(Document, frozen=True):
     fault: str | None  # why it is no robot's; None where some fit
 
 
-def robot_fits(path: str | Path, log_map: LogMap | None = None) -> RobotFits:
+def robot_fits(path: LogPath, log_map: LogMap | None = None) -> RobotFits:
     """Try all shipped robots on a log."""
     log_map = log_map or LogMap()
     raw = open_log(path, log_map)
@@ -285,7 +284,7 @@ def robot_fits(path: str | Path, log_map: LogMap | None = None) -> RobotFits:
         key = tuple(columns.items()), robot.coupling if currents else None
         if key not in read:
             try:
-                read[key] = longest(read_recordings(raw.path, robot, gains, log_map))
+                read[key] = longest(read_recordings(path, robot, gains, log_map))
             except InputError as refusal:
                 read[key] = str(refusal)
         if isinstance(recording := read[key], str):
@@ -298,8 +297,8 @@ def robot_fits(path: str | Path, log_map: LogMap | None = None) -> RobotFits:
                 left = weighted(_reduced(robot, recording, robot.processing, currents)[1]).fit.relative
             fitting.append(RobotFit(robot.name, left))
     fitting.sort(key=lambda fit: (fit.residual is None, fit.residual or 0.0))
-    fault = next((f"{path}: {mistake}" for mistake in others.values() if not fitting), None)
+    fault = next((f"{raw.path}: {mistake}" for mistake in others.values() if not fitting), None)
     if not fitting and not others:
         # What most robots' columns meet; faults of the file come before those of the number of joints.
         fault = min(faults, key=lambda text: ("missing" in text or "joints" in text, -faults.count(text)))
-    return RobotFits(str(path), raw.names, tuple(fitting), tuple(others), fault)
+    return RobotFits(str(raw.path), raw.names, tuple(fitting), tuple(others), fault)

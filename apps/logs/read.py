@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...estimation.diagnosis.kinematics import ToolPoses
-from ...estimation.signals.rows import cut, pieces, typical_step
+from ...estimation.signals.repeats import frozen_rows, without_held
+from ...estimation.signals.rows import cut, origin, pieces, typical_step
 from ...model import Processing, Recording, Robot
 from .arrays_log import mat_log, npz_log, parquet_log
-from .columns import Naming, check_missing, choose
+from .columns import PLAIN, Naming, check_missing, choose, in_a_row, recognised, time_column
 from .csv_log import csv_log
 from .map import SHORT, SI, Layout, LogMap, Quantity, factor, standard_pose
 from .ros_bag import ros_bag
@@ -32,25 +33,43 @@ _READERS: dict[str, Callable[[Path, Layout], RawLog]] = {
     ".db3": ros_bag,
 }
 """Readers by ending; everything else is text."""
+LogPath = str | Path | Sequence[str | Path]
+"""A file or folder, or the files of one recording, one a signal."""
 SUFFIXES = (".csv", ".csv.gz", ".tsv", ".tsv.gz", *_READERS)
 """Endings of the files of a folder that are taken for logs."""
-_SILENT = re.compile("effort|load|count")  # columns whose names do not say that they hold torques in N·m
 _MOVES = 1e-3  # rad or m: a joint that covers less does not move
 _SLOWEST = {"s": 0.5, "ms": 100.0, "us": 1e5, "ns": 1e8}
 """Longest step that each unit is taken for: robots are recorded at 10 Hz to 10 kHz, so units stay apart."""
 _EPOCH = 1e8  # s: more than three years; such a time counts from 1970 or from the start of a machine
 _MOST_REPEATED = 0.9  # of the rows
+_SIGNALS = {
+    "position": {"q", "pos", "position", "positions", "angles"},
+    "velocity": {"qd", "dq", "vel", "velocity", "velocities", "speed", "speeds"},
+    "torque": {"tau", "torque", "torques"},
+    "effort": {"effort", "efforts"},
+    "current": {"i", "current", "currents"},
+}
+"""Words in the name of a file that holds one signal of all joints."""
+_OTHER_NAMES = re.compile(r"(?<![a-z])(effort|load|counts)(?![a-z])", re.IGNORECASE)
+"""Names of torques that drivers also give to currents, percentages and counts."""
+_MOST_FROZEN = 5.0  # percent of the rows
 
 
-def open_log(path: str | Path, log_map: LogMap) -> RawLog:
-    """Open a file, a ROS 2 bag's folder, or with ``LogMap.files`` a folder of files that belong together."""
+def open_log(path: LogPath, log_map: LogMap) -> RawLog:
+    """Open a file, a ROS 2 bag's folder, or files of one recording: those of ``LogMap.files``, or one a signal."""
+    if not isinstance(path, str | Path):
+        paths = [Path(one) for one in path]
+        label = paths[0].with_name(f"{paths[0].name} and {len(paths) - 1} more")
+        return _side_by_side(label, paths, [log_map.layout] * len(paths))
     path = Path(path)
     is_bag = not log_map.files and (path / "metadata.yaml").is_file()
     reader = ros_bag if is_bag else _READERS.get(path.suffix.lower(), csv_log)
     if log_map.layout.topic and reader is not ros_bag and path.exists():
         raise InputError(f"{path}: is no ROS 2 bag and has no topics: leave topic out")
     if log_map.files:
-        return _joined(path, log_map)
+        if not path.is_dir():
+            raise InputError(f"{path}: {log_map.source} needs the folder that holds {log_map.files[0].name}")
+        return _side_by_side(path, [path / part.name for part in log_map.files], log_map.files)
     if not is_bag and not path.exists():
         raise InputError(f"{path}: no such file")
     if not is_bag and not path.is_file():
@@ -58,34 +77,77 @@ def open_log(path: str | Path, log_map: LogMap) -> RawLog:
     return reader(path, log_map.layout)
 
 
-def _joined(folder: Path, log_map: LogMap) -> RawLog:
-    """Files side by side, row by row."""
-    if not folder.is_dir():
-        raise InputError(f"{folder}: {log_map.source} needs the folder that holds {log_map.files[0].name}")
-    logs = []
-    for part in log_map.files:
-        path = folder / part.name
+def _side_by_side(label: Path, paths: Sequence[Path], layouts: Sequence[Layout]) -> RawLog:
+    """Files of one recording as one log, row by row; a joint's column that stands in all gets the signal's name."""
+    logs, found = list[RawLog](), dict[str, tuple[RawLog, str]]()
+    for path, layout in zip(paths, layouts, strict=True):
         if not path.is_file():
-            raise InputError(f"{path}: no such file; {log_map.source} needs it")
-        logs.append(_READERS.get(path.suffix.lower(), csv_log)(path, part))
+            raise InputError(f"{path}: no such file; {label.name} needs it")
+        logs.append(_READERS.get(path.suffix.lower(), csv_log)(path, layout))
+    time = time_column(logs[0].names, PLAIN)
+    shared = set(logs[0].names).intersection(*(log.names for log in logs[1:])) - {time}
+    joints = tuple(name for name in logs[0].names if name in shared and len(logs) > 1)
+    for log in logs:
+        signal, _ = _signal_of(log.path)
+        if joints and not signal:
+            raise InputError(f"{log.path}: name it after its signal: position, velocity, torque or current")
+        for name in log.names:
+            found.setdefault(f"{name}_{signal}" if name in joints else name, (log, name))
 
     def read(columns: Sequence[str]) -> Array:
-        wanted = [[name for name in columns if name in log.names] for log in logs]
-        used = [(log, names, log.whole(names)) for log, names in zip(logs, wanted, strict=True) if names]
-        if len({len(values) for *_, values in used}) > 1:
-            files = ", ".join(log.path.name for log, *_ in used)
-            raise InputError(f"{folder}: {files} have not the same number of rows: are they of one recording?")
-        found = {name: column for _, names, values in used for name, column in zip(names, values.T, strict=True)}
-        return np.column_stack([found[name] for name in columns])
+        there, clocks, used = dict[str, Array](), list[Array](), list[str]()
+        for log in logs:
+            asked = [name for name in columns if found[name][0] is log]
+            clock = [time] if time in columns and time in log.names else []
+            if asked:
+                values = log.whole([*(found[name][1] for name in asked), *clock])
+                there |= dict(zip(asked, values.T, strict=False))
+                clocks += [values[:, -1]] * len(clock)
+                used.append(log.path.name)
+        unlike = "number of rows" if len(set(map(len, there.values()))) > 1 else ""
+        if not unlike and any(abs(own - clocks[0]).max() > typical_step(clocks[0]) for own in clocks[1:]):
+            unlike = "times"
+        if unlike:
+            raise InputError(f"{label}: {', '.join(used)} have not the same {unlike}: are they of one recording?")
+        return np.column_stack([there[name] for name in columns])
 
     def notes() -> tuple[str, ...]:
         return tuple(f"{log.path.name}: {note}" for log in logs for note in log.notes())
 
-    units = {name: unit for log in logs for name, unit in log.units.items()}
-    return RawLog(folder, tuple(name for log in logs for name in log.names), read, units=units, notes=notes)
+    units = {name: log.units[own] for name, (log, own) in found.items() if own in log.units}
+    sigma = next((log.gain_sigma for log in logs if log.gain_sigma is not None), None)
+    return RawLog(label, tuple(found), read, joints=joints, units=units, notes=notes, gain_sigma=sigma)
 
 
-def named(path: str | Path, robot: Robot, log_map: LogMap | None) -> Naming:
+def _signal_of(path: str | Path) -> tuple[str, str]:
+    """The signal that a file holds of all joints, by the last word for one in its name, and the name without."""
+    name = str(path)
+    for word in reversed([*re.finditer(r"[a-z]+", Path(name).name.partition(".")[0], re.IGNORECASE)]):
+        for signal, words in _SIGNALS.items():
+            if word[0].lower() in words:
+                start = len(name) - len(Path(name).name) + word.start()
+                return signal, name[:start] + name[start + len(word[0]) :]
+    return "", ""
+
+
+def grouped(paths: Sequence[str | tuple[str, ...]]) -> list[str | tuple[str, ...]]:
+    """Recordings of a list of logs: files whose names differ in the signal alone, as q.csv and tau.csv, are one.
+
+    Unless several of them hold positions: then each is a recording.
+    """
+    groups: dict[object, list[str]] = {}
+    for number, path in enumerate(paths):
+        own = [path] if isinstance(path, str) else path
+        groups.setdefault(_signal_of(own[0])[1] or number, []).extend(own)
+    result = list[str | tuple[str, ...]]()
+    for group in groups.values():
+        there = [path for path in group if len(group) > 1 and Path(path).is_file()]
+        several = sum(recognised(open_log(path, LogMap()).names).size > 0 for path in there) > 1
+        result += group if several or len(group) == 1 else [tuple(group)]
+    return result
+
+
+def named(path: LogPath, robot: Robot, log_map: LogMap | None) -> Naming:
     """Open a log by a map that fits the robot, and find out what its columns are called."""
     log_map = log_map or LogMap()
     log_map.check(robot.n)
@@ -99,7 +161,7 @@ def named(path: str | Path, robot: Robot, log_map: LogMap | None) -> Naming:
 
 
 def read_recordings(
-    path: str | Path,
+    path: LogPath,
     robot: Robot,
     drive_gains: Sequence[float] | None = None,
     log_map: LogMap | None = None,
@@ -108,7 +170,7 @@ def read_recordings(
     """Read one log: CSV, TSV (plain or gzip), NPZ, MAT, Parquet or a ROS 2 bag, split where rows are missing.
 
     Args:
-        path: the file or folder.
+        path: the file or folder, or the files of one recording, one a signal.
         robot: tells how many joints there are.
         drive_gains: torque per current of each motor, on the joint side [N·m/A or N/A], if currents are to be used;
             of coupled drives motor j's and motor k's torques act on joint j, as (9) says.
@@ -128,7 +190,7 @@ def read_recordings(
 
 
 def read_recording(
-    path: str | Path, robot: Robot, drive_gains: Sequence[float] | None = None, log_map: LogMap | None = None
+    path: LogPath, robot: Robot, drive_gains: Sequence[float] | None = None, log_map: LogMap | None = None
 ) -> Recording:
     """Read a log without gaps, as ``read_recordings``.
 
@@ -137,12 +199,12 @@ def read_recording(
     """
     first, *others = read_recordings(path, robot, drive_gains, log_map)
     if others:
-        raise InputError(f"{path}: {first.notes[-1]}: read_recordings gives them, or split the file")
+        raise InputError(f"{origin(first)}: {first.notes[-1]}: read_recordings gives them, or split the file")
     return first
 
 
 def read_beside(
-    path: str | Path,
+    path: LogPath,
     robot: Robot,
     drive_gains: Sequence[float] | None = None,
     log_map: LogMap | None = None,
@@ -156,9 +218,9 @@ def read_beside(
     if reference:
         columns[reference] = naming.columns(reference)
     values = raw.whole(list(chain.from_iterable(columns.values())))
-    t, origin, about_time = np.arange(len(values)) / (log_map.time.rate or 1.0), 0.0, list[str]()
+    t, since, about_time = np.arange(len(values)) / (log_map.time.rate or 1.0), 0.0, list[str]()
     if naming.time:
-        t, later, origin, about_time = _clock(raw, naming.time, naming.time_unit, values[:, 0])
+        t, later, since, about_time = _clock(raw, naming.time, naming.time_unit, values[:, 0])
         values = values if later.all() else values[later]
     if len(t) < 2:
         raise InputError(
@@ -166,8 +228,10 @@ def read_beside(
             "file that holds them"
         )
     _check_rate(raw, naming.time, t)
+    columns.pop("time", None)
+    t, values, about_rows = _once(raw, t, values[:, bool(naming.time) :], columns)
     parts = np.split(values, np.cumsum([len(names) for names in columns.values()])[:-1], axis=1)
-    si = {kind: log_map.si(kind, part) for kind, part in zip(columns, parts, strict=True) if kind != "time"}
+    si = {kind: log_map.si(kind, part) for kind, part in zip(columns, parts, strict=True)}
     q, qd, load = si["position"], si.get("velocity"), si["current" if "current" in si else "torque"]
     read = hashlib.blake2b(np.ascontiguousarray(np.column_stack([t, q, load])).data, digest_size=16).hexdigest()
     torque, gains = load, tuple[float, ...]()
@@ -175,18 +239,24 @@ def read_beside(
         gains = tuple(drive_gains)
         torque = load * np.array(gains, dtype=float)
         torque = robot.coupling.joint_torques(torque) if robot.coupling else torque
-    notes = [*raw.notes(), *units, *about_time, *chosen]
+    asked = _OTHER_NAMES.search(columns.get("torque", ("",))[0]) if not log_map.torque.unit else None
+    unit: Literal["named", "given", "unknown"] = "given" if log_map.torque.unit else "unknown" if asked else "named"
+    if asked:
+        units.append(f"nothing tells the unit of {asked[0]}: N·m (or N) is taken; --units tau=.. says which it is")
+    notes = [*raw.notes(), *units, *about_time, *about_rows, *chosen]
     if qd is not None:
         dead = np.flatnonzero(~qd.any(axis=0) & (np.ptp(q, axis=0) > _MOVES))
         if len(dead):
             qd = None
             joints = ", ".join(str(j + 1) for j in dead)
             notes.append(f"speeds of joint {joints} are zero throughout: taken from positions")
+    if len(dead := np.flatnonzero(np.ptp(load, axis=0) == 0.0)):
+        joints = ", ".join(str(j + 1) for j in dead)
+        notes.append(
+            f"torque of joint {joints}: one number throughout, a dead channel; left out where others suffice"
+        )
     noted = tuple(f"{raw.path.name}: {note}" for note in notes)
-    stated: Literal["named", "given", "unknown"] = "given" if log_map.torque.unit else "named"
-    if stated == "named" and any(_SILENT.search(name.lower()) for name in columns.get("torque", ())):
-        stated = "unknown"
-    recording = Recording(t, q, torque, qd, str(raw.path), noted, read, gains, origin, raw.gain_sigma, stated)
+    recording = Recording(t, q, torque, qd, str(raw.path), noted, read, gains, since, raw.gain_sigma, unit)
     return recording, si.get(reference, q[:, :0])
 
 
@@ -254,6 +324,32 @@ def _clock(raw: RawLog, column: str, unit: str, values: Array) -> tuple[Array, N
     return t[later], later, origin * scale, notes
 
 
+def _once(
+    raw: RawLog, t: Array, values: Array, columns: Mapping[str, Sequence[str]]
+) -> tuple[Array, Array, list[str]]:
+    """Take out what a logger wrote more than once, and say so: freezes, and samples that are held."""
+    names, notes, rows = list(chain.from_iterable(columns.values())), list[str](), len(t)
+    frozen, count = frozen_rows(values, values[:, : len(columns["position"])])
+    if count:
+        share = 100.0 * float(frozen.mean())
+        text = f"all columns stand still and then jump {count} time{'s' * (count > 1)} ({share:.2g} % of the rows)"
+        if share > _MOST_FROZEN:
+            first = raw.place(int(np.argmax(frozen)))
+            raise InputError(f"{raw.path}: {text}, first at {first}: the logger froze; record without losing rows")
+        notes.append(f"{text}: cut out")
+        t, values = t[~frozen], values[~frozen]
+    load = columns["current" if "current" in columns else "torque"]
+    held = without_held(t, values, np.array([name in load for name in names]))
+    if held is None:
+        return t, values, notes
+    left = f"thinned to {len(held.rows)} rows" if len(held.rows) < rows else "interpolated between these"
+    there = {names[k] for k in held.columns}
+    kinds = [(kind, [name for name in own if name in there], len(own)) for kind, own in columns.items()]
+    those = ", ".join(kind if len(own) == count else in_a_row(own) for kind, own, count in kinds if own)
+    text = f"held samples: {those} change in every {held.every:.2g}th row ({1.0 / typical_step(t):.4g} Hz):"
+    return t[held.rows], held.values, [*notes, f"{text} {left}"]
+
+
 def _check_rate(raw: RawLog, column: str, t: Array) -> None:
     """Refuse times [s] in another unit."""
     typical = typical_step(t)
@@ -264,7 +360,7 @@ def _check_rate(raw: RawLog, column: str, t: Array) -> None:
         )
 
 
-def read_tool_poses(path: str | Path, robot: Robot, log_map: LogMap | None = None) -> ToolPoses | None:
+def read_tool_poses(path: LogPath, robot: Robot, log_map: LogMap | None = None) -> ToolPoses | None:
     """Read joint positions and tool poses of a log; None if it has none.
 
     The map's ``pose`` names the columns; without it x, y, z [m] and qx, qy, qz, qw are taken, if there.

@@ -1,8 +1,9 @@
-"""ROS 2 bags (a folder, or one .mcap or .db3 file) with sensor_msgs/JointState, by the library rosbags."""
+"""ROS 2 bags (a folder, or one .mcap or .db3 file) with messages of joint states, by the library rosbags."""
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from itertools import chain
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +14,16 @@ from ...common.errors import InputError
 from .map import Layout
 from .table import RawLog, extra, reading
 
-_TYPE = "sensor_msgs/msg/JointState"
-_FIELDS = ("position", "velocity", "effort")
+_FRANKA, _DYNAMIC = "franka_msgs/msg/FrankaRobotState", "control_msgs/msg/DynamicJointState"
+_TYPES = (_FRANKA, "sensor_msgs/msg/JointState", _DYNAMIC)
+"""Messages with joint states; of a bag that has several kinds the first is taken."""
+_VALUE = "control_msgs/msg/InterfaceValue"
+_DEFINITIONS = {
+    _DYNAMIC: f"std_msgs/Header header\nstring[] joint_names\n{_VALUE}[] interface_values",
+    _VALUE: "string[] interface_names\nfloat64[] values",
+}
+"""Of messages that neither a bag without definitions nor the library knows."""
+_FIELDS = ("position", "velocity", "effort", "torque", "current")
 _LOOK = 200  # messages that are looked at for the names of joints
 
 
@@ -23,34 +32,53 @@ def ros_bag(path: Path, layout: Layout) -> RawLog:
 
     Times are the messages' own stamps, or where these are zero the times of recording, from the first one on.
     """
-    joints: dict[str, set[str]] = {}
-    topic = layout.topic
+    fields: dict[str, set[str]] = {}
     with _reader(path) as reader:
-        topics = sorted({connection.topic for connection in reader.connections if connection.msgtype == _TYPE})
-        if topic and topic not in topics:
-            raise InputError(f"{path}: no topic {topic!r} with {_TYPE}; found {', '.join(topics) or 'none'}")
-        if not topic and len(topics) != 1:
-            choice = f" ({', '.join(topics)}): choose one by topic in the log map"
+        kinds = {one.topic: one.msgtype for one in reader.connections if one.msgtype in _TYPES and one.msgcount}
+        topics = sorted(topic for topic, kind in kinds.items() if kind in reader.typestore.fielddefs)
+        if layout.topic and layout.topic not in topics:
             raise InputError(
-                f"{path}: {len(topics)} topics with {_TYPE}{choice if topics else ': record /joint_states'}"
+                f"{path}: no topic {layout.topic!r} with joint states; found {', '.join(topics) or 'none'}"
             )
-        topic = topic or topics[0]
-        for count, (_, message) in enumerate(_messages(reader, topic)):
-            for place, joint in enumerate(message.name):
-                fields = {field for field in _FIELDS if len(getattr(message, field)) > place}
-                joints[joint] = joints.get(joint, set()) | fields
-            if count >= _LOOK:
-                break
+        first = min((kinds[topic] for topic in topics), key=_TYPES.index, default="")
+        usual = [layout.topic] if layout.topic else [topic for topic in topics if kinds[topic] == first]
+        if len(usual) != 1:
+            choice = f" ({', '.join(usual)}): choose one by topic in the log map"
+            advice = (
+                f": record as MCAP, which holds the definition of {', '.join(kinds.values())}, or /joint_states"
+            )
+            choice = choice if usual else advice if kinds else ": record /joint_states"
+            raise InputError(f"{path}: {len(usual)} topics with joint states that can be read{choice}")
+        (topic,) = usual
+        for _, message in islice(_messages(reader, topic), _LOOK):
+            for joint, values in _states(message).items():
+                fields[joint] = fields.get(joint, set()) | set(values)
+    joints = tuple(joint for joint, there in fields.items() if there)
     if not joints:
         raise InputError(f"{path}: topic {topic} holds no joint states")
-    names = ["t", *(f"{joint}.{field}" for joint, there in joints.items() for field in _FIELDS if field in there)]
+    names = ["t", *(f"{joint}.{field}" for joint in joints for field in _FIELDS if field in fields[joint])]
+    units = {f"{joint}.effort": "N·m" for joint in joints if kinds[topic] == _FRANKA}
 
     def read(columns: Sequence[str]) -> Array:
         with _reader(path) as reader:
             rows = _rows(path, topic, _messages(reader, topic), columns)
             return np.fromiter(chain.from_iterable(rows), float).reshape(-1, len(columns))
 
-    return RawLog(path, tuple(names), read, lambda row: f"message {row + 1}", tuple(joints))
+    return RawLog(path, tuple(names), read, lambda row: f"message {row + 1}", joints, units)
+
+
+def _states(message: Any) -> dict[str, dict[str, float]]:
+    """Numbers of a message by joint and signal."""
+    if hasattr(message, "interface_values"):
+        pairs = zip(message.joint_names, message.interface_values, strict=False)
+        named = {joint: dict(zip(own.interface_names, own.values, strict=False)) for joint, own in pairs}
+        return {joint: {field: own[field] for field in _FIELDS if field in own} for joint, own in named.items()}
+    state = getattr(message, "measured_joint_state", message)
+    signals = {field: getattr(state, field) for field in _FIELDS[:3]}
+    return {
+        joint: {field: values[k] for field, values in signals.items() if len(values) > k}
+        for k, joint in enumerate(state.name)
+    }
 
 
 def _rows(
@@ -61,18 +89,16 @@ def _rows(
     joints = {field[0] for field in fields if field}
     first: int | None = None
     for stamp, message in messages:
-        place = {joint: k for k, joint in enumerate(message.name)}
-        missing = sorted(joints - set(place))
+        states = _states(message)
+        missing = sorted(joints - set(states))
         if len(missing) == len(joints):
             continue
         if missing:
             raise InputError(f"{path}: a message of {topic} lacks joint {missing[0]!r}, which others hold")
         first = stamp if first is None else first
-        row = []
-        for field in fields:
-            values = getattr(message, field[1])[place[field[0]] :] if field else [1e-9 * (stamp - first)]
-            row.append(float(values[0]) if len(values) else float("nan"))
-        yield row
+        yield [
+            float(states[field[0]].get(field[1], math.nan)) if field else 1e-9 * (stamp - first) for field in fields
+        ]
 
 
 @contextmanager
@@ -80,6 +106,8 @@ def _reader(path: Path) -> Iterator[Any]:
     """An open bag."""
     highlevel, typesys = extra("rosbags.highlevel", "a ROS bag"), extra("rosbags.typesys", "a ROS bag")
     store = typesys.get_typestore(typesys.Stores.LATEST)
+    for name, text in _DEFINITIONS.items():
+        store.register(typesys.get_types_from_msg(text, name))
     kind, remedy = "a ROS 2 bag", "copy or record it again"
     with reading(path, kind, remedy), highlevel.AnyReader([path], default_typestore=store) as reader:
         yield reader

@@ -57,7 +57,7 @@ class States:
         """Subsample one recording evenly over its moving part, to about ``count`` states; 1 with payload."""
         data = measurement(recording, processing)
         motion, step = data.motion, 1.0 / data.motion.rate
-        keep = used_rows(motion, processing)
+        keep = used_rows(motion, processing) & (np.ptp(recording.torque, axis=0) > 0.0)  # no dead channel
         moving = np.flatnonzero(keep.any(axis=1))
         thin = max(1, len(moving) // count)
         torque = lowpass(data.torque, step, _CUTOFF / (thin * step) if thin > 1 else None, recording.source)

@@ -264,6 +264,8 @@ class Observer:
                 j, k = (joint - 1 for joint in self.robot.coupling.joints)
                 keep = keep.copy()
                 keep[:, j] &= keep[:, k]
+            if self.robot.drives.unmeasured:
+                keep = keep & [j not in self.robot.drives.unmeasured for j in range(1, self.robot.n + 1)]
             for part in _parts(len(data.motion.t), factor):
                 rows = np.vstack([data.motion.t[part], keep[part].T])
                 waiting = np.hstack([waiting, rows[:, skip::factor]])

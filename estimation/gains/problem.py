@@ -18,6 +18,7 @@ from ..equations.equations import Equations, merged
 from ..fit.settings import DEFAULTS, Candidates, Settings
 from ..payload.long_motion import LongMotion, Source, check_blocks, payload_problem
 from ..payload.result import in_payload_frame
+from ..signals.plausibility import without_dead
 from .current_side import CurrentFit, current_weights, gauss_newton
 from .known_load import KnownLoad, Mountings, known_values, payload_columns
 
@@ -97,6 +98,9 @@ def gain_problem(
     description, robot = robot, robot.for_currents()
     if not unloaded:
         raise InputError("drive gains need recordings without and with the payload: give both")
+    if dead := without_dead(robot, [*unloaded, *loaded]).drives.unmeasured:
+        joints = ", ".join(map(str, dead))
+        raise InputError(f"the current of joint {joints} is one number throughout: the channel is dead; record it")
     mountings = Mountings.of(mounting, len(loaded), len(unloaded))
     loads = mountings.loads(load)
 

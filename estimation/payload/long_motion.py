@@ -39,7 +39,7 @@ from ..fit.linear_problem import Known, SoftPrior, left_out
 from ..fit.own_equations import check_lengths, check_moving, filtered, with_friction
 from ..fit.settings import DEFAULTS, Settings
 from ..signals.alignment import AlignedPair
-from ..signals.plausibility import check_apart, check_recordings
+from ..signals.plausibility import check_apart, check_recordings, without_dead
 from .pairs import PairedMeasurement, cut_alike, side_by_side, torque_change
 from .under_load import friction_changes, robot_of
 
@@ -202,6 +202,14 @@ def check_known(robot: Robot, base: BaseParameters, known: Estimate | None) -> N
         )
 
 
+def measured_part(known: Estimate, robot: Robot) -> Estimate:
+    """Take a robot known earlier in the base parameters that are left where joints' torques are not measured."""
+    base = base_parameters(robot)
+    if not robot.drives.unmeasured or not set(known.names) <= set(base.standard):
+        return known
+    return known.mapped(base.effect_of(known.names), base.columns)
+
+
 def stored_robot(robot: Estimate) -> Known:
     """Parameters of an earlier identification; no block of time shows their error, robust where it is known."""
     C = robot.covariance
@@ -239,12 +247,14 @@ def payload_problem(
         InputError: if a recording cannot be used.
     """
     processing, progress, choices = settings.processing_of(robot), settings.progress, tuple[TermChoice, ...]()
+    robot = without_dead(robot, [*loaded, *unloaded])
     if known is not None:
         robot = robot.of_parameters(known.names)
     elif unloaded:
         robot, choices = with_friction(robot, unloaded, settings)
     progress("base parameters")
     base = base_parameters(robot)
+    known = None if known is None else measured_part(known, robot)
     hidden = decomposed(base.effect_of(payload_columns(robot))).null
     if hidden.size:
         names = [kind for kind, size in zip(INERTIAL, np.abs(hidden).max(axis=1), strict=True) if size > 1e-6]

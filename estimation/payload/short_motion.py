@@ -27,10 +27,10 @@ from ..fit.settings import DEFAULTS, Settings
 from ..possible.constraints import KnownMass
 from ..signals.alignment import AlignedPair, aligned
 from ..signals.filtering import grid_rate, measurement
-from ..signals.plausibility import check_apart, check_recordings
+from ..signals.plausibility import check_apart, check_recordings, without_dead
 from ..signals.rows import Mask, inner_samples, least_speed, moving_parts
 from .constant_torques import FREE, HeldFriction, coulomb_friction, free_columns, friction_prior, offset_prior
-from .long_motion import Source, check_blocks, check_known, prior_of, stored_robot
+from .long_motion import Source, check_blocks, check_known, measured_part, prior_of, stored_robot
 from .pairs import torque_change
 from .result import in_payload_frame
 from .ripple import Wave, ripple_of
@@ -209,9 +209,10 @@ def known_robot_weighing(
 ) -> ShortMotion:
     """Weigh by torques less those of a robot identified earlier, (22)-(23); else as ``difference_weighing``."""
     processing, progress = settings.processing_of(robot), settings.progress
-    robot = robot.of_parameters(known.names)
+    robot = without_dead(robot.of_parameters(known.names), loaded)
     check_recordings(robot, loaded)
     progress("base parameters")
+    known = measured_part(known, robot)
     base, sources = base_parameters(robot), [recording.source for recording in loaded]
     measured = filtered(loaded, processing, progress)
     moving = moving_joints(measured, processing, settings.joints, robot)
@@ -251,6 +252,7 @@ def difference_weighing(
         unloaded: without it; one for all, or one for each of ``loaded`` in the same order.
     """
     processing, progress = settings.processing_of(robot), settings.progress
+    robot = without_dead(robot, [*loaded, *unloaded])
     check_recordings(robot, [*loaded, *unloaded])
     check_lengths([*loaded, *unloaded], processing)
     check_apart(loaded, unloaded)

@@ -62,6 +62,10 @@ _SHORTEST = 0.1
 """Duration [s] below which a recording shows no motion, whatever the cut-off."""
 _MOVES = 1e-3  # rad or m: rms of a joint that moves
 _MOST_LOST = 0.01  # of a joint's rms motion: good cut-offs change it by 1e-3 and less
+_ENDS = 1.5  # periods of the cut-off by which an end is mirrored where a motion was cut
+_SETTLED = 4.0  # periods: a shorter recording is not mirrored so
+_WINDOW = 0.1  # periods, over which the speed at an end is taken
+_FULL_MOTION = 0.1  # of a joint's largest speed
 _EVEN = 1e-2  # time steps that differ by less than this fraction count as even
 
 
@@ -72,10 +76,11 @@ def measured(recording: Recording, processing: Processing) -> Measurement:
     controller writes none. The filter runs forward and backward, so that nothing is delayed.
     """
     even = resampled(recording, grid_rate(recording, processing))
-    step = float(even.t[1] - even.t[0])
-    q = lowpass(even.q, step, processing.cutoff, recording.source)
+    step, ends = float(even.t[1] - even.t[0]), _cut_ends(even, processing.cutoff)
+    q = lowpass(even.q, step, processing.cutoff, recording.source, ends)
     # A filter that changes the positions themselves is too low for the motion.
-    spread, lost = even.q.std(axis=0), np.sqrt(np.mean((even.q - q) ** 2, axis=0))
+    spread, inner = even.q.std(axis=0), slice(ends[0], len(q) - ends[1])
+    lost = np.sqrt(np.mean((even.q - q)[inner] ** 2, axis=0))
     ratio = np.where(spread > _MOVES, lost / np.where(spread > 0.0, spread, 1.0), 0.0)
     j = int(np.argmax(ratio))
     if ratio[j] > _MOST_LOST:
@@ -86,7 +91,7 @@ def measured(recording: Recording, processing: Processing) -> Measurement:
             f"{recording.source}: a cut-off of {processing.cutoff:g} Hz takes {100 * ratio[j]:.1f} % off the "
             f"motion of joint {j + 1}: {reason}"
         )
-    qd = slopes(q, step) if even.qd is None else lowpass(even.qd, step, processing.cutoff, recording.source)
+    qd = slopes(q, step) if even.qd is None else lowpass(even.qd, step, processing.cutoff, recording.source, ends)
     return Measurement(Motion(even.t, *map(_locked, (q, qd, slopes(qd, step)))), even.torque)
 
 
@@ -150,8 +155,28 @@ def on_grid(recording: Recording, t: Array) -> Recording:
     return replace(recording, t=t, q=there(recording.q), torque=there(recording.torque), qd=speeds)
 
 
-def lowpass(signals: Array, step: float, cutoff: float | None, source: str) -> Array:
-    """Filter signals (N, k), ``step`` [s] apart, by a zero-phase Butterworth; unchanged without a cut-off [Hz]."""
+def _cut_ends(even: Recording, cutoff: float | None) -> tuple[int, int]:
+    """Samples by which an end must be mirrored for the filter to go on as the motion does: 0 at rest.
+
+    Where a recording was cut in full motion, the few samples by which ``lowpass`` mirrors an end would stop it.
+    """
+    period = even.rate / cutoff if cutoff else 0.0  # of the cut-off, in samples
+    window = int(_WINDOW * period)
+    if not window or len(even.t) < _SETTLED * period:
+        return 0, 0
+    moves = np.abs(even.q[window:] - even.q[:-window])[:, even.q.std(axis=0) > _MOVES]
+    full = _FULL_MOTION * moves.max(axis=0, initial=0.0)
+    first, last = (int(_ENDS * period) * bool((end > full).any()) for end in (moves[0], moves[-1]))
+    return first, last
+
+
+def lowpass(
+    signals: Array, step: float, cutoff: float | None, source: str, ends: tuple[int, int] = (0, 0)
+) -> Array:
+    """Filter signals (N, k), ``step`` [s] apart, by a zero-phase Butterworth; unchanged without a cut-off [Hz].
+
+    Both ends are mirrored by as many samples as in ``scipy.signal.sosfiltfilt``, or by ``ends`` if these are more.
+    """
     if cutoff is None:
         return signals
     if cutoff * step >= 0.5:
@@ -167,13 +192,12 @@ def lowpass(signals: Array, step: float, cutoff: float | None, source: str) -> A
         raise InputError(
             f"{source}: a cut-off of {cutoff:g} Hz leaves nothing of {step * len(signals):.4g} s: raise --cutoff"
         )
-    # What ``scipy.signal.sosfiltfilt`` gives: the ends are mirrored by as many samples as there.
     sections = butterworth(_ORDER, 2.0 * cutoff * step)
-    edge = 3 * (2 * len(sections) + 1)
-    before = 2.0 * signals[0] - signals[edge:0:-1]
-    after = 2.0 * signals[-1] - signals[-2 : -edge - 2 : -1]
+    first, last = (max(3 * (2 * len(sections) + 1), end) for end in ends)
+    before = 2.0 * signals[0] - signals[first:0:-1]
+    after = 2.0 * signals[-1] - signals[-2 : -last - 2 : -1]
     forward = filtered(sections, np.concatenate([before, signals, after]))
-    return np.ascontiguousarray(filtered(sections, forward[::-1])[::-1][edge:-edge])
+    return np.ascontiguousarray(filtered(sections, forward[::-1])[::-1][first:-last])
 
 
 def slopes(values: Array, step: float) -> Array:

@@ -1,6 +1,7 @@
 """Checks for mistakes of unit and dead channels in recordings before any number is computed from them."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -37,6 +38,14 @@ def check_recordings(robot: Robot, recordings: Sequence[Recording]) -> None:
         mistake = next(implausible(robot, recording), None)
         if mistake is not None:
             raise InputError(f"{recording.source}: {mistake}")
+
+
+def without_dead(robot: Robot, recordings: Sequence[Recording]) -> Robot:
+    """Take joints whose torque is one number throughout a recording as not measured, unless all are."""
+    dead = {int(j) + 1 for own in recordings for j in np.flatnonzero(np.ptp(own.torque, axis=0) == 0.0)}
+    if not 0 < len(dead) < robot.n:
+        return robot
+    return replace(robot, drives=replace(robot.drives, unmeasured=tuple(sorted(dead))))
 
 
 def implausible(robot: Robot, recording: Recording) -> Iterator[str]:
@@ -85,7 +94,7 @@ def _torques(robot: Robot, recording: Recording) -> Iterator[str]:
                 f"the torque of joint {j + 1} reaches {worst:.4g}, more than a joint of {robot.name} "
                 f"can give ({most:.4g}): torques must be in N·m, drive gains in N·m/A"
             )
-        if lows[j] == highs[j]:
+        if lows[j] == highs[j] and j + 1 not in robot.drives.unmeasured:
             yield f"the torque of joint {j + 1} is {lows[j]:g} throughout: the channel is dead"
 
 

@@ -24,7 +24,10 @@ def base_parameters(robot: Robot, seed: int = 0) -> BaseParameters:
     into them. This finds the same names as Khalil's closed-form rules. They are kept: a command asks for those of
     one robot several times.
     """
-    W = stacked_regressor(robot, *random_states(robot, STATES_PER_JOINT * robot.n, seed))
+    count = STATES_PER_JOINT * robot.n
+    W = stacked_regressor(robot, *random_states(robot, count, seed))
+    for joint in robot.drives.unmeasured:
+        W[(joint - 1) * count : joint * count] = 0.0
     return base_parameters_of(standard_columns(robot), W)
 
 

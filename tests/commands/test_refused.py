@@ -56,7 +56,6 @@ NEW = f"{ARM} --flange 0.525,0,0.89,x,-z"
 LINES = {
     f"payload {RX90} {PAIR}": {
         "--robot radians.toml": "key 'joints[1].alpha'",
-        "--unloaded dead.csv": "joint 4",
         "--loaded milli.csv": "N·m",
         "--cutoff -1": "cutoff must be positive",
         "equation-rate=0": "equation_rate must be positive",

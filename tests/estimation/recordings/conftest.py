@@ -1,7 +1,7 @@
 """An arm, the signals of a log of it, and the same signals as a log of each format."""
 
 import gzip
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -72,27 +72,57 @@ def as_parquet(path: Path, signals: dict[str, np.ndarray]) -> Path:
     return path
 
 
+MESSAGES = {
+    "FrankaRobotState": "sensor_msgs/JointState measured_joint_state\nfloat64[7] ddq_d",
+    "DynamicJointState": "string[] joint_names\ncontrol_msgs/InterfaceValue[] interface_values",
+}
+"""Of messages that hold joint states: what follows the header."""
+
+
 def as_bag(
-    path: Path, signals: dict[str, np.ndarray], names: tuple[str, ...] = NAMES, gripper: bool = True
+    path: Path,
+    signals: dict[str, np.ndarray],
+    names: tuple[str, ...] = NAMES,
+    gripper: bool = True,
+    also: Sequence[str] = (),
 ) -> Path:
-    """A ROS 2 bag whose joints stand in alphabetical order, with messages of a gripper in between."""
+    """A ROS 2 bag whose joints stand in alphabetical order, with messages of a gripper in between.
+
+    ``also``: kinds of messages that stand there instead of the arm's JointState.
+    """
     from rosbags.rosbag2 import StoragePlugin, Writer
-    from rosbags.typesys import Stores, get_typestore
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
     store = get_typestore(Stores.LATEST)
+    store.register(
+        get_types_from_msg("string[] interface_names\nfloat64[] values", "control_msgs/msg/InterfaceValue")
+    )
+    kinds = {kind: f"{'franka' if kind[0] == 'F' else 'control'}_msgs/msg/{kind}" for kind in also}
+    for kind, name in kinds.items():
+        store.register(get_types_from_msg(f"std_msgs/Header header\n{MESSAGES[kind]}", name))
+    value = store.types["control_msgs/msg/InterfaceValue"]
     state, header = store.types["sensor_msgs/msg/JointState"], store.types["std_msgs/msg/Header"]
     clock = store.types["builtin_interfaces/msg/Time"]
     plugin = StoragePlugin.MCAP if path.name.startswith("mcap") else StoragePlugin.SQLITE3
     order = sorted(range(6), key=lambda j: names[j])
     with Writer(path, version=9, storage_plugin=plugin) as writer:
         connection = writer.add_connection("/joint_states", state.__msgtype__, typestore=store)
+        others = {kind: writer.add_connection(f"/{kind}", name, typestore=store) for kind, name in kinds.items()}
         for k, t in enumerate(signals["t"]):
             stamp = round(1e9 * t) + 1_700_000_000_123_456_789
             head = header(clock(stamp // 10**9, stamp % 10**9), "")
             rows = [np.ascontiguousarray(signals[kind][k, order]) for kind in ("q", "qd", "tau")]
             message = state(head, [names[j] for j in order], *rows)
-            writer.write(connection, stamp, store.serialize_cdr(message, state.__msgtype__))
-            if gripper:
+            for kind, name in kinds.items():
+                values = [
+                    value(["position", "velocity", "effort"], np.array(own)) for own in zip(*rows, strict=True)
+                ]
+                content = (message, np.zeros(7)) if kind[0] == "F" else ([names[j] for j in order], values)
+                other = store.types[name](head, *content)
+                writer.write(others[kind], stamp, store.serialize_cdr(other, name))
+            if not also:
+                writer.write(connection, stamp, store.serialize_cdr(message, state.__msgtype__))
+            if gripper and not also:
                 finger_message = state(head, ["finger"], *(np.zeros(1) for _ in range(3)))
                 writer.write(connection, stamp + 1, store.serialize_cdr(finger_message, state.__msgtype__))
     return path

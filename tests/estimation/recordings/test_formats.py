@@ -14,7 +14,7 @@ from dynident.apps.logs.map import LogMap
 from dynident.apps.logs.read import read_recording
 from dynident.common.errors import InputError
 from dynident.model import Robot
-from dynident.tests.estimation.recordings.conftest import FORMATS, NAMES, as_bag, same
+from dynident.tests.estimation.recordings.conftest import FORMATS, MESSAGES, NAMES, as_bag, same
 
 
 @pytest.mark.parametrize("name", FORMATS)
@@ -41,6 +41,17 @@ def test_a_fingerprint_is_the_recordings_not_the_files(
         digests += [read_recording(path, arm, gains).fingerprint for gains in ((1.0,) * 6, (11.976, 9.839) * 3)]
     assert digests[0] == digests[1] != digests[2] == digests[3]
     assert {digests[0]} == prints
+
+
+@pytest.mark.parametrize("also", [["FrankaRobotState"], ["DynamicJointState"], [*MESSAGES]])
+def test_other_messages_of_joint_states(
+    tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray], also: list[str]
+) -> None:
+    """Of an effort only Franka's message says that it is in N·m; a bag with both is read by that."""
+    recording = read_recording(as_bag(tmp_path / "mcap", signals, also=also), arm, None, LogMap(joints=NAMES))
+    same(recording, signals)
+    assert recording.torque_unit == ("named" if "FrankaRobotState" in also else "unknown")
+    assert ("nothing tells the unit of effort" in " ".join(recording.notes)) == (recording.torque_unit == "unknown")
 
 
 @pytest.mark.parametrize("name", ["mcap", "sqlite"])
