@@ -392,9 +392,12 @@ def best_motion(
             "or another --seed"
         )
     if not design.feasible:
-        stopped = "interrupted: " if design.interrupted else ""
+        stopped = f"stopped after {design.cpu_s:.0f} s of processor time: " if design.interrupted else ""
         missed = "; ".join(design.score.violations)
         raise InputError(f"{stopped}no motion was found that keeps every limit, the nearest has: {missed}")
     if design.interrupted:
-        note("interrupted: this is the best motion so far; it keeps every limit")
+        note(
+            f"stopped after {design.cpu_s:.0f} s of processor time and {design.starts} starts: this is the best "
+            "motion so far; it keeps every limit; fewer via points or starts end by themselves"
+        )
     return design

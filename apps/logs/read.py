@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common.errors import InputError, encodable
 from ...estimation.diagnosis.kinematics import ToolPoses
 from ...estimation.signals.rows import cut, pieces, typical_step
 from ...model import Processing, Recording, Robot
@@ -172,8 +172,8 @@ def read_beside(
             qd = None
             joints = ", ".join(str(j + 1) for j in dead)
             notes.append(f"speeds of joint {joints} are zero throughout: taken from positions")
-    noted = tuple(f"{raw.path.name}: {note}" for note in notes)
-    recording = Recording(t, q, torque, qd, str(raw.path), noted, read, gains, origin, raw.gain_sigma)
+    noted = tuple(f"{encodable(raw.path.name)}: {note}" for note in notes)
+    recording = Recording(t, q, torque, qd, encodable(str(raw.path)), noted, read, gains, origin, raw.gain_sigma)
     return recording, si.get(reference, q[:, :0])
 
 

@@ -137,17 +137,18 @@ def load_urdf(path: str | Path | Source, base: str | None = None, tip: str | Non
     )
     parameters, left_out = _parameters(tree, [joint for joint, _ in moving], poses)
     file, is_flange = Path(tree.source).name, any(re.fullmatch(pattern, last) for pattern in _FLANGES[::2])
-    return replace(
-        robot,
-        name=re.sub(r"\s+", "_", tree.name.strip()) or "robot",
-        # The axes of a link "flange" are not the controller's: its x points out.
-        payload_frame=f"{'flange: ' if is_flange else ''}link {last} of {file}",
-        links=Links(names, poses, tuple(joint.name for joint, _ in moving), first, last, looks),
-        processing=Processing(slow_speed=usual_slow_speed([joint.revolute for joint in robot.joints])),
-        parameters=parameters,
-        title=f"{tree.name} ({file}, {first} to {last})",
-        snapped=(*by_convention, *tree.notes, *left_out, *far, *robot.snapped),
-    )
+    with naming(tree.source):
+        return replace(
+            robot,
+            name=re.sub(r"\s+", "_", tree.name.strip()) or "robot",
+            # The axes of a link "flange" are not the controller's: its x points out.
+            payload_frame=f"{'flange: ' if is_flange else ''}link {last} of {file}",
+            links=Links(names, poses, tuple(joint.name for joint, _ in moving), first, last, looks),
+            processing=Processing(slow_speed=usual_slow_speed([joint.revolute for joint in robot.joints])),
+            parameters=parameters,
+            title=f"{tree.name} ({file}, {first} to {last})",
+            snapped=(*by_convention, *tree.notes, *left_out, *far, *robot.snapped),
+        )
 
 
 def _base(tree: Urdf, base: str | None) -> str:
