@@ -64,8 +64,9 @@ def judge(*evidence: Evidence) -> Verdict:
     """Judge numbers made from one set of recordings, or from several together."""
     findings = list[Finding]()
     for part in evidence:
-        own = [finding for check in CHECKS for finding in check(part)]
-        likely = causes(part, any(finding.severity == "error" for finding in own))
+        short = list(checks.too_short(part))
+        own = short or [finding for check in CHECKS for finding in check(part)]
+        likely = [] if short else causes(part, any(finding.severity == "error" for finding in own))
         # What stands out already must be outdone.
         explained = max((finding.explains for finding in own if finding.cause), default=0.0)
         findings += own + [finding for finding in likely if finding.explains > explained]
@@ -91,7 +92,7 @@ def table() -> list[tuple[str, str]]:
     """List every check: what it looks at, and from where on it says what; the documentation prints it."""
     rows = []
     looks: list[Callable[..., object]] = [row.finding for row in HYPOTHESES]
-    for check in [*looks, *(check for check in (*CHECKS, *BEFOREHAND) if check != hypotheses)]:
+    for check in [*looks, *(check for check in (checks.too_short, *CHECKS, *BEFOREHAND) if check != hypotheses)]:
         what, _, limits = " ".join(str(check.__doc__).split()).partition(". ")
         rows.append((what, limits.format(**vars(sys.modules[check.__module__]))))
     return rows
