@@ -165,7 +165,8 @@ class InEllipsoid(Constraint):
         """Refuse axes without length and a matrix that is no rotation."""
         for name, shape in (("centre", (3,)), ("semi_axes", (3,)), ("rotation", (3, 3))):
             object.__setattr__(self, name, _as_tuples(getattr(self, name), shape, f"{name} of an ellipsoid"))
-        check_metres([self.centre, self.semi_axes], "ellipsoid")
+        for name in ("centre", "semi_axes"):
+            check_metres(getattr(self, name), name)
         if not (np.asarray(self.semi_axes) > 0.0).all():
             raise InputError(f"semi_axes {self.semi_axes!r} m of an ellipsoid: all three must be positive")
         R = np.asarray(self.rotation)
