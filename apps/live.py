@@ -33,6 +33,10 @@ FIELDS = (
     "actual_TCP_pose", MASS, CENTRE, INERTIA, "robot_mode", SAFETY,
 )  # fmt: skip
 """Fields that a recording asks for, under the protocol's names: the log's columns are called after them."""
+_TYPES = dict.fromkeys(FIELDS, "VECTOR6D") | {
+    TIME: "DOUBLE", MASS: "DOUBLE", CENTRE: "VECTOR3D", "robot_mode": "INT32", SAFETY: "INT32",
+}  # fmt: skip
+"""Their types by the maker's guide."""
 NEEDED = (TIME, POSITION, SPEED, CURRENT)
 """Fields without which a recording says nothing."""
 Samples = np.ndarray[tuple[int], np.dtype[Any]]
@@ -52,7 +56,7 @@ _PATIENCE = 2.5  # s: by then a name must be resolved, and then a host must have
 _AGREED = 4.8  # s: by then all is agreed on, or it is told what is wrong
 _SILENCE = 2.0  # s: samples that stay away longer do not come any more
 _CHUNK = 65536
-_STILL = 2.0  # s: time that stands still for so many samples is no clock
+_STILL = 2.0  # s: time that stands still for so many samples, or twice as long by ours, is no clock
 _TICK = 1e-4  # s: steps of the clock that differ by less are one
 _MOVED = 0.17  # rad: a joint that has gone farther counts as moved
 _STOPS = {
@@ -134,6 +138,10 @@ class Client(AbstractContextManager["Client"]):
             for field in there:
                 if kinds[field] not in _FORMATS:
                     raise self._told(f"the controller sends {field} as {kinds[field]!r}, which is no type of RTDE")
+                if kinds[field] != (usual := _TYPES.get(field, kinds[field])):
+                    raise self._told(
+                        f"the controller sends {field} as {kinds[field]}, which should be {usual}: is it RTDE?"
+                    )
         self._number = answer[0]
         self.layout = np.dtype([(field, _FORMATS[kind]) for field, kind in kinds.items()])
         if self._ask(_START)[:1] != b"\x01":
@@ -251,6 +259,7 @@ class Recorder:
         self._lowest: Array = np.full(6, np.inf)
         self._highest: Array = np.full(6, -np.inf)
         self._standing, self._first, self._last, self._stop = 0, 0.0, 0.0, ""
+        self._begun = self._ran = time.monotonic()  # the latter: when the controller's time last went on
 
     @property
     def seconds(self) -> float:
@@ -294,12 +303,17 @@ class Recorder:
                     raise LinkError(fault)
                 elif step == 0.0:
                     self.repeated, self._standing = self.repeated + 1, self._standing + 1
-                    if self._standing * self.step > _STILL:
+                    if max(self._standing * self.step, 0.5 * (time.monotonic() - self._ran)) > _STILL:
                         raise LinkError(f"the controller's time stands still after {self.seconds:.1f} s")
                     continue
                 else:
                     self._steps[max(round(step / _TICK), 1)] += 1
-                self._last, self._standing = now, 0
+                self._last, self._standing, self._ran = now, 0, time.monotonic()
+                if self._ran - self._begun > 2.0 * self.length + _SILENCE:
+                    fault = (
+                        f"the controller's time goes on by {self.seconds:.1f} s in {self._ran - self._begun:.0f} s"
+                    )
+                    raise LinkError(f"{fault}: it is no clock")
                 new.append(k)
                 self.count += 1
         finally:

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from ..common.errors import InputError
+from ..common.files import opened
 
 
 def pyarrow_for(purpose: str, advice: str) -> Any:
@@ -28,7 +29,8 @@ def parquet_rows(path: Path, columns: Sequence[str] | None = None) -> list[dict[
     """Rows of a file's table; all its columns by default."""
     pyarrow = pyarrow_for("Parquet", "pip install 'dynident[fleet]'")
     try:
-        table = pyarrow.parquet.read_table(pyarrow.BufferReader(path.read_bytes()), columns=columns)
+        with opened(path) as stream:
+            table = pyarrow.parquet.read_table(pyarrow.BufferReader(stream.read()), columns=columns)
         rows: list[dict[str, Any]] = table.to_pylist()
     except (pyarrow.ArrowException, ValueError, OSError) as error:
         raise InputError(f"{path}: cannot be read as Parquet ({' '.join(str(error).split())})") from None

@@ -28,6 +28,11 @@ def one_line(text: str) -> str:
     return line if len(line) <= _LONGEST else f"{line[: _LONGEST - _END]} .. {line[-_END:]}"
 
 
+def encodable(text: str) -> str:
+    """Write letters that no encoding has, as names of files may hold, as escapes."""
+    return text.encode(errors="backslashreplace").decode()
+
+
 def _printable(letter: str) -> str:
     blank = letter.isspace() and (letter in "\n\t" or letter >= "\xa0")
     return letter if blank or letter.isprintable() else letter.encode("unicode_escape").decode()

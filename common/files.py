@@ -6,6 +6,7 @@ import tempfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from io import BufferedReader
 from pathlib import Path
 
 from .errors import InputError
@@ -78,11 +79,25 @@ def place_of(path: str | Path) -> Path:
         raise InputError(f"{path}: leads nowhere ({error}): give another path") from None
 
 
+@contextmanager
+def opened(path: str | Path) -> Iterator[BufferedReader]:
+    """Open a file that ends: nobody knows when a pipe or a device does.
+
+    Raises:
+        InputError: for what is no file; names it.
+        OSError: if it cannot be opened.
+    """
+    if is_device(Path(path)) and not Path(path).is_dir():
+        raise InputError(f"{path}: is a pipe or a device, not a file: write its content into a file and give that")
+    with Path(path).open("rb") as stream:
+        yield stream
+
+
 def checksum(path: str | Path) -> str:
     """SHA-256 of a file's bytes; of a folder, of its files' names and bytes in the order of their names."""
     target = Path(path)
     if not target.is_dir():
-        with target.open("rb") as stream:
+        with opened(target) as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
     inside = sorted(file for file in target.rglob("*") if file.is_file())
     listed = "".join(f"{file.relative_to(target).as_posix()} {checksum(file)}\n" for file in inside)

@@ -20,8 +20,8 @@ import numpy as np
 from msgspec import Meta, inspect
 
 from .brief import Brief
-from .errors import InputError
-from .files import write_bytes
+from .errors import InputError, encodable
+from .files import opened, write_bytes
 
 LARGEST = 1e9
 """Bound of numbers in files; no length, angle or parameter of an arm comes near it."""
@@ -244,11 +244,11 @@ def read_text(path: str | Path, largest: int = 200_000_000) -> str:
     if Path(path).is_dir():
         raise InputError(f"{path}: is a folder: give a file")
     try:
-        with Path(path).open("rb") as stream:
-            content = stream.read(largest + 1)  # a device never ends
+        with opened(path) as stream:
+            content = stream.read(largest + 1)
         if len(content) > largest:
             raise InputError(f"{path}: larger than {largest // 1_000_000} MB: another kind of file?")
-        return content.decode()
+        return content.decode("utf-8-sig")  # editors of Windows begin a text with a byte order mark
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
     except UnicodeDecodeError:
@@ -272,7 +272,19 @@ def write_json(path: str | Path, document: Any) -> None:
 
 def json_text(document: Any) -> bytes:
     """Write a document as JSON text; nan and inf become null."""
-    return msgspec.json.format(msgspec.json.encode(document, enc_hook=_plain), indent=1) + b"\n"
+    try:
+        text = msgspec.json.encode(document, enc_hook=_plain)
+    except UnicodeEncodeError:
+        text = msgspec.json.encode(_encodable(msgspec.to_builtins(document, enc_hook=_plain)))
+    return msgspec.json.format(text, indent=1) + b"\n"
+
+
+def _encodable(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {encodable(key): _encodable(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return list(map(_encodable, value))
+    return encodable(value) if isinstance(value, str) else value
 
 
 def json_schema(kind: type[Table]) -> dict[str, Any]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..common.errors import InputError
 from .inertia import InertialParameters
-from .pose import Pose
+from .pose import Pose, check_metres
 from .robot import INERTIAL, Joint, Robot
 
 MOUNTS = {"floor": (0.0, 0.0, 0.0), "wall": (0.0, 90.0, 0.0), "ceiling": (180.0, 0.0, 0.0)}
@@ -39,7 +39,11 @@ def with_tool(robot: Robot, tool: Pose, name: str) -> Robot:
         robot: payloads are given in its flange so far.
         tool: the tool's frame in the flange.
         name: text that names the new frame.
+
+    Raises:
+        InputError: for a tool that no arm carries, mostly one in mm.
     """
+    check_metres(tool.origin, "origin of the tool's frame")
     maker = None if robot.flange_pose is None else tool.inverse() @ robot.flange_pose
     return replace(robot, flange=robot.flange @ tool, payload_frame=name, flange_pose=maker)
 

@@ -5,13 +5,30 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..common.arrays import Array
+from ..common.errors import InputError
 
 _Row = tuple[float, float, float]
 _IDENTITY: tuple[_Row, _Row, _Row] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _ROUNDING = 1e-12
 """Size that arithmetic leaves on entries that are 0, 1 or -1, and on lengths in m."""
+
+
+_FARTHEST = 3.0  # m: no payload or tool of an arm reaches farther
+
+
+def check_metres(lengths: ArrayLike, name: str) -> None:
+    """Refuse lengths of a payload or a tool that no arm carries: mostly they are in mm.
+
+    Raises:
+        InputError: if one is 3 m or more.
+    """
+    farthest = float(np.abs(lengths).max())
+    if farthest >= _FARTHEST:
+        fault = f"{name}: {farthest:g} m is farther than a payload or a tool reaches"
+        raise InputError(f"{fault}: is it in mm? write it in m, {farthest / 1000.0:g}")
 
 
 def cos_sin(angle: float) -> tuple[float, float]:

@@ -10,6 +10,7 @@ from cyclopts import Parameter
 from ... import estimation
 from ...common.errors import InputError
 from ...common.schema import read_toml
+from .. import logs
 from ..report.sections.gains import gains_report
 from .entry import SETTING, Options, answered, command
 from .options import PageOptions, ProcessingOptions, RobotOptions
@@ -75,6 +76,14 @@ def run(*, arm: RobotOptions, known: _Known, processing: _Processing, files: Pag
     robot = setup.robot
     plain = replace(robot, drives=replace(robot.drives, coupling=None))  # each motor's own current
     amperes = replace(setup, robot=plain, gains=(1.0,) * robot.n)
+    for path in logs.grouped((*known.unloaded, *known.loaded)):
+        naming = logs.named(path, plain, setup.log_map)
+        if not naming.holds("current"):
+            currents = naming.columns("current")
+            raise InputError(
+                f"{path}: holds no motor currents ({currents[0]} .. {currents[-1]}), and torques need no gains: "
+                "log them, or name yours in a --log-map"
+            )
     unloaded, loaded = amperes.read(known.unloaded), amperes.read(known.loaded)
     with status("reading") as progress:
         settings = setup.settings(progress, friction=known.friction or robot.drives.friction)

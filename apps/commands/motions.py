@@ -314,6 +314,13 @@ def in_si(given: tuple[float, ...], robot: model.Robot) -> Array:
     """Degrees of turning joints in radians; metres of sliding ones as they are."""
     if len(given) != robot.n:
         raise InputError(f"{len(given)} numbers for the {robot.n} joints of robot {robot.name!r}: give one each")
+    turning = [x for x, joint in zip(given, robot.joints, strict=True) if joint.revolute]
+    if sum(x % 0.5 != 0.0 for x in turning) > 1 and max(map(abs, turning)) <= 2.0 * math.pi:
+        degrees = ", ".join(f"{math.degrees(x):.3g}" if x in turning else f"{x:g}" for x in given)
+        raise InputError(
+            f"{', '.join(f'{x:g}' for x in given)} looks like radians: give degrees ({degrees}); if it is in "
+            "degrees, round it to half ones"
+        )
     return np.array([np.radians(x) if joint.revolute else x for x, joint in zip(given, robot.joints, strict=True)])
 
 
@@ -411,9 +418,12 @@ def best_motion(
             "or another --seed"
         )
     if not design.feasible:
-        stopped = "interrupted: " if design.interrupted else ""
+        stopped = f"stopped after {design.cpu_s:.0f} s of processor time: " if design.interrupted else ""
         missed = "; ".join(design.score.violations)
         raise InputError(f"{stopped}no motion was found that keeps every limit, the nearest has: {missed}")
     if design.interrupted:
-        note("interrupted: this is the best motion so far; it keeps every limit")
+        note(
+            f"stopped after {design.cpu_s:.0f} s of processor time and {design.starts} starts: this is the best "
+            "motion so far; it keeps every limit; fewer via points or starts end by themselves"
+        )
     return design

@@ -95,7 +95,10 @@ class FramedRobotOptions(RobotOptions):
             return robot
         lengths = ", ".join(f"{value:g}" for value in tool.origin)
         angles = ", ".join(f"{math.degrees(angle) + 0.0:g}" for angle in tool.rpy)
-        return model.with_tool(robot, tool, f"tool frame ({lengths} m; rpy {angles} deg) in: {robot.payload_frame}")
+        with about("--tool-frame"):
+            return model.with_tool(
+                robot, tool, f"tool frame ({lengths} m; rpy {angles} deg) in: {robot.payload_frame}"
+            )
 
 
 @dataclass(frozen=True, eq=False)

@@ -97,8 +97,8 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[
         InputError: if the file cannot be used, no joint matches, or its geometry is not the robot's.
     """
     of_mujoco = kind == "mjcf"
-    placed, extra = _read_mjcf(path) if of_mujoco else _read_urdf(path)
     model = XmlEdits(path)
+    placed, extra = _read_mjcf(path) if of_mujoco else _read_urdf(path)
     if of_mujoco and any(spot.values.get("inertiafromgeom") == "true" for spot in model.spots):
         raise InputError(f'{path}: inertiafromgeom="true" makes MuJoCo pass over inertials: set it to auto')
     names, moved = _matched(whole, placed, path)

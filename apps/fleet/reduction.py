@@ -11,7 +11,7 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-from ...common.errors import InputError
+from ...common.errors import InputError, encodable
 from ...common.files import checksum, write_bytes
 from ...common.schema import Document
 from ...estimation import Settings
@@ -66,7 +66,7 @@ def reduce_fleet(
     recipe = recipe or Recipe(robot.processing)
     plan, target = packed((robot, recipe)), Store.made(store, robot, recipe)
     before = {log.file: log for log in target.logs()}
-    given = sorted((log if isinstance(log, Log) else Log(log) for log in logs), key=lambda log: log.file)
+    given = sorted((_written(log if isinstance(log, Log) else Log(log)) for log in logs), key=lambda log: log.file)
     now = {log.file: log for log in _keyed(given, recipe, before.values())}
     missing = [log for log in now.values() if not log.wrong and not target.path(log.key).exists()]
     results: Iterator[_Done | None] = (reduce_log(plan, log) for log in missing)
@@ -95,6 +95,12 @@ def reduce_fleet(
     return ReducedDocument(str(target.root), new, len(now) - len(refused) - new, refused, lost)
 
 
+def _written(log: Log) -> Log:
+    """A log whose path a store can hold; one that it cannot is refused."""
+    name = encodable(log.file)
+    return log if name == log.file else Log(name, wrong="its path is not UTF-8: rename the file or folder")
+
+
 def _keyed(logs: Sequence[Log], recipe: Recipe, held: Iterable[Log]) -> Iterator[Log]:
     """Logs with the names of their equations, or with what speaks against them; ``held``: what the store has."""
     files = {log.file for log in logs}
@@ -105,8 +111,8 @@ def _keyed(logs: Sequence[Log], recipe: Recipe, held: Iterable[Log]) -> Iterator
         if not wrong:
             try:
                 digest = checksum(log.file)
-            except OSError as error:
-                wrong = f"cannot be read: {error.strerror or error}"
+            except (InputError, OSError) as error:
+                wrong = getattr(error, "strerror", None) or str(error)
         if digest and (first := first_files.setdefault(digest, log.file)) != log.file:
             wrong = f"holds the same bytes as {first}: a recording counts once"
         known = replace(log, wrong=wrong, sha256=digest)

@@ -9,6 +9,7 @@ from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import chain, islice
 from pathlib import Path
 from typing import IO, Any, cast
@@ -20,7 +21,8 @@ from ...common.errors import InputError
 from .map import DELIMITERS, Layout, known_unit, with_unit
 from .table import RawLog
 
-_SAMPLE = 1 << 17  # bytes that a dialect is found out from
+_SAMPLE = 1 << 17  # bytes that a dialect is found out from, and letters that a line may have
+_MOST_PASSED = 1_000_000  # lines without numbers
 _BOMS = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
 _NOT_TEXT = {
     b"PK\x03\x04": "a spreadsheet or an archive: save it as CSV (Excel: Save As, 'CSV UTF-8'), or unpack it",
@@ -125,7 +127,7 @@ class _Text:
         indices = [0] if per_row else wanted
         self._passed, self._cut = [], ""
         with opened_text(self._path, dialect.encoding) as text:
-            lines = islice(text, before, None)
+            lines = islice(self._lines(text), before, None)
             rows = map(dialect.plain, lines) if per_row else self._rows(enumerate(lines, before + 1), indices)
             first = next(rows, None)
             if first is None:
@@ -144,6 +146,14 @@ class _Text:
             )
         return values.reshape(-1, per_row)[:, wanted] if per_row else values
 
+    def _lines(self, text: io.TextIOBase) -> Iterator[str]:
+        """Lines of a text, which may be packed: one of 10 GB takes 10 MB."""
+        for number, line in enumerate(iter(partial(text.readline, _SAMPLE), ""), 1):
+            if len(line) == _SAMPLE:
+                fault = f"line {number} has more than {_SAMPLE:,} letters, which no row of numbers has"
+                raise InputError(f"{self._path}: {fault}: mend or remove it")
+            yield line
+
     def _rows(self, lines: Iterable[tuple[int, str]], indices: list[int]) -> Iterator[str]:
         """Rows as wide as the header: without remarks and empty lines, and without a last row that is cut."""
         dialect, names, count = self._dialect, self._names, 0
@@ -151,6 +161,9 @@ class _Text:
         for number, line in lines:
             if not _has_cells(line):
                 self._passed.append(count)
+                if len(self._passed) > _MOST_PASSED:
+                    fault = f"more than {_MOST_PASSED:,} lines without numbers, up to line {number}"
+                    raise InputError(f"{self._path}: {fault}: is it a log? save its rows alone")
                 continue
             whole = line.endswith(("\n", "\r"))
             # The quick way to count cells serves nearly every row.

@@ -62,9 +62,13 @@ def _spelt(unit: str) -> str:
     return _SPELLINGS.get(unit, unit)
 
 
+LONGEST_NAME = 1000
+"""Letters of a column's name; what looks for numbers and units in longer ones would take hours."""
+
+
 def with_unit(name: str) -> tuple[str, str]:
     """A column's name and the unit in brackets behind it, "q1 [deg]"; no unit where there is none that is known."""
-    match = re.fullmatch(r"(.*\S)\s*[\[(]\s*([^\])]*?)\s*[\])]", name)
+    match = re.fullmatch(r"(.*\S)\s*[\[(]\s*([^\])]*?)\s*[\])]", name) if len(name) <= LONGEST_NAME else None
     return (match[1], match[2]) if match and known_unit(match[2]) else (name, "")
 
 

@@ -13,7 +13,7 @@ from msgspec import structs
 from numpy.typing import NDArray
 
 from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common.errors import InputError, encodable
 from ...estimation.diagnosis.kinematics import ToolPoses
 from ...estimation.signals.repeats import frozen_rows, without_held
 from ...estimation.signals.rows import cut, origin, pieces, typical_step
@@ -255,8 +255,8 @@ def read_beside(
         notes.append(
             f"torque of joint {joints}: one number throughout, a dead channel; left out where others suffice"
         )
-    noted = tuple(f"{raw.path.name}: {note}" for note in notes)
-    recording = Recording(t, q, torque, qd, str(raw.path), noted, read, gains, since, raw.gain_sigma, unit)
+    name, noted = encodable(str(raw.path)), tuple(f"{encodable(raw.path.name)}: {note}" for note in notes)
+    recording = Recording(t, q, torque, qd, name, noted, read, gains, since, raw.gain_sigma, unit)
     return recording, si.get(reference, q[:, :0])
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from .map import LONGEST_NAME
 
 _HUGE = 1e30  # a time in nanoseconds is 2e18
 
@@ -27,6 +28,12 @@ class RawLog:
     units: Mapping[str, str] = field(default_factory=dict)  # of columns, where the file names them
     notes: Callable[[], tuple[str, ...]] = tuple  # on how it was read; after its rows were read, on these too
     gain_sigma: float | None = None  # relative error of its torques' scale, where the file tells it
+
+    def __post_init__(self) -> None:
+        """Refuse names that no recorder writes."""
+        if longest := next((name for name in self.names if len(name) > LONGEST_NAME), ""):
+            where = f"{self.path}: the column's name that begins {longest[:20]!r} has {len(longest)} letters"
+            raise InputError(f"{where}: is the first line a header? give short names")
 
     def whole(self, columns: Sequence[str]) -> Array:
         """All rows of the columns, rows x ``len(columns)``; refused where one is no time, place or torque."""

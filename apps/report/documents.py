@@ -49,6 +49,7 @@ class ReadingDocument(Document, frozen=True):
     sign: tuple[int, ...]
     zero_deg: tuple[int, ...]
     torque_sign: tuple[int, ...]
+    along: tuple[int, ...]
 
 
 class ReadingsDocument(Document, frozen=True):
@@ -117,7 +118,8 @@ def robot_check_document(robot: Robot, poses: Sequence[PoseCheck], readings: Rea
         best = []
         for reading, residual in islice(readings.residuals.items(), 20):
             order, zeros = (column + 1 for column in reading.order), (90 * quarter for quarter in reading.quarters)
-            best.append(ReadingDocument(residual, tuple(order), reading.sign, tuple(zeros), reading.torque))
+            columns = tuple(order), reading.sign, tuple(zeros), reading.torque, reading.along
+            best.append(ReadingDocument(residual, *columns))
         suggested = readings.suggested.described() if readings.suggested else None
         return ReadingsDocument(readings.unit, readings.as_recorded, suggested, tuple(best))
 

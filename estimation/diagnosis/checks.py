@@ -29,6 +29,7 @@ INERTIA_SIGMA = 0.30
 RESIDUAL, JOINT_RESIDUAL = 0.25, 0.5
 """Relative residual of all joints, and of one, above which the model does not describe them: on real and on noisy
 simulated robots good joints stay under 0.36."""
+SHORTEST = 3.0  # s
 NOISE, FLOOR = 0.01, 3.0
 """Noise that a joint may have over the largest torque's rms of its kind where none is measured (real ones: 0.5 to
 0.9 % of limits), and errors over its measured white noise."""
@@ -146,6 +147,14 @@ def fit_findings(fit: Fit, evidence: Evidence, subject: str) -> Iterator[Finding
             f"{subject} leaves up to {100 * np.max(left):.0f} % of the torque of joint {joints} unexplained: check "
             "sign, unit and drive gain there, and whether the joint moved enough"
         )
+
+
+def too_short(evidence: Evidence) -> Iterator[Finding]:
+    """Recordings too short to judge by. Under {SHORTEST:g} s in all, without or with payload: spoils all, alone."""
+    kinds = (evidence.source.unloaded, evidence.source.loaded) if evidence.source is not None else ()
+    seconds = min((sum(float(np.ptp(one.t)) for one in own) for own in kinds if own), default=SHORTEST)
+    if seconds < SHORTEST:
+        yield error(f"{seconds:.2g} s of recording are too short for any answer: record longer, 20 s or more")
 
 
 def residual(evidence: Evidence) -> Iterator[Finding]:

@@ -32,22 +32,27 @@ _WORTH = 0.03  # a change must lower the residual by this fraction to be kept
 _FRONT = 3  # readings from which each round goes on: the best one may be a dead end
 _ALIKE, _ROUNDING = 0.03, 1e-9  # residuals that differ by less do equally well
 _CLEAR = 0.95  # the suggestion must lie below this fraction of the residual as recorded
+_PARALLEL = 1e-3  # sine of the angle between axes
 _DIGITS = 9  # of a residual: rounding decides nothing between readings that no torque tells apart
 
 
 @dataclass(frozen=True, order=True)
 class Reading:
-    """Reading of joint j of the robot: q_j = sign_j q_log[order_j] + quarters_j 90 degrees."""
+    """Reading of joint j of the robot: q_j = sign_j q_log[order_j] + quarters_j 90 degrees + along_j q_(j-1).
+
+    The last for joints whose log counts from the horizontal, as Fanuc's J3 = q3 - q2; torques are each joint's own.
+    """
 
     order: tuple[int, ...]  # for each joint the column of the log, counted from 0
     sign: tuple[int, ...]  # +1 or -1: the log's sense of rotation, torque included
     quarters: tuple[int, ...]  # quarter turns to add, 0 to 3
     torque: tuple[int, ...]  # +1 or -1: sign of the torque alone
+    along: tuple[int, ...]  # 1 or -1 where the joint before it is to be added or taken off, else 0
 
     @staticmethod
     def as_recorded(n: int) -> "Reading":
         """Take every column as it stands."""
-        return Reading(tuple(range(n)), (1,) * n, (0,) * n, (1,) * n)
+        return Reading(tuple(range(n)), (1,) * n, (0,) * n, (1,) * n, (0,) * n)
 
     def swapped(self, i: int, j: int) -> "Reading":
         """Exchange the columns of two joints."""
@@ -55,24 +60,32 @@ class Reading:
         order[i], order[j] = order[j], order[i]
         return replace(self, order=tuple(order))
 
-    def changed(self, *joints: int, sign: int = 1, quarters: int = 0, torque: int = 1) -> "Reading":
-        """Count joints the other way (sign -1), move their zeros, or turn their torques alone round (torque -1)."""
+    def changed(self, *joints: int, sign: int = 1, quarters: int = 0, torque: int = 1, along: int = 0) -> "Reading":
+        """Count joints the other way (sign -1), from other zeros, along the joint before; or turn torques round."""
         own = [j in joints for j in range(len(self.order))]
         return replace(
             self,
             sign=tuple(sign * s if one else s for s, one in zip(self.sign, own, strict=True)),
             quarters=tuple((k + quarters) % 4 if one else k for k, one in zip(self.quarters, own, strict=True)),
             torque=tuple(torque * s if one else s for s, one in zip(self.torque, own, strict=True)),
+            along=tuple(along or s if one else s for s, one in zip(self.along, own, strict=True)),
         )
 
     def positions(self, q: Array) -> Array:
         """Read joint positions [rad or m], N x n."""
-        return np.asarray(q[:, list(self.order)] * self.sign + np.array(self.quarters) * (math.pi / 2))
+        own = q[:, list(self.order)] * self.sign + np.array(self.quarters) * (math.pi / 2)
+        return self._with_joint_before(own)
+
+    def _with_joint_before(self, values: Array) -> Array:
+        for j, along in enumerate(self.along):
+            if along:
+                values[:, j] += along * values[:, j - 1]
+        return values
 
     def of(self, states: States) -> States:
         """Read the states of a log."""
         order, sign = list(self.order), np.array(self.sign)
-        qd, qdd = (values[:, order] * sign for values in (states.qd, states.qdd))
+        qd, qdd = (self._with_joint_before(values[:, order] * sign) for values in (states.qd, states.qdd))
         torque, slope = (values[:, order] * sign * self.torque for values in (states.torque, states.slope))
         q, keep = self.positions(states.q), states.keep[:, order]
         return replace(states, q=q, qd=qd, qdd=qdd, torque=torque, slope=slope, keep=keep)
@@ -81,12 +94,15 @@ class Reading:
     def changes(self) -> list[tuple[int, str]]:
         """Describe what of each joint is not taken as it stands, joints counted from 1."""
         texts = []
-        joints = zip(self.order, self.sign, self.quarters, self.torque, strict=True)
-        for j, (column, sign, quarters, torque) in enumerate(joints, 1):
+        joints = zip(self.order, self.sign, self.quarters, self.torque, self.along, strict=True)
+        for j, (column, sign, quarters, torque, along) in enumerate(joints, 1):
             texts += [(j, f"from column {column + 1}")] if column != j - 1 else []
             texts += [(j, "turned round (position and torque)")] if sign < 0 else []
             texts += [(j, f"zero moved by {(90, 180, -90)[quarters - 1]} degrees")] if quarters else []
             texts += [(j, "torque turned round")] if torque < 0 else []
+            texts += (
+                [(j, f"counted from the horizontal: q{j} {'-+'[along < 0]} q{j - 1} is logged")] if along else []
+            )
         return texts
 
     def described(self) -> str:
@@ -321,5 +337,8 @@ def _neighbours(robot: Robot, reading: Reading, torques: bool) -> Iterator[Readi
             yield reading.changed(j, torque=-1)
     for j, step in product(turning, (1, 2, 3)):
         yield from (reading.changed(j, quarters=step), reading.changed(j, sign=-1, quarters=step))
+    for j in range(1, robot.n):
+        parallel = abs(math.sin(robot.joints[j].alpha)) < _PARALLEL and {j - 1, j} <= set(turning)
+        yield from (reading.changed(j, along=along) for along in (1, -1) if parallel)
     for (i, j), a, b in product(pairwise(turning), (1, 2, 3), (1, 2, 3)):
         yield reading.changed(i, quarters=a).changed(j, quarters=b)

@@ -70,10 +70,11 @@ def judge(*evidence: Evidence) -> Verdict:
     """Judge numbers made from one set of recordings, or from several together."""
     findings = list[Finding]()
     for part in evidence:
-        wrong = any(finding.cause for finding in weight(part))
-        own = [finding for check in CHECKS if not (wrong and check in COLUMNS) for finding in check(part)]
+        short, wrong = list(checks.too_short(part)), any(finding.cause for finding in weight(part))
+        speaking = [check for check in CHECKS if not (wrong and check in COLUMNS)]
+        own = short or [finding for check in speaking for finding in check(part)]
         contradicted = any(finding.severity == "error" for finding in own)
-        likely = [] if wrong else causes(part, contradicted)
+        likely = [] if short or wrong else causes(part, contradicted)
         # What stands out already must be outdone.
         explained = max((finding.explains for finding in own if finding.cause), default=0.0)
         findings += own + [finding for finding in likely if finding.explains > explained]
@@ -102,7 +103,7 @@ def table() -> list[tuple[str, str]]:
     """List every check: what it looks at, and from where on it says what; the documentation prints it."""
     rows = []
     looks: list[Callable[..., object]] = [row.finding for row in HYPOTHESES]
-    for check in [*looks, *(check for check in (*CHECKS, *BEFOREHAND) if check != hypotheses)]:
+    for check in [*looks, *(check for check in (checks.too_short, *CHECKS, *BEFOREHAND) if check != hypotheses)]:
         what, _, limits = " ".join(str(check.__doc__).split()).partition(". ")
         rows.append((what, limits.format(**vars(sys.modules[check.__module__]))))
     return rows

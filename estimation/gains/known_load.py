@@ -31,6 +31,7 @@ class KnownLoad(BodyTable, frozen=True, kw_only=True, dict=True):
                 f"standard deviation {self.mass_sigma:g} kg of a mass of {self.mass:g} kg: give one of at least 0 "
                 "and below the mass"
             )
+        super().__post_init__()
         if self.inertia_com is not None and self.com is None:
             raise WrongKeyError(
                 "com", "missing: give the centre of mass [m], three numbers, where inertia_com is given"

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
 from ...model import InertialParameters
+from ...model.pose import check_metres
 
 PSEUDO_INERTIA: Array = np.array([InertialParameters(unit).pseudo_inertia for unit in np.eye(10)])
 """Matrices of the pseudo-inertia: J = sum over k of x_k times the k-th: 10 x 4 x 4."""
@@ -129,6 +130,7 @@ class CentreOfMassInBox(Constraint):
         """Refuse an empty box."""
         for name in ("low", "high"):
             object.__setattr__(self, name, _as_tuples(getattr(self, name), (3,), f"{name} corner of the box"))
+            check_metres(getattr(self, name), f"{name} corner of the box")
         if (np.asarray(self.low) > np.asarray(self.high)).any():
             raise InputError(f"the box from {self.low!r} to {self.high!r} m is empty: give low <= high")
 
@@ -163,6 +165,8 @@ class InEllipsoid(Constraint):
         """Refuse axes without length and a matrix that is no rotation."""
         for name, shape in (("centre", (3,)), ("semi_axes", (3,)), ("rotation", (3, 3))):
             object.__setattr__(self, name, _as_tuples(getattr(self, name), shape, f"{name} of an ellipsoid"))
+        for name in ("centre", "semi_axes"):
+            check_metres(getattr(self, name), name)
         if not (np.asarray(self.semi_axes) > 0.0).all():
             raise InputError(f"semi_axes {self.semi_axes!r} m of an ellipsoid: all three must be positive")
         R = np.asarray(self.rotation)

@@ -113,8 +113,8 @@ def best_aligned(
 
 def _different(unloaded: Recording, loaded: Recording, why: str) -> InputError:
     return InputError(
-        f"{unloaded.source} and {loaded.source} are not the same trajectory: {why}: method 3 needs one "
-        "trajectory run twice; use methods 1, 2 or 4, or raise the setting max-mismatch"
+        f"{unloaded.source} and {loaded.source} are not the same trajectory: {why}: run one trajectory "
+        "without and with the payload, or raise the setting max-mismatch"
     )
 
 

@@ -1,5 +1,6 @@
 """Reads a payload from TOML."""
 
+import math
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated, Any, cast
@@ -10,6 +11,7 @@ from msgspec import Meta, defstruct, structs
 from ...common.errors import InputError
 from ...common.schema import Table, at, convert, naming, read_toml
 from ..inertia import InertialParameters
+from ..pose import check_metres
 from ..robot import INERTIAL
 
 _Bounded = Annotated[float, Meta(ge=-1e6, le=1e6)]
@@ -23,12 +25,30 @@ TenTable = cast(
 """Table of Khalil's ten about the frame's origin."""
 
 
+_WIDEST = 3.0  # m: radius of gyration that no payload has
+_NARROWEST = 1e-3  # m of a mass of 1 kg; a ball of gold has 0.02
+
+
 class BodyTable(Table, frozen=True):
     """Table of a body: centre of mass, and the entries Ixx, Ixy, Ixz, Iyy, Iyz, Izz of its inertia about it."""
 
     mass: _Bounded = 0.0
     com: Three | None = None
     inertia_com: Six | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse g, mm and g mm^2 for kg, m and kg m^2, which are off by powers of ten."""
+        check_metres(self.com or (0.0,), "com")
+        xx, _, _, yy, _, zz = self.inertia_com or (0.0,) * 6
+        radius = math.sqrt(max(xx + yy + zz, 0.0) / 2.0 / self.mass) if self.mass > 0.0 else 0.0
+        if radius >= _WIDEST:
+            fault = f"inertia_com of a mass of {self.mass:g} kg spreads it over {radius:.3g} m"
+            raise ValueError(f"{fault}: it must be in kg m^2 (1 kg mm^2 is 1e-6, 1 g mm^2 1e-9)")
+        if 0.0 < radius < self.mass ** (1.0 / 3.0) * _NARROWEST:
+            fault = f"inertia_com of a mass of {self.mass:g} kg keeps it within {1e3 * radius:.2g} mm"
+            raise ValueError(
+                f"{fault}, denser than any metal: mass must be in kg (1 g is 0.001), the other in kg m^2"
+            )
 
     def body(self) -> InertialParameters:
         """Make the body; what is missing is zero."""
@@ -52,6 +72,8 @@ def read_payload(path: str | Path) -> InertialParameters:
             body = convert(own, BodyTable).body()
         else:
             body = InertialParameters(np.array(structs.astuple(convert(own, TenTable))))
+            if body.mass > 0.0:
+                check_metres(body.com, "first moments over the mass")
     if not body.physically_consistent:
         raise InputError(
             f"{path}: no body has such parameters (smallest eigenvalue of the pseudo-inertia "

@@ -137,17 +137,18 @@ def load_urdf(path: str | Path | Source, base: str | None = None, tip: str | Non
     )
     parameters, left_out = _parameters(tree, [joint for joint, _ in moving], poses)
     file, is_flange = Path(tree.source).name, any(re.fullmatch(pattern, last) for pattern in _FLANGES[::2])
-    return replace(
-        robot,
-        name=re.sub(r"\s+", "_", tree.name.strip()) or "robot",
-        # The axes of a link "flange" are not the controller's: its x points out.
-        payload_frame=f"{'flange: ' if is_flange else ''}link {last} of {file}",
-        links=Links(names, poses, tuple(joint.name for joint, _ in moving), first, last, looks),
-        processing=Processing(slow_speed=usual_slow_speed([joint.revolute for joint in robot.joints])),
-        parameters=parameters,
-        title=f"{tree.name} ({file}, {first} to {last})",
-        snapped=(*by_convention, *tree.notes, *left_out, *far, *robot.snapped),
-    )
+    with naming(tree.source):
+        return replace(
+            robot,
+            name=re.sub(r"\s+", "_", tree.name.strip()) or "robot",
+            # The axes of a link "flange" are not the controller's: its x points out.
+            payload_frame=f"{'flange: ' if is_flange else ''}link {last} of {file}",
+            links=Links(names, poses, tuple(joint.name for joint, _ in moving), first, last, looks),
+            processing=Processing(slow_speed=usual_slow_speed([joint.revolute for joint in robot.joints])),
+            parameters=parameters,
+            title=f"{tree.name} ({file}, {first} to {last})",
+            snapped=(*by_convention, *tree.notes, *left_out, *far, *robot.snapped),
+        )
 
 
 def _base(tree: Urdf, base: str | None) -> str:
@@ -281,9 +282,9 @@ def read_urdf(source: str | Path | Source) -> Urdf:
     source = source if isinstance(source, Source) else Source(Path(source))
     path = source.path
     root = _parsed(path, read_text(path, _LARGEST_FILE))
-    if any(map(_of_xacro, root.iter())):
+    if any(map(_of_xacro, _read_of(root))):
         root = _parsed(path, expanded(source))
-        if left := next((element.tag for element in root.iter() if _of_xacro(element)), ""):
+        if left := next((element.tag for element in _read_of(root) if _of_xacro(element)), ""):
             raise InputError(f"{path}: xacro leaves <{left}> as it is: expand it first (xacro FILE > robot.urdf)")
     if root.tag != "robot":
         raise InputError(f"{path}: the outermost element is <{root.tag}>, a URDF's is <robot>")
@@ -315,10 +316,21 @@ def _parsed(path: Path, text: str) -> _Element:
         raise InputError(f"{path}: not valid XML: {error}") from None
 
 
+def _read_of(root: _Element) -> Iterator[_Element]:
+    """Elements that count: what stands in others, of simulators and drives, is not read."""
+    yield root
+    for element in root:
+        yield from element.iter() if element.tag in ("link", "joint") else (element,) if _tagged(element) else ()
+
+
+def _tagged(element: _Element) -> bool:
+    return element.tag.startswith("{") and "xacro" in element.tag
+
+
 def _of_xacro(element: _Element) -> bool:
     """True if an element waits for xacro. Comments are no elements: expanded files keep the source's."""
     texts = (element.text or "", *element.attrib.values())
-    return (element.tag.startswith("{") and "xacro" in element.tag) or any("${" in text for text in texts)
+    return _tagged(element) or any("${" in text for text in texts)
 
 
 def _named(root: _Element, tag: str) -> dict[str, _Element]:

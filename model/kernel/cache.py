@@ -24,8 +24,8 @@ from pathlib import Path
 # No -ffast-math: linked in, it would switch the whole process to flush-to-zero.
 _FLAGS = ("-O2", "-fPIC", "-shared", "-std=gnu11", "-w")
 _NATIVE = "-march=native"
-_PATIENCE = 20.0  # s: for a program of one line
-_TIMEOUT = 120.0  # s
+_PATIENCE = 20.0  # s
+_LATE = "to finish within "
 _problems: dict[str, str] = {}
 """Faults of the compilers that this process asked, empty if there were none: nobody waits for one twice."""
 
@@ -136,9 +136,12 @@ def _compile(compiler: Path, source: str, folder: Path, key: str) -> Path:
     try:
         if identity not in _problems:
             # One that hangs or fails at anything is found out by one line of C.
-            _problems[identity] = _asked(compiler, _FLAGS, "int answer(void) { return 0; }", name, _PATIENCE)
-        for flags in ((*_FLAGS, _NATIVE), _FLAGS) if not _problems[identity] else ():
-            problem = _asked(compiler, flags, source, name, _TIMEOUT)
+            _problems[identity] = _asked(compiler, _FLAGS, "int answer(void) { return 0; }", name)
+        for flags in ((*_FLAGS, _NATIVE), _FLAGS):
+            if _problems[identity]:
+                break
+            problem = _asked(compiler, flags, source, name)
+            _problems[identity] = problem if problem.startswith(_LATE) else ""
             if not problem:
                 library = folder / f"{key}-{_digest(Path(name).read_bytes())}{_suffix()}"
                 try:
@@ -153,7 +156,7 @@ def _compile(compiler: Path, source: str, folder: Path, key: str) -> Path:
         Path(name).unlink(missing_ok=True)
 
 
-def _asked(compiler: Path, flags: Sequence[str], source: str, target: str, patience: float) -> str:
+def _asked(compiler: Path, flags: Sequence[str], source: str, target: str) -> str:
     """Compile a source; empty if that went well, or else what the compiler said, in any encoding."""
     command = [str(compiler), *flags, "-x", "c", "-", "-o", target, "-lm"]
     # No pipe to read from: what a compiler started may outlive it and hold that open.
@@ -162,13 +165,13 @@ def _asked(compiler: Path, flags: Sequence[str], source: str, target: str, patie
             command, stdin=subprocess.PIPE, stdout=messages, stderr=messages, start_new_session=True
         )
         try:
-            process.communicate(source.encode(), timeout=patience)
+            process.communicate(source.encode(), timeout=_PATIENCE)
         except subprocess.TimeoutExpired:
             if hasattr(os, "killpg"):
                 os.killpg(process.pid, signal.SIGKILL)
             process.kill()
             process.wait()
-            return f"to finish within {patience:g} s"
+            return f"{_LATE}{_PATIENCE:g} s"
         messages.seek(0)
         message = messages.read().decode(errors="replace").strip()[:200]
         return f"({message or process.returncode})" if process.returncode else ""

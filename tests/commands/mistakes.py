@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from dynident.tests.commands.typed import typed
-from dynident.tests.frozen.inputs import folder_of_inputs
+from dynident.tests.frozen.inputs import EXAMPLES, folder_of_inputs
 
 PAGE = Path(__file__).parents[2] / "docs/mistakes.md"
 _TABLE = Path(__file__).with_suffix(".toml")
@@ -122,6 +122,17 @@ def write_inputs() -> None:
         "plots_run.toml": 'plots = "rx_arm_unloaded.csv"\n',
         "misspelt_load.toml": "mas = 2\n",
         "impossible.toml": "mass = 2\ncom = [0, 0, 0.1]\ninertia_com = [0.1, 0, 0, 0.01, 0, 0.01]\n",
+        "millimetres.toml": "mass = 2500\ncom = [0, 0, 120]\ninertia_com = [8000, 0, 0, 8000, 0, 12000]\n",
+        "grams.toml": "mass = 2500\ncom = [0, 0, 0.12]\ninertia_com = [0.008, 0, 0, 0.008, 0, 0.012]\n",
+        "square.toml": "mass = 2.5\ncom = [0, 0, 0.12]\ninertia_com = [8000, 0, 0, 8000, 0, 12000]\n",
+        "second.csv": _edited(lambda lines: lines[:126]),
+        "longline.csv": _edited(lambda lines: [*lines[:7], f"{lines[7]}{1_000_000 * '0'}", *lines[8:]]),
+        "longname.csv": _edited(
+            lambda lines: [f"{lines[0]},{100_000 * '1'}", *(f"{line},0" for line in lines[1:])]
+        ),
+        "unseen.urdf": (EXAMPLES / "robots/six_axis.urdf")
+        .read_text(encoding="utf-8")
+        .replace('"six', '"\ufeffsix'),
     }
     for name, text in texts.items():
         Path(name).write_text(text, encoding="utf-8")

@@ -69,7 +69,8 @@ def spoilt(recording: Recording, truth: Reading) -> Recording:
     """The log that reads as ``recording`` under ``truth``."""
     q, torque = np.empty_like(recording.q), np.empty_like(recording.q)
     for j, column in enumerate(truth.order):
-        q[:, column] = (recording.q[:, j] - truth.quarters[j] * pi / 2) * truth.sign[j]
+        own = recording.q[:, j] - truth.along[j] * recording.q[:, j - 1]
+        q[:, column] = (own - truth.quarters[j] * pi / 2) * truth.sign[j]
         torque[:, column] = recording.torque[:, j] * truth.sign[j] * truth.torque[j]
     return Recording(recording.t, q, torque, None, "spoilt")
 
@@ -80,6 +81,7 @@ SPOILT = {
     "a zero": replace(RIGHT, quarters=(0, 1, 0, 0, 0, 0)),
     "order": replace(RIGHT, order=(0, 2, 1, 3, 4, 5)),
     "a torque": replace(RIGHT, torque=(1, 1, -1, 1, 1, 1)),
+    "from the horizontal": replace(RIGHT, along=(0, 0, 1, 0, 0, 0)),
     "three things": replace(RIGHT, order=(0, 1, 3, 2, 4, 5), sign=(1, -1, 1, 1, 1, 1), quarters=(0, 0, 0, 0, 2, 0)),
 }
 
@@ -106,4 +108,4 @@ def test_suggestion_restores_the_log(log: Recording, right: Readings, truth: Rea
     assert ranking.residuals[ranking.suggested] == pytest.approx(right.as_recorded, rel=0.02)
     # What is left out or added moves no more than what can be told.
     assert ranking.suggested.order == truth.order
-    assert ranking.suggested.torque == truth.torque
+    assert (ranking.suggested.torque, ranking.suggested.along) == (truth.torque, truth.along)

@@ -118,6 +118,8 @@ class Player:
                 recipe = [name for name in payload[8:].decode().split(",") if name]
                 unknown = self.absent | (set(recipe) - set(TYPES))
                 types = ["NOT_FOUND" if name in unknown else TYPES[name] for name in recipe]
+                if self.fault == "another type":
+                    types = ["INT32" if kind == "DOUBLE" else kind for kind in types]
                 step = 1.0 / min(rate, self.rate)
                 self.tell(event="fields", fields=recipe, rate=rate)
                 self.packet(connection, "O", bytes([0 if unknown & set(recipe) else 7]) + ",".join(types).encode())

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -81,6 +82,7 @@ BEFORE: dict[str, tuple[dict[str, Any], str]] = {
     "another protocol": ({"fault": "another protocol"}, "not RTDE"),
     "not started": ({"fault": "not started"}, "does not start"),
     "no positions": ({"absent": ["actual_q"]}, "has no actual_q"),
+    "another type": ({"fault": "another type"}, "sends timestamp as INT32, which should be DOUBLE"),
     "cut at once": ({"fault": "cut", "after": 1}, "closed the connection"),
 }
 """Faults before the first sample, and what is said of them."""
@@ -120,6 +122,18 @@ def test_a_name_that_never_resolves(tmp_path: Path, capsys: Any) -> None:
     with pytest.raises(live.LinkError, match=why), live.send_program("sec", "robot.invalid"):
         pass
     assert time.monotonic() - begin < 5.0
+
+
+@pytest.mark.parametrize(("step", "why"), [(0.0, "stands still"), (1e-9, "is no clock")])
+def test_a_clock_that_stands_still_ends_by_ours(step: float, why: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """However few samples come."""
+    ours = iter(range(1000))
+    monkeypatch.setattr(time, "monotonic", lambda: 0.5 * next(ours))
+    recorder = live.Recorder(500.0, 3.0)
+    kind = np.dtype([(live.TIME, float), (live.POSITION, float, 6)])
+    with pytest.raises(live.LinkError, match=why):
+        deque((recorder.add(np.array([(7.0 + step * k, 6 * (0.0,))], kind)) for k in range(30)), 0)
+    assert recorder.count
 
 
 AFTER = {

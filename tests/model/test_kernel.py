@@ -335,15 +335,18 @@ def _compiler(folder: Path, text: str) -> str:
     return str(path)
 
 
-def test_compiler_that_hangs_is_asked_once(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It and what it started are ended; who asks again in this process need not wait."""
+@pytest.mark.parametrize(("hangs", "asked"), [("sleep 100", 1), ("grep -q answer || sleep 100", 2)])
+def test_compiler_that_hangs_is_asked_once(
+    hangs: str, asked: int, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At anything or at real code: it and what it started are ended; who asks again here need not wait."""
     calls = tmp_path / "asked"
-    monkeypatch.setenv("CC", _compiler(tmp_path, f"echo once >> {calls}\nsleep 100"))
+    monkeypatch.setenv("CC", _compiler(tmp_path, f"echo once >> {calls}\n{hangs}"))
     monkeypatch.setattr(cache, "_PATIENCE", 0.3)
     begun = time.monotonic()
     for _ in range(3):
         with pytest.raises(cache.CompilerUnavailable, match=r"failed to finish within 0\.3 s"):
             cache.compiled_library(SOURCE)
     assert time.monotonic() - begun < 10.0
-    assert calls.read_text() == "once\n"
+    assert calls.read_text() == asked * "once\n"
     assert list(folder.iterdir()) == []

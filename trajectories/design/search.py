@@ -38,6 +38,8 @@ _BEYOND = 0.2  # of a limit: what misses it by more is not mended by going slowe
 _EASES, _MORE = 14, 1.5  # each so many times as much as the last
 _FLOOR_ITERATIONS = 200  # of a round
 _TRIES = 100  # to find a pose that is clear
+_BUDGET = 300.0  # s of processor time; usual searches take 2 to 60
+_BEGINNING = 0.25  # of it: after that no further random start is begun
 
 
 Progress = Callable[[str, float | None, int], None]
@@ -52,10 +54,10 @@ class Design(Speaks):
     Attributes:
         plan: the motion: ``ViaPoints`` or ``Fourier``.
         score: its criterion, what it teaches, its limits; exact sign, fine grid.
-        seed, starts: where the search began.
+        seed, starts: where the search began; after a quarter of its time it begins at no further start.
         evaluations: of criterion and gradient.
         cpu_s: processor time of the search [s].
-        interrupted: whether it was stopped before its end.
+        interrupted: whether it was stopped before its end, by Ctrl-C or after 300 s of processor time.
         missed: limits that the full trajectory misses, between samples of ``score`` and on ways between poses.
     """
 
@@ -103,7 +105,7 @@ def solve_design(
     a grid ten times finer, and drawn in where the motion oversteps them between samples. At last the full
     trajectory is looked at, and the slow rehearsal where there is one: where they miss a torque limit, the motion
     is eased, or the search goes on from it below that limit, with the rehearsal's torques as limits too.
-    Ctrl-C ends the search with the best motion so far.
+    Ctrl-C, or 300 s of processor time, end the search with the best motion so far.
 
     Args:
         seed: of the random starts; the same seed gives the same motion.
@@ -115,17 +117,19 @@ def solve_design(
     """
     begun = time.process_time()
     starts = problem.criterion.usual_starts if starts is None else starts
-    search = _Search(problem, np.random.default_rng(seed), progress)
+    search = _Search(problem, np.random.default_rng(seed), progress, begun)
     search.run(starts)
+    begun_at, cut = search.starts, search.starts < starts
     x, score, missed = kept_throughout(problem, *search.found)
     further = None if search.interrupted else harder(problem, missed)
     if further is not None:
-        search = _Search(further, np.random.default_rng(seed), progress, search.found[0], search.evaluations)
+        search = replace(search, problem=further, begin=search.found[0], best=None)
         search.run(1)
         x, score = search.found
         x, score, missed = kept_throughout(problem, x, score_samples(problem, score.samples))
     plan, cpu, (run, rehearsal) = problem.family.plan(x), time.process_time() - begun, missed
-    return Design(problem, plan, score, seed, starts, search.evaluations, cpu, search.interrupted, run + rehearsal)
+    stopped = search.interrupted or cut
+    return Design(problem, plan, score, seed, begun_at, search.evaluations, cpu, stopped, run + rehearsal)
 
 
 class Effort(NamedTuple):
@@ -155,6 +159,10 @@ _FRESH = Effort(160, 150, 60, 4, 8, False)
 """Effort where each descent learns the curvature anew: many numbers, many minima, or a changing surrogate."""
 
 
+class _OutOfTimeError(Exception):
+    """The search has used up its time."""
+
+
 @dataclass
 class _Search:
     """Search from one begin: the best motion so far and its score, and the way to better ones."""
@@ -162,8 +170,10 @@ class _Search:
     problem: DesignProblem
     draw: np.random.Generator
     progress: Progress
+    begun: float  # processor time then [s]
     begin: Array | None = None
     evaluations: int = 0
+    starts: int = 0
     best: tuple[Array, Score] | None = None
     interrupted: bool = False
 
@@ -192,7 +202,7 @@ class _Search:
         """
         try:
             self._finish(self._best_start(starts) if self.begin is None else self._begun(1))
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, _OutOfTimeError):
             self.interrupted = True
 
     def _finish(self, course: Lagrangian) -> None:
@@ -223,7 +233,9 @@ class _Search:
         All are improved for half of that, the best third of them for the other half.
         """
         orders, first = self.problem.criterion.orders, self.effort.first
-        courses = [(number, self._begun(number)) for number in range(1, starts + 1)]
+        courses = [(1, self._begun(1))]
+        while len(courses) < starts and time.process_time() < self.begun + _BEGINNING * _BUDGET:
+            courses.append((len(courses) + 1, self._begun(len(courses) + 1)))
         if len(orders) == 1 and starts == 1:
             self._improved(courses[0][1], *orders, WIDTH, first, "start 1 improved")
             return courses[0][1]
@@ -248,6 +260,7 @@ class _Search:
     def _begun(self, number: int) -> Lagrangian:
         """Bring a start within the limits at its samples, if a descent finds the way."""
         problem, x = self.problem, self._first()
+        self.starts = number
         for _ in range(3):
             limits = Lagrangian(problem, x, 1.0, 2.0 * _MARGIN)
             if limits.violation(problem.state(x, WIDTH)) <= 0.0:
@@ -289,6 +302,8 @@ class _Search:
 
         def counted(y: Array) -> tuple[float, Array]:
             self.evaluations += 1
+            if time.process_time() > self.begun + _BUDGET:
+                raise _OutOfTimeError
             return function(y)
 
         if self.effort.by_matrix:

@@ -227,7 +227,7 @@ class ClosedLoop:
                 joint = int(np.argmax(np.nan_to_num(far, nan=np.inf).max(axis=0))) + 1
                 raise InputError(
                     f"robot {self.robot.name!r}: its controller loses joint {joint} at {stop / rate:.2f} s: "
-                    "make the motion slower or the payload lighter"
+                    "make the motion slower or the payload lighter (is its mass in kg?)"
                 )
             if progress:
                 progress((start - first) / (counts.max() - first))

@@ -179,6 +179,11 @@ def _reading_lines(readings: Readings) -> list[str]:
     else:
         lines.append(f"Suggested, not applied: {best.described()}: {residuals[best]:.4g}.")
         lines.append("Check it at the robot, then change the recording's columns or the robot's file.")
+        for j, along in enumerate(best.along, 1):
+            if along:
+                coupling = f"coupling = [{{ motor = {j}, joint = {j - 1}, ratio = {-along} }}]"
+                sides = 'side = "motor" of position and velocity'
+                lines.append(f"A log map adds joints: {sides}, all gear_ratios 1, {coupling}.")
     others = [reading for reading in readings.alike if reading.changes][:_SHOWN]
     if others:
         lines.append("These do as well, so the recording cannot tell them apart:")
