@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 from cyclopts import Token
 from dynident.apps.report.blocks import Drawing
-from dynident.apps.report.figures.canvas import new_figure
 from dynident.tests.commands.lines import BRIEF, LINES, NOISE, SCORE, WHOLE
 from dynident.tests.commands.typed import NAMES, arguments, options, refused, typed
+from matplotlib.figure import Figure
 
 ROBOT = {
     "--robot": "--robot tx40",
@@ -324,7 +324,7 @@ def test_every_option_changes_something_or_is_refused(
     name: str, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Figures are empty: each shows what stands in numbers beside it, and half of the time went into them."""
-    monkeypatch.setattr(Drawing, "figure", property(lambda _: new_figure(1.0, 1.0)))
+    monkeypatch.setattr(Drawing, "figure", property(lambda _: Figure(figsize=(1.0, 1.0))))
     if name not in RUNS:
         monkeypatch.setenv("DYNIDENT_NO_COMPILER", "1")
     line = f"{name} {LINES[name]}"

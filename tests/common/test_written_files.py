@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from dynident.apps.report.figures.canvas import new_figure, save_figure
+from dynident.apps.report.figures.canvas import save_figure
 from dynident.common.errors import InputError
 from dynident.common.files import keeping, write_bytes, write_text
+from matplotlib.figure import Figure
 
 
 def test_what_a_folder_gets_overwrites_nothing_either(tmp_path: Path) -> None:
@@ -39,7 +40,7 @@ def test_modes_are_the_users(tmp_path: Path, umask: int) -> None:
     old = os.umask(umask)
     try:
         write_text(tmp_path / "new", "x")
-        save_figure(new_figure(1.0, 1.0), tmp_path / "new.png")
+        save_figure(Figure(figsize=(1.0, 1.0)), tmp_path / "new.png")
         (tmp_path / "there").write_text("y")
         (tmp_path / "there").chmod(0o640)
         write_bytes(tmp_path / "there", b"z")
@@ -62,7 +63,7 @@ def test_a_full_disk_leaves_the_old_file_and_is_named(tmp_path: Path, monkeypatc
     path.write_bytes(b"old")
     monkeypatch.setattr(os, "fdopen", full)
     with pytest.raises(InputError, match=r"figure\.png: cannot be written: No space left on device"):
-        save_figure(new_figure(1.0, 1.0), path)
+        save_figure(Figure(figsize=(1.0, 1.0)), path)
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from dynident.apps.report.blocks import Block, Notes, Report, Section, Table, with_sigma
 from dynident.apps.report.documents import DOCUMENTS, schema_text
-from dynident.apps.report.figures.canvas import log_scale, new_figure, svg_text
+from dynident.apps.report.figures.canvas import log_scale, svg_text
 from dynident.apps.report.figures.motion import motion_figure
 from dynident.apps.report.terminal import COLUMNS, LINES, screen_text
 from dynident.common.schema import write_json
@@ -23,6 +23,7 @@ from dynident.trajectories import (
     build_design,
     random_via_points,
 )
+from matplotlib.figure import Figure
 from rich.cells import cell_len
 
 LONG = "a reason that goes on and on, " * 40
@@ -157,7 +158,7 @@ def test_motion_between_its_limits(problem: DesignProblem, plan: ViaPoints) -> N
 
 @pytest.mark.parametrize("name", ["a $x_$ b", "$\\frac$", "[/x]", "50 % _of_ ^it^", "<b>&amp;"])
 def test_a_name_is_no_formula(name: str) -> None:
-    figure = new_figure(4.0, 3.0)
+    figure = Figure(figsize=(4.0, 3.0))
     axis = figure.add_subplot()
     axis.plot([1, 2], [1e-3, 1e3], label=name)
     axis.set_title(name)

@@ -31,18 +31,9 @@ _NARROW = 30.0  # a logarithmic scale that spans less than this has three number
 
 def matplotlib() -> Any:
     """The package with what figures are made of, imported when the first one is drawn."""
-    import matplotlib.backends.backend_agg
     import matplotlib.figure  # with it text, ticks and patches
 
     return matplotlib
-
-
-def new_figure(width: float, height: float) -> Figure:
-    """An empty figure of that size [inches]."""
-    package = matplotlib()
-    figure: Figure = package.figure.Figure(figsize=(width, height))
-    package.backends.backend_agg.FigureCanvasAgg(figure)
-    return figure
 
 
 def panels(
@@ -63,7 +54,7 @@ def panels(
     high = (height - above - below + gaps[1]) / rows - gaps[1]
     grid = {"left": left / width, "right": 1.0 - right / width, "wspace": gaps[0] / wide}
     grid |= {"top": 1.0 - above / height, "bottom": below / height, "hspace": gaps[1] / high}
-    figure = new_figure(width, height)
+    figure = matplotlib().figure.Figure(figsize=size)
     return figure, figure.subplots(rows, columns, squeeze=False, gridspec_kw=grid, **options)
 
 
