@@ -124,17 +124,15 @@ def _signal_of(path: str | Path) -> tuple[str, str]:
 
 def grouped(paths: Sequence[str | tuple[str, ...]]) -> list[str | tuple[str, ...]]:
     """Recordings of a list of logs: files whose names differ in the signal alone, one of positions, are one."""
-    groups: dict[object, list[str]] = {}
+    groups, result = dict[object, list[str]](), list[str | tuple[str, ...]]()
     for number, path in enumerate(paths):
         own = [path] if isinstance(path, str) else path
         groups.setdefault(_signal_of(own[0])[1] or number, []).extend(own)
-
-    def complete(group: list[str]) -> bool:
+    for group in groups.values():
         there = [path for path in group if len(group) > 1 and Path(path).is_file()]
-        return sum(recognised(open_log(path, LogMap()).names).size > 0 for path in there) > 1
-
-    split = (group if len(group) == 1 or complete(group) else [tuple(group)] for group in groups.values())
-    return [*chain.from_iterable(split)]
+        complete = sum(recognised(open_log(path, LogMap()).names).size > 0 for path in there) > 1
+        result += group if complete or len(group) == 1 else [tuple(group)]
+    return result
 
 
 def named(path: LogPath, robot: Robot, log_map: LogMap | None) -> Naming:
@@ -316,8 +314,8 @@ def _once(
 ) -> tuple[Array, Array, list[str]]:
     """Take out what a logger wrote more than once, and say so: freezes, and samples that are held."""
     names, notes, rows = list(chain.from_iterable(columns.values())), list[str](), len(t)
-    frozen, count = frozen_rows(values, values[:, : len(columns["position"])])
-    if count:
+    frozen = frozen_rows(values, values[:, : len(columns["position"])])
+    if count := int(np.sum(frozen[1:] & ~frozen[:-1])):
         share = 100.0 * float(frozen.mean())
         text = f"all columns stand still and then jump {count} time{'s' * (count > 1)} ({share:.2g} % of the rows)"
         if share > _MOST_FROZEN:
