@@ -331,7 +331,7 @@ def _once(
     there = {names[k] for k in held.columns}
     kinds = [(kind, [name for name in own if name in there], len(own)) for kind, own in columns.items()]
     those = ", ".join(kind if len(own) == count else in_a_row(own) for kind, own, count in kinds if own)
-    text = f"held samples: {those} change in every {held.every:.2g}th row ({1.0 / typical_step(t):.4g} Hz):"
+    text = f"held samples: {those} change once in {held.every:.2g} rows ({1.0 / typical_step(t):.4g} Hz):"
     return t[held.rows], held.values, [*notes, f"{text} {left}"]
 
 
