@@ -11,7 +11,6 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 from msgspec import field
-from numpy.typing import NDArray
 
 from ...common.arrays import Array
 from ...common.errors import InputError
@@ -121,26 +120,20 @@ def following_change(
     squares = [np.square(recording.torque[moving]) for recording in (pair.unloaded, pair.loaded)]
 
     def change(name: str, joints: list[int]) -> Change:
-        old, new = (square[:, joints] for square in squares)
-        return _change(name, old, new, block)
+        """Share by which the root mean square fell; the interval by leaving out blocks of time."""
+        sums = np.array([[own[:, joints][block == b].sum() for own in squares] for b in np.unique(block)])
+        total, count = sums.sum(axis=0), len(sums)
+        if not (total > 0.0).all():
+            raise InputError(f"{name}: nothing was missed at all: the reference is the measurement itself")
+        left = total - sums
+        logs = 0.5 * np.log(left[:, 1] / left[:, 0])
+        value = 0.5 * float(np.log(total[1] / total[0]))
+        sigma = float(np.sqrt((count - 1.0) / count * np.sum((logs - logs.mean()) ** 2)))
+        half = student95(count - 1) * sigma
+        old, new = np.sqrt(total / (len(block) * len(joints))).tolist()
+        low, high = 1.0 - float(np.exp(value + half)), 1.0 - float(np.exp(value - half))
+        clear: _Clear = "fell" if low > 0.0 else "rose" if high < 0.0 else "no clear change"
+        return Change(name, old, new, 1.0 - float(np.exp(value)), (low, high), clear)
 
     each = tuple(change(f"joint {j + 1}", [j]) for j in joints)
     return FollowingChange(after.kind, after.kind != "torque", pair.lag, each, change("all joints", joints))
-
-
-def _change(name: str, before: Array, after: Array, block: NDArray[np.intp]) -> Change:
-    """Share by which the root mean square fell; the interval by leaving out blocks of time."""
-    blocks = np.unique(block)
-    sums = np.array([[x[block == b].sum() for x in (before, after)] for b in blocks])
-    if not (sums.sum(axis=0) > 0.0).all():
-        raise InputError(f"{name}: nothing was missed at all: the reference is the measurement itself")
-    left = sums.sum(axis=0) - sums
-    logs = 0.5 * np.log(left[:, 1] / left[:, 0])
-    count = len(blocks)
-    value = 0.5 * float(np.log(sums[:, 1].sum() / sums[:, 0].sum()))
-    sigma = float(np.sqrt((count - 1.0) / count * np.sum((logs - logs.mean()) ** 2)))
-    half = student95(count - 1) * sigma
-    rms = [float(np.sqrt(x.mean())) for x in (before, after)]
-    low, high = 1.0 - float(np.exp(value + half)), 1.0 - float(np.exp(value - half))
-    clear: _Clear = "fell" if low > 0.0 else "rose" if high < 0.0 else "no clear change"
-    return Change(name, rms[0], rms[1], 1.0 - float(np.exp(value)), (low, high), clear)

@@ -42,13 +42,11 @@ _SLOWEST = {"s": 0.5, "ms": 100.0, "us": 1e5, "ns": 1e8}
 """Longest step that each unit is taken for: robots are recorded at 10 Hz to 10 kHz, so units stay apart."""
 _EPOCH = 1e8  # s: more than three years; such a time counts from 1970 or from the start of a machine
 _MOST_REPEATED = 0.9  # of the rows
-_SIGNALS = {
-    "position": {"q", "pos", "position", "positions", "angles"},
-    "velocity": {"qd", "dq", "vel", "velocity", "velocities", "speed", "speeds"},
-    "torque": {"tau", "torque", "torques"},
-    "effort": {"effort", "efforts"},
-    "current": {"i", "current", "currents"},
-}
+_SIGNAL = re.compile(
+    "(?<![a-z])(?:(?P<position>q|pos|positions?|angles)|(?P<velocity>qd|dq|vel|velocity|velocities|speeds?)|"
+    "(?P<torque>tau|torques?)|(?P<effort>efforts?)|(?P<current>i|currents?))(?![a-z])",
+    re.IGNORECASE,
+)
 """Words in the name of a file that holds one signal of all joints."""
 _OTHER_NAMES = re.compile(r"(?<![a-z])(effort|load|counts)(?![a-z])", re.IGNORECASE)
 """Names of torques that drivers also give to currents, percentages and counts."""
@@ -104,11 +102,10 @@ def _side_by_side(label: Path, paths: Sequence[Path], layouts: Sequence[Layout])
                 there |= dict(zip(asked, values.T, strict=False))
                 clocks += [values[:, -1]] * len(clock)
                 used.append(log.path.name)
-        unlike = "number of rows" if len(set(map(len, there.values()))) > 1 else ""
-        if not unlike and any(abs(own - clocks[0]).max() > typical_step(clocks[0]) for own in clocks[1:]):
-            unlike = "times"
-        if unlike:
-            raise InputError(f"{label}: {', '.join(used)} have not the same {unlike}: are they of one recording?")
+        rows = len(set(map(len, there.values()))) == 1
+        if not rows or any(abs(own - clocks[0]).max() > typical_step(clocks[0]) for own in clocks[1:]):
+            unlike = f"have not the same {'times' if rows else 'number of rows'}"
+            raise InputError(f"{label}: {', '.join(used)} {unlike}: are they of one recording?")
         return np.column_stack([there[name] for name in columns])
 
     def notes() -> tuple[str, ...]:
@@ -121,29 +118,22 @@ def _side_by_side(label: Path, paths: Sequence[Path], layouts: Sequence[Layout])
 
 def _signal_of(path: str | Path) -> tuple[str, str]:
     """The signal that a file holds of all joints, by the last word for one in its name, and the name without."""
-    name = str(path)
-    for word in reversed([*re.finditer(r"[a-z]+", Path(name).name.partition(".")[0], re.IGNORECASE)]):
-        for signal, words in _SIGNALS.items():
-            if word[0].lower() in words:
-                start = len(name) - len(Path(name).name) + word.start()
-                return signal, name[:start] + name[start + len(word[0]) :]
-    return "", ""
+    name = Path(path).name.partition(".")[0]
+    *_, found = (None, *_SIGNAL.finditer(name))
+    rest = name[: found.start()] + name[found.end() :] if found else ""
+    return (str(found.lastgroup), str(Path(path).with_name(f"{rest}.csv"))) if found else ("", "")
 
 
 def grouped(paths: Sequence[str | tuple[str, ...]]) -> list[str | tuple[str, ...]]:
-    """Recordings of a list of logs: files whose names differ in the signal alone, as q.csv and tau.csv, are one.
-
-    Unless several of them hold positions: then each is a recording.
-    """
-    groups: dict[object, list[str]] = {}
+    """Recordings of a list of logs: files whose names differ in the signal alone, one of positions, are one."""
+    groups, result = dict[object, list[str]](), list[str | tuple[str, ...]]()
     for number, path in enumerate(paths):
         own = [path] if isinstance(path, str) else path
         groups.setdefault(_signal_of(own[0])[1] or number, []).extend(own)
-    result = list[str | tuple[str, ...]]()
     for group in groups.values():
         there = [path for path in group if len(group) > 1 and Path(path).is_file()]
-        several = sum(recognised(open_log(path, LogMap()).names).size > 0 for path in there) > 1
-        result += group if several or len(group) == 1 else [tuple(group)]
+        complete = sum(recognised(open_log(path, LogMap()).names).size > 0 for path in there) > 1
+        result += group if complete or len(group) == 1 else [tuple(group)]
     return result
 
 
@@ -227,7 +217,6 @@ def read_beside(
             f"{raw.path}: {len(t)} rows of numbers, where a recording needs many: record again, or give the "
             "file that holds them"
         )
-    _check_rate(raw, naming.time, t)
     columns.pop("time", None)
     t, values, about_rows = _once(raw, t, values[:, bool(naming.time) :], columns)
     parts = np.split(values, np.cumsum([len(names) for names in columns.values()])[:-1], axis=1)
@@ -321,6 +310,10 @@ def _clock(raw: RawLog, column: str, unit: str, values: Array) -> tuple[Array, N
     if repeated := len(t) - int(later.sum()):
         rows = "1 row repeats" if repeated == 1 else f"{repeated} rows repeat"
         notes.append(f"{rows} the time of the row before ({100 * repeated / len(t):.2g} %): left out")
+    if (typical := typical_step(t[later])) > _SLOWEST["s"]:
+        raise InputError(
+            f"{where}: {typical:g} s from row to row: t must be in seconds; is it in ms? (--units t=ms)"
+        )
     return t[later], later, origin * scale, notes
 
 
@@ -329,8 +322,8 @@ def _once(
 ) -> tuple[Array, Array, list[str]]:
     """Take out what a logger wrote more than once, and say so: freezes, and samples that are held."""
     names, notes, rows = list(chain.from_iterable(columns.values())), list[str](), len(t)
-    frozen, count = frozen_rows(values, values[:, : len(columns["position"])])
-    if count:
+    frozen = frozen_rows(values, values[:, : len(columns["position"])])
+    if count := int(np.sum(frozen[1:] & ~frozen[:-1])):
         share = 100.0 * float(frozen.mean())
         text = f"all columns stand still and then jump {count} time{'s' * (count > 1)} ({share:.2g} % of the rows)"
         if share > _MOST_FROZEN:
@@ -346,18 +339,8 @@ def _once(
     there = {names[k] for k in held.columns}
     kinds = [(kind, [name for name in own if name in there], len(own)) for kind, own in columns.items()]
     those = ", ".join(kind if len(own) == count else in_a_row(own) for kind, own, count in kinds if own)
-    text = f"held samples: {those} change in every {held.every:.2g}th row ({1.0 / typical_step(t):.4g} Hz):"
+    text = f"held samples: {those} change once in {held.every:.2g} rows ({1.0 / typical_step(t):.4g} Hz):"
     return t[held.rows], held.values, [*notes, f"{text} {left}"]
-
-
-def _check_rate(raw: RawLog, column: str, t: Array) -> None:
-    """Refuse times [s] in another unit."""
-    typical = typical_step(t)
-    if typical > _SLOWEST["s"]:
-        raise InputError(
-            f"{raw.path}: column {column!r}: {typical:g} s from row to row: t must be in seconds; is it in ms? "
-            "(--units t=ms)"
-        )
 
 
 def read_tool_poses(path: LogPath, robot: Robot, log_map: LogMap | None = None) -> ToolPoses | None:
@@ -425,7 +408,6 @@ def read_trajectory(path: str | Path, robot: Robot) -> tuple[Array, Array, Array
     if not later.all():
         where = raw.place(int(np.argmin(later)))
         raise InputError(f"{raw.path}: {where}, column 't': time stands still: remove the repeated rows")
-    _check_rate(raw, "t", t)
     steps = np.diff(t)
     k = int(np.argmax(steps))
     if steps[k] > max(10.0 * typical_step(t), 0.25):

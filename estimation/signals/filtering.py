@@ -63,7 +63,6 @@ _SHORTEST = 0.1
 _MOVES = 1e-3  # rad or m: rms of a joint that moves
 _MOST_LOST = 0.01  # of a joint's rms motion: good cut-offs change it by 1e-3 and less
 _ENDS = 1.5  # periods of the cut-off by which an end is mirrored where a motion was cut
-_SETTLED = 4.0  # periods: a shorter recording is not mirrored so
 _WINDOW = 0.1  # periods, over which the speed at an end is taken
 _FULL_MOTION = 0.1  # of a joint's largest speed
 _EVEN = 1e-2  # time steps that differ by less than this fraction count as even
@@ -160,13 +159,12 @@ def _cut_ends(even: Recording, cutoff: float | None) -> tuple[int, int]:
 
     Where a recording was cut in full motion, the few samples by which ``lowpass`` mirrors an end would stop it.
     """
-    period = even.rate / cutoff if cutoff else 0.0  # of the cut-off, in samples
-    window = int(_WINDOW * period)
-    if not window or len(even.t) < _SETTLED * period:
+    window, ends = (int(periods * even.rate / cutoff) if cutoff else 0 for periods in (_WINDOW, _ENDS))
+    if not window or len(even.t) < 3 * ends:
         return 0, 0
     moves = np.abs(even.q[window:] - even.q[:-window])[:, even.q.std(axis=0) > _MOVES]
     full = _FULL_MOTION * moves.max(axis=0, initial=0.0)
-    first, last = (int(_ENDS * period) * bool((end > full).any()) for end in (moves[0], moves[-1]))
+    first, last = (ends * bool((end > full).any()) for end in (moves[0], moves[-1]))
     return first, last
 
 

@@ -24,12 +24,12 @@ class Held(NamedTuple):
     values: Array
 
 
-def frozen_rows(values: Array, positions: Array) -> tuple[NDArray[np.bool_], int]:
-    """Mark rows that repeat the one before in all columns until a position jumps (N,), and count such freezes.
+def frozen_rows(values: Array, positions: Array) -> NDArray[np.bool_]:
+    """Mark rows that repeat the one before in all columns until a position jumps, shape (N,).
 
     A robot at rest goes off by small steps; after a freeze the first step is several times those around it.
     """
-    frozen, count = np.zeros(len(values), dtype=bool), 0
+    frozen = np.zeros(len(values), dtype=bool)
     steps = np.abs(np.diff(positions, axis=0))
     edges = np.flatnonzero(np.diff(np.concatenate([[False], (values[1:] == values[:-1]).all(axis=1), [False]])))
     lengths = edges[1::2] - edges[::2]
@@ -41,8 +41,7 @@ def frozen_rows(values: Array, positions: Array) -> tuple[NDArray[np.bool_], int
         usual = [np.median(own[own > 0.0]) if own.any() else np.inf for own in np.vstack([before, after]).T]
         if (steps[last] > _FROZEN * np.array(usual)).any():
             frozen[first + 1 : last + 1] = True
-            count += 1
-    return frozen, count
+    return frozen
 
 
 def without_held(t: Array, values: Array, slowest: NDArray[np.bool_]) -> Held | None:

@@ -61,7 +61,7 @@ def test_held_samples_are_the_slower_signal(tmp_path: Path, robot: Robot, kinds:
     log = signals(robot.n, rest=True)
     slow = read_recording(written(tmp_path / "slow.csv", {kind: own[::EVERY] for kind, own in log.items()}), robot)
     thinned = read_recording(written(tmp_path / "held.csv", held(log, kinds)), robot)
-    assert "change in every 3th row (500 Hz): thinned to 5000 rows" in thinned.notes[-1]
+    assert "change once in 3 rows (500 Hz): thinned to 5000 rows" in thinned.notes[-1]
     assert np.allclose(thinned.t, slow.t)
     for name in ("q", "qd", "torque"):
         assert np.allclose(getattr(thinned, name), getattr(slow, name), atol=1e-9)
