@@ -10,6 +10,7 @@ from msgspec import UNSET
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.speech import Speaks
+from ...common.threads import one_thread
 from ...model import InertialParameters, Recording, Robot
 from ..diagnosis.causes import likely_causes
 from ..diagnosis.evidence import KNOWN_WELL, Evidence, Gained, KnownWeight
@@ -100,6 +101,7 @@ class DriveGains(Speaks):
         return tuple(bool(sigma <= KNOWN_WELL) for sigma in self.larger_relative_sigma)
 
 
+@one_thread
 def identify_gains(
     robot: Robot,
     loaded: Sequence[Recording],

@@ -14,6 +14,7 @@ from msgspec import UNSET
 
 from ...common.errors import InputError
 from ...common.speech import Speaks
+from ...common.threads import one_thread
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
 from ..diagnosis.finding import Verdict
 from ..diagnosis.verdict import robot_verdict
@@ -209,6 +210,7 @@ class Identification(Speaks):
         )
 
 
+@one_thread
 def identify(
     robot: Robot,
     recordings: Sequence[Recording],

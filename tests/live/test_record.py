@@ -128,7 +128,7 @@ def test_a_name_that_never_resolves(tmp_path: Path, capsys: Any) -> None:
 def test_a_clock_that_stands_still_ends_by_ours(step: float, why: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """However few samples come."""
     ours = iter(range(1000))
-    monkeypatch.setattr(live.time, "monotonic", lambda: 0.5 * next(ours))
+    monkeypatch.setattr(time, "monotonic", lambda: 0.5 * next(ours))
     recorder = live.Recorder(500.0, 3.0)
     kind = np.dtype([(live.TIME, float), (live.POSITION, float, 6)])
     with pytest.raises(live.LinkError, match=why):
