@@ -42,7 +42,7 @@ def _run(words: tuple[str, ...]) -> int:
     # Imports make many objects, all of which stay: to look for waste among them takes a tenth of a command's time.
     gc.set_threshold(50_000, 20, 10)
     for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(variable, "1")  # the matrices are small: more threads only wait for each other
+        os.environ[variable] = "1"  # small matrices: more threads wait for each other, and sums round otherwise
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # closed by whoever started the command
             setattr(sys, name, io.StringIO())

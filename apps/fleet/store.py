@@ -28,6 +28,7 @@ _Kind = TypeVar("_Kind")
 KNOWN = ("arm", "day", "payload")
 """Facts that may be known of a log: the arm's own name, ISO day or time, and kg that the controller was told."""
 _CLOCKS = (9.0e8, 4.1e9)  # s since 1970: 1998 to 2099
+_YEARS = (1970, 2100)
 _NIGHT = 2.0  # days that a log's clock may be beside the day told: a day without time, zones, a night's two days
 _AGAIN = "run 'dynident fleet reduce' again, what is done is kept"
 
@@ -52,9 +53,11 @@ class Log(Document, frozen=True):
         if self.arm == "":
             return "no arm is named"
         try:
-            datetime.fromisoformat(self.day or "2000-01-01")
+            year = datetime.fromisoformat(self.day or "2000-01-01").year
         except ValueError:
             return f"day {self.day!r} is no date: write 2026-01-31 or 2026-01-31T02:00"
+        if not _YEARS[0] <= year <= _YEARS[1]:
+            return f"day {self.day!r} is of no recording: years {_YEARS[0]} to {_YEARS[1]} are"
         try:
             float(self.payload or 0.0)
         except ValueError:

@@ -10,6 +10,7 @@ from msgspec import UNSET
 
 from ...common.brief import Brief
 from ...common.errors import InputError
+from ...common.threads import one_thread
 from ...model import InertialParameters, Recording, Robot
 from ..diagnosis.causes import likely_causes
 from ..diagnosis.evidence import Evidence, Gained, KnownWeight
@@ -50,6 +51,7 @@ class GainsWorking(Brief):
         return tuple(chain.from_iterable(map(payload_predictions, self.posed, self.payloads)))[:DRAWN]
 
 
+@one_thread
 def identify_gains(
     robot: Robot,
     loaded: Sequence[Recording],

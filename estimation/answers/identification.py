@@ -14,6 +14,7 @@ from msgspec import UNSET
 
 from ...common.errors import InputError
 from ...common.speech import Speaks
+from ...common.threads import one_thread
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
 from ..diagnosis.evidence import Evidence
 from ..diagnosis.finding import Verdict
@@ -199,6 +200,7 @@ class Identification(Speaks):
         return robot_predictions(self.robot, self.base, values, recordings, self.processing, bool(self.held_out))
 
 
+@one_thread
 def identify(
     robot: Robot,
     recordings: Sequence[Recording],

@@ -12,6 +12,7 @@ from msgspec import UNSET, structs
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.speech import Speaks
+from ...common.threads import one_thread
 from ...model import Recording, Robot
 from ...model.inertia import PayloadSpread, payload_spread
 from ..diagnosis.checks import allowing, judge_com, judge_inertia, judge_mass
@@ -167,6 +168,7 @@ class PayloadAnswer(Speaks):
         return held_out + payload_predictions(problem, self.recommended.body)
 
 
+@one_thread
 def identify_payload(
     robot: Robot,
     loaded: Sequence[Recording],
@@ -194,6 +196,7 @@ def identify_payload(
     return answer_payload(problem, constraints=constraints).result
 
 
+@one_thread
 def weigh(
     robot: Robot,
     loaded: Sequence[Recording],

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from dynident.common.linear import RANK_TOLERANCE, decomposed, least_squares, rank, without
 from dynident.common.recursion import butterworth, filtered
+from dynident.common.threads import one_thread
 from dynident.estimation.signals.filtering import MonotoneCubic
 from scipy.interpolate import PchipInterpolator
 from scipy.signal import butter, sosfilt, sosfilt_zi
+from threadpoolctl import threadpool_info, threadpool_limits
 
 DRAW = np.random.default_rng(0)
 A = DRAW.normal(size=(12, 5))
@@ -101,3 +103,13 @@ def test_scipy_interpolates_alike(count: int, seed: int) -> None:
     ours = MonotoneCubic(t, values)(times)
     assert np.isnan(ours).any()
     assert ours == pytest.approx(theirs, rel=1e-11, abs=1e-12, nan_ok=True)
+
+
+def test_estimation_has_one_thread_whatever_the_caller_has() -> None:
+    def threads() -> list[int]:
+        return [pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"]
+
+    with threadpool_limits(2, "blas"):
+        before = threads()
+        assert set(one_thread(threads)()) == {1}
+        assert threads() == before

@@ -17,6 +17,7 @@ from msgspec import field
 from ...common.arrays import Array
 from ...common.schema import Document, Float
 from ...common.speech import Speaks
+from ...common.threads import one_thread
 from ...model import Motion
 from ..motions.family import Clear, JointBounds, Plan, Samples, everywhere
 from ..motions.fourier import FreeSeries, NearShape
@@ -92,6 +93,7 @@ class Design(Speaks):
         return self.score.feasible and not self.missed
 
 
+@one_thread
 def solve_design(
     problem: DesignProblem,
     *,
