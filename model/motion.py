@@ -145,8 +145,8 @@ class Processing:
             is given.
         equation_rate: rate to which Y and W are decimated [Hz], as near as whole factors come, instead of
             ``decimate``.
-        still_speed: below it a joint stands still [rad/s or m/s], and its rows are left out; those of all joints
-            while all stand still for over 0.3 s, and where they move for under 1 s.
+        still_speed: below it a joint stands still [rad/s or m/s]; rows of one that never moves faster are left
+            out, and those of all while all stand still for over 0.3 s, and where they move for under 1 s.
         slow_fraction: rows of joint j are left out where its speed is below this fraction of its largest
             speed, because the sign of the speed is not known there.
         slow_speed: and where it is below this [rad/s or m/s], one number for all joints or one for each; the larger

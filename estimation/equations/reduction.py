@@ -7,21 +7,14 @@ import numpy as np
 from scipy.linalg import lapack
 
 from ...common.arrays import Array
-from ...model import Processing
 from ...model.motion import Measurement
 from ..signals.decimation import noise_bandwidth
 from ..signals.rows import Mask
 from .equations import Equations, SharedTorque, compressed, merged, refilled, shared_torques
-from .observer import Block, Observation, Observer, Residuals, Used, used
+from .observer import Block, Observation, Observer, Residuals, Used
 
 _ROWS = 1024  # per QR: the rows and the factor stay in the processor's cache
 _PANEL = 8  # columns that the QR takes at once
-
-
-def reduced_measurement(observer: Observer, data: Measurement, processing: Processing) -> Equations:
-    """Reduce one measurement."""
-    data, keep, factor = used(data, processing)
-    return reduced_pieces(observer, [(data, keep)], factor)
 
 
 class Recorded:

@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 from scipy.special import stdtrit
 
-from ...common.arrays import Array, frozen_array
+from ...common.arrays import Array, freeze_fields
 from ...common.brief import Brief
 from ...common.errors import InputError
 
@@ -57,7 +57,7 @@ class RobustCovariance(Brief):
 
     def __post_init__(self) -> None:
         """Lock the array."""
-        object.__setattr__(self, "covariance", frozen_array(self.covariance, (None, None), "covariance"))
+        freeze_fields(self, covariance=(None, None))
 
     @cached_property
     def sigma(self) -> Array:

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...common.arrays import Array, frozen_array
+from ...common.arrays import Array, freeze_fields
 from ...common.brief import Brief
 from ...common.errors import InputError
 from ..equations.equations import Equations
@@ -30,8 +30,7 @@ class Fit:
 
     def __post_init__(self) -> None:
         """Lock the norms and check that there is one for each joint."""
-        for name in ("error_norms", "torque_norms"):
-            object.__setattr__(self, name, frozen_array(getattr(self, name), (len(self.rows),), name))
+        freeze_fields(self, error_norms=(len(self.rows),), torque_norms=(len(self.rows),))
 
     @property
     def relative(self) -> float:
@@ -85,16 +84,8 @@ class Estimate(Brief):
             raise ValueError(f"robust covariance must be {c} x {c}, got {self.robust.covariance.shape}")
         if self.gain_covariance is not None and self.gain_sensitivity is None:
             raise ValueError("gain_covariance needs gain_sensitivity")
-        shapes: dict[str, tuple[int | None, ...]] = {
-            "values": (c,),
-            "covariance": (c, c),
-            "weights": (None,),
-            "gain_sensitivity": (c, n),
-            "gain_covariance": (n, n),
-        }
-        for name, shape in shapes.items():
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, frozen_array(getattr(self, name), shape, name))
+        freeze_fields(self, values=(c,), covariance=(c, c), weights=(None,))
+        freeze_fields(self, gain_sensitivity=(c, n), gain_covariance=(n, n))
 
     @cached_property
     def sigma(self) -> Array:

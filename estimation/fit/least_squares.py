@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from ...common.arrays import Array, frozen_array
+from ...common.arrays import Array, freeze_fields
 from ..equations.equations import Equations
 from .estimate import Estimate
 from .linear_problem import LinearProblem
@@ -30,8 +30,7 @@ class Excitation:
 
     def __post_init__(self) -> None:
         """Lock the arrays."""
-        for name in ("signal", "independent"):
-            object.__setattr__(self, name, frozen_array(getattr(self, name), (len(self.names),), name))
+        freeze_fields(self, signal=(len(self.names),), independent=(len(self.names),))
 
     @property
     def share(self) -> Array:

@@ -12,9 +12,9 @@ from ...model import BaseParameters, Processing, Recording, Robot, base_paramete
 from ...model.base.rank import leftmost_independent, random_states, stacked_regressor
 from ...model.motion import Measurement
 from ...model.regressors import standard_columns
-from ..equations.equations import Equations, merged
+from ..equations.equations import Equations
 from ..equations.observer import Observer, used
-from ..equations.reduction import Recorded, recorded, reduced_measurement
+from ..equations.reduction import Recorded, recorded
 from ..signals.filtering import measurement
 from ..signals.plausibility import check_recordings, still_joints
 from .blocks import FEWEST, block_edges, block_length, in_blocks, remembered, weighted_solution
@@ -45,9 +45,7 @@ def base_problem(
     observer = Observer(robot, base.columns)
 
     def reduced(observer: Observer) -> tuple[Equations, list[Recorded]]:
-        if settings.robust:
-            return recorded(observer, (used(data, processing) for data in measured))
-        return merged(reduced_measurement(observer, data, processing) for data in measured), []
+        return recorded(observer, (used(data, processing) for data in measured))
 
     if fitted is None:
         (equations, opened), _ = under_own_load(observer, reduced)
@@ -55,9 +53,7 @@ def base_problem(
         equations, opened = reduced(observer.at(fitted))
     if equations.equations == 0:
         raise InputError(f"{recordings[0].source}: no joint moves: nothing can be compared")
-    if not settings.robust:
-        return equations
-    return in_own_blocks(equations, opened)
+    return in_own_blocks(equations, opened) if settings.robust else equations
 
 
 def with_friction(

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.special import chdtrc, fdtrc
 
-from ...common.arrays import Array, frozen_array
+from ...common.arrays import Array, freeze_fields
 from ...common.errors import InputError
 from ...common.linear import rank
 from ...common.schema import Document, Float
@@ -106,7 +106,7 @@ class Possible:
 
     def __post_init__(self) -> None:
         """Lock the values."""
-        object.__setattr__(self, "values", frozen_array(self.values, (None,), "constrained values"))
+        freeze_fields(self, values=(None,))
 
     @property
     def body(self) -> InertialParameters:

@@ -58,9 +58,10 @@ def inner_samples(motion: Motion, processing: Processing) -> Mask:
 def least_speed(fastest: Array, processing: Processing) -> Array:
     """Smallest speed of a row that is used, by each joint's largest [rad/s or m/s], shape (n,).
 
-    A joint that only creeps stands still: friction holds it, and its torque is any within that.
+    None is fast enough of a joint that only creeps: friction holds it, and its torque is any within that.
     """
-    return np.maximum(np.maximum(processing.slow_fraction * fastest, processing.slow_speed), processing.still_speed)
+    least = np.maximum(processing.slow_fraction * fastest, processing.slow_speed)
+    return np.where(fastest > processing.still_speed, least, np.inf)
 
 
 def moving_parts(motion: Motion, still_speed: float) -> Mask:

@@ -15,7 +15,7 @@ from dynident.estimation.answers.identification import identification_system
 from dynident.estimation.answers.system import payload_system
 from dynident.estimation.equations.equations import Equations, merged
 from dynident.estimation.equations.observer import Observer, used
-from dynident.estimation.equations.reduction import reduced, reduced_measurement, reduced_pieces
+from dynident.estimation.equations.reduction import recorded, reduced, reduced_pieces
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.payload.methods import combined
 from dynident.estimation.signals.decimation import noise_bandwidth
@@ -122,7 +122,7 @@ def test_streaming_equals_the_whole(simulated: Simulated, wander: Wander, decima
     data = noisy(simulator, wander(6, 0, points=20, rate=200.0))
     slow = 0.05 * np.abs(data.motion.qd).max(axis=0)
     settings = Processing(decimate=decimate, still_speed=0.0, slow_fraction=0.05)
-    whole = reduced_measurement(observer, data, settings)
+    whole = recorded(observer, [used(data, settings)])[0]
     parts = ((piece, np.abs(piece.motion.qd) >= slow) for piece in pieces(data, size))
     same(whole, reduced_pieces(observer, parts, decimate))
     same(whole, reduced(observer.observe(data, settings)))
@@ -131,7 +131,8 @@ def test_streaming_equals_the_whole(simulated: Simulated, wander: Wander, decima
 def test_saved_and_merged_problems(simulated: Simulated, wander: Wander, tmp_path: Path) -> None:
     simulator = simulated("tx40")
     observer = Observer(simulator.robot, base_parameters(simulator.robot).columns)
-    problems = [reduced_measurement(observer, noisy(simulator, wander(6, k), k), Processing()) for k in range(3)]
+    data = [noisy(simulator, wander(6, k), k) for k in range(3)]
+    problems = [recorded(observer, [used(each, Processing())])[0] for each in data]
     for k, problem in enumerate(problems):
         problem.save(tmp_path / f"{k}.npz")
     loaded = [Equations.load(tmp_path / f"{k}.npz") for k in range(3)]

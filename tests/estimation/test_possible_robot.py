@@ -11,8 +11,8 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Estimate, MassBounds, PossibleBody
-from dynident.estimation.equations.observer import Observer
-from dynident.estimation.equations.reduction import reduced_measurement
+from dynident.estimation.equations.observer import Observer, used
+from dynident.estimation.equations.reduction import recorded
 from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.possible.cone import ConeProgram, solve_cone
@@ -193,7 +193,7 @@ def test_the_robot_nearest_to_a_prior_is_that_of_cvxpy(random_parameters: Parame
 
 def test_exact_data_of_the_prior_give_the_prior(rx90: Robot, rx90_base: BaseParameters) -> None:
     data = Simulator(rx90).measure(random_via_points(rx90, 14, seed=0).motion(100.0))
-    estimate = weighted(reduced_measurement(Observer(rx90, rx90_base.columns), data, Processing()))
+    estimate = weighted(recorded(Observer(rx90, rx90_base.columns), [used(data, Processing())])[0])
     result = solve_constrained_prior(rx90, rx90_base, estimate, robot_prior(rx90))
     assert result.status == "prior"
     assert result.weight == np.inf
