@@ -14,6 +14,7 @@ from ..estimation.equations.equations import PAYLOAD, Equations, triangular
 from ..estimation.fit.drive_gains import Gains
 from ..estimation.results.payload import PayloadResult
 from ..estimation.results.robot import GainsResult, RobotResult
+from ..trajectories.design.goal import INDEPENDENT, MEMORY
 
 _OF_GAINS = "give the --json of 'dynident gains'"
 _OF_ROBOT = "give the --json of 'dynident identify'"
@@ -100,23 +101,31 @@ class Information(NamedTuple):
         return Information(tuple(names), triangular(self.factor[:, places]))
 
 
-def recorded_noise(path: str | Path) -> Array | None:
-    """Standard deviation of the torque error of each joint [N·m or N] in a file of ``dynident identify``.
+def shown_noise(path: str | Path) -> tuple[Array, float]:
+    """Torque errors of an earlier recording, what their memory adds included.
 
     Args:
-        path: NPZ of ``--npz`` (of ``dynident payload`` too) or JSON of ``--json``.
+        path: JSON of ``dynident identify`` or ``payload``; NPZ of their ``--npz``, whose memory is not known.
 
     Returns:
-        Shape (n,); None if an NPZ file carries no weights.
+        Standard deviation of each joint [N·m or N], shape (n,), and independent samples a second [Hz].
 
     Raises:
-        InputError: if the file is neither.
+        InputError: if the file is neither, or tells no errors.
     """
-    if not _is_npz(path):
-        return np.asarray(1.0 / read_stored_robot(path).estimate.weights)
-    Equations.load(path)
-    with np.load(path, allow_pickle=False) as data:
-        return np.asarray(1.0 / data["weights"]) if "weights" in data else None
+    if _is_npz(path):
+        Equations.load(path)
+        with np.load(path, allow_pickle=False) as data:
+            if "weights" not in data:
+                raise InputError(f"{path}: carries no weights: give --torque-noise, or --like JSON")
+            return MEMORY / np.asarray(data["weights"]), INDEPENDENT
+    stored = read_stored_robot(path)
+    data, robust, memory, seconds = stored.data, stored.robust, MEMORY, 0.0
+    if stored.covariance_robust is not None and robust is not None and robust.blocks:
+        ratios = np.diag(np.array(stored.covariance_robust)) / np.diag(np.array(stored.covariance))
+        memory, seconds = float(np.exp(0.5 * np.log(ratios).mean())), robust.blocks * (robust.block_length or 0.0)
+    independent = (data.degrees_of_freedom + len(stored.columns)) / len(data.rows_per_joint)
+    return memory / stored.estimate.weights, independent / seconds if seconds else INDEPENDENT
 
 
 def read_information(path: str | Path, noise: Array | None) -> Information:

@@ -12,6 +12,7 @@ from cyclopts import Parameter
 from ... import estimation, model, trajectories
 from ...common.errors import InputError
 from ...common.files import made_folder
+from ...model.motion import Measurement
 from .. import export, logs, report
 from .. import view as views
 from ..logs.map import read_log_map
@@ -150,13 +151,16 @@ def run(
     design = best_motion(problem, search.seed, search.starts, words)
     floor = floor_of(problem, design.score, search.seed) if search.bound else None
     title, samples = f"Motion of {robot.title or robot.name}", design.motion(FIGURE_RATE)
-    head, name = export.design_head(design), Path(files.val3 or "").name
+    learnt = report.documents.as_recorded(problem, report.documents.planned(robot, design.plan))
+    head, name = export.design_head(design, learnt), Path(files.val3 or "").name
     written = export.WrittenMotion(robot, design.plan, problem.bounds, head, name=name)
     replay = None
     if files.val3:  # what a controller would make of the via points if its profiles are trapezoidal
         profile = export.val3_replay(written).motion(_REPLAY_RATE)
         replay = trajectories.score_motion(problem, profile)
-    judged = report.documents.JudgedMotion(title, design.score, samples, reference, labels, design, floor, replay)
+    judged = report.documents.JudgedMotion(
+        title, design.score, samples, learnt, reference, labels, design, floor, replay
+    )
     estimated = () if problem.payloads is not None else ("val3",)
     files.check_replays(limits.whole(problem), written, *estimated)
     files.give(report.design_report(judged), lambda: report.documents.design_document(judged), {})
@@ -240,18 +244,21 @@ def run_score(
     """Run ``score``."""
     shape = trajectories.ViaPointShape(longest=scored.max_duration)
     problem, reference, labels = build_request(arm.load(), shape, goal, limits)
-    motion = _logged_motion(data, problem.robot, scored.log_map, scored.cutoff)
+    motion, recorded = _logged_motion(data, problem.robot, scored.log_map, scored.cutoff)
+    learnt = report.documents.as_recorded(problem, recorded)
     score = trajectories.score_motion(problem, motion)
     floor = floor_of(problem, score, scored.seed or 0) if scored.bound else None
     judged = report.documents.JudgedMotion(
-        f"Motion of {data}", score, motion, reference, labels, floor=floor, source=data
+        f"Motion of {data}", score, motion, learnt, reference, labels, floor=floor, source=data
     )
     files.give(report.design_report(judged), lambda: report.documents.design_document(judged), {})
     files.write_view(lambda: views.view_of(problem.robot, motion, problem=problem))
 
 
-def _logged_motion(path: str, robot: model.Robot, log_map: str | None, cutoff: float | None) -> model.Motion:
-    """The motion of a file: as planned where it has accelerations, else filtered like a recording.
+def _logged_motion(
+    path: str, robot: model.Robot, log_map: str | None, cutoff: float | None
+) -> tuple[model.Motion, Measurement]:
+    """The motion of a file: as planned where it has accelerations, else filtered like a recording; and filtered.
 
     Planned samples are joined by quintics, so that limits are looked at between them too.
     """
@@ -264,7 +271,10 @@ def _logged_motion(path: str, robot: model.Robot, log_map: str | None, cutoff: f
         if qd is not None and qdd is not None:
             if cutoff is not None:
                 raise InputError(f"{path}: has accelerations and is not filtered: leave --cutoff out")
-            return trajectories.joined(model.Motion(t, q, qd, qdd), _PLANNED_RATE)
+            motion = trajectories.joined(model.Motion(t, q, qd, qdd), _PLANNED_RATE)
+            planned = model.Recording(motion.t, motion.q, 0.0 * motion.q, None, path)
+            return motion, estimation.measurement(planned, robot.processing)
         recording = model.Recording(t, q, 0.0 * q, qd, path)
     processing = robot.processing if cutoff is None else replace(robot.processing, cutoff=cutoff)
-    return estimation.measurement(recording, processing).motion
+    measured = estimation.measurement(recording, processing)
+    return measured.motion, measured

@@ -24,8 +24,6 @@ from .options import ViewedPageOptions
 from .progress import note, status
 from .values import Names, NewFile, Reads, Seconds, Share, checked, number, numbers, positive_number, share, word
 
-RATE = 100.0
-"""Hz: independent samples where nothing else is said."""
 FIGURE_RATE = 100.0
 """Hz: samples of a motion in figures."""
 _SAMPLE_RATE = 250.0  # Hz, in files
@@ -71,27 +69,56 @@ _Region = Annotated[tuple[tuple[float, ...], bool], word(_region, "R|A,B,C|box:A
 _Rate = Annotated[float, word(positive_number, "HZ")]
 
 
+class TorqueNoise(NamedTuple):
+    """Errors of a recording's torques: sigma per joint [N·m or N], independent samples a second, and source."""
+
+    sigma: Array
+    rate: float
+    source: str
+
+
 class NoiseOptions(Options, group=GOAL):
-    """Torque noise per joint [N·m or N], or its share of the limits, and independent samples a second [Hz]."""
+    """Torque noise of a recording: told, what an earlier one shows, or assumed."""
 
     torque_noise: _Noise | None = None
-    """Sigma per joint [N·m or N], or 10% of the limits; @HZ: independent samples a second (default: 100)."""
+    """Sigma per joint [N·m or N], or 10% of the limits; @HZ: independent samples a second (default: 10)."""
+    like: Annotated[str | None, Reads("like"), Parameter(metavar="JSON")] = None
+    """Noise as an earlier recording of the arm shows it: --json of identify or payload."""
 
-    @property
-    def rate(self) -> float:
-        """Independent samples a second [Hz]."""
-        return (self.torque_noise[1] if self.torque_noise else None) or RATE
+    def check(self) -> None:
+        """Refuse two sources."""
+        super().check()
+        if self.torque_noise is not None:
+            self.refuse("like", "and --torque-noise: give one of them")
 
-    def sigma(self, bounds: trajectories.JointBounds) -> Array | None:
-        """Standard deviations per joint as asked for."""
-        noise, n = self.torque_noise[0] if self.torque_noise else None, len(bounds.torque)
-        if isinstance(noise, float):
-            if not np.isfinite(bounds.torque).all():
+    def noise(self, robot: model.Robot, bounds: trajectories.JointBounds) -> TorqueNoise:
+        """Torque noise as told or found, else as assumed of every arm.
+
+        Raises:
+            InputError: if it does not fit the robot, or nothing tells it.
+        """
+        level, rate = self.torque_noise or (None, None)
+        if self.like is not None:
+            sigma, rate, source = *results.shown_noise(self.like), f"as {self.like} shows"
+        elif level is None:
+            sigma, source = trajectories.assumed_noise(robot), trajectories.ASSUMED_NOISE
+            if not np.isfinite(sigma).all():
+                raise InputError(
+                    f"robot {robot.name!r} has no torque limits from which a noise could be guessed: give "
+                    "--torque-noise, or --arm-mass KG for a stand-in"
+                )
+        elif isinstance(level, float):
+            sigma, source = level * bounds.torque, f"as told, {100 * level:g} % of the torque limits"
+            if not np.isfinite(sigma).all():
                 raise InputError(
                     "--torque-noise as a percentage needs a torque limit of every joint: --torque-limits"
                 )
-            return np.asarray(noise * bounds.torque)
-        return None if noise is None else np.array(noise * n if len(noise) == 1 else noise)
+        else:
+            sigma, source = np.array(level * robot.n if len(level) == 1 else level), "as told"
+        if sigma.shape != (robot.n,) or not (sigma > 0.0).all():
+            option = "--torque-noise" if self.like is None else self.like
+            raise InputError(f"{option}: robot {robot.name!r} needs {robot.n} positive numbers")
+        return TorqueNoise(np.asarray(sigma), rate or trajectories.INDEPENDENT, source)
 
 
 class GoalOptions(NoiseOptions):
@@ -121,34 +148,30 @@ class GoalOptions(NoiseOptions):
         motion_length: float | None,
     ) -> trajectories.Goal:
         """The goal; ``reference``: values that standard deviations are relative to; ``motion_length`` in s."""
-        noise, length, earlier = self.sigma(bounds), self.data_length, None
+        as_before = self.like is None and self.torque_noise is None and self.data_from
+        like = replace(self, like=self.data_from[0]) if as_before else self
+        noise, length, earlier = like.noise(robot, bounds), self.data_length, None
         if self.data_from:
             length = length or motion_length
             if length is None:
                 raise InputError("--data-from needs data-length, a setting: how long will be recorded next?")
-            if noise is None:
-                noise = results.recorded_noise(self.data_from[0])
-        if noise is None:
-            note("no --torque-noise: 1 N·m (or N) in every joint is assumed")
-        if self.data_from:
-            earlier = self._earlier(robot, noise)
+            earlier = self._earlier(robot, noise.sigma)
         return trajectories.Goal(
             self.criterion,
             columns=None if self.payload_only else self.columns,
             payload_only=self.payload_only,
             interest=self.parameters,
             reference=reference if self.criterion == "a" else None,
-            noise=noise,
-            rate=self.rate,
+            noise=noise.sigma,
+            rate=noise.rate,
+            noise_from=noise.source,
             data_length=length,
             earlier=earlier,
         )
 
-    def _earlier(self, robot: model.Robot, noise: Array | None) -> trajectories.Earlier:
+    def _earlier(self, robot: model.Robot, noise: Array) -> trajectories.Earlier:
         """Rows of the files of earlier data, all of the first one's columns."""
         paths, weighted = self.data_from, self.criterion in ("d", "a")
-        if weighted and noise is None:
-            raise InputError(f"{paths[0]}: carries no weights: give --torque-noise")
         parts = [results.read_information(path, noise if weighted else None) for path in paths]
         if self.payload_only:
             parts = [part.of_payload(model.regressors.payload_columns(robot)) for part in parts]
