@@ -16,6 +16,7 @@ from .design.problem import Loads as Loads
 from .design.problem import build_design as build_design
 from .design.scene import Scene as Scene
 from .design.scene import read_scene as read_scene
+from .design.scene import usual_scene as usual_scene
 from .design.score import Score as Score
 from .design.score import check_held as check_held
 from .design.score import score_motion as score_motion

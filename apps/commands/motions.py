@@ -189,7 +189,8 @@ class Limited(NamedTuple):
     robot: model.Robot  # with its parameters, or a stand-in's
     bounds: trajectories.JointBounds
     loads: trajectories.Loads  # what torques are computed from; the payload in the last link's frame
-    scene: trajectories.Scene | None
+    scene: trajectories.Scene | None  # as given; else the arm itself, and with the floor what it is bolted to
+    floor: bool
 
     @property
     def identified(self) -> bool:
@@ -208,7 +209,13 @@ class Limited(NamedTuple):
         loads: trajectories.Loads | None,
     ) -> trajectories.DesignProblem:
         """The design of a motion within these limits; without loads torques have none."""
-        return trajectories.build_design(self.robot, shape, goal, bounds=self.bounds, loads=loads, scene=self.scene)
+        poses: Array = np.zeros((0, self.robot.n))
+        if isinstance(shape, trajectories.NearShape):
+            poses = shape.poses
+        elif shape.start is not None:
+            poses = np.array([shape.start])
+        scene = self.scene or trajectories.usual_scene(self.robot, poses, self.floor)
+        return trajectories.build_design(self.robot, shape, goal, bounds=self.bounds, loads=loads, scene=scene)
 
 
 class LimitOptions(Options, group=LIMITS):
@@ -229,11 +236,15 @@ class LimitOptions(Options, group=LIMITS):
     torque_margin: Annotated[Share | None, SETTING] = None
     """Share of the torque limits that stays free, such as 10%."""
     scene: Annotated[str | None, Reads("scene"), Parameter(metavar="TOML"), SETTING] = None
-    """File of floor, walls, and bodies that keep clear of each other."""
+    """File of floor, walls, and bodies that keep clear of each other, in the place of those assumed."""
+    no_floor: bool = False
+    """No floor at the base's height, as for an arm on a pedestal (nor the wall or ceiling it hangs from)."""
 
     def check(self) -> None:
-        """Refuse a region of payloads of which none is named."""
+        """Refuse a region of payloads of which none is named, and floors twice."""
         super().check()
+        if self.scene is not None and self.no_floor:
+            raise InputError("--no-floor has no effect with a scene, which names its own floor: leave it out")
         if self.heaviest_payload is None:
             self.refuse("within", "needs --heaviest-payload KG[@X,Y,Z]: the largest mass there")
 
@@ -261,7 +272,7 @@ class LimitOptions(Options, group=LIMITS):
         payload = self._payload(robot, np.isfinite(bounds.torque))
         scene = trajectories.read_scene(self.scene) if self.scene else None
         loads = trajectories.Loads(known, payload, covariance, self.torque_margin or 0.0)
-        return Limited(robot, bounds, loads, scene)
+        return Limited(robot, bounds, loads, scene, not self.no_floor)
 
     def whole(self, problem: trajectories.DesignProblem) -> trajectories.DesignProblem:
         """The problem with the whole of the torque limits, the share that a design leaves free included."""

@@ -74,7 +74,7 @@ class Score(Brief):
         """
         state = self.problem.exact(self.samples)
         W = self.problem.kernel.dense(state.entries)[:, :, self.problem.places]
-        return learnt_of(self.problem, W, [self.samples.weight / self.duration] * len(W), self.duration)
+        return learnt_of(self.problem, list(W), [self.samples.weight / self.duration] * len(W), self.duration)
 
     @property
     def max_violation(self) -> float:

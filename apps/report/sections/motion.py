@@ -11,7 +11,7 @@ from ....model.drives import parameter_kind
 from ....model.friction import LAWS
 from ....model.inertia import PayloadSpread, payload_spread
 from ....model.visibility import PayloadVisibility
-from ....trajectories import DesignProblem, Score
+from ....trajectories import DesignProblem, Scene, Score
 from ....trajectories.design.score import Learnt, holding_torques
 from ...export.motion import assumed_line, rests_on
 from ..blocks import Banner, Block, Notes, OnPage, Report, Section, Table, Text, lines
@@ -165,8 +165,16 @@ def _motion_banner(title: str, score: Score) -> Banner:
     missed = dict.fromkeys(limit.name for limit in score.limits if str(limit) in score.violations)
     level, text = "mass_and_com_only" if missing else "use", f"every limit{' that was checked' * bool(missing)}"
     keeps = f"keeps {text}" if score.feasible else f"does NOT keep {', '.join(missed)}"
-    unchecked = f" NOT checked: {', '.join(missing)}." if missing else ""
-    return Banner(level if score.feasible else "do_not_use", f"{title}: {keeps}.{unchecked}")
+    scene = score.problem.scene or Scene()
+    radii = {body.radius for body in scene.bodies if body.link}
+    tubes = f" as tubes of {1e3 * max(radii):.0f} mm radius" if len(radii) == 1 else ""
+    looked = [f"itself{tubes}"] * bool(scene.pairs) + [f"the {surface.name}" for surface in scene.surfaces]
+    unseen = [*missing, *["self-collision"] * (not scene.pairs)]
+    unseen += ["floor"] * (not any("floor" in surface.name for surface in scene.surfaces))
+    unseen += [*["payload"] * (score.problem.payloads is None), "cables and cell"]
+    clear = f" Looked at: {' and '.join(looked)}." * bool(looked)
+    level = level if score.feasible else "do_not_use"
+    return Banner(level, f"{title}: {keeps}.{clear} NOT looked at: {', '.join(unseen)}.")
 
 
 def _how_to_run(duration: float, writers: str, command: str) -> OnPage:
