@@ -69,14 +69,6 @@ _Region = Annotated[tuple[tuple[float, ...], bool], word(_region, "R|A,B,C|box:A
 _Rate = Annotated[float, word(positive_number, "HZ")]
 
 
-class TorqueNoise(NamedTuple):
-    """Errors of a recording's torques: sigma per joint [N·m or N], independent samples a second, and source."""
-
-    sigma: Array
-    rate: float
-    source: str
-
-
 class NoiseOptions(Options, group=GOAL):
     """Torque noise of a recording: told, what an earlier one shows, or assumed."""
 
@@ -91,8 +83,8 @@ class NoiseOptions(Options, group=GOAL):
         if self.torque_noise is not None:
             self.refuse("like", "and --torque-noise: give one of them")
 
-    def noise(self, robot: model.Robot, bounds: trajectories.JointBounds) -> TorqueNoise:
-        """Torque noise as told or found, else as assumed of every arm.
+    def noise(self, robot: model.Robot, bounds: trajectories.JointBounds) -> tuple[Array, float, str]:
+        """Sigma per joint [N·m or N], independent samples a second, source: told, found, or assumed of all arms.
 
         Raises:
             InputError: if it does not fit the robot, or nothing tells it.
@@ -118,7 +110,7 @@ class NoiseOptions(Options, group=GOAL):
         if sigma.shape != (robot.n,) or not (sigma > 0.0).all():
             option = "--torque-noise" if self.like is None else self.like
             raise InputError(f"{option}: robot {robot.name!r} needs {robot.n} positive numbers")
-        return TorqueNoise(np.asarray(sigma), rate or trajectories.INDEPENDENT, source)
+        return np.asarray(sigma), rate or trajectories.INDEPENDENT, source
 
 
 class GoalOptions(NoiseOptions):
@@ -148,23 +140,25 @@ class GoalOptions(NoiseOptions):
         motion_length: float | None,
     ) -> trajectories.Goal:
         """The goal; ``reference``: values that standard deviations are relative to; ``motion_length`` in s."""
-        as_before = self.like is None and self.torque_noise is None and self.data_from
-        like = replace(self, like=self.data_from[0]) if as_before else self
-        noise, length, earlier = like.noise(robot, bounds), self.data_length, None
+        length, earlier, source = self.data_length, None, self
         if self.data_from:
             length = length or motion_length
             if length is None:
                 raise InputError("--data-from needs data-length, a setting: how long will be recorded next?")
-            earlier = self._earlier(robot, noise.sigma)
+            if self.like is None and self.torque_noise is None:
+                source = replace(self, like=self.data_from[0])
+        sigma, rate, words = source.noise(robot, bounds)
+        if self.data_from:
+            earlier = self._earlier(robot, sigma)
         return trajectories.Goal(
             self.criterion,
             columns=None if self.payload_only else self.columns,
             payload_only=self.payload_only,
             interest=self.parameters,
             reference=reference if self.criterion == "a" else None,
-            noise=noise.sigma,
-            rate=noise.rate,
-            noise_from=noise.source,
+            noise=sigma,
+            rate=rate,
+            noise_from=words,
             data_length=length,
             earlier=earlier,
         )

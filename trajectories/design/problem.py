@@ -35,7 +35,7 @@ from .limits import (
     torque_limit,
 )
 from .payloads import PayloadSet, payload_limit
-from .scene import Capsule, Scene, clearance
+from .scene import Capsule, Scene, clearance, tubes
 
 _WRIST = 3  # links before the flange that the ball of the payloads may overlap
 
@@ -283,10 +283,13 @@ def build_design(
         payloads = loads.heaviest
         needed.update(payload_columns(robot))
         if scene is not None:
-            # The ball that holds the payloads: clear of all surfaces, and of bodies below the wrist.
+            # The ball that holds the payloads: clear of all surfaces, and of bodies below the wrist; of the tubes
+            # along the chain the base's alone, for others reach to the wrist, next to a short flange.
             x, y, z = payloads.centre.tolist()
             ball = Capsule("payload within bounds", robot.n, payloads.radius, (x, y, z))
-            pairs = ((ball.name, body.name) for body in scene.bodies if body.link <= robot.n - _WRIST)
+            drawn = {tube.name for tube in tubes(robot, 1.0) if tube.link}
+            below = (body.name for body in scene.bodies if body.link <= robot.n - _WRIST)
+            pairs = ((ball.name, name) for name in below if name not in drawn)
             around = structs.replace(scene, bodies=(*scene.bodies, ball), pairs=(*scene.pairs, *pairs))
     # Columns stand in the robot's order, so that different goals share compiled code.
     columns = tuple(name for name in standard_columns(model) if name in needed)

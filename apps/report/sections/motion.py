@@ -52,9 +52,16 @@ def design_report(judged: JudgedMotion) -> Report:
     if floor is not None:
         quantity = {"d": "uncertainty", "a": "relative sigma"}.get(kind, "condition number")
         times = np.exp(0.5 * floor.gap if kind == "d" else floor.gap)
+        least = "of the least found, which is no bound"
+        if floor.dual is not None:
+            least = (
+                f"of the dual's {criterion_text(kind, floor.dual)}, which no motion is below if no state tells "
+                "more than the most telling one found (by search: no proof)"
+            )
         floored = (
-            f"Floor over {floor.states} weighted states within the limits, continuity ignored: "
-            f"{criterion_text(kind, floor.value)}; its {quantity} is {times:.3g} times the floor's."
+            f"Least over {floor.states} weighted states within the limits, continuity ignored: "
+            f"{criterion_text(kind, floor.value)}. The motion's {quantity}, its states ideal, is {times:.3g} times "
+            f"that {least}."
         )
     conditions = {"cond": learnt.condition_number, "cond-scaled": learnt.condition_number_scaled}
     reached = float(np.log(conditions[kind])) if kind in conditions else score.value
