@@ -37,6 +37,8 @@ from .limits import (
 from .payloads import PayloadSet, payload_limit
 from .scene import Capsule, Scene, clearance, tubes
 
+BALL = "payload within bounds"
+"""Name of the body that stands for every payload within bounds."""
 _WRIST = 3  # links before the flange that the ball of the payloads may overlap
 
 
@@ -286,7 +288,7 @@ def build_design(
             # The ball that holds the payloads: clear of all surfaces, and of bodies below the wrist; of the tubes
             # along the chain the base's alone, for others reach to the wrist, next to a short flange.
             x, y, z = payloads.centre.tolist()
-            ball = Capsule("payload within bounds", robot.n, payloads.radius, (x, y, z))
+            ball = Capsule(BALL, robot.n, payloads.radius, (x, y, z))
             drawn = {tube.name for tube in tubes(robot, 1.0) if tube.link}
             below = (body.name for body in scene.bodies if body.link <= robot.n - _WRIST)
             pairs = ((ball.name, name) for name in below if name not in drawn)

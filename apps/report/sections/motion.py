@@ -12,6 +12,7 @@ from ....model.friction import LAWS
 from ....model.inertia import PayloadSpread, payload_spread
 from ....model.visibility import PayloadVisibility
 from ....trajectories import DesignProblem, Scene, Score
+from ....trajectories.design.problem import BALL
 from ....trajectories.design.score import Learnt, holding_torques
 from ...export.motion import assumed_line, rests_on
 from ..blocks import Banner, Block, Notes, OnPage, Report, Section, Table, Text, lines
@@ -173,7 +174,7 @@ def _motion_banner(title: str, score: Score) -> Banner:
     level, text = "mass_and_com_only" if missing else "use", f"every limit{' that was checked' * bool(missing)}"
     keeps = f"keeps {text}" if score.feasible else f"does NOT keep {', '.join(missed)}"
     scene = score.problem.scene or Scene()
-    radii = {body.radius for body in scene.bodies if body.link}
+    radii = {body.radius for body in scene.bodies if body.link and body.name != BALL}
     tubes = f" as tubes of {1e3 * max(radii):.0f} mm radius" if len(radii) == 1 else ""
     looked = [f"itself{tubes}"] * bool(scene.pairs) + [f"the {surface.name}" for surface in scene.surfaces]
     unseen = [*missing, *["self-collision"] * (not scene.pairs)]
