@@ -105,7 +105,7 @@ def shown_noise(path: str | Path) -> tuple[Array, float]:
     """Torque errors of an earlier recording, what their memory adds included.
 
     Args:
-        path: JSON of ``dynident identify`` or ``payload``; NPZ of their ``--npz``, whose memory is not known.
+        path: JSON of ``dynident identify``; NPZ of its ``--npz`` or ``payload``'s, whose memory is not known.
 
     Returns:
         Standard deviation of each joint [N·m or N], shape (n,), and independent samples a second [Hz].

@@ -75,7 +75,7 @@ class NoiseOptions(Options, group=GOAL):
     torque_noise: _Noise | None = None
     """Sigma per joint [N·m or N], or 10% of the limits; @HZ: independent samples a second (default: 10)."""
     like: Annotated[str | None, Reads("like"), Parameter(metavar="JSON")] = None
-    """Noise as an earlier recording of the arm shows it: --json of identify or payload."""
+    """Noise as an earlier recording of the arm shows it: --json of identify."""
 
     def check(self) -> None:
         """Refuse two sources."""
