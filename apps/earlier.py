@@ -8,20 +8,36 @@ import numpy as np
 from ..common.arrays import Array
 from ..common.errors import InputError
 from ..estimation.equations.equations import PAYLOAD, Equations, triangular
-from ..trajectories import Earlier
+from ..trajectories import INDEPENDENT, Earlier
+from ..trajectories.design.goal import MEMORY
 from .results import read_stored_robot
 
 
-def recorded_noise(path: str | Path) -> Array | None:
-    """Standard deviation of the torque error of each joint [N·m or N] in an NPZ or a JSON, shape (n,).
+def shown_noise(path: str | Path) -> tuple[Array, float]:
+    """Torque errors of an earlier recording, what their memory adds included.
 
-    None if an NPZ file carries no weights.
+    Args:
+        path: JSON of ``dynident identify``; NPZ of its ``--npz`` or ``payload``'s, whose memory is not known.
+
+    Returns:
+        Standard deviation of each joint [N·m or N], shape (n,), and independent samples a second [Hz].
+
+    Raises:
+        InputError: if the file is neither, or tells no errors.
     """
-    if not _is_npz(path):
-        return np.asarray(1.0 / read_stored_robot(path).estimate.weights)
-    Equations.load(path)
-    with np.load(path, allow_pickle=False) as data:
-        return np.asarray(1.0 / data["weights"]) if "weights" in data else None
+    if _is_npz(path):
+        Equations.load(path)
+        with np.load(path, allow_pickle=False) as data:
+            if "weights" not in data:
+                raise InputError(f"{path}: carries no weights: give --torque-noise, or --like JSON")
+            return MEMORY / np.asarray(data["weights"]), INDEPENDENT
+    stored = read_stored_robot(path)
+    data, robust, memory, seconds = stored.data, stored.robust, MEMORY, 0.0
+    if stored.covariance_robust is not None and robust is not None and robust.blocks:
+        ratios = np.diag(np.array(stored.covariance_robust)) / np.diag(np.array(stored.covariance))
+        memory, seconds = float(np.exp(0.5 * np.log(ratios).mean())), robust.blocks * (robust.block_length or 0.0)
+    independent = (data.degrees_of_freedom + len(stored.columns)) / len(data.rows_per_joint)
+    return memory / stored.estimate.weights, independent / seconds if seconds else INDEPENDENT
 
 
 def read_earlier(path: str | Path, noise: Array | None) -> Earlier:

@@ -2,9 +2,12 @@ from .design.full_trajectory import REHEARSAL as REHEARSAL
 from .design.full_trajectory import Rung as Rung
 from .design.full_trajectory import missed_on_replay as missed_on_replay
 from .design.full_trajectory import speed_ladder as speed_ladder
+from .design.goal import ASSUMED_NOISE as ASSUMED_NOISE
+from .design.goal import INDEPENDENT as INDEPENDENT
 from .design.goal import Earlier as Earlier
 from .design.goal import Goal as Goal
 from .design.goal import NearGoal as NearGoal
+from .design.goal import assumed_noise as assumed_noise
 from .design.goal import check_mass_visible as check_mass_visible
 from .design.goal import second_pose as second_pose
 from .design.payloads import PayloadSet as PayloadSet
@@ -13,6 +16,7 @@ from .design.problem import Loads as Loads
 from .design.problem import build_design as build_design
 from .design.scene import Scene as Scene
 from .design.scene import read_scene as read_scene
+from .design.scene import usual_scene as usual_scene
 from .design.score import Score as Score
 from .design.score import check_held as check_held
 from .design.score import score_motion as score_motion
@@ -47,6 +51,7 @@ from .simulation.disturbances import RX90_SLOW_NOISE as RX90_SLOW_NOISE
 from .simulation.disturbances import Disturbances as Disturbances
 from .simulation.disturbances import no_disturbances as no_disturbances
 from .simulation.disturbances import relative_disturbances as relative_disturbances
+from .simulation.disturbances import remembered_disturbances as remembered_disturbances
 from .simulation.simulator import RX90_NOISE as RX90_NOISE
 from .simulation.simulator import Simulator as Simulator
 

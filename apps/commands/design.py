@@ -12,13 +12,14 @@ from cyclopts import Parameter
 from ... import estimation, model, trajectories
 from ...common.errors import InputError
 from ...common.files import made_folder
+from ...model.motion import Measurement
 from .. import logs
 from .. import view as views
 from ..export.motion import WrittenMotion, design_head
 from ..export.motions.val3 import check_val3, val3_replay
 from ..logs.map import read_log_map
 from ..logs.read import read_recording
-from ..report.documents import JudgedMotion, design_document
+from ..report.documents import JudgedMotion, as_recorded, design_document, planned
 from ..report.sections.motion import criterion_text, design_report
 from . import values
 from .entry import MOTION, SEARCH, SETTING, Options, command
@@ -155,13 +156,14 @@ def run(
     design = best_motion(problem, search.seed, search.starts, words)
     floor = floor_of(problem, design.score, search.seed) if search.bound else None
     title, samples = f"Motion of {robot.title or robot.name}", design.motion(FIGURE_RATE)
-    head, name = design_head(design), Path(files.val3 or "").name
+    learnt = as_recorded(problem, planned(robot, design.plan))
+    head, name = design_head(design, learnt), Path(files.val3 or "").name
     written = WrittenMotion(robot, design.plan, problem.bounds, head, name=name)
     replay = None
     if files.val3:  # what a controller would make of the via points if its profiles are trapezoidal
         profile = val3_replay(written).motion(_REPLAY_RATE)
         replay = trajectories.score_motion(problem, profile)
-    judged = JudgedMotion(title, design.score, samples, reference, labels, design, floor, replay)
+    judged = JudgedMotion(title, design.score, samples, learnt, reference, labels, design, floor, replay)
     estimated = () if problem.payloads is not None else ("val3",)
     files.check_replays(limits.whole(problem), written, *estimated)
     files.give(design_report(judged), lambda: design_document(judged), {})
@@ -246,16 +248,19 @@ def run_score(
     """Run ``score``."""
     shape = trajectories.ViaPointShape(longest=scored.max_duration)
     problem, reference, labels = build_request(arm.load(), shape, goal, limits)
-    motion = _logged_motion(data, problem.robot, scored.log_map, scored.cutoff)
+    motion, recorded = _logged_motion(data, problem.robot, scored.log_map, scored.cutoff)
+    learnt = as_recorded(problem, recorded)
     score = trajectories.score_motion(problem, motion)
     floor = floor_of(problem, score, scored.seed or 0) if scored.bound else None
-    judged = JudgedMotion(f"Motion of {data}", score, motion, reference, labels, floor=floor, source=data)
+    judged = JudgedMotion(f"Motion of {data}", score, motion, learnt, reference, labels, floor=floor, source=data)
     files.give(design_report(judged), lambda: design_document(judged), {})
     view.write_view(lambda: views.view_of(problem.robot, motion, problem=problem))
 
 
-def _logged_motion(path: str, robot: model.Robot, log_map: str | None, cutoff: float | None) -> model.Motion:
-    """The motion of a file: as planned where it has accelerations, else filtered like a recording.
+def _logged_motion(
+    path: str, robot: model.Robot, log_map: str | None, cutoff: float | None
+) -> tuple[model.Motion, Measurement]:
+    """The motion of a file: as planned where it has accelerations, else filtered like a recording; and filtered.
 
     Planned samples are joined by quintics, so that limits are looked at between them too.
     """
@@ -268,7 +273,10 @@ def _logged_motion(path: str, robot: model.Robot, log_map: str | None, cutoff: f
         if qd is not None and qdd is not None:
             if cutoff is not None:
                 raise InputError(f"{path}: has accelerations and is not filtered: leave --cutoff out")
-            return trajectories.joined(model.Motion(t, q, qd, qdd), _PLANNED_RATE)
+            motion = trajectories.joined(model.Motion(t, q, qd, qdd), _PLANNED_RATE)
+            planned = model.Recording(motion.t, motion.q, 0.0 * motion.q, None, path)
+            return motion, estimation.measurement(planned, robot.processing)
         recording = model.Recording(t, q, 0.0 * q, qd, path)
     processing = robot.processing if cutoff is None else replace(robot.processing, cutoff=cutoff)
-    return estimation.measurement(recording, processing).motion
+    measured = estimation.measurement(recording, processing)
+    return measured.motion, measured

@@ -18,7 +18,7 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import write_text
 from .. import results
-from ..earlier import of_payload, read_earlier, recorded_noise
+from ..earlier import of_payload, read_earlier, shown_noise
 from ..export import motions
 from ..export.motion import WrittenMotion
 from ..export.motions.ros2 import check_joint_names
@@ -29,8 +29,6 @@ from .options import PageOptions, RobotOptions
 from .progress import note, status
 from .values import Names, NewFile, Reads, Seconds, Share, checked, number, numbers, positive_number, share, word
 
-RATE = 100.0
-"""Hz: independent samples where nothing else is said."""
 FIGURE_RATE = 100.0
 """Hz: samples of a motion in figures."""
 _SAMPLE_RATE = 250.0  # Hz, in files
@@ -93,26 +91,47 @@ class RehearsedRobotOptions(RobotOptions):
 
 
 class NoiseOptions(Options, group=GOAL):
-    """Torque noise per joint [N·m or N], or its share of the limits, and independent samples a second [Hz]."""
+    """Torque noise of a recording: told, what an earlier one shows, or assumed."""
 
     torque_noise: _Noise | None = None
-    """Sigma per joint [N·m or N], or 10% of the limits; @HZ: independent samples a second (default: 100)."""
+    """Sigma per joint [N·m or N], or 10% of the limits; @HZ: independent samples a second (default: 10)."""
+    like: Annotated[str | None, Reads("like"), Parameter(metavar="JSON")] = None
+    """Noise as an earlier recording of the arm shows it: --json of identify."""
 
-    @property
-    def rate(self) -> float:
-        """Independent samples a second [Hz]."""
-        return (self.torque_noise[1] if self.torque_noise else None) or RATE
+    def check(self) -> None:
+        """Refuse two sources."""
+        super().check()
+        if self.torque_noise is not None:
+            self.refuse("like", "and --torque-noise: give one of them")
 
-    def sigma(self, bounds: trajectories.JointBounds) -> Array | None:
-        """Standard deviations per joint as asked for."""
-        noise, n = self.torque_noise[0] if self.torque_noise else None, len(bounds.torque)
-        if isinstance(noise, float):
-            if not np.isfinite(bounds.torque).all():
+    def noise(self, robot: model.Robot, bounds: trajectories.JointBounds) -> tuple[Array, float, str]:
+        """Sigma per joint [N·m or N], independent samples a second, source: told, found, or assumed of all arms.
+
+        Raises:
+            InputError: if it does not fit the robot, or nothing tells it.
+        """
+        level, rate = self.torque_noise or (None, None)
+        if self.like is not None:
+            sigma, rate, source = *shown_noise(self.like), f"as {self.like} shows"
+        elif level is None:
+            sigma, source = trajectories.assumed_noise(robot), trajectories.ASSUMED_NOISE
+            if not np.isfinite(sigma).all():
+                raise InputError(
+                    f"robot {robot.name!r} has no torque limits from which a noise could be guessed: give "
+                    "--torque-noise, or --arm-mass KG for a stand-in"
+                )
+        elif isinstance(level, float):
+            sigma, source = level * bounds.torque, f"as told, {100 * level:g} % of the torque limits"
+            if not np.isfinite(sigma).all():
                 raise InputError(
                     "--torque-noise as a percentage needs a torque limit of every joint: --torque-limits"
                 )
-            return np.asarray(noise * bounds.torque)
-        return None if noise is None else np.array(noise * n if len(noise) == 1 else noise)
+        else:
+            sigma, source = np.array(level * robot.n if len(level) == 1 else level), "as told"
+        if sigma.shape != (robot.n,) or not (sigma > 0.0).all():
+            option = "--torque-noise" if self.like is None else self.like
+            raise InputError(f"{option}: robot {robot.name!r} needs {robot.n} positive numbers")
+        return np.asarray(sigma), rate or trajectories.INDEPENDENT, source
 
 
 class GoalOptions(NoiseOptions):
@@ -142,34 +161,32 @@ class GoalOptions(NoiseOptions):
         motion_length: float | None,
     ) -> trajectories.Goal:
         """The goal; ``reference``: values that standard deviations are relative to; ``motion_length`` in s."""
-        noise, length, earlier = self.sigma(bounds), self.data_length, None
+        length, earlier, source = self.data_length, None, self
         if self.data_from:
             length = length or motion_length
             if length is None:
                 raise InputError("--data-from needs data-length, a setting: how long will be recorded next?")
-            if noise is None:
-                noise = recorded_noise(self.data_from[0])
-        if noise is None:
-            note("no --torque-noise: 1 N·m (or N) in every joint is assumed")
+            if self.like is None and self.torque_noise is None:
+                source = replace(self, like=self.data_from[0])
+        sigma, rate, words = source.noise(robot, bounds)
         if self.data_from:
-            earlier = self._earlier(robot, noise)
+            earlier = self._earlier(robot, sigma)
         return trajectories.Goal(
             self.criterion,
             columns=None if self.payload_only else self.columns,
             payload_only=self.payload_only,
             interest=self.parameters,
             reference=reference if self.criterion == "a" else None,
-            noise=noise,
-            rate=self.rate,
+            noise=sigma,
+            rate=rate,
+            noise_from=words,
             data_length=length,
             earlier=earlier,
         )
 
-    def _earlier(self, robot: model.Robot, noise: Array | None) -> trajectories.Earlier:
+    def _earlier(self, robot: model.Robot, noise: Array) -> trajectories.Earlier:
         """Rows of the files of earlier data, all of the first one's columns."""
         paths, weighted = self.data_from, self.criterion in ("d", "a")
-        if weighted and noise is None:
-            raise InputError(f"{paths[0]}: carries no weights: give --torque-noise")
         parts = [read_earlier(path, noise if weighted else None) for path in paths]
         if self.payload_only:
             parts = [of_payload(part, model.regressors.payload_columns(robot)) for part in parts]
@@ -187,7 +204,8 @@ class Limited(NamedTuple):
     robot: model.Robot  # with its parameters, or a stand-in's
     bounds: trajectories.JointBounds
     loads: trajectories.Loads  # what torques are computed from; the payload in the last link's frame
-    scene: trajectories.Scene | None
+    scene: trajectories.Scene | None  # as given; else the arm itself, and with the floor what it is bolted to
+    floor: bool
 
     @property
     def identified(self) -> bool:
@@ -206,7 +224,13 @@ class Limited(NamedTuple):
         loads: trajectories.Loads | None,
     ) -> trajectories.DesignProblem:
         """The design of a motion within these limits; without loads torques have none."""
-        return trajectories.build_design(self.robot, shape, goal, bounds=self.bounds, loads=loads, scene=self.scene)
+        poses: Array = np.zeros((0, self.robot.n))
+        if isinstance(shape, trajectories.NearShape):
+            poses = shape.poses
+        elif shape.start is not None:
+            poses = np.array([shape.start])
+        scene = self.scene or trajectories.usual_scene(self.robot, poses, self.floor)
+        return trajectories.build_design(self.robot, shape, goal, bounds=self.bounds, loads=loads, scene=scene)
 
 
 class LimitOptions(Options, group=LIMITS):
@@ -227,11 +251,15 @@ class LimitOptions(Options, group=LIMITS):
     torque_margin: Annotated[Share | None, SETTING] = None
     """Share of the torque limits that stays free, such as 10%."""
     scene: Annotated[str | None, Reads("scene"), Parameter(metavar="TOML"), SETTING] = None
-    """File of floor, walls, and bodies that keep clear of each other."""
+    """File of floor, walls, and bodies that keep clear of each other, in the place of those assumed."""
+    no_floor: bool = False
+    """No floor at the base's height, as for an arm on a pedestal (nor the wall or ceiling it hangs from)."""
 
     def check(self) -> None:
-        """Refuse a region of payloads of which none is named."""
+        """Refuse a region of payloads of which none is named, and floors twice."""
         super().check()
+        if self.scene is not None and self.no_floor:
+            raise InputError("--no-floor has no effect with a scene, which names its own floor: leave it out")
         if self.heaviest_payload is None:
             self.refuse("within", "needs --heaviest-payload KG[@X,Y,Z]: the largest mass there")
 
@@ -259,7 +287,7 @@ class LimitOptions(Options, group=LIMITS):
         payload = self._payload(robot, np.isfinite(bounds.torque))
         scene = trajectories.read_scene(self.scene) if self.scene else None
         loads = trajectories.Loads(known, payload, covariance, self.torque_margin or 0.0)
-        return Limited(robot, bounds, loads, scene)
+        return Limited(robot, bounds, loads, scene, not self.no_floor)
 
     def whole(self, problem: trajectories.DesignProblem) -> trajectories.DesignProblem:
         """The problem with the whole of the torque limits, the share that a design leaves free included."""

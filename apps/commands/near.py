@@ -41,9 +41,6 @@ if TYPE_CHECKING:
 _Pose = Annotated[tuple[float, ...] | str, word(partial(numbers_or, "auto"), "auto|Q1,Q2,..")]
 _RANGE, _MASS = 30.0, 3.0  # deg, kg
 
-_NOISE = 0.007
-"""Noise of a torque sample as a fraction of the torque limit, where none is given; arms have 0.5 to 0.9 %."""
-_NOISE_RATE, _PAPER_RATE = 10.0, 250.0  # Hz
 _LEFT = 1.25  # of the mass expected: what runs of the ladder leave possible, and the motion bears at full speed
 
 
@@ -158,7 +155,8 @@ def run(
     limited = limits.of(robot)
     robot, bounds, payload = limited.robot, limited.bounds, limited.loads.heaviest
     options = options.bounded_by(payload)
-    goal = trajectories.NearGoal(*_noise(noise, robot, bounds), options.expected, options.sigma)
+    sigma, rate, source = noise.noise(robot, bounds)
+    goal = trajectories.NearGoal(sigma, rate, options.expected, options.sigma, source)
     shape, hint = _shape(options, robot, goal, bounds)
     visibility = shape.visibility(robot)
     try:
@@ -218,28 +216,6 @@ def _shape(
     shape = replace(shape, poses=np.array([first, second]))
     shape.check(robot, bounds)
     return shape, None
-
-
-def _noise(options: NoiseOptions, robot: model.Robot, bounds: trajectories.JointBounds) -> tuple[Array, float]:
-    """Standard deviation of torque samples per joint [N·m or N], and how many are independent in a second."""
-    noise = options.sigma(bounds)
-    if noise is None and options.torque_noise is not None:
-        raise InputError("--torque-noise: give sigma before the @ too")
-    if noise is not None:
-        if noise.shape != (robot.n,) or not (noise > 0.0).all():
-            raise InputError(f"--torque-noise: robot {robot.name!r} needs {robot.n} positive numbers")
-        return noise, options.rate
-    if robot.name == "rx90":
-        note("no --torque-noise: that of the paper's RX90 is assumed")
-        return np.array(trajectories.RX90_NOISE), _PAPER_RATE
-    limits = np.array([joint.limits.torque for joint in robot.joints])
-    if not np.isfinite(limits).all():
-        raise InputError(
-            f"robot {robot.name!r} has no torque limits from which a noise could be guessed: give "
-            "--torque-noise, or --arm-mass KG for a stand-in"
-        )
-    note(f"no --torque-noise: {100 * _NOISE:g} % of the torque limits at {_NOISE_RATE:g} Hz assumed")
-    return _NOISE * limits, _NOISE_RATE
 
 
 def _loads(limited: Limited, options: NearOptions) -> trajectories.Loads | None:

@@ -46,7 +46,8 @@ class _Simulate(Options):
     payload: PayloadFile | None = None
     """Run each trajectory with this payload too."""
     noise: Annotated[str, Parameter(metavar="LEVEL")] = ""
-    """none, a share of each joint's torque, or paper or slow (rx90); default: paper for rx90, else 0.08."""
+    """none, a share of each joint's torque, assumed (as design does), or paper or slow (rx90); default: paper for
+    rx90, else 0.08."""
     friction: Annotated[dict[str, float] | None, word(levels, "TERM=LEVEL,..")] = None
     """More friction: FL2=0.06 of load, FR1=20 by the root of speed, FB1@0.1=5 of Stribeck (docs/theory.md)."""
     gain_error: Annotated[Share, SETTING] = 0.0
@@ -149,6 +150,8 @@ def _disturbances(
     noise = noise or ("paper" if robot.name == "rx90" else str(_SHARE))
     if noise == "none":
         return trajectories.no_disturbances(robot.n)
+    if noise == "assumed":
+        return trajectories.remembered_disturbances(trajectories.assumed_noise(robot), trajectories.INDEPENDENT)
     if noise in ("paper", "slow"):
         if robot.name != "rx90":
             raise InputError(f"--noise {noise} is the RX90's: give a share of the torque for {robot.name}")
@@ -157,7 +160,7 @@ def _disturbances(
         level = share(noise)
     except ValueError:
         raise InputError(
-            f"--noise {noise!r}: give none, paper, slow or a share of the torque such as 0.08"
+            f"--noise {noise!r}: give none, assumed, paper, slow or a share of the torque such as 0.08"
         ) from None
     simulator, torques = trajectories.Simulator(robot), []
     for reference in references:

@@ -10,6 +10,7 @@ from ...common.errors import InputError
 from ...model import Motion, Robot
 from ...model.robot import SOURCED
 from ...trajectories import Design, DesignProblem, JointBounds, Trapezoid, ViaPoints
+from ...trajectories.design.score import Learnt
 from ...trajectories.motions.family import Plan
 from .format import Format
 
@@ -77,9 +78,9 @@ def require_six_turning(robot: Robot, form: str) -> None:
         raise InputError(f"{form} is for six joints that turn; robot {robot.name!r} has others")
 
 
-def design_head(design: Design) -> tuple[str, ...]:
+def design_head(design: Design, learnt: Learnt) -> tuple[str, ...]:
     """Robot, limits, duration, criterion, seed and version of a design."""
-    problem, learnt, bounds = design.problem, design.learnt, design.problem.bounds
+    problem, bounds = design.problem, design.problem.bounds
     earlier = f", with {len(problem.earlier)} rows of earlier recordings" if len(problem.earlier) else ""
     shape, plan = "Fourier series", design.plan
     if isinstance(plan, ViaPoints):

@@ -9,28 +9,35 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import msgspec
+import numpy as np
 from msgspec import UNSET, UnsetType, field
 
 from ... import __version__
 from ...common.files import write_bytes
 from ...common.schema import Document, Matrix, Vector, json_schema
+from ...estimation import measurement
 from ...estimation.diagnosis.kinematics import PoseCheck, Readings
+from ...estimation.equations.observer import Observer
 from ...estimation.results.parts import Number, Rollout
 from ...estimation.results.payload import PayloadResult, VisibilityDocument
 from ...estimation.results.robot import GainsResult, RobotResult
-from ...model import Motion, Robot
+from ...model import Motion, Recording, Robot
 from ...model.inertia import PayloadSpread
+from ...model.motion import Measurement
 from ...model.visibility import PayloadVisibility
-from ...trajectories import Design, DesignProblem, Fourier, NearShape, Score, Trapezoid, ViaPoints
+from ...trajectories import Design, DesignProblem, Fourier, NearShape, Plan, Score, Trapezoid, ViaPoints
 from ...trajectories.design.full_trajectory import Rung
 from ...trajectories.design.limits import LimitCheck
-from ...trajectories.design.score import holding_torques
+from ...trajectories.design.score import Learnt, holding_torques, learnt_of
 from ...trajectories.design.search import Floor
 from ..export.motion import rests_on
 from ..fleet.comparing import Compared, Fleet
 from ..fleet.reduction import ReducedDocument
 from ..logs.following import FollowingChange
 from ..logs.log_check import LogReport, RobotFits
+
+RECORDED = 250.0
+"""Hz: samples of a recording that is still to be made."""
 
 
 class CheckDocument(Document, frozen=True):
@@ -188,6 +195,9 @@ class _MotionAnswer(Document, frozen=True, kw_only=True):
     limits: LimitsDocument
     payload_bounds: PayloadBoundsDocument | None
     assumed: dict[str, str]
+    noise: Vector = field(name="torque_noise")
+    rate: Number = field(name="independent_rate_hz")
+    noise_from: str = field(name="torque_noise_from")
 
 
 class DesignDocument(_MotionAnswer, frozen=True, kw_only=True):
@@ -198,8 +208,6 @@ class DesignDocument(_MotionAnswer, frozen=True, kw_only=True):
     log_det: Number
     sigma: dict[str, Number] = field(name="predicted_sigma")
     predicted_sigma_percent: dict[str, Number]
-    noise: Vector = field(name="torque_noise")
-    rate: Number = field(name="independent_rate_hz")
     data_length: Number = field(name="data_length_s")
     floor: Floor | None
     evaluated: str | None
@@ -237,6 +245,20 @@ class NearDocument(_MotionAnswer, frozen=True, kw_only=True):
     seed: int
 
 
+def as_recorded(problem: DesignProblem, data: Measurement) -> Learnt:
+    """What a motion teaches as ``identify`` will see it: decimated, and without rows of joints that are slow."""
+    motion, processing = data.motion, problem.robot.processing
+    W = Observer(problem.robot, problem.names).observe(data, processing).W
+    part = processing.thinning(motion.rate) / len(motion.t)
+    return learnt_of(problem, W, [np.full(len(own), part) for own in W], float(motion.t[-1] - motion.t[0]))
+
+
+def planned(robot: Robot, plan: Plan) -> Measurement:
+    """A motion as a recording of it will be filtered, without torques."""
+    motion = plan.motion(RECORDED)
+    return measurement(Recording(motion.t, motion.q, 0.0 * motion.q, None, "planned"), robot.processing)
+
+
 class NearResult(NamedTuple):
     """A motion near a pose, its visibility of a payload, and predicted standard deviations by white noise.
 
@@ -266,6 +288,7 @@ class JudgedMotion(NamedTuple):
 
     Attributes:
         title: of the score's table.
+        learnt: information of the motion as a recording of it will show it.
         reference: values that standard deviations are relative to.
         labels: how to call parameters ("ZZ1R"), by their names.
         design: the designed motion; None where one was only judged.
@@ -277,6 +300,7 @@ class JudgedMotion(NamedTuple):
     title: str
     score: Score
     motion: Motion
+    learnt: Learnt
     reference: Mapping[str, float] = {}
     labels: Mapping[str, str] = {}
     design: Design | None = None
@@ -288,7 +312,7 @@ class JudgedMotion(NamedTuple):
 def design_document(judged: JudgedMotion) -> DesignDocument:
     """Make the document of ``dynident design --json``."""
     score, design, replay = judged.score, judged.design, judged.replay
-    problem, learnt, relative = score.problem, score.learnt, score.relative_sigma(dict(judged.reference))
+    problem, learnt, relative = score.problem, judged.learnt, judged.learnt.relative_sigma(judged.reference)
     percent = {name: 100.0 * relative[name] if name in relative else None for name in learnt.sigma}
     motion: MotionDocument | UnsetType = UNSET
     plan = None if design is None else design.plan
@@ -317,14 +341,26 @@ def _of_motion(problem: DesignProblem, score: Score) -> dict[str, Any]:
     bounds, robot = None, problem.robot
     if problem.payloads is not None:
         bounds = PayloadBoundsDocument.of(problem.payloads, holding=holding_torques(problem, score.samples.q))
-    return {"robot": robot.name, "payload_bounds": bounds, "assumed": robot.assumed(*rests_on(problem))}
+    return {
+        "robot": robot.name,
+        "payload_bounds": bounds,
+        "assumed": robot.assumed(*rests_on(problem)),
+        "noise_from": problem.noise_from,
+    }
 
 
 def near_document(result: NearResult) -> NearDocument:
     """Make the document of ``dynident near --json``."""
-    design, motion, score = result.design, result.motion, result.design.score
+    design, motion, score, problem = result.design, result.motion, result.design.score, result.design.problem
     return NearDocument.of(
-        *(score.learnt, motion, design, design.problem.criterion),
+        *(
+            as_recorded(problem, planned(result.robot, motion)),
+            motion,
+            design,
+            problem.criterion,
+            problem,
+            problem.goal,
+        ),
         **_of_motion(design.problem, score),
         near=NearMotion.of(result.shape, motion),
         visibility=VisibilityDocument.of(result.visibility),

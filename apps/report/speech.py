@@ -21,7 +21,7 @@ from ..logs.log_check import LogReport
 from ..numbers import SIX
 from . import page
 from .blocks import Report
-from .documents import JudgedMotion, Look, check_document, design_document
+from .documents import JudgedMotion, Look, as_recorded, check_document, design_document, planned
 from .figures.canvas import Figure
 from .sections.check import check_report, log_report
 from .sections.gains import gains_report
@@ -60,7 +60,8 @@ def _gains_rows(result: GainsResult) -> list[dict[str, Any]]:
 
 def _judged(answer: Design) -> JudgedMotion:
     title = f"Motion of {answer.problem.robot.title or answer.problem.robot.name}"
-    return JudgedMotion(title, answer.score, answer.motion(_RATE), design=answer)
+    learnt = as_recorded(answer.problem, planned(answer.problem.robot, answer.plan))
+    return JudgedMotion(title, answer.score, answer.motion(_RATE), learnt, design=answer)
 
 
 _SHOWN: dict[type, _Shown] = {
@@ -69,7 +70,9 @@ _SHOWN: dict[type, _Shown] = {
     GainsResult: _Shown(gains_report, _gains_rows),
     Design: _Shown(
         lambda answer: design_report(_judged(answer)),
-        lambda answer: [{"parameter": name, "sigma": sigma} for name, sigma in answer.learnt.sigma.items()],
+        lambda answer: [
+            {"parameter": name, "sigma": sigma} for name, sigma in _judged(answer).learnt.sigma.items()
+        ],
         lambda answer: design_document(_judged(answer)),
     ),
     LogReport: _Shown(

@@ -10,10 +10,11 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...estimation import PayloadResult
 from ...model import Motion, Pose, Recording, Robot
-from ...model.frames import frames_at, step
+from ...model.frames import frames_at
 from ...model.kinematics import point_at
 from ...model.stand_in import cylinder_radius
 from ...trajectories import DesignProblem, Scene
+from ...trajectories.design.scene import tubes
 from ...trajectories.design.score import room_over_time, taught_over_time
 from .shapes import Colour, Shape, box, capsule, ellipsoid, inertia_axes, looks_of, plane
 
@@ -148,24 +149,9 @@ def _picked(motion: Motion, finer: int = 1) -> NDArray[np.intp]:
 
 
 def _links(robot: Robot) -> list[Shape]:
-    """Capsules from each frame to where the next one starts: along x, then along the joint's axis.
-
-    In front of a sliding joint stands a rail over its range.
-    """
-    radius, shapes = _THICK * cylinder_radius(robot), []
-
-    def add(name: str, frame: int, start: Array, end: Array) -> None:
-        shapes.append(Shape(name, frame, capsule(start, end, radius), _LINK))
-
-    for j, joint in enumerate(robot.joints):
-        reach = np.clip(joint.limits.position, -1.0, 1.0) if not joint.revolute else (0.0, 0.0)
-        corner = step(joint, 0.0)[0]
-        ends = [(corner @ step(joint, float(q))[1]).p for q in reach]
-        low, high = sorted([corner.p, *ends], key=lambda p: float((p - corner.p) @ corner.R[:, 2]))[::2]
-        add(f"link {j}/along x", j, np.zeros(3), corner.p)
-        add(f"link {j}/along axis {j + 1}", j, low, high)
-    add(f"link {robot.n}/flange", robot.n, np.zeros(3), robot.flange.p)
-    return shapes
+    """Tubes along the chain."""
+    bodies = tubes(robot, _THICK * cylinder_radius(robot))
+    return [Shape(b.name, b.link, capsule(np.array(b.start), np.array(b.end), b.radius), _LINK) for b in bodies]
 
 
 def _axes(robot: Robot, touched: NDArray[np.bool_]) -> list[Shape]:

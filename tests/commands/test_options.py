@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from cyclopts import Token
 from dynident.apps.report.blocks import Drawing
-from dynident.tests.commands.lines import BRIEF, LINES, NOISE, SCORE, WHOLE
+from dynident.tests.commands.lines import BRIEF, LINES, NEAR, NOISE, SCORE, WHOLE
 from dynident.tests.commands.typed import NAMES, arguments, options, refused, typed
 from matplotlib.figure import Figure
 
@@ -54,6 +54,7 @@ LIMITS = {
     "--torque-limits": "--torque-limits 300,300,120,50,40,20",
     "--robot-parameters": "--robot-parameters tx_robot.json",
     "scene": "scene=scene.toml",
+    "--no-floor": "=rx_arm.csv --robot ur10e --json b.json | --no-floor",
     "--heaviest-payload": "--heaviest-payload 7@0,0,0.2",
     "--within": "--heaviest-payload 2@0,0,0.1 | --within 0.1",
     "torque-margin": "torque-margin=5%",
@@ -203,6 +204,8 @@ OPTIONS: dict[str, dict[str, str]] = {
     },
     "codegen": ROBOT | {"--function": "--function regressor", "--out": "--out other"},
     "design": ROBOT | STAND_IN | PAGE | LIMITS | MOTIONS | VIEW | {
+        "--no-floor": f"={BRIEF.replace('rx90', 'tx40')} --via-points 4 | --no-floor",
+        "--like": f"={BRIEF.split(' --torque')[0]} --via-points 4 --json b.json | --like earlier.json",
         "--via-points": "--via-points 5",
         "--fourier": f"={BRIEF} --fourier 2 --duration 3 | --fourier 3",
         "--segments": "--segments trapezoid",
@@ -224,6 +227,8 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--val3": "--segments trapezoid | --val3 val3",
     },
     "near": ROBOT | STAND_IN | PAGE | LIMITS | MOTIONS | VIEW | {
+        "--no-floor": f"={NEAR.replace('rx90', 'tx40')} | --no-floor",
+        "--like": f"={NEAR.split(' --torque')[0]} --json b.json | --like earlier.json",
         "--pose": "--pose=0,-45,90,0,60,0",
         "--second-pose": "--second-pose=0,-45,90,90,45,90",
         "--joints": "--joints 3,4,5,6",
@@ -237,6 +242,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--ladder": "--heaviest-payload 7@0,0,0.1 --within 0.1 | --ladder",
     },
     "score": ROBOT | STAND_IN | PAGE | LIMITS | VIEW | {
+        "--like": f"={SCORE.split(' --torque')[0]} --json b.json | --like earlier.json",
         "--data": f"=--robot rx90 {NOISE} | rx_arm.csv",
         "--log-map": f"={SCORE.replace('rx_arm', 'rx_arm_loaded')} | --log-map turned.toml",
         "--cutoff": f"={SCORE.replace('rx_arm', 'rx_arm_loaded')} | --cutoff 5",

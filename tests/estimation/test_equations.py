@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.earlier import of_payload, read_earlier, recorded_noise
+from dynident.apps.earlier import of_payload, read_earlier, shown_noise
 from dynident.apps.results import write_npz
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
@@ -24,6 +24,7 @@ from dynident.model import InertialParameters, Motion, Processing, Recording, ba
 from dynident.model.motion import Measurement
 from dynident.tests.report import made
 from dynident.trajectories import Simulator
+from dynident.trajectories.design.goal import MEMORY
 
 
 @pytest.mark.parametrize("name", ["rx90", "tx40", "ur10e"])
@@ -213,10 +214,11 @@ def saved(path: Path, columns: tuple[str, ...], joints: int = 2) -> Equations:
 def test_rows_weigh_by_noise_and_independence(tmp_path: Path) -> None:
     path = tmp_path / "r.npz"
     factors = saved(path, ("A", "B", "C")).factors
-    assert recorded_noise(path) is None
+    with pytest.raises(InputError, match="carries no weights"):
+        shown_noise(path)
     with np.load(path) as data:
         np.savez(path, weights=np.array([2.0, 4.0]), **dict(data))
-    assert recorded_noise(path) == pytest.approx([0.5, 0.25])
+    assert shown_noise(path)[0] == pytest.approx(MEMORY * np.array([0.5, 0.25]))
     for noise in (np.array([2.0, 0.5]), None):
         information = read_earlier(path, noise)
         sizes = np.ones(2) if noise is None else noise
@@ -232,8 +234,8 @@ def test_rows_weigh_by_noise_and_independence(tmp_path: Path) -> None:
 def test_json_holds_the_covariance(tmp_path: Path) -> None:
     path, result = tmp_path / "r.json", made.identification()
     write_json(path, robot_result(result))
-    noise = recorded_noise(path)
-    assert noise == pytest.approx(1.0 / result.estimate.weights)
+    noise = 1.0 / result.estimate.weights
+    assert np.ptp(shown_noise(path)[0] / noise) < 1e-12
     factor = read_earlier(path, noise).factor
     assert np.linalg.inv(factor.T @ factor) == pytest.approx(result.estimate.covariance)
     with pytest.raises(InputError, match="holds no unweighted rows"):

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from dynident.benchmarks.promised import promised_and_shown
 from dynident.common.arrays import Array
 from dynident.model import (
     INERTIAL,
@@ -38,6 +39,7 @@ from dynident.trajectories.design.descent import Lagrangian
 from dynident.trajectories.design.goal import Shape
 from dynident.trajectories.design.information import SPRING, RegressorKernel, regressor_kernel
 from dynident.trajectories.design.scene import Capsule, HalfSpace
+from dynident.trajectories.design.score import score_of
 from dynident.trajectories.design.search import floor_under
 from dynident.trajectories.motions.family import Samples
 from dynident.trajectories.simulation.simulator import parameter_vector
@@ -192,6 +194,19 @@ def test_condition_number_of_a_design_and_its_floor() -> None:
     assert floor.gap == pytest.approx(design.score.value - floor.value)
 
 
+@pytest.mark.parametrize("kind", ["d", "a"])
+def test_no_motion_and_no_floor_is_below_the_dual(kind: Kind) -> None:
+    goal = Goal(kind, payload_only=True, reference=dict.fromkeys((f"{name}6" for name in INERTIAL), 1.0))
+    problem = build_design(ROBOT, ViaPointShape(4), goal)
+    draw = np.random.default_rng(0)
+    values = [score_of(problem, problem.family.random(draw)).value for _ in range(20)]
+    floor = floor_under(problem, min(values), states=20, effort=1)
+    assert floor.dual is not None
+    assert floor.dual <= floor.value < min(values)
+    assert floor.gap == pytest.approx(min(values) - floor.dual)
+    assert floor.value - floor.dual < 0.8
+
+
 def test_interrupted_it_keeps_the_best_so_far() -> None:
     task = build_design(ROBOT, ViaPointShape(14), Goal("cond"))
     steps: list[float | None] = []
@@ -328,3 +343,14 @@ def test_the_adjoint_is_the_derivative(kernel: tuple[Robot, RegressorKernel]) ->
         )
         expected = np.sum(seed * (ahead - behind)) / (2 * step)
         assert np.sum(slope * direction) == pytest.approx(expected, rel=1e-6, abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    "name", ["ur10e", "kr6_r900", *(pytest.param(arm, marks=pytest.mark.long) for arm in ("iiwa14", "rx90", "gp8"))]
+)
+def test_what_a_motion_promises_its_simulated_recordings_show(name: str) -> None:
+    """Within a factor of 1.5 for robot and payload, by the same noise; so does ``--like`` find that noise again."""
+    found = promised_and_shown(name, seed=0)
+    assert found.condition == pytest.approx(1.0, rel=1e-6)
+    for ratio in (found.robot, found.payload, found.noise):
+        assert 1.0 / 1.5 < ratio < 1.5

@@ -106,7 +106,7 @@ def test_the_prediction_is_the_scatter_of_least_squares(design: Solved) -> None:
         clean.append(W[used, j] @ BODY.vector / NOISE[j])
     A, y = np.vstack(rows), np.concatenate(clean)
     draw = np.random.default_rng(0).standard_normal((len(y), 200))
-    solutions = np.linalg.lstsq(A, y[:, None] + draw, rcond=None)[0]
+    solutions = np.linalg.lstsq(A, y[:, None] + np.sqrt(2.0) * draw, rcond=None)[0]
     mass, com = solutions[9].std(), (solutions[6:9] / solutions[9]).std(axis=1)
     spread = NearGoal(NOISE, rate, BODY).predicted(robot, design.motion, (2, 3, 5, 6), sample_rate=rate)
     assert spread.mass == pytest.approx(mass, rel=0.15)

@@ -35,8 +35,8 @@ _BELOW = 1.5  # times what a run misses: a search below the limit leaves that fr
 
 _SLOWEST = 0.02  # of the speed: a slower run takes too long
 _HALVINGS = 12  # of the interval of speeds
-# A bound is two standard deviations of real noise, up to 4 times those of white noise, above the mass.
-_SIGMAS = 8.0
+# A bound is two standard deviations above the mass, of noise up to 2.8 times as large as it was taken to be.
+_SIGMAS = 5.6
 _FASTER = 1.05  # a step of the ladder that gains less leads nowhere
 _RUNGS = 12  # at most
 _LADDER_RATE = 250.0  # Hz: at which a run of the ladder is looked at, its turns besides

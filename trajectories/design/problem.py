@@ -22,7 +22,7 @@ from ..motions.family import Family, JointBounds, Samples
 from ..motions.fourier import NearShape
 from ..motions.via_points import ViaPointShape
 from .criterion import CRITERIA, Criterion
-from .goal import Goal, NearGoal, Shape
+from .goal import ASSUMED_NOISE, Goal, NearGoal, Shape, assumed_noise
 from .information import SPRING, RegressorKernel, regressor_kernel
 from .limits import (
     Limit,
@@ -35,8 +35,10 @@ from .limits import (
     torque_limit,
 )
 from .payloads import PayloadSet, payload_limit
-from .scene import Capsule, Scene, clearance
+from .scene import Capsule, Scene, clearance, tubes
 
+BALL = "payload within bounds"
+"""Name of the body that stands for every payload within bounds."""
 _WRIST = 3  # links before the flange that the ball of the payloads may overlap
 
 
@@ -89,12 +91,18 @@ class DesignProblem(Brief):
 
     @cached_property
     def noise(self) -> Array:
-        """Standard deviation of the torques per joint [N·m or N], shape (n,)."""
+        """Standard deviation of the torques per joint [N·m or N], shape (n,); 1 where no limit tells it."""
         robot, given = self.robot, self.goal.noise
-        noise = np.ones(robot.n) if given is None else np.asarray(given, dtype=float)
+        assumed = assumed_noise(robot)
+        noise = np.where(np.isfinite(assumed), assumed, 1.0) if given is None else np.asarray(given, dtype=float)
         if noise.shape != (robot.n,) or not (noise > 0.0).all() or not np.isfinite(noise).any():
             raise InputError(f"torque noise: robot {robot.name!r} needs {robot.n} positive numbers")
         return noise
+
+    @property
+    def noise_from(self) -> str:
+        """Source of the noise, in words."""
+        return ASSUMED_NOISE if self.goal.noise is None else self.goal.noise_from
 
     @cached_property
     def earlier(self) -> Array:
@@ -156,7 +164,7 @@ class DesignProblem(Brief):
         ``weighted``: by the joints' torque noise too. Recorded is for ``duration`` [s]; for the goal's data length,
         or else 1 s, if None.
         """
-        recorded = self.goal.rate * (duration or self.goal.data_length or 1.0)
+        recorded = self.goal.single_rate * (duration or self.goal.data_length or 1.0)
         joints = 1.0 / self.noise**2 if weighted else np.ones(self.robot.n)
         return np.asarray(joints[:, None] * (samples.weight * (recorded / samples.weight.sum())))
 
@@ -277,10 +285,13 @@ def build_design(
         payloads = loads.heaviest
         needed.update(payload_columns(robot))
         if scene is not None:
-            # The ball that holds the payloads: clear of all surfaces, and of bodies below the wrist.
+            # The ball that holds the payloads: clear of all surfaces, and of bodies below the wrist; of the tubes
+            # along the chain the base's alone, for others reach to the wrist, next to a short flange.
             x, y, z = payloads.centre.tolist()
-            ball = Capsule("payload within bounds", robot.n, payloads.radius, (x, y, z))
-            pairs = ((ball.name, body.name) for body in scene.bodies if body.link <= robot.n - _WRIST)
+            ball = Capsule(BALL, robot.n, payloads.radius, (x, y, z))
+            drawn = {tube.name for tube in tubes(robot, 1.0) if tube.link}
+            below = (body.name for body in scene.bodies if body.link <= robot.n - _WRIST)
+            pairs = ((ball.name, name) for name in below if name not in drawn)
             around = structs.replace(scene, bodies=(*scene.bodies, ball), pairs=(*scene.pairs, *pairs))
     # Columns stand in the robot's order, so that different goals share compiled code.
     columns = tuple(name for name in standard_columns(model) if name in needed)

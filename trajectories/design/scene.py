@@ -19,12 +19,19 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.schema import Real, Table, Triple, read_toml
 from ...model import Robot
+from ...model.frames import frames_at, step
 from ...model.kernel.kernel import Kernel
 from ...model.kinematics import link_frames
+from ...model.stand_in import cylinder_radius
 from .limits import Limit, State
 
 _TINY = 1e-12  # m^2: keeps slopes finite where two axes touch, and spheres have an axis of no length
 _UNIT = 0.1  # m
+
+_THICK = 0.6  # radius of a tube that stands for a link, of the stand-in's cylinder: some 5 % of the arm's length
+_POSES, _OFTEN = 300, 0.3  # random poses, and the fraction of them at which tubes may touch
+_LEVEL = 0.7  # cosine between gravity and the base's axis
+_MOUNTS = ("floor at the base's height", "wall that it hangs on", "ceiling that it hangs from")
 
 _Name = Annotated[str, Meta(min_length=1)]
 _Pairs = tuple[tuple[str, str], ...]
@@ -122,6 +129,64 @@ def read_scene(path: str | Path) -> Scene:
         InputError: names the key at fault.
     """
     return read_toml(path, Scene)
+
+
+def tubes(robot: Robot, radius: float) -> tuple[Capsule, ...]:
+    """Make bodies from each frame to the next one: along x, then along the joint's axis; at last to the flange.
+
+    In front of a sliding joint stands a rail over its range.
+    """
+    bodies = list[Capsule]()
+
+    def add(name: str, link: int, start: Array, end: Array) -> None:
+        ends = [(float(x), float(y), float(z)) for x, y, z in (start, end)]
+        bodies.append(Capsule(f"link {link}/{name}", link, radius, *ends))
+
+    for j, joint in enumerate(robot.joints):
+        reach = np.clip(joint.limits.position, -1.0, 1.0) if not joint.revolute else (0.0, 0.0)
+        corner = step(joint, 0.0)[0]
+        ends = [(corner @ step(joint, float(q))[1]).p for q in reach]
+        low, high = sorted([corner.p, *ends], key=lambda p: float((p - corner.p) @ corner.R[:, 2]))[::2]
+        add("along x", j, np.zeros(3), corner.p)
+        add(f"along axis {j + 1}", j, low, high)
+    add("flange", robot.n, np.zeros(3), robot.flange.p)
+    return tuple(bodies)
+
+
+def usual_scene(robot: Robot, poses: Array, floor: bool = True) -> Scene | None:
+    """Make the scene that is looked at where none is given: the arm itself, as tubes, and what it is bolted to.
+
+    Tubes that touch at a pose where the arm stands, or at most poses, are thicker than the arm there: they are not
+    kept apart. The surface goes through the base, with the arm in front; there is none where a pose reaches behind
+    it, or where the description starts at the shoulder, so that the base's height is not known.
+
+    Args:
+        poses: where the arm is known to stand, k x n.
+        floor: whether the surface counts.
+    """
+    radius, n = _THICK * cylinder_radius(robot), robot.n
+    bodies = tuple(body for body in tubes(robot, radius) if math.dist(body.start, body.end or body.start) > _TINY)
+    pairs = [(a.name, b.name) for k, a in enumerate(bodies) for b in bodies[k + 1 :] if b.link - a.link > 1]
+    normal = robot.base.R[:, 2]
+    offset = min(0.0, float(normal @ robot.base.p))
+    down = float(np.array(robot.gravity) @ normal) / (math.hypot(*robot.gravity) or 1.0)
+    surface = _MOUNTS[0] if down < -_LEVEL else _MOUNTS[2] if down > _LEVEL else _MOUNTS[1]
+    x, y, z = normal.tolist()
+    shoulder = float(normal @ (robot.base @ frames_at(robot, [0.0] * n)[min(2, n)]).p) - offset
+    surfaces = (HalfSpace(surface, (x, y, z), offset),) if floor and shoulder > radius else ()
+    whole = Scene(bodies, surfaces, tuple(pairs))
+    try:
+        distance, _, labels = _functions(robot, whole)
+    except InputError:  # a chain too short to touch itself
+        return None
+    low, high = np.clip(np.array([joint.limits.position for joint in robot.joints]).T, -math.pi, math.pi)
+    random = np.random.default_rng(0).uniform(low, high, (_POSES, n))
+    often, there = np.hsplit(np.array(distance(np.vstack([random, poses]).T)) < 0.0, [_POSES])
+    touching = {labels[k] for k in np.flatnonzero((often.mean(axis=1) > _OFTEN) | there.any(axis=1))}
+    below = any(label.endswith(f" to {surface}") for label in np.array(labels)[there.any(axis=1)])
+    kept = tuple(pair for pair in pairs if " to ".join(pair) in labels and " to ".join(pair) not in touching)
+    surfaces = () if below else surfaces
+    return Scene(bodies, surfaces, kept) if kept or surfaces else None
 
 
 def clearance(robot: Robot, scene: Scene) -> Limit:

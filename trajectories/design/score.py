@@ -1,5 +1,6 @@
 """Score of a motion: how much it would teach, and how near it comes to its limits: exact sign, fine grid."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -40,6 +41,10 @@ class Learnt(NamedTuple):
     sigma: dict[str, float]
     covariance: Array | None = None
 
+    def relative_sigma(self, reference: Mapping[str, float]) -> dict[str, float]:
+        """Predicted standard deviations relative to reference values other than zero."""
+        return {name: sigma / abs(reference[name]) for name, sigma in self.sigma.items() if reference.get(name)}
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Score(Brief):
@@ -63,21 +68,13 @@ class Score(Brief):
 
     @cached_property
     def learnt(self) -> Learnt:
-        """Information of the motion and the earlier recordings together; computed when first asked for.
+        """Information of the ideal motion and the earlier recordings together; computed when first asked for.
 
         Earlier recordings count where they are in the weights needed.
         """
-        problem, with_earlier = self.problem, self.problem.criterion.weighted
-        state, duration = problem.exact(self.samples), problem.goal.data_length or self.duration
-        plain, weighted = (problem.row_weights(self.samples, noise, duration) for noise in (False, True))
-        conditions = condition_numbers(_rows(problem, state, plain, not with_earlier))
-        R = decomposed(np.asarray(np.linalg.qr(_rows(problem, state, weighted, with_earlier), mode="r")))
-        if R.rank < len(problem.names):
-            return Learnt(-np.inf, *conditions, dict.fromkeys(problem.names, np.inf))
-        covariance = np.asarray(R.covariance)
-        sigma = dict(zip(problem.names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
-        log_det = 2.0 * float(np.log(R.singular).sum() + np.log(R.sizes).sum())
-        return Learnt(log_det, *conditions, sigma, covariance)
+        state = self.problem.exact(self.samples)
+        W = self.problem.kernel.dense(state.entries)[:, :, self.problem.places]
+        return learnt_of(self.problem, list(W), [self.samples.weight / self.duration] * len(W), self.duration)
 
     @property
     def max_violation(self) -> float:
@@ -94,11 +91,24 @@ class Score(Brief):
         """Describe each limit that is not met, one line each."""
         return tuple(str(limit) for limit in self.limits if limit.relative > TOLERANCE)
 
-    def relative_sigma(self, reference: dict[str, float]) -> dict[str, float]:
-        """Predicted standard deviations relative to reference values other than zero."""
-        return {
-            name: sigma / abs(reference[name]) for name, sigma in self.learnt.sigma.items() if reference.get(name)
-        }
+
+def learnt_of(problem: DesignProblem, W: Sequence[Array], parts: Sequence[Array], duration: float) -> Learnt:
+    """Compute what each joint's rows of a motion of ``duration`` [s] teach together with the earlier recordings.
+
+    ``parts``: what part of the time each row stands for.
+    """
+    with_earlier, recorded = problem.criterion.weighted, problem.goal.single_rate
+    recorded *= problem.goal.data_length or duration
+    rows = [np.sqrt(recorded * part)[:, None] * own for own, part in zip(W, parts, strict=True)]
+    weighted = [own / sigma for own, sigma in zip(rows, problem.noise, strict=True)]
+    plain = np.vstack([*rows, *([] if with_earlier else [problem.earlier])])
+    R = decomposed(np.asarray(np.linalg.qr(np.vstack([*weighted, *([problem.earlier] * with_earlier)]), mode="r")))
+    if R.rank < len(problem.names):
+        return Learnt(-np.inf, *condition_numbers(plain), dict.fromkeys(problem.names, np.inf))
+    covariance = np.asarray(R.covariance)
+    sigma = dict(zip(problem.names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
+    log_det = 2.0 * float(np.log(R.singular).sum() + np.log(R.sizes).sum())
+    return Learnt(log_det, *condition_numbers(plain), sigma, covariance)
 
 
 def score_motion(problem: DesignProblem, motion: Motion) -> Score:

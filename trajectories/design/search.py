@@ -24,7 +24,7 @@ from ..motions.fourier import FreeSeries, NearShape
 from ..motions.via_points import FreeViaPoints
 from .descent import FINE_WIDTH, WIDTH, Lagrangian, Smooth, by_matrix, by_steps
 from .full_trajectory import harder, kept_throughout
-from .limits import LimitCheck
+from .limits import LimitCheck, Penalty, State, excess
 from .problem import DesignProblem
 from .score import TOLERANCE, Learnt, Score, score_of, score_samples
 
@@ -384,17 +384,21 @@ class FreeStates:
 
 
 class Floor(Document, frozen=True):
-    """Least value of a criterion that was found over weighted states within the limits, continuity ignored.
+    """Least value of a criterion over weighted states within the limits, continuity ignored, between two estimates.
 
     Attributes:
-        value: of the criterion, as in ``Score.value``.
-        gap: value of the design less the floor's: for condition numbers the log of their ratio; for "a" the log of
-            the ratio of standard deviations; for "d" twice that, as a geometric mean over the parameters.
+        value: of the criterion, as in ``Score.value``, the least that was found.
+        dual: what no design is below if no state tells more than the most telling one that was found; a search
+            finds it, so that it is no proof. None for condition numbers, which are not convex.
+        gap: value of the design less the dual, or less the least that was found where there is none: for condition
+            numbers the log of their ratio; for "a" the log of the ratio of standard deviations; for "d" twice that,
+            as a geometric mean over the parameters.
     """
 
     value: Float = field(name="criterion_value")
     gap: Float
     states: int
+    dual: float | None = field(name="dual_value")
 
 
 def floor_under(
@@ -420,4 +424,40 @@ def floor_under(
         course.x = by_steps(function, course.x, family, _FLOOR_ITERATIONS)
         course.update(width)
     value = score_samples(free, family.sample(course.x)).value
-    return Floor(value, reached - value, count)
+    dual = _dual(free, family, course.x, seed) if problem.criterion.weighted else None
+    return Floor(value, reached - (value if dual is None else dual), count, dual)
+
+
+def _dual(free: DesignProblem, family: FreeStates, x: Array, seed: int) -> float:
+    """Estimate a criterion's dual from weighted states that are nearly best.
+
+    C is convex in G and M its slope there: C(G') >= C(G) + tr M (G' - G), where G' is a mean over states of I: so
+    the dual needs the one state where tr M I is least.
+    """
+    exact = free.exact(family.sample(x))
+    G = free.information(exact.entries, free.row_weights(exact.samples, True))
+    value, M = free.criterion(G)
+    wide = np.zeros((len(free.kernel.columns),) * 2)
+    wide[np.ix_(free.places, free.places)] = M
+
+    def each(state: State, into: State) -> Array:
+        """Evaluate tr M I of each state as if it were all; slopes of the sum are added to ``into``."""
+        weights = free.row_weights(state.samples, True) * state.samples.weight.sum() / state.samples.weight
+        return np.asarray(
+            (weights * free.kernel.gram_slope(state.entries, weights, wide, into.entries)).sum(axis=0)
+        )
+
+    least = np.inf
+    for start in (x, family.random(np.random.default_rng([seed, 1]), free.clear)):
+        course = Lagrangian(free, start, _STIFFNESS, _FLOOR_MARGIN)
+        terms: list[Penalty] = [lambda state, into: float(each(state, into).sum()), course]
+        for _ in range(2):
+            function = partial(free.with_gradient, width=FINE_WIDTH, terms=terms)
+            course.x = by_steps(function, course.x, family, _FLOOR_ITERATIONS // 2)
+            course.update(FINE_WIDTH)
+        state = free.exact(family.sample(course.x))
+        found = each(state, State(Samples.zeros(state.samples), np.zeros_like(state.entries)))
+        for limit in free.limits:
+            found = np.where(excess(limit, limit.values(state)).max(axis=1) <= _FLOOR_MARGIN, found, np.inf)
+        least = min(least, float(found.min()))
+    return float(value + np.trace(M @ (free.earlier.T @ free.earlier - G)) + least)

@@ -8,8 +8,8 @@ import numpy as np
 from ....common.arrays import Array
 from ....model import Motion, Robot
 from ....model.frames import frames_at, step
-from ....trajectories import DesignProblem, Score
-from ....trajectories.design.score import load_torques
+from ....trajectories import DesignProblem
+from ....trajectories.design.score import Learnt, load_torques
 from ..blocks import Drawing
 from .canvas import Figure, log_scale, names_below, panels, save_figure
 from .signals import Column, over_time
@@ -41,16 +41,16 @@ def motion_figure(problem: DesignProblem, motion: Motion, title: str) -> Drawing
     return Drawing("motion", "Positions, speeds and torques of every joint between their limits, over time.", draw)
 
 
-def sigma_figure(score: Score, title: str, reference: Mapping[str, float], labels: Mapping[str, str]) -> Drawing:
+def sigma_figure(learnt: Learnt, title: str, reference: Mapping[str, float], labels: Mapping[str, str]) -> Drawing:
     """Predicted standard deviation of every parameter: relative where a reference value is known, else in SI units.
 
     ``labels`` are shown in the place of parameters' names ("ZZ1R").
     """
 
     def draw() -> Figure:
-        relative = score.relative_sigma(dict(reference))
+        relative = learnt.relative_sigma(reference)
         percent = {labels.get(name, name): 100.0 * x for name, x in relative.items()}
-        absolute = {labels.get(name, name): x for name, x in score.learnt.sigma.items() if name not in relative}
+        absolute = {labels.get(name, name): x for name, x in learnt.sigma.items() if name not in relative}
         parts = [pair for pair in (("relative to its value [%]", percent), ("in SI units", absolute)) if pair[1]]
         longest = 0.07 * max(len(name) for _, values in parts for name in values)
         size = max(0.17 * max(len(values) for _, values in parts) + 1.2, 6.0), 2.8 * len(parts) + 0.5

@@ -11,8 +11,9 @@ from ....model.drives import parameter_kind
 from ....model.friction import LAWS
 from ....model.inertia import PayloadSpread, payload_spread
 from ....model.visibility import PayloadVisibility
-from ....trajectories import DesignProblem, Score
-from ....trajectories.design.score import holding_torques
+from ....trajectories import DesignProblem, Scene, Score
+from ....trajectories.design.problem import BALL
+from ....trajectories.design.score import Learnt, holding_torques
 from ...export.motion import assumed_line, rests_on
 from ..blocks import Banner, Block, Notes, OnPage, Report, Section, Table, Text, lines
 from ..documents import JudgedMotion, NearResult
@@ -39,7 +40,7 @@ _GROUPS = (
 def design_report(judged: JudgedMotion) -> Report:
     """Limits, predicted standard deviations and what to do next; then every parameter and the motion."""
     score, problem, floor, replay = judged.score, judged.score.problem, judged.floor, judged.replay
-    kind, title, learnt = problem.criterion.kind, problem.robot.title or problem.robot.name, judged.score.learnt
+    kind, title, learnt = problem.criterion.kind, problem.robot.title or problem.robot.name, judged.learnt
     length, writers = problem.goal.data_length, "--samples, --ros2, --urscript or --val3"
     brakes_note, brakes = _brakes(problem, score)
     replayed = floored = ""
@@ -52,17 +53,26 @@ def design_report(judged: JudgedMotion) -> Report:
     if floor is not None:
         quantity = {"d": "uncertainty", "a": "relative sigma"}.get(kind, "condition number")
         times = np.exp(0.5 * floor.gap if kind == "d" else floor.gap)
+        least = "of the least found, which is no bound"
+        if floor.dual is not None:
+            least = (
+                f"of the dual's {criterion_text(kind, floor.dual)}, which no motion is below if no state tells "
+                "more than the most telling one found (by search: no proof)"
+            )
         floored = (
-            f"Floor over {floor.states} weighted states within the limits, continuity ignored: "
-            f"{criterion_text(kind, floor.value)}; its {quantity} is {times:.3g} times the floor's."
+            f"Least over {floor.states} weighted states within the limits, continuity ignored: "
+            f"{criterion_text(kind, floor.value)}. The motion's {quantity}, its states ideal, is {times:.3g} times "
+            f"that {least}."
         )
+    conditions = {"cond": learnt.condition_number, "cond-scaled": learnt.condition_number_scaled}
+    reached = float(np.log(conditions[kind])) if kind in conditions else score.value
     assumed = assumed_notes(problem.robot, *rests_on(problem))
     after = [f"Next: add {writers}, run it, then 'dynident check LOG'."] if judged.design is not None else []
     first: list[Block] = [
         _motion_banner(judged.title, score),
         _limits_table(score),
-        _taught_table(problem, score),
-        Notes([f"Criterion {criterion_text(kind, score.value)}.", *after]),
+        _taught_table(problem, learnt),
+        Notes([noise_line(problem), f"Criterion {criterion_text(kind, reached)}.", *after]),
         Notes(lines(replayed, *brakes_note, *assumed, floored), optional=True),
         *([_how_to_run(score.duration, writers, "payload")] if after else []),
     ]
@@ -72,13 +82,13 @@ def design_report(judged: JudgedMotion) -> Report:
         ("parameters", str(len(problem.names)), f"criterion {kind}"),
     ]
     for name, x, remark in (
-        ("condition number", learnt.condition_number, "of W in SI units"),
+        ("condition number", learnt.condition_number, "of W in SI units, as identify will see it"),
         ("the same, scaled", learnt.condition_number_scaled, "columns scaled to norm 1"),
         ("log det", learnt.log_det, "of the information matrix"),
     ):
         together.append((name, f"{x:.4g}" if np.isfinite(x) else "rank-deficient", remark))
     sigma, reference, labels = learnt.sigma, judged.reference, judged.labels
-    known, relative = bool(np.isfinite(list(sigma.values())).all()), score.relative_sigma(dict(reference))
+    known, relative = bool(np.isfinite(list(sigma.values())).all()), learnt.relative_sigma(reference)
     shown = list(sigma)
     if len(sigma) > _MOST_SHOWN:  # those least known of their values; none where no value is known
         shown = sorted(sigma, key=lambda name: -relative.get(name, 0.0))[: _SHOWN if relative else 0]
@@ -93,7 +103,7 @@ def design_report(judged: JudgedMotion) -> Report:
         *([Table(f"Predicted sigma{least}", ("", "sigma", "value", "%"), rows)] if known and rows else []),
         *brakes,
         motion_figure(problem, judged.motion, f"{title}: motion between its limits"),
-        *([sigma_figure(score, f"{title}: predicted standard deviations", reference, labels)] if known else []),
+        *([sigma_figure(learnt, f"{title}: predicted standard deviations", reference, labels)] if known else []),
     ]
     more = f"condition numbers, every parameter{', what brakes hold' if brakes else ''}"
     return Report(
@@ -124,8 +134,6 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
     notes = [
         *hints,
         f"{plan.duration:.1f} s: {periods} of {plan.period:.2f} s{two}; {before}.",
-        "Sigma by (17)-(19) for white torque noise; constant torques and Coulomb friction are estimated too. Real "
-        "recordings have 1.6 to 4 times as much.",
         *([] if problem.torque_limited else [unchecked]),
         *brakes_note,
         *assumed_notes(robot, *rests_on(problem)),
@@ -140,7 +148,12 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
         _motion_banner(f"Motion of joints {joints} of {title}", score),
         _spread_table(f"Predicted for {expected.mass:g} kg at ({position}) mm", result.spread),
         *([Table(ladder, headings, rungs)] if rungs else []),
-        Notes([f"Next: add {writers}, run it without and with the payload, then 'dynident weigh'."]),
+        Notes(
+            [
+                noise_line(problem),
+                f"Next: add {writers}, run it without and with the payload, then 'dynident weigh'.",
+            ]
+        ),
         Notes(notes, optional=True),
         OnPage(lambda: [_limits_table(score)]),
         _how_to_run(plan.duration, writers, "weigh"),
@@ -160,8 +173,16 @@ def _motion_banner(title: str, score: Score) -> Banner:
     missed = dict.fromkeys(limit.name for limit in score.limits if str(limit) in score.violations)
     level, text = "mass_and_com_only" if missing else "use", f"every limit{' that was checked' * bool(missing)}"
     keeps = f"keeps {text}" if score.feasible else f"does NOT keep {', '.join(missed)}"
-    unchecked = f" NOT checked: {', '.join(missing)}." if missing else ""
-    return Banner(level if score.feasible else "do_not_use", f"{title}: {keeps}.{unchecked}")
+    scene = score.problem.scene or Scene()
+    radii = {body.radius for body in scene.bodies if body.link and body.name != BALL}
+    tubes = f" as tubes of {1e3 * max(radii):.0f} mm radius" if len(radii) == 1 else ""
+    looked = [f"itself{tubes}"] * bool(scene.pairs) + [f"the {surface.name}" for surface in scene.surfaces]
+    unseen = [*missing, *["self-collision"] * (not scene.pairs)]
+    unseen += ["floor"] * (not any("floor" in surface.name for surface in scene.surfaces))
+    unseen += [*["payload"] * (score.problem.payloads is None), "cables and cell"]
+    clear = f" Looked at: {' and '.join(looked)}." * bool(looked)
+    level = level if score.feasible else "do_not_use"
+    return Banner(level, f"{title}: {keeps}.{clear} NOT looked at: {', '.join(unseen)}.")
 
 
 def _how_to_run(duration: float, writers: str, command: str) -> OnPage:
@@ -219,13 +240,21 @@ def _limits_table(score: Score) -> Table:
     return Table(title, ("", "comes to", "limit", "at", "kept"), rows)
 
 
-def _taught_table(problem: DesignProblem, score: Score) -> Table:
+def noise_line(problem: DesignProblem) -> str:
+    """The torque errors that predicted standard deviations rest on."""
+    goal, sigma = problem.goal, [f"{x:.2g}" for x in problem.noise if np.isfinite(x)]
+    pair = "in each of two recordings, " * (goal.single_rate < goal.rate)
+    values = ", ".join(sigma)
+    return f"Torque noise {problem.noise_from}: {values} N·m or N, {pair}{goal.rate:.3g} independent a second."
+
+
+def _taught_table(problem: DesignProblem, learnt: Learnt) -> Table:
     """Standard deviations that one run of the motion would leave, in units of the answer.
 
     Of a payload mass, centre of mass and inertia there, of one of the rated mass 100 mm from the flange; of a robot
     its parameters kind by kind.
     """
-    learnt, length = score.learnt, problem.goal.data_length
+    length = problem.goal.data_length
     recorded = f"{length:g} s of data" if length else "one run"
     if learnt.covariance is None:
         return Table(f"From {recorded}: not every parameter can be told", ("",), [])

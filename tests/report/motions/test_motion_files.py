@@ -51,7 +51,7 @@ def design(request: pytest.FixtureRequest, designs: dict[str, Design]) -> Design
 
 
 def written(design: Design, rate: float = 250.0, names: tuple[str, ...] = ()) -> WrittenMotion:
-    head = design_head(design)
+    head = design_head(design, design.learnt)
     return WrittenMotion(design.problem.robot, design.plan, design.problem.bounds, head, rate, names, "excite")
 
 
