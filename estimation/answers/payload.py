@@ -14,6 +14,7 @@ from ...common.errors import InputError
 from ...common.speech import Speaks
 from ...common.threads import one_thread
 from ...model import Recording, Robot
+from ...model.files.robot_file import PoseTable
 from ...model.inertia import PayloadSpread, payload_spread
 from ..diagnosis.checks import allowing, judge_com, judge_inertia, judge_mass
 from ..diagnosis.evidence import UNFREED, Agreement, Diagnosis, Evidence, Judged, Weighed
@@ -417,7 +418,7 @@ def payload_result(answer: PayloadAnswer) -> PayloadResult:
         robot_title=robot.title or UNSET,
         frame=robot.payload_frame,
         flange_in_payload_frame=(
-            documents.FlangeDocument(flange.p, np.degrees(flange.rpy) + 0.0, told) if flange else UNSET
+            documents.FlangeDocument.of(PoseTable.of(flange), source=told) if flange else UNSET
         ),
         rated_payload_kg=robot.rated_payload,
         processing=parts.ProcessingDocument.made(robot, source.processing, source.loaded[0].gains),

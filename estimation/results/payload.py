@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...common.schema import LARGEST, Document, Matrix, Vector, WrongKeyError, present
+from ...common.schema import Document, Matrix, Triple, Vector, present
 from ...common.speech import Speaks
 from ...model import INERTIAL, InertialParameters, Pose
 from ..diagnosis.evidence import Agreement
@@ -268,16 +268,9 @@ class ConstantTorques(Document, frozen=True):
 class FlangeDocument(Document, frozen=True):
     """Pose of the maker's flange in the payload's frame, if that is another one, and who says so."""
 
-    xyz: Vector
-    rpy_deg: Vector
+    xyz: Triple
+    rpy_deg: Triple
     source: str
-
-    def __post_init__(self) -> None:
-        """Refuse a flange without a finite pose."""
-        for name in ("xyz", "rpy_deg"):
-            values = getattr(self, name)
-            if len(values) != 3 or not np.all(np.abs(values) <= LARGEST):
-                raise WrongKeyError(name, "must be three finite numbers")
 
 
 class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
@@ -374,7 +367,7 @@ class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
     def flange(self) -> Pose | None:
         """Pose of the flange in ``frame``, if that is another frame and it is known."""
         stored = present(self.flange_in_payload_frame)
-        return Pose.from_rpy(stored.xyz.tolist(), np.radians(stored.rpy_deg).tolist()) if stored else None
+        return Pose.from_rpy(stored.xyz, np.radians(stored.rpy_deg).tolist()) if stored else None
 
     @property
     def mass(self) -> Quantity:

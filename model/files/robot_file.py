@@ -112,7 +112,7 @@ class PoseTable(Table, frozen=True):
     @staticmethod
     def of(pose: Pose) -> "PoseTable":
         """Make the table of a frame."""
-        roll, pitch, yaw = map(degrees, pose.rpy)
+        roll, pitch, yaw = (degrees(angle) + 0.0 for angle in pose.rpy)
         return PoseTable(xyz=pose.origin, rpy_deg=(roll, pitch, yaw))
 
     def pose(self) -> Pose:

@@ -262,9 +262,9 @@ def test_verdict_quantity_by_quantity(level: Any, sentence: str, uses: list[str]
 def test_the_line_for_a_controller_is_the_body_at_the_flange(answer: PayloadAnswer) -> None:
     """To the digits shown, where the flange stands turned in the payload's frame."""
     result = replace(answer, verdict=Verdict("use", ())).result
-    place = FlangeDocument(np.array([0.01, -0.02, 0.03]), np.array([30.0, -20.0, 70.0]), "told")
+    place = FlangeDocument((0.01, -0.02, 0.03), (30.0, -20.0, 70.0), "told")
     line = controller_line(structs.replace(result, frame="tool", flange_in_payload_frame=place))
-    pose = Pose.from_rpy(place.xyz.tolist(), np.radians(place.rpy_deg).tolist())
+    pose = Pose.from_rpy(place.xyz, np.radians(place.rpy_deg).tolist())
     assert answer.possible is not None
     body = answer.possible.body.moved(pose.R.T, -pose.R.T @ pose.p)
     inertia = body.inertia_com[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
