@@ -37,6 +37,8 @@ TILT_DEGREES, STEEP_DEGREES, TILT_Z = 0.5, 5.0, 5.0
 TILT, STEEP = np.radians(TILT_DEGREES), np.radians(STEEP_DEGREES)
 """Tilt [rad] that is taken out of the payload and reported; smaller ones widen the intervals only. Beyond
 ``STEEP`` no mounting leans by mistake: nothing should be used."""
+WEIGHT, WEIGHT_Z = 0.03, 5.0
+"""Relative difference of gravity's size, and its standard deviations: good ones, real ones too, show up to 1.3."""
 PULL, PULL_Z, ALONG_Z = 0.025, 7.0, 4.5
 """Force over the payload's weight, and standard deviations of it, above which something pulls at the flange.
 
@@ -169,30 +171,56 @@ def _change(effect: Effect, _: Evidence) -> Finding:
     )
 
 
+def _weights(system: System, free: Sequence[str], directions: Array) -> tuple[Array, Array, list[Array]]:
+    """Torques of links and payload, n x k x N, of the payload alone, and free parameters' columns, by gravities."""
+    robot, states = system.robot, system.states
+    rigid = [k for k, name in enumerate(system.names) if parameter_kind(name) in INERTIAL]
+    load = payload_columns(robot) if states.loaded.any() else ()
+    names = tuple(dict.fromkeys([*(system.names[k] for k in rigid), *load, *free]))
+    ten = frame_change(robot.flange) @ system.values[system.payload] if load else np.zeros(0)
+    own, carried, columns, still = [], [], list[Array](), np.zeros(states.q.shape)
+    for x, y, z in np.linalg.norm(robot.gravity) * directions:
+        W = regressor_at(replace(robot, gravity=(float(x), float(y), float(z))), names, states.q, still, still)
+        carried.append(np.einsum("jcn,c->jn", W[:, list(map(names.index, load))], ten) * states.loaded)
+        own.append(np.einsum("jcn,c->jn", W[:, : len(rigid)], system.values[rigid]) + carried[-1])
+        columns = columns or [W[:, names.index(name)] for name in free]
+    return np.stack(own, axis=1), np.stack(carried, axis=1), columns
+
+
 def tilt(system: System) -> Sought | None:
     """Columns of angles by which gravity leans about two horizontal axes; None where there is none.
 
     First moments about a first axis along gravity show in a tilt alone: they are free.
     """
-    robot, states, g = system.robot, system.states, np.array(system.robot.gravity)
+    robot, g = system.robot, np.array(system.robot.gravity)
     if not g.any():
         return None
     first = robot.joints[0]
     axis = np.array([0.0, -np.sin(first.alpha), np.cos(first.alpha)])
     upright_axis = first.revolute and np.linalg.norm(np.cross(axis, g)) < _UPRIGHT * np.linalg.norm(g)
-    rigid = [k for k, name in enumerate(system.names) if parameter_kind(name) in INERTIAL]
-    load, moments = payload_columns(robot) if states.loaded.any() else (), ("MX1", "MY1") if upright_axis else ()
-    names = tuple(dict.fromkeys([*(system.names[k] for k in rigid), *load, *moments]))
-    ten = frame_change(robot.flange) @ system.values[system.payload] if load else np.zeros(0)
-    own, carried, free, still = [], [], list[Array](), np.zeros(states.q.shape)
-    for x, y, z in np.linalg.norm(g) * upright(robot)[:2]:
-        leaning = replace(robot, gravity=(float(x), float(y), float(z)))
-        W = regressor_at(leaning, names, states.q, still, still)
-        carried.append(np.einsum("jcn,c->jn", W[:, list(map(names.index, load))], ten) * states.loaded)
-        own.append(np.einsum("jcn,c->jn", W[:, : len(rigid)], system.values[rigid]) + carried[-1])
-        free = free or [W[:, names.index(name)] for name in moments]
-    by_difference = -system.as_payload(np.stack(carried, axis=1)) if load else None
-    return Sought({"": np.stack(own, axis=1)}, free=free, by_difference=by_difference)
+    own, carried, free = _weights(system, ("MX1", "MY1") if upright_axis else (), upright(robot)[:2])
+    by_difference = -system.as_payload(carried) if system.states.loaded.any() else None
+    return Sought({"": own}, free=free, by_difference=by_difference)
+
+
+def weight(system: System) -> Sought | None:
+    """Column of gravity's size: the torque of all weights; None where there is no gravity."""
+    if not any(system.robot.gravity):
+        return None
+    own, *_ = _weights(system, (), -upright(system.robot)[2:])
+    return Sought({"": own})
+
+
+def _weight(effect: Effect, evidence: Evidence) -> Finding:
+    """Gravity of another size than described.
+
+    By over {WEIGHT:.0%} and {WEIGHT_Z:g} sigma: spoils all.
+    """
+    usual = float(np.linalg.norm(evidence.robot.gravity))
+    return error(
+        f"gravity is {usual * (1.0 + effect.size):.3g} ± {usual * effect.sigma:.1g} m/s² by the torques, "
+        f"{usual:.4g} by the robot's description: correct gravity there"
+    )
 
 
 def tilt_correction(lean: Effect, method: int) -> tuple[Array, Array]:
@@ -255,13 +283,13 @@ def _pulls(effect: Effect) -> bool:
 
 def pull_z(effect: Effect) -> float:
     """Standard deviations from none: of stiffness and upward force together, or of the horizontal force."""
-    return max(effect.z(*_ALONG), effect.z(*_ACROSS))
+    return max(effect.z(*_ALONG), effect.z(*_ACROSS)) if effect.name == "pull" else effect.z()
 
 
 def pull_of(evidence: Evidence) -> Effect | None:
-    """Take the pull that stands out, which may look like a scale or another robot, too."""
-    effect = evidence.diagnosis.effect("pull")
-    return effect if effect is not None and _pulls(effect) else None
+    """Take the pull, or gravity's size, that stands out, which may look like a scale or another robot, too."""
+    found = (effect for effect in evidence.diagnosis.effects if effect.name in ("pull", "weight"))
+    return next((effect for effect in found if BY_NAME[effect.name].stands_out(effect)), None)
 
 
 def _pull(effect: Effect, evidence: Evidence) -> Finding:
@@ -349,6 +377,7 @@ HYPOTHESES = (
     Hypothesis("slip", slip, lambda one: one.size > max(SLIP, SURE * one.sigma) and one.z() > SLIP_Z, _slip),
     Hypothesis("change", change, lambda effect: abs(effect.size) > CHANGE and effect.z() > CHANGE_Z, _change),
     Hypothesis("late", torque_delay, lambda effect: abs(effect.size) > LATE and effect.z() > LATE_Z, _delayed),
+    Hypothesis("weight", weight, lambda effect: abs(effect.size) > WEIGHT and effect.z() > WEIGHT_Z, _weight),
     Hypothesis("tilt", tilt, lambda effect: effect.size > TILT and effect.z() > TILT_Z, _tilt),
     Hypothesis("bursts", bursts, lambda _: True, _bursts),
 )
@@ -383,13 +412,18 @@ def seen(system: System) -> dict[str, Effect]:
 
 
 def effects_of(system: System) -> tuple[Effect, ...]:
-    """Estimate every hypothesis; a pull replaces the tilt where it takes off clearly more than all others."""
+    """Estimate every hypothesis; a pull replaces the tilt where it takes off clearly more than all others.
+
+    Gravity's size, which much looks like a little, is kept where nothing else takes off more.
+    """
     if not system.keep.any():
         return ()
     effects = seen(system)
     others = max((effect.fall for name, effect in effects.items() if name != "pull"), default=0.0)
     hung = _pulls(effects["pull"]) and effects["pull"].fall > CLEARER * others
     effects.pop("tilt" if hung else "pull", None)
+    if "weight" in effects and effects["weight"].fall < max(effect.fall for effect in effects.values()):
+        effects.pop("weight")
     return tuple(effects.values())
 
 
@@ -400,6 +434,6 @@ def hypotheses(evidence: Evidence) -> list[Finding]:
         row = BY_NAME[effect.name]
         if row.stands_out(effect):
             finding = row.finding(effect, evidence)
-            cause = finding.severity == "error" and (effect.name == "pull" or effect.fall > HELPFUL)
+            cause = finding.severity == "error" and (effect.name in ("pull", "weight") or effect.fall > HELPFUL)
             findings.append(finding._replace(cause=cause, explains=effect.fall))
     return findings
