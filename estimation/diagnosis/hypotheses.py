@@ -413,9 +413,9 @@ HYPOTHESES = (
     Hypothesis("change", change, lambda effect: abs(effect.size) > CHANGE and effect.z() > CHANGE_Z, _change),
     Hypothesis("late", torque_delay, lambda effect: abs(effect.size) > LATE and effect.z() > LATE_Z, _delayed),
     Hypothesis("weight", weight, lambda effect: abs(effect.size) > WEIGHT and effect.z() > WEIGHT_Z, _weight),
-    Hypothesis("zero", zero, lambda effect: abs(effect.size) > ZERO and effect.z() > ZERO_Z, _zero),
     Hypothesis("tilt", tilt, lambda effect: effect.size > TILT and effect.z() > TILT_Z, _tilt),
     Hypothesis("bursts", bursts, lambda _: True, _bursts),
+    Hypothesis("zero", zero, lambda effect: abs(effect.size) > ZERO and effect.z() > ZERO_Z, _zero),
 )
 BY_NAME = {hypothesis.name: hypothesis for hypothesis in HYPOTHESES}
 
