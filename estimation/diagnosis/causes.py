@@ -342,8 +342,8 @@ def stuck_encoders(own: Comparison, _: Mask) -> Iterator[Read]:
 
 FAMILIES: tuple[tuple[Callable[[Comparison, Mask], Iterator[Read]], bool], ...] = (
     (delays, False),
-    (joint_columns, True),
     (gravity, True),
+    (joint_columns, True),
     (clocks, False),
     (offsets, True),
     (channels, True),

@@ -37,6 +37,11 @@ TILT_DEGREES, STEEP_DEGREES, TILT_Z = 0.5, 5.0, 5.0
 TILT, STEEP = np.radians(TILT_DEGREES), np.radians(STEEP_DEGREES)
 """Tilt [rad] that is taken out of the payload and reported; smaller ones widen the intervals only. Beyond
 ``STEEP`` no mounting leans by mistake: nothing should be used."""
+WEIGHT, WEIGHT_Z = 0.03, 5.0
+"""Relative difference of gravity's size, and its standard deviations: good ones, real ones too, show up to 1.3."""
+ZERO_DEGREES, ZERO_Z = 3.0, 5.0
+ZERO = np.radians(ZERO_DEGREES)
+"""Position [rad] by which a joint's zero may be off, and its standard deviations: good ones show up to 2.5."""
 PULL, PULL_Z, ALONG_Z = 0.025, 7.0, 4.5
 """Force over the payload's weight, and standard deviations of it, above which something pulls at the flange.
 
@@ -44,6 +49,7 @@ The last: of stiffness and upward force with payload alone, if the stiffness pul
 arm shows least there, up to 2.8; a force to the side with payload up to 4.8, stiffness in all recordings up to 5.7.
 """
 PUSHES = 2.0  # standard deviations of a stiffness below zero beyond which it is none of a hose
+ALONE = ("weight", "zero")  # hypotheses that count only where nothing else takes off more
 HELPFUL = 0.1
 """Fraction of the squared residual above which what takes it off may be where other findings come from. A pull
 always may: it leaves little residual and moves the mass far."""
@@ -56,6 +62,7 @@ CLEARER = 1.2
 A tilted base looks like a force to the side, which takes off as much at most (1.01); a spring that pulls to the
 side takes off 1.4 times as much as a tilt, and more.
 """
+_TURN = 1e-5  # rad: over which a torque's change with position is taken
 _UPRIGHT = 1e-9  # sine of the angle between the first axis and gravity
 _ALONG, _ACROSS = (0, 3), (1, 2)  # stiffness and upward force; the horizontal force
 
@@ -169,30 +176,86 @@ def _change(effect: Effect, _: Evidence) -> Finding:
     )
 
 
+def _weights(system: System, free: Sequence[str], directions: Array) -> tuple[Array, Array, list[Array]]:
+    """Torques of links and payload, n x k x N, of the payload alone, and free parameters' columns, by gravities."""
+    robot, states = system.robot, system.states
+    rigid = [k for k, name in enumerate(system.names) if parameter_kind(name) in INERTIAL]
+    load = payload_columns(robot) if states.loaded.any() else ()
+    names = tuple(dict.fromkeys([*(system.names[k] for k in rigid), *load, *free]))
+    ten = frame_change(robot.flange) @ system.values[system.payload] if load else np.zeros(0)
+    own, carried, columns, still = [], [], list[Array](), np.zeros(states.q.shape)
+    for x, y, z in np.linalg.norm(robot.gravity) * directions:
+        W = regressor_at(replace(robot, gravity=(float(x), float(y), float(z))), names, states.q, still, still)
+        carried.append(np.einsum("jcn,c->jn", W[:, list(map(names.index, load))], ten) * states.loaded)
+        own.append(np.einsum("jcn,c->jn", W[:, : len(rigid)], system.values[rigid]) + carried[-1])
+        columns = columns or [W[:, names.index(name)] for name in free]
+    return np.stack(own, axis=1), np.stack(carried, axis=1), columns
+
+
 def tilt(system: System) -> Sought | None:
     """Columns of angles by which gravity leans about two horizontal axes; None where there is none.
 
     First moments about a first axis along gravity show in a tilt alone: they are free.
     """
-    robot, states, g = system.robot, system.states, np.array(system.robot.gravity)
+    robot, g = system.robot, np.array(system.robot.gravity)
     if not g.any():
         return None
     first = robot.joints[0]
     axis = np.array([0.0, -np.sin(first.alpha), np.cos(first.alpha)])
     upright_axis = first.revolute and np.linalg.norm(np.cross(axis, g)) < _UPRIGHT * np.linalg.norm(g)
+    own, carried, free = _weights(system, ("MX1", "MY1") if upright_axis else (), upright(robot)[:2])
+    by_difference = -system.as_payload(carried) if system.states.loaded.any() else None
+    return Sought({"": own}, free=free, by_difference=by_difference)
+
+
+def weight(system: System) -> Sought | None:
+    """Column of gravity's size: the torque of all weights; None where there is no gravity."""
+    if not any(system.robot.gravity):
+        return None
+    own, *_ = _weights(system, (), -upright(system.robot)[2:])
+    return Sought({"": own})
+
+
+def _weight(effect: Effect, evidence: Evidence) -> Finding:
+    """Gravity of another size than described.
+
+    By over {WEIGHT:.0%} and {WEIGHT_Z:g} sigma: spoils all.
+    """
+    usual = float(np.linalg.norm(evidence.robot.gravity))
+    return error(
+        f"gravity is {usual * (1.0 + effect.size):.3g} ± {usual * effect.sigma:.1g} m/s² by the torques, "
+        f"{usual:.4g} by the robot's description: correct gravity there"
+    )
+
+
+def zero(system: System) -> Sought:
+    """Column of each turning joint's zero: how the torque of links and payload changes with its position."""
+    robot, states = system.robot, system.states
     rigid = [k for k, name in enumerate(system.names) if parameter_kind(name) in INERTIAL]
-    load, moments = payload_columns(robot) if states.loaded.any() else (), ("MX1", "MY1") if upright_axis else ()
-    names = tuple(dict.fromkeys([*(system.names[k] for k in rigid), *load, *moments]))
+    load = payload_columns(robot) if states.loaded.any() else ()
+    names = tuple(dict.fromkeys([*(system.names[k] for k in rigid), *load]))
     ten = frame_change(robot.flange) @ system.values[system.payload] if load else np.zeros(0)
-    own, carried, free, still = [], [], list[Array](), np.zeros(states.q.shape)
-    for x, y, z in np.linalg.norm(g) * upright(robot)[:2]:
-        leaning = replace(robot, gravity=(float(x), float(y), float(z)))
-        W = regressor_at(leaning, names, states.q, still, still)
-        carried.append(np.einsum("jcn,c->jn", W[:, list(map(names.index, load))], ten) * states.loaded)
-        own.append(np.einsum("jcn,c->jn", W[:, : len(rigid)], system.values[rigid]) + carried[-1])
-        free = free or [W[:, names.index(name)] for name in moments]
-    by_difference = -system.as_payload(np.stack(carried, axis=1)) if load else None
-    return Sought({"": np.stack(own, axis=1)}, free=free, by_difference=by_difference)
+
+    def torque(q: Array) -> Array:
+        W = regressor_at(robot, names, q, states.qd, states.qdd)
+        carried = np.einsum("jcn,c->jn", W[:, list(map(names.index, load))], ten) * states.loaded
+        return np.asarray(np.einsum("jcn,c->jn", W[:, : len(rigid)], system.values[rigid]) + carried)
+
+    turning = [j for j, joint in enumerate(robot.joints) if joint.revolute]
+    still, turns = torque(states.q), _TURN * np.eye(robot.n)
+    return Sought({str(j + 1): ((torque(states.q + turns[j]) - still) / _TURN)[:, None] for j in turning})
+
+
+def _zero(effect: Effect, _: Evidence) -> Finding:
+    """A joint whose zero is elsewhere.
+
+    By over {ZERO_DEGREES:g} degrees and {ZERO_Z:g} sigma, if nothing else takes off more: spoils all.
+    """
+    return error(
+        f"the zero of q{effect.where} is off: it reads {np.degrees(abs(effect.size)):.0f} ± "
+        f"{np.degrees(effect.sigma):.1g} degrees too {'small' if effect.size > 0.0 else 'large'} by the torques: "
+        "correct the log's zero, or the robot's description"
+    )
 
 
 def tilt_correction(lean: Effect, method: int) -> tuple[Array, Array]:
@@ -255,13 +318,13 @@ def _pulls(effect: Effect) -> bool:
 
 def pull_z(effect: Effect) -> float:
     """Standard deviations from none: of stiffness and upward force together, or of the horizontal force."""
-    return max(effect.z(*_ALONG), effect.z(*_ACROSS))
+    return max(effect.z(*_ALONG), effect.z(*_ACROSS)) if effect.name == "pull" else effect.z()
 
 
 def pull_of(evidence: Evidence) -> Effect | None:
-    """Take the pull that stands out, which may look like a scale or another robot, too."""
-    effect = evidence.diagnosis.effect("pull")
-    return effect if effect is not None and _pulls(effect) else None
+    """Take the pull, gravity's size or a zero that stands out: it may look like a scale or another robot."""
+    found = (effect for effect in evidence.diagnosis.effects if effect.name in ("pull", *ALONE))
+    return next((effect for effect in found if BY_NAME[effect.name].stands_out(effect)), None)
 
 
 def _pull(effect: Effect, evidence: Evidence) -> Finding:
@@ -349,8 +412,10 @@ HYPOTHESES = (
     Hypothesis("slip", slip, lambda one: one.size > max(SLIP, SURE * one.sigma) and one.z() > SLIP_Z, _slip),
     Hypothesis("change", change, lambda effect: abs(effect.size) > CHANGE and effect.z() > CHANGE_Z, _change),
     Hypothesis("late", torque_delay, lambda effect: abs(effect.size) > LATE and effect.z() > LATE_Z, _delayed),
+    Hypothesis("weight", weight, lambda effect: abs(effect.size) > WEIGHT and effect.z() > WEIGHT_Z, _weight),
     Hypothesis("tilt", tilt, lambda effect: effect.size > TILT and effect.z() > TILT_Z, _tilt),
     Hypothesis("bursts", bursts, lambda _: True, _bursts),
+    Hypothesis("zero", zero, lambda effect: abs(effect.size) > ZERO and effect.z() > ZERO_Z, _zero),
 )
 BY_NAME = {hypothesis.name: hypothesis for hypothesis in HYPOTHESES}
 
@@ -383,13 +448,19 @@ def seen(system: System) -> dict[str, Effect]:
 
 
 def effects_of(system: System) -> tuple[Effect, ...]:
-    """Estimate every hypothesis; a pull replaces the tilt where it takes off clearly more than all others."""
+    """Estimate every hypothesis; a pull replaces the tilt where it takes off clearly more than all others.
+
+    Gravity's size and a joint's zero, which much looks like a little, are kept where nothing else takes off more.
+    """
     if not system.keep.any():
         return ()
     effects = seen(system)
-    others = max((effect.fall for name, effect in effects.items() if name != "pull"), default=0.0)
-    hung = _pulls(effects["pull"]) and effects["pull"].fall > CLEARER * others
+    pull, falls = effects["pull"], {name: effect.fall for name, effect in effects.items() if name != "pull"}
+    off = falls.pop("zero", 0.0)
+    hung = _pulls(pull) and pull.fall > max(CLEARER * max(falls.values(), default=0.0), off)
     effects.pop("tilt" if hung else "pull", None)
+    most = max((one.fall for name, one in effects.items() if BY_NAME[name].stands_out(one)), default=0.0)
+    effects = {name: effect for name, effect in effects.items() if name not in ALONE or effect.fall >= most}
     return tuple(effects.values())
 
 
@@ -400,6 +471,6 @@ def hypotheses(evidence: Evidence) -> list[Finding]:
         row = BY_NAME[effect.name]
         if row.stands_out(effect):
             finding = row.finding(effect, evidence)
-            cause = finding.severity == "error" and (effect.name == "pull" or effect.fall > HELPFUL)
+            cause = finding.severity == "error" and (effect.name in ("pull", *ALONE) or effect.fall > HELPFUL)
             findings.append(finding._replace(cause=cause, explains=effect.fall))
     return findings

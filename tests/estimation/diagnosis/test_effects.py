@@ -112,6 +112,9 @@ def test_a_spring_is_seen_where_it_is(name: str) -> None:
 
     system, force = pull_of(heavy, bare, name)
     assert acting(system) == []
+    assert not BY_NAME["weight"].stands_out(seen(system)["weight"])
+    light = answer_payload(payload_problem(replace(robot, gravity=(0.0, 0.0, -9.0)), [heavy], [bare])).verdict
+    assert not any("pulls at the flange" in text or "of robot" in text for text in light.reasons)
     for where, pair_of in zip(
         WHERE, ((hung(heavy), hung(bare)), (heavy, hung(bare)), (hung(heavy), bare)), strict=True
     ):
@@ -175,7 +178,7 @@ def found(torque: Array, pair: tuple[Recording, Recording]) -> dict[str, Effect]
 def test_good_recordings_hold_nothing_else(pair: tuple[Recording, Recording]) -> None:
     effects = found(pair[1].torque, pair)
     assert not tilt_correction(effects["tilt"], 4)[0].any()
-    assert effects.keys() == {"pull", "tilt", "late", "slip", "change"}
+    assert effects.keys() == {"pull", "weight", "zero", "tilt", "late", "slip", "change"}
     assert not any(BY_NAME[name].stands_out(effect) for name, effect in effects.items())
 
 

@@ -480,6 +480,10 @@ SIDES: dict[str, list[tuple[Any, ...]]] = {
         ("note", "5 % too large or too small", 1.0, lambda x: leaning_on(0.03 * x, 0.001, 0.1)),
     ],
     "hypotheses": [
+        ("error", "degrees too small", hypotheses.ZERO, lambda x: beside("zero", x)),
+        ("error", "degrees too small", hypotheses.ZERO_Z, lambda x: beside("zero", 0.1, x)),
+        ("error", "gravity is 10.1", hypotheses.WEIGHT, lambda x: beside("weight", x)),
+        ("error", "gravity is 10.8", hypotheses.WEIGHT_Z, lambda x: beside("weight", 0.1, x)),
         ("note", "gravity leans by 0.5", hypotheses.TILT, leaning),
         ("note", "gravity leans by 2.9", hypotheses.TILT_Z, lambda x: leaning(0.05, 0.05 / x)),
         ("error", "gravity leans by", hypotheses.STEEP, leaning),
