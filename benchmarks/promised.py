@@ -56,7 +56,7 @@ def promised_and_shown(name: str, seed: int) -> Ratios:
         for k, body in enumerate((None, BODY))
     )
     of_robot, of_payload = (
-        as_recorded(trajectories.build_design(robot, None, goal), planned(robot, plan))
+        as_recorded(trajectories.build_design(robot, None, goal), planned(robot, motion))
         for goal in (trajectories.Goal(), trajectories.Goal(payload_only=True))
     )
     settings = Settings(friction=robot.drives.friction)

@@ -79,8 +79,7 @@ def place_of(path: str | Path) -> Path:
         raise InputError(f"{path}: leads nowhere ({error}): give another path") from None
 
 
-@contextmanager
-def opened(path: str | Path) -> Iterator[BufferedReader]:
+def opened(path: str | Path) -> BufferedReader:
     """Open a file that ends: nobody knows when a pipe or a device does.
 
     Raises:
@@ -89,8 +88,7 @@ def opened(path: str | Path) -> Iterator[BufferedReader]:
     """
     if is_device(Path(path)) and not Path(path).is_dir():
         raise InputError(f"{path}: is a pipe or a device, not a file: write its content into a file and give that")
-    with Path(path).open("rb") as stream:
-        yield stream
+    return Path(path).open("rb")
 
 
 def checksum(path: str | Path) -> str:

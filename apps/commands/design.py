@@ -23,7 +23,7 @@ from ..report.documents import JudgedMotion, as_recorded, design_document, plann
 from ..report.sections.motion import criterion_text, design_report
 from . import values
 from .entry import MOTION, SEARCH, SETTING, Options, command
-from .motions import FIGURE_RATE, GoalOptions, LimitOptions, MotionFiles, RehearsedRobotOptions, best_motion, in_si
+from .motions import GoalOptions, LimitOptions, MotionFiles, RehearsedRobotOptions, best_motion, in_si
 from .options import PageOptions, ViewOptions
 from .progress import note, status
 from .values import Count, Positions, Reads, Seconds, Seed, number, numbers, positive_number, word
@@ -155,20 +155,17 @@ def run(
 
     design = best_motion(problem, search.seed, search.starts, words)
     floor = floor_of(problem, design.score, search.seed) if search.bound else None
-    title, samples = f"Motion of {robot.title or robot.name}", design.motion(FIGURE_RATE)
-    learnt = as_recorded(problem, planned(robot, design.plan))
-    head, name = design_head(design, learnt), Path(files.val3 or "").name
+    judged = JudgedMotion.of(design)._replace(reference=reference, labels=labels, floor=floor)
+    head, name = design_head(design, judged.learnt), Path(files.val3 or "").name
     written = WrittenMotion(robot, design.plan, problem.bounds, head, name=name)
-    replay = None
     if files.val3:  # what a controller would make of the via points if its profiles are trapezoidal
         profile = val3_replay(written).motion(_REPLAY_RATE)
-        replay = trajectories.score_motion(problem, profile)
-    judged = JudgedMotion(title, design.score, samples, learnt, reference, labels, design, floor, replay)
+        judged = judged._replace(replay=trajectories.score_motion(problem, profile))
     estimated = () if problem.payloads is not None else ("val3",)
     files.check_replays(limits.whole(problem), written, *estimated)
     files.give(design_report(judged), lambda: design_document(judged), {})
     files.write(written)
-    view.write_view(lambda: views.view_of(robot, samples, problem=problem))
+    view.write_view(lambda: views.view_of(robot, judged.motion, problem=problem))
 
 
 def build_request(
@@ -274,8 +271,7 @@ def _logged_motion(
             if cutoff is not None:
                 raise InputError(f"{path}: has accelerations and is not filtered: leave --cutoff out")
             motion = trajectories.joined(model.Motion(t, q, qd, qdd), _PLANNED_RATE)
-            planned = model.Recording(motion.t, motion.q, 0.0 * motion.q, None, path)
-            return motion, estimation.measurement(planned, robot.processing)
+            return motion, planned(robot, motion, path)
         recording = model.Recording(t, q, 0.0 * q, qd, path)
     processing = robot.processing if cutoff is None else replace(robot.processing, cutoff=cutoff)
     measured = estimation.measurement(recording, processing)

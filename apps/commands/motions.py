@@ -29,8 +29,6 @@ from .options import PageOptions, RobotOptions
 from .progress import note, status
 from .values import Names, NewFile, Reads, Seconds, Share, checked, number, numbers, positive_number, share, word
 
-FIGURE_RATE = 100.0
-"""Hz: samples of a motion in figures."""
 _SAMPLE_RATE = 250.0  # Hz, in files
 _REPLAY_RATE = 1000.0  # Hz: at which controllers' own curves are looked at, and at their turns
 
@@ -224,12 +222,10 @@ class Limited(NamedTuple):
         loads: trajectories.Loads | None,
     ) -> trajectories.DesignProblem:
         """The design of a motion within these limits; without loads torques have none."""
-        poses: Array = np.zeros((0, self.robot.n))
-        if isinstance(shape, trajectories.NearShape):
-            poses = shape.poses
-        elif shape.start is not None:
-            poses = np.array([shape.start])
-        scene = self.scene or trajectories.usual_scene(self.robot, poses, self.floor)
+        starts = [] if isinstance(shape, trajectories.NearShape) or shape.start is None else [shape.start]
+        poses = shape.poses if isinstance(shape, trajectories.NearShape) else starts
+        there = np.reshape(poses, (-1, self.robot.n))
+        scene = self.scene or trajectories.usual_scene(self.robot, there, self.floor)
         return trajectories.build_design(self.robot, shape, goal, bounds=self.bounds, loads=loads, scene=scene)
 
 

@@ -17,12 +17,11 @@ from .. import view as views
 from ..export import motions
 from ..export.motion import WrittenMotion
 from ..report.blocks import Report
-from ..report.documents import NearResult, near_document
+from ..report.documents import FIGURE_RATE, NearResult, near_document
 from ..report.sections.motion import near_head, near_report, second_pose_note, visibility_table
 from . import values
 from .entry import MOTION, SETTING, Options, about, command
 from .motions import (
-    FIGURE_RATE,
     Limited,
     LimitOptions,
     MotionFiles,

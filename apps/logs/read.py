@@ -321,7 +321,7 @@ def _once(
     raw: RawLog, t: Array, values: Array, columns: Mapping[str, Sequence[str]]
 ) -> tuple[Array, Array, list[str]]:
     """Take out what a logger wrote more than once, and say so: freezes, and samples that are held."""
-    names, notes, rows = list(chain.from_iterable(columns.values())), list[str](), len(t)
+    names, notes = list(chain.from_iterable(columns.values())), list[str]()
     frozen = frozen_rows(values, values[:, : len(columns["position"])])
     if count := int(np.sum(frozen[1:] & ~frozen[:-1])):
         share = 100.0 * float(frozen.mean())
@@ -332,15 +332,14 @@ def _once(
         notes.append(f"{text}: cut out")
         t, values = t[~frozen], values[~frozen]
     load = columns["current" if "current" in columns else "torque"]
-    held = without_held(t, values, np.array([name in load for name in names]))
-    if held is None:
-        return t, values, notes
-    left = f"thinned to {len(held.rows)} rows" if len(held.rows) < rows else "interpolated between these"
-    there = {names[k] for k in held.columns}
-    kinds = [(kind, [name for name in own if name in there], len(own)) for kind, own in columns.items()]
-    those = ", ".join(kind if len(own) == count else in_a_row(own) for kind, own, count in kinds if own)
-    text = f"held samples: {those} change once in {held.every:.2g} rows ({1.0 / typical_step(t):.4g} Hz):"
-    return t[held.rows], held.values, [*notes, f"{text} {left}"]
+    periods, rows, left = without_held(t, values, np.array([name in load for name in names]))
+    if there := {name for name, period in zip(names, periods, strict=True) if period}:
+        taken = f"thinned to {len(rows)} rows" if len(rows) < len(t) else "interpolated between these"
+        kinds = [(kind, own, [name for name in own if name in there]) for kind, own in columns.items()]
+        those = ", ".join(kind if len(held) == len(own) else in_a_row(held) for kind, own, held in kinds if held)
+        rate = 1.0 / typical_step(t)
+        notes.append(f"held samples: {those} change once in {periods.max():.2g} rows ({rate:.4g} Hz): {taken}")
+    return t[rows], left, notes
 
 
 def read_tool_poses(path: LogPath, robot: Robot, log_map: LogMap | None = None) -> ToolPoses | None:

@@ -32,7 +32,6 @@ def ros_bag(path: Path, layout: Layout) -> RawLog:
 
     Times are the messages' own stamps, or where these are zero the times of recording, from the first one on.
     """
-    fields: dict[str, set[str]] = {}
     with _reader(path) as reader:
         kinds = {one.topic: one.msgtype for one in reader.connections if one.msgtype in _TYPES and one.msgcount}
         topics = sorted(topic for topic, kind in kinds.items() if kind in reader.typestore.fielddefs)
@@ -50,13 +49,12 @@ def ros_bag(path: Path, layout: Layout) -> RawLog:
             choice = choice if usual else advice if kinds else ": record /joint_states"
             raise InputError(f"{path}: {len(usual)} topics with joint states that can be read{choice}")
         (topic,) = usual
-        for _, message in islice(_messages(reader, topic), _LOOK):
-            for joint, values in _states(message).items():
-                fields[joint] = fields.get(joint, set()) | set(values)
-    joints = tuple(joint for joint, there in fields.items() if there)
-    if not joints:
+        messages = islice(_messages(reader, topic), _LOOK)
+        seen = dict.fromkeys(chain.from_iterable(_values(message) for _, message in messages))
+    if not seen:
         raise InputError(f"{path}: topic {topic} holds no joint states")
-    names = ["t", *(f"{joint}.{field}" for joint in joints for field in _FIELDS if field in fields[joint])]
+    joints = tuple(dict.fromkeys(map(_joint, seen)))
+    names = ["t", *(name for joint in joints for field in _FIELDS if (name := f"{joint}.{field}") in seen)]
     units = {f"{joint}.effort": "N·m" for joint in joints if kinds[topic] == _FRANKA}
 
     def read(columns: Sequence[str]) -> Array:
@@ -67,38 +65,37 @@ def ros_bag(path: Path, layout: Layout) -> RawLog:
     return RawLog(path, tuple(names), read, lambda row: f"message {row + 1}", joints, units)
 
 
-def _states(message: Any) -> dict[str, dict[str, float]]:
-    """Numbers of a message by joint and signal."""
+def _joint(name: str) -> str:
+    return name.rpartition(".")[0]
+
+
+def _values(message: Any) -> dict[str, float]:
+    """Numbers of a message by column."""
     if hasattr(message, "interface_values"):
         pairs = zip(message.joint_names, message.interface_values, strict=False)
         named = {joint: dict(zip(own.interface_names, own.values, strict=False)) for joint, own in pairs}
-        return {joint: {field: own[field] for field in _FIELDS if field in own} for joint, own in named.items()}
-    state = getattr(message, "measured_joint_state", message)
-    signals = {field: getattr(state, field) for field in _FIELDS[:3]}
-    return {
-        joint: {field: values[k] for field, values in signals.items() if len(values) > k}
-        for k, joint in enumerate(state.name)
-    }
+    else:
+        state = getattr(message, "measured_joint_state", message)
+        signals = [(field, getattr(state, field)) for field in _FIELDS[:3]]
+        named = {joint: {field: x[k] for field, x in signals if len(x) > k} for k, joint in enumerate(state.name)}
+    return {f"{joint}.{field}": own[field] for joint, own in named.items() for field in _FIELDS if field in own}
 
 
 def _rows(
     path: Path, topic: str, messages: Iterable[tuple[int, Any]], columns: Sequence[str]
 ) -> Iterator[list[float]]:
     """Numbers of each message; those that hold other joints only (a gripper's on the same topic) are left out."""
-    fields = [None if name == "t" else name.rsplit(".", 1) for name in columns]
-    joints = {field[0] for field in fields if field}
-    first: int | None = None
+    joints, first = {_joint(name) for name in columns if name != "t"}, None
     for stamp, message in messages:
-        states = _states(message)
-        missing = sorted(joints - set(states))
+        values = _values(message)
+        missing = sorted(joints - set(map(_joint, values)))
         if len(missing) == len(joints):
             continue
         if missing:
             raise InputError(f"{path}: a message of {topic} lacks joint {missing[0]!r}, which others hold")
         first = stamp if first is None else first
-        yield [
-            float(states[field[0]].get(field[1], math.nan)) if field else 1e-9 * (stamp - first) for field in fields
-        ]
+        values["t"] = 1e-9 * (stamp - first)
+        yield [float(values.get(name, math.nan)) for name in columns]
 
 
 @contextmanager

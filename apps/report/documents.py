@@ -6,7 +6,7 @@ Each key is declared once, with the type it is read by. ``python -m dynident.app
 from collections.abc import Mapping, Sequence
 from itertools import islice
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, Self
 
 import msgspec
 import numpy as np
@@ -25,7 +25,7 @@ from ...model import Motion, Recording, Robot
 from ...model.inertia import PayloadSpread
 from ...model.motion import Measurement
 from ...model.visibility import PayloadVisibility
-from ...trajectories import Design, DesignProblem, Fourier, NearShape, Plan, Score, Trapezoid, ViaPoints
+from ...trajectories import Design, DesignProblem, Fourier, NearShape, Score, Trapezoid, ViaPoints
 from ...trajectories.design.full_trajectory import Rung
 from ...trajectories.design.limits import LimitCheck
 from ...trajectories.design.score import Learnt, holding_torques, learnt_of
@@ -36,8 +36,8 @@ from ..fleet.reduction import ReducedDocument
 from ..logs.following import FollowingChange
 from ..logs.log_check import LogReport, RobotFits
 
-RECORDED = 250.0
-"""Hz: samples of a recording that is still to be made."""
+RECORDED, FIGURE_RATE = 250.0, 100.0
+"""Hz: samples of a recording that is still to be made, and of a motion in figures."""
 
 
 class CheckDocument(Document, frozen=True):
@@ -253,10 +253,9 @@ def as_recorded(problem: DesignProblem, data: Measurement) -> Learnt:
     return learnt_of(problem, W, [np.full(len(own), part) for own in W], float(motion.t[-1] - motion.t[0]))
 
 
-def planned(robot: Robot, plan: Plan) -> Measurement:
+def planned(robot: Robot, motion: Motion, source: str = "planned") -> Measurement:
     """A motion as a recording of it will be filtered, without torques."""
-    motion = plan.motion(RECORDED)
-    return measurement(Recording(motion.t, motion.q, 0.0 * motion.q, None, "planned"), robot.processing)
+    return measurement(Recording(motion.t, motion.q, 0.0 * motion.q, None, source), robot.processing)
 
 
 class NearResult(NamedTuple):
@@ -308,6 +307,13 @@ class JudgedMotion(NamedTuple):
     replay: Score | None = None
     source: str | None = None
 
+    @classmethod
+    def of(cls, design: Design) -> Self:
+        """Judge a designed motion."""
+        robot, motion = design.problem.robot, design.motion(FIGURE_RATE)
+        learnt = as_recorded(design.problem, planned(robot, design.motion(RECORDED)))
+        return cls(f"Motion of {robot.title or robot.name}", design.score, motion, learnt, design=design)
+
 
 def design_document(judged: JudgedMotion) -> DesignDocument:
     """Make the document of ``dynident design --json``."""
@@ -352,24 +358,16 @@ def _of_motion(problem: DesignProblem, score: Score) -> dict[str, Any]:
 def near_document(result: NearResult) -> NearDocument:
     """Make the document of ``dynident near --json``."""
     design, motion, score, problem = result.design, result.motion, result.design.score, result.design.problem
+    learnt = as_recorded(problem, planned(result.robot, design.motion(RECORDED)))
     return NearDocument.of(
-        *(
-            as_recorded(problem, planned(result.robot, motion)),
-            motion,
-            design,
-            problem.criterion,
-            problem,
-            problem.goal,
-        ),
-        **_of_motion(design.problem, score),
+        *(learnt, motion, design, problem.criterion, problem, problem.goal),
+        **_of_motion(problem, score),
         near=NearMotion.of(result.shape, motion),
         visibility=VisibilityDocument.of(result.visibility),
         predicted_sigma=result.spread,
         rehearsal_s=motion.slowed(0.1).duration,
         ladder=result.ladder or None,
-        limits=LimitsDocument(
-            score.max_violation, torque_checked=design.problem.torque_limited, nearest=score.limits
-        ),
+        limits=LimitsDocument(score.max_violation, torque_checked=problem.torque_limited, nearest=score.limits),
     )
 
 

@@ -21,7 +21,7 @@ from ..logs.log_check import LogReport
 from ..numbers import SIX
 from . import page
 from .blocks import Report
-from .documents import JudgedMotion, Look, as_recorded, check_document, design_document, planned
+from .documents import JudgedMotion, Look, check_document, design_document
 from .figures.canvas import Figure
 from .sections.check import check_report, log_report
 from .sections.gains import gains_report
@@ -29,8 +29,6 @@ from .sections.motion import design_report
 from .sections.payload import payload_report
 from .sections.robot import robot_report
 from .terminal import printed, screen_text
-
-_RATE = 100.0  # Hz, of a motion in figures
 
 
 class _Shown(NamedTuple):
@@ -58,22 +56,16 @@ def _gains_rows(result: GainsResult) -> list[dict[str, Any]]:
     return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
-def _judged(answer: Design) -> JudgedMotion:
-    title = f"Motion of {answer.problem.robot.title or answer.problem.robot.name}"
-    learnt = as_recorded(answer.problem, planned(answer.problem.robot, answer.plan))
-    return JudgedMotion(title, answer.score, answer.motion(_RATE), learnt, design=answer)
-
-
 _SHOWN: dict[type, _Shown] = {
     PayloadResult: _Shown(payload_report, _payload_rows),
     RobotResult: _Shown(robot_report, lambda result: plain(result)["base_parameters"]),
     GainsResult: _Shown(gains_report, _gains_rows),
     Design: _Shown(
-        lambda answer: design_report(_judged(answer)),
+        lambda answer: design_report(JudgedMotion.of(answer)),
         lambda answer: [
-            {"parameter": name, "sigma": sigma} for name, sigma in _judged(answer).learnt.sigma.items()
+            {"parameter": name, "sigma": sigma} for name, sigma in JudgedMotion.of(answer).learnt.sigma.items()
         ],
-        lambda answer: design_document(_judged(answer)),
+        lambda answer: design_document(JudgedMotion.of(answer)),
     ),
     LogReport: _Shown(
         log_report,

@@ -51,7 +51,7 @@ class GainsWorking(Brief):
         return tuple(chain.from_iterable(map(payload_predictions, self.posed, self.payloads)))[:DRAWN]
 
 
-@one_thread
+@one_thread()
 def identify_gains(
     robot: Robot,
     loaded: Sequence[Recording],

@@ -200,7 +200,7 @@ class Identification(Speaks):
         return robot_predictions(self.robot, self.base, values, recordings, self.processing, bool(self.held_out))
 
 
-@one_thread
+@one_thread()
 def identify(
     robot: Robot,
     recordings: Sequence[Recording],

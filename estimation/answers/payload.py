@@ -169,7 +169,7 @@ class PayloadAnswer(Speaks):
         return held_out + payload_predictions(problem, self.recommended.body)
 
 
-@one_thread
+@one_thread()
 def identify_payload(
     robot: Robot,
     loaded: Sequence[Recording],
@@ -197,7 +197,7 @@ def identify_payload(
     return answer_payload(problem, constraints=constraints).result
 
 
-@one_thread
+@one_thread()
 def weigh(
     robot: Robot,
     loaded: Sequence[Recording],

@@ -11,7 +11,6 @@ from math import hypot
 import numpy as np
 
 from ...common.arrays import Array
-from ...model.drives import joint_of, parameter_kind
 from ...model.inertia import PayloadSpread
 from ..fit.covariance import NORMAL95, few_blocks
 from ..fit.estimate import Fit
@@ -108,16 +107,13 @@ def _percent(part: float) -> str:
 
 def white_noise(evidence: Evidence) -> Array | None:
     """White noise of each joint's equations by the recordings' second differences [N·m or N], (n,)."""
-    source = evidence.source
-    recordings = (*source.unloaded, *source.loaded) if source is not None else ()
-    if source is None or not recordings:
+    source, parts = evidence.source, list[Array]()
+    if source is None:
         return None
-    parts = []
-    for recording in recordings:
-        rate = (len(recording.t) - 1) / float(recording.t[-1] - recording.t[0])
-        passed = 1.0 / source.processing.thinning(min(rate, source.rate or rate))
-        parts.append(np.mean(np.diff(recording.torque, 2, axis=0) ** 2, axis=0) / 6.0 * passed)
-    return np.asarray(np.sqrt(np.mean(parts, axis=0)))
+    for recording in (*source.unloaded, *source.loaded):
+        thinned = source.processing.thinning(min(recording.rate, source.rate or recording.rate))
+        parts.append(np.mean(np.diff(recording.torque, 2, axis=0) ** 2, axis=0) / (6.0 * thinned))
+    return np.asarray(np.sqrt(np.mean(parts, axis=0))) if parts else None
 
 
 def relative_per_joint(fit: Fit, evidence: Evidence) -> Array:
@@ -205,21 +201,18 @@ def friction(evidence: Evidence) -> Iterator[Finding]:
     fitted = evidence.parameters
     if fitted is None:
         return
-    load = fitted.fit.torque_norms / np.sqrt(np.maximum(fitted.fit.rows, 1))
+    load = (fitted.fit.torque_norms / np.sqrt(np.maximum(fitted.fit.rows, 1))).tolist()
+    covariances = [fitted.covariance, *([] if fitted.robust is None else [fitted.robust.covariance])]
 
-    def negative(j: int, kinds: dict[str, float]) -> bool:
-        along = np.array(
-            [kinds.get(parameter_kind(name), 0.0) * (joint_of(name) == j - 1) for name in fitted.names]
-        )
-        robust = [] if fitted.robust is None else [fitted.robust.covariance]
-        variance = max(along @ C @ along for C in (fitted.covariance, *robust))
+    def negative(terms: dict[str, float]) -> bool:
+        along = np.array([terms.get(name, 0.0) for name in fitted.names])
+        variance = max(along @ C @ along for C in covariances)
         return bool(along @ fitted.values < -DRIVEN_SIGMAS * np.sqrt(variance))
 
     # A term by the root of speed, or of Stribeck, takes the place of Coulomb friction.
-    replaced = {name for name in fitted.names if parameter_kind(name) in ("FR", "FB")}
-    joints = [j for j in range(1, evidence.robot.n + 1) if not {f"FR{j}", f"FB{j}"} & replaced]
-    driven = [str(j) for j in joints if negative(j, {"FS": 1.0, "FL": float(load[j - 1])})]
-    falls = [str(j) for j in joints if str(j) not in driven and negative(j, {"FV": 1.0})]
+    joints = [(j, torque) for j, torque in enumerate(load, 1) if not {f"FR{j}", f"FB{j}"} & {*fitted.names}]
+    driven = [str(j) for j, torque in joints if negative({f"FS{j}": 1.0, f"FL{j}": torque})]
+    falls = [str(j) for j, _ in joints if str(j) not in driven and negative({f"FV{j}": 1.0})]
     if driven:
         yield error(
             f"the friction of joint {', '.join(driven)} comes out negative, as if it drove the joint: the sign of "

@@ -73,19 +73,18 @@ class Reading:
 
     def positions(self, q: Array) -> Array:
         """Read joint positions [rad or m], N x n."""
-        own = q[:, list(self.order)] * self.sign + np.array(self.quarters) * (math.pi / 2)
-        return self._with_joint_before(own)
+        return self._read(q, np.array(self.quarters) * (math.pi / 2))
 
-    def _with_joint_before(self, values: Array) -> Array:
-        for j, along in enumerate(self.along):
-            if along:
-                values[:, j] += along * values[:, j - 1]
-        return values
+    def _read(self, values: Array, zero: Array | float = 0.0) -> Array:
+        own = values[:, list(self.order)] * self.sign + zero
+        for j in np.flatnonzero(self.along):
+            own[:, j] += self.along[j] * own[:, j - 1]
+        return np.asarray(own)
 
     def of(self, states: States) -> States:
         """Read the states of a log."""
         order, sign = list(self.order), np.array(self.sign)
-        qd, qdd = (self._with_joint_before(values[:, order] * sign) for values in (states.qd, states.qdd))
+        qd, qdd = map(self._read, (states.qd, states.qdd))
         torque, slope = (values[:, order] * sign * self.torque for values in (states.torque, states.slope))
         q, keep = self.positions(states.q), states.keep[:, order]
         return replace(states, q=q, qd=qd, qdd=qdd, torque=torque, slope=slope, keep=keep)
@@ -100,9 +99,8 @@ class Reading:
             texts += [(j, "turned round (position and torque)")] if sign < 0 else []
             texts += [(j, f"zero moved by {(90, 180, -90)[quarters - 1]} degrees")] if quarters else []
             texts += [(j, "torque turned round")] if torque < 0 else []
-            texts += (
-                [(j, f"counted from the horizontal: q{j} {'-+'[along < 0]} q{j - 1} is logged")] if along else []
-            )
+            logged = f"q{j} {'-+'[along < 0]} q{j - 1} is logged"
+            texts += [(j, f"counted from the horizontal: {logged}")] if along else []
         return texts
 
     def described(self) -> str:

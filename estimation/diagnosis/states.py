@@ -146,8 +146,7 @@ def _places(q: Array, recording: Index) -> Index:
     place = np.arange(len(q))
     for k in np.unique(recording):
         own = np.flatnonzero(recording == k)
-        x, passage = q[own], len(own)
-        size = np.sqrt(2.0 * x.var(axis=0).sum()) or 1.0
+        x, size = q[own], np.sqrt(2.0 * q[own].var(axis=0).sum()) or 1.0
         apart = np.array([_rms(x[m:] - x[:-m]) / size for m in range(1, int(_OVERLAP * len(x)))])
         gone = int(np.argmax(apart > _AWAY)) if (apart > _AWAY).any() else len(apart)
         back = gone + np.flatnonzero(apart[gone:] < _BACK)

@@ -1,7 +1,5 @@
 """Samples that a logger wrote again: those of a slower signal, held, and those of moments in which it froze."""
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,15 +11,6 @@ _REGULAR = 0.8  # of the spaces between changes that lie near the usual one
 _QUANTUM = 0.5  # of the changes as large as the one before: more are steps of coarse numbers
 _FROZEN = 3  # rows, and usual steps of a position after them
 _Rows = NDArray[np.intp]
-
-
-class Held(NamedTuple):
-    """Columns whose values are held, and what is left: rows of the log, and the columns' values there."""
-
-    columns: _Rows
-    every: float  # rows of the log to a sample, of the column that changes most seldom
-    rows: _Rows
-    values: Array
 
 
 def frozen_rows(values: Array, positions: Array) -> NDArray[np.bool_]:
@@ -44,8 +33,8 @@ def frozen_rows(values: Array, positions: Array) -> NDArray[np.bool_]:
     return frozen
 
 
-def without_held(t: Array, values: Array, slowest: NDArray[np.bool_]) -> Held | None:
-    """Find columns that are held between the samples of a slower signal; None where none is.
+def without_held(t: Array, values: Array, slowest: NDArray[np.bool_]) -> tuple[Array, _Rows, Array]:
+    """Take columns that are held between the samples of a slower signal at these alone.
 
     Rows are left at which one of the columns ``slowest`` changes, where all of these are held; else all rows. There
     any other held column is interpolated between its own samples.
@@ -54,21 +43,21 @@ def without_held(t: Array, values: Array, slowest: NDArray[np.bool_]) -> Held | 
         t: times [s], shape (N,).
         values: numbers as they stand in the log, N x k.
         slowest: marks the torques' columns, shape (k,): interpolated torques would count as measured.
+
+    Returns:
+        Rows of the log to a sample of each column, 0 where it is not held; rows that are left; all values there.
     """
     changes = values[1:] != values[:-1]
     periods = np.array([_period(values[:, k], np.flatnonzero(changes[:, k]) + 1) for k in range(values.shape[1])])
-    held = np.flatnonzero(periods)
-    if not len(held):
-        return None
-    rows, alive = np.arange(len(t)), changes[:, slowest].any(axis=0)
-    if alive.any() and periods[slowest][alive].all():
-        rows = _sampled(np.flatnonzero(changes[:, slowest].any(axis=1)) + 1, periods[slowest][alive].min())
+    rows, alive = np.arange(len(t)), periods[slowest][changes[:, slowest].any(axis=0)]
+    if alive.all() and len(alive):
+        rows = _sampled(changes[:, slowest].any(axis=1), alive.min())
     left = values[rows]
-    for k in held:
-        own = _sampled(np.flatnonzero(changes[:, k]) + 1, periods[k])
+    for k in np.flatnonzero(periods):
+        own = _sampled(changes[:, k], periods[k])
         times = np.clip(t[rows], t[own[0]], t[own[-1]])
         left[:, k] = MonotoneCubic(t[own], values[own, k : k + 1])(times)[:, 0]
-    return Held(held, float(periods.max()), rows, left)
+    return periods, rows, left
 
 
 def _period(column: Array, changed: _Rows) -> float:
@@ -85,11 +74,8 @@ def _period(column: Array, changed: _Rows) -> float:
     return float(spaces[near & (spaces < 1.5 * usual)].mean())
 
 
-def _sampled(changed: _Rows, period: float) -> _Rows:
+def _sampled(changes: NDArray[np.bool_], period: float) -> _Rows:
     """Rows of the samples: where values change, and between these where a sample equals the one before."""
-    changed = np.concatenate([[0], changed])
-    spaces = np.diff(changed)
-    counts = np.maximum(1, np.rint(spaces / period)).astype(np.intp)
-    inner = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    rows = np.repeat(changed[:-1], counts) + inner * np.repeat(spaces / counts, counts)
-    return np.asarray(np.rint(np.append(rows, changed[-1])), dtype=np.intp)
+    changed = np.append(0, np.flatnonzero(changes) + 1)
+    number = np.append(0, np.cumsum(np.maximum(1, np.rint(np.diff(changed) / period))))
+    return np.asarray(np.rint(np.interp(np.arange(number[-1] + 1), number, changed)), dtype=np.intp)

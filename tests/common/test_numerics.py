@@ -111,5 +111,5 @@ def test_estimation_has_one_thread_whatever_the_caller_has() -> None:
 
     with threadpool_limits(2, "blas"):
         before = threads()
-        assert set(one_thread(threads)()) == {1}
+        assert set(one_thread()(threads)()) == {1}
         assert threads() == before

@@ -93,7 +93,7 @@ class Design(Speaks):
         return self.score.feasible and not self.missed
 
 
-@one_thread
+@one_thread()
 def solve_design(
     problem: DesignProblem,
     *,
