@@ -23,18 +23,9 @@ from ..logs.map import read_log_map
 from ..logs.read import read_recording
 from ..report.documents import JudgedMotion, as_recorded, design_document, planned
 from ..report.sections.motion import criterion_text, design_report
-from . import values
+from . import motions, values
 from .entry import MOTION, SEARCH, SETTING, Options, command
-from .motions import (
-    FIGURE_RATE,
-    GoalOptions,
-    Limited,
-    LimitOptions,
-    MotionFiles,
-    RehearsedRobotOptions,
-    best_motion,
-    in_si,
-)
+from .motions import FIGURE_RATE, GoalOptions, LimitOptions, MotionFiles, RehearsedRobotOptions, best_motion, in_si
 from .options import PageOptions, ViewOptions
 from .progress import note, status
 from .values import Count, Positions, Reads, Seconds, Seed, number, numbers, positive_number, word
@@ -183,7 +174,7 @@ def run(
 
 
 def build_request(
-    limited: Limited,
+    limited: motions.Limited,
     shape: trajectories.ViaPointShape | trajectories.FourierShape,
     goal: GoalOptions,
     stood: Sequence[Array] = (),
@@ -273,8 +264,7 @@ def _logged_motion(
 ) -> tuple[model.Motion, Measurement, list[Array]]:
     """The motion of a file: as planned where it has accelerations, else filtered like a recording; and filtered.
 
-    Planned samples are joined by quintics, so that limits are looked at between them too. Last the poses in which
-    the arm was seen, none without torques or currents.
+    Planned samples are joined by quintics, so that limits count between them too. Last: poses that were recorded.
     """
     measured_too = True
     if log_map:  # of currents the motion counts alone, whatever the gains
@@ -289,8 +279,7 @@ def _logged_motion(
             motion = trajectories.joined(model.Motion(t, q, qd, qdd), _PLANNED_RATE)
             planned = model.Recording(motion.t, motion.q, 0.0 * motion.q, None, path)
             return motion, estimation.measurement(planned, robot.processing), []
-        naming = logs.named(path, robot, None)
-        measured_too = naming.holds("torque") or naming.holds("current")
+        measured_too = any(map(logs.named(path, robot, None).holds, ("torque", "current")))
         recording = model.Recording(t, q, 0.0 * q, qd, path)
     processing = robot.processing if cutoff is None else replace(robot.processing, cutoff=cutoff)
     measured = estimation.measurement(recording, processing)
