@@ -2,22 +2,26 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ..common.arrays import Array
 from ..common.errors import InputError
+from ..common.schema import present, read_json
 from ..estimation.equations.equations import PAYLOAD, Equations, triangular
 from ..trajectories import INDEPENDENT, Earlier
 from ..trajectories.design.goal import MEMORY
-from .results import read_stored_robot
+from .results import read_stored_payload, read_stored_robot
+
+_OF_BOTH = "give the --json of 'dynident identify', or of 'dynident payload --unloaded'"
 
 
 def shown_noise(path: str | Path) -> tuple[Array, float]:
     """Torque errors of an earlier recording, what their memory adds included.
 
     Args:
-        path: JSON of ``dynident identify``; NPZ of its ``--npz`` or ``payload``'s, whose memory is not known.
+        path: JSON of ``dynident identify`` or ``payload``; NPZ of their ``--npz``, whose memory is not known.
 
     Returns:
         Standard deviation of each joint [N·m or N], shape (n,), and independent samples a second [Hz].
@@ -31,6 +35,12 @@ def shown_noise(path: str | Path) -> tuple[Array, float]:
             if "weights" not in data:
                 raise InputError(f"{path}: carries no weights: give --torque-noise, or --like JSON")
             return MEMORY / np.asarray(data["weights"]), INDEPENDENT
+    if read_json(path, dict[str, Any], _OF_BOTH).get("kind") == "payload":
+        shown = present(read_stored_payload(path).data)
+        sigma, rate = (present(shown.torque_noise), present(shown.independent)) if shown else (None, None)
+        if sigma is None or rate is None:
+            raise InputError(f"{path}: tells no torque noise of recordings without payload: {_OF_BOTH}")
+        return np.asarray(sigma), rate
     stored = read_stored_robot(path)
     data, robust, memory, seconds = stored.data, stored.robust, MEMORY, 0.0
     if stored.covariance_robust is not None and robust is not None and robust.blocks:

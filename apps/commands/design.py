@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
@@ -10,6 +11,7 @@ from typing import Annotated, ClassVar, Literal
 from cyclopts import Parameter
 
 from ... import estimation, model, trajectories
+from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import made_folder
 from ...model.motion import Measurement
@@ -21,7 +23,7 @@ from ..logs.map import read_log_map
 from ..logs.read import read_recording
 from ..report.documents import JudgedMotion, as_recorded, design_document, planned
 from ..report.sections.motion import criterion_text, design_report
-from . import values
+from . import motions, values
 from .entry import MOTION, SEARCH, SETTING, Options, command
 from .motions import GoalOptions, LimitOptions, MotionFiles, RehearsedRobotOptions, best_motion, in_si
 from .options import PageOptions, ViewOptions
@@ -143,7 +145,7 @@ def run(
 ) -> None:
     """Run it."""
     robot = arm.load()
-    problem, reference, labels = build_request(robot, shape.shape(robot), goal, limits)
+    problem, reference, labels = build_request(limits.of(robot), shape.shape(robot), goal)
     robot, kind = problem.robot, problem.criterion.kind
     files.check_robot(robot)
     if files.val3:
@@ -169,18 +171,17 @@ def run(
 
 
 def build_request(
-    robot: model.Robot,
+    limited: motions.Limited,
     shape: trajectories.ViaPointShape | trajectories.FourierShape,
     goal: GoalOptions,
-    limits: LimitOptions,
+    stood: Sequence[Array] = (),
 ) -> tuple[trajectories.DesignProblem, dict[str, float], dict[str, str]]:
-    """Read all files and build the problem.
+    """Read all files and build the problem; ``stood``: poses in which the arm was seen, k x n each.
 
     Returns:
         The problem; by the names of parameters, values that standard deviations are relative to, and how to call
         them ("ZZ1R").
     """
-    limited = limits.of(robot)
     robot, loads, payload = limited.robot, limited.loads, limited.loads.heaviest
     base, labels = model.base_parameters(robot), dict[str, str]()
     known = dict(loads.parameters) if limited.identified else {}
@@ -201,7 +202,7 @@ def build_request(
     else:
         length = sum(shape.fixed) if isinstance(shape.fixed, tuple) else (shape.count - 1) * shape.fixed
     wanted = goal.goal(robot, limited.bounds, reference, length)
-    return limited.problem(shape, wanted, loads if counting else None), reference, labels
+    return limited.problem(shape, wanted, loads if counting else None, stood), reference, labels
 
 
 def floor_of(
@@ -244,8 +245,9 @@ def run_score(
 ) -> None:
     """Run ``score``."""
     shape = trajectories.ViaPointShape(longest=scored.max_duration)
-    problem, reference, labels = build_request(arm.load(), shape, goal, limits)
-    motion, recorded = _logged_motion(data, problem.robot, scored.log_map, scored.cutoff)
+    limited = limits.of(arm.load())
+    motion, recorded, stood = _logged_motion(data, limited.robot, scored.log_map, scored.cutoff)
+    problem, reference, labels = build_request(limited, shape, goal, stood)
     learnt = as_recorded(problem, recorded)
     score = trajectories.score_motion(problem, motion)
     floor = floor_of(problem, score, scored.seed or 0) if scored.bound else None
@@ -256,11 +258,12 @@ def run_score(
 
 def _logged_motion(
     path: str, robot: model.Robot, log_map: str | None, cutoff: float | None
-) -> tuple[model.Motion, Measurement]:
+) -> tuple[model.Motion, Measurement, list[Array]]:
     """The motion of a file: as planned where it has accelerations, else filtered like a recording; and filtered.
 
-    Planned samples are joined by quintics, so that limits are looked at between them too.
+    Planned samples are joined by quintics, so that limits count between them too. Last: poses that were recorded.
     """
+    measured_too = True
     if log_map:  # of currents the motion counts alone, whatever the gains
         mapped = read_log_map(log_map)
         currents = logs.named(path, robot, mapped).holds_currents_only
@@ -271,8 +274,9 @@ def _logged_motion(
             if cutoff is not None:
                 raise InputError(f"{path}: has accelerations and is not filtered: leave --cutoff out")
             motion = trajectories.joined(model.Motion(t, q, qd, qdd), _PLANNED_RATE)
-            return motion, planned(robot, motion, path)
+            return motion, planned(robot, motion, path), []
+        measured_too = any(map(logs.named(path, robot, None).holds, ("torque", "current")))
         recording = model.Recording(t, q, 0.0 * q, qd, path)
     processing = robot.processing if cutoff is None else replace(robot.processing, cutoff=cutoff)
     measured = estimation.measurement(recording, processing)
-    return measured.motion, measured
+    return measured.motion, measured, [measured.motion.q] * measured_too

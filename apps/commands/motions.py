@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -94,7 +94,7 @@ class NoiseOptions(Options, group=GOAL):
     torque_noise: _Noise | None = None
     """Sigma per joint [N·m or N], or 10% of the limits; @HZ: independent samples a second (default: 10)."""
     like: Annotated[str | None, Reads("like"), Parameter(metavar="JSON")] = None
-    """Noise as an earlier recording of the arm shows it: --json of identify."""
+    """Noise as an earlier recording of the arm shows it: --json of identify or payload."""
 
     def check(self) -> None:
         """Refuse two sources."""
@@ -220,11 +220,12 @@ class Limited(NamedTuple):
         shape: trajectories.ViaPointShape | trajectories.FourierShape | trajectories.NearShape,
         goal: trajectories.Goal | trajectories.NearGoal,
         loads: trajectories.Loads | None,
+        stood: Sequence[Array] = (),
     ) -> trajectories.DesignProblem:
-        """The design of a motion within these limits; without loads torques have none."""
+        """The design of a motion within these limits; without loads torques have none; ``stood``: poses seen."""
         starts = [] if isinstance(shape, trajectories.NearShape) or shape.start is None else [shape.start]
         poses = shape.poses if isinstance(shape, trajectories.NearShape) else starts
-        there = np.reshape(poses, (-1, self.robot.n))
+        there = np.vstack([np.reshape(poses, (-1, self.robot.n)), *stood])
         scene = self.scene or trajectories.usual_scene(self.robot, there, self.floor)
         return trajectories.build_design(self.robot, shape, goal, bounds=self.bounds, loads=loads, scene=scene)
 

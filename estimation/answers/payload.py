@@ -440,7 +440,7 @@ def _of_long(answer: PayloadAnswer, long: LongMotion) -> dict[str, Any]:
     differing = {3, 4} | ({1} if long.corrected and not long.settings.free_friction else set())
     differs = bool(long.friction) and any(estimate.method in differing for estimate in answer.estimates)
     # Of robot and payload together, as in Table 2, where method 4 was used.
-    names = dict(zip(long.base.columns, long.base.names, strict=True))
+    names, noise = dict(zip(long.base.columns, long.base.names, strict=True)), long.torque_noise
     return {
         "relative_residual": parts.ResidualDocument(
             robot.fit.relative if robot else None,
@@ -454,6 +454,7 @@ def _of_long(answer: PayloadAnswer, long: LongMotion) -> dict[str, Any]:
             equations_loaded=long.loaded.equations,
             base_parameters=len(long.base.columns),
             friction="may differ" if differs else "own",
+            **(dict(zip(("torque_noise", "independent"), noise, strict=True)) if noise else {}),
         ),
         "friction": long.source.choices or UNSET,
         "essential": parts.EliminationDocument.made(steps, answer.warnings, names) if steps else None,

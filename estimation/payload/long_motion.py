@@ -111,6 +111,18 @@ class LongMotion(Brief):
         """Robot's own parameters: by recordings without payload, else those of an earlier identification."""
         return self.bare or self.known
 
+    @property
+    def torque_noise(self) -> tuple[Array, float] | None:
+        """Errors without payload: sigma of each joint, memory counted [N·m or N], and independent ones a second.
+
+        None where there are no such recordings, or their memory was not asked for.
+        """
+        own, unloaded = self.bare, self.unloaded
+        if own is None or unloaded is None or not self.inflation or not unloaded.blocks:
+            return None
+        seconds = len(unloaded.blocks) * unloaded.blocks.length
+        return np.sqrt(np.median(self.inflation)) / own.weights, float(np.mean(unloaded.effective_rows)) / seconds
+
     @cached_property
     def robot_known(self) -> Known:
         """Robot's parameters for method 1: from an earlier identification, else without payload."""

@@ -205,6 +205,8 @@ class PayloadData(Document, frozen=True):
     base_parameters: int | UnsetType = UNSET
     rms_position_mismatch_rad: Number | UnsetType = UNSET
     friction: Literal["own", "may differ", "free"] | UnsetType = UNSET
+    torque_noise: Vector | UnsetType = UNSET
+    independent: float | UnsetType = field(default=UNSET, name="independent_rate_hz")
 
 
 class Recommended(Document, frozen=True):

@@ -145,6 +145,23 @@ def test_a_designed_csv_is_judged_as_the_design_was(here: Path, goal: str, shape
 
 
 @pytest.mark.parametrize(
+    ("channels", "keeps"), [(("q", "tau"), True), (("q", "i"), True), (("q",), False), (("q", "qd", "qdd"), False)]
+)
+def test_where_a_recorded_arm_was_is_no_floor(here: Path, channels: tuple[str, ...], keeps: bool) -> None:
+    """The forearm goes below the base's height, as on a pedestal: what was recorded proves that it may."""
+    t = np.linspace(0.0, 4.0, 401)[:, None]
+    q = np.array([0.0, 0.6, 0.5, 0.0, 1.0, 0.0]) + 0.2 * np.sin(np.pi * t * np.arange(1, 7) / 4)
+    signals = {"q": q, "qd": np.gradient(q, 0.01, axis=0), "tau": q, "i": q}
+    signals["qdd"] = np.gradient(signals["qd"], 0.01, axis=0)
+    header = ",".join(["t", *(f"{kind}{j}" for kind in channels for j in range(1, 7))])
+    rows = np.hstack([t, *(signals[kind] for kind in channels)])
+    np.savetxt(here / "m.csv", rows, delimiter=",", header=header, comments="")
+    _, text = answered("score --robot ur10e --torque-limits none m.csv", status=(0, 1))
+    assert ("does NOT keep clearance" not in text) == keeps
+    assert ("NOT looked at: torque, floor" in " ".join(text.split())) == keeps
+
+
+@pytest.mark.parametrize(
     "file", cases(("--val3 app", "--ros2 m.yaml", "--urscript m.script"), lambda file: file.startswith("--val3"))
 )
 def test_files_whose_controllers_break_a_limit_are_refused(here: Path, file: str) -> None:
