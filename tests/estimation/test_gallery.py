@@ -106,6 +106,15 @@ def without_gravity(name: str) -> Change:
     return change
 
 
+def compensated(name: str, part: float) -> Change:
+    """A part of the payload's weight taken off, as a controller does in which a payload is entered."""
+    motion, _, _, body = good_pair(name)
+    still = Motion(motion.t, motion.q, 0.0 * motion.qd, 0.0 * motion.qdd)
+    arm = Simulator(invented.robot(name))
+    carried = arm.measure(still, body).torque - arm.measure(still, None).torque
+    return on_torque(lambda torque: torque - part * carried)
+
+
 def late_half(name: str, body: InertialParameters | None) -> Change:
     """In the second half another load."""
     motion, *_ = good_pair(name)
@@ -312,6 +321,9 @@ def _one_sided() -> Iterator[Wrong]:
     yield loaded_only("rx90", "payload put down halfway", "mass changes", late_half("rx90", None))
     yield loaded_only("rx90", "payload slips by 80 mm", "centre of mass moves", late_half("rx90", slipped(body)))
     yield loaded_only("tx40", "torque drifts", "torque of joint 2 drifts by", drifting(2, 1.0))
+    for name in invented.NAMES:
+        words = "payload's inertia, but not (4[5-9]|5[0-5]) % of its weight"
+        yield loaded_only(name, "half of the payload compensated", words, compensated(name, 0.5))
     yield both("rx90", "cut-off below the motion", "below the motion", same, processing=_slow("rx90"))
     yield loaded_only("ur10e", "torques of another sign", "negative mass|sign", on_torque(lambda x: -x))
 
