@@ -413,7 +413,7 @@ def _of_knowledge() -> Iterator[Wrong]:
     yield known("centre of mass in the wrong box", "contradict the constraint: centre of mass", box)
 
 
-TURNS, SLIDES = Limits((-2.0, 2.0), 3.0, 10.0, 100.0), Limits((-0.5, 0.5), 0.5, 5.0, 900.0)
+TURNS, SLIDES = Limits((-2.0, 2.0), 3.0, 10.0, 100.0), Limits((-0.3, 0.3), 2.0, 10.0, 900.0)
 LIFT = Robot(
     "lift",
     (
