@@ -49,7 +49,9 @@ The last: of stiffness and upward force with payload alone, if the stiffness pul
 arm shows least there, up to 2.8; a force to the side with payload up to 4.8, stiffness in all recordings up to 5.7.
 """
 PUSHES = 2.0  # standard deviations of a stiffness below zero beyond which it is none of a hose
-ALONE = ("weight", "zero")  # hypotheses that count only where nothing else takes off more
+LIGHT, LIGHT_Z = 0.05, 5.0
+"""Fraction of the payload's weight that the torques do not hold, and its standard deviations."""
+ALONE = ("compensated", "weight", "zero")  # hypotheses that count only where nothing else takes off more
 HELPFUL = 0.1
 """Fraction of the squared residual above which what takes it off may be where other findings come from. A pull
 always may: it leaves little residual and moves the mass far."""
@@ -228,6 +230,27 @@ def _weight(effect: Effect, evidence: Evidence) -> Finding:
     )
 
 
+def compensated(system: System) -> Sought | None:
+    """Column of the payload's weight alone, its inertia left; None where no payload is seen."""
+    if after_fraction(system, 0.0) is None or not any(system.robot.gravity):
+        return None
+    _, carried, _ = _weights(system, (), upright(system.robot)[2:])
+    return Sought({WITH_PAYLOAD: carried})
+
+
+def _compensated(effect: Effect, evidence: Evidence) -> Finding:
+    """A part of the payload's weight that the torques do not hold, as its inertia shows.
+
+    By over {LIGHT:.0%} of it and {LIGHT_Z:g} sigma, if nothing else takes off more: spoils all.
+    """
+    mass = evidence.mass + effect.change[9]
+    part = f"{100 * effect.size * evidence.mass / mass:.0f} %" if mass > evidence.mass else "a part"
+    return error(
+        f"the torques hold the payload's inertia, but not {part} of its weight: is a payload entered in the "
+        "controller, which compensates it? Set none, and record again"
+    )
+
+
 def zero(system: System) -> Sought:
     """Column of each turning joint's zero: how the torque of links and payload changes with its position."""
     robot, states = system.robot, system.states
@@ -322,7 +345,7 @@ def pull_z(effect: Effect) -> float:
 
 
 def pull_of(evidence: Evidence) -> Effect | None:
-    """Take the pull, gravity's size or a zero that stands out: it may look like a scale or another robot."""
+    """Take the pull, or one of ``ALONE``, that stands out: it may look like a scale or another robot."""
     found = (effect for effect in evidence.diagnosis.effects if effect.name in ("pull", *ALONE))
     return next((effect for effect in found if BY_NAME[effect.name].stands_out(effect)), None)
 
@@ -412,6 +435,7 @@ HYPOTHESES = (
     Hypothesis("slip", slip, lambda one: one.size > max(SLIP, SURE * one.sigma) and one.z() > SLIP_Z, _slip),
     Hypothesis("change", change, lambda effect: abs(effect.size) > CHANGE and effect.z() > CHANGE_Z, _change),
     Hypothesis("late", torque_delay, lambda effect: abs(effect.size) > LATE and effect.z() > LATE_Z, _delayed),
+    Hypothesis("compensated", compensated, lambda one: one.size > LIGHT and one.z() > LIGHT_Z, _compensated),
     Hypothesis("weight", weight, lambda effect: abs(effect.size) > WEIGHT and effect.z() > WEIGHT_Z, _weight),
     Hypothesis("tilt", tilt, lambda effect: effect.size > TILT and effect.z() > TILT_Z, _tilt),
     Hypothesis("bursts", bursts, lambda _: True, _bursts),
@@ -450,13 +474,13 @@ def seen(system: System) -> dict[str, Effect]:
 def effects_of(system: System) -> tuple[Effect, ...]:
     """Estimate every hypothesis; a pull replaces the tilt where it takes off clearly more than all others.
 
-    Gravity's size and a joint's zero, which much looks like a little, are kept where nothing else takes off more.
+    Those of ``ALONE``, which much looks like a little, are kept where nothing else takes off more.
     """
     if not system.keep.any():
         return ()
     effects = seen(system)
     pull, falls = effects["pull"], {name: effect.fall for name, effect in effects.items() if name != "pull"}
-    off = falls.pop("zero", 0.0)
+    off = max(falls.pop(name, 0.0) for name in ("compensated", "zero"))
     hung = _pulls(pull) and pull.fall > max(CLEARER * max(falls.values(), default=0.0), off)
     effects.pop("tilt" if hung else "pull", None)
     most = max((one.fall for name, one in effects.items() if BY_NAME[name].stands_out(one)), default=0.0)
