@@ -9,24 +9,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from dynident import estimation
 from dynident.benchmarks import invented
 from dynident.benchmarks.coverage import good
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import (
-    PAYLOAD,
-    CentreOfMassInBox,
-    InEllipsoid,
-    KnownMass,
-    LongMotion,
-    MassBounds,
-    Settings,
-    SolverError,
-    answer_payload,
-    identify,
-    payload_estimate,
-    payload_problem,
-)
 from dynident.estimation.diagnosis.causes import likely_causes
 from dynident.estimation.diagnosis.states import states_of
 from dynident.estimation.equations.equations import Equations
@@ -234,10 +221,10 @@ class Ending:
 def ending(case: Wrong) -> Ending:
     """Run one case as the command does."""
     try:
-        settings = Settings(case.processing, methods=case.methods)
-        problem = payload_problem(case.robot, case.loaded, case.unloaded, settings=settings)
-        answer = answer_payload(problem, **case.options)
-    except (InputError, SolverError) as error:
+        settings = estimation.Settings(case.processing, methods=case.methods)
+        problem = estimation.payload_problem(case.robot, case.loaded, case.unloaded, settings=settings)
+        answer = estimation.answer_payload(problem, **case.options)
+    except (InputError, estimation.SolverError) as error:
         return Ending("error", str(error))
     return Ending(answer.verdict.level, " | ".join(answer.verdict.reasons), answer.recommended.mass)
 
@@ -391,11 +378,13 @@ def _of_knowledge() -> Iterator[Wrong]:
     def known(label: str, words: str, constraint: Any) -> Wrong:
         return both("rx90", label, words, same, options={"constraints": (constraint,)})
 
-    yield known("mass bound excludes the truth", "contradict the constraint: mass", MassBounds(0.0, 0.6 * mass))
-    yield known("weighed mass is another's", "the scale shows", KnownMass(1.5 * mass, 0.01))
-    ellipsoid = InEllipsoid((0.0, 0.0, -0.3), (0.1, 0.1, 0.1))
+    yield known(
+        "mass bound excludes the truth", "contradict the constraint: mass", estimation.MassBounds(0.0, 0.6 * mass)
+    )
+    yield known("weighed mass is another's", "the scale shows", estimation.KnownMass(1.5 * mass, 0.01))
+    ellipsoid = estimation.InEllipsoid((0.0, 0.0, -0.3), (0.1, 0.1, 0.1))
     yield known("ellipsoid in the wrong place", "contradict the constraint: .*ellipsoid", ellipsoid)
-    box = CentreOfMassInBox((-0.02, -0.02, -0.3), (0.02, 0.02, -0.1))
+    box = estimation.CentreOfMassInBox((-0.02, -0.02, -0.3), (0.02, 0.02, -0.1))
     yield known("centre of mass in the wrong box", "contradict the constraint: centre of mass", box)
 
 
@@ -432,7 +421,7 @@ def test_a_joint_counted_the_other_way_is_named_first(turned: tuple[str, int]) -
         return
     assert end.level == "do_not_use"
     assert words in end.text.split(" | ")[0]
-    reasons = identify(case.robot, case.unloaded).verdict.reasons
+    reasons = estimation.identify(case.robot, case.unloaded).verdict.reasons
     assert bool(reasons) == (turned not in _UNSEEN)
     assert all(re.search(f"joint (. or )?{joint}( or .)? is counted the other way", text) for text in reasons[:1])
     assert not any("of robot" in text for text in reasons)
@@ -459,11 +448,13 @@ def test_a_delay_is_found_with_its_sign_and_size(delay: float) -> None:
     assert f"torque {'lags' if delay > 0 else 'leads'} position by about {abs(delay):.2f} s" in words
 
 
-def problem_scaled(name: str, factor: float = 1.0, joint: int = 1, blocks: bool = True) -> LongMotion:
+def problem_scaled(name: str, factor: float = 1.0, joint: int = 1, blocks: bool = True) -> estimation.LongMotion:
     """The gallery's good recordings, one joint's torque scaled."""
     _, bare, loaded, _ = good_pair(name)
     change = scaled(joint, factor)
-    return payload_problem(invented.robot(name), [change(loaded)], [change(bare)], settings=Settings(robust=blocks))
+    return estimation.payload_problem(
+        invented.robot(name), [change(loaded)], [change(bare)], settings=estimation.Settings(robust=blocks)
+    )
 
 
 def rows_of(part: Equations | None, keep: tuple[int, ...]) -> Equations:
@@ -480,8 +471,8 @@ def test_a_group_sees_what_method_3_sees_in_its_rows() -> None:
     assert problem.difference is not None
     effective = problem.difference.effective_rows
     arm = replace(rows_of(problem.difference, (0, 1, 2)), effective_rows=(*effective[:3], 0.0, 0.0, 0.0))
-    weights = payload_estimate(problem, 3).estimate.weights
-    expected = weighted(arm.select(PAYLOAD), weights)
+    weights = estimation.payload_estimate(problem, 3).estimate.weights
+    expected = weighted(arm.select(estimation.PAYLOAD), weights)
     group = payload_by_joints(problem, weights).masses[6]
     assert group.joints == (1, 2, 3)
     assert group.mass == pytest.approx(expected["M_L"], rel=1e-9)
@@ -495,4 +486,4 @@ def test_rows_that_hide_a_parameter_give_an_error_and_no_minimum_norm_answer() -
     blind = replace(problem, loaded=loaded, difference=difference)
     for method in (1, 3):
         with pytest.raises(InputError, match=r"undetermined, in .*M_L"):
-            payload_estimate(blind, method)
+            estimation.payload_estimate(blind, method)
