@@ -17,15 +17,18 @@ from dynident.estimation.payload.result import frame_change
 from dynident.estimation.payload.short_motion import difference_weighing
 from dynident.model.motion import Measurement
 from dynident.model.regressors import payload_columns
-from dynident.trajectories import RX90_NOISE, Fourier, Simulator
+from dynident.tests.estimation.conftest import near_pose
+from dynident.trajectories import RX90_NOISE, Simulator
 
-EXACT = model.Processing()
-LENGTH = 0.45
-METHODS = (1, 2, 3, 4)
-ROBOTS = ("rx90", "tx40", "ur10e")
+EXACT, LENGTH = model.Processing(), 0.45
+METHODS, ROBOTS = (1, 2, 3, 4), ("rx90", "tx40", "ur10e")
+Body = model.InertialParameters
+Simulated = Callable[[str], Simulator]
+Pairs = Callable[..., tuple[Measurement, ...]]
+Wander = Callable[..., model.Motion]
 
 
-def scale(payload: model.InertialParameters) -> Array:
+def scale(payload: Body) -> Array:
     """M l^2, M l and M for the ten."""
     m = payload.mass
     return np.array([m * LENGTH**2] * 6 + [m * LENGTH] * 3 + [m])
@@ -49,11 +52,7 @@ def problem_of(
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", ROBOTS)
 def test_exact_data_give_the_payload(
-    name: str,
-    method: int,
-    simulated: Callable[[str], Simulator],
-    exact_pair: Callable[..., tuple[Measurement, ...]],
-    payload: model.InertialParameters,
+    name: str, method: int, simulated: Simulated, exact_pair: Pairs, payload: Body
 ) -> None:
     simulator = simulated(name)
     problem = problem_of(simulator.robot, [exact_pair(simulator)])
@@ -63,12 +62,7 @@ def test_exact_data_give_the_payload(
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_exact_data_with_a_spring(
-    method: int,
-    simulated: Callable[[str], Simulator],
-    exact_pair: Callable[..., tuple[Measurement, ...]],
-    payload: model.InertialParameters,
-) -> None:
+def test_exact_data_with_a_spring(method: int, simulated: Simulated, exact_pair: Pairs, payload: Body) -> None:
     robot = simulated("rx90").robot
     spring = model.Spring(joint=2, stiffness=2e4, length=0.2, arms=(0.3, 0.1), zero=0.1)
     simulator = Simulator(replace(robot, drives=replace(robot.drives, spring=spring)))
@@ -80,9 +74,7 @@ def test_exact_data_with_a_spring(
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_order_of_recordings_does_not_matter(
-    method: int, simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple[Measurement, ...]]
-) -> None:
+def test_order_of_recordings_does_not_matter(method: int, simulated: Simulated, exact_pair: Pairs) -> None:
     simulator = simulated("rx90")
     pairs = [exact_pair(simulator, seed) for seed in (0, 1)]
     forward = estimation.payload_estimate(problem_of(simulator.robot, pairs, 0.0), method).estimate.values
@@ -91,9 +83,7 @@ def test_order_of_recordings_does_not_matter(
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_unit_of_torque_does_not_matter(
-    method: int, simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple[Measurement, ...]]
-) -> None:
+def test_unit_of_torque_does_not_matter(method: int, simulated: Simulated, exact_pair: Pairs) -> None:
     """Torques a thousand times larger give a payload a thousand times heavier, sigma included."""
     simulator = simulated("rx90")
     pairs = [exact_pair(simulator, seed) for seed in (0, 1)]
@@ -104,9 +94,7 @@ def test_unit_of_torque_does_not_matter(
     assert np.allclose(1000.0 * a.sigma, b.sigma, rtol=1e-7)
 
 
-def test_method_2_reduces_to_the_paper_on_the_rx90(
-    simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple[Measurement, ...]]
-) -> None:
+def test_method_2_reduces_to_the_paper_on_the_rx90(simulated: Simulated, exact_pair: Pairs) -> None:
     """(24)-(28): each base parameter's change as the paper states it."""
     simulator = simulated("rx90")
     problem = problem_of(simulator.robot, [exact_pair(simulator)])
@@ -127,9 +115,7 @@ def test_method_2_reduces_to_the_paper_on_the_rx90(
     assert np.linalg.matrix_rank(G) == 10
 
 
-def test_stored_robot_parameters_replace_the_unloaded_recording(
-    simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple[Measurement, ...]]
-) -> None:
+def test_stored_robot_parameters_replace_the_unloaded_recording(simulated: Simulated, exact_pair: Pairs) -> None:
     simulator = simulated("ur10e")
     problem = problem_of(simulator.robot, [exact_pair(simulator)], noise=0.5)
     assert problem.unloaded is not None
@@ -140,9 +126,7 @@ def test_stored_robot_parameters_replace_the_unloaded_recording(
     assert np.allclose(a.covariance, b.covariance)
 
 
-def test_friction_under_load_can_be_freed(
-    simulated: Callable[[str], Simulator], wander: Callable[..., model.Motion], payload: model.InertialParameters
-) -> None:
+def test_friction_under_load_can_be_freed(simulated: Simulated, wander: Wander, payload: Body) -> None:
     """Friction 30 % larger under load spoils method 1 unless it is estimated anew."""
     simulator = simulated("rx90")
     changed = {k: (1.3 * v if k[:2] in ("FS", "FV") else v) for k, v in simulator.robot.parameters.items()}
@@ -159,26 +143,20 @@ def test_friction_under_load_can_be_freed(
     assert np.abs(fixed - payload.vector).max() > 1e-3
 
 
-def test_methods_that_lack_data_say_what_they_need(
-    simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple[Measurement, ...]]
-) -> None:
+def test_methods_that_lack_data_say_what_they_need(simulated: Simulated, exact_pair: Pairs) -> None:
     simulator = simulated("rx90")
     problem = replace(
         problem_of(simulator.robot, [exact_pair(simulator)]), unloaded=None, difference=None,
         source=Source((), (), EXACT, why_no_pair="only one recording"),
     )  # fmt: skip
     assert usable_methods(problem) == ()
-    for method, words in (
-        (1, "robot's parameters"),
-        (2, "without payload"),
-        (3, "only one"),
-        (4, "without payload"),
-    ):
+    needed = ((1, "robot's parameters"), (2, "without payload"), (3, "only one"), (4, "without payload"))
+    for method, words in needed:
         with pytest.raises(InputError, match=words):
             estimation.payload_estimate(problem, method)
 
 
-def test_an_arm_that_cannot_show_a_payload_says_so(wander: Callable[..., model.Motion]) -> None:
+def test_an_arm_that_cannot_show_a_payload_says_so(wander: Wander) -> None:
     """A planar arm never turns the payload about x or y."""
     planar = model.Robot("planar", (model.Joint(), model.Joint(d=0.4), model.Joint(d=0.3)))
     motion = wander(3, 0)
@@ -197,9 +175,7 @@ def simulator_of(robot: model.Robot) -> Simulator:
 
 
 @pytest.mark.parametrize("method", [1, 2, 3, 4])
-def test_moving_the_flange_moves_the_answer(
-    method: int, rx90: model.Robot, payload: model.InertialParameters, wander: Callable[..., model.Motion]
-) -> None:
+def test_moving_the_flange_moves_the_answer(method: int, rx90: model.Robot, payload: Body, wander: Wander) -> None:
     """Values, both covariances, and the torques that are drawn from them."""
     simulator = simulator_of(rx90)
     motion = wander(6, 4)
@@ -212,12 +188,10 @@ def test_moving_the_flange_moves_the_answer(
 
 @pytest.mark.long
 @pytest.mark.parametrize("joints", [(2, 3, 5, 6), (4, 5, 6), (6,)])
-def test_moving_the_flange_moves_a_weighing(
-    rx90: model.Robot, payload: model.InertialParameters, near: Callable[..., Fourier], joints: tuple[int, ...]
-) -> None:
+def test_moving_the_flange_moves_a_weighing(rx90: model.Robot, payload: Body, joints: tuple[int, ...]) -> None:
     """Also where a scale gives the mass, and where one joint shows four of the ten."""
     simulator = simulator_of(rx90)
-    motion = near(joints).motion(250.0)
+    motion = near_pose(joints).motion(250.0)
     bare, loaded = simulator.record(motion, None, NOISE, 1), simulator.record(motion, payload, NOISE, 2)
     tool = TOOL if len(joints) > 1 else model.Pose.from_rpy((0.0, 0.0, 0.12), (0.0, 0.0, 0.7))
     scale = (estimation.KnownMass(7.025, 0.02),) if 2 not in joints else ()
@@ -261,9 +235,7 @@ Pair = tuple[list[model.Recording], list[model.Recording]]
 
 
 @pytest.fixture(scope="module")
-def pair(
-    simulated: Callable[[str], Simulator], wander: Callable[..., model.Motion], payload: model.InertialParameters
-) -> Callable[[str], Pair]:
+def pair(simulated: Simulated, wander: Wander, payload: Body) -> Callable[[str], Pair]:
     """Recordings of an arm with a payload, and without."""
 
     def recordings(name: str) -> Pair:

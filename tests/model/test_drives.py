@@ -169,12 +169,8 @@ def test_tool_frames_add_up(rx90: model.Robot) -> None:
     two = model.with_tool(gripper, tool, "finger")
     assert two.flange == tool @ tool
     finger = model.Pose.from_rpy((0.02, 0.0, -0.1), RPY[2])
-    assert (
-        model.with_tool(gripper, finger, "finger").flange == tool @ finger != finger @ tool
-    )  # a tool stands in the flange
-    assert (gripper.last_frame, gripper.payload_frame, two.payload_frame) == (
-        "frame 6 (modified DH)",
-        "gripper",
-        "finger",
-    )
+    both = model.with_tool(gripper, finger, "finger")
+    assert both.flange == tool @ finger != finger @ tool, "a tool stands in the flange"
+    names = (gripper.last_frame, gripper.payload_frame, two.payload_frame)
+    assert names == ("frame 6 (modified DH)", "gripper", "finger")
     assert rx90.last_frame == rx90.payload_frame

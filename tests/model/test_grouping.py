@@ -26,22 +26,12 @@ PAPER = (KNOWN.parent / "khalil_rx90_groupings.txt").read_text(encoding="utf-8")
 """The relations (12) of the RX90 and the list of section II.D."""
 
 
-def rx90_relations() -> tuple[str, ...]:
-    """The relations (12), one text each, spaces as in "ZZ2R = IA2 + D3^2*(M3+M4+M5+M6) + ZZ2"."""
-    relations = [line for line in PAPER if " = " in line and not line.startswith("#")]
-    return tuple(re.sub(r"\s*\*\s*", "*", close_brackets(line)) for line in relations)
-
-
 def rx90_eliminated() -> set[str]:
     """Standard inertial parameters that section II.D leaves out of the base parameters."""
     (line,) = (line for line in PAPER if "Not among the base parameters" in line)
     named = line.split(": ")[1].rstrip(".")
     every_link = [f"{kind}{j}" for kind in re.findall(r"([A-Z]+)j", named) for j in range(1, 7)]
     return {*every_link, *re.findall(r"[A-Z]+\d", named)}
-
-
-def close_brackets(line: str) -> str:
-    return re.sub(r"\([^)]*\)", lambda bracket: bracket.group().replace(" ", ""), line)
 
 
 def serial(name: str) -> model.Robot:
@@ -74,7 +64,9 @@ def check(comparison: Comparison) -> None:
 def test_relations_of_the_paper(robot: model.Robot) -> None:
     """The text of (12), relation by relation, and the list of section II.D."""
     base = model.closed_form_base_parameters(robot)
-    assert grouped(base) == rx90_relations()
+    relations = [line for line in PAPER if " = " in line and not line.startswith("#")]
+    closed = [re.sub(r"\([^)]*\)", lambda bracket: bracket[0].replace(" ", ""), line) for line in relations]
+    assert grouped(base) == tuple(re.sub(r"\s*\*\s*", "*", line) for line in closed)
     assert {name for name in base.eliminated if name[:2] not in ("FS", "FV")} == rx90_eliminated()
 
 
