@@ -70,9 +70,8 @@ def scatters(robot: Robot, parts: Sequence[Observation]) -> list[Scatter]:
     x, variance, error = solved_by_joint(A, y, joint, robot.n)
     spreads = []
     for j in range(robot.n):
-        series = [
-            (part.t[j], error[(joint == j) & (place == k)]) for k, part in enumerate(parts) if len(part.t[j]) > 3
-        ]
+        own_errors = [error[(joint == j) & (place == k)] for k in range(len(parts))]
+        series = [(part.t[j], own) for part, own in zip(parts, own_errors, strict=True) if len(part.t[j]) > 3]
         step = min(float(np.diff(t).min()) for t, _ in series)
         memory = max(1.0, 2.0 * autocorrelation_time(series, step) / step)
         torque = float(rms(y[joint == j]))
@@ -115,7 +114,6 @@ def beyond_noise(some: Sequence[Scatter], unit: Callable[[Scatter], float]) -> t
 
 
 def main() -> None:
-    """Print all figures."""
     folder = recordings_folder("constant torques")
     if folder is None:
         return

@@ -18,19 +18,7 @@ from dynident import estimation, model
 from dynident.apps.commands.demo import ASSUMED_SPRING
 from dynident.apps.commands.demo import PAYLOAD as PAPER_PAYLOAD
 from dynident.apps.logs.read import read_recording
-from dynident.benchmarks import invented
-from dynident.benchmarks.shared import (
-    UR10E_GAINS,
-    UR10E_MASS,
-    each,
-    held,
-    lasting,
-    options,
-    recordings_folder,
-    rms,
-    show,
-    window,
-)
+from dynident.benchmarks import invented, shared
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation.diagnosis.joints import disagreement
@@ -68,20 +56,15 @@ class Stated(NamedTuple):
 
 
 COLUMNS: dict[str, Callable[[Array], str]] = {
-    "mass": lambda x: f"{100 * x.mean():.1f}",
-    "com": lambda x: f"{100 * x.mean():.1f}",
-    "rms error %": lambda x: f"{100 * rms(x):.2f}",
+    **dict.fromkeys(("mass", "com", "active %"), lambda x: f"{100 * x.mean():.1f}"),
+    "rms error %": lambda x: f"{100 * shared.rms(x):.2f}",
     "half width %": lambda x: f"{100 * np.median(x):.2f}",
     "over unguarded": lambda x: f"{np.median(x):.2f}",
-    "widened": lambda x: f"{x.sum():.0f}",
-    "use": lambda x: f"{x.sum():.0f}",
-    "do not use": lambda x: f"{x.sum():.0f}",
+    **dict.fromkeys(("widened", "use", "do not use"), lambda x: f"{x.sum():.0f}"),
     "worst mass error %": lambda x: f"{100 * np.nanmax(np.abs(x), initial=0.0):.2f}",
     "worst inertia error % in use": lambda x: f"{100 * np.nanmax(x, initial=0.0):.0f}",
     "mass interval kg": lambda x: f"{x.mean():.3f}",
-    "rms XX": lambda x: f"{rms(x):.4g}",
-    "rms YY": lambda x: f"{rms(x):.4g}",
-    "active %": lambda x: f"{100 * x.mean():.0f}",
+    **dict.fromkeys(("rms XX", "rms YY"), lambda x: f"{shared.rms(x):.4g}"),
 }
 """Columns of the runs' other numbers, and how they are made."""
 
@@ -127,8 +110,9 @@ def repeated_problem(
     sizes = np.array(RX90_NOISE) / (3.0 if memory else 1.0)
     sides = [
         [
-            Measurement(one.motion, one.torque + sizes * lasting(draw.standard_normal(one.torque.shape), memory))
+            Measurement(one.motion, one.torque + sizes * shared.lasting(noise, memory))
             for one in clean[name]
+            for noise in (draw.standard_normal(one.torque.shape),)
         ]
         for name in ("bare", body)
     ]
@@ -147,7 +131,7 @@ def repeated(memory: float, trajectories: int, name: str, seed: int) -> Iterator
         truth = problem.base.value(problem.robot.parameters)
         for kind, ends in (("formula", estimate.interval95), ("jackknife", estimate.robust_interval95)):
             assert ends is not None
-            yield Stated(f"robot's 54, {kind}", held(ends, truth), beside=kind == "formula")
+            yield Stated(f"robot's 54, {kind}", shared.held(ends, truth), beside=kind == "formula")
     for method in (1, 2, 3, 4):
         free = estimation.payload_estimate(problem, method).estimate
         nearest = estimation.solve_constrained(error_model(free))
@@ -158,7 +142,7 @@ def repeated(memory: float, trajectories: int, name: str, seed: int) -> Iterator
             ("jackknife", free.robust_interval95, free.values),
             ("recommended", profile.parameters, nearest.values),
         ):
-            inside, off = held(ends, body.vector), values - body.vector
+            inside, off = shared.held(ends, body.vector), values - body.vector
             more = {"mass": float(inside[9]), "rms XX": float(off[0]), "rms YY": float(off[3])}
             more |= {"active %": float(bool(nearest.active))} if kind == "recommended" else {}
             yield Stated(f"{name}, method {method}, {kind}", inside, more, kind == "formula")
@@ -168,9 +152,12 @@ def repeated(memory: float, trajectories: int, name: str, seed: int) -> Iterator
 def following(row: str, intervals: Intervals, body: model.InertialParameters) -> Iterator[Stated]:
     """Tell which intervals of what follows from the ten hold; rounding may leave a moment of zero below zero."""
     upper, moments = np.triu_indices(3), np.abs(np.linalg.eigvalsh(body.inertia_com))
-    com, inertia = held(intervals.com, body.com), held(intervals.inertia_com[upper], body.inertia_com[upper])
+    com, inertia = (
+        shared.held(intervals.com, body.com),
+        shared.held(intervals.inertia_com[upper], body.inertia_com[upper]),
+    )
     yield Stated(f"{row}, com and inertia about it", np.append(com, inertia))
-    yield Stated(f"{row}, principal moments", held(intervals.principal_moments, moments))
+    yield Stated(f"{row}, principal moments", shared.held(intervals.principal_moments, moments))
 
 
 @cache
@@ -195,7 +182,7 @@ def shapes(trajectories: int, name: str, run: int) -> Iterator[Stated]:
     nearest = estimation.solve_constrained(LinearProblem(drawn, estimation.PAYLOAD).solved())
     intervals = profile_intervals(nearest)
     more = {"active %": float(bool(nearest.active))}
-    yield Stated(f"{name}, the ten", held(intervals.parameters, body.vector), more)
+    yield Stated(f"{name}, the ten", shared.held(intervals.parameters, body.vector), more)
     yield from following(name, intervals, body)
 
 
@@ -229,7 +216,7 @@ def answered(gain: float, name: str, run: int) -> Iterator[Stated]:
     unguarded = replace(problem, settings=replace(problem.settings, friction_change=0.0))
     narrow = constrain_payload(estimation.payload_estimate(unguarded, 4)).intervals.parameters[9]
     intervals = answer.recommended.intervals
-    ten = held(intervals.parameters, body.vector)
+    ten = shared.held(intervals.parameters, body.vector)
     half = 0.5 * float(np.ptp(intervals.parameters[9])) / body.mass
     for row in (name, "all arms"):
         yield Stated(
@@ -237,7 +224,7 @@ def answered(gain: float, name: str, run: int) -> Iterator[Stated]:
             ten,
             {
                 "mass": float(ten[9]),
-                "com": float(held(intervals.com, body.com).mean()),
+                "com": float(shared.held(intervals.com, body.com).mean()),
                 "rms error %": answer.mass / body.mass - 1.0,
                 "half width %": half,
                 "over unguarded": 2.0 * half * body.mass / float(np.ptp(narrow)),
@@ -271,14 +258,13 @@ def good(_: str, run: int) -> Iterator[Stated]:
     spread, inertia = payload.free.robust_spread, np.diag(payload.body.inertia_com)
     assert spread is not None
     sure = (spread.moments / np.maximum(inertia, 1e-12)).max() < 0.30
+    off = float(np.abs(inertia / np.diag(body.inertia_com) - 1.0).max())
     right = level == ("use" if sure else "mass_and_com_only")
     more = {
         "use": float(level == "use"),
         "do not use": float(level == "do_not_use"),
         "worst mass error %": payload.body.mass / body.mass - 1.0 if level != "do_not_use" else np.nan,
-        "worst inertia error % in use": (
-            float(np.abs(inertia / np.diag(body.inertia_com) - 1.0).max()) if level == "use" else np.nan
-        ),
+        "worst inertia error % in use": off if level == "use" else np.nan,
     }
     text = "" if right else f"run {run}, {name}, {kind}: {level}: {'; '.join(answer.verdict.reasons)}"
     yield Stated(f"{name}, {kind}", np.array([float(right)]), more)
@@ -299,7 +285,10 @@ def lacking(other_path: bool, name: str, run: int) -> Iterator[Stated]:
         draw, n = np.random.default_rng([run, 33]), robot.n
         payload = invented.payload(name, invented.PAYLOADS[run % 5], draw)
         first, second = (invented.long_motion(name, int(seed), 24.0) for seed in draw.integers(1_000_000, size=2))
-        own, top = rms(invented.simulator(name).measure(first, None, rigid).torque), np.abs(first.qd).max(axis=0)
+        own, top = (
+            shared.rms(invented.simulator(name).measure(first, None, rigid).torque),
+            np.abs(first.qd).max(axis=0),
+        )
         slow_friction, slow = draw.uniform(0.3, 0.8, n) * np.array(static), draw.uniform(0.05, 0.2, n) * top
         by_load, ripple = draw.uniform(0.03, 0.09, n), 0.35 * draw.uniform(0.01, 0.04) * own
         turns, phases = draw.integers(4, 40, 2).astype(float), draw.uniform(-np.pi, np.pi, (2, n))
@@ -311,7 +300,7 @@ def lacking(other_path: bool, name: str, run: int) -> Iterator[Stated]:
             more = {
                 "Stribeck": slow_friction * np.exp(-((motion.qd / slow) ** 2)) * np.sign(motion.qd),
                 "load": by_load * np.abs(carried) * np.sign(motion.qd),
-                "ripple": (1.0 + np.abs(carried) / np.maximum(rms(carried), 1e-9)) * ripple * waves,
+                "ripple": (1.0 + np.abs(carried) / np.maximum(shared.rms(carried), 1e-9)) * ripple * waves,
             }
             recordings.append(replace(exact, torque=exact.torque + more[kind]))
         problem = estimation.payload_problem(robot, recordings[1:], recordings[:1])
@@ -320,13 +309,13 @@ def lacking(other_path: bool, name: str, run: int) -> Iterator[Stated]:
         for method in methods:
             found = constrain_payload(estimation.payload_estimate(problem, method))
             ends = np.vstack([found.intervals.parameters[9:], found.intervals.com])
-            inside = held(ends, np.append(payload.mass, payload.com))
-            more_told = {"mass": float(inside[0]), "com": float(inside[1:].mean())}
-            more_told["rms error %"] = found.mass / payload.mass - 1.0
+            inside = shared.held(ends, np.append(payload.mass, payload.com))
+            told = {"mass": float(inside[0]), "com": float(inside[1:].mean())}
+            told["rms error %"] = found.mass / payload.mass - 1.0
             for group in (kind, name, "all"):
-                yield Stated(f"{group}, method {method}", inside, more_told, beside=True)
+                yield Stated(f"{group}, method {method}", inside, told, beside=True)
                 if method == recommended:
-                    yield Stated(f"{group}, recommended", inside, more_told)
+                    yield Stated(f"{group}, recommended", inside, told)
 
 
 # A robot that was stored earlier and ten seconds of load.
@@ -339,9 +328,9 @@ HANDLED = model.InertialParameters.from_com(5.0, [0.01, -0.02, 0.1], np.diag([0.
 @cache
 def real(name: str) -> model.Recording:
     """A recording of the real UR10e."""
-    folder = recordings_folder(name)
+    folder = shared.recordings_folder(name)
     assert folder is not None
-    return read_recording(folder / f"ur10e/{name}.csv.gz", model.load_robot("ur10e"), UR10E_GAINS)
+    return read_recording(folder / f"ur10e/{name}.csv.gz", model.load_robot("ur10e"), shared.UR10E_GAINS)
 
 
 def stored_real(source: str, run: int) -> Iterator[Stated]:
@@ -351,9 +340,10 @@ def stored_real(source: str, run: int) -> Iterator[Stated]:
     moving = loaded.t[(np.abs(loaded.qd).max(axis=1) > 5e-3) & (loaded.t > JOG)]
     starts = np.arange(moving[0], moving[-1] - TEN, STEP)
     if run < len(starts):
-        piece, known = window(loaded, float(starts[run]), TEN), estimation.identify(robot, [real(source)]).estimate
-        yield from weighed(f"robot from {source}", robot, known, piece, UR10E_MASS)
-        yield from weighed(f"robot from {source}, gains to 2 %", robot, known, piece, UR10E_MASS, 0.02)
+        piece = shared.window(loaded, float(starts[run]), TEN)
+        known = estimation.identify(robot, [real(source)]).estimate
+        yield from weighed(f"robot from {source}", robot, known, piece, shared.UR10E_MASS)
+        yield from weighed(f"robot from {source}, gains to 2 %", robot, known, piece, shared.UR10E_MASS, 0.02)
 
 
 def stored_simulated(name: str, run: int) -> Iterator[Stated]:
@@ -369,35 +359,30 @@ def stored_simulated(name: str, run: int) -> Iterator[Stated]:
 
     def noisy(arm: model.Robot, motion: model.Motion, load: model.InertialParameters | None) -> model.Recording:
         exact = Simulator(arm).record(motion, load)
-        noise = lasting(draw.standard_normal(exact.torque.shape), 20.0, warm=False)
-        return replace(exact, torque=exact.torque + 0.02 * rms(exact.torque) * noise)
+        noise = shared.lasting(draw.standard_normal(exact.torque.shape), 20.0, warm=False)
+        return replace(exact, torque=exact.torque + 0.02 * shared.rms(exact.torque) * noise)
 
     known = estimation.identify(robot, [noisy(robot, first, None)]).estimate
-    piece = window(noisy(heavy, second, HANDLED), 5.0, TEN)
+    piece = shared.window(noisy(heavy, second, HANDLED), 5.0, TEN)
     yield from weighed("simulated", robot, known, piece, HANDLED.mass)
 
 
 def weighed(
-    row: str,
-    robot: model.Robot,
-    known: estimation.Estimate,
-    loaded: model.Recording,
-    mass: float,
-    sigma: float = 0.0,
+    row: str, arm: model.Robot, known: estimation.Estimate, loaded: model.Recording, mass: float, sigma: float = 0.0
 ) -> Iterator[Stated]:
     """Interval of the mass by ``payload`` and by ``weigh``; ``sigma``: of the drive gains, relative."""
-    gains = estimation.Gains((sigma,) * robot.n) if sigma else None
+    gains = estimation.Gains((sigma,) * arm.n) if sigma else None
     for command, make in (("payload", estimation.payload_problem), ("weigh", estimation.known_robot_weighing)):
-        problem = make(robot, [loaded], known=known)
+        problem = make(arm, [loaded], known=known)
         estimate = estimation.payload_estimate(problem, 1)
-        covariance = gains.covariance(robot.n) if gains is not None else np.zeros((robot.n, robot.n))
+        covariance = gains.covariance(arm.n) if gains is not None else np.zeros((arm.n, arm.n))
         by_joints = payload_by_joints(problem, estimate.estimate.weights)
         factor = disagreement(by_joints, covariance, few=command == "weigh")
         payload = constrain_payload(moved(estimate, factor=factor), gains=gains)
         ends = payload.intervals.parameters[9]
         half = 0.5 * float(np.ptp(ends)) / mass
         more = {"rms error %": payload.mass / mass - 1.0, "half width %": half}
-        yield Stated(f"{row}, {command}", held(ends[None], np.array([mass])), more)
+        yield Stated(f"{row}, {command}", shared.held(ends[None], np.array([mass])), more)
 
 
 def whole_robot(_: str, run: int) -> Iterator[Stated]:
@@ -422,7 +407,7 @@ def whole_robot(_: str, run: int) -> Iterator[Stated]:
         own = estimation.Settings(friction=robot.drives.friction)
         estimate = estimation.identify(robot, [recording], own).estimate
         ends = estimate.interval95 if estimate.robust_interval95 is None else estimate.robust_interval95
-        inside = held(ends, truth)
+        inside = shared.held(ends, truth)
         yield Stated("all", inside)
         for kind in dict.fromkeys(kinds):
             yield Stated(f"every {kind}", inside[kinds == kind])
@@ -477,17 +462,13 @@ def gains_found(name: str, run: int) -> Iterator[Stated]:
     """Gains by currents without and with a weight of 6 kg."""
     motion, exact = exact_currents(name)
     truth = TRUE_GAINS[name]
-    level = CURRENT_NOISE if name == "ur10e" else 0.06 * rms(exact["none"])
+    level = CURRENT_NOISE if name == "ur10e" else 0.06 * shared.rms(exact["none"])
     for words, memory in (("white noise", 0.0), ("AR(1) noise of 20 samples", 20.0)):
         draw, load = np.random.default_rng([7, run]), known_mass(6.0)
         pair = [
-            model.Recording(
-                motion.t,
-                motion.q,
-                i + level * lasting(draw.standard_normal(i.shape), memory, warm=False),
-                motion.qd,
-            )
+            model.Recording(motion.t, motion.q, i + level * noise, motion.qd)
             for i in (exact["none"], exact["weight"])
+            for noise in (shared.lasting(draw.standard_normal(i.shape), memory, warm=False),)
         ]
         problem = gain_problem(described(name), pair[:1], pair[1:], load, settings=BY_FOUR)
         found = estimation.answer_gains(problem)
@@ -521,15 +502,14 @@ def gains_wrong(name: str, run: int) -> Iterator[Stated]:
         torque = exact + TORQUE_NOISE * np.random.default_rng([seed, run]).standard_normal(exact.shape)
         coupling = robot.coupling  # a motor's error is in two joints' torques where drives are coupled
         motors = (1.0 + errors) * (coupling.motor_torques(torque) if coupling else torque)
-        return model.Recording(
-            motion.t, motion.q, coupling.joint_torques(motors) if coupling else motors, motion.qd
-        )
+        torque = coupling.joint_torques(motors) if coupling else motors
+        return model.Recording(motion.t, motion.q, torque, motion.qd)
 
     identification = estimation.identify(robot, [record("none", 3)], replace(BY_FOUR, gains=gains))
     stored, truth = identification.estimate, identification.base.value(with_rx90_parameters(name).robot.parameters)
     for row, ends in (("with gains", stored.interval95_with_gains), ("gains as exact", stored.robust_interval95)):
         assert ends is not None
-        yield Stated(f"{name}, robot, {row}", held(ends, truth), beside=row != "with gains")
+        yield Stated(f"{name}, robot, {row}", shared.held(ends, truth), beside=row != "with gains")
     problem = estimation.payload_problem(robot, [record("weight", 4)], [], stored, BY_FOUR)
     assert problem.known is not None
     estimate = estimation.payload_estimate(problem, 1).estimate
@@ -572,7 +552,7 @@ def gains_again(name: str, run: int) -> Iterator[Stated]:
         settings = replace(BY_FOUR, methods=(4,), gains=gains)
         answer = estimation.answer_payload(estimation.payload_problem(robot, [heavy], [bare], settings=settings))
         ends = answer.recommended.intervals.parameters[6:]
-        inside = held(ends, body.vector[6:])
+        inside = shared.held(ends, body.vector[6:])
         more = {"mass": float(inside[3]), "mass interval kg": float(np.ptp(ends[3]))}
         yield Stated(f"payload's MX MY MZ M, {row}", inside, more)
     for row, bare in (("a recording of its own", fresh), ("the gains' recording", first)):
@@ -580,7 +560,7 @@ def gains_again(name: str, run: int) -> Iterator[Stated]:
         within = result.estimate.interval95_with_gains
         assert within is not None
         truth = result.base.value(with_rx90_parameters(name).robot.parameters)
-        yield Stated(f"robot, {row}", held(within, truth))
+        yield Stated(f"robot, {row}", shared.held(within, truth))
 
 
 class Case(NamedTuple):
@@ -636,7 +616,7 @@ def run_of(case: Case, asked: tuple[str, int]) -> list[Stated]:
 def coverage(case: Case, runs: Sequence[int], jobs: int = 1) -> dict[str, list[Stated]]:
     """By row what the runs stated."""
     rows = defaultdict[str, list[Stated]](list)
-    for told in each(partial(run_of, case), [(arm, run) for arm in case.arms for run in runs], jobs):
+    for told in shared.each(partial(run_of, case), [(arm, run) for arm in case.arms for run in runs], jobs):
         for stated in told:
             rows[stated.row].append(stated)
             if stated.text:
@@ -656,15 +636,14 @@ def report(name: str, case: Case, rows: dict[str, list[Stated]]) -> None:
         numbers = {column: np.array([stated.more[column] for stated in own]) for column in own[0].more}
         more = [COLUMNS[column](numbers[column]) if column in numbers else "" for column in columns]
         lines.append([row, "" if own[0].beside else case.asked, seen[0], str(len(own)), *seen[1:], *more])
-    show(f"{name}: {case.drawn}; asked and seen in percent", lines, "runs", "lowest", "highest", *columns)
+    shared.show(f"{name}: {case.drawn}; asked and seen in percent", lines, "runs", "lowest", "highest", *columns)
 
 
 def main() -> None:
-    """Print the cases asked for, or all."""
-    arguments = options(__doc__, cases=tuple(cases(0)), runs=0, first=0, jobs=2, trajectories=18)
+    arguments = shared.options(__doc__, cases=tuple(cases(0)), runs=0, first=0, jobs=2, trajectories=18)
     for name in arguments.cases:
         case = cases(arguments.trajectories)[name]
-        if case.real and recordings_folder(name) is None:
+        if case.real and shared.recordings_folder(name) is None:
             continue
         runs = range(arguments.first, arguments.first + (arguments.runs or case.runs))
         report(name, case, coverage(case, runs, arguments.jobs))

@@ -32,12 +32,9 @@ TABLE2 = {name: printed.value for name, printed in paper_tables().table2_robot.i
 NOISE = tuple(0.1 * TABLE2[f"FS{j + 1}"] for j in range(ROBOT.n))
 INFORMATIVE = trajectories.Goal("d", columns=tuple(TABLE2), noise=NOISE)
 VIA, FOURIER = trajectories.ViaPointShape(14), trajectories.FourierShape(5, 10.0)
-AT_REST, TRAPEZOIDS = (
-    trajectories.ViaPointShape(14, passing=False),
-    trajectories.ViaPointShape(14, passing=False, segment=trajectories.Trapezoid()),
-)
-RUNS = 100
-"""Simulated, of the check of information."""
+AT_REST = trajectories.ViaPointShape(14, passing=False)
+TRAPEZOIDS = replace(AT_REST, segment=trajectories.Trapezoid())
+RUNS = 100  # simulated, of the check of information
 
 
 def designed(problem: trajectories.DesignProblem, seeds: int) -> list[trajectories.Design]:
@@ -69,9 +66,8 @@ def conditions(arguments: argparse.Namespace) -> None:
         cpu, learnt = [design.cpu_s for design in designs], [design.learnt for design in designs]
         cond = [one.condition_number_scaled if kind == "cond-scaled" else one.condition_number for one in learnt]
         times = (f"{seconds:g}", f"{np.median(cpu):.2f}", f"{max(cpu):.2f}")
-        rows.append(
-            [name, f"{target:g}", f"{np.median(cond):.3f}", f"{max(cond):.3f}", *times, f"{missed(designs):.1e}"]
-        )
+        seen = (f"{np.median(cond):.3f}", f"{max(cond):.3f}")
+        rows.append([name, f"{target:g}", *seen, *times, f"{missed(designs):.1e}"])
     show("Condition numbers", rows, "worst", "CPU s, asked", "median", "worst", "peak violation")
 
 
@@ -84,11 +80,8 @@ def least_floor(design: trajectories.Design) -> tuple[float, float]:
 
 def floors(_: argparse.Namespace) -> None:
     """Designs beside the least of two floors."""
-    goals = (
-        ("cond", trajectories.Goal("cond"), None, 1.0),
-        ("cond-scaled", trajectories.Goal("cond-scaled"), None, 1.0),
-    )
-    rows = []
+    kinds: tuple[Kind, ...] = ("cond", "cond-scaled")
+    goals, rows = [(kind, trajectories.Goal(kind), None, 1.0) for kind in kinds], []
     for name, goal, bounds, power in (*goals, ("d, geometric mean of uncertainty", INFORMATIVE, GUARDED, 0.5)):
         design = trajectories.solve_design(trajectories.build_design(ROBOT, VIA, goal, bounds=bounds))
         numbers = (design.score.value, *least_floor(design))
@@ -140,10 +133,8 @@ def _compared(
                 row += [f"{middle:.3g} ({designed_figure.max():.3g})", f"{rival:.3g} ({theirs.min():.3g})"]
                 row += [f"{100 * (middle / rival - 1):+.0f} %"]
             rows.append(row)
-    title = (
-        f"d, torque noise {noise}: median and worst sigma in % of the value, 1 s at {INFORMATIVE.rate:g} Hz; "
-        "designed: middle of the seeds (worst); random: best in that figure, middle of the draws (least)"
-    )
+    print("designed: middle of the seeds (worst); random: best in that figure, middle of the draws (least)")
+    title = f"d, torque noise {noise}: median and worst sigma in % of the value, 1 s at {INFORMATIVE.rate:g} Hz"
     show(title, rows, "random", "change", "worst", "random", "change", asked=False)
     _confirmed(next(iter(designs.values()))[0], min(candidates, key=lambda one: one[0])[1])
 
@@ -191,7 +182,6 @@ PARTS = {part.__name__: part for part in (conditions, floors, information)}
 
 
 def main() -> None:
-    """Print the parts asked for, or all."""
     arguments = options(__doc__, parts=tuple(PARTS), seeds=5, random=200, draws=5)
     for name in arguments.parts:
         PARTS[name](arguments)

@@ -23,8 +23,7 @@ RATE, LENGTH = 250.0, 60.0
 def recordings(folder: Path, count: int) -> list[str]:
     """One motion of a minute, with other noise each time."""
     robot = load_robot("rx90")
-    plan = random_via_points(robot, 40, seed=1)
-    motion = plan.motion(RATE)
+    motion = random_via_points(robot, 40, seed=1).motion(RATE)
     keep = motion.t < LENGTH
     simulator, paths = Simulator(robot), []
     for seed in range(count):
@@ -59,11 +58,7 @@ def throughput(folder: Path, count: int) -> None:
     for number in (1, 2):
         rows += [
             [f"{number} process(es), by the clock [s]", "", f"{min(clock[number]):.1f}"],
-            [
-                f"{number} process(es), processor time of each recording [s]",
-                "",
-                f"{min(spent[number]) / count:.2f}",
-            ],
+            [f"{number} process(es), processor time a recording [s]", "", f"{min(spent[number]) / count:.2f}"],
         ]
     rows += [
         ["two against one by the clock, times", ">= 1.7", f"{ratio:.2f}"],

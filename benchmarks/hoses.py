@@ -54,9 +54,8 @@ def counted(memory: float, name: str) -> list[bool]:
     body = InertialParameters.from_com(0.5 * robot.rated_payload, [0.02, -0.02, 0.08], 0.003 * np.eye(3))
     noise = (3.0 if memory else 1.0) * NOISE  # what remembers is made a third as large
     motion, earlier_motion = (random_via_points(robot, 12, seed=seed).motion(100.0) for seed in (7, 8))
-    bare, heavy = (
-        first(invented.recorded(name, motion, load, k, noise, memory)) for k, load in enumerate((None, body))
-    )
+    both = (invented.recorded(name, motion, load, k, noise, memory) for k, load in enumerate((None, body)))
+    bare, heavy = map(first, both)
     known = identify(robot, [invented.recorded(name, earlier_motion, None, 2, noise, memory)]).estimate
 
     def told(case: Case) -> bool:
@@ -78,7 +77,6 @@ def counted(memory: float, name: str) -> list[bool]:
 
 
 def main() -> None:
-    """Print how many arms each case is told of."""
     arguments = options(__doc__, arms=",".join(robot_names()), memory=0.0, jobs=2)
     names = arguments.arms.split(",")
     counts = np.array(each(partial(counted, arguments.memory), names, arguments.jobs))

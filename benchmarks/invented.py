@@ -33,7 +33,10 @@ _UR10E_DRIVES = {  # per joint
     "IA": (3.5, 3.5, 1.5, 0.5, 0.5, 0.5), "FS": (8.0, 9.0, 6.0, 2.5, 2.5, 2.0),
     "FV": (12.0, 13.0, 8.0, 3.0, 3.0, 2.5), "OFF": (0.6, -0.8, 0.4, 0.2, -0.1, 0.1),
 }  # fmt: skip
-_TX40_SHARE = {"inertia": 0.08, "moment": 0.15, "mass": 0.3, "drive": 0.06, "friction": 0.2}
+_TX40_SHARE = {
+    **dict.fromkeys(("XX", "XY", "XZ", "YY", "YZ", "ZZ"), 0.08), **dict.fromkeys(("MX", "MY", "MZ"), 0.15),
+    "M": 0.3, "IA": 0.06, **dict.fromkeys(("FS", "FV", "FVM", "FSM"), 0.2),
+}  # fmt: skip
 """Fractions of the RX90's parameters, whose shape and drives the TX40 has at half the length."""
 
 
@@ -51,7 +54,9 @@ def robot(name: str) -> Robot:
         replace(own, limits=replace(own.limits, speed=like.limits.speed, acceleration=like.limits.acceleration))
         for own, like in zip(known.joints, load_robot("rx90").joints, strict=True)
     )
-    return replace(known, joints=joints, parameters=_tx40(), processing=replace(known.processing, decimate=10))
+    whole = load_robot("rx90").parameters.items()
+    values = {name: _TX40_SHARE[name.rstrip("0123456789")] * value for name, value in whole}
+    return replace(known, joints=joints, parameters=values, processing=replace(known.processing, decimate=10))
 
 
 def _ur10e() -> dict[str, float]:
@@ -60,15 +65,6 @@ def _ur10e() -> dict[str, float]:
         values |= box(mass, com, size).named(str(link))
         values |= {f"{kind}{link}": drives[link - 1] for kind, drives in _UR10E_DRIVES.items()}
     return values
-
-
-def _tx40() -> dict[str, float]:
-    share = dict.fromkeys(("XX", "XY", "XZ", "YY", "YZ", "ZZ"), "inertia") | dict.fromkeys(
-        ("MX", "MY", "MZ"), "moment"
-    )
-    share |= {"M": "mass", "IA": "drive"} | dict.fromkeys(("FS", "FV", "FVM", "FSM"), "friction")
-    values = load_robot("rx90").parameters
-    return {name: _TX40_SHARE[share[name.rstrip("0123456789")]] * value for name, value in values.items()}
 
 
 def box(mass: float, com: tuple[float, ...], size: tuple[float, ...]) -> InertialParameters:
@@ -101,9 +97,8 @@ def simulator(name: str) -> Simulator:
 
 def motion(name: str, seed: int, points: int = 14, speed: float = 0.6) -> Motion:
     """A random motion within the limits."""
-    return random_via_points(robot(name), points, seed, speed, span=0.8 if name != "ur10e" else 0.3).motion(
-        RATE[name]
-    )
+    span = 0.8 if name != "ur10e" else 0.3
+    return random_via_points(robot(name), points, seed, speed, span).motion(RATE[name])
 
 
 def long_motion(name: str, seed: int, shortest: float) -> Motion:

@@ -20,8 +20,7 @@ from dynident.model import load_robot, robot_names, stand_in
 from dynident.tests.trajectories.safe_runs import Seen, held_case, seen_of
 from dynident.trajectories import solve_design
 
-DURATION = 4.0
-ACTIVE = 0.01  # of a limit: what is nearer is active
+DURATION, ACTIVE = 4.0, 0.01  # s; of a limit: what is nearer is active
 
 
 class Run(NamedTuple):
@@ -53,7 +52,6 @@ def measured(share: float, lowered: bool, case: tuple[str, int]) -> Run | str:
 
 
 def main() -> None:
-    """Print each run, then asked and seen of all."""
     arguments = options(__doc__, arms=",".join(robot_names()), poses=1, share=0.5, lowered=False, jobs=2)
     cases = [(name, seed) for name in arguments.arms.split(",") for seed in range(arguments.poses)]
     done = each(partial(measured, arguments.share, arguments.lowered), cases, arguments.jobs)

@@ -16,8 +16,7 @@ parameters included, runs with the robot's own settings, and with those of the f
 mujoco: ``mujoco.sysid`` fits ten numbers of each link, armature, damping and friction loss of each joint of a real
 UR10e by finite differences over ``--rollouts`` open-loop rollouts of .5 s. It starts from cylinders of half the
 maker's mass and the same drive in each joint, and is stopped after ``--cpu`` seconds with the best model by then.
-Both are judged by rollouts of another
-recording.
+Both are judged by rollouts of another recording.
 
 searches: random search and CMA-ES of a motion by this package's compiled criterion.
 """
@@ -61,8 +60,6 @@ RANDOM_STATES, RANGES = 50_000, (6.0, 10.0, 30.0)
 """Its script's, for q [rad], qd, qdd."""
 TINY = 1e-6, 1e-3
 """Columns below are left out of random states, of the recording: its script's."""
-
-
 Answer = tuple[int, int, str]
 """Numbers of base parameters and equations, relative residual in percent."""
 
@@ -86,13 +83,12 @@ def figaroh(arguments: argparse.Namespace) -> None:
         result = identify(arm, [recording], Settings(processing, robust=False, friction=PAPER))
         return len(result.estimate.sigma), result.problem.equations, f"{100 * result.estimate.fit.relative:.2f}"
 
+    def theirs(structural: bool) -> Callable[[], Answer]:
+        return figaroh_functions(figaroh_problem(robot, recording), recording, slow, structural)
+
     ways: dict[str, Callable[[], Callable[[], Answer]]] = {
-        "FIGAROH, functions": lambda: figaroh_functions(
-            figaroh_problem(robot, recording), recording, slow, structural=True
-        ),
-        "FIGAROH, recording": lambda: figaroh_functions(
-            figaroh_problem(robot, recording), recording, slow, structural=False
-        ),
+        "FIGAROH, functions": lambda: theirs(structural=True),
+        "FIGAROH, recording": lambda: theirs(structural=False),
         "FIGAROH, class": lambda: figaroh_class(figaroh_problem(robot, recording)),
         "FIGAROH, bare": lambda: figaroh_class(figaroh_problem(robot, recording, bare=True)),
         "dynident": lambda: lambda: ours(robot, own),
@@ -273,9 +269,8 @@ def mujoco(arguments: argparse.Namespace) -> None:
             main_of(["identify", *arm, "--data", files[0], "--drive-gains", gains, "--json", document])
             main_of(["robot", "export", "--to", "mjcf", *arm, *out])
         cpu = time.process_time() - begun
-        found, spent, words = fitted(
-            arguments, start_model(model, robot), measurement(recordings[0], robot.processing)
-        )
+        start, motion = start_model(model, robot), measurement(recordings[0], robot.processing)
+        found, spent, words = fitted(arguments, start, motion)
         found.compile()
         Path(theirs).write_text(str(found.to_xml()), encoding="utf-8")
         values = results.read_stored_robot(document).possible_values
@@ -437,7 +432,6 @@ def searches(_: argparse.Namespace) -> None:
 
 
 def main() -> None:
-    """Print the comparisons asked for, or all."""
     peers = {
         "figaroh": (figaroh, "figaroh==1.0.2"),
         "mujoco": (mujoco, "'mujoco[sysid]'"),

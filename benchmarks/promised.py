@@ -26,22 +26,14 @@ BODY = InertialParameters.from_com(2.5, [0.01, 0.03, 0.08], np.diag([0.0125, 0.0
 
 
 class Ratios(NamedTuple):
-    """What was shown over what was promised, geometric means over the parameters.
+    """What was shown over what was promised, geometric means over the parameters."""
 
-    Attributes:
-        robot, payload: standard deviations by the jackknife.
-        mass: of the payload's mass alone.
-        error: root mean square of the payload's errors over what was promised.
-        noise: of each joint as ``--like`` reads it from the identified robot, at the same rate.
-        condition: of W as ``identify`` has it.
-    """
-
-    robot: float
+    robot: float  # standard deviations by the jackknife
     payload: float
-    mass: float
-    error: float
-    noise: float
-    condition: float
+    mass: float  # the payload's alone
+    error: float  # rms of the payload's errors over what was promised
+    noise: float  # of each joint as ``--like`` reads it from the identified robot, at the same rate
+    condition: float  # of W as ``identify`` has it
 
 
 def promised_and_shown(name: str, seed: int) -> Ratios:
@@ -89,7 +81,6 @@ def _mean(ratios: Array) -> float:
 
 
 def main() -> None:
-    """Print all shipped arms."""
     arguments, rows = options(__doc__, seeds=2), []
     for name in robot_names():
         each = np.array([promised_and_shown(name, seed) for seed in range(arguments.seeds)])

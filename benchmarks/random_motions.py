@@ -68,18 +68,13 @@ def quick_fourier(like: DesignProblem, draw: np.random.Generator) -> Drawn:
     def timed(speeds: Array) -> Rival:
         x = c.copy()
         x[:, :-1] *= speeds[0]
-        return Rival(
-            FourierShape(_HARMONICS, _PERIOD / float(speeds[0])).family(like.robot, like.bounds), x.ravel()
-        )
+        shape = FourierShape(_HARMONICS, _PERIOD / float(speeds[0]))
+        return Rival(shape.family(like.robot, like.bounds), x.ravel())
 
     return 1, timed
 
 
-CLASSES = {
-    "14 points at rest": at_rest,
-    "14 points passing": passing,
-    "Fourier, shortest period": quick_fourier,
-}
+CLASSES = {"14 points at rest": at_rest, "14 points passing": passing, "Fourier, shortest period": quick_fourier}
 
 
 def random_motion(like: DesignProblem, kind: str, draw: np.random.Generator) -> Rival | None:

@@ -29,18 +29,14 @@ from dynident.model.kernel.c_path import aligned_empty
 from dynident.model.kernel.kernel import Kernel
 from dynident.model.kernel.program import read_program
 
-SAMPLES = 10_500
-ROUNDS = 5
+SAMPLES, ROUNDS = 10_500, 5
 WARM, REPEATS = 4, 12  # runs in a row of each: not counted, counted; everyone finds its own data in the cache
 PINOCCHIO_SAMPLES = 1_000
 SYMORO = {"inverse dynamics, base parameters": (325, 272), "base identification model": (877, 501)}
 """Multiplications and additions that SYMORO+ needs for the RX90."""
 KINDS = {"MUL": "x", "SQ": "x", "DIV": "x", "INV": "x", "ADD": "+", "SUB": "+", "TWICE": "+", "NEG": "-"}
-PINOCCHIO, CASADI, WRITING = (
-    "Pinocchio, loop from Python",
-    "CasADi's C, sample by sample",
-    "writing the entries once",
-)
+PINOCCHIO, CASADI = "Pinocchio, loop from Python", "CasADi's C, sample by sample"
+WRITING = "writing the entries once"
 
 
 def pinocchio_loop(robot: model.Robot, states: Iterable[Array]) -> Callable[[], None]:
@@ -150,15 +146,9 @@ def whole_model() -> Iterator[str]:
     """Rows of all functions: RX90 with rotor inertia, friction and coupling."""
     robot = model.load_robot("rx90")
     base = model.base_parameters(robot)
-    makers = (
-        *(model.inverse_dynamics, model.mass_matrix, model.coriolis, model.gravity),
-        *(model.forward_dynamics, model.standard_regressor, model.payload_regressor),
-    )
-    for function in (
-        *(make(robot) for make in makers),
-        model.inverse_dynamics_base(robot, base),
-        model.base_regressor(robot, base),
-    ):
+    makers = (model.inverse_dynamics, model.mass_matrix, model.coriolis, model.gravity, model.forward_dynamics)
+    functions = [make(robot) for make in (*makers, model.standard_regressor, model.payload_regressor)]
+    for function in (*functions, model.inverse_dynamics_base(robot, base), model.base_regressor(robot, base)):
         yield f"| `{function.name()}` | {_cells(function)} |"
 
 

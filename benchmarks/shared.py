@@ -2,7 +2,6 @@
 
 import argparse
 import os
-import time
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
@@ -14,12 +13,10 @@ from dynident.common.arrays import Array
 from dynident.model import Recording
 from rich.console import Console
 from rich.progress import track
-from rich.table import Table
+from rich.table import Column, Table
 
-UR10E_GAINS = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)
-"""N·m/A, of the real UR10e."""
-UR10E_MASS = 2.805
-"""kg, weighed: the payload of its loaded recording."""
+UR10E_GAINS = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)  # N·m/A, of the real UR10e
+UR10E_MASS = 2.805  # kg, weighed: the payload of its loaded recording
 Case = TypeVar("Case")
 Seen = TypeVar("Seen")
 
@@ -40,10 +37,8 @@ def options(doc: str | None, **defaults: Any) -> argparse.Namespace:
 
 def show(title: str, rows: Iterable[Sequence[object]], *more: str, asked: bool = True) -> None:
     """Print a table: name, asked, seen, and what else was seen."""
-    table = Table(box=None)
-    table.add_column("")
-    for heading in ("asked", "seen", *more) if asked else ("seen", *more):
-        table.add_column(heading, justify="right")
+    headings = ("asked", "seen", *more) if asked else ("seen", *more)
+    table = Table("", *(Column(heading, justify="right") for heading in headings), box=None)
     for row in rows:
         table.add_row(*map(str, row))
     Console(width=150, highlight=False, markup=False).print(f"{title}\n", table, sep="")
@@ -93,14 +88,3 @@ def recordings_folder(what: str) -> Path | None:
         return Path(os.environ["DYNIDENT_DATA"])
     print(f"{what}: left out, DYNIDENT_DATA is not set to the folder of the recordings")
     return None
-
-
-def median_ms(call: Callable[[], object], repeat: int) -> float:
-    """Median processor time in milliseconds, after one call that is not counted."""
-    call()
-    times = []
-    for _ in range(repeat):
-        start = time.process_time()
-        call()
-        times.append(time.process_time() - start)
-    return 1e3 * float(np.median(times))

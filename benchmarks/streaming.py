@@ -23,54 +23,44 @@ from dynident.model.base.rank import random_states
 from dynident.model.motion import Measurement
 from dynident.trajectories import RX90_NOISE, Simulator
 
-RATE = 1000.0
-PIECE = 10_000
-SLOW = 0.02  # rad/s
+RATE, PIECE, SLOW = 1000.0, 10_000, 0.02  # Hz, samples, rad/s
 
 
-class Source:
-    """Yields a long recording piece by piece, and counts the time spent on making it."""
-
-    def __init__(self, simulator: Simulator, samples: int) -> None:
-        """Draw a Fourier motion of five harmonics whose frequencies never repeat within an hour."""
-        draw = np.random.default_rng(0)
-        self._simulator, self._samples = simulator, samples
-        self._w = 2 * np.pi * draw.uniform(0.03, 0.6, (5, 6))
-        self._a, self._phase = draw.uniform(0.1, 0.4, (5, 6)) / self._w**0.5, draw.uniform(0.0, 6.0, (5, 6))
-        self.seconds = 0.0
-
-    def __iter__(self) -> Iterator[Measurement]:
-        """Pieces of ten seconds."""
-        for start in range(0, self._samples, PIECE):
-            before = time.perf_counter()
-            t = np.arange(start, min(start + PIECE, self._samples)) / RATE
-            angle = self._w * t[:, None, None] + self._phase
-            sine, cosine = np.sin(angle), np.cos(angle)
-            q, qd = (self._a * sine).sum(1), (self._a * self._w * cosine).sum(1)
-            exact = self._simulator.measure(Motion(t, q, qd, -(self._a * self._w**2 * sine).sum(1)))
-            noise = np.random.default_rng([1, start]).standard_normal(q.shape) * RX90_NOISE
-            self.seconds += time.perf_counter() - before
-            yield Measurement(exact.motion, exact.torque + noise)
+def pieces(simulator: Simulator, samples: int, spent: list[float]) -> Iterator[Measurement]:
+    """A Fourier motion whose five frequencies never repeat within an hour, ten seconds each; ``spent`` on them."""
+    draw = np.random.default_rng(0)
+    w = 2 * np.pi * draw.uniform(0.03, 0.6, (5, 6))
+    a, phase = draw.uniform(0.1, 0.4, (5, 6)) / w**0.5, draw.uniform(0.0, 6.0, (5, 6))
+    for start in range(0, samples, PIECE):
+        before = time.perf_counter()
+        t = np.arange(start, min(start + PIECE, samples)) / RATE
+        angle = w * t[:, None, None] + phase
+        sine, cosine = np.sin(angle), np.cos(angle)
+        q, qd = (a * sine).sum(1), (a * w * cosine).sum(1)
+        exact = simulator.measure(Motion(t, q, qd, -(a * w**2 * sine).sum(1)))
+        noise = np.random.default_rng([1, start]).standard_normal(q.shape) * RX90_NOISE
+        spent.append(time.perf_counter() - before)
+        yield Measurement(exact.motion, exact.torque + noise)
 
 
-def solved(observer: Observer, source: Source) -> tuple[Equations, float]:
+def solved(observer: Observer, simulator: Simulator, samples: int) -> tuple[Equations, float]:
     """Reduce and solve; seconds without those of the simulation."""
-    start = time.perf_counter()
-    problem = reduced_pieces(observer, ((piece, np.abs(piece.motion.qd) >= SLOW) for piece in source))
+    start, spent = time.perf_counter(), list[float]()
+    rows = ((piece, np.abs(piece.motion.qd) >= SLOW) for piece in pieces(simulator, samples, spent))
+    problem = reduced_pieces(observer, rows)
     weighted(problem)
-    return problem, time.perf_counter() - start - source.seconds
+    return problem, time.perf_counter() - start - sum(spent)
 
 
 def main() -> None:
-    """Print times, memory and the comparison."""
     minutes = options(__doc__, minutes=60.0).minutes
     samples = int(minutes * 60 * RATE)
     robot = load_robot("rx90")
     simulator, observer = Simulator(robot), Observer(robot, base_parameters(robot).columns)
-    solved(observer, Source(simulator, 5000))  # first calls import and load
+    solved(observer, simulator, 5000)  # first calls import and load
     imported = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    _, half_seconds = solved(observer, Source(simulator, samples // 2))
-    problem, seconds = solved(observer, Source(simulator, samples))
+    _, half_seconds = solved(observer, simulator, samples // 2)
+    problem, seconds = solved(observer, simulator, samples)
     memory = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - imported) / 1024.0
     loop, start = pinocchio_loop(robot, random_states(robot, 20_000, 0)), time.perf_counter()
     loop()

@@ -68,9 +68,8 @@ def solved(case: Case) -> tuple[trajectories.Design, PayloadSpread]:
     second = second_pose(robot, shape, goal, bounds) if case.poses == 2 else None
     if second is not None:
         shape = replace(shape, poses=np.array([pose, second]))
-    design = trajectories.solve_design(
-        trajectories.build_design(robot, shape, goal, bounds=bounds), seed=0, starts=1
-    )
+    problem = trajectories.build_design(robot, shape, goal, bounds=bounds)
+    design = trajectories.solve_design(problem, seed=0, starts=1)
     return design, goal.predicted(robot, design.plan, case.joints)
 
 
@@ -162,7 +161,6 @@ NOISES = {
 
 
 def main() -> None:
-    """Print the parts asked for, or all."""
     parts = {"design": design, "time": timing}
     arguments = options(__doc__, parts=("design", *NOISES, "time"), seeds=100)
     for name in arguments.parts:

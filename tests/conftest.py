@@ -10,18 +10,8 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import pytest
+from dynident import model
 from dynident.common.arrays import Array
-from dynident.model import (
-    Coupling,
-    Drives,
-    InertialParameters,
-    Joint,
-    Robot,
-    Spring,
-    load_robot,
-    robot_names,
-    standard_columns,
-)
 from dynident.model.kernel.cache import CompilerUnavailable, compiled_library
 from dynident.model.kernel.kernel import Kernel
 from dynident.tests.frozen.inputs import folder_of_inputs
@@ -34,7 +24,7 @@ os.environ["BROWSER"] = "true %s"
 settings.register_profile("repeatable", deadline=None, derandomize=True, database=None)
 settings.load_profile("repeatable")
 
-Bodies = list[InertialParameters]
+Bodies = list[model.InertialParameters]
 
 
 @pytest.fixture(scope="session")
@@ -46,18 +36,18 @@ def recordings() -> Path:
     return Path(folder)
 
 
-def _turn(alpha: float = 0.0, d: float = 0.0, theta: float = 0.0, r: float = 0.0) -> Joint:
-    return Joint("revolute", radians(alpha), d, radians(theta), r)
+def _turn(alpha: float = 0.0, d: float = 0.0, theta: float = 0.0, r: float = 0.0) -> model.Joint:
+    return model.Joint("revolute", radians(alpha), d, radians(theta), r)
 
 
-def _slide(alpha: float = 0.0, d: float = 0.0, theta: float = 0.0, r: float = 0.0) -> Joint:
-    return Joint("prismatic", radians(alpha), d, radians(theta), r)
+def _slide(alpha: float = 0.0, d: float = 0.0, theta: float = 0.0, r: float = 0.0) -> model.Joint:
+    return model.Joint("prismatic", radians(alpha), d, radians(theta), r)
 
 
-STANFORD = Robot("stanford", (_turn(), _turn(-90, r=0.2), _slide(90), _turn(), _turn(-90), _turn(90)))
-SCARA = Robot("scara", (_turn(), _turn(d=0.4), _slide(d=0.3), _turn()))
+STANFORD = model.Robot("stanford", (_turn(), _turn(-90, r=0.2), _slide(90), _turn(), _turn(-90), _turn(90)))
+SCARA = model.Robot("scara", (_turn(), _turn(d=0.4), _slide(d=0.3), _turn()))
 # No angle or length special, two sliding joints, gravity oblique, every kind of drive term.
-CROOKED = Robot(
+CROOKED = model.Robot(
     "crooked",
     (
         _slide(25, 0.1, 40, 0.2),
@@ -67,7 +57,9 @@ CROOKED = Robot(
         _turn(-35, 0.12, 140, 0.3),
     ),
     gravity=(1.5, -3.0, -9.0),
-    drives=Drives(offsets=True, coupling=Coupling((4, 5)), spring=Spring(2, 800.0, 0.2, (0.3, 0.15), radians(20))),
+    drives=model.Drives(
+        offsets=True, coupling=model.Coupling((4, 5)), spring=model.Spring(2, 800.0, 0.2, (0.3, 0.15), radians(20))
+    ),
 )
 PRISMATIC = {robot.name: robot for robot in (STANFORD, SCARA, CROOKED)}
 
@@ -93,7 +85,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     """Leave out repetitions: the further arms differ from those in full by their lengths and axes alone."""
     selection = [item for item in items if _worth_it(item)]
     for item in selection:
-        if _is_about({*robot_names(), *PRISMATIC}.difference(ONE_OF_EACH), item):
+        if _is_about({*model.robot_names(), *PRISMATIC}.difference(ONE_OF_EACH), item):
             item.add_marker(pytest.mark.long)
     selected = set(selection)
     config.hook.pytest_deselected(items=[item for item in items if item not in selected])
@@ -104,7 +96,7 @@ def _worth_it(item: pytest.Item) -> bool:
     values = _values_of(item)
     robot = values.get("robot", values.get("shipped"))
     name = getattr(robot, "name", robot)
-    if name in IN_FULL or name not in robot_names():
+    if name in IN_FULL or name not in model.robot_names():
         return True
     return item.path.name in ALL_ROBOTS and values.get("compiled") != "compiled"
 
@@ -153,7 +145,7 @@ def _kernels_of_one_kind(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 @pytest.fixture(autouse=True)
 def _without_compiler(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """No compiler for robots that differ from those in full by their lengths and axes alone."""
-    if request.path.name in UNCOMPILED and _is_about(set(robot_names()).difference(IN_FULL), request.node):
+    if request.path.name in UNCOMPILED and _is_about(set(model.robot_names()).difference(IN_FULL), request.node):
         monkeypatch.setenv("DYNIDENT_NO_COMPILER", "1")
 
 
@@ -198,25 +190,25 @@ def root() -> Path:
     return Path(__file__).parents[1]
 
 
-@pytest.fixture(params=robot_names())
-def shipped(request: pytest.FixtureRequest) -> Robot:
+@pytest.fixture(params=model.robot_names())
+def shipped(request: pytest.FixtureRequest) -> model.Robot:
     """Each robot that comes with the package."""
-    return load_robot(request.param)
+    return model.load_robot(request.param)
 
 
-@pytest.fixture(params=[*robot_names(), *PRISMATIC])
-def robot(request: pytest.FixtureRequest) -> Robot:
+@pytest.fixture(params=[*model.robot_names(), *PRISMATIC])
+def robot(request: pytest.FixtureRequest) -> model.Robot:
     """Each shipped robot, and robots with sliding joints."""
-    return PRISMATIC.get(request.param) or load_robot(request.param)
+    return PRISMATIC.get(request.param) or model.load_robot(request.param)
 
 
 @pytest.fixture(scope="session")
-def rx90() -> Robot:
-    return load_robot("rx90")
+def rx90() -> model.Robot:
+    return model.load_robot("rx90")
 
 
 @pytest.fixture(scope="session")
-def prismatic() -> dict[str, Robot]:
+def prismatic() -> dict[str, model.Robot]:
     """Robots with sliding joints, by name."""
     return PRISMATIC
 
@@ -261,26 +253,28 @@ def random_bodies() -> Callable[[int, int], Bodies]:
     return make
 
 
-def point_cloud(masses: Array, points: Array) -> InertialParameters:
+def point_cloud(masses: Array, points: Array) -> model.InertialParameters:
     """Sums over the points, in the order of (6)."""
     x, y, z = points.T
     entries = (y * y + z * z, -x * y, -x * z, x * x + z * z, -y * z, x * x + y * y, x, y, z, np.ones_like(x))
-    return InertialParameters(np.array([masses @ entry for entry in entries]))
+    return model.InertialParameters(np.array([masses @ entry for entry in entries]))
 
 
 @pytest.fixture(scope="session")
-def cloud() -> Callable[[Array, Array], InertialParameters]:
+def cloud() -> Callable[[Array, Array], model.InertialParameters]:
     """``cloud(masses, points)``: parameters of point masses [kg] at points [m], by direct sums."""
     return point_cloud
 
 
 @pytest.fixture(scope="session")
-def random_parameters(random_bodies: Callable[[int, int], Bodies]) -> Callable[[Robot, int], dict[str, float]]:
+def random_parameters(
+    random_bodies: Callable[[int, int], Bodies],
+) -> Callable[[model.Robot, int], dict[str, float]]:
     """``random_parameters(robot, seed)``: standard parameters of a robot that can exist, by name."""
 
-    def make(robot: Robot, seed: int) -> dict[str, float]:
+    def make(robot: model.Robot, seed: int) -> dict[str, float]:
         draw = np.random.default_rng(seed + 1000)
-        values = {name: float(draw.uniform(0.2, 2.0)) for name in standard_columns(robot)}
+        values = {name: float(draw.uniform(0.2, 2.0)) for name in model.standard_columns(robot)}
         for link, body in enumerate(random_bodies(robot.n, seed), start=1):
             values |= body.named(str(link))
         if robot.coupling:  # IA5 = K5^2 JA5 + K6^2 JA6 is larger than IA6, and FV5, FV6 hold FVM6

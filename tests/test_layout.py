@@ -53,11 +53,6 @@ def test_every_data_file_is_listed() -> None:
         assert any(fnmatch(name, glob) for package, name in homes.items() for glob in listed[package]), path
 
 
-def modules_after(code: str) -> set[str]:
-    command = [sys.executable, "-c", f"{code}\nimport sys\nprint(*sys.modules, file=sys.stderr)"]
-    return set(subprocess.run(command, check=True, capture_output=True, text=True).stderr.split())
-
-
 WITHOUT_IMPORTS: dict[str, tuple[str, set[str]]] = {
     "from dynident.cli import main": (
         "dynident.cli", {"numpy", "casadi", "scipy", "matplotlib", "msgspec", "rich", "cvxpy"}
@@ -78,7 +73,8 @@ WITHOUT_IMPORTS: dict[str, tuple[str, set[str]]] = {
 @pytest.mark.parametrize("code", WITHOUT_IMPORTS)
 def test_what_is_slow_is_loaded_when_it_is_needed(code: str) -> None:
     own, slow = WITHOUT_IMPORTS[code]
-    loaded = modules_after(code)
+    command = [sys.executable, "-c", f"{code}\nimport sys\nprint(*sys.modules, file=sys.stderr)"]
+    loaded = set(subprocess.run(command, check=True, capture_output=True, text=True).stderr.split())
     assert own in loaded
     assert not loaded & slow
 

@@ -55,8 +55,6 @@ ARM = (
 NEW = f"{ARM} --flange 0.525,0,0.89,x,-z"
 LINES = {
     f"payload {RX90} {PAIR}": {
-        "--robot radians.toml": "key 'joints[1].alpha'",
-        "--loaded milli.csv": "N·m",
         "--cutoff -1": "cutoff must be positive",
         "equation-rate=0": "equation_rate must be positive",
         "--method 3 free-friction=true": "free-friction belongs",
@@ -74,8 +72,8 @@ LINES = {
     f"identify {RX90} --data": {
         "currents.csv --drive-gains a": "'a'",
         "gap.csv": "record without losing rows",
+        "bare.csv --data rx_arm_unloaded.csv": "holds the same numbers as bare.csv",
         "latin.csv": "found t, q1, Drehmoment_Größe",
-        "still.csv": "FS6",
         "bare.csv equation-rate=0.001": "raise equation-rate",
         "bare.csv --cutoff 1e-9": "raise --cutoff",
         "bare.csv rate=0.01": "raise rate",
@@ -97,7 +95,6 @@ LINES = {
     },
     f"weigh {RX90} {PAIR}": {
         "--inertia ball:3": "box:60x60x350",
-        "--mass 7": "give one mass and its standard deviation",
     },
     f"gains --robot ur10e {PAIR}": {
         "--mass -1": "a mass above 0 kg",

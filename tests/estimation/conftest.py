@@ -1,13 +1,16 @@
 """Simulated and real recordings for the tests of estimation."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.model import InertialParameters, Motion, Processing, Robot, load_robot
+from dynident.common.arrays import Array
+from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, load_robot
 from dynident.model.motion import Measurement
 from dynident.trajectories import Fourier, Simulator, ViaPoints
 
+Change = Callable[[Recording], Recording]
 EXACT = Processing()
 """No filter, no decimation."""
 
@@ -28,8 +31,6 @@ def simulated() -> Callable[[str], Simulator]:
     known = load_robot("rx90").parameters
 
     def simulator(name: str) -> Simulator:
-        from dataclasses import replace
-
         robot = load_robot(name)
         extra = {f"OFF{joint}": 0.3 * joint for joint in range(1, robot.n + 1)}
         return Simulator(replace(robot, parameters={**known, **extra}))
@@ -62,16 +63,34 @@ def exact_pair(
     return pair
 
 
-@pytest.fixture(scope="session")
-def near() -> Callable[[Sequence[int]], Fourier]:
-    """``near(joints)``: 20 s near a pose of the RX90, periods of 5 s of random harmonics, within 30 degrees."""
+def near_pose(joints: Sequence[int], pose: Sequence[float] = (0.0, -45.0, 90.0, 0.0, 45.0, 0.0)) -> Fourier:
+    """20 s near a pose [deg], the RX90's by default: periods of 5 s of random harmonics, within 30 degrees."""
+    draw, n, harmonics = np.random.default_rng(0), 6, 4
+    a, b = np.zeros((2, 1, n, harmonics))
+    for joint in joints:
+        own = 0.6 * draw.standard_normal(harmonics)
+        a[0, joint - 1] = own - own.mean()  # at rest where it begins
+    return Fourier(np.radians([pose]), a, b, 5.0, 4, 0.0)
 
-    def motion(joints: Sequence[int]) -> Fourier:
-        draw, n, harmonics = np.random.default_rng(0), 6, 4
-        a, b = np.zeros((2, 1, n, harmonics))
-        for joint in joints:
-            own = 0.6 * draw.standard_normal(harmonics)
-            a[0, joint - 1] = own - own.mean()  # at rest where it begins
-        return Fourier(np.radians([[0.0, -45.0, 90.0, 0.0, 45.0, 0.0]]), a, b, 5.0, 4, 0.0)
 
-    return motion
+def on_torque(change: Callable[[Array], Array]) -> Change:
+    """A change of a recording's torques or currents."""
+    return lambda r: replace(r, torque=change(np.array(r.torque)))
+
+
+def scaled(factor: float, *joints: int) -> Change:
+    """Torques or currents of some joints, of all if none is named, times a factor."""
+
+    def change(torque: Array) -> Array:
+        torque[:, [joint - 1 for joint in joints] or slice(None)] *= factor
+        return torque
+
+    return on_torque(change)
+
+
+def counted_backwards(joint: int) -> Change:
+    def change(r: Recording) -> Recording:
+        sign = np.where(np.arange(r.q.shape[1]) == joint - 1, -1.0, 1.0)
+        return replace(r, q=r.q * sign, torque=r.torque * sign)
+
+    return change

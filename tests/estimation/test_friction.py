@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from dynident.apps.logs.log_check import check_log
 from dynident.benchmarks import invented
+from dynident.benchmarks.shared import lasting
 from dynident.common.arrays import Array
 from dynident.common.schema import convert
 from dynident.estimation import (
@@ -38,7 +39,6 @@ from dynident.tests.conftest import IN_FULL
 from dynident.tests.selection import cases
 from dynident.trajectories import Simulator, random_via_points
 from msgspec import UnsetType
-from scipy.signal import lfilter
 
 LOADED = [name for name in IN_FULL if load_robot(name).drives.friction]
 FEW = cases(LOADED, lambda name: name != "panda")
@@ -182,11 +182,6 @@ LOAD = InertialParameters.from_com(5.0, [0.01, -0.02, 0.1], np.diag([0.03, 0.03,
 NAME = "ur10e"
 
 
-def remembering(shape: tuple[int, ...], draw: np.random.Generator) -> Array:
-    """Noise of variance one that forgets in 20 samples."""
-    return np.asarray(lfilter([np.sqrt(1.0 - 0.95**2)], [1.0, -0.95], draw.standard_normal(shape), axis=0))
-
-
 @cache
 def recordings(seed: int, change: float) -> tuple[Recording, Recording]:
     """A motion without and with payload; each joint's friction changes by that share (1 sigma) in between."""
@@ -203,7 +198,7 @@ def recordings(seed: int, change: float) -> tuple[Recording, Recording]:
     ):
         recording = Simulator(arm).record(motion, load, None, source=str(k))
         size = 0.02 * np.sqrt(np.mean(recording.torque**2, axis=0))
-        noise = size * remembering(recording.torque.shape, draw)
+        noise = size * lasting(draw.standard_normal(recording.torque.shape), 20.0, warm=False)
         pair.append(replace(recording, torque=recording.torque + noise))
     return pair[0], pair[1]
 
@@ -262,16 +257,6 @@ def test_a_scale_under_load_is_of_the_robot_and_of_the_true_payload() -> None:
         assert ours[:, -2] == pytest.approx(growth, abs=1e-6 * np.abs(growth).max())
 
 
-def begun_problem(seed: int) -> LongMotion:
-    bare, loaded = begun(seed)
-    return payload_problem(ROBOT, [loaded], [bare])
-
-
-def few(problem: LongMotion) -> LongMotion:
-    """With blocks that are taken for too few."""
-    return replace(problem, few=True)
-
-
 def off(estimate: Estimate) -> tuple[float, float]:
     """Error of the mass, and half of its interval."""
     assert estimate.robust is not None
@@ -284,7 +269,8 @@ def test_blocks_that_are_too_few_are_cut_shorter_and_the_memory_counts() -> None
     whole = payload_problem(ROBOT, recordings(0, 0.0)[1:], recordings(0, 0.0)[:1])
     assert not whole.few
     assert len(whole.loaded.blocks) >= FEWEST
-    short = few(begun_problem(0))
+    bare, loaded = begun(0)
+    short = replace(payload_problem(ROBOT, [loaded], [bare]), few=True)  # blocks are taken for too few
     for method in (1, 3, 4) if short.difference is not None else (1, 4):
         posed = METHODS[method](short)
         estimate = payload_estimate(short, method).estimate

@@ -108,11 +108,6 @@ def changed(motor: int, step: float) -> Array:
     return np.asarray(1.0 + step * np.eye(6)[motor])
 
 
-def brute(solve: Callable[[Array], Array], step: float = 1e-5) -> Array:
-    """Central differences by rescaled recordings, columns ``MOTORS``."""
-    return np.column_stack([(solve(changed(j, step)) - solve(changed(j, -step))) / (2 * step) for j in MOTORS])
-
-
 @pytest.fixture(scope="module")
 def problem(arm: tuple[Simulator, Recordings]) -> LongMotion:
     return problem_of(arm, np.ones(6))
@@ -144,7 +139,9 @@ def test_it_is_what_rescaled_recordings_give(
         vars(variant)["bare"] = weighted(variant.unloaded, robot_weights)
         return solver(variant).solved(estimate.weights).values
 
-    expected = brute(solved)
+    step = 1e-5  # central differences by rescaled recordings
+    slopes = [(solved(changed(j, step)) - solved(changed(j, -step))) / (2 * step) for j in MOTORS]
+    expected = np.column_stack(slopes)
     size = np.linalg.norm(expected, axis=1)[:, None]
     assert (np.abs(J[:, MOTORS] - expected) < 1e-6 * size).all()
     if problem.robot.spring is None:

@@ -31,6 +31,7 @@ from dynident.model import (
     with_stand_in,
 )
 from dynident.model.friction import PAPER, Friction
+from dynident.tests.estimation.conftest import Change, counted_backwards, on_torque, scaled
 from dynident.trajectories import Simulator, random_via_points
 
 BODY = InertialParameters.from_com(6.0, [0.03, 0.12, 0.06], np.diag([0.03, 0.04, 0.02]))
@@ -178,9 +179,6 @@ def test_as_many_unknowns_as_rows_are_refused() -> None:
         fitted(problem(0, effective=0.5))
 
 
-Change = Callable[[Recording], Recording]
-
-
 @cache
 def invented_arm(name: str) -> Robot:
     """A shipped robot with parameters to simulate with."""
@@ -242,20 +240,6 @@ def said(name: str, bare: Recording, heavy: Recording, mass: float, robot: Robot
     return verdict.level, "; ".join(verdict.reasons)
 
 
-def on_current(change: Callable[[Array], Array]) -> Change:
-    return lambda r: replace(r, torque=change(np.array(r.torque)))
-
-
-def scaled(factor: float, joint: int | None = None) -> Change:
-    """All currents, or one joint's, times a factor."""
-
-    def change(current: Array) -> Array:
-        current[:, slice(None) if joint is None else joint - 1] *= factor
-        return current
-
-    return on_current(change)
-
-
 def exchanged(i: int, j: int) -> Change:
     """Two columns of currents that changed places."""
 
@@ -263,16 +247,7 @@ def exchanged(i: int, j: int) -> Change:
         current[:, [i - 1, j - 1]] = current[:, [j - 1, i - 1]]
         return current
 
-    return on_current(change)
-
-
-def counted_backwards(joint: int) -> Change:
-    def change(r: Recording) -> Recording:
-        sign = np.ones(r.q.shape[1])
-        sign[joint - 1] = -1.0
-        return replace(r, q=r.q * sign, torque=r.torque * sign)
-
-    return change
+    return on_torque(change)
 
 
 QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
@@ -315,23 +290,19 @@ def in_loaded(change: Change) -> Mistake:
     return lambda bare, heavy, mass: (bare, change(heavy), mass)
 
 
-def same_twice(bare: Recording, heavy: Recording, mass: float) -> tuple[Recording, Recording, float]:
-    return bare, replace(scaled(1.0005)(bare), source="loaded"), mass
-
-
 MISTAKES: dict[str, tuple[Mistake, str]] = {
     "loaded on another scale": (in_loaded(scaled(1.06)), "with payload are on another scale"),
     "one gain off in one recording": (in_loaded(scaled(1.15, 3)), "drive gains"),
-    "a mass ten times too large": (
-        lambda bare, heavy, mass: (bare, heavy, 10.0 * mass),
-        "that this arm carries",
-    ),
+    "a mass ten times too large": (lambda bare, heavy, mass: (bare, heavy, 10.0 * mass), "that this arm carries"),
     "recordings exchanged": (lambda bare, heavy, mass: (heavy, bare, mass), "with and without the payload look"),
     "currents exchanged": (in_both(exchanged(2, 3)), "torques of joints 2 and 3 are exchanged"),
     "currents exchanged in one": (in_loaded(exchanged(2, 3)), "torques of joints 2 and 3 are exchanged"),
     "joint counted backwards": (in_both(counted_backwards(4)), "joint 4 "),
     "all currents negative": (in_both(scaled(-1.0)), "turn its sign"),
-    "one recording twice": (same_twice, "the payload does not show in the currents"),
+    "one recording twice": (
+        lambda bare, heavy, mass: (bare, replace(scaled(1.0005)(bare), source="loaded"), mass),
+        "the payload does not show in the currents",
+    ),
 }
 """A change of the recordings or the mass, and what is then said.
 
@@ -341,15 +312,11 @@ in one recording shows as a scale on small arms, as a joint that weighs otherwis
 
 
 BY_KIND = {
-    "rx90": (
-        "loaded on another scale",
-        "one gain off in one recording",
-        "currents exchanged",
-        "joint counted backwards",
-    ),
+    "rx90": ("loaded on another scale", "one gain off in one recording", "currents exchanged",
+             "joint counted backwards"),
     "ur10e": ("one gain off in one recording", "joint counted backwards"),
     "panda": ("loaded on another scale", "joint counted backwards"),
-}
+}  # fmt: skip
 """Mistakes that show otherwise on coupled drives, on a large arm, and by sensors on the link side."""
 
 

@@ -44,17 +44,16 @@ def good(log: Recording) -> LogReport:
 
 
 def test_a_good_log_is_quiet(good: LogReport) -> None:
-    check = good
-    assert words(check, "error", "warning") == ""
-    assert check.usable
-    assert check.time is not None
-    assert check.time.rate == pytest.approx(100.0, rel=1e-3)
-    assert check.time.jitter < 1e-3
-    assert all(joint.moves for joint in check.joints)
-    assert all(joint.saturated == pytest.approx(1.0 / check.time.samples) for joint in check.joints)
-    assert len(check.excitation) == 58
-    assert check.relative_residual is not None
-    assert check.relative_residual < 0.15
+    assert words(good, "error", "warning") == ""
+    assert good.usable
+    assert good.time is not None
+    assert good.time.rate == pytest.approx(100.0, rel=1e-3)
+    assert good.time.jitter < 1e-3
+    assert all(joint.moves for joint in good.joints)
+    assert all(joint.saturated == pytest.approx(1.0 / good.time.samples) for joint in good.joints)
+    assert len(good.excitation) == 58
+    assert good.relative_residual is not None
+    assert good.relative_residual < 0.15
 
 
 DEGREES = 180.0 / np.pi
@@ -68,14 +67,6 @@ def still(log: Recording) -> Recording:
 def speeds(log: Recording) -> Array:
     assert log.qd is not None
     return log.qd
-
-
-def clipped(log: Recording) -> Recording:
-    return replace(log, torque=np.clip(log.torque, *np.quantile(log.torque, [0.02, 0.98], axis=0)))
-
-
-def uneven(log: Recording) -> Recording:
-    return replace(log, t=log.t + np.random.default_rng(0).uniform(-0.004, 0.004, log.t.shape))
 
 
 def late(log: Recording) -> Recording:
@@ -97,13 +88,19 @@ SPOILT: dict[str, tuple[Callable[[Recording], Recording], str, str]] = {
     "percent": (
         lambda log: replace(log, torque=100 * log.torque / [330, 330, 150, 56, 56, 56]), "warning", "percent"
     ),
-    "saturated": (clipped, "error warning", "saturated"),
+    "saturated": (
+        lambda log: replace(log, torque=np.clip(log.torque, *np.quantile(log.torque, [0.02, 0.98], axis=0))),
+        "error warning", "saturated",
+    ),
     "coarse": (lambda log: replace(log, torque=np.round(log.torque / 20) * 20), "warning", "coarse"),
     "one joint still": (still, "warning", "Joint 4 never moves"),
     "no motion": (lambda log: replace(log, q=0 * log.q, qd=0 * speeds(log)), "error", "No joint ever moves"),
     "dead channel": (lambda log: replace(log, torque=log.torque * [1, 1, 0, 1, 1, 1]), "error", "dead"),
     "speeds in degrees": (lambda log: replace(log, qd=DEGREES * speeds(log)), "error", "degrees per second"),
-    "jitter": (uneven, "note", "Time steps vary"),
+    "jitter": (
+        lambda log: replace(log, t=log.t + np.random.default_rng(0).uniform(-0.004, 0.004, log.t.shape)),
+        "note", "Time steps vary",
+    ),
     "other zero": (lambda log: replace(log, q=log.q + np.array([0, 0, 0, 8.0, 0, 0])), "error", "zero"),
     "short": (lambda log: Recording(log.t[:25], log.q[:25], log.torque[:25]), "error", "few"),
     "late": (late, "error warning", "lags position"),
@@ -163,22 +160,15 @@ def recording(motion: Motion, q_scale: float = 1.0, qd_scale: float | None = Non
     return Recording(motion.t, q_scale * motion.q, np.array(motion.q), qd, "log.csv")
 
 
-@pytest.mark.parametrize(
-    ("factor", "words"), [(57.3, "degrees per second"), (0.5, "qd1 is 0.499 times"), (-1.0, "qd1 is -0.997 times")]
-)
+@pytest.mark.parametrize(("factor", "words"), [(0.5, "qd1 is 0.499 times"), (-1.0, "qd1 is -0.997 times")])
 def test_speeds_in_another_unit(rx90: Robot, wander: Wander, factor: float, words: str) -> None:
     with pytest.raises(InputError, match=words):
         check_recordings(rx90, [recording(wander(6, 0), qd_scale=factor)])
 
 
-def held(motion: Motion, joint: int) -> Motion:
-    q, qd, qdd = np.array(motion.q), np.array(motion.qd), np.array(motion.qdd)
-    q[:, joint - 1], qd[:, joint - 1], qdd[:, joint - 1] = 0.4, 0.0, 0.0
-    return Motion(motion.t, q, qd, qdd)
-
-
 def test_a_joint_that_never_moves_is_named_with_its_parameters(rx90: Robot, wander: Wander) -> None:
-    motion = held(wander(6, 0), 4)
+    free, others = wander(6, 0), np.arange(6) != 3
+    motion = Motion(free.t, np.where(others, free.q, 0.4), free.qd * others, free.qdd * others)
     assert still_joints([recording(motion)]) == (4,)
     assert still_joints([recording(motion), recording(wander(6, 1))]) == ()
     with pytest.raises(InputError) as caught:
@@ -194,27 +184,3 @@ def test_what_a_still_joint_hides_is_what_data_do_not_determine(rx90: Robot) -> 
     hidden = hidden_by(rx90, base, (1,))
     assert {"ZZ1R", "FS1", "FV1"} <= set(hidden)
     assert not {"MX2R", "FS2", "IA3", "MX6"} & set(hidden)
-
-
-def test_the_same_recording_twice(rx90: Robot, wander: Wander) -> None:
-    with pytest.raises(InputError, match="holds the same numbers"):
-        check_recordings(rx90, [recording(wander(6, 0)), recording(wander(6, 1)), recording(wander(6, 0))])
-    with pytest.raises(InputError, match="no recordings"):
-        check_recordings(rx90, [])
-
-
-def test_jumps_saturation_and_torques_out_of_an_arms_reach(rx90: Robot, wander: Wander) -> None:
-    motion = wander(6, 0)
-    q = np.array(motion.q)
-    q[300:, 2] += 0.9
-    strong = 50.0 * motion.q
-    with pytest.raises(InputError, match=r"q3 jumps by 0\.\d+ .* at \d"):
-        check_recordings(rx90, [Recording(motion.t, q, strong)])
-    clipped = np.clip(strong, -20.0, 20.0)
-    with pytest.raises(InputError, match=r"torque of joint 1 stays at its extreme -?20"):
-        check_recordings(rx90, [Recording(motion.t, motion.q, clipped)])
-    for factor, words in ((1e-3, "kN·m"), (1000.0, "mN·m")):
-        with pytest.raises(InputError, match=words):
-            check_recordings(rx90, [Recording(motion.t, motion.q, factor * strong)])
-    coarse = np.round(strong / 5.0) * 5.0
-    check_recordings(rx90, [Recording(motion.t, motion.q, coarse)])

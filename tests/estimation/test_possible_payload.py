@@ -403,10 +403,6 @@ def test_without_active_constraint_they_are_the_usual_ones() -> None:
     assert np.ptp(intervals.com, axis=1) == pytest.approx(2.0 * np.sqrt(WIDENING) * T * sigma, rel=1e-3)
 
 
-def linear(change: Callable[[Array], Array]) -> Array:
-    return np.column_stack([change(unit) for unit in np.eye(10)])
-
-
 def ends_of(body: InertialParameters, estimate: Estimate, map10: Array) -> Intervals:
     moved = replace(estimate, values=map10 @ estimate.values, covariance=map10 @ estimate.covariance @ map10.T)
     return profile_intervals(solve_constrained(moved))
@@ -424,6 +420,7 @@ def test_units_and_frames_do_not_matter(seed: int) -> None:
     assert in_units.principal_moments / 1e9 == pytest.approx(plain.principal_moments, abs=1e-5)
     turn = np.linalg.qr(np.random.default_rng(seed).standard_normal((3, 3)))[0]
     turn *= np.linalg.det(turn)
-    moved = ends_of(DISC, estimate, linear(lambda x: InertialParameters(x).moved(turn, [0.1, -0.2, 0.05]).vector))
+    units10 = [InertialParameters(unit).moved(turn, [0.1, -0.2, 0.05]).vector for unit in np.eye(10)]
+    moved = ends_of(DISC, estimate, np.column_stack(units10))
     assert moved.parameters[9] == pytest.approx(plain.parameters[9], abs=1e-4)
     assert moved.principal_moments == pytest.approx(plain.principal_moments, abs=1e-4)

@@ -8,6 +8,7 @@ from pathlib import Path
 import cvxpy
 import numpy as np
 import pytest
+from dynident import model
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Estimate, MassBounds, PossibleBody
@@ -20,26 +21,15 @@ from dynident.estimation.possible.constraints import PSEUDO_INERTIA
 from dynident.estimation.possible.prior import RobotPrior, has_prior, robot_prior, solve_constrained_prior
 from dynident.estimation.possible.robot import hidden_directions, solve_constrained_base
 from dynident.estimation.possible.whole_robot import BODY_NUMBERS, WholeRobot, origins, whole_robot
-from dynident.model import (
-    INERTIAL,
-    BaseParameters,
-    Drives,
-    InertialParameters,
-    Joint,
-    Processing,
-    Robot,
-    base_parameters,
-    load_robot,
-)
 from dynident.model.frames import bodies_in_link_frames
 from dynident.tests.model.urdf_files import dressed_urdf
 from dynident.trajectories import Simulator, random_via_points
 
 NOTHING = Fit(np.ones(1), np.ones(1), (1,))
-Parameters = Callable[[Robot, int], dict[str, float]]
+Parameters = Callable[[model.Robot, int], dict[str, float]]
 
 
-def noisy_estimate(base: BaseParameters, truth: Array, seed: int, size: float = 0.5) -> Estimate:
+def noisy_estimate(base: model.BaseParameters, truth: Array, seed: int, size: float = 0.5) -> Estimate:
     """Base parameters with correlated errors."""
     draw = np.random.default_rng(seed)
     n = len(truth)
@@ -54,20 +44,20 @@ SHARED = (("IA5", "IA6"), ("FV5", "FVM6"), ("FV6", "FVM6"))
 
 
 @pytest.fixture(scope="module")
-def rx90_base(rx90: Robot) -> BaseParameters:
-    return base_parameters(rx90)
+def rx90_base(rx90: model.Robot) -> model.BaseParameters:
+    return model.base_parameters(rx90)
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_some_robot_exists(
-    rx90: Robot, rx90_base: BaseParameters, random_parameters: Parameters, seed: int
+    rx90: model.Robot, rx90_base: model.BaseParameters, random_parameters: Parameters, seed: int
 ) -> None:
     """The robot holds every rule exactly and has the base parameters returned."""
     truth = rx90_base.value(random_parameters(rx90, seed))
     estimate = noisy_estimate(rx90_base, truth, seed)
     result = solve_constrained_base(rx90, rx90_base, estimate)
     for link in range(1, 7):
-        ten = np.array([result.parameters[f"{kind}{link}"] for kind in INERTIAL])
+        ten = np.array([result.parameters[f"{kind}{link}"] for kind in model.INERTIAL])
         assert PossibleBody().violation(ten) <= 0.0
     kinds = ("IA", "FV", "FS", "FVM", "FSM")
     assert min(v for name, v in result.parameters.items() if name.rstrip("0123456789") in kinds) >= 0.0
@@ -81,7 +71,7 @@ def test_some_robot_exists(
 
 
 def test_the_nearest_robot_is_that_of_cvxpy(
-    rx90: Robot, rx90_base: BaseParameters, random_parameters: Parameters
+    rx90: model.Robot, rx90_base: model.BaseParameters, random_parameters: Parameters
 ) -> None:
     """The problem written plainly, link by link, gives the same."""
     estimate = noisy_estimate(rx90_base, rx90_base.value(random_parameters(rx90, 7)), 7)
@@ -90,7 +80,7 @@ def test_the_nearest_robot_is_that_of_cvxpy(
     place = rx90_base.standard.index
     rules = [x[place(whole)] >= x[place(part)] for whole, part in SHARED]
     for link in range(1, 7):
-        ten = [x[place(f"{kind}{link}")] for kind in INERTIAL]
+        ten = [x[place(f"{kind}{link}")] for kind in model.INERTIAL]
         rules.append(sum(v * J for v, J in zip(ten, PSEUDO_INERTIA, strict=True)) >> 0)
     kinds = ("IA", "FV", "FS", "FVM", "FSM")
     rules += [x[k] >= 0 for k, name in enumerate(rx90_base.standard) if name.rstrip("0123456789") in kinds]
@@ -103,7 +93,9 @@ def test_the_nearest_robot_is_that_of_cvxpy(
     assert np.abs(moved).max() < 1e-3
 
 
-def test_negative_friction_is_named(rx90: Robot, rx90_base: BaseParameters, random_parameters: Parameters) -> None:
+def test_negative_friction_is_named(
+    rx90: model.Robot, rx90_base: model.BaseParameters, random_parameters: Parameters
+) -> None:
     values = rx90_base.value(random_parameters(rx90, 3))
     values[rx90_base.columns.index("FV3")] = -0.5
     estimate = replace(noisy_estimate(rx90_base, values, 3), values=values)
@@ -119,10 +111,10 @@ def test_a_program_without_an_attained_least_value_is_closed() -> None:
     closed = solve_cone(program, [(1e5, 100.0)])
     assert np.linalg.norm(closed.z) <= 100.0 * (1.0 + 1e-6)
     assert 0.0 < closed.z[9] < 0.05
-    assert InertialParameters(closed.z).min_pseudo_inertia_eigenvalue > -1e-6
+    assert model.InertialParameters(closed.z).min_pseudo_inertia_eigenvalue > -1e-6
 
 
-def independent_estimate(base: BaseParameters, truth: Array, seed: int, size: float = 0.2) -> Estimate:
+def independent_estimate(base: model.BaseParameters, truth: Array, seed: int, size: float = 0.2) -> Estimate:
     """Base parameters with independent errors."""
     draw = np.random.default_rng(seed)
     sigma = size * (np.abs(truth) + 0.1) * draw.uniform(0.2, 1.0, len(truth))
@@ -130,15 +122,10 @@ def independent_estimate(base: BaseParameters, truth: Array, seed: int, size: fl
     return Estimate(base.columns, values, np.diag(sigma**2), np.inf, NOTHING, np.ones(1))
 
 
-def divergence(P: Array, P0: Array) -> float:
-    ratio = P @ np.linalg.inv(P0)
-    return float(-np.log(np.linalg.det(ratio)) + np.trace(ratio) - 4.0)
-
-
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("budget", [0.01, 1.0, 10.0])
 def test_the_budget_is_met(
-    rx90: Robot, rx90_base: BaseParameters, random_parameters: Parameters, seed: int, budget: float
+    rx90: model.Robot, rx90_base: model.BaseParameters, random_parameters: Parameters, seed: int, budget: float
 ) -> None:
     """chi2 lies the budget above the constrained minimum, and everything is what it says."""
     estimate = independent_estimate(rx90_base, rx90_base.value(random_parameters(rx90, seed)), seed)
@@ -149,22 +136,25 @@ def test_the_budget_is_met(
     error = rx90_base.value(result.parameters) - estimate.values
     assert result.chi2_rise == pytest.approx(error @ np.linalg.solve(estimate.covariance, error), rel=1e-6)
     for link, body in enumerate(prior.bodies, start=1):
-        ten = np.array([result.parameters[f"{kind}{link}"] for kind in INERTIAL])
+        ten = np.array([result.parameters[f"{kind}{link}"] for kind in model.INERTIAL])
         assert PossibleBody().violation(ten) < 0.0
-        distance = divergence(InertialParameters(ten).pseudo_inertia, body.pseudo_inertia)
+        ratio = model.InertialParameters(ten).pseudo_inertia @ np.linalg.inv(body.pseudo_inertia)
+        distance = -np.log(np.linalg.det(ratio)) + np.trace(ratio) - 4.0
         assert result.distances[link - 1] == pytest.approx(distance, rel=1e-6, abs=1e-9)
     kinds = ("IA", "FV", "FS", "FVM", "FSM")
     assert min(v for name, v in result.parameters.items() if name.rstrip("0123456789") in kinds) >= 0.0
     assert result.parameters["IA5"] >= result.parameters["IA6"]
 
 
-TWO_LINKS = Robot("two", (Joint(), Joint(alpha=-pi / 2, d=0.3)), drives=Drives(offsets=True))
+TWO_LINKS = model.Robot(
+    "two", (model.Joint(), model.Joint(alpha=-pi / 2, d=0.3)), drives=model.Drives(offsets=True)
+)
 
 
 @pytest.mark.parametrize("friction", [0.5, -0.5])
 def test_the_robot_nearest_to_a_prior_is_that_of_cvxpy(random_parameters: Parameters, friction: float) -> None:
     """Least distance within the budget, written plainly: log det and all, friction at its bound or not."""
-    base = base_parameters(TWO_LINKS)
+    base = model.base_parameters(TWO_LINKS)
     estimate = independent_estimate(base, base.value(random_parameters(TWO_LINKS, 3)), 3)
     values = estimate.values.copy()
     values[base.columns.index("FV2")] = friction
@@ -176,7 +166,7 @@ def test_the_robot_nearest_to_a_prior_is_that_of_cvxpy(random_parameters: Parame
     for link, body in enumerate(prior.bodies, start=1):
         # In the prior's own coordinates, which leaves the distance as it is.
         root = np.linalg.inv(np.linalg.cholesky(body.pseudo_inertia))
-        ten = [x[base.standard.index(f"{kind}{link}")] for kind in INERTIAL]
+        ten = [x[base.standard.index(f"{kind}{link}")] for kind in model.INERTIAL]
         J = sum(v * (root @ unit @ root.T) for v, unit in zip(ten, PSEUDO_INERTIA, strict=True))
         distance += cvxpy.trace(J) - cvxpy.log_det(J) - 4.0
     R = np.diag(1.0 / estimate.sigma)
@@ -191,9 +181,9 @@ def test_the_robot_nearest_to_a_prior_is_that_of_cvxpy(random_parameters: Parame
     assert [holding.description for holding in result.active] == (["FV2 >= 0"] if friction < 0.0 else [])
 
 
-def test_exact_data_of_the_prior_give_the_prior(rx90: Robot, rx90_base: BaseParameters) -> None:
+def test_exact_data_of_the_prior_give_the_prior(rx90: model.Robot, rx90_base: model.BaseParameters) -> None:
     data = Simulator(rx90).measure(random_via_points(rx90, 14, seed=0).motion(100.0))
-    estimate = weighted(recorded(Observer(rx90, rx90_base.columns), [used(data, Processing())])[0])
+    estimate = weighted(recorded(Observer(rx90, rx90_base.columns), [used(data, model.Processing())])[0])
     result = solve_constrained_prior(rx90, rx90_base, estimate, robot_prior(rx90))
     assert result.status == "prior"
     assert result.weight == np.inf
@@ -204,15 +194,15 @@ def test_exact_data_of_the_prior_give_the_prior(rx90: Robot, rx90_base: BasePara
 def test_units_of_length_do_not_matter(random_parameters: Parameters) -> None:
     """Metres or millimetres: the same robot (kg, mm, s give N·mm / 1000 and so on)."""
 
-    def scaled(robot: Robot, size: float) -> Robot:
+    def scaled(robot: model.Robot, size: float) -> model.Robot:
         joints = tuple(replace(joint, d=size * joint.d, r=size * joint.r) for joint in robot.joints)
         return replace(robot, joints=joints, gravity=(0.0, 0.0, -9.81 * size))
 
-    robot = load_robot("rx90")
+    robot = model.load_robot("rx90")
     results = []
     for size in (1.0, 1e3):
         there = scaled(robot, size)
-        base = base_parameters(there)
+        base = model.base_parameters(there)
         units = units_of(base.standard, size)
         truth = base.value({k: v * units[k] for k, v in random_parameters(robot, 5).items()})
         plain = independent_estimate(base, truth / [units[name] for name in base.columns], 5)
@@ -221,10 +211,10 @@ def test_units_of_length_do_not_matter(random_parameters: Parameters) -> None:
             plain, values=plain.values * factor, covariance=plain.covariance * np.outer(factor, factor)
         )
         own = [
-            [robot.parameters[f"{kind}{link}"] * units[f"{kind}{link}"] for kind in INERTIAL]
+            [robot.parameters[f"{kind}{link}"] * units[f"{kind}{link}"] for kind in model.INERTIAL]
             for link in range(1, 7)
         ]
-        prior = RobotPrior(tuple(InertialParameters(np.array(ten)) for ten in own), "test")
+        prior = RobotPrior(tuple(model.InertialParameters(np.array(ten)) for ten in own), "test")
         nearest = solve_constrained_prior(there, base, estimate, prior)
         values = {name: value / units[name] for name, value in nearest.parameters.items()}
         results.append((nearest, values, origins(there, base)))
@@ -239,13 +229,13 @@ def test_units_of_length_do_not_matter(random_parameters: Parameters) -> None:
 
 def units_of(names: tuple[str, ...], size: float) -> dict[str, float]:
     """Factor of each parameter when lengths are counted ``size`` times."""
-    powers = {**dict.fromkeys(INERTIAL[:6], 2), **dict.fromkeys(INERTIAL[6:9], 1), "M": 0}
+    powers = {**dict.fromkeys(model.INERTIAL[:6], 2), **dict.fromkeys(model.INERTIAL[6:9], 1), "M": 0}
     return {name: size ** powers.get(name.rstrip("0123456789"), 2) for name in names}
 
 
-def test_identified_is_what_no_hidden_direction_moves(robot: Robot) -> None:
+def test_identified_is_what_no_hidden_direction_moves(robot: model.Robot) -> None:
     """A step that changes no torque leaves identified parameters alone; some such step moves each of the others."""
-    base = base_parameters(robot)
+    base = model.base_parameters(robot)
     still = np.ones(len(base.standard), dtype=bool)
     null = np.linalg.svd(base.grouping)[2][len(base.chosen) :]
     still[np.abs(null).max(axis=0) > 1e-9] = False
@@ -256,7 +246,9 @@ def test_identified_is_what_no_hidden_direction_moves(robot: Robot) -> None:
     assert set(base.unidentifiable) == {text for text in hidden if " " not in text}
 
 
-def test_total_mass_bounds(rx90: Robot, rx90_base: BaseParameters, random_parameters: Parameters) -> None:
+def test_total_mass_bounds(
+    rx90: model.Robot, rx90_base: model.BaseParameters, random_parameters: Parameters
+) -> None:
     """Nothing is lost where there is room; a bound below what the data need is named."""
     estimate = independent_estimate(rx90_base, rx90_base.value(random_parameters(rx90, 3)), 3)
     free = solve_constrained_base(rx90, rx90_base, estimate)
@@ -273,15 +265,15 @@ def test_total_mass_bounds(rx90: Robot, rx90_base: BaseParameters, random_parame
     assert near.chi2_rise - near.nearest.chi2_rise == pytest.approx(1.0, rel=1e-6)
 
 
-def test_where_the_prior_comes_from(rx90: Robot, rx90_base: BaseParameters) -> None:
+def test_where_the_prior_comes_from(rx90: model.Robot, rx90_base: model.BaseParameters) -> None:
     assert "robot file of rx90" in robot_prior(rx90).source
     assert robot_prior(rx90).bodies[2].mass == rx90.parameters["M3"]
     assert "50 kg" in robot_prior(rx90, 50.0).source
-    tx40 = load_robot("tx40")
+    tx40 = model.load_robot("tx40")
     assert tx40.mass is not None
     assert sum(body.mass for body in robot_prior(tx40).bodies) == pytest.approx(0.5 * tx40.mass)
     assert robot_prior(tx40).source.endswith("50 % of the maker's 27 kg, which holds the base")
-    assert "holds the base (assumed: " in robot_prior(load_robot("ur10e")).source
+    assert "holds the base (assumed: " in robot_prior(model.load_robot("ur10e")).source
     with pytest.raises(InputError, match="--prior-mass"):
         robot_prior(replace(tx40, mass=None))
     assert [has_prior(robot) for robot in (rx90, tx40, replace(tx40, mass=None))] == [True, True, False]
@@ -299,22 +291,22 @@ def test_where_the_prior_comes_from(rx90: Robot, rx90_base: BaseParameters) -> N
         solve_constrained_prior(rx90, rx90_base, estimate, robot_prior(rx90), 0.0)
 
 
-def test_every_kind_of_robot(robot: Robot, random_parameters: Parameters) -> None:
+def test_every_kind_of_robot(robot: model.Robot, random_parameters: Parameters) -> None:
     """Sliding joints, offsets, springs, coupling."""
-    base = base_parameters(robot)
+    base = model.base_parameters(robot)
     estimate = independent_estimate(base, base.value(random_parameters(robot, 1)), 1)
     result = solve_constrained_prior(robot, base, estimate, robot_prior(robot, 20.0))
     assert result.chi2_rise - result.nearest.chi2_rise == pytest.approx(1.0, rel=1e-6)
     assert min(result.min_eigenvalues) > 0.0
 
 
-def exact(base: BaseParameters, values: dict[str, float], sigma: float = 0.1) -> Estimate:
+def exact(base: model.BaseParameters, values: dict[str, float], sigma: float = 0.1) -> Estimate:
     """Base parameters as they are, each with the same standard deviation."""
     C, unit = sigma**2 * np.eye(len(base.columns)), np.ones(1)
     return Estimate(base.columns, base.value(values), C, np.inf, Fit(unit, unit, (1,)), unit)
 
 
-def numbers(robot: Robot, names: tuple[str, ...], x: Array) -> Array:
+def numbers(robot: model.Robot, names: tuple[str, ...], x: Array) -> Array:
     """All links' body numbers, one after the other."""
     values = []
     for body in bodies_in_link_frames(robot, dict(zip(names, x.tolist(), strict=True))).values():
@@ -322,9 +314,9 @@ def numbers(robot: Robot, names: tuple[str, ...], x: Array) -> Array:
     return np.array(values)
 
 
-def check(robot: Robot, values: dict[str, float]) -> WholeRobot:
+def check(robot: model.Robot, values: dict[str, float]) -> WholeRobot:
     """Labels against differences of the numbers themselves along every hidden direction and parameter."""
-    base = base_parameters(robot)
+    base = model.base_parameters(robot)
     x = np.array([values[name] for name in base.standard])
     result = whole_robot(robot, values, "a table", base, exact(base, values))
     labels = [label for link in result.links for label in link.numbers.values()]
@@ -361,7 +353,7 @@ def check(robot: Robot, values: dict[str, float]) -> WholeRobot:
     return result
 
 
-def test_labels_of_every_kind_of_robot(robot: Robot, random_parameters: Parameters) -> None:
+def test_labels_of_every_kind_of_robot(robot: model.Robot, random_parameters: Parameters) -> None:
     result = check(robot, random_parameters(robot, 2))
     assert all(tuple(link.numbers) == BODY_NUMBERS for link in result.links)
     kinds = {label.origin.kind for link in result.links for label in link.numbers.values()}
@@ -370,8 +362,8 @@ def test_labels_of_every_kind_of_robot(robot: Robot, random_parameters: Paramete
 
 def test_in_the_frames_of_a_urdf(tmp_path: Path, random_parameters: Parameters) -> None:
     path = tmp_path / "arm.urdf"
-    path.write_text(dressed_urdf(load_robot("irb120"), seed=1), encoding="utf-8")
-    robot = load_robot(path)
+    path.write_text(dressed_urdf(model.load_robot("irb120"), seed=1), encoding="utf-8")
+    robot = model.load_robot(path)
     assert robot.links is not None
     result = check(robot, random_parameters(robot, 4))
     assert [link.link for link in result.links] == list(robot.links.names)

@@ -5,16 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident import estimation
 from dynident.apps.logs.read import read_recording
 from dynident.benchmarks.shared import UR10E_GAINS, UR10E_MASS
-from dynident.estimation import (
-    Identification,
-    Settings,
-    answer_payload,
-    identify,
-    payload_estimate,
-    payload_problem,
-)
 from dynident.estimation.fit.estimate import fit
 from dynident.estimation.fit.own_equations import base_problem
 from dynident.model import Recording, load_robot
@@ -22,7 +15,7 @@ from dynident.model.friction import PAPER
 
 METHODS = (1, 2, 3, 4)
 UR10E = load_robot("ur10e")
-ALONE = Settings(UR10E.processing, robust=False, friction=PAPER)
+ALONE = estimation.Settings(UR10E.processing, robust=False, friction=PAPER)
 
 
 @pytest.fixture(scope="module")
@@ -34,22 +27,22 @@ def ur10e(recordings: Path) -> dict[str, Recording]:
 def test_ur10e_as_shipped(ur10e: dict[str, Recording]) -> None:
     """Rows slower than 0.05 rad/s are left out: residuals of the wrist fall to a third, masses come nearer."""
     assert UR10E.processing.slow_speed == 0.05
-    result = identify(UR10E, [ur10e["unloaded"]], ALONE, validation=[ur10e["validation_unloaded"]])
+    result = estimation.identify(UR10E, [ur10e["unloaded"]], ALONE, validation=[ur10e["validation_unloaded"]])
     assert result.problem.equations == pytest.approx(2676, rel=0.01)
     assert result.problem.condition_numbers()[0] == pytest.approx(108.0, rel=0.05)
     assert result.estimate.fit.relative <= 0.033
     assert max(result.estimate.fit.relative_per_joint) <= 0.056
     assert result.validation is not None
     assert result.validation.relative <= 0.042
-    pair = payload_problem(UR10E, [ur10e["loaded_2.805kg"]], [ur10e["unloaded"]], settings=ALONE)
-    masses = np.array([payload_estimate(pair, method).mass for method in METHODS])
+    pair = estimation.payload_problem(UR10E, [ur10e["loaded_2.805kg"]], [ur10e["unloaded"]], settings=ALONE)
+    masses = np.array([estimation.payload_estimate(pair, method).mass for method in METHODS])
     assert np.abs(masses / UR10E_MASS - 1.0).max() < 0.005
 
 
 def test_ur10e_payload_by_all_methods_and_all_rows(ur10e: dict[str, Recording]) -> None:
     settings = replace(ALONE, processing=replace(UR10E.processing, slow_speed=0.0))
-    pair = payload_problem(UR10E, [ur10e["loaded_2.805kg"]], [ur10e["unloaded"]], settings=settings)
-    payloads = [payload_estimate(pair, method) for method in METHODS]
+    pair = estimation.payload_problem(UR10E, [ur10e["loaded_2.805kg"]], [ur10e["unloaded"]], settings=settings)
+    payloads = [estimation.payload_estimate(pair, method) for method in METHODS]
     masses = np.array([payload.mass for payload in payloads])
     assert np.abs(masses / UR10E_MASS - 1.0).max() < 0.01
     assert np.ptp(masses) < 0.01 * UR10E_MASS
@@ -59,14 +52,14 @@ def test_ur10e_payload_by_all_methods_and_all_rows(ur10e: dict[str, Recording]) 
 
 
 @pytest.fixture(scope="module")
-def tx40(recordings: Path) -> dict[str, Identification]:
+def tx40(recordings: Path) -> dict[str, estimation.Identification]:
     robot = load_robot("tx40")
     recording = read_recording(recordings / "tx40/tx40.csv.gz", robot)
-    settings = Settings(robust=False, friction=PAPER)
-    return {form: identify(robot.with_coulomb(form), [recording], settings) for form in ("sum", "paper")}
+    settings = estimation.Settings(robust=False, friction=PAPER)
+    return {form: estimation.identify(robot.with_coulomb(form), [recording], settings) for form in ("sum", "paper")}
 
 
-def test_tx40_has_the_papers_structure(tx40: dict[str, Identification]) -> None:
+def test_tx40_has_the_papers_structure(tx40: dict[str, estimation.Identification]) -> None:
     result = tx40["sum"]
     assert len(result.base.columns) == 54
     assert 2060 <= result.problem.equations <= 2100
@@ -75,7 +68,7 @@ def test_tx40_has_the_papers_structure(tx40: dict[str, Identification]) -> None:
     assert len(result.essential) in (26, 27, 28)
 
 
-def test_tx40_decides_for_the_friction_of_the_sum(tx40: dict[str, Identification]) -> None:
+def test_tx40_decides_for_the_friction_of_the_sum(tx40: dict[str, estimation.Identification]) -> None:
     ratio = tx40["paper"].estimate.fit.relative_per_joint / tx40["sum"].estimate.fit.relative_per_joint
     assert (ratio[4:] >= 1.25).all()
     assert np.abs(ratio[:4] - 1.0).max() < 0.02
@@ -95,11 +88,11 @@ def test_a_real_arms_friction_grows_with_load(
 
     An independent program has 2.2 to 2.5 % with both terms, 3.9 to 4.2 with the paper's.
     """
-    result = identify(UR10E, [ur10e[name]])
+    result = estimation.identify(UR10E, [ur10e[name]])
     assert {"FL2", "FL3", "FR1"} <= set(result.estimate.names)
     assert result.estimate["FL2"] == pytest.approx(0.061, abs=0.004)
     assert result.estimate["FS2"] < 13.0  # 18.3 by the paper's terms
-    values, settings = result.estimate.values, Settings(robust=False)
+    values, settings = result.estimate.values, estimation.Settings(robust=False)
     for other, most in unseen.items():
         rows = base_problem(result.robot, result.base, [ur10e[other]], settings, check=False, fitted=values)
         assert 100.0 * fit(rows, values).relative < most
@@ -107,7 +100,9 @@ def test_a_real_arms_friction_grows_with_load(
 
 def test_a_real_pair_gives_mass_and_centre_of_mass(ur10e: dict[str, Recording]) -> None:
     """The gains are 1 to 2 % off: all methods say so alike, without a conflict, and the interval holds the mass."""
-    answer = answer_payload(payload_problem(UR10E, [ur10e["loaded_2.805kg"]], [ur10e["unloaded"]]))
+    answer = estimation.answer_payload(
+        estimation.payload_problem(UR10E, [ur10e["loaded_2.805kg"]], [ur10e["unloaded"]])
+    )
     assert np.ptp([estimate.mass for estimate in answer.estimates]) < 0.003 * UR10E_MASS
     assert answer.intervals[0][0] < UR10E_MASS < answer.intervals[0][1]
     assert answer.verdict.level == "mass_and_com_only"

@@ -7,6 +7,7 @@ from typing import get_args
 import numpy as np
 import pytest
 from dynident.benchmarks.coverage import Stated, cases, coverage
+from dynident.benchmarks.shared import lasting
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Identification, LongMotion, Settings, identify, payload_estimate, payload_problem
@@ -26,7 +27,6 @@ from dynident.estimation.signals.filtering import measurement
 from dynident.model import InertialParameters, Motion, Processing, Recording, base_parameters, load_robot
 from dynident.model.motion import Measurement
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
-from scipy.signal import lfilter
 
 SETTINGS = Processing(decimate=4, slow_fraction=0.01)
 Wander = Callable[..., Motion]
@@ -80,10 +80,7 @@ def cut(recording: Observation, edges: Array) -> Equations:
 
 
 def remembering(size: int, memory: float, seed: int) -> Array:
-    from scipy.signal import lfilter
-
-    phi = np.exp(-1.0 / memory)
-    return np.asarray(lfilter([1.0], [1.0, -phi], np.random.default_rng(seed).standard_normal(size)))
+    return lasting(np.random.default_rng(seed).standard_normal(size), memory)
 
 
 def times(size: int) -> Array:
@@ -116,7 +113,7 @@ def test_blocks_are_equal_and_long_enough(observation: Observation) -> None:
 def test_block_length(observation: Observation) -> None:
     """White noise: the shortest; noise that remembers: five times its memory; many recordings: at most 100."""
     assert block_length([[observation]]) == 1.0
-    slow = tuple(Y + 10.0 * remembering(len(Y), 10.0, j) for j, Y in enumerate(observation.Y))
+    slow = tuple(Y + 23.5 * remembering(len(Y), 10.0, j) for j, Y in enumerate(observation.Y))
     remembered = replace(observation, Y=slow)
     errors = remembered.errors(weighted(reduced(remembered)).values)
     memories = [autocorrelation_time([(t, e)], 0.04) for t, e in zip(remembered.t, errors, strict=True)]
@@ -330,14 +327,6 @@ def test_too_short_for_blocks_says_so_and_still_answers(
 MEMORY = 20.0  # samples
 
 
-def lasting(shape: tuple[int, ...], seed: int) -> Array:
-    """Stationary AR(1), autocorrelation exp(-k / MEMORY), a third as large as the noise behind Table 2."""
-    phi = np.exp(-1.0 / MEMORY)
-    steps = np.random.default_rng(seed).standard_normal(shape)
-    steps[1:] *= np.sqrt(1.0 - phi**2)
-    return np.asarray(lfilter([1.0], [1.0, -phi], steps, axis=0) * np.array(RX90_NOISE) / 3.0)
-
-
 @pytest.fixture(scope="module")
 def exact() -> list[Recording]:
     robot = load_robot("rx90")
@@ -345,30 +334,24 @@ def exact() -> list[Recording]:
     return [simulator.record(random_via_points(robot, 14, seed=k).motion(250.0)) for k in range(4)]
 
 
-def identified(exact: list[Recording], seed: int) -> Identification:
-    """By recordings with noise that remembers."""
-    return identify(load_robot("rx90"), with_noise(exact, seed))
-
-
 def with_noise(exact: list[Recording], seed: int) -> list[Recording]:
-    return [replace(r, torque=r.torque + lasting(r.torque.shape, 10 * seed + k)) for k, r in enumerate(exact)]
+    """A third as large as the noise behind Table 2."""
+    draws = (np.random.default_rng(10 * seed + k).standard_normal(r.torque.shape) for k, r in enumerate(exact))
+    noise = (lasting(draw, MEMORY) * np.array(RX90_NOISE) / 3.0 for draw in draws)
+    return [replace(r, torque=r.torque + own) for r, own in zip(exact, noise, strict=True)]
 
 
 @pytest.fixture(scope="module")
 def results(exact: list[Recording]) -> list[Identification]:
-    return [identified(exact, seed) for seed in range(4)]
-
-
-def observed(result: Identification, recordings: list[Recording]) -> list[Observation]:
-    """The equations of recordings, each held whole."""
-    observer, processing = Observer(result.robot, result.base.columns), result.robot.processing
-    return [observer.observe(measurement(recording, processing), processing) for recording in recordings]
+    """By recordings with noise that remembers."""
+    return [identify(load_robot("rx90"), with_noise(exact, seed)) for seed in range(4)]
 
 
 def test_essential_parameters_have_their_own(exact: list[Recording], results: list[Identification]) -> None:
     """By solving again with the essential parameters alone, each block gone in turn, weights fixed."""
     result = results[0]
-    whole = observed(result, with_noise(exact, 0))
+    observer, processing = Observer(result.robot, result.base.columns), result.robot.processing
+    whole = [observer.observe(measurement(log, processing), processing) for log in with_noise(exact, 0)]
     equations = merged(reduced(recording) for recording in whole)
     length = blocks.block_length([blocks.remembered(whole, equations)])
     edges = [blocks.block_edges(recording, length) for recording in whole]

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from dynident.benchmarks import invented
+from dynident.benchmarks.shared import lasting
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import (
@@ -35,11 +36,11 @@ from dynident.estimation.signals.alignment import aligned
 from dynident.estimation.signals.rows import cut, pieces
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, load_robot
 from dynident.model.friction import Friction
-from dynident.trajectories import RX90_NOISE, Fourier, Simulator, Task, random_via_points, run_experiment
+from dynident.tests.estimation.conftest import near_pose
+from dynident.trajectories import RX90_NOISE, Simulator, Task, random_via_points, run_experiment
 from dynident.trajectories.motions.family import Plan
 from dynident.trajectories.simulation.closed_loop import CONTROLLERS
 from dynident.trajectories.simulation.disturbances import no_disturbances
-from scipy.signal import lfilter
 
 LOAD = InertialParameters.from_com(7.02, [0.01, -0.02, 0.15], np.diag([0.05, 0.05, 0.03]))
 NOISE = 0.3 * np.array(RX90_NOISE)
@@ -77,11 +78,11 @@ def simulator() -> Simulator:
 
 
 @pytest.fixture(scope="session")
-def record(simulator: Simulator, near: Callable[..., Fourier]) -> Record:
+def record(simulator: Simulator) -> Record:
     """``record(joints, seed, noise, load)``: a pair of recordings; held joints flicker by their encoders."""
 
     def make(joints: Sequence[int], seed: int = 0, noise: Array = NOISE, load: InertialParameters = LOAD) -> Pair:
-        motion = near(joints).motion(250.0)
+        motion = near_pose(joints).motion(250.0)
         draw = np.random.default_rng([seed, 77])
         pair = []
         for k, body in enumerate((None, load)):
@@ -207,13 +208,12 @@ def test_a_constant_torque_beyond_the_allowance_is_free(
     record: Record, simulator: Simulator, share: float, held: bool
 ) -> None:
     """Its square in allowances is what the residual rises by, however long the errors remember."""
-    rho, draw, pair = np.exp(-1.0 / 125.0), np.random.default_rng(0), record((2, 3, 5, 6), noise=0.0 * NOISE)
+    draw, pair = np.random.default_rng(0), record((2, 3, 5, 6), noise=0.0 * NOISE)
     logs = []
     for recording, torque in zip(
         pair, (0.0, share * OFFSET_SHARE * simulator.robot.parameters["FS2"]), strict=True
     ):
-        white = 0.03 * NOISE * np.sqrt(1.0 - rho**2) * draw.standard_normal(recording.torque.shape)
-        slow = lfilter([1.0], [1.0, -rho], white, axis=0)
+        slow = 0.03 * NOISE * lasting(draw.standard_normal(recording.torque.shape), 125.0, warm=False)
         logs.append(replace(recording, torque=recording.torque + slow + torque * np.eye(6)[1]))
     motion = short(difference_weighing(simulator.robot, logs[1:], logs[:1]))
     assert motion.held.joints == ((1, 2) if held else ())
@@ -387,24 +387,14 @@ def test_pairs_and_other_motions_stay_as_they_are(pair: tuple[Recording, Recordi
 
 
 ROBOT = invented.robot("ur10e")
-POSE = np.radians([0.0, -60.0, 90.0, -120.0, -90.0, 0.0])
 HEAVY = InertialParameters.from_com(5.0, [0.01, -0.02, 0.1], np.diag([0.03, 0.03, 0.02]))
-
-
-def near() -> Fourier:
-    """20 s near a pose, periods of 5 s."""
-    draw = np.random.default_rng(0)
-    a, b = np.zeros((2, 1, 6, 4))
-    for joint in (2, 3, 5, 6):
-        own = 0.6 * draw.standard_normal(4)
-        a[0, joint - 1] = own - own.mean()
-    return Fourier(POSE[None], a, b, 5.0, 4, 0.0)
 
 
 @cache
 def sagging(mrad: float, wide: bool = False) -> tuple[Recording, Recording]:
     """Recordings without noise under a controller without integral action."""
-    plan: Plan = random_via_points(ROBOT, 6, 1) if wide else near()
+    pose = (0.0, -60.0, 90.0, -120.0, -90.0, 0.0)
+    plan: Plan = random_via_points(ROBOT, 6, 1) if wide else near_pose((2, 3, 5, 6), pose)
     controller = replace(CONTROLLERS["proportional"], rate=100.0).sagging(ROBOT, HEAVY, [plan], 1e-3 * mrad)
     tasks = [Task("bare", plan), Task("loaded", plan, HEAVY)]
     bare, loaded = (run.recording for run in run_experiment(ROBOT, tasks, no_disturbances(6), 0, controller).runs)

@@ -18,6 +18,7 @@ from dynident.estimation.equations.equations import Blocks, Equations, merged
 from dynident.model import load_robot
 from dynident.tests.frozen.inputs import unpack
 
+Shared = Callable[[str, Callable[[Path], object]], Path]
 ROBOT = load_robot("rx90")
 GOOD = ("a/2026-01-01.csv", "a/2026-01-02.csv", "b/2026-01-01.csv")
 
@@ -77,9 +78,7 @@ def write_logs(place: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def logs(
-    shared: Callable[[str, Callable[[Path], object]], Path], tmp_path_factory: pytest.TempPathFactory
-) -> Iterator[Path]:
+def logs(shared: Shared, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """Three good recordings, and every kind of wrong one; the working folder."""
     place = tmp_path_factory.mktemp("fleet") / "logs"
     shutil.copytree(shared("night_logs", write_logs), place)
@@ -88,9 +87,7 @@ def logs(
 
 
 @pytest.fixture(scope="module")
-def store(
-    logs: Path, shared: Callable[[str, Callable[[Path], object]], Path], tmp_path_factory: pytest.TempPathFactory
-) -> Path:
+def store(logs: Path, shared: Shared, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The store that one run makes of them all."""
     place = tmp_path_factory.mktemp("stores") / "serial"
     shutil.copytree(shared("night_store", _reduce), place)
@@ -113,13 +110,7 @@ def noise_of(recording: Stored) -> Array:
     return np.asarray(equations.error_norms(estimate.values) / np.sqrt(rows) * float(np.median(ratio)))
 
 
-def drawn(
-    recording: Stored,
-    values: Array,
-    noise: Array,
-    draw: np.random.Generator,
-    log: Log,
-) -> Stored:
+def drawn(recording: Stored, values: Array, noise: Array, draw: np.random.Generator, log: Log) -> Stored:
     """A recording as that motion would give it on another night, with base parameters (c,) and noise (n,)."""
     cut = recording.equations.blocks
     parts = recording.equations.parts() if cut else [recording.equations.whole]

@@ -64,7 +64,8 @@ def leaves(document: Any, path: str = "") -> Leaves:
     if not isinstance(document, list):
         counts = not isinstance(document, str) or _parts(path)[-1] in _COUNTED
         return {path: float(f"{document:.12g}") if isinstance(document, float) else document} if counts else {}
-    rows, columns = len(document), len(document[0]) if _is_matrix(document) else 0
+    matrix = all(isinstance(row, list) and row and isinstance(row[0], float | int) for row in document)
+    rows, columns = len(document), len(document[0]) if matrix and document else 0
     step, entries = 1, Leaves()
     if columns and rows * columns > _MANY:
         entries[_join(path, "shape")] = f"{rows} x {columns}"
@@ -176,11 +177,6 @@ def _parts(path: str) -> list[str]:
     while len(parts) > 1 and parts[-1].isdigit():
         parts.pop()
     return parts
-
-
-def _is_matrix(document: list[Any]) -> bool:
-    rows = all(isinstance(row, list) and row and isinstance(row[0], float | int) for row in document)
-    return bool(document) and rows
 
 
 def _join(path: str, key: str) -> str:

@@ -81,12 +81,7 @@ def test_what_is_not_there_afterwards_is_told(
 
 REFUSED: dict[str, tuple[dict[str, Any], tuple[str, ...], int, str]] = {
     "without the word": ({}, (), 0, "nothing was sent"),
-    "do not use": (
-        {"verdict": {"level": "do_not_use", "reasons": ["noise"]}},
-        ("--yes",),
-        1,
-        "not sent: the verdict",
-    ),
+    "do not use": ({"verdict": {"level": "do_not_use", "reasons": []}}, ("--yes",), 1, "not sent: the verdict"),
     "another frame": ({"frame": "gripper"}, ("--yes",), 2, "not the flange: nothing was sent"),
     "too heavy": ({"rated_payload_kg": 2.0}, ("--yes",), 2, "the arm carries 2 kg"),
     "too heavy, insisted": ({"rated_payload_kg": 2.0}, ("--yes", "--despite-verdict"), 2, "the arm carries 2 kg"),

@@ -14,59 +14,43 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import pytest
+from dynident import model
 from dynident.common.arrays import Array
-from dynident.model import (
-    Coupling,
-    Drives,
-    Joint,
-    Robot,
-    Spring,
-    base_parameters,
-    base_regressor,
-    coriolis,
-    forward_dynamics,
-    generate_code,
-    gravity,
-    inverse_dynamics,
-    inverse_dynamics_base,
-    load_robot,
-    mass_matrix,
-    payload_regressor,
-    standard_columns,
-    standard_regressor,
-)
 from dynident.model.codegen import code_names
 from dynident.tests.conftest import IN_FULL
 from dynident.tests.selection import every
 
 STRICT = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1")
-SLIDING = Robot(
+SLIDING = model.Robot(
     'odd "name" */ 6-axis',
     (
-        Joint("prismatic", radians(20), 0.1, radians(35), 0.2),
-        Joint("revolute", radians(-65), 0.3, radians(10), -0.1),
-        Joint("revolute", radians(100), 0.25, radians(30), 0.05),
+        model.Joint("prismatic", radians(20), 0.1, radians(35), 0.2),
+        model.Joint("revolute", radians(-65), 0.3, radians(10), -0.1),
+        model.Joint("revolute", radians(100), 0.25, radians(30), 0.05),
     ),
     gravity=(1.0, -2.5, -9.2),
-    drives=Drives(offsets=True, coupling=Coupling((2, 3)), spring=Spring(2, 900.0, 0.2, (0.3, 0.15), 0.2)),
+    drives=model.Drives(
+        offsets=True, coupling=model.Coupling((2, 3)), spring=model.Spring(2, 900.0, 0.2, (0.3, 0.15), 0.2)
+    ),
 )
 TABLE = replace(
-    SLIDING, drives=Drives(spring=Spring(2, table=((-3.0, 30.0), (-0.5, 5.0), (1.0, -8.0), (3.0, -60.0))))
+    SLIDING,
+    drives=model.Drives(spring=model.Spring(2, table=((-3.0, 30.0), (-0.5, 5.0), (1.0, -8.0), (3.0, -60.0)))),
 )
-SLIDER = Robot("slider", (Joint("prismatic"),), drives=Drives(friction=()))
-ROBOTS = {name: load_robot(name) for name in IN_FULL} | {"sliding": SLIDING, "table": TABLE, "slider": SLIDER}
+SLIDER = model.Robot("slider", (model.Joint("prismatic"),), drives=model.Drives(friction=()))
+ROBOTS = {name: model.load_robot(name) for name in IN_FULL} | {"sliding": SLIDING, "table": TABLE, "slider": SLIDER}
 """Shipped arms but for those that differ by lengths and axes alone, and what else drives can have."""
 
-FUNCTIONS: dict[str, Callable[[Robot], ca.Function]] = {
-    "inverse_dynamics": inverse_dynamics,
-    "inverse_dynamics_base": lambda robot: inverse_dynamics_base(robot, base_parameters(robot)),
-    "mass_matrix": mass_matrix,
-    "coriolis": coriolis,
-    "gravity": gravity,
-    "forward_dynamics": forward_dynamics,
-    "standard_regressor": standard_regressor,
-    "base_regressor": lambda robot: base_regressor(robot, base_parameters(robot)),
-    "payload_regressor": payload_regressor,
+FUNCTIONS: dict[str, Callable[[model.Robot], ca.Function]] = {
+    "inverse_dynamics": model.inverse_dynamics,
+    "inverse_dynamics_base": lambda robot: model.inverse_dynamics_base(robot, model.base_parameters(robot)),
+    "mass_matrix": model.mass_matrix,
+    "coriolis": model.coriolis,
+    "gravity": model.gravity,
+    "forward_dynamics": model.forward_dynamics,
+    "standard_regressor": model.standard_regressor,
+    "base_regressor": lambda robot: model.base_regressor(robot, model.base_parameters(robot)),
+    "payload_regressor": model.payload_regressor,
 }
 
 needs_compiler = pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
@@ -96,7 +80,7 @@ def assert_same(result: Array, expected: ca.DM) -> None:
 @pytest.mark.parametrize("case", every(7, product(ROBOTS, FUNCTIONS)), ids="-".join)
 def test_compiled_code_answers_as_casadi(case: tuple[str, str], tmp_path: Path) -> None:
     robot, name = ROBOTS[case[0]], case[1]
-    _, source, _ = generate_code(robot, name, tmp_path)
+    _, source, _ = model.generate_code(robot, name, tmp_path)
     compile_c([source], tmp_path / "lib.so", "-shared", "-fPIC")
     function, draw = FUNCTIONS[name](robot), np.random.default_rng(3)
     for _ in range(5):
@@ -109,7 +93,7 @@ def test_compiled_code_answers_as_casadi(case: tuple[str, str], tmp_path: Path) 
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_example_compiles_and_prints_the_result(name: str, tmp_path: Path) -> None:
     robot = ROBOTS["rx90"]
-    _, source, example = generate_code(robot, name, tmp_path)
+    _, source, example = model.generate_code(robot, name, tmp_path)
     compile_c([source, example], tmp_path / "example")
     printed = subprocess.run([tmp_path / "example"], capture_output=True, text=True, check=True).stdout
     function, text = FUNCTIONS[name](robot), example.read_text(encoding="utf-8")
@@ -122,9 +106,9 @@ def test_example_compiles_and_prints_the_result(name: str, tmp_path: Path) -> No
 
 @pytest.mark.parametrize("robot", [ROBOTS["rx90"], SLIDING], ids=["rx90", "sliding"])
 @pytest.mark.parametrize("name", ["inverse_dynamics", "base_regressor"])
-def test_header_names_shapes_and_parameters(robot: Robot, name: str, tmp_path: Path) -> None:
-    header = generate_code(robot, name, tmp_path)[0].read_text(encoding="utf-8")
-    names = base_parameters(robot).columns if name == "base_regressor" else standard_columns(robot)
+def test_header_names_shapes_and_parameters(robot: model.Robot, name: str, tmp_path: Path) -> None:
+    header = model.generate_code(robot, name, tmp_path)[0].read_text(encoding="utf-8")
+    names = model.base_parameters(robot).columns if name == "base_regressor" else model.standard_columns(robot)
     pairs = re.findall(r"(\d+)=(\w+)", header)
     assert pairs == [(str(k), parameter) for k, parameter in enumerate(names)]
     assert header.count("*/") == 1
@@ -136,7 +120,7 @@ def test_header_names_shapes_and_parameters(robot: Robot, name: str, tmp_path: P
 
 
 def test_code_needs_nothing_but_the_mathematics_library(tmp_path: Path) -> None:
-    header, source, _ = generate_code(ROBOTS["tx40"], "forward_dynamics", tmp_path)
+    header, source, _ = model.generate_code(ROBOTS["tx40"], "forward_dynamics", tmp_path)
     text = source.read_text(encoding="utf-8") + header.read_text(encoding="utf-8")
     assert re.findall(r"#include (\S+)", text) == [f'"{header.name}"', "<math.h>"]
     assert not re.search(r"\b(malloc|calloc|static|goto)\b", text)

@@ -8,23 +8,13 @@ import casadi as ca
 import numpy as np
 import pinocchio as pin
 import pytest
+from dynident import model
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.model import (
-    Coupling,
-    Drives,
-    Pose,
-    Robot,
-    Spring,
-    inverse_dynamics,
-    mounted,
-    standard_columns,
-    with_tool,
-)
 from dynident.model.base.rank import random_states
 
-GEOMETRIC = Spring(1, stiffness=800.0, length=0.2, arms=(0.3, 0.15), zero=0.4)
-TABLE = Spring(1, table=((-1.0, 5.0), (0.0, 1.0), (2.0, -3.0)))
+GEOMETRIC = model.Spring(1, stiffness=800.0, length=0.2, arms=(0.3, 0.15), zero=0.4)
+TABLE = model.Spring(1, table=((-1.0, 5.0), (0.0, 1.0), (2.0, -3.0)))
 
 
 FORMS: tuple[Literal["sum", "paper"], ...] = ("sum", "paper")
@@ -32,18 +22,18 @@ STATES = 20
 States = tuple[Array, Array, Array]
 
 
-def torque(robot: Robot, states: States, **values: float) -> Array:
+def torque(robot: model.Robot, states: States, **values: float) -> Array:
     """Torques of a robot of which only some parameters are not zero, shape (N, n)."""
-    chi = np.array([values.get(name, 0.0) for name in standard_columns(robot)])
-    return np.array(inverse_dynamics(robot)(*(x.T for x in states), chi)).T
+    chi = np.array([values.get(name, 0.0) for name in model.standard_columns(robot)])
+    return np.array(model.inverse_dynamics(robot)(*(x.T for x in states), chi)).T
 
 
-def test_drive_parameters_of_a_joint_act_on_it_alone(robot: Robot) -> None:
+def test_drive_parameters_of_a_joint_act_on_it_alone(robot: model.Robot) -> None:
     _, qd, qdd = states = random_states(robot, STATES, seed=1)
     spring = torque(robot, states)
     factors = {"IA": qdd, "FS": np.sign(qd), "FV": qd, "OFF": np.ones_like(qd)}
     coupled = f"IA{robot.coupling.joints[1]}" if robot.coupling else ""
-    for name in standard_columns(robot):
+    for name in model.standard_columns(robot):
         kind, joint = name.rstrip("0123456789"), int(name[-1]) - 1
         if kind in factors and name != coupled:
             expected = np.zeros_like(qd)
@@ -52,7 +42,7 @@ def test_drive_parameters_of_a_joint_act_on_it_alone(robot: Robot) -> None:
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_coupling_terms(rx90: Robot, form: Literal["sum", "paper"]) -> None:
+def test_coupling_terms(rx90: model.Robot, form: Literal["sum", "paper"]) -> None:
     """(10) and (11): inertia IA6, viscous FVM6, Coulomb FSM6, in both forms."""
     robot = rx90.with_coulomb(form)
     _, qd, qdd = states = random_states(robot, STATES, seed=2)
@@ -69,7 +59,7 @@ def test_coupling_terms(rx90: Robot, form: Literal["sum", "paper"]) -> None:
         np.testing.assert_allclose(torques[:, 4:], np.column_stack([row5, row6]), atol=1e-14)
 
 
-def test_coupling_follows_from_motors_by_duality(rx90: Robot) -> None:
+def test_coupling_follows_from_motors_by_duality(rx90: model.Robot) -> None:
     """(8) and (9): rotor inertias JA and motor friction, seen from the joints; powers are equal."""
     K5, K6, JA5, JA6, viscous, coulomb = 45.0, -32.0, 1.2e-4, 0.4e-4, 3e-4, 0.02
     gear = np.array([[K5, 0.0], [K6, K6]])
@@ -87,7 +77,7 @@ def test_coupling_follows_from_motors_by_duality(rx90: Robot) -> None:
     np.testing.assert_allclose((joint * qd).sum(axis=1), (motor * motor_speed).sum(axis=1), rtol=1e-11)
 
 
-def stored_energy(spring: Spring, q: Array) -> Array:
+def stored_energy(spring: model.Spring, q: Array) -> Array:
     """k/2 (L - L0)^2 with L between the pivots at distances a and b from the axis."""
     a, b = spring.arms
     start = np.array([a, 0.0])
@@ -110,7 +100,7 @@ def test_spring_table_is_not_left(angle: float) -> None:
 
 
 @pytest.mark.parametrize("spring", [GEOMETRIC, TABLE], ids=["geometric", "table"])
-def test_spring_as_expression(spring: Spring) -> None:
+def test_spring_as_expression(spring: model.Spring) -> None:
     q = np.linspace(-1.0, 2.0, 31)
     symbol = ca.SX.sym("q")
     law = ca.Function("law", [symbol], [spring.torque_symbol(symbol)])
@@ -120,13 +110,13 @@ def test_spring_as_expression(spring: Spring) -> None:
 @pytest.mark.parametrize(
     ("drives", "message"),
     [
-        (Drives(coupling=Coupling((5, 7))), "joint 7, the robot has joints 1 to 6"),
-        (Drives(spring=replace(GEOMETRIC, joint=0)), "joint 0, the robot has joints 1 to 6"),
-        (Drives(friction=(), coupling=Coupling((5, 6))), "need rotor inertia and friction"),
-        (Drives(rotor_inertia=False, coupling=Coupling((5, 6))), "need rotor inertia and friction"),
+        (model.Drives(coupling=model.Coupling((5, 7))), "joint 7, the robot has joints 1 to 6"),
+        (model.Drives(spring=replace(GEOMETRIC, joint=0)), "joint 0, the robot has joints 1 to 6"),
+        (model.Drives(friction=(), coupling=model.Coupling((5, 6))), "need rotor inertia and friction"),
+        (model.Drives(rotor_inertia=False, coupling=model.Coupling((5, 6))), "need rotor inertia and friction"),
     ],
 )
-def test_drives_that_do_not_fit_the_robot(rx90: Robot, drives: Drives, message: str) -> None:
+def test_drives_that_do_not_fit_the_robot(rx90: model.Robot, drives: model.Drives, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         replace(rx90, drives=drives)
 
@@ -136,17 +126,17 @@ RPY = [(0.3, -0.7, 2.0), (0.0, math.pi / 2, 0.0), (0.4, -math.pi / 2, 1.1), (mat
 
 @pytest.mark.parametrize("rpy", RPY)
 def test_roll_pitch_yaw_as_pinocchio_reads_them(rpy: tuple[float, float, float]) -> None:
-    pose = Pose.from_rpy((0.1, 0.2, 0.3), rpy)
+    pose = model.Pose.from_rpy((0.1, 0.2, 0.3), rpy)
     np.testing.assert_allclose(pose.R, pin.rpy.rpyToMatrix(*rpy), atol=1e-14)
-    np.testing.assert_allclose(Pose.from_rpy(pose.origin, pose.rpy).R, pose.R, atol=1e-14)
+    np.testing.assert_allclose(model.Pose.from_rpy(pose.origin, pose.rpy).R, pose.R, atol=1e-14)
 
 
 def test_poses_compose_like_transforms() -> None:
-    a, b = Pose.from_rpy((0.1, -0.2, 0.3), RPY[0]), Pose.from_rpy((1.0, 0.0, -0.5), RPY[2])
+    a, b = model.Pose.from_rpy((0.1, -0.2, 0.3), RPY[0]), model.Pose.from_rpy((1.0, 0.0, -0.5), RPY[2])
     theirs = pin.SE3(a.R, a.p) * pin.SE3(b.R, b.p)
     np.testing.assert_allclose((a @ b).R, theirs.rotation, atol=1e-14)
     np.testing.assert_allclose((a @ b).p, theirs.translation, atol=1e-12)
-    assert (Pose() @ Pose().inverse()).is_identity
+    assert (model.Pose() @ model.Pose().inverse()).is_identity
     assert not a.is_identity
 
 
@@ -161,30 +151,26 @@ def test_poses_compose_like_transforms() -> None:
     ],
 )
 def test_mounting_turns_gravity(
-    rx90: Robot, rpy_deg: tuple[float, ...], gravity: tuple[float, float, float]
+    rx90: model.Robot, rpy_deg: tuple[float, ...], gravity: tuple[float, float, float]
 ) -> None:
     """Gravity as the base sees it: down in the world, by the transposed rotation of the base."""
     roll, pitch, yaw = (math.radians(angle) for angle in rpy_deg)
-    assert mounted(rx90, (roll, pitch, yaw)).gravity == pytest.approx(gravity, abs=1e-12)
+    assert model.mounted(rx90, (roll, pitch, yaw)).gravity == pytest.approx(gravity, abs=1e-12)
     # Where frame 0 is not the base, gravity goes through both rotations.
-    base = Pose.from_rpy((0.0, 0.0, 0.2), (math.pi / 2, 0.0, 0.0))
-    turned = mounted(replace(rx90, base=base), (roll, pitch, yaw))
+    base = model.Pose.from_rpy((0.0, 0.0, 0.2), (math.pi / 2, 0.0, 0.0))
+    turned = model.mounted(replace(rx90, base=base), (roll, pitch, yaw))
     assert turned.gravity == pytest.approx(tuple(base.R @ np.array(gravity)), abs=1e-12)
     assert turned.base == base
 
 
-def test_tool_frames_add_up(rx90: Robot) -> None:
-    tool = Pose.from_rpy((0.0, 0.0, 0.1), RPY[0])
-    gripper = with_tool(rx90, tool, "gripper")
-    two = with_tool(gripper, tool, "finger")
+def test_tool_frames_add_up(rx90: model.Robot) -> None:
+    tool = model.Pose.from_rpy((0.0, 0.0, 0.1), RPY[0])
+    gripper = model.with_tool(rx90, tool, "gripper")
+    two = model.with_tool(gripper, tool, "finger")
     assert two.flange == tool @ tool
-    finger = Pose.from_rpy((0.02, 0.0, -0.1), RPY[2])
-    assert (
-        with_tool(gripper, finger, "finger").flange == tool @ finger != finger @ tool
-    )  # a tool stands in the flange
-    assert (gripper.last_frame, gripper.payload_frame, two.payload_frame) == (
-        "frame 6 (modified DH)",
-        "gripper",
-        "finger",
-    )
+    finger = model.Pose.from_rpy((0.02, 0.0, -0.1), RPY[2])
+    both = model.with_tool(gripper, finger, "finger")
+    assert both.flange == tool @ finger != finger @ tool, "a tool stands in the flange"
+    names = (gripper.last_frame, gripper.payload_frame, two.payload_frame)
+    assert names == ("frame 6 (modified DH)", "gripper", "finger")
     assert rx90.last_frame == rx90.payload_frame

@@ -6,29 +6,8 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 import pytest
+from dynident import model
 from dynident.common.arrays import Array
-from dynident.model import (
-    INERTIAL,
-    Drives,
-    Robot,
-    Spring,
-    base_parameters,
-    base_regressor,
-    coriolis,
-    coriolis_matrix,
-    forward_dynamics,
-    forward_dynamics_base,
-    gravity,
-    inverse_dynamics,
-    inverse_dynamics_base,
-    load_robot,
-    mass_matrix,
-    payload_regressor,
-    regressor,
-    robot_names,
-    standard_columns,
-    standard_regressor,
-)
 from dynident.model.drives import parameter_kind
 from dynident.model.dynamics import dry_friction_names, smooth_dry_friction
 from dynident.model.kernel.program import read_program
@@ -37,44 +16,40 @@ from dynident.model.regressors import regressor_at
 from dynident.tests.conftest import CROOKED
 from dynident.tests.model.random_robots import random_robot
 
-LAW = Spring(2, table=((-4.0, 30.0), (-0.5, 5.0), (1.0, -8.0), (4.0, -60.0)))
-OTHERS = {"crooked": CROOKED, "table": replace(CROOKED, name="table", drives=Drives(spring=LAW))}
-MAKERS: dict[str, Callable[[Robot], ca.Function]] = {
-    "inverse_dynamics": inverse_dynamics,
-    "inverse_dynamics_base": lambda robot: inverse_dynamics_base(robot, base_parameters(robot)),
-    "mass_matrix": mass_matrix,
-    "coriolis": coriolis,
-    "coriolis_matrix": coriolis_matrix,
-    "gravity": gravity,
-    "forward_dynamics": forward_dynamics,
-    "standard_regressor": standard_regressor,
-    "base_regressor": lambda robot: base_regressor(robot, base_parameters(robot)),
-    "payload_regressor": payload_regressor,
+LAW = model.Spring(2, table=((-4.0, 30.0), (-0.5, 5.0), (1.0, -8.0), (4.0, -60.0)))
+OTHERS = {"crooked": CROOKED, "table": replace(CROOKED, name="table", drives=model.Drives(spring=LAW))}
+MAKERS: dict[str, Callable[[model.Robot], ca.Function]] = {
+    "inverse_dynamics": model.inverse_dynamics,
+    "inverse_dynamics_base": lambda robot: model.inverse_dynamics_base(robot, model.base_parameters(robot)),
+    "mass_matrix": model.mass_matrix,
+    "coriolis": model.coriolis,
+    "coriolis_matrix": model.coriolis_matrix,
+    "gravity": model.gravity,
+    "forward_dynamics": model.forward_dynamics,
+    "standard_regressor": model.standard_regressor,
+    "base_regressor": lambda robot: model.base_regressor(robot, model.base_parameters(robot)),
+    "payload_regressor": model.payload_regressor,
 }
 
 
-@pytest.fixture(params=[*robot_names(), *OTHERS])
-def robot(request: pytest.FixtureRequest) -> Robot:
+@pytest.fixture(params=[*model.robot_names(), *OTHERS])
+def robot(request: pytest.FixtureRequest) -> model.Robot:
     """The shipped robots, and two with sliding joints and a spring, by its law and by a table."""
-    return OTHERS.get(request.param) or load_robot(request.param)
+    return OTHERS.get(request.param) or model.load_robot(request.param)
 
 
 @pytest.fixture
-def chi(robot: Robot, random_parameters: Callable[[Robot, int], dict[str, float]]) -> Array:
+def chi(robot: model.Robot, random_parameters: Callable[[model.Robot, int], dict[str, float]]) -> Array:
     """Standard parameters of a robot that can exist."""
     values = random_parameters(robot, 0)
-    return np.array([values[name] for name in standard_columns(robot)])
+    return np.array([values[name] for name in model.standard_columns(robot)])
 
 
-def named(robot: Robot, chi: Array) -> dict[str, float]:
-    return dict(zip(standard_columns(robot), chi.tolist(), strict=True))
+def named(robot: model.Robot, chi: Array) -> dict[str, float]:
+    return dict(zip(model.standard_columns(robot), chi.tolist(), strict=True))
 
 
-def essential_names(robot: Robot) -> tuple[str, ...]:
-    return base_parameters(robot).columns[1::2]
-
-
-def state(robot: Robot) -> Array:
+def state(robot: model.Robot) -> Array:
     return np.random.default_rng(100).uniform(-2.0, 2.0, (3, robot.n))
 
 
@@ -83,67 +58,75 @@ def dense(value: ca.DM) -> Array:
     return array.ravel() if array.shape[1] == 1 else array
 
 
-def spring_torque(robot: Robot, q: Array) -> Array:
+def spring_torque(robot: model.Robot, q: Array) -> Array:
     spring = robot.spring
     return np.array([spring.torque(q[[j]])[0] if spring and spring.joint == j + 1 else 0.0 for j in range(robot.n)])
 
 
-def drive_torque(robot: Robot, q: Array, qd: Array, chi: Array) -> Array:
+def drive_torque(robot: model.Robot, q: Array, qd: Array, chi: Array) -> Array:
     """Friction and offsets less the torque of the spring, by the regressor."""
-    drives = np.array([parameter_kind(name) not in INERTIAL for name in standard_columns(robot)])
-    phi = dense(standard_regressor(robot)(q, qd, np.zeros(robot.n)))
+    drives = np.array([parameter_kind(name) not in model.INERTIAL for name in model.standard_columns(robot)])
+    phi = dense(model.standard_regressor(robot)(q, qd, np.zeros(robot.n)))
     return np.asarray(phi[:, drives] @ chi[drives] - spring_torque(robot, q))
 
 
-def test_forward_dynamics_inverts_the_inverse(robot: Robot, chi: Array) -> None:
+def test_forward_dynamics_inverts_the_inverse(robot: model.Robot, chi: Array) -> None:
     """And needs no more than the base parameters."""
     q, qd, qdd = state(robot)
-    inverse, forward, base = inverse_dynamics(robot), forward_dynamics(robot), base_parameters(robot)
+    inverse, forward, base = (
+        model.inverse_dynamics(robot),
+        model.forward_dynamics(robot),
+        model.base_parameters(robot),
+    )
     np.testing.assert_allclose(dense(forward(q, qd, inverse(q, qd, qdd, chi), chi)), qdd, rtol=1e-9)
     np.testing.assert_allclose(dense(inverse(q, qd, forward(q, qd, qdd, chi), chi)), qdd, rtol=1e-9)
-    by_base = forward_dynamics_base(robot, base)(q, qd, qdd, base.value(named(robot, chi)))
+    by_base = model.forward_dynamics_base(robot, base)(q, qd, qdd, base.value(named(robot, chi)))
     np.testing.assert_allclose(dense(by_base), dense(forward(q, qd, qdd, chi)), rtol=1e-8, atol=1e-8)
 
 
-def test_torque_is_the_sum_of_its_parts(robot: Robot, chi: Array) -> None:
+def test_torque_is_the_sum_of_its_parts(robot: model.Robot, chi: Array) -> None:
     """That of gravity and the drives alone at rest; dA/dt - 2 C is skew-symmetric: the energy is kept."""
     q, qd, qdd = state(robot)
-    torque, still, weight = inverse_dynamics(robot), np.zeros(robot.n), dense(gravity(robot)(q, chi))
-    C = dense(coriolis_matrix(robot)(q, qd, chi))
-    np.testing.assert_allclose(C @ qd, dense(coriolis(robot)(q, qd, chi)), rtol=1e-11, atol=1e-11)
-    parts = dense(mass_matrix(robot)(q, chi)) @ qdd + C @ qd + weight + drive_torque(robot, q, qd, chi)
+    torque, still, weight = model.inverse_dynamics(robot), np.zeros(robot.n), dense(model.gravity(robot)(q, chi))
+    C = dense(model.coriolis_matrix(robot)(q, qd, chi))
+    np.testing.assert_allclose(C @ qd, dense(model.coriolis(robot)(q, qd, chi)), rtol=1e-11, atol=1e-11)
+    parts = dense(model.mass_matrix(robot)(q, chi)) @ qdd + C @ qd + weight + drive_torque(robot, q, qd, chi)
     np.testing.assert_allclose(dense(torque(q, qd, qdd, chi)), parts, rtol=1e-10, atol=1e-10)
     resting = weight + drive_torque(robot, q, still, chi)
     np.testing.assert_allclose(dense(torque(q, still, still, chi)), resting, rtol=1e-10, atol=1e-10)
     place, speed = ca.SX.sym("q", robot.n), ca.SX.sym("qd", robot.n)
-    A = ca.densify(ca.vec(mass_matrix(robot)(place, chi)))
+    A = ca.densify(ca.vec(model.mass_matrix(robot)(place, chi)))
     rate = ca.reshape(ca.jtimes(A, place, speed), robot.n, robot.n)
-    skew = ca.Function("skew", [place, speed], [rate - 2 * coriolis_matrix(robot)(place, speed, chi)])
+    skew = ca.Function("skew", [place, speed], [rate - 2 * model.coriolis_matrix(robot)(place, speed, chi)])
     N = dense(skew(q, qd))
     assert np.abs(N).max() > 1e-3
     np.testing.assert_allclose(N, -N.T, atol=1e-12)
 
 
-def test_base_parameters_give_the_same_torques(robot: Robot, chi: Array) -> None:
+def test_base_parameters_give_the_same_torques(robot: model.Robot, chi: Array) -> None:
     """With fewer operations; a regressor of some of them is its columns."""
-    base, names, (q, qd, qdd) = base_parameters(robot), essential_names(robot), state(robot)
-    reduced, phi = base.value(named(robot, chi)), base_regressor(robot, base)
-    expected, torque = dense(inverse_dynamics(robot)(q, qd, qdd, chi)), inverse_dynamics_base(robot, base)
+    base, (q, qd, qdd) = model.base_parameters(robot), state(robot)
+    names = base.columns[1::2]
+    reduced, phi = base.value(named(robot, chi)), model.base_regressor(robot, base)
+    expected, torque = (
+        dense(model.inverse_dynamics(robot)(q, qd, qdd, chi)),
+        model.inverse_dynamics_base(robot, base),
+    )
     np.testing.assert_allclose(dense(torque(q, qd, qdd, reduced)), expected, rtol=1e-9, atol=1e-9)
     whole = dense(phi(q, qd, qdd))
     np.testing.assert_allclose(whole @ reduced - spring_torque(robot, q), expected, rtol=1e-9, atol=1e-9)
-    assert torque.n_instructions() < inverse_dynamics(robot).n_instructions()
+    assert torque.n_instructions() < model.inverse_dynamics(robot).n_instructions()
     assert torque.n_instructions() < phi.n_instructions() + 2 * phi.nnz_out(0)
-    chosen = dense(regressor(robot, names)(q, qd, qdd))
+    chosen = dense(model.regressor(robot, names)(q, qd, qdd))
     np.testing.assert_allclose(
         chosen, whole[:, [base.columns.index(name) for name in names]], rtol=1e-13, atol=1e-13
     )
 
 
 @pytest.mark.parametrize("name", MAKERS)
-def test_function_serves_in_an_optimisation(robot: Robot, chi: Array, name: str) -> None:
+def test_function_serves_in_an_optimisation(robot: model.Robot, chi: Array, name: str) -> None:
     """Named, no operation repeated; called on MX, with a gradient that agrees with central differences."""
-    function, base = MAKERS[name](robot), base_parameters(robot)
+    function, base = MAKERS[name](robot), model.base_parameters(robot)
     assert function.name() == name
     steps = [(step.name, step.arguments) for step in read_program(function).steps]
     assert len(set(steps)) == len(steps)
@@ -162,10 +145,10 @@ def test_function_serves_in_an_optimisation(robot: Robot, chi: Array, name: str)
     np.testing.assert_allclose(gradient, slopes, rtol=1e-5, atol=1e-6 * np.abs(gradient).max())
 
 
-def test_smooth_dry_friction_nears_the_sign(robot: Robot) -> None:
+def test_smooth_dry_friction_nears_the_sign(robot: model.Robot) -> None:
     names, draw, still = dry_friction_names(robot), np.random.default_rng(1), np.zeros(robot.n)
     level, qd = draw.uniform(1.0, 2.0, len(names)), draw.uniform(0.5, 1.0, robot.n) * draw.choice([-1, 1], robot.n)
-    values = dict.fromkeys(standard_columns(robot), 0.0) | dict(zip(names, level, strict=True))
+    values = dict.fromkeys(model.standard_columns(robot), 0.0) | dict(zip(names, level, strict=True))
     bare = replace(robot, drives=replace(robot.drives, spring=None))
     sharp = drive_torque(bare, still, qd, np.array(list(values.values())))
     smooth = smooth_dry_friction(robot, 1e-3)
@@ -173,22 +156,22 @@ def test_smooth_dry_friction_nears_the_sign(robot: Robot) -> None:
     assert not dense(smooth(still, level)).any()
 
 
-def _sliding() -> Robot:
-    robot = load_robot("irb120")
+def _sliding() -> model.Robot:
+    robot = model.load_robot("irb120")
     second = replace(robot.joints[1], kind="prismatic", theta=0.3, r=0.2, d=0.1)
     return replace(robot, joints=(robot.joints[0], second, *robot.joints[2:]), gravity=(1.0, -2.0, -9.0))
 
 
-ROBOTS = {name: load_robot(name) for name in robot_names()} | {"sliding": _sliding()}
+ROBOTS = {name: model.load_robot(name) for name in model.robot_names()} | {"sliding": _sliding()}
 RANDOM = {robot.name: robot for robot in map(random_robot, range(12))}
 
 
 @pytest.mark.parametrize("name", ROBOTS | RANDOM)
 def test_many_states_equal_one_after_the_other(name: str) -> None:
     robot = (ROBOTS | RANDOM)[name]
-    columns = standard_columns(robot)
+    columns = model.standard_columns(robot)
     states = np.random.default_rng(0).normal(size=(3, 7, robot.n))
-    function = regressor(robot, columns)
+    function = model.regressor(robot, columns)
     single = np.array([np.array(function(*state)) for state in zip(*states, strict=True)])
     many = regressor_at(robot, columns, *states)
     np.testing.assert_allclose(many.transpose(2, 0, 1), single, atol=1e-12)

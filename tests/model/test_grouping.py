@@ -8,17 +8,8 @@ from string import ascii_letters
 
 import numpy as np
 import pytest
+from dynident import model
 from dynident.common.errors import InputError
-from dynident.model import (
-    Drives,
-    Joint,
-    Robot,
-    base_parameters,
-    closed_form_base_parameters,
-    load_robot,
-    standard_columns,
-    standard_regressor,
-)
 from dynident.model.base.parameters import BaseParameters
 from dynident.model.base.rank import leftmost_independent, random_states, stacked_regressor
 from dynident.model.regressors import payload_columns
@@ -35,12 +26,6 @@ PAPER = (KNOWN.parent / "khalil_rx90_groupings.txt").read_text(encoding="utf-8")
 """The relations (12) of the RX90 and the list of section II.D."""
 
 
-def rx90_relations() -> tuple[str, ...]:
-    """The relations (12), one text each, spaces as in "ZZ2R = IA2 + D3^2*(M3+M4+M5+M6) + ZZ2"."""
-    relations = [line for line in PAPER if " = " in line and not line.startswith("#")]
-    return tuple(re.sub(r"\s*\*\s*", "*", close_brackets(line)) for line in relations)
-
-
 def rx90_eliminated() -> set[str]:
     """Standard inertial parameters that section II.D leaves out of the base parameters."""
     (line,) = (line for line in PAPER if "Not among the base parameters" in line)
@@ -49,22 +34,19 @@ def rx90_eliminated() -> set[str]:
     return {*every_link, *re.findall(r"[A-Z]+\d", named)}
 
 
-def close_brackets(line: str) -> str:
-    return re.sub(r"\([^)]*\)", lambda bracket: bracket.group().replace(" ", ""), line)
-
-
-def serial(name: str) -> Robot:
+def serial(name: str) -> model.Robot:
     """A shipped or a known robot without the coupling of its drives."""
-    robot = load_robot(name if name in SHIPPED else KNOWN / f"{name}.toml")
+    robot = model.load_robot(name if name in SHIPPED else KNOWN / f"{name}.toml")
     return replace(robot, drives=replace(robot.drives, coupling=None))
 
 
-def tilted() -> Robot:
+def tilted() -> model.Robot:
     """A robot of general angles, its second joint a slide, one length used four times."""
     turn, slide = (
-        Joint(kind, radians(35), 0.2, radians(20), 0.3, names=("D", "R")) for kind in ("revolute", "prismatic")
+        model.Joint(kind, radians(35), 0.2, radians(20), 0.3, names=("D", "R"))
+        for kind in ("revolute", "prismatic")
     )
-    return Robot("tilted", (turn, slide, turn, turn), (1.0, 2.0, -9.0))
+    return model.Robot("tilted", (turn, slide, turn, turn), (1.0, 2.0, -9.0))
 
 
 def grouped(base: BaseParameters) -> tuple[str, ...]:
@@ -78,11 +60,13 @@ def check(comparison: Comparison) -> None:
     assert comparison.accepted > 1e6 * comparison.rejected
 
 
-@pytest.mark.parametrize("robot", [serial("rx90"), load_robot("rx90")], ids=["serial", "coupled"])
-def test_relations_of_the_paper(robot: Robot) -> None:
+@pytest.mark.parametrize("robot", [serial("rx90"), model.load_robot("rx90")], ids=["serial", "coupled"])
+def test_relations_of_the_paper(robot: model.Robot) -> None:
     """The text of (12), relation by relation, and the list of section II.D."""
-    base = closed_form_base_parameters(robot)
-    assert grouped(base) == rx90_relations()
+    base = model.closed_form_base_parameters(robot)
+    relations = [line for line in PAPER if " = " in line and not line.startswith("#")]
+    closed = [re.sub(r"\([^)]*\)", lambda bracket: bracket[0].replace(" ", ""), line) for line in relations]
+    assert grouped(base) == tuple(re.sub(r"\s*\*\s*", "*", line) for line in closed)
     assert {name for name in base.eliminated if name[:2] not in ("FS", "FV")} == rx90_eliminated()
 
 
@@ -91,15 +75,15 @@ def test_known_robots(name: str) -> None:
     robot = serial(name)
     check(compare(robot))
     for rotors, number in zip((True, False), (SHIPPED | NUMBERS)[name], strict=True):
-        drives = Drives(rotor_inertia=rotors, friction=())
-        assert len(closed_form_base_parameters(replace(robot, drives=drives)).columns) == number
+        drives = model.Drives(rotor_inertia=rotors, friction=())
+        assert len(model.closed_form_base_parameters(replace(robot, drives=drives)).columns) == number
 
 
 @pytest.mark.parametrize("name", [*SHIPPED, *NUMBERS, "tilted"])
 def test_text_is_the_grouping(name: str) -> None:
     """The symbolic text, evaluated with the robot's lengths, is the numeric grouping."""
     robot = tilted() if name == "tilted" else serial(name)
-    base = closed_form_base_parameters(robot)
+    base = model.closed_form_base_parameters(robot)
     lengths = {n: v for j in robot.joints for n, v in zip(j.names, (j.d, j.r), strict=True) if n}
     for text, row in zip(base.expressions, base.grouping, strict=True):
         for k, factor in enumerate(row):
@@ -134,49 +118,49 @@ def test_without_gravity() -> None:
         robot = replace(random_robot(seed), gravity=(0.0, 0.0, 0.0))
         check(compare(robot))
         with pytest.raises(InputError, match="use base_parameters"):
-            closed_form_base_parameters(robot)
+            model.closed_form_base_parameters(robot)
 
 
 def test_prismatic_rotor_beyond_the_first_joint() -> None:
     """The counter-example of closed_form.py: a rule for j = 1 only would keep four parameters."""
-    joints = (Joint("prismatic"), Joint("prismatic", alpha=radians(90)))
-    base = closed_form_base_parameters(Robot("two slides", joints, drives=Drives(friction=())))
+    joints = (model.Joint("prismatic"), model.Joint("prismatic", alpha=radians(90)))
+    base = model.closed_form_base_parameters(model.Robot("two slides", joints, drives=model.Drives(friction=())))
     assert base.groupings(symbolic=True) == ("M1R = -IA2 + M1", "IA1 = IA1", "M2R = IA2 + M2")
     assert base.unidentifiable == base.standard[:9] + base.standard[11:20]
-    check(compare(Robot("two slides", joints)))
+    check(compare(model.Robot("two slides", joints)))
 
 
 @pytest.mark.parametrize("name", ["rx90", "tx40"])
 def test_coupled_drives_are_decided_by_rank(name: str) -> None:
-    robot = load_robot(name)
-    base = closed_form_base_parameters(robot)
+    robot = model.load_robot(name)
+    base = model.closed_form_base_parameters(robot)
     assert base.decided_by == "QR"
-    assert base.names == base_parameters(robot).names
-    assert closed_form_base_parameters(serial(name)).decided_by == "closed form"
+    assert base.names == model.base_parameters(robot).names
+    assert model.closed_form_base_parameters(serial(name)).decided_by == "closed form"
     with pytest.raises(InputError, match="coupled drives"):
         local_transfer_base_parameters(robot)
 
 
 def test_nearly_vertical_gravity_is_snapped() -> None:
     """Else axis 1 would be almost along gravity, and MX1 and MY1 neither visible nor invisible."""
-    robot = Robot("level", (Joint(), Joint(alpha=radians(90))), gravity=(0.0, 1e-5, -9.81))
+    robot = model.Robot("level", (model.Joint(), model.Joint(alpha=radians(90))), gravity=(0.0, 1e-5, -9.81))
     assert robot.gravity == (0.0, 0.0, -9.81)
     assert "gravity along y: 1e-05 taken as 0" in robot.snapped
     check(compare(robot))
 
 
-def test_grouped_regressor(robot: Robot) -> None:
+def test_grouped_regressor(robot: model.Robot) -> None:
     """W_s = W_base G on states that played no part in finding G."""
-    base = base_parameters(robot)
+    base = model.base_parameters(robot)
     W = stacked_regressor(robot, *random_states(robot, 100, seed=99))
     rebuilt = W[:, base.chosen] @ base.grouping
     assert np.abs(rebuilt - W).max() <= 1e-10 * np.abs(W).max()
     assert np.linalg.matrix_rank(W) == len(base.columns)
 
 
-def test_payload_is_determined(shipped: Robot) -> None:
+def test_payload_is_determined(shipped: model.Robot) -> None:
     """Method 2 can find all ten: the map from the payload to base parameters has rank 10."""
-    base = base_parameters(shipped)
+    base = model.base_parameters(shipped)
     effect = base.effect_of(payload_columns(shipped))
     sizes = np.linalg.svd(effect, compute_uv=False)
     assert effect.shape == (len(base.columns), 10)
@@ -198,7 +182,7 @@ def test_choice_does_not_hang_on_rounding() -> None:
     assert leftmost_independent(W) == list(range(11))
 
 
-def test_joints_do_not_feel_links_before_them(robot: Robot) -> None:
-    rows, columns = standard_regressor(robot).sparsity_out(0).get_triplet()
-    links = [int(name.lstrip(ascii_letters)) for name in standard_columns(robot)]
+def test_joints_do_not_feel_links_before_them(robot: model.Robot) -> None:
+    rows, columns = model.standard_regressor(robot).sparsity_out(0).get_triplet()
+    links = [int(name.lstrip(ascii_letters)) for name in model.standard_columns(robot)]
     assert all(row + 1 <= links[column] for row, column in zip(rows, columns, strict=True))

@@ -1,6 +1,6 @@
 """One body in all its views, and what torques show of it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import FrozenInstanceError
 
 import numpy as np
@@ -168,16 +168,11 @@ def test_a_body_that_is_refused(mass: float, com: object, inertia: object, words
 POSES = {"ur10e": (0.0, -60.0, 90.0, -110.0, -80.0, 10.0), "rx90": (0.0, -45.0, 90.0, 10.0, 45.0, 0.0)}
 
 
-def shown(name: str, joints: Sequence[int]) -> dict[str, str]:
-    visibility = payload_visibility(
-        load_robot(name), [np.radians(POSES[name])], joints, [float(np.radians(30.0))] * len(joints)
-    )
-    return {kind: str(how) for kind, how in visibility.parameters.items()}
-
-
 def test_a_spherical_wrist_does_not_weigh() -> None:
     """On the RX90 the axes of joints 4 to 6 meet in the frame's origin: nine of ten, and no mass in any of them."""
-    assert shown("rx90", (4, 5, 6)) == dict.fromkeys(INERTIAL, "yes") | {"M": "no"}
+    visibility = payload_visibility(load_robot("rx90"), [np.radians(POSES["rx90"])], (4, 5, 6), [0.5] * 3)
+    shown = {kind: str(how) for kind, how in visibility.parameters.items()}
+    assert shown == dict.fromkeys(INERTIAL, "yes") | {"M": "no"}
 
 
 def test_two_axes_that_meet_hide_the_mass_in_sums() -> None:
@@ -224,12 +219,6 @@ def test_joints_that_the_robot_lacks(rx90: Robot, joints: tuple[int, ...]) -> No
         payload_visibility(rx90, [np.zeros(6)], joints, [0.5] * len(joints))
 
 
-def monte_carlo(x: Array, C: Array) -> tuple[Array, Array]:
-    draw = np.random.default_rng(2).multivariate_normal(x, C, 5_000)
-    bodies = [InertialParameters(sample) for sample in draw]
-    return np.std([b.com for b in bodies], axis=0), np.std([b.inertia_com for b in bodies], axis=0)
-
-
 @pytest.mark.parametrize(
     "sizes", [(3e-4, 3e-4, 3e-3), (1e-6, 2e-3, 1e-4), (1e-6, 1e-5, 2e-2)], ids=["inertia", "first moments", "mass"]
 )
@@ -238,6 +227,6 @@ def test_spread_of_derived_numbers_against_draws(sizes: tuple[float, float, floa
     x = InertialParameters.from_com(3.0, [0.02, -0.03, 0.1], np.diag([0.02, 0.03, 0.015])).vector
     L = np.random.default_rng(3).standard_normal((10, 10)) * np.repeat(sizes, (6, 3, 1))[:, None]
     spread = payload_spread(x, L @ L.T, range(10))
-    com, inertia = monte_carlo(x, L @ L.T)
-    assert spread.com == pytest.approx(com, rel=0.05)
-    assert spread.inertia_com == pytest.approx(inertia, rel=0.05)
+    bodies = [InertialParameters(one) for one in np.random.default_rng(2).multivariate_normal(x, L @ L.T, 5_000)]
+    assert spread.com == pytest.approx(np.std([b.com for b in bodies], axis=0), rel=0.05)
+    assert spread.inertia_com == pytest.approx(np.std([b.inertia_com for b in bodies], axis=0), rel=0.05)

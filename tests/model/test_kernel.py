@@ -89,20 +89,10 @@ def test_a_given_array_is_filled(mixed: ca.Function, compiled: bool) -> None:
 
 @pytest.mark.parametrize(
     "shapes",
-    [
-        [(5, 3)],
-        [(5, 3), (5, 3)],
-        [(5, 2), (5, 3)],
-        [(5, 5)],
-        [(5, 3), (5, 2), (5, 1)],
-        [(5, 3), (4, 2)],
-        [(5, 3), (1, 2)],
-        [(3,), (3,)],
-        [(2, 5, 3), (2,)],
-        [],
-    ],
+    [[], [(5, 3)], [(5, 3), (5, 3)], [(5, 2), (5, 3)], [(5, 5)], [(5, 3), (5, 2), (5, 1)], [(5, 3), (4, 2)],
+     [(5, 3), (1, 2)], [(3,), (3,)], [(2, 5, 3), (2,)]],
     ids=str,
-)
+)  # fmt: skip
 def test_wrong_sizes_are_refused(mixed: ca.Function, compiled: bool, shapes: list[tuple[int, ...]]) -> None:
     with pytest.raises(ValueError, match="inputs"):
         Kernel(mixed)(*(np.zeros(shape) for shape in shapes))
@@ -167,12 +157,8 @@ def step() -> ca.Function:
 
 def inputs() -> list[Array]:
     draw = np.random.default_rng(0)
-    return [
-        draw.normal(size=(RUNS, 2)),
-        draw.normal(size=(2 * STEPS, RUNS, 1))[::2],
-        draw.uniform(0.5, 2.0, size=(RUNS, 1)),
-        np.array([0.01]),
-    ]
+    state, drive = draw.normal(size=(RUNS, 2)), draw.normal(size=(2 * STEPS, RUNS, 1))[::2]
+    return [state, drive, draw.uniform(0.5, 2.0, size=(RUNS, 1)), np.array([0.01])]
 
 
 def alone(step: ca.Function) -> Array:
@@ -232,12 +218,6 @@ def _start(folder: Path, *arguments: str, **variables: str) -> "subprocess.Popen
     return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
-def _answer(process: "subprocess.Popen[str]") -> str:
-    output, errors = process.communicate(timeout=120)
-    assert process.returncode == 0, errors
-    return output.strip()
-
-
 def _entries(folder: Path) -> list[Path]:
     return sorted(folder.glob("*.so"))
 
@@ -268,18 +248,10 @@ def test_key_is_source_compiler_flags_and_processor(
     assert entries_after() == 3
     monkeypatch.setattr(cache, "_processor", lambda: "another processor")
     assert entries_after() == 4
-    wrapper = tmp_path / "mycc"
-    wrapper.write_text('#!/bin/sh\nexec cc "$@"\n')
-    wrapper.chmod(0o755)
-    monkeypatch.setenv("CC", str(wrapper))
+    monkeypatch.setenv("CC", _compiler(tmp_path, 'exec cc "$@"'))
     assert entries_after() == 5
-    wrapper.write_text('#!/bin/sh\n# upgraded\nexec cc "$@"\n')
+    _compiler(tmp_path, '# upgraded\nexec cc "$@"')
     assert entries_after() == 6
-
-
-def _flip_a_byte(content: bytes) -> bytes:
-    middle = len(content) // 2
-    return content[:middle] + bytes([content[middle] ^ 0xFF]) + content[middle + 1 :]
 
 
 @pytest.mark.parametrize(
@@ -290,7 +262,7 @@ def _flip_a_byte(content: bytes) -> bytes:
         pytest.param(lambda content: content[: len(content) // 2], id="half"),
         pytest.param(lambda content: content[:-1], id="last byte lost"),
         pytest.param(lambda content: b"no library" * 1000, id="garbage"),
-        pytest.param(_flip_a_byte, id="one byte changed"),
+        pytest.param(lambda c: c[: (k := len(c) // 2)] + bytes([c[k] ^ 0xFF]) + c[k + 1 :], id="one byte changed"),
     ],
 )
 def test_damaged_entry_is_rebuilt(folder: Path, damage: Callable[[bytes], bytes]) -> None:
@@ -313,15 +285,14 @@ def test_cache_that_others_can_write_is_not_used(folder: Path) -> None:
 
 
 def test_without_compiler_numpy_answers(folder: Path) -> None:
-    assert _answer(_start(folder, DYNIDENT_NO_COMPILER="1")) == "numpy"
+    process = _start(folder, DYNIDENT_NO_COMPILER="1")
+    output, errors = process.communicate(timeout=120)
+    assert (process.returncode, output.strip()) == (0, "numpy"), errors
     assert not folder.exists()
 
 
 def test_compiler_that_fails_is_told_and_numpy_answers(folder: Path, tmp_path: Path) -> None:
-    broken = tmp_path / "brokencc"
-    broken.write_text("#!/bin/sh\necho out of order >&2\nexit 1\n")
-    broken.chmod(0o755)
-    process = _start(folder, CC=str(broken))
+    process = _start(folder, CC=_compiler(tmp_path, "echo out of order >&2\nexit 1"))
     output, errors = process.communicate(timeout=120)
     assert (process.returncode, output.strip()) == (0, "numpy")
     assert "out of order" in errors

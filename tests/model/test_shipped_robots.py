@@ -5,18 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from dynident import model
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.model import (
-    INERTIAL,
-    InertialParameters,
-    Robot,
-    base_parameters,
-    forward_kinematics,
-    load_robot,
-    robot_names,
-    with_stand_in,
-)
 from dynident.model.files.robot_file import robot_toml
 from dynident.model.stand_in import cylinder_radius, cylinders, rehearsed
 from dynident.tests.reference.chains import CHAINS, Chain
@@ -27,9 +18,9 @@ ROUNDED = {"gp7", "gp8"}
 """Their axis 6 is rounded down to 360 degrees and 1000 deg/s, as their files say."""
 
 
-def flange(robot: Robot, q: Array) -> tuple[Array, Array]:
+def flange(robot: model.Robot, q: Array) -> tuple[Array, Array]:
     """Axes and origin of the flange in frame 0."""
-    R, p = (np.array(value) for value in forward_kinematics(robot)(q))
+    R, p = (np.array(value) for value in model.forward_kinematics(robot)(q))
     return R @ robot.flange.R, R @ robot.flange.p + p.ravel()
 
 
@@ -47,7 +38,7 @@ def published(chain: Chain, q: Array) -> tuple[Array, Array]:
 @pytest.mark.parametrize("name", ADDED)
 def test_flange_as_published(name: str) -> None:
     """At all zero and at 20 random joint vectors."""
-    robot, draw = load_robot(name), np.random.default_rng(1)
+    robot, draw = model.load_robot(name), np.random.default_rng(1)
     for q in (np.zeros(robot.n), *draw.uniform(-np.pi, np.pi, (20, robot.n))):
         for ours, theirs in zip(flange(robot, q), published(CHAINS[name], q), strict=True):
             np.testing.assert_allclose(ours, theirs, rtol=0.0, atol=1e-6)
@@ -56,7 +47,7 @@ def test_flange_as_published(name: str) -> None:
 @pytest.mark.parametrize("name", ADDED)
 def test_limits_as_published(name: str) -> None:
     """Ranges and speeds to the rounding of the source."""
-    robot, chain = load_robot(name), CHAINS[name]
+    robot, chain = model.load_robot(name), CHAINS[name]
     ranges = np.degrees([joint.limits.position for joint in robot.joints])
     speeds = np.degrees([joint.limits.speed for joint in robot.joints])
     low, high, fastest = (np.array(chain.in_degrees(values)) for values in (chain.low, chain.high, chain.speeds))
@@ -66,12 +57,12 @@ def test_limits_as_published(name: str) -> None:
     np.testing.assert_allclose(speeds, fastest, rtol=1e-4)
 
 
-@pytest.mark.parametrize("name", robot_names())
+@pytest.mark.parametrize("name", model.robot_names())
 def test_written_and_read_again(name: str, tmp_path_factory: pytest.TempPathFactory) -> None:
-    robot = load_robot(name)
+    robot = model.load_robot(name)
     path = tmp_path_factory.mktemp("robot") / "again.toml"
     path.write_text(robot_toml(robot, 'a "quoted" source\nof two lines'), encoding="utf-8")
-    again = load_robot(path)
+    again = model.load_robot(path)
     assert again.parameters == robot.parameters
     assert (again.drives, again.processing, again.flange, again.gravity, again.rated_payload) == (
         robot.drives, robot.processing, robot.flange, robot.gravity, robot.rated_payload
@@ -87,9 +78,9 @@ LOOKED_UP = {"position", "speed"}
 """Found for every arm; what of the rest was assumed stands in the docs."""
 
 
-@pytest.mark.parametrize("name", robot_names())
+@pytest.mark.parametrize("name", model.robot_names())
 def test_every_limit_is_there_with_its_source(name: str) -> None:
-    robot = load_robot(name)
+    robot = model.load_robot(name)
     limits = [joint.limits for joint in robot.joints]
     numbers = [(*limit.position, limit.speed, limit.acceleration, limit.torque) for limit in limits]
     assert np.isfinite(numbers).all()
@@ -103,16 +94,16 @@ def test_every_limit_is_there_with_its_source(name: str) -> None:
     assert robot.drives.friction
 
 
-@pytest.mark.parametrize("name", robot_names())
+@pytest.mark.parametrize("name", model.robot_names())
 def test_a_stand_in_weighs_as_real_arms_do(name: str) -> None:
     """Links that can exist, rotors and friction, and first moments like those of arms that were identified."""
-    robot = with_stand_in(load_robot(name))
+    robot = model.with_stand_in(model.load_robot(name))
     for link in range(1, robot.n + 1):
-        body = InertialParameters(np.array([robot.parameters[f"{kind}{link}"] for kind in INERTIAL]))
+        body = model.InertialParameters(np.array([robot.parameters[f"{kind}{link}"] for kind in model.INERTIAL]))
         assert body.min_pseudo_inertia_eigenvalue > 0.0
         assert robot.parameters[f"FS{link}"] > 0.0
         assert robot.parameters[f"FV{link}"] > 0.0
-    base = base_parameters(robot)
+    base = model.base_parameters(robot)
     values = dict(zip(base.columns, base.value(robot.parameters), strict=True))
     moments = sum(
         math.hypot(values.get(f"MX{j}", 0.0), values.get(f"MY{j}", 0.0))
@@ -123,10 +114,10 @@ def test_a_stand_in_weighs_as_real_arms_do(name: str) -> None:
     assert 0.18 < moments / (robot.mass * length) < 0.32
 
 
-@pytest.mark.parametrize("name", robot_names())
+@pytest.mark.parametrize("name", model.robot_names())
 def test_links_that_are_not_known_are_cylinders_of_one_density(name: str) -> None:
     """Second moments over the mass: r^2 / 4, and l^2 / 12 along a rod that reaches a radius beyond both joints."""
-    robot = load_robot(name)
+    robot = model.load_robot(name)
     radius, bodies = cylinder_radius(robot), cylinders(robot, 12.0)
     lengths = np.array([2.0 * (np.linalg.norm(body.com) + radius) for body in bodies])
     assert [body.mass for body in bodies] == pytest.approx(12.0 * lengths / lengths.sum())
@@ -138,7 +129,7 @@ def test_links_that_are_not_known_are_cylinders_of_one_density(name: str) -> Non
 
 
 def test_no_stand_in_out_of_nothing() -> None:
-    robot = replace(load_robot("ur10e"), mass=None)
+    robot = replace(model.load_robot("ur10e"), mass=None)
     with pytest.raises(InputError, match="mass_kg"):
-        with_stand_in(robot)
+        model.with_stand_in(robot)
     assert rehearsed(robot) is robot

@@ -47,7 +47,8 @@ def local_transfer_base_parameters(robot: Robot) -> BaseParameters:
         )
     columns = standard_columns(robot)
     nullspace, dropped = np.zeros((0, len(columns))), list[int]()
-    link = _base(robot)
+    upwards = np.concatenate([np.zeros(3), -np.array(robot.gravity)])
+    link = _Link(np.zeros((6, 0)), upwards, np.zeros((6, 0)), np.zeros((0, 10)))
     for j, joint in enumerate(robot.joints):
         own = [columns.index(f"XX{j + 1}") + k for k in range(10)]
         own += [columns.index(f"{kind}{j + 1}") for kind in ("IA", "OFF") if f"{kind}{j + 1}" in columns]
@@ -62,15 +63,12 @@ def local_transfer_base_parameters(robot: Robot) -> BaseParameters:
     return _from_nullspace(columns, nullspace, dropped)
 
 
-def _base(robot: Robot) -> _Link:
-    upwards = np.concatenate([np.zeros(3), -np.array(robot.gravity)])
-    return _Link(np.zeros((6, 0)), upwards, np.zeros((6, 0)), np.zeros((0, 10)))
-
-
 def _across(joint: Joint, parent: _Link, robot: Robot) -> tuple[Array, _Link]:
     """Transfers across one joint (each row: ten parameters, IA, OFF where the robot has them), and its link."""
     axis = np.eye(6)[2 if joint.revolute else 5]
-    X, moving = _velocity_transform(joint), _cross(axis)
+    # The 6 x 6 matrix of the cross product of velocities, d/dq of a vector fixed outside being minus it.
+    v, w = skew(axis[:3]), skew(axis[3:])
+    X, moving = _velocity_transform(joint), np.block([[v, np.zeros((3, 3))], [w, v]])
     gravity = X @ parent.gravity
     velocities = _span(*_orbit(X @ parent.velocities, moving, joint))
     swings = _span(*_orbit(X @ parent.swings, moving, joint), *_orbit(gravity[:, None], moving, joint)[1:])
@@ -109,11 +107,6 @@ def _transfer(joint: Joint) -> Array:
     """Ten parameters of a body of link j as part of link j-1 at q = 0, 10 x 10."""
     X = _velocity_transform(joint)
     return _tens(X.T @ _UNITS @ X).T
-
-
-def _cross(v: Array) -> Array:
-    """6 x 6 matrix of the cross product of velocities, d/dq of a vector fixed outside being minus it."""
-    return np.block([[skew(v[:3]), np.zeros((3, 3))], [skew(v[3:]), skew(v[:3])]])
 
 
 def _spatial_inertia(ten: Array) -> Array:

@@ -26,9 +26,12 @@ def dressed_urdf(robot: Robot, seed: int, inertials: bool = True, limits: bool =
     lines = [f'<robot name="{robot.name}">', f'<link name="base">{body}</link>']
     parent, pose, before = "base", Pose(), Pose()
     for j, joint in enumerate(robot.joints, start=1):
-        pose = pose @ _dh(joint.alpha, joint.d, joint.theta, joint.r)
+        pose = pose @ Pose.from_rpy((joint.d, 0.0, 0.0), (joint.alpha, 0.0, 0.0))
+        pose = pose @ Pose.from_rpy((0.0, 0.0, joint.r), (0.0, 0.0, joint.theta))
         axis = AXES[(seed + j) % 6]
-        link = pose @ _turned(draw, axis) if j < robot.n else pose @ _along(draw, axis)
+        along = (0.0, 0.0, float(draw.uniform(-0.2, 0.2)))
+        about = draw.choice(_QUARTERS) if j < robot.n else draw.uniform(-3, 3)
+        link = pose @ Pose.from_rpy(along, (0.0, 0.0, float(about))) @ turns_to(axis)
         half = Pose(origin=(0.0, 0.0, 0.05 * j))  # the fixed joint's part of the way
         for name in (f"mid{j}", f"link{j}"):
             lines.append(f'<link name="{name}">{_inertial(draw) if inertials else ""}</link>')
@@ -51,21 +54,6 @@ def turns_to(axis: str) -> Pose:
         if np.allclose(pose.R @ along, [0.0, 0.0, 1.0]):
             return pose
     raise ValueError(axis)
-
-
-def _turned(draw: np.random.Generator, axis: str) -> Pose:
-    about = Pose.from_rpy((0.0, 0.0, float(draw.uniform(-0.2, 0.2))), (0.0, 0.0, float(draw.choice(_QUARTERS))))
-    return about @ turns_to(axis)
-
-
-def _along(draw: np.random.Generator, axis: str) -> Pose:
-    about = Pose.from_rpy((0.0, 0.0, float(draw.uniform(-0.2, 0.2))), (0.0, 0.0, float(draw.uniform(-3, 3))))
-    return about @ turns_to(axis)
-
-
-def _dh(alpha: float, d: float, theta: float, r: float) -> Pose:
-    before = Pose.from_rpy((d, 0.0, 0.0), (alpha, 0.0, 0.0))
-    return before @ Pose.from_rpy((0.0, 0.0, r), (0.0, 0.0, theta))
 
 
 def _inertial(draw: np.random.Generator) -> str:
@@ -95,10 +83,10 @@ Write = Callable[[str], Path]
 
 @pytest.fixture
 def write(tmp_path: Path) -> Write:
-    """``write(text)``: a URDF file with this text."""
+    """``write(text)``: a file of a robot with this text, a URDF where it begins as one."""
 
     def make(text: str) -> Path:
-        path = tmp_path / "arm.urdf"
+        path = tmp_path / ("arm.urdf" if text.startswith("<") else "own.toml")
         path.write_text(text, encoding="utf-8")
         return path
 
@@ -106,8 +94,7 @@ def write(tmp_path: Path) -> Write:
 
 
 REFERENCE = sorted((Path(__file__).parents[1] / "reference/robots").glob("*.toml"))
-SHIPPED = [Path(__file__).parents[2] / f"model/robots/{name}.toml" for name in robot_names()]
-ARMS = [*REFERENCE, *SHIPPED]
+ARMS = [*REFERENCE, *(Path(__file__).parents[2] / f"model/robots/{name}.toml" for name in robot_names())]
 
 
 def rigid(robot: Robot) -> Robot:

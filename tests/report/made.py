@@ -104,21 +104,11 @@ def identification() -> Any:
     """A robot of two base parameters."""
     problem = SimpleNamespace(equations=96, rows=(31, 32, 33), condition_numbers=lambda: (41.5, 4.25))
     return SimpleNamespace(
-        robot=ROBOT,
-        base=base(),
-        problem=problem,
-        estimate=estimate(("A", "B")),
-        essential=("B",),
-        elimination=elimination(),
-        without_robust="",
-        choices=CHOICES,
-        gains=GAINS,
-        validation=CHECK,
-        warnings=("warned",),
-        recordings=source().unloaded,
-        processing=PROCESSING,
+        robot=ROBOT, base=base(), problem=problem, estimate=estimate(("A", "B")), essential=("B",),
+        elimination=elimination(), without_robust="", choices=CHOICES, gains=GAINS, validation=CHECK,
+        warnings=("warned",), recordings=source().unloaded, processing=PROCESSING,
         verdict=judge(Evidence(ANY_ROBOT, parameters=estimate(("A", "B")))),
-    )
+    )  # fmt: skip
 
 
 def holding() -> Any:
@@ -154,8 +144,7 @@ def possible_robot(free: Estimate) -> Any:
         active=(holding(),), status="prior", nearest=SimpleNamespace(chi2_rise=4.5),
         min_eigenvalues=(0.03, 0.04), p_value=0.625, budget=2.75, weight=0.875,
         distances=(0.5, 0.75), prior=SimpleNamespace(source="data sheet", bodies=(body(7.5),)),
-        parameters={"M1": 4.5, "A": 5.5},
-        origins=origins,
+        parameters={"M1": 4.5, "A": 5.5}, origins=origins,
     )  # fmt: skip
 
 
@@ -175,13 +164,9 @@ def possible_payload(free: PayloadEstimate) -> Any:
     """The nearest payload that can exist, held back by one constraint, weighed once."""
     constraint = SimpleNamespace(description="mass from 1 kg")
     result = SimpleNamespace(
-        values=numbers(10),
-        min_pseudo_inertia_eigenvalue=0.0021,
-        constraints=(constraint,),
-        chi2_rise=2.125,
-        p_value=0.4375,
-        status="Solved",
-    )
+        values=numbers(10), min_pseudo_inertia_eigenvalue=0.0021, constraints=(constraint,), chi2_rise=2.125,
+        p_value=0.4375, status="Solved",
+    )  # fmt: skip
     intervals = SimpleNamespace(
         parameters=numbers(10, 2), com=numbers(3, 2), inertia_com=numbers(3, 3, 2), principal_moments=numbers(3, 2)
     )

@@ -79,33 +79,25 @@ def robust(estimate: Any) -> dict[str, Any]:
     return {"blocks": 8, "block_length_s": 1.75, "degrees_of_freedom": 6, "warning": covariance.warning}
 
 
+def uncertain(estimate: Any, k: int) -> dict[str, Any]:
+    """A parameter's value and each of its standard deviations."""
+    names = ("sigma", "sigma_robust", "sigma_by_gains", "relative_sigma_percent")
+    return {"value": estimate.values[k]} | {name: getattr(estimate, name)[k] for name in names}
+
+
 def elimination(result: Any, label: dict[str, str], warnings: list[str]) -> dict[str, Any]:
     estimate = result.estimate
     return {
-        "rule": "ratio",
-        "description": result.rule.description,
-        "essential": 1,
-        "sigma_ratio": 1.01,
-        "largest_relative_sigma_percent": 5.0,
+        "rule": "ratio", "description": result.rule.description, "limit": 1.02, "warnings": warnings,
+        "essential": 1, "sigma_ratio": 1.01, "largest_relative_sigma_percent": 5.0,
         "relative_residual": estimate.fit.relative,
-        "parameters": [
-            {
-                "name": label.get("B", "B"),
-                "value": estimate.values[0],
-                "sigma": estimate.sigma[0],
-                "sigma_robust": estimate.sigma_robust[0],
-                "sigma_by_gains": estimate.sigma_by_gains[0],
-                "relative_sigma_percent": estimate.relative_sigma_percent[0],
-            }
-        ],
+        "parameters": [{"name": label.get("B", "B"), **uncertain(estimate, 0)}],
         "path": [
             {"eliminated": name, "remaining": left, "sigma_ratio": ratio, "largest_relative_sigma_percent": percent}
             for name, left, ratio, percent in (
                 (None, 2, 1.0, 90.0), (label.get("A", "A"), 1, 1.01, 5.0), (label.get("B", "B"), 0, 2.5, 0.0)
             )
         ],
-        "warnings": warnings,
-        "limit": 1.02,
     }  # fmt: skip
 
 
@@ -117,21 +109,16 @@ def free_payload(result: Any) -> dict[str, Any]:
         "estimator": "wls",
         "method": result.method,
         "parameters": ten(estimate.values),
-        "sigma": ten(estimate.sigma),
-        "sigma_robust": ten(estimate.sigma_robust),
-        "interval95": ten(estimate.interval95),
-        "interval95_robust": ten(estimate.robust_interval95),
-        "robust": robust(estimate),
-        "com": body.com,
-        "com_sigma": result.spread.com,
+        "sigma": ten(estimate.sigma), "sigma_robust": ten(estimate.sigma_robust), "robust": robust(estimate),
+        "interval95": ten(estimate.interval95), "interval95_robust": ten(estimate.robust_interval95),
+        "com": body.com, "com_sigma": result.spread.com,
         "com_sigma_robust": getattr(result.robust_spread, "com", None),
-        "inertia_com": body.inertia_com,
-        "inertia_com_sigma": result.spread.inertia_com,
+        "inertia_com": body.inertia_com, "inertia_com_sigma": result.spread.inertia_com,
         "inertia_com_sigma_robust": getattr(result.robust_spread, "inertia_com", None),
         "min_pseudo_inertia_eigenvalue": body.min_pseudo_inertia_eigenvalue,
         "physically_consistent": True,
         "relative_residual": estimate.fit.relative,
-    }
+    }  # fmt: skip
 
 
 def possible_payload(payload: Any) -> dict[str, Any]:
@@ -140,25 +127,17 @@ def possible_payload(payload: Any) -> dict[str, Any]:
         "estimator": "constrained",
         "method": payload.method,
         "parameters": ten(payload.result.values),
-        "sigma": ten(free.sigma),
-        "sigma_robust": ten(free.sigma_robust),
-        "sigma_with_gains": ten(payload.sigma),
-        "gain_sigma": GAINS,
-        "interval95": ten(intervals.parameters),
-        "interval95_by": "jackknife",
-        "com": payload.body.com,
-        "com_interval95": intervals.com,
-        "inertia_com": payload.body.inertia_com,
-        "inertia_com_interval95": intervals.inertia_com,
+        "sigma": ten(free.sigma), "sigma_robust": ten(free.sigma_robust),
+        "sigma_with_gains": ten(payload.sigma), "gain_sigma": GAINS,
+        "interval95": ten(intervals.parameters), "interval95_by": "jackknife",
+        "com": payload.body.com, "com_interval95": intervals.com,
+        "inertia_com": payload.body.inertia_com, "inertia_com_interval95": intervals.inertia_com,
         "principal_moments": payload.principal_moments,
         "principal_moments_interval95": intervals.principal_moments,
-        "min_pseudo_inertia_eigenvalue": 0.0021,
-        "physically_consistent": True,
+        "min_pseudo_inertia_eigenvalue": 0.0021, "physically_consistent": True,
         "constraints": ["mass from 1 kg"],
         "active": [{"constraint": "mass from 1 kg", "multiplier": 0.33, "p_value": 0.0625}],
-        "chi2_rise": 2.125,
-        "p_value": 0.4375,
-        "conflict": False,
+        "chi2_rise": 2.125, "p_value": 0.4375, "conflict": False,
         "weighed": [
             {"mass": 3.1, "sigma": 0.05, "identified": 3.2, "identified_sigma": 0.06, "degrees_of_freedom": 7.5,
              "z": 1.28, "p_value": 0.21}
@@ -213,13 +192,9 @@ def test_identify() -> None:
                 {
                     "name": ("AR", "BR")[k],
                     "grouping": groupings[k],
-                    "value": estimate.values[k],
-                    "sigma": estimate.sigma[k],
-                    "relative_sigma_percent": estimate.relative_sigma_percent[k],
-                    "sigma_robust": estimate.sigma_robust[k],
+                    **uncertain(estimate, k),
                     "interval95": estimate.interval95[k],
                     "interval95_robust": estimate.robust_interval95[k],
-                    "sigma_by_gains": estimate.sigma_by_gains[k],
                     "interval95_with_gains": estimate.interval95_with_gains[k],
                     "essential": bool(k),
                 }
@@ -269,13 +244,8 @@ def test_a_robot_that_can_exist(prior: bool) -> None:
         "unidentifiable": ["M1"],
     }
     if prior:
-        expected["prior"] = {
-            "source": "data sheet",
-            "budget": 2.75,
-            "weight": 0.875,
-            "distances": [0.5, 0.75],
-            "nearest_chi2_rise": 4.5,
-        }
+        numbers = {"budget": 2.75, "weight": 0.875, "distances": [0.5, 0.75], "nearest_chi2_rise": 4.5}
+        expected["prior"] = {"source": "data sheet", **numbers}
         expected["parameters"] = [
             {"name": "M1", "value": 4.5, "kind": "prior", "base": [], "share": 0.0, "decided_by": "by prior",
              "prior": 7.5},
@@ -431,19 +401,10 @@ def test_gains(tmp_path: Path) -> None:
                 * np.outer(sigma / own.robust.sigma, sigma / own.robust.sigma),
                 "without_constraints": made.MOTORS + 0.5,
                 "identified": [True, True, False],
-                "rests_on": [
-                    "gravity",
-                    "speed",
-                    "nothing; too little, known to 62 % only: keep the maker's gain",
-                ],
+                "rests_on": ["gravity", "speed", "nothing; too little, known to 62 % only: keep the maker's gain"],
             },
             "recordings": {"unloaded": ["u0", "u1"], "loaded": ["l0"]},
-            "robust": {
-                "blocks": 9,
-                "block_length_s": 1.25,
-                "degrees_of_freedom": 8,
-                "warning": own.robust.warning,
-            },
+            "robust": {**robust(own), "blocks": 9, "block_length_s": 1.25, "degrees_of_freedom": 8},
             "relative_residual": residual(made.FIT),
             "disagreement": 1.25,
             "verdict": {"level": "identified_only", "reasons": ["motor 3"], "notes": ["a note"]},

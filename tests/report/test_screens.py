@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident import trajectories
 from dynident.apps.report.blocks import Block, Notes, Report, Section, Table, with_sigma
 from dynident.apps.report.documents import DOCUMENTS, schema_text
 from dynident.apps.report.figures.canvas import log_scale, svg_text
@@ -12,17 +13,6 @@ from dynident.apps.report.figures.motion import motion_figure
 from dynident.apps.report.terminal import COLUMNS, LINES, screen_text
 from dynident.common.schema import write_json
 from dynident.model import load_robot
-from dynident.trajectories import (
-    DesignProblem,
-    FourierShape,
-    Goal,
-    JointBounds,
-    Loads,
-    Simulator,
-    ViaPoints,
-    build_design,
-    random_via_points,
-)
 from matplotlib.figure import Figure
 from rich.cells import cell_len
 
@@ -39,12 +29,8 @@ def within(text: str) -> bool:
 @pytest.mark.parametrize("count", [0, 1, 5, 40])
 @pytest.mark.parametrize("line", ["short", LONG, "/a/path/" + "x" * 200])
 def test_a_screen_never_grows_beyond_its_lines(count: int, line: str) -> None:
-    first: list[Block] = [
-        Notes(["Verdict: use."]),
-        Notes([line] * count, optional=True),
-        SEVEN,
-        Notes(["Next: go."]),
-    ]
+    remarks = Notes([line] * count, optional=True)
+    first: list[Block] = [Notes(["Verdict: use."]), remarks, SEVEN, Notes(["Next: go."])]
     screen = Report("", first, [Section("wide", "Wide", [WIDE])], "more")
     lines = screen_text(screen).split("\n")
     assert len(lines) <= LINES
@@ -76,9 +62,8 @@ def test_a_table_is_as_wide_as_the_terminal_at_most(table: Table) -> None:
 def test_names_are_text(name: str) -> None:
     """Brackets and colons of names of robots and files are no markup."""
     table = Table(f"Robot {name}", (name, f"[{name}]"), [(name, "1")])
-    shown = screen_text(
-        Report("", [Notes([f"{name}: read"]), Notes([f"note of {name}"], optional=True), table], [], name)
-    )
+    notes = Notes([f"{name}: read"]), Notes([f"note of {name}"], optional=True)
+    shown = screen_text(Report("", [*notes, table], [], name))
     assert shown.count(name) == 7
 
 
@@ -87,15 +72,6 @@ def test_json_is_plain_and_whole(tmp_path: Path) -> None:
     document = {"a": np.arange(3.0), "b": np.float64(1.5), "c": (1, None, float("nan")), "d": {"e": np.inf}}
     write_json(path, document)
     assert json.loads(path.read_text()) == {"a": [0.0, 1.0, 2.0], "b": 1.5, "c": [1, None, None], "d": {"e": None}}
-    assert list(tmp_path.iterdir()) == [path]
-
-
-def test_a_failed_write_leaves_the_old_file(tmp_path: Path) -> None:
-    path = tmp_path / "out.json"
-    write_json(path, {"good": 1})
-    with pytest.raises(TypeError):
-        write_json(path, {"bad": object()})
-    assert json.loads(path.read_text()) == {"good": 1}
     assert list(tmp_path.iterdir()) == [path]
 
 
@@ -127,22 +103,28 @@ TORQUE = (300.0, 300.0, 120.0, 50.0, 40.0, 20.0)
 
 
 @pytest.fixture(scope="module")
-def problem() -> DesignProblem:
+def problem() -> trajectories.DesignProblem:
     robot = load_robot("rx90")
-    bounds = JointBounds.of(robot, torque=TORQUE)
-    return build_design(robot, FourierShape(5), Goal(), bounds=bounds, loads=Loads(robot.parameters))
+    bounds = trajectories.JointBounds.of(robot, torque=TORQUE)
+    return trajectories.build_design(
+        robot,
+        trajectories.FourierShape(5),
+        trajectories.Goal(),
+        bounds=bounds,
+        loads=trajectories.Loads(robot.parameters),
+    )
 
 
 @pytest.fixture(scope="module")
-def plan() -> ViaPoints:
-    return random_via_points(load_robot("rx90"), 8, seed=0)
+def plan() -> trajectories.ViaPoints:
+    return trajectories.random_via_points(load_robot("rx90"), 8, seed=0)
 
 
-def test_motion_between_its_limits(problem: DesignProblem, plan: ViaPoints) -> None:
+def test_motion_between_its_limits(problem: trajectories.DesignProblem, plan: trajectories.ViaPoints) -> None:
     motion = plan.motion(50.0)
     figure = motion_figure(problem, motion, "title").figure
     assert len(figure.axes) == 18
-    torque = Simulator(problem.robot).measure(motion).torque
+    torque = trajectories.Simulator(problem.robot).measure(motion).torque
     for j in range(6):
         columns = figure.axes[3 * j : 3 * j + 3]
         for axis, values, limit in zip(

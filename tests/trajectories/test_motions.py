@@ -4,20 +4,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from dynident import trajectories
 from dynident.common.arrays import Array
 from dynident.model import Motion, load_robot
 from dynident.tests.report.motions.motion_parsers import trapezoid_time
-from dynident.trajectories import (
-    Fourier,
-    FourierShape,
-    JointBounds,
-    NearShape,
-    SampledTrajectory,
-    Trapezoid,
-    ViaPointShape,
-    plan_point_to_point,
-    random_via_points,
-)
 from dynident.trajectories.design.goal import Shape
 from dynident.trajectories.design.search import FreeStates
 from dynident.trajectories.motions.family import Family, Samples
@@ -45,7 +35,7 @@ def assert_derivatives(t: Array, *states: Array, share: float) -> None:
 @given(st.integers(0, 10_000))
 @settings(max_examples=20, deadline=None)
 def test_random_via_points_keep_the_limits(seed: int) -> None:
-    motion = random_via_points(RX90, 8, seed, speed=0.5).motion(500.0)
+    motion = trajectories.random_via_points(RX90, 8, seed, speed=0.5).motion(500.0)
     low, high = np.array([limits.position for limits in LIMITS]).T
     assert (low <= motion.q).all()
     assert (motion.q <= high).all()
@@ -66,7 +56,7 @@ def test_moves_from_point_to_point_keep_the_limits(
 ) -> None:
     """A blend cuts corners, it never goes beyond the points."""
     points = random_points(RX90, 8, seed)
-    motion = plan_point_to_point(RX90, points, speed, acceleration, blend, smoothing).motion(500.0)
+    motion = trajectories.plan_point_to_point(RX90, points, speed, acceleration, blend, smoothing).motion(500.0)
     assert (points.min(axis=0) - 1e-9 <= motion.q).all()
     assert (motion.q <= points.max(axis=0) + 1e-9).all()
     fastest, strongest = peaks(motion)
@@ -77,7 +67,7 @@ def test_moves_from_point_to_point_keep_the_limits(
 @pytest.mark.parametrize("blend", [0.0, 0.3, 1.0])
 def test_starts_and_ends_at_rest_and_derivatives_are_derivatives(blend: float) -> None:
     points = random_points(RX90, 6, 3)
-    plan = plan_point_to_point(RX90, points, blend=blend)
+    plan = trajectories.plan_point_to_point(RX90, points, blend=blend)
     t = np.linspace(0.0, plan.duration, 200_001)
     q, qd, qdd = plan.at(t)
     assert np.allclose(q[[0, -1]], points[[0, -1]], atol=1e-11)
@@ -127,7 +117,9 @@ def bump(t: Array) -> tuple[Array, Array, Array]:
 def test_between_samples_it_is_the_motion(derivatives: int, tolerances: tuple[float, ...]) -> None:
     """With positions alone, with speeds, and with accelerations too; it rests before and after."""
     q, qd, qdd = bump(T)
-    trajectory = SampledTrajectory(T + 5.0, q, qd if derivatives > 1 else None, qdd if derivatives > 2 else None)
+    trajectory = trajectories.SampledTrajectory(
+        T + 5.0, q, qd if derivatives > 1 else None, qdd if derivatives > 2 else None
+    )
     assert trajectory.duration == pytest.approx(2.0)
     fine = np.linspace(0.0, 2.0, 3001)
     for values, true, tolerance in zip(trajectory.at(fine), bump(fine), tolerances, strict=True):
@@ -157,12 +149,14 @@ def test_sparse_samples_are_joined_to_the_motion(rate: float) -> None:
 
 
 def test_samples_within_the_limits_are_taken() -> None:
-    motion = plan_point_to_point(RX90, random_points(RX90, 4, 0), speed=1.0, acceleration=0.9).motion(250.0)
-    SampledTrajectory(motion.t, motion.q, motion.qd, motion.qdd).check_limits(RX90)
+    motion = trajectories.plan_point_to_point(RX90, random_points(RX90, 4, 0), speed=1.0, acceleration=0.9).motion(
+        250.0
+    )
+    trajectories.SampledTrajectory(motion.t, motion.q, motion.qd, motion.qdd).check_limits(RX90)
 
 
 ROBOT = load_robot("rx90")
-BOUNDS = JointBounds.of(ROBOT)
+BOUNDS = trajectories.JointBounds.of(ROBOT)
 POSE = np.array([0.3, -0.4, 0.5, 1.0, 0.2, -1.0])
 
 FIXED = (1.0, 0.7, 1.3)
@@ -173,19 +167,19 @@ STEPS = ("trapezoid", "triangle", "fixed trapezoid from a pose")
 def families() -> dict[str, Family]:
     start = tuple(POSE.tolist())
     shapes: dict[str, Shape] = {
-        "passing": ViaPointShape(5),
-        "resting": ViaPointShape(4, passing=False),
-        "from a pose": ViaPointShape(4, start=start),
-        "fixed": ViaPointShape(4, fixed=FIXED),
-        "trapezoid": ViaPointShape(4, passing=False, segment=Trapezoid(0.3)),
-        "triangle": ViaPointShape(3, passing=False, segment=Trapezoid(0.5)),
-        "fixed trapezoid from a pose": ViaPointShape(
-            4, passing=False, segment=Trapezoid(), fixed=FIXED, start=start
+        "passing": trajectories.ViaPointShape(5),
+        "resting": trajectories.ViaPointShape(4, passing=False),
+        "from a pose": trajectories.ViaPointShape(4, start=start),
+        "fixed": trajectories.ViaPointShape(4, fixed=FIXED),
+        "trapezoid": trajectories.ViaPointShape(4, passing=False, segment=trajectories.Trapezoid(0.3)),
+        "triangle": trajectories.ViaPointShape(3, passing=False, segment=trajectories.Trapezoid(0.5)),
+        "fixed trapezoid from a pose": trajectories.ViaPointShape(
+            4, passing=False, segment=trajectories.Trapezoid(), fixed=FIXED, start=start
         ),
-        "fourier": FourierShape(3, 6.0),
-        "fourier from a pose": FourierShape(4, 8.0, start=start),
-        "near": NearShape(POSE[None], (2, 5), np.array([0.5, 0.4]), 4.0),
-        "near two poses": NearShape(np.array([POSE, 0.5 * POSE]), (2, 5), np.array([0.5, 0.4]), 9.0),
+        "fourier": trajectories.FourierShape(3, 6.0),
+        "fourier from a pose": trajectories.FourierShape(4, 8.0, start=start),
+        "near": trajectories.NearShape(POSE[None], (2, 5), np.array([0.5, 0.4]), 4.0),
+        "near two poses": trajectories.NearShape(np.array([POSE, 0.5 * POSE]), (2, 5), np.array([0.5, 0.4]), 9.0),
     }
     by_name = {name: shape.family(ROBOT, BOUNDS) for name, shape in shapes.items()}
     return by_name | {"states": FreeStates(BOUNDS, 7)}
@@ -253,7 +247,7 @@ def test_trapezoids_are_ramps_and_constant_speed(name: str) -> None:
     """Integrated over the samples' own times; peaks are sampled exactly, on the solver's grid already."""
     family = families()[name]
     assert isinstance(family, FreeViaPoints)
-    assert isinstance(family.shape.segment, Trapezoid)
+    assert isinstance(family.shape.segment, trajectories.Trapezoid)
     x = somewhere(family)
     plan, r = family.plan(x), family.shape.segment.ramp
     step, T = np.diff(plan.points, axis=0), plan.durations[:, None]
@@ -297,7 +291,7 @@ def test_fixed_durations_stay(name: str) -> None:
 
 
 def test_a_fourier_series_is_the_sum_that_is_written() -> None:
-    plan = Fourier(np.array([[0.1]]), np.array([[[1.0, -1.0]]]), np.array([[[0.5, -0.25]]]), 4.0)
+    plan = trajectories.Fourier(np.array([[0.1]]), np.array([[[1.0, -1.0]]]), np.array([[[0.5, -0.25]]]), 4.0)
     motion = plan.motion(10.0)
     w, t = 2 * np.pi / 4.0, motion.t
     q = plan.offset[0, 0] + np.sin(w * t) / w - np.sin(2 * w * t) / (2 * w)

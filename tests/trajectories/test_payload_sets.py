@@ -5,21 +5,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from dynident import trajectories
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import Motion, Pose, Robot, load_robot, payload_regressor, stand_in
 from dynident.model.frames import frames_at
 from dynident.tests.trajectories.safe_runs import dense, drawn_bodies
-from dynident.trajectories import (
-    DesignProblem,
-    JointBounds,
-    Loads,
-    NearGoal,
-    NearShape,
-    PayloadSet,
-    Scene,
-    build_design,
-)
 from dynident.trajectories.design.limits import Limit, State
 from dynident.trajectories.design.scene import Capsule, HalfSpace
 from dynident.trajectories.design.score import check_held, holding_torques, load_torques
@@ -27,9 +18,9 @@ from dynident.trajectories.motions.family import Samples
 
 TURNED = Pose.from_rpy((0.02, -0.03, 0.1), (0.4, -0.2, 1.1))
 SETS = {
-    "ball": PayloadSet.within(8.0, 0.2, (0.0, 0.0, 0.1)),
-    "ellipsoid": PayloadSet.within(5.0, (0.3, 0.1, 0.05), (0.1, 0.0, 0.1)).seen_from(TURNED),
-    "box": PayloadSet.within(12.0, (0.1, 0.15, 0.25), (0.0, 0.05, 0.2), box=True).seen_from(TURNED),
+    "ball": trajectories.PayloadSet.within(8.0, 0.2, (0.0, 0.0, 0.1)),
+    "ellipsoid": trajectories.PayloadSet.within(5.0, (0.3, 0.1, 0.05), (0.1, 0.0, 0.1)).seen_from(TURNED),
+    "box": trajectories.PayloadSet.within(12.0, (0.1, 0.15, 0.25), (0.0, 0.05, 0.2), box=True).seen_from(TURNED),
 }
 DRAW = np.random.default_rng(20)
 
@@ -55,7 +46,7 @@ def test_no_body_of_the_set_exceeds_the_bound_and_one_reaches_it(kind: str) -> N
         assert np.allclose(np.einsum("kp,pk->k", ROWS, extreme[1:]), extreme[0], rtol=1e-9, atol=room)
         in_set = payloads.extremes(np.eye(10)[9:])[0][0, 0]
         assert extreme[10].max() <= in_set * (1.0 + 1e-12) == pytest.approx(payloads.mass)
-    outside = PayloadSet(1.02 * payloads.mass, payloads.centre, 1.02 * payloads.axes, payloads.region)
+    outside = trajectories.PayloadSet(1.02 * payloads.mass, payloads.centre, 1.02 * payloads.axes, payloads.region)
     beyond = ROWS @ drawn_bodies(outside, 10_000, DRAW).T
     assert (beyond > largest[0][:, None] + room).any()  # the test can fail
 
@@ -81,18 +72,18 @@ def test_the_bound_is_that_of_the_semidefinite_form() -> None:
 
 
 ARM = stand_in.rehearsed(load_robot("ur10e"))
-BOUNDS = JointBounds.of(ARM)
+BOUNDS = trajectories.JointBounds.of(ARM)
 POSE = np.radians([0.0, -60.0, 90.0, -120.0, -90.0, 0.0])
 
 
 def problem(
-    payloads: PayloadSet | None, torque: Array = BOUNDS.torque, covariance: Array | None = None
-) -> DesignProblem:
+    payloads: trajectories.PayloadSet | None, torque: Array = BOUNDS.torque, covariance: Array | None = None
+) -> trajectories.DesignProblem:
     """A motion of four joints near a pose of a UR10e's stand-in."""
-    shape = NearShape(POSE[None], (2, 3, 5, 6), np.full(4, np.radians(30.0)), 8.0)
-    goal = NearGoal(0.007 * BOUNDS.torque, 10.0, stand_in_body())
-    loads = Loads(known() if covariance is not None else ARM.parameters, payloads, covariance)
-    return build_design(ARM, shape, goal, bounds=replace(BOUNDS, torque=torque), loads=loads)
+    shape = trajectories.NearShape(POSE[None], (2, 3, 5, 6), np.full(4, np.radians(30.0)), 8.0)
+    goal = trajectories.NearGoal(0.007 * BOUNDS.torque, 10.0, stand_in_body())
+    loads = trajectories.Loads(known() if covariance is not None else ARM.parameters, payloads, covariance)
+    return trajectories.build_design(ARM, shape, goal, bounds=replace(BOUNDS, torque=torque), loads=loads)
 
 
 def stand_in_body() -> Any:
@@ -108,7 +99,7 @@ def known() -> dict[str, float]:
     return dict(zip(base.columns, base.value(ARM.parameters).tolist(), strict=True))
 
 
-def torque_limit_of(task: DesignProblem) -> Limit:
+def torque_limit_of(task: trajectories.DesignProblem) -> Limit:
     return next(limit for limit in task.limits if limit.kind == "torque")
 
 
@@ -169,11 +160,13 @@ def test_a_pose_in_which_a_payload_cannot_be_held_is_refused() -> None:
 
 
 def test_the_ball_is_a_body_of_the_scene() -> None:
-    scene = Scene((Capsule("arm", 2, 0.05), Capsule("hand", 5, 0.05)), (HalfSpace("floor", offset=-5.0),))
-    shape = NearShape(POSE[None], (2, 3, 5, 6), np.full(4, np.radians(30.0)), 8.0)
-    loads = Loads(ARM.parameters, SETS["ball"])
-    goal = NearGoal(0.007 * BOUNDS.torque, 10.0, stand_in_body())
-    task = build_design(ARM, shape, goal, bounds=BOUNDS, loads=loads, scene=scene)
+    scene = trajectories.Scene(
+        (Capsule("arm", 2, 0.05), Capsule("hand", 5, 0.05)), (HalfSpace("floor", offset=-5.0),)
+    )
+    shape = trajectories.NearShape(POSE[None], (2, 3, 5, 6), np.full(4, np.radians(30.0)), 8.0)
+    loads = trajectories.Loads(ARM.parameters, SETS["ball"])
+    goal = trajectories.NearGoal(0.007 * BOUNDS.torque, 10.0, stand_in_body())
+    task = trajectories.build_design(ARM, shape, goal, bounds=BOUNDS, loads=loads, scene=scene)
     limit = next(limit for limit in task.limits if limit.kind == "clearance")
     labels = [label for label in limit.labels if "payload" in label]
     assert labels == ["payload within bounds to floor", "payload within bounds to arm"]

@@ -6,28 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident import trajectories
 from dynident.apps.commands.demo import PAYLOAD
 from dynident.apps.logs.read import read_recording
 from dynident.apps.recordings import write_recording
 from dynident.common.arrays import Array
 from dynident.examples.paper.printed import paper_tables
-from dynident.model import (
-    Motion,
-    Robot,
-    base_parameters,
-    load_robot,
-)
+from dynident.model import Motion, Robot, base_parameters, load_robot
 from dynident.model.dynamics import SMOOTHING, dry_friction_names, smooth_dry_friction
-from dynident.trajectories import (
-    Disturbances,
-    Experiment,
-    PointToPoint,
-    SampledTrajectory,
-    Simulator,
-    Task,
-    plan_point_to_point,
-    run_experiment,
-)
 from dynident.trajectories.motions.via_points import random_points
 from dynident.trajectories.simulation.closed_loop import CONTROLLERS, ClosedLoop
 from dynident.trajectories.simulation.disturbances import (
@@ -57,7 +43,7 @@ STILL = Motion(T, np.outer(np.sin(T), np.ones(6)), np.zeros((len(T), 6)), np.zer
 ZERO = np.zeros((len(T), 6))
 
 
-def noise(disturbances: Disturbances, seed: int = 0) -> np.ndarray:
+def noise(disturbances: trajectories.Disturbances, seed: int = 0) -> np.ndarray:
     _, gains = draw_robot_errors(disturbances, seed)
     return np.asarray(record(STILL, ZERO, disturbances, gains, [seed, 0]).torque)
 
@@ -108,20 +94,22 @@ def test_encoder_and_gains() -> None:
 
 
 @pytest.fixture(scope="module")
-def tasks() -> list[Task]:
-    reference = plan_point_to_point(RX90, random_points(RX90, 3, 0))
-    return [Task("a", reference), Task("b", reference)]
+def tasks() -> list[trajectories.Task]:
+    reference = trajectories.plan_point_to_point(RX90, random_points(RX90, 3, 0))
+    return [trajectories.Task("a", reference), trajectories.Task("b", reference)]
 
 
 @pytest.fixture(scope="module")
-def experiment(tasks: list[Task]) -> Experiment:
-    return run_experiment(RX90, tasks, RX90_DISTURBANCES, seed=7)
+def experiment(tasks: list[trajectories.Task]) -> trajectories.Experiment:
+    return trajectories.run_experiment(RX90, tasks, RX90_DISTURBANCES, seed=7)
 
 
 @pytest.mark.long
-def test_the_same_seed_gives_the_same_recordings(tasks: list[Task], experiment: Experiment) -> None:
-    same = run_experiment(RX90, tasks, RX90_DISTURBANCES, seed=7)
-    reseeded = run_experiment(RX90, tasks, RX90_DISTURBANCES, seed=8)
+def test_the_same_seed_gives_the_same_recordings(
+    tasks: list[trajectories.Task], experiment: trajectories.Experiment
+) -> None:
+    same = trajectories.run_experiment(RX90, tasks, RX90_DISTURBANCES, seed=7)
+    reseeded = trajectories.run_experiment(RX90, tasks, RX90_DISTURBANCES, seed=8)
     for a, b, c in zip(experiment.runs, same.runs, reseeded.runs, strict=True):
         assert np.array_equal(a.recording.torque, b.recording.torque)
         assert np.array_equal(a.recording.q, b.recording.q)
@@ -130,7 +118,7 @@ def test_the_same_seed_gives_the_same_recordings(tasks: list[Task], experiment: 
     assert not np.array_equal(first.recording.torque, two.recording.torque)
 
 
-def test_a_recording_is_read_back(experiment: Experiment, tmp_path: Path) -> None:
+def test_a_recording_is_read_back(experiment: trajectories.Experiment, tmp_path: Path) -> None:
     written = replace(experiment.runs[1].recording, gain_sigma=0.02)
     write_recording(tmp_path / "b.csv", written)
     read = read_recording(tmp_path / "b.csv", RX90)
@@ -139,16 +127,18 @@ def test_a_recording_is_read_back(experiment: Experiment, tmp_path: Path) -> Non
     assert (read.gain_sigma, read.notes) == (0.02, ())
 
 
-def test_without_disturbances_recordings_are_exact(tasks: list[Task]) -> None:
-    run = run_experiment(RX90, tasks[:1], no_disturbances(6)).runs[0]
+def test_without_disturbances_recordings_are_exact(tasks: list[trajectories.Task]) -> None:
+    run = trajectories.run_experiment(RX90, tasks[:1], no_disturbances(6)).runs[0]
     assert np.array_equal(run.recording.torque, run.exact.torque)
     assert np.array_equal(run.recording.q, run.exact.motion.q)
     assert run.friction == pytest.approx({name: RX90.parameters[name] for name in run.friction}, rel=1e-9)
 
 
-def test_recorded_again_is_what_would_have_been_recorded(tasks: list[Task], experiment: Experiment) -> None:
+def test_recorded_again_is_what_would_have_been_recorded(
+    tasks: list[trajectories.Task], experiment: trajectories.Experiment
+) -> None:
     wrong = replace(RX90_SLOW_NOISE, gain_error=0.02)
-    again, direct = experiment.again(wrong), run_experiment(RX90, tasks, wrong, seed=7)
+    again, direct = experiment.again(wrong), trajectories.run_experiment(RX90, tasks, wrong, seed=7)
     for a, b in zip(again.runs, direct.runs, strict=True):
         assert np.array_equal(a.recording.torque, b.recording.torque)
     with pytest.raises(ValueError, match="friction acts on the moving robot"):
@@ -158,15 +148,15 @@ def test_recorded_again_is_what_would_have_been_recorded(tasks: list[Task], expe
 WAVES = (8, 36)  # as in the demo: the code is compiled once for all tests
 
 
-def motion(robot: Robot, seed: int, count: int = 4) -> PointToPoint:
-    return plan_point_to_point(robot, random_points(robot, count, seed), 0.42, 0.5, 0.2)
+def motion(robot: Robot, seed: int, count: int = 4) -> trajectories.PointToPoint:
+    return trajectories.plan_point_to_point(robot, random_points(robot, count, seed), 0.42, 0.5, 0.2)
 
 
 def friction(robot: Robot) -> Array:
     return np.array([[robot.parameters[name] for name in dry_friction_names(robot)]])
 
 
-def ripple(robot: Robot, amplitude: float) -> tuple[Disturbances, Array]:
+def ripple(robot: Robot, amplitude: float) -> tuple[trajectories.Disturbances, Array]:
     phases = np.linspace(-3.0, 3.0, 2 * robot.n).reshape(robot.n, 2)
     levels = replace(no_disturbances(robot.n), ripple=(amplitude,) * robot.n, waves=WAVES)
     return levels, phases
@@ -185,8 +175,8 @@ def test_torques_are_those_of_the_inverse_model(rx90: Robot, loop: ClosedLoop) -
     """Forward dynamics by base parameters against Newton-Euler by standard ones, friction and ripple added."""
     shaken = ClosedLoop(rx90, None, *ripple(rx90, 2.0))
     payload = PAYLOAD
-    ((data, _),) = shaken.run([Task("", motion(rx90, 1), payload)])
-    expected = Simulator(without_dry_friction(rx90)).measure(data.motion, payload).torque.copy()
+    ((data, _),) = shaken.run([trajectories.Task("", motion(rx90, 1), payload)])
+    expected = trajectories.Simulator(without_dry_friction(rx90)).measure(data.motion, payload).torque.copy()
     dry = smooth_dry_friction(rx90, SMOOTHING)
     expected += [np.array(dry(qd, friction(rx90)[0]))[:, 0] for qd in data.motion.qd]
     phases = ripple(rx90, 2.0)[1]
@@ -198,9 +188,9 @@ def test_torques_are_those_of_the_inverse_model(rx90: Robot, loop: ClosedLoop) -
 def test_alone_as_in_lockstep(rx90: Robot, loop: ClosedLoop) -> None:
     """Runs of different length and load do not know of each other."""
     runs = [
-        Task("", motion(rx90, 1)),
-        Task("", motion(rx90, 2, 3), PAYLOAD, 0.9 * friction(rx90)),
-        Task("", motion(rx90, 3, 2), friction=1.1 * friction(rx90)),
+        trajectories.Task("", motion(rx90, 1)),
+        trajectories.Task("", motion(rx90, 2, 3), PAYLOAD, 0.9 * friction(rx90)),
+        trajectories.Task("", motion(rx90, 3, 2), friction=1.1 * friction(rx90)),
     ]
     together = loop.run(runs)
     for run, (data, reference) in zip(runs, together, strict=True):
@@ -216,7 +206,7 @@ def test_without_integral_action_the_payload_pulls_the_arm_off_its_path(rx90: Ro
     """The worst joint sags by what was asked for: a controller with an integral keeps within a hundredth of it."""
     reference, payload = motion(rx90, 0), PAYLOAD
     soft = CONTROLLERS[kind].sagging(rx90, payload, [reference], sag)
-    runs = [Task("", reference), Task("", reference, payload)]
+    runs = [trajectories.Task("", reference), trajectories.Task("", reference, payload)]
     (bare, _), (loaded, _) = ClosedLoop(rx90, soft, *ripple(rx90, 0.0)).run(runs)
     apart = np.sqrt(np.mean((loaded.motion.q - bare.motion.q) ** 2, axis=0))
     assert apart.max() == pytest.approx(sag, rel=0.2)
@@ -231,9 +221,9 @@ def test_a_robot_of_every_kind(
     robot = replace(crooked, parameters=random_parameters(crooked, 0))
     t = np.linspace(0.0, 1.0, 101)
     bump = (1.0 - np.cos(2.0 * np.pi * t)) ** 2
-    reference = SampledTrajectory(t, 0.1 * np.outer(bump, np.linspace(1.0, -1.0, robot.n)))
-    ((data, target),) = ClosedLoop(robot).run([Task("", reference)])
-    expected = Simulator(without_dry_friction(robot)).measure(data.motion).torque.copy()
+    reference = trajectories.SampledTrajectory(t, 0.1 * np.outer(bump, np.linspace(1.0, -1.0, robot.n)))
+    ((data, target),) = ClosedLoop(robot).run([trajectories.Task("", reference)])
+    expected = trajectories.Simulator(without_dry_friction(robot)).measure(data.motion).torque.copy()
     dry = smooth_dry_friction(robot, SMOOTHING)
     expected += [np.array(dry(qd, friction(robot)[0]))[:, 0] for qd in data.motion.qd]
     assert np.abs(data.torque - expected).max() < 1e-8 * np.abs(expected).max()

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from dynident.model import Recording, Robot, load_robot
 
+Signals = dict[str, np.ndarray]
+
 
 @pytest.fixture(scope="module")
 def arm() -> Robot:
@@ -16,7 +18,7 @@ def arm() -> Robot:
 
 
 @pytest.fixture(scope="module")
-def signals() -> dict[str, np.ndarray]:
+def signals() -> Signals:
     draw = np.random.default_rng(0)
     rows = 400
     values = {kind: draw.uniform(-1.0, 1.0, (rows, 6)) for kind in ("q", "qd", "tau")}
@@ -26,7 +28,7 @@ def signals() -> dict[str, np.ndarray]:
 NAMES = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
 
 
-def as_csv(path: Path, signals: dict[str, np.ndarray], delimiter: str = ",", decimal: str = ".") -> Path:
+def as_csv(path: Path, signals: Signals, delimiter: str = ",", decimal: str = ".") -> Path:
     header = ["t"] + [f"{kind}{j}" for kind in ("q", "qd", "tau") for j in range(1, 7)]
     table = np.column_stack(list(signals.values()))
     lines = [delimiter.join(header)]
@@ -36,13 +38,13 @@ def as_csv(path: Path, signals: dict[str, np.ndarray], delimiter: str = ",", dec
     return path
 
 
-def as_npz(path: Path, signals: dict[str, np.ndarray]) -> Path:
+def as_npz(path: Path, signals: Signals) -> Path:
     arrays: dict[str, Any] = {kind: values.T if kind == "tau" else values for kind, values in signals.items()}
     np.savez(path, note=np.array("text"), gain=np.array(3.0), **arrays)
     return path
 
 
-def as_mat5(path: Path, signals: dict[str, np.ndarray]) -> Path:
+def as_mat5(path: Path, signals: Signals) -> Path:
     from scipy.io import savemat
 
     savemat(
@@ -51,7 +53,7 @@ def as_mat5(path: Path, signals: dict[str, np.ndarray]) -> Path:
     return path
 
 
-def as_mat7(path: Path, signals: dict[str, np.ndarray]) -> Path:
+def as_mat7(path: Path, signals: Signals) -> Path:
     import h5py
 
     with h5py.File(path, "w", userblock_size=512) as data:
@@ -62,7 +64,7 @@ def as_mat7(path: Path, signals: dict[str, np.ndarray]) -> Path:
     return path
 
 
-def as_parquet(path: Path, signals: dict[str, np.ndarray]) -> Path:
+def as_parquet(path: Path, signals: Signals) -> Path:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -80,11 +82,7 @@ MESSAGES = {
 
 
 def as_bag(
-    path: Path,
-    signals: dict[str, np.ndarray],
-    names: tuple[str, ...] = NAMES,
-    gripper: bool = True,
-    also: Sequence[str] = (),
+    path: Path, signals: Signals, names: tuple[str, ...] = NAMES, gripper: bool = True, also: Sequence[str] = ()
 ) -> Path:
     """A ROS 2 bag whose joints stand in alphabetical order, with messages of a gripper in between.
 
@@ -128,14 +126,14 @@ def as_bag(
     return path
 
 
-def same(recording: Recording, signals: dict[str, np.ndarray]) -> None:
+def same(recording: Recording, signals: Signals) -> None:
     assert recording.qd is not None
     assert np.allclose(recording.t - recording.t[0], signals["t"], atol=1e-9)
     for values, kind in ((recording.q, "q"), (recording.qd, "qd"), (recording.torque, "tau")):
         assert np.array_equal(values, signals[kind])
 
 
-FORMATS: dict[str, Callable[[Path, dict[str, np.ndarray]], Path]] = {
+FORMATS: dict[str, Callable[[Path, Signals], Path]] = {
     "a.csv": as_csv,
     "a.csv.gz": as_csv,
     "a.npz": as_npz,

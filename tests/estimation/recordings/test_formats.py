@@ -14,19 +14,17 @@ from dynident.apps.logs.map import LogMap
 from dynident.apps.logs.read import read_recording
 from dynident.common.errors import InputError
 from dynident.model import Robot
-from dynident.tests.estimation.recordings.conftest import FORMATS, MESSAGES, NAMES, as_bag, same
+from dynident.tests.estimation.recordings.conftest import FORMATS, MESSAGES, NAMES, Signals, as_bag, same
 
 
 @pytest.mark.parametrize("name", FORMATS)
-def test_round_trip(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray], name: str) -> None:
+def test_round_trip(tmp_path: Path, arm: Robot, signals: Signals, name: str) -> None:
     recording = read_recording(FORMATS[name](tmp_path / name, signals), arm)
     same(recording, signals)
     assert recording.notes == ()
 
 
-def test_a_fingerprint_is_the_recordings_not_the_files(
-    tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]
-) -> None:
+def test_a_fingerprint_is_the_recordings_not_the_files(tmp_path: Path, arm: Robot, signals: Signals) -> None:
     """A fingerprint stays in every format and whatever the gains; any other number changes it."""
     prints = {read_recording(make(tmp_path / name, signals), arm).fingerprint for name, make in FORMATS.items()}
     assert len(prints) == 1
@@ -44,9 +42,7 @@ def test_a_fingerprint_is_the_recordings_not_the_files(
 
 
 @pytest.mark.parametrize("also", [["FrankaRobotState"], ["DynamicJointState"], [*MESSAGES]])
-def test_other_messages_of_joint_states(
-    tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray], also: list[str]
-) -> None:
+def test_other_messages_of_joint_states(tmp_path: Path, arm: Robot, signals: Signals, also: list[str]) -> None:
     """Of an effort only Franka's message says that it is in N·m; a bag with both is read by that."""
     recording = read_recording(as_bag(tmp_path / "mcap", signals, also=also), arm, None, LogMap(joints=NAMES))
     same(recording, signals)
@@ -55,7 +51,7 @@ def test_other_messages_of_joint_states(
 
 
 @pytest.mark.parametrize("name", ["mcap", "sqlite"])
-def test_ros_bag(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray], name: str) -> None:
+def test_ros_bag(tmp_path: Path, arm: Robot, signals: Signals, name: str) -> None:
     """Joints come in alphabetical order: only their names tell which is which."""
     path = as_bag(tmp_path / name, signals)
     with pytest.raises(InputError, match=r"elbow, shoulder_lift.*--joints"):
@@ -71,7 +67,7 @@ def test_ros_bag(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray], nam
 
 
 @pytest.mark.parametrize("name", ["mcap", "sqlite"])
-def test_a_damaged_bag_is_one_line(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray], name: str) -> None:
+def test_a_damaged_bag_is_one_line(tmp_path: Path, arm: Robot, signals: Signals, name: str) -> None:
     """Whatever of the bag's files has wrong bytes; what no byte tells is read."""
     path, refused = as_bag(tmp_path / name, signals), list[str]()
     for file in sorted(path.iterdir()):
@@ -93,12 +89,7 @@ def test_a_damaged_bag_is_one_line(tmp_path: Path, arm: Robot, signals: dict[str
 
 @pytest.mark.parametrize(("name", "module"), [("seven.mat", "h5py"), ("a.parquet", "pyarrow"), ("mcap", "rosbags")])
 def test_missing_library_names_the_extra(
-    tmp_path: Path,
-    arm: Robot,
-    signals: dict[str, np.ndarray],
-    name: str,
-    module: str,
-    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path, arm: Robot, signals: Signals, name: str, module: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = as_bag(tmp_path / name, signals) if name == "mcap" else FORMATS[name](tmp_path / name, signals)
     for loaded in [key for key in sys.modules if key.split(".")[0] == module]:
@@ -140,9 +131,7 @@ def damaged(good: bytes, seed: int) -> Iterator[bytes]:
 
 
 @pytest.mark.parametrize("name", BINARY)
-def test_a_wrong_byte_is_an_answer_or_one_line(
-    tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray], name: str
-) -> None:
+def test_a_wrong_byte_is_an_answer_or_one_line(tmp_path: Path, arm: Robot, signals: Signals, name: str) -> None:
     short = {kind: values[:50] for kind, values in signals.items()}
     good, lines = FORMATS[name](tmp_path / name, short).read_bytes(), []
     for content in damaged(good, 3):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from dynident.apps.logs import FilePart, Gears, Quantity, Time, with_flags
 from dynident.apps.logs.columns import Naming
-from dynident.apps.logs.following import Following, FollowingChange, following_change, read_following
+from dynident.apps.logs.following import Following, following_change, read_following
 from dynident.apps.logs.map import LogMap, factor, read_log_map
 from dynident.apps.logs.read import read_recording
 from dynident.apps.logs.table import RawLog
@@ -16,12 +16,12 @@ from dynident.common.errors import InputError
 from dynident.common.schema import convert
 from dynident.estimation.fit.covariance import student95
 from dynident.model import Recording, Robot, load_robot, robot_names
-from dynident.tests.estimation.recordings.conftest import NAMES, as_csv
+from dynident.tests.estimation.recordings.conftest import NAMES, Signals, as_csv
 from hypothesis import given
 from hypothesis import strategies as st
 
 
-def test_files_side_by_side_must_fit(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]) -> None:
+def test_files_side_by_side_must_fit(tmp_path: Path, arm: Robot, signals: Signals) -> None:
     np.savetxt(tmp_path / "a.csv", signals["q"], delimiter=",")
     np.savetxt(tmp_path / "b.csv", signals["tau"][:-1], delimiter=",")
     names = {kind: tuple(f"{kind}{j}" for j in range(1, 7)) for kind in ("q", "tau")}
@@ -68,7 +68,7 @@ def test_bad_log_maps(tmp_path: Path, text: str, words: str) -> None:
     assert "\n" not in str(caught.value)
 
 
-def test_lists_must_be_as_long_as_the_robot(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]) -> None:
+def test_lists_must_be_as_long_as_the_robot(tmp_path: Path, arm: Robot, signals: Signals) -> None:
     path = as_csv(tmp_path / "a.csv", signals)
     how = LogMap("m.toml", position=Quantity(sign=(1.0, -1.0)))
     with pytest.raises(InputError, match=r"position\.sign has 2 entries, the robot 6"):
@@ -77,7 +77,7 @@ def test_lists_must_be_as_long_as_the_robot(tmp_path: Path, arm: Robot, signals:
         read_recording(path, arm, None, LogMap(joints=NAMES[:5]))
 
 
-def test_flags(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]) -> None:
+def test_flags(tmp_path: Path, arm: Robot, signals: Signals) -> None:
     path = as_csv(tmp_path / "a.csv", signals)
     turned = (1.0, -1.0, 1.0, 1.0, 1.0, 1.0)
     how = with_flags(LogMap(), units=["q=deg", "qd=deg/s", "tau=mN·m", "t=ms"], signs=turned)
@@ -94,6 +94,12 @@ def test_flags(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]) -> No
         with_flags(LogMap(), units=["q=inch"])
 
 
+def joints_of(robot: str, names: tuple[str, ...]) -> tuple[str, ...]:
+    """The arm's joints, in its own order, of a log that holds joints of these names."""
+    raw = RawLog(Path("x"), ("t",), lambda names: np.empty((0, 0)), str, names)
+    return Naming(raw, LogMap(), load_robot(robot)).joints
+
+
 _NAMED = [(robot, names) for robot in robot_names() for names in load_robot(robot).joint_names]
 
 
@@ -101,17 +107,14 @@ _NAMED = [(robot, names) for robot in robot_names() for names in load_robot(robo
 @pytest.mark.parametrize("seed", range(2))
 def test_every_arms_own_names_in_any_order(robot: str, names: tuple[str, ...], seed: int) -> None:
     order = tuple(np.random.default_rng(seed).permutation([*names, "left_finger"]).tolist())
-    raw = RawLog(Path("x"), ("t",), lambda names: np.empty((0, 0)), str, order)
-    assert Naming(raw, LogMap(), load_robot(robot)).joints == names
+    assert joints_of(robot, order) == names
 
 
 @pytest.mark.parametrize("robot", robot_names())
 @pytest.mark.parametrize("first", [0, 1])
 def test_numbered_names_of_any_arm(robot: str, first: int) -> None:
-    arm = load_robot(robot)
-    names = tuple(f"other_joint_{k}" for k in range(first, first + arm.n))
-    raw = RawLog(Path("x"), ("t",), lambda names: np.empty((0, 0)), str, names[::-1])
-    assert Naming(raw, LogMap(), arm).joints == names
+    names = tuple(f"other_joint_{k}" for k in range(first, first + load_robot(robot).n))
+    assert joints_of(robot, names[::-1]) == names
 
 
 UR = ("shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint")
@@ -119,9 +122,8 @@ UR = ("shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint
 
 def test_two_arms_in_a_log_must_be_told_apart() -> None:
     both = tuple(f"{side}_{name}" for side in ("left", "right") for name in UR)
-    raw = RawLog(Path("x"), ("t",), lambda names: np.empty((0, 0)), str, both)
     with pytest.raises(InputError, match="--joints"):
-        _ = Naming(raw, LogMap(), load_robot("ur10e")).joints
+        joints_of("ur10e", both)
 
 
 UNITS = {
@@ -218,15 +220,10 @@ def write(path: Path, share: float, reference: str = "qref", seed: int = 0) -> P
     return path
 
 
-def change(folder: Path, robot: Robot, share: float, reference: str) -> FollowingChange:
-    before = read_following(write(folder / "before.csv", 1.0, reference), robot)
-    after = read_following(write(folder / "after.csv", share, reference, 1), robot)
-    return following_change(before, after)
-
-
 @pytest.mark.parametrize(("reference", "kind"), [("qref", "following error"), ("tauref", "unpredicted torque")])
 def test_the_fall_is_the_share(tmp_path: Path, rx90: Robot, reference: str, kind: str) -> None:
-    following = change(tmp_path, rx90, 0.6, reference)
+    before = read_following(write(tmp_path / "before.csv", 1.0, reference), rx90)
+    following = following_change(before, read_following(write(tmp_path / "after.csv", 0.6, reference, 1), rx90))
     assert following.kind == kind
     assert [joint.name for joint in following.joints] == [f"joint {j}" for j in range(2, 7)]
     assert following.total.fall == pytest.approx(0.4, abs=0.01)
@@ -260,7 +257,7 @@ def test_the_interval_is_as_wide_as_chance() -> None:
 
 @pytest.mark.parametrize(("unit", "factor_of_one"), [("A", 1.0), ("mA", 1e-3), ("raw", 1.0), ("percent", 0.01)])
 def test_torques_of_unknown_gain_are_read_as_currents_are(
-    tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray], unit: str, factor_of_one: float
+    tmp_path: Path, arm: Robot, signals: Signals, unit: str, factor_of_one: float
 ) -> None:
     """Columns named torques need drive gains where a user says that they hold something else."""
     path = as_csv(tmp_path / "log.csv", signals)
@@ -273,9 +270,7 @@ def test_torques_of_unknown_gain_are_read_as_currents_are(
     assert recording.torque_unit == "named"
 
 
-def test_an_effort_is_no_torque_until_something_says_so(
-    tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]
-) -> None:
+def test_an_effort_is_no_torque_until_something_says_so(tmp_path: Path, arm: Robot, signals: Signals) -> None:
     """By the user, or the column's name."""
     path = as_csv(tmp_path / "log.csv", signals)
     assert read_recording(path, arm).torque_unit == "named"

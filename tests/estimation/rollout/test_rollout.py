@@ -6,23 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident import model
 from dynident.apps.rollout.arm import IdentifiedArm, MujocoArm
 from dynident.apps.rollout.rollout import CONSTANT, IDENTIFIED, roll_out_all
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Settings
 from dynident.estimation.results.parts import Rollout
-from dynident.model import (
-    Drives,
-    Joint,
-    Processing,
-    Recording,
-    Robot,
-    base_parameters,
-    load_robot,
-    robot_names,
-    standard_columns,
-)
 from dynident.model.stand_in import with_stand_in
 from dynident.tests.conftest import IN_FULL
 from dynident.trajectories import plan_point_to_point
@@ -30,18 +20,20 @@ from dynident.trajectories.motions.via_points import random_points
 from dynident.trajectories.simulation.closed_loop import ClosedLoop, Task
 
 STEP = 0.01
-PENDULUM = Robot("pendulum", (Joint(alpha=radians(90)),), drives=Drives(friction=(), offsets=False))
+PENDULUM = model.Robot(
+    "pendulum", (model.Joint(alpha=radians(90)),), drives=model.Drives(friction=(), offsets=False)
+)
 """Turns about a level axis; gravity pulls its mass down."""
 BODY = {"M1": 2.0, "MX1": 1.0, "ZZ1": 0.9}
 
 
-def values_of(robot: Robot, parameters: dict[str, float]) -> Array:
-    return base_parameters(robot).value(dict.fromkeys(standard_columns(robot), 0.0) | parameters)
+def values_of(robot: model.Robot, parameters: dict[str, float]) -> Array:
+    return model.base_parameters(robot).value(dict.fromkeys(model.standard_columns(robot), 0.0) | parameters)
 
 
 @pytest.fixture(scope="module")
 def pendulum() -> IdentifiedArm:
-    return IdentifiedArm(PENDULUM, base_parameters(PENDULUM), values_of(PENDULUM, BODY))
+    return IdentifiedArm(PENDULUM, model.base_parameters(PENDULUM), values_of(PENDULUM, BODY))
 
 
 def test_a_pendulum_swings_as_in_closed_form(pendulum: IdentifiedArm) -> None:
@@ -76,27 +68,27 @@ def test_mujoco_moves_a_pendulum_alike(pendulum: IdentifiedArm, tmp_path: Path) 
     assert np.abs(ours - theirs).max() < 5e-3
 
 
-def recorded(robot: Robot) -> Recording:
+def recorded(robot: model.Robot) -> model.Recording:
     """A motion under a controller, without noise."""
     points = random_points(robot, 4, 3)
     ((data, _),) = ClosedLoop(robot).run([Task("", plan_point_to_point(robot, points, 0.42, 0.5, 0.2))])
-    return Recording(data.motion.t, data.motion.q, data.torque, data.motion.qd, "simulated")
+    return model.Recording(data.motion.t, data.motion.q, data.torque, data.motion.qd, "simulated")
 
 
-def swung(size: int) -> Recording:
+def swung(size: int) -> model.Recording:
     """A pendulum that is driven to and fro."""
     t: Array = STEP * np.arange(size, dtype=float)
     q = np.sin(4.0 * t)[:, None]
-    return Recording(t, q, (0.9 * -16.0 * q + 9.81 * np.cos(q)), (4.0 * np.cos(4.0 * t))[:, None], "swung")
+    return model.Recording(t, q, (0.9 * -16.0 * q + 9.81 * np.cos(q)), (4.0 * np.cos(4.0 * t))[:, None], "swung")
 
 
-def rolled(robot: Robot, recording: Recording, parameters: dict[str, float]) -> Rollout:
-    settings = Settings(Processing(slow_speed=0.05))
+def rolled(robot: model.Robot, recording: model.Recording, parameters: dict[str, float]) -> Rollout:
+    settings = Settings(model.Processing(slow_speed=0.05))
     (rollout,) = roll_out_all(robot, values_of(robot, parameters), [recording], settings, (0.1, 0.5))
     return rollout
 
 
-LINK_SIDE = tuple(name for name in robot_names() if load_robot(name).drives.side == "link")
+LINK_SIDE = tuple(name for name in model.robot_names() if model.load_robot(name).drives.side == "link")
 
 
 MOTOR_SIDE = [name for name in IN_FULL if name not in LINK_SIDE]
@@ -105,7 +97,7 @@ MOTOR_SIDE = [name for name in IN_FULL if name not in LINK_SIDE]
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.long) for name in MOTOR_SIDE])
 def test_true_parameters_predict_and_wrong_ones_do_not(name: str) -> None:
-    robot = with_stand_in(load_robot(name))
+    robot = with_stand_in(model.load_robot(name))
     recording = recorded(robot)
     true = rolled(robot, recording, dict(robot.parameters))
     error, constant = (true.working.spread(by, 0.5) for by in (IDENTIFIED, CONSTANT))
@@ -123,7 +115,7 @@ def test_true_parameters_predict_and_wrong_ones_do_not(name: str) -> None:
 
 def test_a_joint_of_hardly_any_inertia_is_named() -> None:
     """Friction as a motor's on a link that weighs nothing cannot be integrated, and it says what is missing."""
-    robot = replace(PENDULUM, drives=Drives())
+    robot = replace(PENDULUM, drives=model.Drives())
     with pytest.raises(InputError, match="IA1"):
         rolled(robot, swung(400), {"ZZ1": 1e-7, "FS1": 5.0})
 

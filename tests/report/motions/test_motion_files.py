@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from dynident import trajectories
 from dynident.apps.export.motion import WrittenMotion, design_head
 from dynident.apps.export.motions import FORMATS
 from dynident.apps.export.motions.urscript import check_urscript
@@ -10,17 +11,6 @@ from dynident.common.errors import InputError
 from dynident.model import load_robot
 from dynident.tests.conftest import SCARA
 from dynident.tests.report.motions import motion_parsers as read
-from dynident.trajectories import (
-    Design,
-    FourierShape,
-    Goal,
-    JointBounds,
-    Trapezoid,
-    ViaPoints,
-    ViaPointShape,
-    build_design,
-    solve_design,
-)
 from dynident.trajectories.design.goal import Shape
 
 DIGITS = 6e-10
@@ -28,29 +18,31 @@ DIGITS = 6e-10
 
 
 @pytest.fixture(scope="module")
-def designs() -> dict[str, Design]:
+def designs() -> dict[str, trajectories.Design]:
     """Through via points, passing or resting, and a Fourier series: of a payload's goal, which is quick."""
     robot = load_robot("rx90")
-    bounds = JointBounds.of(robot, override=0.5)
-    goal = Goal("cond-scaled", payload_only=True)
+    bounds = trajectories.JointBounds.of(robot, override=0.5)
+    goal = trajectories.Goal("cond-scaled", payload_only=True)
     shapes: dict[str, Shape] = {
-        "passing": ViaPointShape(5),
-        "rest": ViaPointShape(5, passing=False),
-        "trapezoid": ViaPointShape(5, passing=False, segment=Trapezoid(0.2)),
-        "fourier": FourierShape(2, 3.1234567),
+        "passing": trajectories.ViaPointShape(5),
+        "rest": trajectories.ViaPointShape(5, passing=False),
+        "trapezoid": trajectories.ViaPointShape(5, passing=False, segment=trajectories.Trapezoid(0.2)),
+        "fourier": trajectories.FourierShape(2, 3.1234567),
     }
     return {
-        name: solve_design(build_design(robot, shape, goal, bounds=bounds), seed=3, starts=1)
+        name: trajectories.solve_design(
+            trajectories.build_design(robot, shape, goal, bounds=bounds), seed=3, starts=1
+        )
         for name, shape in shapes.items()
     }
 
 
 @pytest.fixture(params=["passing", "rest", "trapezoid", "fourier"])
-def design(request: pytest.FixtureRequest, designs: dict[str, Design]) -> Design:
+def design(request: pytest.FixtureRequest, designs: dict[str, trajectories.Design]) -> trajectories.Design:
     return designs[request.param]
 
 
-def written(design: Design, rate: float = 250.0, names: tuple[str, ...] = ()) -> WrittenMotion:
+def written(design: trajectories.Design, rate: float = 250.0, names: tuple[str, ...] = ()) -> WrittenMotion:
     head = design_head(design, design.learnt)
     return WrittenMotion(design.problem.robot, design.plan, design.problem.bounds, head, rate, names, "excite")
 
@@ -60,7 +52,7 @@ def val3_files(motion: WrittenMotion) -> dict[str, str]:
     return {f"{motion.name}.dtx": form.text(motion), **form.beside(motion)}
 
 
-def same(samples: read.Read, design: Design) -> None:
+def same(samples: read.Read, design: trajectories.Design) -> None:
     """At the times of the file, to its digits."""
     # A time is rounded to a nanosecond: that much faster joints move on, and a trapezoid's acceleration may step.
     around = [design.plan.at(np.clip(samples.t + late, 0.0, design.plan.duration)) for late in (-1e-9, 0.0, 1e-9)]
@@ -70,7 +62,7 @@ def same(samples: read.Read, design: Design) -> None:
             assert missed.max() <= DIGITS + 2e-9 * 60.0
 
 
-def test_csv(design: Design) -> None:
+def test_csv(design: trajectories.Design) -> None:
     samples = read.csv_samples(FORMATS["csv"].text(written(design, 100.0)))
     same(samples, design)
     assert samples.t[-1] == pytest.approx(design.plan.duration, abs=1e-9)
@@ -79,7 +71,7 @@ def test_csv(design: Design) -> None:
     assert np.abs(samples.qd[[0, -1]]).max() < 1e-7, "rests at both ends"
 
 
-def test_ros2(design: Design) -> None:
+def test_ros2(design: trajectories.Design) -> None:
     names, samples = read.ros2(FORMATS["ros2"].text(written(design, 50.0)))
     assert names == [f"joint_{j}" for j in range(1, 7)]
     same(samples, design)
@@ -87,7 +79,7 @@ def test_ros2(design: Design) -> None:
 
 
 @pytest.mark.parametrize("rate", [500.0, 125.0])
-def test_urscript(design: Design, rate: float) -> None:
+def test_urscript(design: trajectories.Design, rate: float) -> None:
     program = read.urscript(FORMATS["urscript"].text(written(design, rate)))
     same(program.motion, design)
     assert program.motion.t[1] == pytest.approx(1.0 / rate)
@@ -100,10 +92,10 @@ def test_urscript(design: Design, rate: float) -> None:
 
 
 @pytest.mark.parametrize("kind", ["passing", "rest", "trapezoid"])
-def test_val3(designs: dict[str, Design], kind: str) -> None:
+def test_val3(designs: dict[str, trajectories.Design], kind: str) -> None:
     design = designs[kind]
     plan, robot = design.plan, design.problem.robot
-    assert isinstance(plan, ViaPoints)
+    assert isinstance(plan, trajectories.ViaPoints)
     program = read.val3(val3_files(written(design)))
     assert np.abs(np.radians(program.points) - plan.points).max() < np.radians(6e-7)
     assert program.code["start"].splitlines() == [
@@ -138,10 +130,10 @@ def test_val3(designs: dict[str, Design], kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", ["passing", "rest"])
-def test_val3_replay_is_what_the_descriptors_ask_for(designs: dict[str, Design], kind: str) -> None:
+def test_val3_replay_is_what_the_descriptors_ask_for(designs: dict[str, trajectories.Design], kind: str) -> None:
     """It passes or rests as they say, no faster than their percentages, in about the designed time."""
     design = designs[kind]
-    assert isinstance(design.plan, ViaPoints)
+    assert isinstance(design.plan, trajectories.ViaPoints)
     limits = [joint.limits for joint in design.problem.robot.joints]
     program = read.val3(val3_files(written(design)))
     replay = val3_replay(written(design))
@@ -156,7 +148,7 @@ def test_val3_replay_is_what_the_descriptors_ask_for(designs: dict[str, Design],
     assert (max(nearest) < 1e-2) == (kind == "rest"), "blending passes the inner points at a distance"
 
 
-def test_what_has_no_place_is_refused(designs: dict[str, Design]) -> None:
+def test_what_has_no_place_is_refused(designs: dict[str, trajectories.Design]) -> None:
     rx90 = designs["rest"].problem.robot
     for name in ("", "9lives", "two words", "longer_than_fifteen_letters", "_x"):
         with pytest.raises(InputError, match="VAL3 application's name"):

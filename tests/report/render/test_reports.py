@@ -3,7 +3,6 @@
 import re
 import shutil
 import subprocess
-from collections.abc import Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -13,18 +12,12 @@ import numpy as np
 import pytest
 from dynident.apps.logs.read import read_recording
 from dynident.apps.numbers import with_interval
-from dynident.apps.report.blocks import Block, Code, Notes, Report, Section, Table, Text
+from dynident.apps.report.blocks import Code, Notes, Report, Section, Table, Text
 from dynident.apps.report.figures.signals import prediction_figure, worst_joint_figure
 from dynident.apps.report.page import Provenance, SourceFile, blocks_html, page_html
 from dynident.apps.report.sections.payload import controller_line, payload_report
 from dynident.cli import main
-from dynident.estimation import (
-    PayloadAnswer,
-    Settings,
-    Verdict,
-    answer_payload,
-    payload_problem,
-)
+from dynident.estimation import PayloadAnswer, Settings, Verdict, answer_payload, payload_problem
 from dynident.estimation.answers.system import TorquePrediction
 from dynident.estimation.diagnosis.finding import Finding
 from dynident.estimation.results.payload import FlangeDocument
@@ -47,17 +40,14 @@ FIGURES = [
     "excitation",
     "essential_path",
 ]
+ROBOT_SECTIONS = ["parameters", "torques", "excitation", "essential", "data"]
 
 
 @pytest.mark.parametrize(
     ("name", "sections", "figures"),
     [
         pytest.param("payload_report", SECTIONS, FIGURES, marks=pytest.mark.long),
-        (
-            "robot_report",
-            ["parameters", "torques", "excitation", "essential", "data"],
-            ["worst_joint", "torques_1", "excitation", "essential_path"],
-        ),
+        ("robot_report", ROBOT_SECTIONS, ["worst_joint", "torques_1", "excitation", "essential_path"]),
     ],
 )
 def test_every_section_figure_and_table(
@@ -112,10 +102,6 @@ def test_a_time_that_is_none_is_refused(
     assert not list(tmp_path.iterdir())
 
 
-QUICK = ["design", "--robot", "rx90", "--torque-limits", "none", "--torque-noise", "1,1,1,1,1,1"]
-QUICK += ["acceleration=3x", "--via-points", "5", "--starts", "1"]
-
-
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 
 
@@ -158,7 +144,8 @@ def test_opens(name: str, width: int, browser: str, request: pytest.FixtureReque
     )
     done = start(browser, tmp_path, f"--window-size={width},900", "--dump-dom", (tmp_path / "page.html").as_uri())
     assert ":CONSOLE" not in done.stderr
-    figures, tables, over, buttons = map(int, read_title(done.stdout).split())
+    title = done.stdout.split("<title>", 1)[1].split("</title>", 1)[0]
+    figures, tables, over, buttons = map(int, title.split())
     assert (figures, tables) == (page.count["svg"], page.count["table"])
     assert over <= 0, "the page itself must not scroll sideways"
     assert buttons == page.count["button"]
@@ -169,10 +156,6 @@ def test_console_errors_would_be_seen(browser: str, tmp_path: Path) -> None:
     (tmp_path / "bad.html").write_text("<script>nothing.there()</script>", encoding="utf-8")
     done = start(browser, tmp_path, "--dump-dom", (tmp_path / "bad.html").as_uri())
     assert ":CONSOLE" in done.stderr
-
-
-def read_title(dom: str) -> str:
-    return dom.split("<title>", 1)[1].split("</title>", 1)[0]
 
 
 EVIL = "<script>alert(1)</script>\"'&lt;</code></pre>"
@@ -194,17 +177,14 @@ def evil_prediction() -> TorquePrediction:
     return TorquePrediction(EVIL, True, False, (t,), (measured,), {"predicted": (0.9 * measured,)})
 
 
-def report_of(blocks: Sequence[Block]) -> Report:
-    return Report(EVIL, [Text(EVIL)], [Section("one", EVIL, blocks)])
-
-
 def test_files_named_like_scripts_are_harmless() -> None:
     """In tables, captions, descriptions of figures, the command and the title."""
     files = (SourceFile("with payload", EVIL, "0" * 64),)
     provenance = Provenance(f"dynident payload --loaded {EVIL}", files, {EVIL: EVIL}, {EVIL: EVIL}, DATE)
     shown = Table("plain", ("", EVIL), [(EVIL, EVIL)])
     drawings = [worst_joint_figure(evil_prediction()), prediction_figure(evil_prediction(), "torques_1")]
-    text = page_html(report_of([shown, Notes([EVIL]), *drawings]), provenance)
+    section = Section("one", EVIL, [shown, Notes([EVIL]), *drawings])
+    text = page_html(Report(EVIL, [Text(EVIL)], [section]), provenance)
     page = read(text)
     assert page.count["script"] == 1
     assert "alert" not in page.texts["script"][0]

@@ -173,15 +173,11 @@ def described(tmp_path: Path) -> Callable[[str], Robot]:
     return arm
 
 
-def still(q: list[float]) -> Motion:
-    at = np.array([q])
-    return Motion(np.zeros(1), at, np.zeros_like(at), np.zeros_like(at))
-
-
 def test_meshes_stand_where_the_links_are(described: Callable[[str], Robot], tmp_path: Path) -> None:
     """By the URDF's own transforms with both joints turned, to the millimetre's rounding of the files."""
     robot = described(f"file://{tmp_path}/arm_description/meshes/ball.stl")
-    view = view_of(robot, still([0.5 * np.pi, -0.5 * np.pi]))
+    q = np.array([[0.5 * np.pi, -0.5 * np.pi]])
+    view = view_of(robot, Motion(np.zeros(1), q, 0.0 * q, 0.0 * q))
     assert view.notes == ()
     assert not any("along" in shape.name or "flange" in shape.name for shape in view.shapes)
     middle, size = {}, {}
