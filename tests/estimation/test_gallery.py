@@ -378,9 +378,9 @@ def test_every_command_says_the_same_of_any_arm(name: str, mistake: str) -> None
     words, describe, change = MISTAKES[mistake]
     arm, without, with_payload = describe(robot), change(bare), change(loaded)
     verdicts = [
-        identify(arm, [without]).verdict,
-        answer_payload(payload_problem(arm, [with_payload], [without])).verdict,
-        answer_payload(difference_weighing(arm, [with_payload], [without])).verdict,
+        estimation.identify(arm, [without]).verdict,
+        estimation.answer_payload(estimation.payload_problem(arm, [with_payload], [without])).verdict,
+        estimation.answer_payload(difference_weighing(arm, [with_payload], [without])).verdict,
     ]
     # A robot alone shows gravity's size by its inertia only: a GP7's too little.
     for verdict in verdicts[mistake == "gravity 9" :]:
