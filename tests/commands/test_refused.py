@@ -197,7 +197,7 @@ LINES = {
         "nowhere.csv --segments trapezoid": "Unknown option: --segments",
         "nowhere.csv --starts 3": "Unknown option: --starts",
         "nowhere.csv seed=3": "seed has no effect without bound",
-        "nowhere.csv --data-from nowhere.npz": "needs data-length",
+        "nowhere.csv --data-from nowhere.npz": "nowhere.csv: no such file",
     },
     f"simulate {RX90} --out x": {
         "--noise loud": "--noise 'loud'",

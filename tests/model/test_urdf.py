@@ -231,12 +231,11 @@ def test_choosing_base_and_tip(write: Write) -> None:
         load_robot("rx90", tip="tool0")
 
 
-@pytest.mark.parametrize(
-    "element", ['<link name="${p}e"/>', "<gazebo>${x}</gazebo>", "<x:if xmlns:x='http://ros.org/xacro'/>"]
-)
+@pytest.mark.parametrize("element", ['<link name="${p}e"/>', "<x:if xmlns:x='http://ros.org/xacro'/>"])
 def test_an_element_that_xacro_cannot_expand_is_refused(write: Write, element: str) -> None:
     with pytest.raises(InputError, match=r"expand it first \(xacro FILE"):
         load_robot(write(file(*CHAIN).replace("</robot>", f"{element}</robot>")))
+    load_robot(write(file(*CHAIN).replace("</robot>", "<gazebo>${x}</gazebo></robot>")))  # a tag that nobody reads
 
 
 @pytest.mark.parametrize("seed", range(3))

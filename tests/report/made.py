@@ -40,7 +40,7 @@ ROBOT = SimpleNamespace(
     n=2,
     name="arm",
     title="An arm",
-    joints=(SimpleNamespace(kind="revolute"), SimpleNamespace(kind="prismatic")),
+    joints=(SimpleNamespace(kind="revolute", revolute=True), SimpleNamespace(kind="prismatic", revolute=False)),
     fingerprint="f00",
     mass=None,
     payload_frame="flange: plain",
@@ -52,7 +52,9 @@ ROBOT = SimpleNamespace(
     assumed=lambda *parts: {name: "told" for name in parts if name in ("speed", "torque")},
 )
 SEEN: Fingerprints = {"unloaded": ("u",), "loaded": ("l",)}
-ANY_ROBOT: Any = ROBOT
+ANY_ROBOT: Any = SimpleNamespace(
+    **{**vars(ROBOT), "joints": (*ROBOT.joints, ROBOT.joints[0])}
+)  # three, as fits have
 GAINS = Gains((0.01, 0.02, 0.03), 0.004, np.diag([1e-4, 2e-4, 3e-4]).tolist(), SEEN, 6.5, ("said",))
 
 
@@ -202,6 +204,7 @@ def payload() -> Any:
     free = free_payload()
     best = possible_payload(free)
     problem = NonCallableMock(
+        torque_noise=(np.array([0.31, 0.32, 0.33]), 7.5),
         spec=LongMotion,
         robot=ROBOT,
         source=source(99.5),

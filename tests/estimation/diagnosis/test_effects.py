@@ -230,7 +230,7 @@ def test_passages_of_one_path_are_left_out_together(passages: int, count: int) -
     period = 7.0 if passages > 1 else 40.0
     t = np.arange(passages * 700) / 100.0
     q = np.sin(2.0 * np.pi / period * t[:, None] * [1, 1, 2, 2, 3, 3] + np.arange(6))
-    both = [Recording(t, np.roll(q, -150 * k, axis=0), 0.0 * q, source=str(k)) for k in range(min(passages, 2))]
+    both = [Recording(t, np.roll(q, -150 * k, axis=0), q, source=str(k)) for k in range(min(passages, 2))]
     states = States.joined([States.of(one, ROBOT.processing, 70 * passages) for one in both])
     phase = np.exp(2j * np.pi / period * (states.t + 1.5 * states.recording))
     assert states.block.max() + 1 == count

@@ -46,7 +46,7 @@ def test_other_messages_of_joint_states(tmp_path: Path, arm: Robot, signals: Sig
     """Of an effort only Franka's message says that it is in N·m; a bag with both is read by that."""
     recording = read_recording(as_bag(tmp_path / "mcap", signals, also=also), arm, None, LogMap(joints=NAMES))
     same(recording, signals)
-    assert recording.torque_unit == ("named" if "FrankaRobotState" in also else "unknown")
+    assert recording.torque_unit == ("given" if "FrankaRobotState" in also else "unknown")
     assert ("nothing tells the unit of effort" in " ".join(recording.notes)) == (recording.torque_unit == "unknown")
 
 
