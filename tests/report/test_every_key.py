@@ -272,6 +272,7 @@ def test_payload() -> None:
             "processing": PROCESSING,
             "relative_residual": {**residual(made.FIT), "validation": residual(made.CHECK)},
             "data": {
+                "torque_noise": [0.31, 0.32, 0.33], "independent_rate_hz": 7.5,
                 "equations": 120, "equations_loaded": 130, "rate_hz": 99.5, "cutoff_hz": 11.0, **PAIRS,
                 "condition_number": 42.5, "condition_number_scaled": 4.5, "base_parameters": 2, "friction": "own",
             },
