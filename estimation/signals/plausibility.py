@@ -79,7 +79,8 @@ def out_of_range(robot: Robot, recording: Recording) -> Iterator[str]:
     else:
         advice = "no joint turns so far: looks like the motor side; give [motor] gear_ratios and side in a log map"
     more = f" (and q{', q'.join(map(str, list(found)[1:]))} too)" if len(found) > 1 else ""
-    yield f"{next(iter(found.values()))}, the range of that joint of {robot.name} with a margin{more}: {advice}"
+    first, text = next(iter(found.items()))
+    yield f"{text}, the range of joint {first} of {robot.name} with a margin{more}: {advice}"
 
 
 def _torques(robot: Robot, recording: Recording) -> Iterator[str]:

@@ -134,11 +134,10 @@ def test_a_designed_csv_is_judged_as_the_design_was(here: Path, goal: str, shape
     assert judged["evaluated"] == "m.csv"
     assert "motion" not in judged
     assert judged["limits"]["met"]
-    # The design's own grid has 120 samples a second here: the sign of a speed switches up to 8 ms away, which the
-    # condition number in SI units and joint 2's sigmas feel most. At 240, 500, 1,000 and 2,000 samples a second
-    # they are .9 to 1 and .7 to .8 % from the design's.
+    # The design is filtered from 250 samples a second, the file from 1,000: the sign of a speed switches elsewhere,
+    # which the condition number in SI units and joint 2's sigmas feel most (2.7 and .8 % here).
     for key in ("condition_number", "condition_number_scaled", "log_det", "duration_s"):
-        error = 1.5e-2 if key == "condition_number" else 2e-3
+        error = 3e-2 if key == "condition_number" else 2e-3
         assert judged[key] == pytest.approx(designed[key], rel=error), key
         assert f"{judged[key]:.4g}" in text
     assert judged["predicted_sigma"] == pytest.approx(designed["predicted_sigma"], rel=1e-2)
