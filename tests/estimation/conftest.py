@@ -6,13 +6,27 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
-from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, load_robot
+from dynident.model import InertialParameters, Joint, Limits, Motion, Processing, Recording, Robot, load_robot
 from dynident.model.motion import Measurement
 from dynident.trajectories import Fourier, Simulator, ViaPoints
 
 Change = Callable[[Recording], Recording]
 EXACT = Processing()
 """No filter, no decimation."""
+TURNS, SLIDES = Limits((-2.0, 2.0), 3.0, 10.0, 100.0), Limits((-0.3, 0.3), 2.0, 10.0, 900.0)
+LIFT = Robot(
+    "lift",
+    (
+        Joint("prismatic", limits=SLIDES),
+        Joint(alpha=-np.pi / 2, d=0.1, limits=TURNS),
+        Joint(d=0.4, limits=TURNS),
+        Joint(alpha=np.pi / 2, d=0.05, r=0.3, limits=TURNS),
+        Joint(alpha=-np.pi / 2, limits=TURNS),
+    ),
+    mass=30.0,
+    rated_payload=3.0,
+)
+"""An arm on a vertical slide."""
 
 
 @pytest.fixture(scope="session")

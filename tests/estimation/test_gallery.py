@@ -21,9 +21,9 @@ from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.payload.by_joints import WITHOUT_BLOCKS, payload_by_joints
 from dynident.estimation.payload.long_motion import Source
 from dynident.estimation.payload.short_motion import difference_weighing
-from dynident.model import InertialParameters, Joint, Limits, Motion, Processing, Recording, Robot, load_robot
+from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, load_robot
 from dynident.model.stand_in import rehearsed
-from dynident.tests.estimation.conftest import Change, counted_backwards, on_torque, scaled
+from dynident.tests.estimation.conftest import LIFT, Change, counted_backwards, on_torque, scaled
 from dynident.tests.selection import every
 from dynident.trajectories import Simulator, ViaPoints
 
@@ -319,22 +319,6 @@ def _of_knowledge() -> Iterator[Wrong]:
     yield known("ellipsoid in the wrong place", "contradict the constraint: .*ellipsoid", ellipsoid)
     box = estimation.CentreOfMassInBox((-0.02, -0.02, -0.3), (0.02, 0.02, -0.1))
     yield known("centre of mass in the wrong box", "contradict the constraint: centre of mass", box)
-
-
-TURNS, SLIDES = Limits((-2.0, 2.0), 3.0, 10.0, 100.0), Limits((-0.3, 0.3), 2.0, 10.0, 900.0)
-LIFT = Robot(
-    "lift",
-    (
-        Joint("prismatic", limits=SLIDES),
-        Joint(alpha=-np.pi / 2, d=0.1, limits=TURNS),
-        Joint(d=0.4, limits=TURNS),
-        Joint(alpha=np.pi / 2, d=0.05, r=0.3, limits=TURNS),
-        Joint(alpha=-np.pi / 2, limits=TURNS),
-    ),
-    mass=30.0,
-    rated_payload=3.0,
-)
-"""An arm on a vertical slide."""
 
 
 @cache

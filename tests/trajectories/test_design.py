@@ -351,7 +351,7 @@ def test_the_adjoint_is_the_derivative(kernel: tuple[Robot, RegressorKernel]) ->
 def test_what_a_motion_promises_its_simulated_recordings_show(name: str) -> None:
     """Within a factor of 1.5 for robot and payload, by the same noise; so does ``--like`` find that noise again."""
     found = promised_and_shown(name, seed=0)
-    assert found.condition == pytest.approx(1.0, rel=1e-3)  # the ends of a log are filtered otherwise than a plan's
+    assert found.condition == pytest.approx(1.0, rel=3e-4)  # positions are recorded to 1e-5 rad
     for ratio in (found.robot, found.payload):
         assert 1.0 / 1.5 < ratio < 1.5
     if name == "kr6_r900":

@@ -1,7 +1,6 @@
 """Torques against the weight of the links as described: unit, sign, gains and mounting, of every shipped arm."""
 
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -13,27 +12,13 @@ from dynident.estimation.diagnosis.evidence import Diagnosis, Evidence
 from dynident.estimation.diagnosis.nominal import nominal_gravity, weight
 from dynident.estimation.diagnosis.states import BLOCKS, states_of
 from dynident.estimation.payload.long_motion import Source
-from dynident.model import Joint, Limits, Recording, Robot, load_robot, robot_names
+from dynident.model import Recording, Robot, load_robot, robot_names
 from dynident.model.stand_in import rehearsed
+from dynident.tests.estimation.conftest import LIFT, Change
 from dynident.tests.selection import every
 from dynident.trajectories import Simulator, ViaPoints
 
-TURNS, SLIDES = Limits((-2.0, 2.0), 3.0, 10.0, 100.0), Limits((-0.5, 0.5), 0.5, 5.0, 900.0)
-LIFT = Robot(
-    "lift",
-    (
-        Joint("prismatic", limits=SLIDES),
-        Joint(alpha=-np.pi / 2, d=0.1, limits=TURNS),
-        Joint(d=0.4, limits=TURNS),
-        Joint(alpha=np.pi / 2, d=0.05, r=0.3, limits=TURNS),
-        Joint(alpha=-np.pi / 2, limits=TURNS),
-    ),
-    mass=30.0,
-    rated_payload=3.0,
-)
-"""An arm on a vertical slide."""
 ARMS = {name: robot for name in robot_names() if (robot := load_robot(name)).spring is None} | {"lift": LIFT}
-Change = Callable[[Recording], Recording]
 
 
 @cache
