@@ -32,6 +32,9 @@ deviation of the ratio, gravity torque over the largest joint's."""
 LEANS, CLEARLY = 25.0, 0.1
 """Angle [degrees] from the described gravity to that of the torques above which the robot is mounted otherwise
 (real arms are up to 10 off), and fraction of the squared torque that only another direction explains."""
+SETTLED, SETTLED_Z = 0.6, 3.0
+"""Fraction by which chi2 falls with a joint counted the other way or another robot, and Vuong's statistic, above which
+that is the reason: .76 to 1 where it is so, .07 at most with torques of the wrong sign."""
 _FLOOR = 1e-6  # of the squared torque: data without noise still need finite weights
 
 
@@ -97,7 +100,10 @@ def weight(evidence: Evidence) -> Iterator[Finding]:
     """
     nominal, source = evidence.diagnosis.nominal, evidence.source
     units = {one.torque_unit for one in (*source.unloaded, *source.loaded)} if source is not None else set()
-    contradiction = _contradiction(evidence.robot, nominal) if nominal is not None else ""
+    # A joint counted the other way, or another robot, which goes against the weight too, leaves next to nothing.
+    others = evidence.diagnosis.alternatives
+    settled = any(one.kind in ("turned", "robot") and one.fall > SETTLED and one.z > SETTLED_Z for one in others)
+    contradiction = _contradiction(evidence.robot, nominal) if nominal is not None and not settled else ""
     if contradiction and nominal is not None:
         bodies = f"assumed: {nominal.assumed}" if nominal.assumed else "bodies as described"
         text = f"{contradiction} ({bodies})"

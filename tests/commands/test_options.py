@@ -284,7 +284,7 @@ for _name, _entries in OPTIONS.items():
     if _name == "demo" or "--json" in _entries:
         _entries["--details"] = "--details"
 
-RUNS = ("simulate", "demo")
+RUNS = ("simulate", "demo", "rollout")
 """Commands of thousands of steps; others evaluate many models a few times: to compile each would take longer."""
 TEXTS_ASKED_FOR = ("export", "robot show")
 """Commands whose printed text is the answer itself, which ``--quiet`` leaves as it is."""
