@@ -41,13 +41,11 @@ def shown_noise(path: str | Path) -> tuple[Array, float]:
         if sigma is None or rate is None:
             raise InputError(f"{path}: tells no torque noise of recordings without payload: {_OF_BOTH}")
         return np.asarray(sigma), rate
-    stored = read_stored_robot(path)
-    data, robust, memory, seconds = stored.data, stored.robust, MEMORY, 0.0
-    if stored.covariance_robust is not None and robust is not None and robust.blocks:
-        ratios = np.diag(np.array(stored.covariance_robust)) / np.diag(np.array(stored.covariance))
-        memory, seconds = float(np.exp(0.5 * np.log(ratios).mean())), robust.blocks * (robust.block_length or 0.0)
-    independent = (data.degrees_of_freedom + len(stored.columns)) / len(data.rows_per_joint)
-    return memory / stored.estimate.weights, independent / seconds if seconds else INDEPENDENT
+    own = read_stored_robot(path).data
+    sigma, rate = present(own.torque_noise), present(own.independent)
+    if sigma is None or rate is None:  # without robust standard deviations
+        return MEMORY / np.asarray(own.weights), INDEPENDENT
+    return np.asarray(sigma), rate
 
 
 def read_earlier(path: str | Path, noise: Array | None) -> Earlier:
@@ -65,8 +63,7 @@ def read_earlier(path: str | Path, noise: Array | None) -> Earlier:
         if noise is not None and len(noise) != len(problem.factors):
             raise InputError(f"{path}: is of a robot with {len(problem.factors)} joints, not {len(noise)}")
         rows = problem.stacked(None if noise is None else 1.0 / noise)[:, :-1]
-        independent = np.sqrt(sum(problem.effective_rows) / problem.equations)
-        return Earlier(problem.columns, triangular(independent * rows))
+        return Earlier(problem.columns, triangular(np.sqrt(problem.independent) * rows))
     if noise is None:
         raise InputError(
             f"{path}: a covariance holds no unweighted rows, which condition numbers need: give the --npz of "

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from msgspec import UNSET
@@ -280,13 +281,18 @@ def robot_result(
     raw, scaled = problem.condition_numbers()
     labels = dict(zip(estimate.names, base.names, strict=True))
     used = result.recordings[0].gains if result.recordings else ()
+    noise: dict[str, Any] = {}
+    if estimate.robust is not None and result.recordings:
+        rate = result.processing.equations_a_second(result.recordings[0].rate)
+        memory = np.exp(0.5 * np.log(np.diag(estimate.robust.covariance) / np.diag(estimate.covariance)).mean())
+        noise = {"torque_noise": memory / estimate.weights, "independent": rate * problem.independent}
     return RobotResult(
         robot=robot.name,
         robot_title=robot.title or UNSET,
         joints=tuple(joint.kind for joint in robot.joints),
         fingerprint=robot.fingerprint,
         processing=parts.ProcessingDocument.made(robot, result.processing, used),
-        data=RobotData.of(estimate, estimate.fit, problem, rows_per_joint=problem.rows),
+        data=RobotData.of(estimate, estimate.fit, problem, rows_per_joint=problem.rows, **noise),
         columns=estimate.names,
         covariance=estimate.covariance,
         covariance_robust=estimate.robust.covariance if estimate.robust else None,

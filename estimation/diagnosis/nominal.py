@@ -33,8 +33,9 @@ LEANS, CLEARLY = 25.0, 0.1
 """Angle [degrees] from the described gravity to that of the torques above which the robot is mounted otherwise
 (real arms are up to 10 off), and fraction of the squared torque that only another direction explains."""
 SETTLED, SETTLED_Z = 0.6, 3.0
-"""Fraction by which chi2 falls with a joint counted the other way or another robot, and Vuong's statistic, above which
-that is the reason: .76 to 1 where it is so, .07 at most with torques of the wrong sign."""
+"""Fraction by which chi2 falls with a joint counted the other way or another robot, and Vuong's statistic, above
+which that is the reason: .76 to 1 where it is so, .07 at most with torques of the wrong sign."""
+
 _FLOOR = 1e-6  # of the squared torque: data without noise still need finite weights
 
 

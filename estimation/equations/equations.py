@@ -259,6 +259,11 @@ class Equations:
         """Norm of Y_j for each joint, shape (n,)."""
         return np.array([np.linalg.norm(factor[:, -1]) for factor in self.factors])
 
+    @property
+    def independent(self) -> float:
+        """Fraction of the equations whose noise is independent, mean over the joints."""
+        return sum(self.effective_rows) / self.equations
+
     def joint_weights(self, values: Array) -> Array:
         """Weights of the joints' equations: one over the standard deviation of the error, shape (n,)."""
         rows = np.maximum(np.array(self.rows, dtype=float), 1.0)

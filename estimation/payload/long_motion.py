@@ -117,11 +117,11 @@ class LongMotion(Brief):
 
         None where there are no such recordings, or their memory was not asked for.
         """
-        own, unloaded = self.bare, self.unloaded
-        if own is None or unloaded is None or not self.inflation or not unloaded.blocks:
+        own, unloaded, source = self.bare, self.unloaded, self.source
+        if own is None or unloaded is None or not self.inflation or not source.unloaded:
             return None
-        seconds = len(unloaded.blocks) * unloaded.blocks.length
-        return np.sqrt(np.median(self.inflation)) / own.weights, float(np.mean(unloaded.effective_rows)) / seconds
+        rate = source.processing.equations_a_second(source.unloaded[0].rate)
+        return np.sqrt(np.median(self.inflation)) / own.weights, rate * unloaded.independent
 
     @cached_property
     def robot_known(self) -> Known:

@@ -133,6 +133,8 @@ class RobotData(Document, frozen=True):
     torque_norms: Vector
     weights: Vector
     equations: int | UnsetType = UNSET
+    torque_noise: Vector | UnsetType = UNSET
+    independent: float | UnsetType = field(default=UNSET, name="independent_rate_hz")
 
 
 class RobotResult(Result, frozen=True, kw_only=True, dict=True):

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dynident.benchmarks.promised import promised_and_shown
+from dynident.benchmarks.promised import Ratios, promised_and_shown
 from dynident.common.arrays import Array
 from dynident.model import (
     INERTIAL,
@@ -349,11 +349,11 @@ def test_the_adjoint_is_the_derivative(kernel: tuple[Robot, RegressorKernel]) ->
     "name", ["ur10e", "kr6_r900", *(pytest.param(arm, marks=pytest.mark.long) for arm in ("iiwa14", "rx90", "gp8"))]
 )
 def test_what_a_motion_promises_its_simulated_recordings_show(name: str) -> None:
-    """Within a factor of 1.5 for robot and payload, by the same noise; so does ``--like`` find that noise again."""
-    found = promised_and_shown(name, seed=0)
-    assert found.condition == pytest.approx(1.0, rel=3e-4)  # positions are recorded to 1e-5 rad
-    for ratio in (found.robot, found.payload):
-        assert 1.0 / 1.5 < ratio < 1.5
-    if name == "kr6_r900":
-        pytest.xfail("the JSON of identify tells 1.58 times the noise there: its memory counts too much")
-    assert 1.0 / 1.5 < found.noise < 1.5
+    """Within a factor of 1.5 for robot and payload, by the same noise; so does ``--like`` find that noise again.
+
+    On the mean of three motions: a jackknife over a dozen blocks scatters by a quarter of itself.
+    """
+    found = np.array([promised_and_shown(name, seed) for seed in range(3)])
+    shown = Ratios(*np.exp(np.log(found).mean(axis=0)))
+    assert shown.condition == pytest.approx(1.0, rel=3e-4)  # positions are recorded to 1e-5 rad
+    assert np.all(np.abs(np.log([shown.robot, shown.payload, shown.noise])) < np.log(1.5))

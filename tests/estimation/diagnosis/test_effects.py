@@ -104,7 +104,9 @@ def test_a_spring_is_seen_where_it_is(name: str) -> None:
     robot = invented.robot(name)
     body = InertialParameters.from_com(0.5 * robot.rated_payload, [0.02, -0.02, 0.08], 0.003 * np.eye(3))
     motion = random_via_points(robot, 12, seed=7).motion(100.0)
-    bare, heavy = (first(invented.recorded(name, motion, load, k, 0.02)) for k, load in enumerate((None, body)))
+    bare, heavy = (
+        first(invented.recorded(name, motion, load, k, 0.02), 40.0) for k, load in enumerate((None, body))
+    )
     stiffness = body.mass * G / 4.0
 
     def hung(recording: Recording) -> Recording:
