@@ -111,13 +111,22 @@ class Kernel:
         # NumPy's way through a function, one call an operation, would take far longer for so few samples at once.
         symbols = [ca.SX.sym("x", size) for size in self._sizes]
         parts: list[ca.SX] = self._function.call(symbols)
-        entries = ca.vertcat(*(part.nz[:] for part in parts))
-        step = ca.Function("step", symbols, [entries[: self._sizes[0]], entries])
-        columns = [
-            np.broadcast_to(x, (len(out), len(state), x.shape[-1])).reshape(-1, x.shape[-1]).T for x in ready
-        ]
-        taken = step.map(len(state)).mapaccum("chain", len(out))(state.T, *columns)[1].full()
-        return np.ascontiguousarray(taken.reshape(self._outputs, *out.shape[::2]).swapaxes(0, 1))
+        step = ca.Function("step", symbols, [ca.vertcat(*(part.nz[:] for part in parts))]).map(len(state))
+        buffer, evaluate = step.buffer()
+        entries, given = np.empty((len(state), self._outputs)), [np.array(state, dtype=np.float64, order="C")]
+        for x in ready:
+            given.append(np.array(np.broadcast_to(x[0] if x.ndim == 3 else x, (len(state), x.shape[-1])), order="C"))
+        for k, x in enumerate(given):
+            buffer.set_arg(k, memoryview(x))
+        buffer.set_res(0, memoryview(entries))
+        varying = [(own, x) for own, x in zip(given[1:], ready, strict=True) if x.ndim == 3]
+        for k in range(len(out)):
+            for own, x in varying:
+                own[:] = x[k]
+            evaluate()
+            out[k] = entries.T
+            given[0][:] = entries[:, : self._sizes[0]]
+        return out
 
     def _samples(self, inputs: Sequence[Array]) -> int:
         """Count the samples; refuse inputs that do not fit the function or each other."""
