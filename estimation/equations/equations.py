@@ -15,7 +15,16 @@ from scipy.linalg import lapack
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import write_bytes
-from ...common.linear import RANK_TOLERANCE, decomposed, independent, rank, upper, without
+from ...common.linear import (
+    RANK_TOLERANCE,
+    condition_numbers,
+    decomposed,
+    independent,
+    rank,
+    scaled,
+    upper,
+    without,
+)
 from ...model import INERTIAL
 
 SHARED = "shared"
@@ -321,8 +330,7 @@ class Equations:
 
         Infinite where W is rank-deficient.
         """
-        W = self.stacked()[:, :-1]
-        return _condition(W), _condition(scaled(W))
+        return condition_numbers(self.stacked()[:, :-1])
 
     def by_motor(self) -> tuple[Array, ...]:
         """Split a joint's right-hand side by motors: per joint k x n, rows as those of its factor.
@@ -337,20 +345,6 @@ class Equations:
             if motor != NO_MOTOR:
                 torques[joint][:, motor] += torque
         return torques
-
-
-def scaled(W: Array) -> Array:
-    """Scale columns to norm 1; columns of zeros stay as they are."""
-    norms = np.linalg.norm(W, axis=0)
-    return np.asarray(W / np.where(norms > 0.0, norms, 1.0))
-
-
-def _condition(W: Array) -> float:
-    """Condition number; infinite for a rank-deficient matrix."""
-    singular = np.linalg.svd(W, compute_uv=False)
-    if len(singular) < W.shape[1] or singular[-1] <= 1e-14 * singular[0]:
-        return float("inf")
-    return float(singular[0] / singular[-1])
 
 
 def compressed(rows: Array, extra: int = 0) -> tuple[Array, Array]:

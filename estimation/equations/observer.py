@@ -293,8 +293,9 @@ class Observer:
         def made(equations: Array) -> Observation:
             nonlocal waiting
             (t, *keep), waiting = np.hsplit(waiting, [equations.shape[1]])
-            used, joints = [row.astype(bool) for row in keep], np.split(equations, ends[:-1])
-            rows = tuple(own if row.all() else own[:, row] for own, row in zip(joints, used, strict=True))
+            used, joints = [np.flatnonzero(row) for row in keep], np.split(equations, ends[:-1])
+            kept = zip(joints, used, strict=True)
+            rows = tuple(own if len(row) == len(t) else own.take(row, axis=1) for own, row in kept)
             return Observation(self.layout, rows, tuple(t[row] for row in used), bandwidth)
 
         for data, keep in pieces:

@@ -7,6 +7,7 @@ from scipy.linalg import lapack
 
 from ...common.arrays import Array
 from ...model.motion import Measurement
+from ..signals.decimation import noise_bandwidth
 from ..signals.rows import Mask
 from .equations import Equations, SharedTorque, compressed, merged
 from .observer import Layout, Observation, Observer, Used
@@ -23,7 +24,9 @@ def recorded(observer: Observer, recordings: Iterable[Used]) -> tuple[Equations,
 
 def reduced(observation: Observation) -> Equations:
     """Reduce the equations of one recording."""
-    return _reduced(observation.layout, [observation])
+    parts = range(0, max(own.shape[1] for own in observation.rows), _ROWS)
+    copies = (tuple(own[:, k : k + _ROWS].copy() for own in observation.rows) for k in parts)
+    return _reduced(observation.layout, copies, observation.bandwidth)
 
 
 def reduced_pieces(observer: Observer, pieces: Iterable[tuple[Measurement, Mask]], decimate: int = 1) -> Equations:
@@ -33,19 +36,20 @@ def reduced_pieces(observer: Observer, pieces: Iterable[tuple[Measurement, Mask]
         pieces: consecutive pieces, even in time if they are to be decimated, each with its rows to use, N x n.
         decimate: parallel decimation of Y and W.
     """
-    return _reduced(observer.layout, observer.stream(pieces, decimate))
+    parts = (part.rows for part in observer.stream(pieces, decimate))
+    return _reduced(observer.layout, parts, noise_bandwidth(decimate))
 
 
-def _reduced(layout: Layout, parts: Iterable[Observation]) -> Equations:
-    """Reduce by QR the columns that each joint's rows touch, spread out at the end."""
+def _reduced(layout: Layout, parts: Iterable[tuple[Array, ...]], bandwidth: float) -> Equations:
+    """Reduce by QR the columns that each joint's rows touch, spread out at the end.
+
+    ``parts``: rows as of an ``Observation``, which are used up: the QR works where they stand.
+    """
     factors = [np.zeros((size, size), order="F") for size in layout.sizes]
-    count, bandwidth = np.zeros(len(factors), dtype=int), 1.0
+    count = np.zeros(len(factors), dtype=int)
     for part in parts:
-        bandwidth = part.bandwidth
-        for j, own in enumerate(part.rows):
-            count[j] += own.shape[1]
-            for start in range(0, own.shape[1], _ROWS):
-                factors[j] = _folded(factors[j], own[:, start : start + _ROWS])
+        count += [own.shape[1] for own in part]
+        factors = [_folded(factor, own.T) for factor, own in zip(factors, part, strict=True)]
     spread, shared = [], list[SharedTorque]()
     for j, (factor, touched, motors) in enumerate(zip(factors, layout.touched, layout.motors, strict=True)):
         own = np.triu(factor)[: len(touched) + 1]  # what stands below is of the others' torques alone
@@ -61,12 +65,14 @@ def _reduced(layout: Layout, parts: Iterable[Observation]) -> Equations:
 
 
 def _folded(factor: Array, equations: Array) -> Array:
-    """R of a factor, Fortran-ordered and overwritten, with more rows below it, the columns of ``equations``.
+    """R of a factor with more rows below it; both are Fortran-ordered, and overwritten.
 
     LAPACK's QR of a triangle above a rectangle: faster than a QR of both as one matrix.
     """
-    rows = np.array(equations.T, order="F")  # the QR uses them up
-    factor, _, _, failed = lapack.dtpqrt(0, min(_PANEL, len(factor)), factor, rows, overwrite_a=1, overwrite_b=1)
-    if failed:
-        raise ValueError(f"QR: LAPACK refuses argument {-failed}")
+    if len(equations):
+        factor, _, _, failed = lapack.dtpqrt(
+            0, min(_PANEL, len(factor)), factor, equations, overwrite_a=1, overwrite_b=1
+        )
+        if failed:
+            raise ValueError(f"QR: LAPACK refuses argument {-failed}")
     return factor
