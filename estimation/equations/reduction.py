@@ -9,7 +9,7 @@ from ...common.arrays import Array
 from ...model.motion import Measurement
 from ..signals.decimation import noise_bandwidth
 from ..signals.rows import Mask
-from .equations import Equations, SharedTorque, compressed, merged
+from .equations import Equations, compressed, merged
 from .observer import Layout, Observation, Observer, Used
 
 _ROWS = 1024  # per QR: the rows and the factor stay in the processor's cache
@@ -50,7 +50,7 @@ def _reduced(layout: Layout, parts: Iterable[tuple[Array, ...]], bandwidth: floa
     for part in parts:
         count += [own.shape[1] for own in part]
         factors = [_folded(factor, own.T) for factor, own in zip(factors, part, strict=True)]
-    spread, shared = [], list[SharedTorque]()
+    spread, shared = [], dict[tuple[int, int], Array]()
     for j, (factor, touched, motors) in enumerate(zip(factors, layout.touched, layout.motors, strict=True)):
         own = np.triu(factor)[: len(touched) + 1]  # what stands below is of the others' torques alone
         wide = np.zeros((len(own), layout.distinct + 1 + len(motors)))
@@ -58,9 +58,9 @@ def _reduced(layout: Layout, parts: Iterable[tuple[Array, ...]], bandwidth: floa
         asked = [*layout.index, *range(layout.distinct, wide.shape[1])]
         factor, others = compressed(wide[:, asked], len(motors))
         spread.append(factor)
-        shared += [SharedTorque(j, motor, others[:, k]) for k, motor in enumerate(motors)]
+        shared |= zip(((j, motor) for motor in motors), others.T, strict=True)
     return Equations(
-        layout.columns, tuple(spread), tuple(count.tolist()), tuple((bandwidth * count).tolist()), tuple(shared)
+        layout.columns, tuple(spread), tuple(count.tolist()), tuple((bandwidth * count).tolist()), shared
     )
 
 

@@ -153,7 +153,7 @@ class ShortMotion(Brief):
     def without_each(self) -> tuple[Equations, ...]:
         """Leave out each block of time of ``loaded``; nothing shared is kept."""
         runs, left = [self.held.friction_free(run.equations) for run in self.runs], list[Equations]()
-        runs = [replace(run, shared=()) for run in runs]
+        runs = [replace(run, shared={}) for run in runs]
         for k, run in enumerate(self.runs):
             others = [*runs[:k], *runs[k + 1 :]]
             if len(run.equations.blocks) > 1:

@@ -243,7 +243,7 @@ def test_blocks_of_two_motions_are_two_groups(
             payload_estimate(motion, method, covariance="jackknife").estimate,
             weighted(motion.unloaded),
         )
-        own, other = (replace(equations, shared=()) for equations in (motion.unloaded, motion.loaded))
+        own, other = (replace(equations, shared={}) for equations in (motion.unloaded, motion.loaded))
         groups = (
             [replace(motion, unloaded=rest, loaded=other) for rest in own.without_each()],
             [replace(motion, unloaded=own, loaded=rest) for rest in other.without_each()],
