@@ -178,7 +178,7 @@ def shapes(trajectories: int, name: str, run: int) -> Iterator[Stated]:
         noise = size * np.append(draw.standard_normal(c), np.sqrt(draw.chisquare(rows - c)))  # as QR leaves it
         factors.append(np.column_stack([factor[:, :-1], factor[:, :-1] @ np.append(robot, body.vector) + noise]))
     effective = tuple(map(float, equations.rows))
-    drawn = replace(equations, factors=tuple(factors), effective_rows=effective, shared=())
+    drawn = replace(equations, factors=tuple(factors), effective_rows=effective, shared={})
     nearest = estimation.solve_constrained(LinearProblem(drawn, estimation.PAYLOAD).solved())
     intervals = profile_intervals(nearest)
     more = {"active %": float(bool(nearest.active))}

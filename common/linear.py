@@ -89,6 +89,25 @@ def least_squares(A: Array, B: Array) -> Array:
     return decomposed(A).solution(B)
 
 
+def scaled(W: Array) -> Array:
+    """Scale columns to norm 1; columns of zeros stay as they are."""
+    norms = np.linalg.norm(W, axis=0)
+    return np.asarray(W / np.where(norms > 0.0, norms, 1.0))
+
+
+def condition_numbers(W: Array) -> tuple[float, float]:
+    """Condition numbers of W: as it is, and with its columns scaled to norm 1; inf where W has not full rank.
+
+    By singular values of W itself: those of W'W lose half of the digits.
+    """
+    R = np.asarray(np.linalg.qr(W, mode="r"))
+    own = np.linalg.svd(scaled(R), compute_uv=False)
+    if len(own) < R.shape[1] or own[-1] < RANK_TOLERANCE * own[0]:
+        return np.inf, np.inf
+    plain = np.linalg.svd(R, compute_uv=False)
+    return float(plain[0] / plain[-1]), float(own[0] / own[-1])
+
+
 def is_covariance(C: Array) -> bool:
     """True if a matrix is square, symmetric and without negative eigenvalues, but for rounding."""
     if C.ndim != 2 or C.shape[0] != C.shape[1] or not np.isfinite(C).all() or not np.allclose(C, C.T, atol=1e-12):

@@ -160,7 +160,13 @@ def with_stand_in(robot: Robot) -> Robot:
         values |= {name: float(inertias[joint_of(name)]) for name in rotors}
         assumptions.append(f"rotors add {100 * ROTOR:g} % of the inertia that they turn")
     limited = _limited(robot, values)
-    if friction := {name: value for name, value in _friction(limited).items() if name in unknown}:
+    friction: dict[str, float] = {}
+    for number, joint in enumerate(limited.joints, start=1):
+        most, fastest = joint.limits.torque, joint.limits.speed
+        if np.isfinite([most, fastest]).all():  # of coupled drives one rotor turns with both joints, and rubs too
+            levels = {"FS": 1.0, "FV": 1.0 / fastest, "FSM": 0.5, "FVM": 0.5 / fastest}
+            friction |= {f"{kind}{number}": 0.5 * FRICTION * most * part for kind, part in levels.items()}
+    if friction := {name: value for name, value in friction.items() if name in unknown}:
         values |= friction
         assumptions.append(f"friction is {100 * FRICTION:g} % of the torque limits at full speed")
     sources = {"parameters": f"{ASSUMED}: {', '.join(assumptions)}"} if assumptions else {}
@@ -201,19 +207,6 @@ def missing_inertial(robot: Robot) -> list[str]:
     return [name for name in names if name not in robot.parameters]
 
 
-def _friction(robot: Robot) -> dict[str, float]:
-    """Friction by torque limits and speeds, by parameter; none of joints without them."""
-    parameters: dict[str, float] = {}
-    for number, joint in enumerate(robot.joints, start=1):
-        most, fastest = joint.limits.torque, joint.limits.speed
-        if np.isfinite([most, fastest]).all():
-            dry, viscous = 0.5 * FRICTION * most, 0.5 * FRICTION * most / fastest
-            # Of coupled drives one rotor turns with both joints, and rubs on its own.
-            levels = {"FS": dry, "FV": viscous, "FSM": 0.5 * dry, "FVM": 0.5 * viscous}
-            parameters |= {f"{kind}{number}": value for kind, value in levels.items()}
-    return parameters
-
-
 def rotor_inertias(robot: Robot, parameters: Mapping[str, float]) -> Array:
     """Rotor inertias on the joints' side [kg m^2 or kg], shape (n,), where nothing is known of the drives.
 
@@ -240,7 +233,7 @@ def with_rotors(robot: Robot, inertias: Array) -> Robot:
 def _needed(robot: Robot, parameters: Mapping[str, float]) -> tuple[Array, Array]:
     """Torque at rest [N·m or N] and inertia [kg m^2 or kg] of each joint with the rated payload, n x poses.
 
-    Positions are in the joints' ranges, or one turn or metre without a range; always the same.
+    Positions are ``poses_in_range``.
     """
     values = dict(parameters)
     mass = _load(robot, parameters)
@@ -251,25 +244,25 @@ def _needed(robot: Robot, parameters: Mapping[str, float]) -> tuple[Array, Array
     chi = np.array([values[name] for name in standard_columns(robot)])
     q = ca.SX.sym("q", robot.n)
     torque = ca.Function("torque", [q], [gravity(robot)(q, chi), ca.diag(mass_matrix(robot)(q, chi))])
-    rest, inertia = (np.array(part) for part in torque.map(_POSES)(_poses(robot)))
+    rest, inertia = (np.array(part) for part in torque.map(_POSES)(poses_in_range(robot, _POSES).T))
     return rest, inertia
 
 
 def typical_load(robot: Robot, parameters: Mapping[str, float]) -> Array:
     """Mean size of the torque that carries the links against gravity [N·m or N], shape (n,).
 
-    Without payload and spring, over poses in the joints' ranges, or one turn or metre without a range.
+    Without payload and spring, over ``poses_in_range``.
     """
     chi = [parameters.get(name, 0.0) for name in standard_columns(robot)]
-    rest = np.array(gravity(robot).map(_POSES)(_poses(robot), np.tile(chi, (_POSES, 1)).T))
+    rest = np.array(gravity(robot).map(_POSES)(poses_in_range(robot, _POSES).T, np.tile(chi, (_POSES, 1)).T))
     return np.asarray(np.abs(rest).mean(axis=1))
 
 
-def _poses(robot: Robot) -> Array:
-    """Positions in the joints' ranges, n x poses; always the same."""
+def poses_in_range(robot: Robot, count: int) -> Array:
+    """Random positions in the joints' ranges, or one turn or metre without a range, count x n; always the same."""
     bound = np.array([np.pi if joint.revolute else 0.5 for joint in robot.joints])[:, None]
     low, high = np.clip([joint.limits.position for joint in robot.joints], -bound, bound).T
-    return np.random.default_rng(0).uniform(low, high, (_POSES, robot.n)).T
+    return np.random.default_rng(0).uniform(low, high, (count, robot.n))
 
 
 def _load(robot: Robot, parameters: Mapping[str, float]) -> float:

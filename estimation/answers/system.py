@@ -108,15 +108,12 @@ def _prediction(
     held_out: bool = False,
     loaded: bool = False,
 ) -> TorquePrediction:
-    """Predict by parameters of each curve, in consecutive pieces: their torques are kept, W is not."""
+    """Predict by parameters of each curve."""
     data, predicted = measurement(recording, processing), dict[str, tuple[Array, ...]]()
     for label, chi in curves.items():
-        pieces = [(p.t, p.Y, [W @ chi for W in p.W]) for p in observer.at(chi).pieces(data, processing)]
-        t, measured, predicted[label] = (
-            tuple(np.concatenate(joint) for joint in zip(*arrays, strict=True))
-            for arrays in zip(*pieces, strict=True)
-        )
-    return TorquePrediction(recording.source, loaded, held_out, t, measured, predicted)
+        one = observer.at(chi).observe(data, processing)
+        predicted[label] = tuple(y - error for y, error in zip(one.Y, one.errors(chi), strict=True))
+    return TorquePrediction(recording.source, loaded, held_out, one.t, one.Y, predicted)
 
 
 def _loaded_observer(problem: PayloadProblem) -> Observer:

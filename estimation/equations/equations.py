@@ -2,7 +2,7 @@
 
 import io
 import zipfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, reduce
 from itertools import accumulate
@@ -15,7 +15,16 @@ from scipy.linalg import lapack
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import write_bytes
-from ...common.linear import RANK_TOLERANCE, decomposed, independent, rank, upper, without
+from ...common.linear import (
+    RANK_TOLERANCE,
+    condition_numbers,
+    decomposed,
+    independent,
+    rank,
+    scaled,
+    upper,
+    without,
+)
 from ...model import INERTIAL
 
 SHARED = "shared"
@@ -26,31 +35,6 @@ NO_MOTOR = -1
 """Index that stands for a motor where a known spring makes the torque."""
 _NOISE_FLOOR = 1e-12
 """Standard deviation of the error over the torque, at least: data without noise still need finite weights."""
-
-
-class SharedTorque(NamedTuple):
-    """The part of a joint's right-hand side Y_j that another joint's motor makes, or a known spring.
-
-    Of coupled drives that motor's gain is in both joints' torques (9); a spring's torque no gain scales.
-    ``joint``: whose equations; ``motor``: whose torque, both from 0, or ``NO_MOTOR``; ``torque``: row by row
-    as Y_j [N·m or N].
-    """
-
-    joint: int
-    motor: int
-    torque: Array
-
-
-def shared_torques(shared: Sequence[SharedTorque], joint: int, rows: int) -> Array:
-    """Columns that are not of a joint's own motor in its equations, side by side, rows x number of torques."""
-    own = [torque.torque for torque in shared if torque.joint == joint]
-    return np.column_stack(own) if own else np.zeros((rows, 0))
-
-
-def refilled(shared: Sequence[SharedTorque], joint: int, columns: Array) -> list[SharedTorque]:
-    """Replace the rows of a joint's torques by others, ordered as by ``shared_torques``."""
-    own = [torque for torque in shared if torque.joint == joint]
-    return [torque._replace(torque=columns[:, k]) for k, torque in enumerate(own)]
 
 
 class Anchor(NamedTuple):
@@ -125,8 +109,9 @@ class Equations:
         factors: per joint, k x (c + 1) with k <= c + 1: R of the QR decomposition of [W_j Y_j].
         rows: per joint, number of equations.
         effective_rows: per joint, number of equations with independent noise (noise bandwidth times rows).
-        shared: what of a joint's torque is of another joint's motor (coupled drives), or of a known spring:
-            Q' times it, rows as those of the joint's factor.
+        shared: by joint and motor (both from 0), the part of the joint's torque Y_j that another joint's motor
+            makes, whose gain is in both joints' torques where drives are coupled (9), or a known spring
+            (``NO_MOTOR``), whose torque no gain scales: Q' times it, rows as those of the joint's factor.
         blocks: the same equations cut in blocks of time, where the memory of the residuals was asked for.
     """
 
@@ -134,7 +119,7 @@ class Equations:
     factors: tuple[Array, ...]
     rows: tuple[int, ...]
     effective_rows: tuple[float, ...]
-    shared: tuple[SharedTorque, ...] = ()
+    shared: Mapping[tuple[int, int], Array] = field(default_factory=dict)
     blocks: Blocks = Blocks()
 
     def transformed(
@@ -162,7 +147,7 @@ class Equations:
             tuple(self.factors[j] @ change for j in joints),
             tuple(self.rows[j] for j in joints),
             tuple(self.effective_rows[j] for j in joints),
-            self.shared if shift is None and len(joints) == len(self.factors) else (),
+            self.shared if shift is None and len(joints) == len(self.factors) else {},
             blocks,
         )
 
@@ -197,27 +182,30 @@ class Equations:
         """
         gone = [self.columns.index(name) for name in columns]
         rest = [k for k in range(len(self.columns)) if k not in gone]
-        factors, ranks, shared = [], [], list[SharedTorque]()
+        factors, ranks, shared = [], [], dict[tuple[int, int], Array]()
         for j, factor in enumerate(self.factors):
-            others, levels = shared_torques(self.shared, j, len(factor)), np.zeros((len(factor), len(anchors)))
-            rows = np.hstack([factor[:, [*gone, *rest]], levels, factor[:, -1:], others])
+            others, levels = self._shared_of(j), np.zeros((len(factor), len(anchors)))
+            rows = np.column_stack([factor[:, [*gone, *rest]], levels, factor[:, -1], *others.values()])
             for k, anchor in enumerate(anchors):
                 if anchor.joint == j:  # stiffness (parameter - level) = 0, one more row
                     row = np.zeros(rows.shape[1])
                     row[list(columns).index(anchor.column)] = anchor.stiffness
                     row[len(self.columns) + k] = -anchor.stiffness
                     rows = np.vstack([rows, row])
-            left, others, count = _eliminated(rows, len(gone), others.shape[1])
+            left, parts, count = _eliminated(rows, len(gone), len(others))
             factors.append(left)
-            shared += refilled(self.shared, j, others)
+            shared |= zip(others, parts.T, strict=True)
             ranks.append(rank(factor[:, gone]) if anchors else count)
         return Equations(
             (*(self.columns[k] for k in rest), *(anchor.level for anchor in anchors)),
             tuple(factors),
             tuple(max(rows - gone, 0) for rows, gone in zip(self.rows, ranks, strict=True)),
             tuple(max(rows - gone, 0.0) for rows, gone in zip(self.effective_rows, ranks, strict=True)),
-            tuple(shared),
+            shared,
         )
+
+    def _shared_of(self, joint: int) -> dict[tuple[int, int], Array]:
+        return {key: torque for key, torque in self.shared.items() if key[0] == joint}
 
     @property
     def whole(self) -> "Equations":
@@ -285,7 +273,7 @@ class Equations:
             "rows": self.rows,
             "effective_rows": self.effective_rows,
             **{f"factor{j}": factor for j, factor in enumerate(self.factors)},
-            **{f"{SHARED}{joint}_{motor}": torque for joint, motor, torque in self.shared},
+            **{f"{SHARED}{joint}_{motor}": torque for (joint, motor), torque in self.shared.items()},
         }
 
     @staticmethod
@@ -297,16 +285,16 @@ class Equations:
         """
         try:
             with np.load(path, allow_pickle=False) as data:
-                shared = []
+                shared = {}
                 for name in sorted(name for name in data.files if name.startswith(SHARED)):
                     joint, motor = name.removeprefix(SHARED).split("_")
-                    shared.append(SharedTorque(int(joint), int(motor), data[name]))
+                    shared[int(joint), int(motor)] = data[name]
                 return Equations(
                     tuple(str(name) for name in data["columns"]),
                     tuple(data[f"factor{j}"] for j in range(len(data["rows"]))),
                     tuple(int(count) for count in data["rows"]),
                     tuple(float(count) for count in data["effective_rows"]),
-                    tuple(shared),
+                    shared,
                 )
         except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
             raise InputError(f"{path}: not a saved reduced problem ({error})") from None
@@ -321,8 +309,7 @@ class Equations:
 
         Infinite where W is rank-deficient.
         """
-        W = self.stacked()[:, :-1]
-        return _condition(W), _condition(scaled(W))
+        return condition_numbers(self.stacked()[:, :-1])
 
     def by_motor(self) -> tuple[Array, ...]:
         """Split a joint's right-hand side by motors: per joint k x n, rows as those of its factor.
@@ -332,25 +319,11 @@ class Equations:
         torques = tuple(np.zeros((len(factor), len(self.factors))) for factor in self.factors)
         for j, factor in enumerate(self.factors):
             torques[j][:, j] += factor[:, -1]
-        for joint, motor, torque in self.shared:
+        for (joint, motor), torque in self.shared.items():
             torques[joint][:, joint] -= torque
             if motor != NO_MOTOR:
                 torques[joint][:, motor] += torque
         return torques
-
-
-def scaled(W: Array) -> Array:
-    """Scale columns to norm 1; columns of zeros stay as they are."""
-    norms = np.linalg.norm(W, axis=0)
-    return np.asarray(W / np.where(norms > 0.0, norms, 1.0))
-
-
-def _condition(W: Array) -> float:
-    """Condition number; infinite for a rank-deficient matrix."""
-    singular = np.linalg.svd(W, compute_uv=False)
-    if len(singular) < W.shape[1] or singular[-1] <= 1e-14 * singular[0]:
-        return float("inf")
-    return float(singular[0] / singular[-1])
 
 
 def compressed(rows: Array, extra: int = 0) -> tuple[Array, Array]:
@@ -389,7 +362,13 @@ def checked(factor: Array, columns: tuple[str, ...], rows: int, effective_rows: 
             f"{rows} equations for {c} parameters: fewer samples than parameters; record longer or decimate less"
         )
     R = triangular(factor)
-    undetermined = np.zeros((c, 0)) if _clearly_determined(scaled(R[:, :c])) else decomposed(R[:, :c]).null
+    W, clear = scaled(R[:, :c]), False
+    if len(W) >= c and not np.any(np.tril(W, -1)):
+        # LAPACK's estimate, next to free of cost, is rarely off by more than 3; the 1-norm's condition is within c
+        # of the 2-norm's.
+        reciprocal, failed = lapack.dtrcon(W[:c])
+        clear = not failed and reciprocal > 10.0 * c * RANK_TOLERANCE
+    undetermined = np.zeros((c, 0)) if clear else decomposed(R[:, :c]).null
     if undetermined.size:
         weight = np.abs(undetermined).max(axis=1)
         named = [name for name, w in zip(columns, weight, strict=True) if w > 0.05]
@@ -403,18 +382,6 @@ def checked(factor: Array, columns: tuple[str, ...], rows: int, effective_rows: 
             "longer, 20 s or more"
         )
     return R
-
-
-def _clearly_determined(W: Array) -> bool:
-    """True if LAPACK's condition estimate of a triangle, next to free of cost, is small; False if in doubt.
-
-    The estimate is rarely off by more than 3, and the 1-norm's condition within c of the 2-norm's.
-    """
-    c = W.shape[1]
-    if len(W) < c or np.any(np.tril(W, -1)):
-        return False
-    reciprocal, failed = lapack.dtrcon(W[:c])
-    return not failed and bool(reciprocal > 10.0 * c * RANK_TOLERANCE)
 
 
 def _eliminated(rows: Array, gone: int, extra: int) -> tuple[Array, Array, int]:
@@ -447,24 +414,22 @@ def merged(parts: Iterable[Equations]) -> Equations:
     first = parts[0]
     if len(parts) == 1:
         return first
-    joints = [torque[:2] for torque in first.shared]
     if any(part.columns != first.columns for part in parts):
         raise ValueError("equations with different columns cannot be merged")
-    if any([torque[:2] for torque in part.shared] != joints for part in parts):
+    if any(list(part.shared) != list(first.shared) for part in parts):
         raise ValueError("equations of robots with different coupled drives or springs cannot be merged")
-    factors, shared = [], list[SharedTorque]()
+    factors, shared = [], dict[tuple[int, int], Array]()
     for j in range(len(first.factors)):
-        rows = np.vstack(
-            [np.column_stack([p.factors[j], shared_torques(p.shared, j, len(p.factors[j]))]) for p in parts]
-        )
-        factor, others = compressed(rows, rows.shape[1] - len(first.columns) - 1)
+        keys = first._shared_of(j)
+        rows = np.vstack([np.column_stack([p.factors[j], *(p.shared[key] for key in keys)]) for p in parts])
+        factor, others = compressed(rows, len(keys))
         factors.append(factor)
-        shared += refilled(first.shared, j, others)
+        shared |= zip(keys, others.T, strict=True)
     return Equations(
         first.columns,
         tuple(factors),
         tuple(np.sum([part.rows for part in parts], axis=0).tolist()),
         tuple(np.sum([part.effective_rows for part in parts], axis=0).tolist()),
-        tuple(shared),
+        shared,
         reduce(Blocks.joined, [p.blocks for p in parts]) if all(len(p.blocks) for p in parts) else Blocks(),
     )

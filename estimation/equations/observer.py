@@ -18,68 +18,132 @@ from ...model.motion import Measurement
 from ...model.regressors import load_expression, regressor_expression
 from ..signals.decimation import Decimator, noise_bandwidth
 from ..signals.rows import Mask, used_rows
-from .equations import NO_MOTOR, SharedTorque
+from .equations import NO_MOTOR
 
+Indices = NDArray[np.intp]
 PATH = "path"
 """Name of the column of a difference's torque that is taken off because the paths differ."""
 
 
-class Residuals(NamedTuple):
-    """Residuals of a fit to one recording: per joint times [s] and errors [N·m or N], shapes (r_j,)."""
-
-    t: tuple[Array, ...]
-    errors: tuple[Array, ...]
-
-
-@dataclass(frozen=True)
-class Observation:
-    """The equations of one recording, held whole.
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """Arrangement of equations: whose entries each joint's rows hold, and what stands behind its torque.
 
     Attributes:
-        columns: names of the columns of W.
-        W: per joint, r_j x c.
-        Y: per joint, torques [N·m or N], shape (r_j,); known torques (a spring) are already moved here.
-        t: per joint, time of the rows [s], shape (r_j,).
-        bandwidth: fraction of the frequency range that white noise fills; 1 without decimation.
-        shared: what of a joint's torque is of another joint's motor (coupled drives), or of a known spring.
+        columns: names of the columns of W, c.
+        index: of each among the distinct ones, for columns may repeat, shape (c,).
+        touched: per joint, the distinct columns that are not zero.
+        motors: per joint, whose parts of its torque follow: other motors (from 0), ``NO_MOTOR`` for a spring.
     """
 
     columns: tuple[str, ...]
-    W: tuple[Array, ...]
-    Y: tuple[Array, ...]
+    index: Indices
+    touched: tuple[Indices, ...]
+    motors: tuple[tuple[int, ...], ...]
+
+    @property
+    def sizes(self) -> list[int]:
+        """Numbers that an equation of each joint has: its entries, its torque, parts of that."""
+        return [len(own) + 1 + len(others) for own, others in zip(self.touched, self.motors, strict=True)]
+
+    @property
+    def distinct(self) -> int:
+        """Number of distinct columns."""
+        return int(self.index.max(initial=-1)) + 1
+
+    def values(self, values: Array) -> Array:
+        """Values by distinct columns, of the first columns' values; zero for the others."""
+        chi = np.zeros(self.distinct)
+        np.add.at(chi, self.index[: len(values)], values)
+        return chi
+
+
+@dataclass(frozen=True, eq=False)
+class Observation:
+    """The equations of one recording, row by row.
+
+    Attributes:
+        layout: what the rows hold.
+        rows: per joint, entries of W that are not zero, torque [N·m or N] (known torques, such as a spring's, are
+            already moved there), and parts of it that are not of its own motor; numbers of an equation x r_j.
+        t: per joint, time of the rows [s], shape (r_j,).
+        bandwidth: fraction of the frequency range that white noise fills; 1 without decimation.
+    """
+
+    layout: Layout
+    rows: tuple[Array, ...]
     t: tuple[Array, ...]
     bandwidth: float
-    shared: tuple[SharedTorque, ...] = ()
+
+    @staticmethod
+    def of(
+        columns: Sequence[str],
+        W: Sequence[Array],
+        torques: Sequence[Array],
+        t: Sequence[Array],
+        bandwidth: float,
+        motors: tuple[tuple[int, ...], ...] | None = None,
+    ) -> "Observation":
+        """Make equations of whole matrices.
+
+        Args:
+            W: per joint, r_j x c.
+            torques: per joint, (r_j,); or torque and its parts, as by ``torques``.
+            motors: as of a ``Layout``; none by default.
+        """
+        touched = tuple(np.flatnonzero(own.any(axis=0)) for own in W)
+        layout = Layout(tuple(columns), np.arange(len(columns)), touched, motors or ((),) * len(W))
+        parts = zip(W, touched, torques, strict=True)
+        rows = tuple(np.vstack([own[:, there].T, torque]) for own, there, torque in parts)
+        return Observation(layout, rows, tuple(t), bandwidth)
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the columns of W."""
+        return self.layout.columns
+
+    @property
+    def W(self) -> tuple[Array, ...]:  # noqa: N802
+        """Observation matrix per joint, r_j x c."""
+        dense = [np.zeros((own.shape[1], self.layout.distinct)) for own in self.rows]
+        for W, own, touched in zip(dense, self.rows, self.layout.touched, strict=True):
+            W[:, touched] = own[: len(touched)].T
+        return tuple(W[:, self.layout.index] for W in dense)
+
+    @property
+    def torques(self) -> tuple[Array, ...]:
+        """Torque and the parts of it that are not of the joint's own motor, per joint (1 + k) x r_j."""
+        return tuple(own[len(touched) :] for own, touched in zip(self.rows, self.layout.touched, strict=True))
+
+    @property
+    def Y(self) -> tuple[Array, ...]:  # noqa: N802
+        """Torques per joint [N·m or N], shape (r_j,)."""
+        return tuple(torques[0] for torques in self.torques)
 
     def between(self, start: float, stop: float) -> "Observation":
         """Take the equations with start <= t < stop [s]."""
         ends = [slice(*np.searchsorted(t, (start, stop))) for t in self.t]
-        W, Y, t = (
-            tuple(array[part] for array, part in zip(arrays, ends, strict=True))
-            for arrays in (self.W, self.Y, self.t)
-        )
-        shared = tuple(torque._replace(torque=torque.torque[ends[torque.joint]]) for torque in self.shared)
-        return replace(self, W=W, Y=Y, t=t, shared=shared)
+        rows = tuple(own[:, part] for own, part in zip(self.rows, ends, strict=True))
+        return replace(self, rows=rows, t=tuple(t[part] for t, part in zip(self.t, ends, strict=True)))
 
     def eliminate(self, columns: Sequence[str]) -> "Observation":
         """Take off all that some columns can explain, joint by joint; rows keep their times."""
-        gone = [self.columns.index(name) for name in columns]
-        rest = [k for k in range(len(self.columns)) if k not in gone]
-        W, Y = [], []
-        for A, y in zip(self.W, self.Y, strict=True):
-            rows = np.column_stack([A[:, rest], y])
-            left = without(rows, A[:, gone]) if len(y) else rows
-            W.append(left[:, :-1])
-            Y.append(left[:, -1])
-        return Observation(tuple(self.columns[k] for k in rest), tuple(W), tuple(Y), self.t, self.bandwidth)
+        names = self.columns
+        gone = [names.index(name) for name in columns]
+        rest = [k for k in range(len(names)) if k not in gone]
+        W, torques = [], []
+        for A, own in zip(self.W, self.torques, strict=True):
+            rows = np.column_stack([A[:, rest], own.T])
+            left = without(rows, A[:, gone]) if len(rows) else rows
+            W.append(left[:, : len(rest)])
+            torques.append(left[:, len(rest) :].T)
+        columns = [names[k] for k in rest]
+        return Observation.of(columns, W, torques, self.t, self.bandwidth, self.layout.motors)
 
     def errors(self, values: Array) -> tuple[Array, ...]:
         """Errors Y_j - W_j chi for each joint [N·m or N], shapes (r_j,); chi may be of the first columns alone."""
-        return tuple(Y - W[:, : len(values)] @ values for W, Y in zip(self.W, self.Y, strict=True))
-
-    def residuals(self, values: Array) -> Residuals:
-        """Residuals: the ``errors`` with their times."""
-        return Residuals(self.t, self.errors(values))
+        chi, each = self.layout.values(values), zip(self.rows, self.layout.touched, strict=True)
+        return tuple(own[len(touched)] - chi[touched] @ own[: len(touched)] for own, touched in each)
 
 
 def known_spring(robot: Robot) -> Spring | None:
@@ -100,7 +164,7 @@ def _sharing(robot: Robot) -> tuple[tuple[int, ...], ...]:
 
 
 @functools.lru_cache(maxsize=16)
-def equation_code(robot: Robot, columns: tuple[str, ...]) -> tuple[Kernel, tuple[Array, ...]]:
+def equation_code(robot: Robot, columns: tuple[str, ...]) -> tuple[Kernel, tuple[Indices, ...]]:
     """Kernel of q, qd, qdd, torque to each joint's entries and torques, and the columns of the entries.
 
     With a known spring its torque in the recording that was subtracted is one more input; of the column ``PATH``,
@@ -144,20 +208,6 @@ def equation_code(robot: Robot, columns: tuple[str, ...]) -> tuple[Kernel, tuple
 
 
 _PART = 1024  # samples evaluated at once
-_PIECE = 4096  # decimated samples of a piece
-
-
-class Block(NamedTuple):
-    """Decimated equations of a stretch of time.
-
-    ``equations``: for each joint the non-zero entries of its row of the regressor, then its torque [N·m or N],
-    known torques already moved there, and what of it its own motor does not make; (entries + n + shared) x M.
-    ``keep``: which rows are used, n x M; ``t``: time [s], shape (M,).
-    """
-
-    equations: Array
-    keep: Mask
-    t: Array
 
 
 class Used(NamedTuple):
@@ -182,16 +232,7 @@ def used(data: Measurement, processing: Processing, partner: Motion | None = Non
 
 
 class Observer:
-    """Turns measurements of one robot into equations in chosen columns.
-
-    Attributes:
-        columns: what the columns are called.
-        index: index of each column among the distinct ones that are evaluated.
-        distinct: number of those.
-        rows: per joint, where its entries and torque stand among a block's equations.
-        touched: per joint, the distinct columns of its entries.
-        motors: per joint, whose torque stands behind its own: other motors (from 0), ``NO_MOTOR`` for a spring.
-    """
+    """Turns measurements of one robot into equations in chosen columns, as its ``layout`` says."""
 
     def __init__(self, robot: Robot, columns: Sequence[str], names: Sequence[str] | None = None) -> None:
         """Generate the code of the columns' regressor.
@@ -200,23 +241,18 @@ class Observer:
             columns: standard parameters whose columns make up W, may repeat; and ``PATH``.
             names: what the columns are called, by default the standard names.
         """
-        self.robot, self.motors = robot, _sharing(robot)
-        self._standard = tuple(dict.fromkeys(columns))
-        self._kernel, touched = equation_code(robot, self._standard)
-        self._with_path = PATH in self._standard
-        self._all, self._chi = self._standard, np.zeros(len(self._standard))
-        self._chosen: NDArray[np.int64] | None = None
-        self._lay_out(columns, names, touched)
+        self.robot, self._evaluated_columns = robot, tuple(dict.fromkeys(columns))
+        self._kernel, touched = equation_code(robot, self._evaluated_columns)
+        self._chi = np.zeros(len(self._evaluated_columns))
+        self._chosen: Indices | None = None
+        self._standard = self._evaluated_columns
+        index = np.array([self._standard.index(name) for name in columns])
+        self.layout = Layout(tuple(names or columns), index, touched, _sharing(robot))
 
-    def _lay_out(self, columns: Sequence[str], names: Sequence[str] | None, touched: tuple[Array, ...]) -> None:
-        """Lay out what is asked for among the rows that are evaluated."""
-        self.columns = tuple(names or columns)
-        unique = tuple(dict.fromkeys(columns))
-        self.index = np.array([unique.index(name) for name in columns])
-        self.distinct, self.touched = len(unique), touched
-        sizes = [len(own) + 1 + len(others) for own, others in zip(touched, self.motors, strict=True)]
-        ends = np.cumsum(sizes)
-        self.rows = tuple(slice(int(end) - size, int(end)) for end, size in zip(ends, sizes, strict=True))
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the columns."""
+        return self.layout.columns
 
     def at(self, values: Array) -> "Observer":
         """Make the observer whose friction is that under the load which parameters of these values cause.
@@ -224,37 +260,43 @@ class Observer:
         Args:
             values: of the first columns; those of the others are zero.
         """
-        there, standard = copy.copy(self), [self._standard[k] for k in self.index]
-        there._chi = np.zeros(len(self._all))
-        np.add.at(there._chi, [self._all.index(name) for name in standard[: len(values)]], values)
+        there, evaluated = copy.copy(self), self._evaluated_columns
+        there._chi = np.zeros(len(evaluated))
+        there._chi[[evaluated.index(name) for name in self._standard]] = self.layout.values(values)
         return there
 
     def only(self, columns: Sequence[str], names: Sequence[str] | None = None) -> "Observer":
         """Make the observer of some of the columns by the same generated code; arguments as when made."""
         part, unique = copy.copy(self), tuple(dict.fromkeys(columns))
-        chosen, touched = [], []
-        for rows, own in zip(self.rows, self.touched, strict=True):
-            entries = {self._standard[column]: rows.start + k for k, column in enumerate(own)}
+        chosen, touched, start = list[int](), [], 0
+        for size, own in zip(self.layout.sizes, self.layout.touched, strict=True):
+            entries = {self._standard[column]: start + k for k, column in enumerate(own)}
             there = [name for name in unique if name in entries]
             touched.append(np.array([unique.index(name) for name in there], dtype=int))
-            chosen += [entries[name] for name in there] + list(range(rows.start + len(own), rows.stop))
+            chosen += [entries[name] for name in there] + list(range(start + len(own), start + size))
+            start += size
         part._standard = unique
         part._chosen = np.array(chosen) if self._chosen is None else self._chosen[chosen]
-        part._lay_out(columns, names, tuple(touched))
+        index = np.array([unique.index(name) for name in columns])
+        part.layout = Layout(tuple(names or columns), index, tuple(touched), self.layout.motors)
         return part
 
-    def stream(self, pieces: Iterable[tuple[Measurement, Mask]], factor: int) -> Iterator[Block]:
+    def stream(self, pieces: Iterable[tuple[Measurement, Mask]], factor: int) -> Iterator[Observation]:
         """Make equations of one recording that arrives in pieces, each with its rows to use (N x n).
 
         Y and every column of W are filtered and decimated alike.
         """
-        decimator, skip = Decimator(self.rows[-1].stop, factor), 0
+        ends = np.cumsum(self.layout.sizes)
+        decimator, skip, bandwidth = Decimator(int(ends[-1]), factor), 0, noise_bandwidth(factor)
         waiting = np.empty((self.robot.n + 1, 0))  # times and rows to use that the filter has not given yet
 
-        def block(equations: Array) -> Block:
+        def made(equations: Array) -> Observation:
             nonlocal waiting
-            (t, *keep), waiting = waiting[:, : equations.shape[1]], waiting[:, equations.shape[1] :]
-            return Block(equations, np.array(keep, dtype=bool), t)
+            (t, *keep), waiting = np.hsplit(waiting, [equations.shape[1]])
+            used, joints = [np.flatnonzero(row) for row in keep], np.split(equations, ends[:-1])
+            kept = zip(joints, used, strict=True)
+            rows = tuple(own if len(row) == len(t) else own.take(row, axis=1) for own, row in kept)
+            return Observation(self.layout, rows, tuple(t[row] for row in used), bandwidth)
 
         for data, keep in pieces:
             if self.robot.spring is not None:  # its table does not go on beyond its ends
@@ -270,56 +312,31 @@ class Observer:
                 rows = np.vstack([data.motion.t[part], keep[part].T])
                 waiting = np.hstack([waiting, rows[:, skip::factor]])
                 skip = (skip - rows.shape[1]) % factor
-                yield block(decimator.push(self._evaluated(data, part)))
+                yield made(decimator.push(self._evaluated(data, part)))
         if factor > 1:
-            yield block(decimator.finish())
+            yield made(decimator.finish())
 
     def observe(self, data: Measurement, processing: Processing) -> Observation:
-        """Observe one measurement with W held whole."""
+        """Observe one measurement, its rows found by the settings."""
         return self.observe_rows(*used(data, processing))
 
     def observe_rows(self, data: Measurement, keep: Mask, decimate: int) -> Observation:
         """Observe a measurement with the rows to use, N x n, given."""
-        return self._held(list(self.stream([(data, keep)], decimate)), decimate)
-
-    def pieces(self, data: Measurement, processing: Processing) -> Iterator[Observation]:
-        """Make the equations of ``observe`` in consecutive pieces that need little memory."""
-        waiting: list[Block] = []
-        data, keep, factor = used(data, processing)
-        for block in self.stream([(data, keep)], factor):
-            waiting.append(block)
-            if sum(len(part.t) for part in waiting) >= _PIECE:
-                yield self._held(waiting, factor)
-                waiting = []
-        if waiting:
-            yield self._held(waiting, factor)
-
-    def _held(self, blocks: Sequence[Block], decimate: int) -> Observation:
-        """Join equations of blocks, those of each joint in all columns."""
-        W, Y, t, shared = [], [], [], list[SharedTorque]()
-        for j, (own, touched) in enumerate(zip(self.rows, self.touched, strict=True)):
-            rows = np.concatenate([block.equations[own][:, block.keep[j]] for block in blocks], axis=1)
-            dense = np.zeros((rows.shape[1], self.distinct))
-            dense[:, touched] = rows[: len(touched)].T
-            W.append(dense[:, self.index])
-            Y.append(rows[len(touched)])
-            others = rows[len(touched) + 1 :]
-            shared += [SharedTorque(j, motor, part) for motor, part in zip(self.motors[j], others, strict=True)]
-            t.append(np.concatenate([block.t[block.keep[j]] for block in blocks]))
-        return Observation(self.columns, tuple(W), tuple(Y), tuple(t), noise_bandwidth(decimate), tuple(shared))
+        parts = list(self.stream([(data, keep)], decimate))
+        rows = tuple(np.concatenate(own, axis=1) for own in zip(*(part.rows for part in parts), strict=True))
+        t = tuple(np.concatenate(own) for own in zip(*(part.t for part in parts), strict=True))
+        return Observation(self.layout, rows, t, noise_bandwidth(decimate))
 
     def torques(self, motion: Motion, values: Array) -> Array:
         """Torques of the joints that parameters of these values cause [N·m or N], N x n."""
-        none = Measurement(motion, np.zeros(motion.q.shape))
-        chi, torque = np.zeros(self.distinct), np.empty(motion.q.shape)
-        np.add.at(chi, self.index, values)
+        none, ends = Measurement(motion, np.zeros(motion.q.shape)), np.cumsum(self.layout.sizes)[:-1]
+        chi, torque = self.layout.values(values), np.empty(motion.q.shape)
         for part in _parts(len(motion.t), 1):
-            equations = self._evaluated(none, part)
-            for j, (own, touched) in enumerate(zip(self.rows, self.touched, strict=True)):
-                torque[part, j] = chi[touched] @ equations[own][: len(touched)]
+            joints = np.split(self._evaluated(none, part), ends)
+            for j, (own, touched) in enumerate(zip(joints, self.layout.touched, strict=True)):
+                torque[part, j] = chi[touched] @ own[: len(touched)]
         if self.robot.coupling is not None and self.robot.coupling.rows == "motor":
-            j, k = (joint - 1 for joint in self.robot.coupling.joints)
-            torque[:, j] += torque[:, k]
+            return self.robot.coupling.joint_torques(torque)
         return torque
 
     def _evaluated(self, data: Measurement, part: slice) -> Array:
@@ -328,7 +345,7 @@ class Observer:
         inputs = [motion.q[part], motion.qd[part], motion.qdd[part], data.torque[part]]
         if known_spring(self.robot) is not None:
             inputs.append(before[part, None] if before is not None else np.zeros(1))
-        if self._with_path:
+        if PATH in self._evaluated_columns:
             inputs.append(path[part] if path is not None else np.zeros(self.robot.n))
         if self.robot.drives.loaded:
             inputs.append(self._chi)

@@ -10,8 +10,8 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.linear import least_squares
 from ..equations.equations import Blocks, Equations
-from ..equations.observer import Observation, Residuals
-from ..equations.reduction import Recorded, reduced
+from ..equations.observer import Observation
+from ..equations.reduction import reduced
 
 _WINDOW = 5.0  # lags summed, in autocorrelation times
 _TIMES = 5.0  # autocorrelation times a block holds
@@ -101,18 +101,19 @@ class Remembered(NamedTuple):
     inflation: tuple[float, ...]
 
     @staticmethod
-    def of(group: Sequence[Residuals]) -> "Remembered":
-        """Measure the memory of what is left of the recordings."""
-        by_joint = [[(left.t[j], left.errors[j]) for left in group] for j in range(len(group[0].t))]
-        step = min((float(np.diff(t).min()) for left in group for t in left.t if len(t) > 1), default=SHORTEST)
+    def of(recordings: Sequence[Observation], values: Array) -> "Remembered":
+        """Measure the memory of what values of the first columns leave of the recordings."""
+        each = [zip(recording.t, recording.errors(values), strict=True) for recording in recordings]
+        by_joint = list(zip(*each, strict=True))
+        times = [t for series in by_joint for t, _ in series if len(t) > 1]
+        step = min((float(np.diff(t).min()) for t in times), default=SHORTEST)
         memory = max(autocorrelation_time(series, step) for series in by_joint)
-        return Remembered(memory, tuple(map(span, group)), tuple(map(inflation, by_joint)))
+        return Remembered(memory, tuple(map(span, recordings)), tuple(map(inflation, by_joint)))
 
 
-def remembered(recordings: Sequence[Recorded | Observation], equations: Equations) -> Remembered:
+def remembered(recordings: Sequence[Observation], equations: Equations) -> Remembered:
     """Measure the memory of what the weighted fit to all recordings of one load leaves."""
-    values = weighted_solution(equations)
-    return Remembered.of([recording.residuals(values) for recording in recordings])
+    return Remembered.of(recordings, weighted_solution(equations))
 
 
 def block_length(loads: Sequence[Remembered]) -> float:
@@ -124,7 +125,7 @@ def block_length(loads: Sequence[Remembered]) -> float:
     return max(_TIMES * max(load.memory for load in loads), SHORTEST, duration / _MOST)
 
 
-def span(recording: Observation | Residuals) -> Array:
+def span(recording: Observation) -> Array:
     """Times of the first and the last row [s], shape (2,)."""
     t = np.concatenate(recording.t)
     return np.array([t.min(), t.max()]) if t.size else np.zeros(2)
@@ -145,15 +146,11 @@ def block_edges(recording: Observation | Array, length: float) -> Array:
 
 
 def in_blocks(
-    equations: Equations, recordings: Sequence[Recorded | Observation], edges: Sequence[Array], length: float
+    equations: Equations, recordings: Sequence[Observation], edges: Sequence[Array], length: float
 ) -> Equations:
     """Add blocks of time to equations, between their recordings' edges."""
-    blocks: list[Equations] = []
-    for recording, ends in zip(recordings, edges, strict=True):
-        if isinstance(recording, Recorded):
-            blocks += recording.cut(ends)
-        else:
-            blocks += [reduced(recording.between(*between)) for between in pairwise(ends)]
+    pairs = zip(recordings, edges, strict=True)
+    blocks = [reduced(recording.between(*between)) for recording, ends in pairs for between in pairwise(ends)]
     return replace(equations, blocks=Blocks.of(blocks, length))
 
 

@@ -165,18 +165,6 @@ class SoftPrior(NamedTuple):
         return float(np.sqrt(self.inflation)) / self.sigma
 
 
-class _PriorRows(NamedTuple):
-    """Prior rows: ``rows`` m x c in the unknown columns, ``levels`` and ``inflation`` (m,).
-
-    ``by_gains``: derivatives of the levels by e_j, m x n; zeros where they are not known.
-    """
-
-    rows: Array
-    levels: Array
-    inflation: Array
-    by_gains: Array
-
-
 class _Triangle(NamedTuple):
     """Triangle of weighted equations: ``R`` of the unknown columns and the torque, the ``inverse`` of its first c.
 
@@ -245,8 +233,8 @@ class LinearProblem:
         if self.parts:
             return np.array([part.values(weights) for part in self.without_each()])
         names = tuple(chain.from_iterable(group.names for group in self.fixed))
-        prior = self._prior_rows
-        near = np.column_stack([prior.rows, np.zeros((len(prior.rows), len(names))), prior.levels])
+        rows, levels, *_ = self._prior_rows
+        near = np.column_stack([rows, np.zeros((len(rows), len(names))), levels])
         left = left_out(self.equations, self.unknown.columns, weights, names, near)
         values = left.values[:, self._indices]
         if not self.fixed:
@@ -302,10 +290,10 @@ class LinearProblem:
         for group, influence in zip(self.fixed, triangle.influences, strict=True):
             P = influence[self._indices]
             total += P @ group.lasting @ P.T
-        prior = self._prior_rows
-        if len(prior.rows):
+        rows, _, inflation, _ = self._prior_rows
+        if len(rows):
             inverse = triangle.inverse
-            moved = (inverse[self._indices] @ (inverse.T @ prior.rows.T)) * np.sqrt(prior.inflation)
+            moved = (inverse[self._indices] @ (inverse.T @ rows.T)) * np.sqrt(inflation)
             total += moved @ moved.T
         return total
 
@@ -340,7 +328,11 @@ class LinearProblem:
         return [self.unknown.columns.index(name) for name in self.wanted]
 
     @cached_property
-    def _prior_rows(self) -> _PriorRows:
+    def _prior_rows(self) -> tuple[Array, Array, Array, Array]:
+        """Rows of priors in the unknown columns, m x c, levels and inflation, (m,), and how e_j move the levels.
+
+        The last are derivatives, m x n, zeros where they are not known.
+        """
         columns, c = self.unknown.columns, len(self.unknown.columns)
         rows = [role.weight * np.eye(1, c, columns.index(name)) for name, role in self.soft.items()]
         levels, inflation = np.zeros(len(rows)), [role.inflation for role in self.soft.values()]
@@ -353,20 +345,18 @@ class LinearProblem:
             inflation += [self.prior.inflation] * len(root)
             own = self.prior.gain_sensitivity()
             by_gains.append(root @ own if own is not None else np.zeros((len(root), by_gains[0].shape[1])))
-        return _PriorRows(np.vstack([np.zeros((0, c)), *rows]), levels, np.array(inflation), np.vstack(by_gains))
+        return np.vstack([np.zeros((0, c)), *rows]), levels, np.array(inflation), np.vstack(by_gains)
 
     def _triangle(self, weights: Array) -> _Triangle:
         """Decompose the weighted equations of all joints, prior rows below; once for given weights."""
         if (key := weights.tobytes()) in self._triangles:
             return self._triangles[key]
-        prior, sizes = self._prior_rows, [len(group.names) for group in self.fixed]
+        (near, levels, _, by_gains), sizes = self._prior_rows, [len(group.names) for group in self.fixed]
         indices = [self.equations.columns.index(name) for group in self.fixed for name in group.names]
         every = zip(weights, self.unknown.factors, self.equations.factors, self.equations.by_motor(), strict=True)
         rows = [w * np.column_stack([own, factor[:, indices], torques]) for w, own, factor, torques in every]
-        below = np.column_stack(
-            [prior.rows, prior.levels, np.zeros((len(prior.rows), len(indices))), prior.by_gains]
-        )
-        R, extra = compressed(np.vstack([*rows, below]), below.shape[1] - prior.rows.shape[1] - 1)
+        below = np.column_stack([near, levels, np.zeros((len(near), len(indices))), by_gains])
+        R, extra = compressed(np.vstack([*rows, below]), below.shape[1] - near.shape[1] - 1)
         R, c = checked(R, self.unknown.columns, *self._rows), len(self.unknown.columns)
         solved = solve_triangular(R[:c, :c], np.column_stack([np.eye(c), extra[:c]]))
         inverse, *influences, by_torques = np.split(solved, c + np.cumsum([0, *sizes]), axis=1)
@@ -377,7 +367,7 @@ class LinearProblem:
     @property
     def _rows(self) -> tuple[int, float]:
         """Count equations, and those with independent noise."""
-        count = len(self._prior_rows.rows)
+        count = len(self._prior_rows[0])
         return self.unknown.equations + count, sum(self.unknown.effective_rows) + count
 
     def gain_sensitivity(self, weights: Array) -> Array | None:

@@ -13,8 +13,8 @@ from ...model.base.rank import leftmost_independent, random_states, stacked_regr
 from ...model.motion import Measurement
 from ...model.regressors import standard_columns
 from ..equations.equations import Equations
-from ..equations.observer import Observer, used
-from ..equations.reduction import Recorded, recorded
+from ..equations.observer import Observation, Observer, used
+from ..equations.reduction import recorded
 from ..signals.filtering import measurement
 from ..signals.plausibility import check_recordings, still_joints
 from .blocks import FEWEST, block_edges, block_length, in_blocks, remembered, weighted_solution
@@ -44,7 +44,7 @@ def base_problem(
     measured = filtered(recordings, processing, settings.progress)
     observer = Observer(robot, base.columns)
 
-    def reduced(observer: Observer) -> tuple[Equations, list[Recorded]]:
+    def reduced(observer: Observer) -> tuple[Equations, list[Observation]]:
         return recorded(observer, (used(data, processing) for data in measured))
 
     if fitted is None:
@@ -93,7 +93,7 @@ def with_friction(
     return robot.with_friction((*own, *terms)), choices
 
 
-def in_own_blocks(equations: Equations, recordings: Sequence[Recorded]) -> Equations:
+def in_own_blocks(equations: Equations, recordings: Sequence[Observation]) -> Equations:
     """Cut equations of one load in blocks of time as long as their memory asks for."""
     load = remembered(recordings, equations)
     length = block_length([load])

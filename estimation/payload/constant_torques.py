@@ -102,10 +102,11 @@ def friction_prior(observations: Sequence[Observation], sigmas: Mapping[str, flo
     values, _ = _shortest(problem, weights)
     noise, spare = problem.error_norms(values) / np.sqrt(np.maximum(problem.rows, 1)), np.array(problem.rows)
     for one in observations:
-        free = [one.columns.index(name) for name in free_columns(one.columns)]
+        names = one.columns
+        free = [names.index(name) for name in free_columns(names)]
         spare = spare - [int(W[:, free].any(axis=0).sum()) for W in one.W]
     noise[spare < _FEWEST_LEFT] = 0.0  # too few rows, beyond the free columns that act on them, to tell it
-    memory = np.array(Remembered.of([one.residuals(values) for one in left]).inflation)
+    memory = np.array(Remembered.of(left, values).inflation)
     held = {name: joint_of(name) for name, sigma in sigmas.items() if sigma > 0.0}
     roles = {name: SoftPrior(sigmas[name], float(memory[j])) for name, j in held.items() if noise[j] > 0.0}
     return HeldFriction(roles, noise, memory)

@@ -20,8 +20,8 @@ from ...model.friction import is_friction
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations, merged
-from ..equations.observer import PATH, Observer, Used, used
-from ..equations.reduction import Recorded, recorded
+from ..equations.observer import PATH, Observation, Observer, Used, used
+from ..equations.reduction import recorded
 from ..fit.blocks import (
     FEWEST,
     SHORTEST,
@@ -312,7 +312,7 @@ def long_motion(
     base, processing = base_parameters(robot), settings.processing_of(robot)
     observer = Observer(robot, (*base.columns, *payload_columns(robot), PATH))
     both = observer.only((*base.columns, *payload_columns(robot)), (*base.columns, *PAYLOAD))
-    loads, chi = dict[str, tuple[Equations, list[Recorded]]](), np.zeros(len(base.columns))
+    loads, chi = dict[str, tuple[Equations, list[Observation]]](), np.zeros(len(base.columns))
     if unloaded:
         loads["unloaded"], chi = under_own_load(
             observer.only(base.columns), lambda own: recorded(own, (used(data, processing) for data in unloaded))
@@ -350,7 +350,9 @@ def long_motion(
     return replace(motion, **parts, inflation=inflation, few=few)
 
 
-def _inflation_of_known(known: Estimate, equations: Equations, recordings: Sequence[Recorded]) -> tuple[float, ...]:
+def _inflation_of_known(
+    known: Estimate, equations: Equations, recordings: Sequence[Observation]
+) -> tuple[float, ...]:
     """Inflation by memory of each joint's errors where the robot is known.
 
     By what it leaves of the loaded recordings, payload and friction found with it: all of its parameters, found
@@ -362,7 +364,7 @@ def _inflation_of_known(known: Estimate, equations: Equations, recordings: Seque
     values = dict(zip(known.names, known.values, strict=True))
     values |= zip(rest.columns, weighted_solution(rest), strict=True)
     chi = np.array([values[name] for name in equations.columns])
-    own = Remembered.of([recording.residuals(chi) for recording in recordings]).inflation
+    own = Remembered.of(recordings, chi).inflation
     if known.robust is None:
         return own
     before = float(np.median((known.robust.sigma / np.maximum(known.sigma, 1e-300)) ** 2))
@@ -375,7 +377,7 @@ def _changes(
     pairs: Sequence[PairedMeasurement],
     unloaded: Equations,
     processing: Processing,
-) -> tuple[Equations, list[Recorded]]:
+) -> tuple[Equations, list[Observation]]:
     """Equations (29) of pairs, Y_T - Y_wL, the torque that the robot needs more on the loaded path taken off.
 
     Friction's columns, of the loaded path, stand behind the payload's.

@@ -6,6 +6,7 @@ besides the payload, one after the other, each with all that a slightly wrong wa
 less than one wave over the joint's range is no different from weight and is not looked for.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -44,17 +45,20 @@ class Wave(Document, frozen=True):
     probability_by_noise: float = RIPPLE_CHANCE
 
 
-def ripple_of(source: str, recording: Observation, used: Used) -> tuple[tuple[Wave, ...], tuple[Array, ...]]:
+def ripple_of(
+    source: str, matrices: Sequence[Array], recording: Observation, used: Used
+) -> tuple[tuple[Wave, ...], tuple[Array, ...]]:
     """Find waves that the equations of a difference of torques hold besides the payload and what is free.
 
     Args:
+        matrices: columns of the payload and of what is free, per joint.
         used: the measurement they come from.
 
     Returns:
         The waves, and for each joint their columns, r_j x 4 times the largest number of waves of a joint.
     """
     (data, keep, decimate), waves, columns = used, list[Wave](), list[Array]()
-    for j, (W, Y) in enumerate(zip(recording.W, recording.Y, strict=True)):
+    for j, (W, Y) in enumerate(zip(matrices, recording.Y, strict=True)):
         position = data.motion.q[:, j] - data.motion.q[:, j].mean()
         span, speed = float(np.ptp(position)), float(np.abs(data.motion.qd[keep[:, j], j]).max(initial=0.0))
         candidates = np.zeros(0)

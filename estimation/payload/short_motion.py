@@ -153,7 +153,7 @@ class ShortMotion(Brief):
     def without_each(self) -> tuple[Equations, ...]:
         """Leave out each block of time of ``loaded``; nothing shared is kept."""
         runs, left = [self.held.friction_free(run.equations) for run in self.runs], list[Equations]()
-        runs = [replace(run, shared=()) for run in runs]
+        runs = [replace(run, shared={}) for run in runs]
         for k, run in enumerate(self.runs):
             others = [*runs[:k], *runs[k + 1 :]]
             if len(run.equations.blocks) > 1:
@@ -231,7 +231,7 @@ def known_robot_weighing(
     (_, observations), _ = under_own_load(observer, observed, known.values)
     k, sigmas = len(known.values), friction_sigmas(known, settings.friction_change)
     payload_only = [  # less the torque of the robot, whose columns come first
-        replace(one, columns=one.columns[k:], W=tuple(W[:, k:] for W in one.W), Y=tuple(one.errors(known.values)))
+        Observation.of(one.columns[k:], [W[:, k:] for W in one.W], one.errors(known.values), one.t, one.bandwidth)
         for one in observations
     ]
     own = {name: sigma for name, sigma in sigmas.items() if parameter_kind(name) in ("FS", "FV", "OFF")}
@@ -291,12 +291,12 @@ def difference_weighing(
         path = whole.torques(Motion(motion.t, q, motion.qd, motion.qdd), own) - whole.torques(without.motion, own)
         used = used._replace(data=torque_change(robot, without, used.data, path))
         plain = observer.observe_rows(*used)
-        less_path = replace(plain, columns=plain.columns[:-1], W=tuple(W[:, :-1] for W in plain.W))
-        waves, columns = ripple_of(source, less_path, used)
+        names, dense = plain.columns, plain.W
+        waves, columns = ripple_of(source, [W[:, :-1] for W in dense], plain, used)
         if waves:  # free beside the payload
-            names = tuple(f"{FREE}{k}" for k in range(columns[0].shape[1]))
-            W = tuple(np.column_stack(both) for both in zip(plain.W, columns, strict=True))
-            plain = replace(plain, columns=(*plain.columns, *names), W=W)
+            names = (*names, *(f"{FREE}{k}" for k in range(columns[0].shape[1])))
+            W = [np.column_stack(both) for both in zip(dense, columns, strict=True)]
+            plain = Observation.of(names, W, plain.torques, plain.t, plain.bandwidth, plain.layout.motors)
         observations.append(plain)
         ripples.append(waves)
     return ShortMotion(

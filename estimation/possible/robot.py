@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import INERTIAL, BaseParameters, InertialParameters, Robot
+from ...model.base.parameters import sum_text
 from ...model.drives import parameter_kind
 from ..fit.estimate import Estimate, error_model
 from .cone import ConeProgram, SolverError, solve_cone
@@ -34,7 +35,6 @@ thousand times the size of each parameter. Where the search stops short of its e
 """
 _ABOVE = 1.0 + 4.0 * np.finfo(float).eps
 """Factor by which a larger number is above a smaller one, whatever rounding a change of scale leaves."""
-_ROUNDING = 1e-9
 _UNSEEN = 1e-3
 """Standard deviations by which a repair may change a number."""
 
@@ -216,13 +216,6 @@ def solve_constrained_base(
 
 def hidden_directions(base: BaseParameters) -> tuple[str, ...]:
     """Describe changes of the standard parameters that change no torque, N_s - N_b texts: "YY2 + XX2", "M1"."""
-    texts = []
-    for k in (k for k in range(len(base.standard)) if k not in base.chosen):
-        # One more of parameter k is the same as less of those that it is grouped into.
-        text = base.standard[k]
-        for name, factor in zip(base.columns, base.grouping[:, k], strict=True):
-            if factor:
-                size = "" if abs(abs(factor) - 1.0) < _ROUNDING else f"{abs(factor):.6g} "
-                text += f" {'-' if factor > 0.0 else '+'} {size}{name}"
-        texts.append(text)
-    return tuple(texts)
+    rest = [k for k in range(len(base.standard)) if k not in base.chosen]
+    # One more of parameter k is the same as less of those that it is grouped into.
+    return tuple(sum_text(base.standard[k], base.columns, -base.grouping[:, k]) for k in rest)

@@ -68,13 +68,21 @@ _FULL_MOTION = 0.1  # of a joint's largest speed
 _EVEN = 1e-2  # time steps that differ by less than this fraction count as even
 
 
-def measured(recording: Recording, processing: Processing) -> Measurement:
+_made: dict[tuple[int, float | None, float | None], Measurement] = {}
+"""Filtered recordings by a recording's identity, and the settings that the filter knows of."""
+
+
+def measurement(recording: Recording, processing: Processing) -> Measurement:
     """Make a recording even in time and filter positions and speeds; torques stay as they are.
 
     Accelerations are central differences of the filtered speeds, speeds of the filtered positions where the
-    controller writes none. The filter runs forward and backward, so that nothing is delayed.
+    controller writes none. The filter runs forward and backward, so that nothing is delayed. It is made once, and
+    kept as long as the recording lives.
     """
-    even = resampled(recording, grid_rate(recording, processing))
+    key = id(recording), grid_rate(recording, processing), processing.cutoff
+    if key in _made:
+        return _made[key]
+    even = resampled(recording, key[1])
     step, ends = float(even.t[1] - even.t[0]), _cut_ends(even, processing.cutoff)
     q = lowpass(even.q, step, processing.cutoff, recording.source, ends)
     # A filter that changes the positions themselves is too low for the motion.
@@ -91,19 +99,8 @@ def measured(recording: Recording, processing: Processing) -> Measurement:
             f"motion of joint {j + 1}: {reason}"
         )
     qd = slopes(q, step) if even.qd is None else lowpass(even.qd, step, processing.cutoff, recording.source, ends)
-    return Measurement(Motion(even.t, *map(_locked, (q, qd, slopes(qd, step)))), even.torque)
-
-
-_made: dict[tuple[int, float | None, float | None], Measurement] = {}
-"""Filtered recordings by a recording's identity, and the settings that the filter knows of."""
-
-
-def measurement(recording: Recording, processing: Processing) -> Measurement:
-    """Make a recording even in time and filtered, as by ``measured``; kept as long as the recording lives."""
-    key = id(recording), grid_rate(recording, processing), processing.cutoff
-    if key not in _made:
-        _made[key] = measured(recording, processing)
-        finalize(recording, _made.pop, key, None)
+    _made[key] = Measurement(Motion(even.t, *map(_locked, (q, qd, slopes(qd, step)))), even.torque)
+    finalize(recording, _made.pop, key, None)
     return _made[key]
 
 

@@ -29,8 +29,8 @@ about 3e-3 rad from one, effects of the angle squared can be too small for QR to
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from itertools import combinations, groupby
+from dataclasses import replace
+from itertools import chain, combinations, groupby
 from typing import NamedTuple
 
 import numpy as np
@@ -39,8 +39,10 @@ from numpy.typing import NDArray
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ..drives import parameter_kind
+from ..frames import frames_at
 from ..inertia import InertialParameters
 from ..kinematics import FrameChange
+from ..pose import Pose
 from ..regressors import standard_columns
 from ..robot import INERTIAL, Joint, Robot
 from .parameters import BaseParameters
@@ -117,107 +119,74 @@ def moves(robot: Robot) -> list[Move]:
         raise InputError(
             f"robot {robot.name!r} has no gravity, which the closed-form rules need: use base_parameters"
         )
-    chain = Chain.of(robot)
+    n, turns = robot.n, np.array([joint.revolute for joint in robot.joints])
+    frames = frames_at(replace(robot, base=Pose()), [0.0] * n)[1:-1]
+    axes, origins = np.array([frame.R[:, 2] for frame in frames]), np.array([frame.p for frame in frames])
+    parallel, orthogonal = _lie_along(axes[:, None], axes), np.abs(axes @ axes.T) < _ZERO
+    # First revolute joint, and the next one whose axis is not parallel to its; n where there is none.
+    r1 = next(iter(np.flatnonzero(turns).tolist()), n)
+    r2 = next((j for j in range(r1, n) if turns[j] and not parallel[j, r1]), n)
+    # Every revolute axis on the way has to coincide: two offsets may cancel at q = 0 only.
+    apart = turns & ~_lie_along(origins - origins[min(r1, n - 1)], axes[min(r1, n - 1)])
+    gravity = np.array(robot.gravity) / math.hypot(*robot.gravity)
+    about_gravity = np.logical_and.accumulate(_lie_along(axes, gravity) & ~apart)
     regroupings: list[Move] = []
-    for j in reversed(range(robot.n)):
-        rules = _revolute if robot.joints[j].revolute else _prismatic
+    for j in reversed(range(n)):
+        if turns[j]:
+            rotor = "r1" if j == r1 else "r2" if j == r2 and orthogonal[j, r1] else ""
+            rules = _revolute(j, j < r2, bool(about_gravity[j]), rotor)
+        else:
+            rules = _prismatic(j, None if j < r1 else frames[j].R.T @ axes[r1], j < r2)
+            if j < r2 and np.where(turns[:j], parallel[:j, j], orthogonal[:j, j]).all():
+                rules = chain(rules, _prismatic_rotor(robot, j, float(axes[j] @ np.array(robot.gravity))))
         known = (*INERTIAL, *(parameter_kind(name) for name in robot.drives.names(j + 1)))
-        regroupings += [move for move in rules(chain, j) if move.drop in known]
+        regroupings += [move for move in rules if move.drop in known]
     return regroupings
-
-
-@dataclass(frozen=True)
-class Chain:
-    """Axes of a robot at q = 0, in frame 0. Joints are counted from 0.
-
-    Attributes:
-        robot: the robot; its gravity is not zero.
-        rotation: axes of each frame, n x 3 x 3.
-        parallel, orthogonal: whether two joints' axes are parallel or opposite, or at right angles, n x n.
-        r1: first revolute joint, n if there is none.
-        r2: next revolute joint whose axis is not parallel to that of r1, n if there is none.
-        about_gravity: whether a joint's axis, if revolute, always coincides with that of r1, along gravity, and all
-            earlier ones are parallel to it, shape (n,).
-    """
-
-    robot: Robot
-    rotation: Array
-    parallel: NDArray[np.bool_]
-    orthogonal: NDArray[np.bool_]
-    r1: int
-    r2: int
-    about_gravity: NDArray[np.bool_]
-
-    @staticmethod
-    def of(robot: Robot) -> "Chain":
-        """Find where the axes of a robot are."""
-        R, p = np.eye(3), np.zeros(3)
-        frames = []
-        for joint in robot.joints:
-            change = FrameChange.of(joint, 0.0, np)
-            R, p = R @ change.axes, p + R @ np.array(change.origin)
-            frames.append((R, p))
-        rotation, origin = (np.array(part) for part in zip(*frames, strict=True))
-        axes = rotation[:, :, 2]
-        parallel = _lie_along(axes[:, None], axes)
-        turns = np.array([joint.revolute for joint in robot.joints])
-        r1 = next(iter(np.flatnonzero(turns).tolist()), robot.n)
-        r2 = next((j for j in range(r1, robot.n) if turns[j] and not parallel[j, r1]), robot.n)
-        along_gravity = _lie_along(axes, np.array(robot.gravity) / math.hypot(*robot.gravity))
-        # Every revolute axis on the way has to coincide: two offsets may cancel at q = 0 only.
-        apart = turns & ~_lie_along(origin - origin[min(r1, robot.n - 1)], axes[min(r1, robot.n - 1)])
-        about_gravity = np.logical_and.accumulate(along_gravity & ~apart)
-        return Chain(robot, rotation, parallel, np.abs(axes @ axes.T) < _ZERO, r1, r2, about_gravity)
 
 
 def _lie_along(vectors: Array, axes: Array) -> NDArray[np.bool_]:
     return np.asarray(np.linalg.norm(np.cross(vectors, axes), axis=-1) < _ZERO)
 
 
-def _revolute(chain: Chain, j: int) -> Iterator[Move]:
+def _revolute(j: int, before_r2: bool, about_gravity: bool, rotor: str) -> Iterator[Move]:
+    """Apply the rules of a revolute joint; ``rotor``: "r1" or "r2" where that rule holds."""
     yield Move("revolute: YY to link j-1", j, "YY", {"XX": 1.0, "YY": 1.0}, True)
     yield Move("revolute: MZ to link j-1", j, "MZ", {"MZ": 1.0}, True)
     yield Move("revolute: M to link j-1", j, "M", {"M": 1.0}, True)
-    if j < chain.r2:
-        for kind in ("XX", "XY", "XZ", "YZ"):
-            yield Move("revolute before r2: no XX, XY, XZ, YZ", j, kind, {kind: 1.0}, False)
-        if chain.about_gravity[j]:
-            for kind in ("MX", "MY"):
-                yield Move("revolute about gravity: no MX, MY", j, kind, {kind: 1.0}, False)
-    if j == chain.r1:
-        yield Move("rotor of r1 into ZZ", j, "IA", {"IA": 1.0, "ZZ": -1.0}, False)
-    if j == chain.r2 and chain.orthogonal[j, chain.r1]:
-        yield Move("rotor of r2 into ZZ", j, "IA", {"IA": 1.0, "ZZ": -1.0}, False)
+    for kind in ("XX", "XY", "XZ", "YZ") if before_r2 else ():
+        yield Move("revolute before r2: no XX, XY, XZ, YZ", j, kind, {kind: 1.0}, False)
+    for kind in ("MX", "MY") if before_r2 and about_gravity else ():
+        yield Move("revolute about gravity: no MX, MY", j, kind, {kind: 1.0}, False)
+    if rotor:
+        yield Move(f"rotor of {rotor} into ZZ", j, "IA", {"IA": 1.0, "ZZ": -1.0}, False)
 
 
-def _prismatic(chain: Chain, j: int) -> Iterator[Move]:
+def _prismatic(j: int, r1: Array | None, before_r2: bool) -> Iterator[Move]:
+    """Apply the rules of a prismatic joint; ``r1``: axis of r1 in frame j, if it is an earlier joint."""
     for kind in INERTIAL[:6]:
         yield Move("prismatic: inertia to link j-1", j, kind, {kind: 1.0}, True)
-    if j < chain.r1:
+    if r1 is None:
         for kind in ("MX", "MY", "MZ"):
             yield Move("prismatic before r1: no MX, MY, MZ", j, kind, {kind: 1.0}, False)
-    elif j < chain.r2 and chain.parallel[j, chain.r1]:
+    elif before_r2 and np.hypot(*r1[:2]) < _ZERO:
         yield Move("prismatic parallel to r1: no MZ", j, "MZ", {"MZ": 1.0}, False)
         for kind in ("MX", "MY"):
             yield Move("prismatic parallel to r1: MX, MY to link j-1", j, kind, {kind: 1.0}, True)
-    elif j < chain.r2:
-        components = (chain.rotation[j].T @ chain.rotation[chain.r1, :, 2]).tolist()
-        along = {kind: value for kind, value in zip(INERTIAL[6:9], components, strict=True) if abs(value) > _ZERO}
+    elif before_r2:
+        components = zip(INERTIAL[6:9], r1.tolist(), strict=True)
+        along = {kind: value for kind, value in components if abs(value) > _ZERO}
         last = list(along)[-1]
         yield Move(f"prismatic not parallel to r1: no {last}", j, last, along, False)
-    joints, drives = chain.robot.joints, chain.robot.drives
-    apart = all(chain.parallel[i, j] if joints[i].revolute else chain.orthogonal[i, j] for i in range(j))
-    if j < chain.r2 and apart:
-        # A rotor without its mass, carried by a link that is lighter by as much: only gravity can still tell.
-        weight = float(chain.rotation[j, :, 2] @ np.array(chain.robot.gravity))
-        if abs(weight) <= _ZERO * math.hypot(*chain.robot.gravity):
-            yield Move("prismatic rotor into M", j, "IA", {"IA": 1.0, "M": -1.0}, True)
-        elif drives.rotor_inertia:
-            # FA is 1 for a joint that moves, as OFF is; a robot has one of them.
-            constant = "FA" if f"FA{j + 1}" in drives.names(j + 1) else "OFF"
-            yield Move(
-                "prismatic offset into M and IA", j, constant, {"M": 1.0, "IA": -1.0, constant: weight}, True
-            )
+
+
+def _prismatic_rotor(robot: Robot, j: int, weight: float) -> Iterator[Move]:
+    """Group a rotor without its mass, carried by a link that is lighter by as much: only gravity can still tell."""
+    if abs(weight) <= _ZERO * math.hypot(*robot.gravity):
+        yield Move("prismatic rotor into M", j, "IA", {"IA": 1.0, "M": -1.0}, True)
+    elif robot.drives.rotor_inertia:
+        # FA is 1 for a joint that moves, as OFF is; a robot has one of them.
+        constant = "FA" if f"FA{j + 1}" in robot.drives.names(j + 1) else "OFF"
+        yield Move("prismatic offset into M and IA", j, constant, {"M": 1.0, "IA": -1.0, constant: weight}, True)
 
 
 def _grouping(regroupings: Sequence[Move], joints: Sequence[Joint], columns: Sequence[str]) -> Array:

@@ -1,6 +1,6 @@
 """Base parameters: combinations of standard parameters that torques determine, and their regressors (13)."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -85,14 +85,11 @@ class BaseParameters(Brief):
 
     def sums(self, digits: int = 6) -> tuple[str, ...]:
         """Write what each base parameter is: "XX2 - YY2 - 0.2025 M3"."""
-        texts = []
-        for first, row in zip(self.chosen, self.grouping, strict=True):
-            text = self.standard[first]
-            for k in np.flatnonzero(row):
-                size = "" if abs(abs(row[k]) - 1.0) < 1e-9 else f"{abs(row[k]):.{digits}g} "
-                text += "" if k == first else f" {'-' if row[k] < 0 else '+'} {size}{self.standard[k]}"
-            texts.append(text)
-        return tuple(texts)
+        rows = zip(self.chosen, self.grouping, strict=True)
+        return tuple(
+            sum_text(self.standard[k], self.standard, np.where(np.arange(len(row)) == k, 0.0, row), digits)
+            for k, row in rows
+        )
 
     def value(self, parameters: Mapping[str, float]) -> Array:
         """Evaluate the base parameters of a robot with the given standard parameters, shape (N_b,).
@@ -108,6 +105,16 @@ class BaseParameters(Brief):
         With the last link's ten it is the map from a payload to base parameters behind (25)-(28).
         """
         return self.grouping[:, [self.standard.index(name) for name in columns]]
+
+
+def sum_text(first: str, names: Sequence[str], factors: Array, digits: int = 6) -> str:
+    """Write a sum of parameters, the first one with a factor of 1: "XX2 - YY2 - 0.2025 M3"."""
+    text = first
+    for name, factor in zip(names, factors.tolist(), strict=True):
+        if factor:
+            size = "" if abs(abs(factor) - 1.0) < 1e-9 else f"{abs(factor):.{digits}g} "
+            text += f" {'-' if factor < 0.0 else '+'} {size}{name}"
+    return text
 
 
 def base_regressor(robot: Robot, base: BaseParameters) -> ca.Function:

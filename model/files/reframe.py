@@ -53,7 +53,11 @@ def modified_dh(axes: Sequence[JointAxis], flange: Pose) -> Robot:
         axes: of the joints 1 to n at the zero pose, in the base.
         flange: the flange at the zero pose, in the base.
     """
-    lines = [_line(axis) for axis in axes]
+    lines = list[_Line]()
+    for axis in axes:
+        direction = np.array(axis.direction) / np.linalg.norm(axis.direction)
+        special = np.where(np.abs(direction) < SNAP_ANGLE, 0.0, direction)
+        lines.append((special / np.linalg.norm(special), np.array(axis.point, dtype=float)))
     x, z, origin = _frame_zero(*lines[0])
     base, joints = _pose(x, z, origin).inverse(), list[Joint]()
     for j, (axis, line) in enumerate(zip(axes, lines, strict=True)):
@@ -79,13 +83,6 @@ def modified_dh(axes: Sequence[JointAxis], flange: Pose) -> Robot:
         x, z, origin = new_x, direction, new_origin
     robot = Robot("robot", tuple(joints), flange=_pose(x, z, origin).inverse() @ flange, base=base)
     return with_gravity(robot, (0.0, 0.0, -9.81))
-
-
-def _line(axis: JointAxis) -> _Line:
-    direction = np.array(axis.direction, dtype=float)
-    direction = direction / np.linalg.norm(direction)
-    special = np.where(np.abs(direction) < SNAP_ANGLE, 0.0, direction)
-    return special / np.linalg.norm(special), np.array(axis.point, dtype=float)
 
 
 def _foot(origin: Array, direction: Array, point: Array) -> Array:

@@ -105,8 +105,13 @@ def load_urdf(path: str | Path | Source, base: str | None = None, tip: str | Non
         InputError: if there is no such chain, or several, or a joint of it is of a kind that is not supported.
     """
     tree = read_urdf(path)
-    first = _base(tree, base)
-    last, by_convention = _tip(tree, first, tip)
+    for link in (base, tip):
+        if link is not None and link not in tree.links:
+            raise InputError(
+                f"{tree.source}: chain = BASE:TIP: no link {link!r}: the links are {_list(list(tree.links))}"
+            )
+    first = _root(tree) if base is None else base
+    last, by_convention = _tip(tree, first) if tip is None else (tip, ())
     moving, flange = _chain(tree, first, last)
     axes = [
         JointAxis(
@@ -151,9 +156,7 @@ def load_urdf(path: str | Path | Source, base: str | None = None, tip: str | Non
         )
 
 
-def _base(tree: Urdf, base: str | None) -> str:
-    if base is not None:
-        return _known(tree, base)
+def _root(tree: Urdf) -> str:
     below = {joint.child for joint in tree.joints}
     roots = [name for name in tree.links if name not in below]
     if not roots:
@@ -165,10 +168,8 @@ def _base(tree: Urdf, base: str | None) -> str:
     return roots[0]
 
 
-def _tip(tree: Urdf, base: str, tip: str | None) -> tuple[str, tuple[str, ...]]:
+def _tip(tree: Urdf, base: str) -> tuple[str, tuple[str, ...]]:
     """Find the flange's link, and note where it was one of several by its name."""
-    if tip is not None:
-        return _known(tree, tip), ()
     fixed = {name for name, _ in tree.fixed_to(base, Pose())}
     below = [base]
     for link in below:  # grows while it is walked
@@ -191,14 +192,6 @@ def _tip(tree: Urdf, base: str, tip: str | None) -> tuple[str, tuple[str, ...]]:
     return named[0], (
         f"link {named[0]!r} is taken as the flange by its name; ends are {_list(ends)}: chain = :TIP chooses",
     )
-
-
-def _known(tree: Urdf, link: str) -> str:
-    if link not in tree.links:
-        raise InputError(
-            f"{tree.source}: chain = BASE:TIP: no link {link!r}: the links are {_list(list(tree.links))}"
-        )
-    return link
 
 
 def _list(names: Sequence[str]) -> str:

@@ -4,7 +4,7 @@ import ctypes
 import math
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import casadi as ca
 import numpy as np
@@ -156,39 +156,39 @@ def c_number(value: float) -> str:
     return repr(value) if math.isfinite(value) else ("INFINITY" if value > 0 else "-INFINITY")
 
 
-class CPath:
-    """Evaluates one program by compiled C."""
+Fill = Callable[[Sequence[Array], Array, bool], None]
+"""Function of inputs, of the array (steps x entries x N, C-contiguous) that it fills, and whether steps chain.
 
-    def __init__(self, program: Program) -> None:
-        """Compile, or take the library from the cache.
+Inputs hold the samples of each step (steps x N x size), of all steps (N x size), or what all samples share (size,);
+their last axes are C-contiguous. Where steps are chained the first one is the state, which ends as the last step
+leaves it.
+"""
 
-        Raises:
-            CompilerUnavailable: if there is no working C compiler.
-        """
-        self._work, self._run = len(program.outputs) * _CHUNK, compiled_library(c_source(program), "run").run
-        pointer, number = ctypes.c_void_p, ctypes.c_longlong
-        pointers, numbers = ctypes.POINTER(pointer), ctypes.POINTER(number)
-        self._run.argtypes = [pointers, numbers, numbers, pointer, pointer, pointer, number, number]
-        self._run.restype = None
 
-    def fill(self, inputs: Sequence[Array], out: Array, chained: bool) -> None:
-        """Fill ``out`` (steps x entries x N), C-contiguous.
+def compiled_fill(program: Program) -> Fill:
+    """Compile a program, or take the library from the cache.
 
-        Args:
-            inputs: each with the samples of each step (steps x N x size), of all steps (N x size), or what all
-                samples share (size,); their last axes are C-contiguous.
-            chained: whether the first one is the state, which ends as the last step leaves it.
-        """
+    Raises:
+        CompilerUnavailable: if there is no working C compiler.
+    """
+    size, run = len(program.outputs) * _CHUNK, compiled_library(c_source(program), "run").run
+    pointer, number = ctypes.c_void_p, ctypes.c_longlong
+    pointers, numbers = ctypes.POINTER(pointer), ctypes.POINTER(number)
+    run.argtypes = [pointers, numbers, numbers, pointer, pointer, pointer, number, number]
+    run.restype = None
+
+    def fill(inputs: Sequence[Array], out: Array, chained: bool) -> None:
         # Addresses as numbers: a typed pointer takes longer to make than few samples take to evaluate.
         starts = (ctypes.c_void_p * len(inputs))(*(x.ctypes.data for x in inputs))
         apart = [x.shape[-1] if x.ndim >= 2 else 0 for x in inputs]
         ahead = [x.strides[0] // x.itemsize if x.ndim == 3 else 0 for x in inputs]
         numbers = ctypes.c_longlong * len(inputs)
-        work, state = aligned_empty((self._work,)), inputs[0].ctypes.data if chained else 0
+        work, state = aligned_empty((size,)), inputs[0].ctypes.data if chained else 0
         steps, _, samples = out.shape
-        self._run(
-            *(starts, numbers(*apart), numbers(*ahead)), state, out.ctypes.data, work.ctypes.data, samples, steps
-        )
+        arrays = starts, numbers(*apart), numbers(*ahead)
+        run(*arrays, state, out.ctypes.data, work.ctypes.data, samples, steps)
+
+    return fill
 
 
 def aligned_empty(shape: tuple[int, ...]) -> Array:

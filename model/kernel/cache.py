@@ -26,6 +26,7 @@ _FLAGS = ("-O2", "-fPIC", "-shared", "-std=gnu11", "-w")
 _NATIVE = "-march=native"
 _PATIENCE = 20.0  # s
 _LATE = "to finish within "
+_SUFFIX = ".dll" if sys.platform == "win32" else ".so"
 _problems: dict[str, str] = {}
 """Faults of the compilers that this process asked, empty if there were none: nobody waits for one twice."""
 
@@ -49,7 +50,7 @@ def compiled_library(source: str, *functions: str) -> ctypes.CDLL:
     for folder in (cache_folder, _temporary_folder):
         try:
             cache = folder()
-            for path in cache.glob(f"{key}-*{_suffix()}"):
+            for path in cache.glob(f"{key}-*{_SUFFIX}"):
                 # Verified before it is mapped: the first use of a truncated library would kill the process.
                 if path.stem == f"{key}-{_digest(path.read_bytes())}":
                     with contextlib.suppress(OSError):
@@ -64,7 +65,9 @@ def compiled_library(source: str, *functions: str) -> ctypes.CDLL:
 def cache_folder() -> Path:
     """The folder of compiled code, private to the user; a temporary one if that cannot be had."""
     try:
-        folder = _wanted_folder()
+        base = os.environ.get("LOCALAPPDATA" if sys.platform == "win32" else "XDG_CACHE_HOME")
+        given = os.environ.get("DYNIDENT_CACHE")
+        folder = Path(given) if given else (Path(base) if base else Path.home() / ".cache") / "dynident"
         # What has to be made is private too, whatever the umask; what is there keeps its mode.
         for missing in reversed([path for path in (folder, *folder.parents) if not path.exists()]):
             missing.mkdir(mode=0o700, exist_ok=True)
@@ -77,14 +80,6 @@ def cache_folder() -> Path:
         return _temporary_folder()
 
 
-def _wanted_folder() -> Path:
-    folder = os.environ.get("DYNIDENT_CACHE")
-    if folder:
-        return Path(folder)
-    base = os.environ.get("LOCALAPPDATA" if sys.platform == "win32" else "XDG_CACHE_HOME")
-    return (Path(base) if base else Path.home() / ".cache") / "dynident"
-
-
 @functools.cache
 def _temporary_folder() -> Path:
     folder = Path(tempfile.mkdtemp(prefix="dynident-"))
@@ -93,24 +88,15 @@ def _temporary_folder() -> Path:
 
 
 def _loaded(path: Path, functions: Sequence[str]) -> ctypes.CDLL:
-    """Load a library that has all functions.
-
-    Raises:
-        OSError: if it cannot be loaded, or lacks one.
-    """
+    """Load a library that has all functions; OSError if it cannot be loaded, or lacks one."""
     library = ctypes.CDLL(str(path))
-    lacking = [name for name in functions if not hasattr(library, name)]
-    if lacking:
+    if lacking := [name for name in functions if not hasattr(library, name)]:
         raise OSError(f"the compiled library lacks {', '.join(lacking)}")
     return library
 
 
 def _digest(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()[:32]
-
-
-def _suffix() -> str:
-    return ".dll" if sys.platform == "win32" else ".so"
 
 
 @functools.cache
@@ -143,7 +129,7 @@ def _compile(compiler: Path, source: str, folder: Path, key: str) -> Path:
             problem = _asked(compiler, flags, source, name)
             _problems[identity] = problem if problem.startswith(_LATE) else ""
             if not problem:
-                library = folder / f"{key}-{_digest(Path(name).read_bytes())}{_suffix()}"
+                library = folder / f"{key}-{_digest(Path(name).read_bytes())}{_SUFFIX}"
                 try:
                     return Path(name).replace(library)
                 except PermissionError:

@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from ...common.arrays import Array
-from .c_path import CPath, aligned_empty
+from .c_path import Fill, aligned_empty, compiled_fill
 from .cache import CompilerUnavailable
 from .program import OPERATIONS, Program, read_program
 
@@ -41,18 +41,18 @@ class Kernel:
         self._outputs = len(program.outputs)
         rows, columns = function.sparsity_out(0).get_triplet()
         self.rows, self.columns = np.array(rows, dtype=int), np.array(columns, dtype=int)
-        self._path: CPath | NumpyRows
+        self._compiled: Fill | None = None
         try:
-            self._path = CPath(program)
+            self._compiled = compiled_fill(program)
         except CompilerUnavailable as reason:
             if "failed" in str(reason):
                 warnings.warn(f"{reason}; NumPy does the work instead", RuntimeWarning, stacklevel=1)
-            self._path = numpy_rows(program)
+            self._rows = numpy_rows(program)
 
     @property
     def compiled(self) -> bool:
         """True if compiled code does the work."""
-        return isinstance(self._path, CPath)
+        return self._compiled is not None
 
     def __call__(self, *inputs: Array, out: Array | None = None) -> Array:
         """Evaluate on N samples.
@@ -75,10 +75,10 @@ class Kernel:
         result = aligned_empty(shape) if out is None else out
         if samples:
             ready = [np.ascontiguousarray(x, dtype=np.float64) for x in inputs]
-            if isinstance(self._path, CPath):
-                self._path.fill(ready, result[None], chained=False)
+            if self._compiled is not None:
+                self._compiled(ready, result[None], False)
             else:
-                self._path(ready, result)
+                self._rows(ready, result)
         return result
 
     def chain(self, state: Array, *inputs: Array) -> Array:
@@ -102,11 +102,11 @@ class Kernel:
             raise ValueError(f"inputs must have one number of steps and a state of two axes, got {steps or 'none'}")
         self._samples([state, *(x[0] if x.ndim == 3 else x for x in ready)])
         out = np.empty((steps.pop(), self._outputs, len(state)))
-        if isinstance(self._path, CPath):
+        if self._compiled is not None:
             # Copied where the values of a step do not lie side by side.
             contiguous = [(x[:1] if x.ndim == 3 else x).flags.c_contiguous for x in ready]
             ready = [x if fine else np.ascontiguousarray(x) for x, fine in zip(ready, contiguous, strict=True)]
-            self._path.fill([np.array(state, dtype=np.float64, order="C"), *ready], out, chained=True)
+            self._compiled([np.array(state, dtype=np.float64, order="C"), *ready], out, True)
             return out
         # NumPy's way through a function, one call an operation, would take far longer for so few samples at once.
         symbols = [ca.SX.sym("x", size) for size in self._sizes]

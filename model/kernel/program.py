@@ -25,33 +25,23 @@ OPERATIONS: dict[str, Operation] = {
     "SIN": Operation("np.sin({0})", "vsin({0})"),
     "COS": Operation("np.cos({0})", "vcos({0})"),
     "SIGN": Operation("np.sign({0})", "vselect({0} > 0.0) - vselect({0} < 0.0) + vkeep({0} != {0}, {0})"),
-    "FABS": Operation("np.abs({0})", "veach(fabs, {0})"),
-    "SQRT": Operation("np.sqrt({0})", "veach(sqrt, {0})"),
-    "TAN": Operation("np.tan({0})", "veach(tan, {0})"),
-    "ASIN": Operation("np.arcsin({0})", "veach(asin, {0})"),
-    "ACOS": Operation("np.arccos({0})", "veach(acos, {0})"),
-    "ATAN": Operation("np.arctan({0})", "veach(atan, {0})"),
-    "ATAN2": Operation("np.arctan2({0}, {1})", "vpair(atan2, {0}, {1})"),
-    "EXP": Operation("np.exp({0})", "veach(exp, {0})"),
-    "LOG": Operation("np.log({0})", "veach(log, {0})"),
-    "SINH": Operation("np.sinh({0})", "veach(sinh, {0})"),
-    "COSH": Operation("np.cosh({0})", "veach(cosh, {0})"),
-    "TANH": Operation("np.tanh({0})", "veach(tanh, {0})"),
-    "FLOOR": Operation("np.floor({0})", "veach(floor, {0})"),
-    "CEIL": Operation("np.ceil({0})", "veach(ceil, {0})"),
-    "FMIN": Operation("np.fmin({0}, {1})", "vpair(fmin, {0}, {1})"),
-    "FMAX": Operation("np.fmax({0}, {1})", "vpair(fmax, {0}, {1})"),
     "POW": Operation("np.power({0}, {1})", "vpair(pow, {0}, {1})"),
     "CONSTPOW": Operation("np.power({0}, {1})", "vpair(pow, {0}, {1})"),
-    "LT": Operation("({0} < {1}) * 1.0", "vselect({0} < {1})"),
-    "LE": Operation("({0} <= {1}) * 1.0", "vselect({0} <= {1})"),
-    "EQ": Operation("({0} == {1}) * 1.0", "vselect({0} == {1})"),
-    "NE": Operation("({0} != {1}) * 1.0", "vselect({0} != {1})"),
+    "ATAN2": Operation("np.arctan2({0}, {1})", "vpair(atan2, {0}, {1})"),
     "NOT": Operation("({0} == 0.0) * 1.0", "vselect({0} == 0.0)"),
-    "AND": Operation("(({0} != 0.0) & ({1} != 0.0)) * 1.0", "vselect(({0} != 0.0) & ({1} != 0.0))"),
-    "OR": Operation("(({0} != 0.0) | ({1} != 0.0)) * 1.0", "vselect(({0} != 0.0) | ({1} != 0.0))"),
     "IF_ELSE_ZERO": Operation("np.where({0} != 0.0, {1}, 0.0)", "vkeep({0} != 0.0, {1})"),
 }
+for _name in ("fabs", "sqrt", "tan", "exp", "log", "sinh", "cosh", "tanh", "floor", "ceil"):
+    OPERATIONS[_name.upper()] = Operation(f"np.{_name}({{0}})", f"veach({_name}, {{0}})")
+for _name in ("sin", "cos", "tan"):
+    OPERATIONS[f"A{_name.upper()}"] = Operation(f"np.arc{_name}({{0}})", f"veach(a{_name}, {{0}})")
+for _name in ("fmin", "fmax"):
+    OPERATIONS[_name.upper()] = Operation(f"np.{_name}({{0}}, {{1}})", f"vpair({_name}, {{0}}, {{1}})")
+for _name, _sign in (("LT", "<"), ("LE", "<="), ("EQ", "=="), ("NE", "!=")):
+    OPERATIONS[_name] = Operation(f"({{0}} {_sign} {{1}}) * 1.0", f"vselect({{0}} {_sign} {{1}})")
+for _name, _sign in (("AND", "&"), ("OR", "|")):
+    _both = f"({{0}} != 0.0) {_sign} ({{1}} != 0.0)"
+    OPERATIONS[_name] = Operation(f"({_both}) * 1.0", f"vselect({_both})")
 
 _BY_CODE = {getattr(ca, f"OP_{name}"): name for name in OPERATIONS}
 

@@ -172,7 +172,7 @@ def test_saved_equations_keep_what_motors_share(problem: LongMotion, tmp_path: P
         assert gain_sensitivity(equations, weights) == pytest.approx(J, rel=1e-6, abs=1e-9 * np.abs(J).max())
     if read.shared:
         with pytest.raises(ValueError, match="different coupled drives"):
-            merged([read, replace(read, shared=())])
+            merged([read, replace(read, shared={})])
 
 
 def test_common_and_own_errors(problem: LongMotion) -> None:

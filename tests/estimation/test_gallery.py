@@ -441,7 +441,7 @@ def rows_of(part: Equations | None, keep: tuple[int, ...]) -> Equations:
     assert part is not None
     factors = tuple(f if j in keep else 0.0 * f[:0] for j, f in enumerate(part.factors))
     rows = tuple(r if j in keep else 0 for j, r in enumerate(part.rows))
-    return replace(part, factors=factors, rows=rows, effective_rows=tuple(map(float, rows)), shared=())
+    return replace(part, factors=factors, rows=rows, effective_rows=tuple(map(float, rows)), shared={})
 
 
 def test_a_group_sees_what_method_3_sees_in_its_rows() -> None:

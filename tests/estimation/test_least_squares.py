@@ -39,7 +39,7 @@ def observation(
     W = tuple(draw.standard_normal((r, 4)) * [1.0, 10.0, 0.1, 1.0] for r in rows)
     truth = np.array([1.0, -2.0, 30.0, 0.0])
     Y = tuple(w @ truth + noise * (k + 1) * draw.standard_normal(len(w)) for k, w in enumerate(W))
-    return Observation(NAMES, W, Y, tuple(np.arange(float(r)) for r in rows), bandwidth)
+    return Observation.of(NAMES, W, Y, tuple(np.arange(float(r)) for r in rows), bandwidth)
 
 
 @given(st.integers(0, 1000), st.integers(5, 5000))
@@ -58,9 +58,9 @@ def test_reduction_keeps_norms_and_products(seed: int, rows: int) -> None:
 def test_order_of_rows_does_not_matter_and_merging_is_stacking() -> None:
     data = observation(0)
     order = np.random.default_rng(1).permutation(300)
-    shuffled = Observation(NAMES, (data.W[0][order], data.W[1]), (data.Y[0][order], data.Y[1]), data.t, 1.0)
+    shuffled = Observation.of(NAMES, (data.W[0][order], data.W[1]), (data.Y[0][order], data.Y[1]), data.t, 1.0)
     halves = [
-        Observation(
+        Observation.of(
             NAMES, tuple(w[s] for w in data.W), tuple(y[s] for y in data.Y), tuple(t[s] for t in data.t), 1.0
         )
         for s in (slice(None, 90), slice(90, None))
@@ -103,7 +103,7 @@ def test_weighted_least_squares() -> None:
 def test_units_of_parameters_do_not_matter() -> None:
     data = observation(5)
     factors = np.array([1.0, 1e-3, 1e4, 7.0])
-    scaled = Observation(NAMES, tuple(w * factors for w in data.W), data.Y, data.t, 1.0)
+    scaled = Observation.of(NAMES, tuple(w * factors for w in data.W), data.Y, data.t, 1.0)
     a, b = weighted(reduced(data)), weighted(reduced(scaled))
     assert np.allclose(a.values, b.values * factors, rtol=1e-9)
     assert np.allclose(a.sigma, b.sigma * factors, rtol=1e-9)
@@ -120,7 +120,7 @@ def test_condition_numbers() -> None:
 
 def deficient(change: Callable[[Array], Array]) -> Equations:
     data = observation(7)
-    return reduced(Observation(NAMES, tuple(change(w) for w in data.W), data.Y, data.t, 1.0))
+    return reduced(Observation.of(NAMES, tuple(change(w) for w in data.W), data.Y, data.t, 1.0))
 
 
 def test_rank_deficient_data_are_refused_with_the_directions_named() -> None:

@@ -114,7 +114,7 @@ def test_block_length(observation: Observation) -> None:
     """White noise: the shortest; noise that remembers: five times its memory; many recordings: at most 100."""
     assert block_length([[observation]]) == 1.0
     slow = tuple(Y + 23.5 * remembering(len(Y), 10.0, j) for j, Y in enumerate(observation.Y))
-    remembered = replace(observation, Y=slow)
+    remembered = Observation.of(observation.columns, observation.W, slow, observation.t, observation.bandwidth)
     errors = remembered.errors(weighted(reduced(remembered)).values)
     memories = [autocorrelation_time([(t, e)], 0.04) for t, e in zip(remembered.t, errors, strict=True)]
     assert max(memories) > 0.2
@@ -126,11 +126,8 @@ def test_block_length(observation: Observation) -> None:
 def without(recording: Observation, start: float, stop: float) -> Observation:
     """All rows but those of a block."""
     stays = [(t < start) | (t >= stop) for t in recording.t]
-    W, Y, t = (
-        tuple(array[keep] for array, keep in zip(arrays, stays, strict=True))
-        for arrays in (recording.W, recording.Y, recording.t)
-    )
-    return Observation(recording.columns, W, Y, t, recording.bandwidth)
+    rows = tuple(own[:, keep] for own, keep in zip(recording.rows, stays, strict=True))
+    return replace(recording, rows=rows, t=tuple(t[keep] for t, keep in zip(recording.t, stays, strict=True)))
 
 
 def test_leaving_a_block_out_is_reducing_without_it(observation: Observation) -> None:
@@ -246,7 +243,7 @@ def test_blocks_of_two_motions_are_two_groups(
             payload_estimate(motion, method, covariance="jackknife").estimate,
             weighted(motion.unloaded),
         )
-        own, other = (replace(equations, shared=()) for equations in (motion.unloaded, motion.loaded))
+        own, other = (replace(equations, shared={}) for equations in (motion.unloaded, motion.loaded))
         groups = (
             [replace(motion, unloaded=rest, loaded=other) for rest in own.without_each()],
             [replace(motion, unloaded=own, loaded=rest) for rest in other.without_each()],

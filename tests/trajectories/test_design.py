@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from dynident.benchmarks.promised import Ratios, promised_and_shown
 from dynident.common.arrays import Array
+from dynident.common.linear import condition_numbers
 from dynident.model import (
     INERTIAL,
     InertialParameters,
@@ -34,7 +35,7 @@ from dynident.trajectories import (
     score_motion,
     solve_design,
 )
-from dynident.trajectories.design.criterion import CRITERIA, Kind, condition_numbers
+from dynident.trajectories.design.criterion import CRITERIA, Kind
 from dynident.trajectories.design.descent import Lagrangian
 from dynident.trajectories.design.goal import Shape
 from dynident.trajectories.design.information import SPRING, RegressorKernel, regressor_kernel

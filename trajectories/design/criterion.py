@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ...common.arrays import Array
-from ...common.linear import RANK_TOLERANCE
 
 Kind = str
 """Name of a criterion: a key of ``CRITERIA``."""
@@ -130,19 +129,3 @@ CRITERIA = {
 }
 """Criteria by name: d: log det; a: relative standard deviations; cond: condition number of W in SI
 units; cond-scaled: of W with its columns scaled to norm 1. To add one, add a row."""
-
-
-def condition_numbers(W: Array) -> tuple[float, float]:
-    """Condition numbers of W: as it is, and with its columns scaled to norm 1; inf where W has not full rank.
-
-    By singular values of W itself: those of W'W lose half of the digits.
-    """
-    R = np.asarray(np.linalg.qr(W, mode="r"))
-    size = np.linalg.norm(R, axis=0)
-    if R.shape[0] < R.shape[1] or not (size > 0.0).all():
-        return np.inf, np.inf
-    scaled = np.linalg.svd(R / size, compute_uv=False)
-    if scaled[-1] < RANK_TOLERANCE * scaled[0]:
-        return np.inf, np.inf
-    plain = np.linalg.svd(R, compute_uv=False)
-    return float(plain[0] / plain[-1]), float(scaled[0] / scaled[-1])

@@ -10,11 +10,10 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.brief import Brief
 from ...common.errors import InputError
-from ...common.linear import decomposed
+from ...common.linear import condition_numbers, decomposed
 from ...model import Motion, inverse_dynamics, standard_columns
 from ...model.kernel.kernel import Kernel
 from ..motions.family import Samples
-from .criterion import condition_numbers
 from .limits import LimitCheck, State, check, excess, state_limits
 from .problem import DesignProblem
 

@@ -29,7 +29,7 @@ from ...model.drives import smooth_sign
 from ...model.dynamics import SMOOTHING, dry_friction_names, runge_kutta, smooth_dry_friction, stable_steps
 from ...model.kernel.kernel import Kernel
 from ...model.motion import Measurement
-from ...model.stand_in import rotor_inertias, with_rotors
+from ...model.stand_in import poses_in_range, rotor_inertias, with_rotors
 from ..motions.family import Plan, sample_count
 from .disturbances import Disturbances, draw_friction, draw_robot_errors, no_disturbances, record
 from .simulator import Simulator, parameter_vector
@@ -317,16 +317,9 @@ def mean_inertia(robot: Robot) -> Array:
 
 
 def inertia_matrices(robot: Robot, count: int) -> Array:
-    """Inertia matrices, count x n x n, in random positions over the joints' ranges, always the same.
-
-    A joint without limits is taken over one turn or metre.
-    """
-    ranges = np.array([joint.limits.position for joint in robot.joints])
-    bound = np.array([np.pi if joint.revolute else 0.5 for joint in robot.joints])
-    low, high = np.clip(ranges, -bound[:, None], bound[:, None]).T
+    """Inertia matrices, count x n x n, at ``poses_in_range``."""
     A, chi = mass_matrix(robot), parameter_vector(robot, robot.parameters)
-    positions = np.random.default_rng(0).uniform(low, high, (count, robot.n))
-    return np.array([np.array(A(q, chi)) for q in positions])
+    return np.array([np.array(A(q, chi)) for q in poses_in_range(robot, count)])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
