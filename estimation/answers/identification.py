@@ -318,5 +318,5 @@ def robot_result(
         validation=parts.ResidualDocument.of(result.validation) if result.validation else None,
         rollouts=tuple(rollouts) or UNSET,
         reasons_against_use=result.verdict.reasons,
-        verdict=parts.VerdictDocument.made(result.verdict),
+        verdict=result.verdict,
     ).made_by(result)

@@ -16,8 +16,8 @@ from ...common.threads import one_thread
 from ...model import Recording, Robot
 from ...model.files.robot_file import PoseTable
 from ...model.inertia import PayloadSpread, payload_spread
-from ..diagnosis.checks import allowing, judge_com, judge_inertia, judge_mass
-from ..diagnosis.evidence import UNFREED, Agreement, Diagnosis, Evidence, Judged, Weighed
+from ..diagnosis.checks import allowing, judged
+from ..diagnosis.evidence import UNFREED, Agreement, Evidence, Judged, Weighed
 from ..diagnosis.finding import Verdict
 from ..diagnosis.joints import worst_joint
 from ..diagnosis.verdict import allowing as allowing_for
@@ -89,7 +89,7 @@ class PayloadAnswer(Speaks):
     held_out: tuple[Recording, ...]
     agreement: tuple[Agreement, ...]  # other ways to the numbers of a short motion
     repeats: Repeats | None  # each of several recordings of a short motion alone
-    verdict: Verdict = Verdict("use")
+    verdict: Verdict = Verdict("use", ())
 
     @property
     def headline(self) -> str:
@@ -126,13 +126,8 @@ class PayloadAnswer(Speaks):
     @cached_property
     def measured(self) -> dict[str, Judged]:
         """Quantities ("mass", "centre of mass", "inertia") mapped to whether they were measured well enough."""
-        wide, best = self.reported_spread, self.possible
-        moments = np.diag(best.body.inertia_com) if best is not None else np.full(3, np.nan)
-        return {
-            "mass": judge_mass(self.mass, wide, self.free.from_scale),
-            "centre of mass": judge_com(self.ten, wide),
-            "inertia": judge_inertia(moments, wide),
-        }
+        moments = np.diag(self.possible.body.inertia_com) if self.possible is not None else np.full(3, np.nan)
+        return judged(self.ten, moments, self.reported_spread, self.free.from_scale)
 
     @cached_property
     def elimination(self) -> Elimination | None:
@@ -319,7 +314,30 @@ def answer_payload(
         agreement=_other_ways(problem, others),
         repeats=repeats,
     )
-    verdict = judge(_evidence(answer, free, diagnosis))
+    evidence = Evidence(
+        problem.robot,
+        source=problem.source,
+        diagnosis=diagnosis,
+        compared=problem.source.compared,
+        parameters=own,
+        constrained=answer.constrained,
+        spread=answer.reported_spread,
+        judged=answer.measured,
+    )
+    if isinstance(problem, ShortMotion):
+        sigma, unexplained = float(model.sigma[model.names.index("M_L")]), best.unexplained(problem.torque_rms)
+        ways = repeats, answer.agreement
+        evidence = replace(evidence, weighed=Weighed(model["M_L"], sigma, best.from_scale, unexplained, *ways))
+    else:  # judged by all methods, those without a possible payload among them
+        evidence = replace(
+            evidence,
+            pairs=problem.pairs,
+            condition=problem.unloaded.condition_numbers()[1] if problem.unloaded else None,
+            validation=validation,
+            estimates=tuple(free),
+            recommended=possible,
+        )
+    verdict = judge(evidence)
     if failures and not constrained:
         failure = next(failures[estimate.method] for estimate in free if estimate.method in failures)
         raise failure.naming(*failure.demands, *(verdict.reasons if verdict.level == "do_not_use" else ()))
@@ -380,39 +398,35 @@ def _other_ways(problem: PayloadProblem, others: Sequence[ShortMotion]) -> tuple
     return tuple(ways)
 
 
-def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], diagnosis: Diagnosis) -> Evidence:
-    """Collect evidence for the verdict; ``free``: by all methods, those without a possible payload among them."""
-    problem, model = answer.problem, answer.model
-    evidence = Evidence(
-        problem.robot,
-        source=problem.source,
-        diagnosis=diagnosis,
-        compared=problem.source.compared,
-        parameters=problem.robot_estimate,
-        constrained=answer.constrained,
-        spread=answer.reported_spread,
-        judged=answer.measured,
-    )
-    if isinstance(problem, ShortMotion):
-        sigma, unexplained = model.sigma[model.names.index("M_L")], answer.free.unexplained(problem.torque_rms)
-        ways = answer.repeats, answer.agreement
-        weighed = Weighed(model["M_L"], float(sigma), answer.free.from_scale, unexplained, *ways)
-        return replace(evidence, weighed=weighed)
-    return replace(
-        evidence,
-        pairs=problem.pairs,
-        condition=problem.unloaded.condition_numbers()[1] if problem.unloaded else None,
-        validation=answer.validation,
-        estimates=tuple(free),
-        recommended=answer.possible,
-    )
-
-
 def payload_result(answer: PayloadAnswer) -> PayloadResult:
     """Collect what ``payload`` and ``weigh`` answer; a number that was not determined is nan or None."""
     problem, source, robot, gains = answer.problem, answer.problem.source, answer.problem.robot, answer.gains
     flange, worst, scale = robot.flange_pose, worst_joint(answer.by_joints, answer.mass), answer.scale
-    told, (method, reason) = robot.sources.get("flange", ""), answer.recommendation
+    told, (method, reason), possible = robot.sources.get("flange", ""), answer.recommendation, answer.possible
+    # Free estimates, then possible ones; of a payload that is visible in part what was determined.
+    spread, ends = answer.spread, answer.intervals
+    estimates: tuple[documents.FreeEstimate | documents.PossibleEstimate, ...] = (
+        *map(documents.FreeEstimate.made, answer.estimates),
+        *map(documents.PossibleEstimate.made, answer.constrained),
+    )
+    if not answer.constrained:
+        free, model, more = answer.free, answer.model, dict[str, Any](com=answer.com, com_sigma=spread.com)
+        if gains:
+            more["sigma_with_gains"] = documents.named(model.sigma, free.indices)
+        if scale is not None and not free.from_scale:
+            sigma = float(model.sigma[model.names.index("M_L")])
+            more["weighed"] = (Weighing.by(scale, model["M_L"], sigma, model.degrees_of_freedom),)
+        made = documents.FreeEstimate.made(free)
+        estimates = (structs.replace(made, parameters=documents.named(answer.ten), **more),)
+    inertia: tuple[Any, Any, Any] = None, None, None
+    if possible is not None:
+        inertia = possible.body.inertia_com, possible.intervals.inertia_com, spread.inertia_com
+    uses = [(use, "") for use in _BY_LEVEL[answer.verdict.level]]
+    if isinstance(problem, ShortMotion):  # quantity by quantity, as far as the verdict on all allows
+        every = zip(answer.measured.values(), uses, strict=True)
+        uses = [most if own.use == "use" else (own.use, own.why) for own, most in every]
+    entries = (answer.mass, ends[0], spread.mass), (answer.com, ends[1:], spread.com), inertia
+    rows = zip(("mass", "centre_of_mass", "inertia"), uses, entries, strict=True)
     return PayloadResult(
         robot=robot.name,
         robot_title=robot.title or UNSET,
@@ -422,13 +436,13 @@ def payload_result(answer: PayloadAnswer) -> PayloadResult:
         ),
         rated_payload_kg=robot.rated_payload,
         processing=parts.ProcessingDocument.made(robot, source.processing, source.loaded[0].gains),
-        estimates=_estimates(answer),
+        estimates=estimates,
         recommended=documents.Recommended(method, "constrained" if answer.constrained else "wls", reason),
         gain_sigma=parts.GainErrorsDocument.made(gains) if gains is not None else UNSET,
         mass_by_joints=answer.by_joints.masses,
         joint_that_agrees_least=worst.text if worst else None,
-        quantities=_quantities(answer),
-        verdict=parts.VerdictDocument.made(answer.verdict),
+        quantities={name: documents.Quantity(use, why or None, *entry) for name, (use, why), entry in rows},
+        verdict=answer.verdict,
         scale=(scale.mass, scale.sigma) if scale is not None else UNSET,
         **(_of_long(answer, problem) if isinstance(problem, LongMotion) else _of_short(answer, problem)),
     )
@@ -497,38 +511,3 @@ def _data(problem: PayloadProblem, solved: Equations | None, **more: Any) -> doc
         condition_number_scaled=scaled,
         **more,
     )
-
-
-def _estimates(answer: PayloadAnswer) -> tuple[documents.FreeEstimate | documents.PossibleEstimate, ...]:
-    """List free estimates, then possible ones; of a payload that is visible in part what was determined."""
-    if answer.constrained:
-        possible = map(documents.PossibleEstimate.made, answer.constrained)
-        return (*map(documents.FreeEstimate.made, answer.estimates), *possible)
-    free, model, scale = answer.free, answer.model, answer.scale
-    more: dict[str, Any] = {"com": answer.com, "com_sigma": answer.spread.com}
-    if answer.gains:
-        more["sigma_with_gains"] = documents.named(model.sigma, free.indices)
-    if scale is not None and not free.from_scale:
-        sigma = float(model.sigma[model.names.index("M_L")])
-        more["weighed"] = (Weighing.by(scale, model["M_L"], sigma, model.degrees_of_freedom),)
-    some = documents.FreeEstimate.made(free)
-    return (structs.replace(some, parameters=documents.named(answer.ten), **more),)
-
-
-def _quantities(answer: PayloadAnswer) -> dict[str, documents.Quantity]:
-    """Make mass, centre of mass and inertia with intervals, and their use; of a long motion by the verdict."""
-    possible, spread, ends = answer.possible, answer.spread, answer.intervals
-    inertia: tuple[Any, Any, Any] = None, None, None
-    if possible is not None:
-        inertia = possible.body.inertia_com, possible.intervals.inertia_com, spread.inertia_com
-    values = (answer.mass, ends[0], spread.mass), (answer.com, ends[1:], spread.com), inertia
-    allowed = _BY_LEVEL[answer.verdict.level]
-    uses = [(use, "") for use in allowed]
-    if isinstance(answer.problem, ShortMotion):  # quantity by quantity, as far as the verdict on all allows
-        every = zip(answer.measured.values(), allowed, strict=True)
-        uses = [(most, "") if own.use == "use" else (own.use, own.why) for own, most in every]
-    names = ("mass", "centre_of_mass", "inertia")
-    return {
-        name: documents.Quantity(use, why or None, *entry)
-        for name, entry, (use, why) in zip(names, values, uses, strict=True)
-    }

@@ -1,6 +1,6 @@
 """Evidence for a verdict: the diagnosis of the recordings, and the numbers that were computed from them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
@@ -77,22 +77,6 @@ class Diagnosis:
         return next((effect for effect in self.effects if effect.name == name), None)
 
 
-class KnownWeight(NamedTuple):
-    """A weight of nominal mass and the ``mass`` that the gains give it, with its deviation ``sigma`` [kg]."""
-
-    mounting: int
-    nominal: float
-    mass: float
-    sigma: float
-
-
-class Gained(NamedTuple):
-    """Identified drive gains: their relative standard deviations, (n,), and the weight of each mounting."""
-
-    sigma: Array
-    weights: tuple[KnownWeight, ...]
-
-
 @dataclass(frozen=True)
 class Weighed:
     """Evidence of a short weighing only."""
@@ -124,7 +108,9 @@ class Evidence:
     weighed: Weighed | None = None
     spread: PayloadSpread | None = None  # half the intervals reported of what is recommended, over 1.96
     judged: Mapping[str, Judged] = field(default_factory=dict)  # of "mass", "centre of mass", "inertia"
-    gained: Gained | None = None  # where drive gains are what is asked for
+    gained: Array | None = None  # relative standard deviations of drive gains, (n,), where these are asked for
+    weights: tuple[tuple[int, float, float, float], ...] = ()
+    """Of each mounting of a known weight its number, nominal mass, that by the gains, and its deviation [kg]."""
 
     @property
     def best(self) -> PayloadEstimate | None:
@@ -148,9 +134,3 @@ class Evidence:
     def modelled(self) -> list[PayloadEstimate]:
         """Estimates of methods that model the robot: the residual of method 3 is that of a torque difference."""
         return [estimate for estimate in self.estimates if estimate.method != 3]
-
-
-def by(estimates: Sequence[PayloadEstimate]) -> str:
-    """Name the methods."""
-    numbers = ", ".join(str(estimate.method) for estimate in estimates)
-    return f"method {numbers}" if len(estimates) == 1 else f"each of methods {numbers}"

@@ -16,6 +16,7 @@ from ...common.schema import Document, Matrix, Triple, Vector, present
 from ...common.speech import Speaks
 from ...model import INERTIAL, InertialParameters, Pose
 from ..diagnosis.evidence import Agreement
+from ..diagnosis.finding import Verdict
 from ..fit.drive_gains import Gains
 from ..fit.friction import TermChoice
 from ..payload.by_joints import JointsMass
@@ -35,7 +36,6 @@ from .parts import (
     Result,
     RobustDocument,
     Ten,
-    VerdictDocument,
 )
 
 _Intervals = Mapping[str, Interval]
@@ -300,7 +300,7 @@ class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
     friction: tuple[TermChoice, ...] | UnsetType = UNSET
     essential: EliminationDocument | UnsetType | None = UNSET
     left_out: dict[str, str] | UnsetType = UNSET
-    verdict: VerdictDocument
+    verdict: Verdict
     joints: tuple[int, ...] | UnsetType = UNSET
     visibility: VisibilityDocument | UnsetType = UNSET
     constant_torques: ConstantTorques | UnsetType = UNSET

@@ -13,6 +13,7 @@ from ...common.schema import Document, Matrix, Vector, WrongKeyError, at, presen
 from ...model import Robot
 from ...model.friction import friction_terms
 from ..diagnosis.evidence import KNOWN_WELL
+from ..diagnosis.finding import Verdict
 from ..fit.covariance import RobustCovariance
 from ..fit.drive_gains import Fingerprints, Gains
 from ..fit.estimate import Estimate, Fit
@@ -29,7 +30,6 @@ from .parts import (
     RobustDocument,
     Rollout,
     Ten,
-    VerdictDocument,
 )
 
 
@@ -109,12 +109,12 @@ class GainsResult(Result, frozen=True, kw_only=True, dict=True):
     robust: RobustDocument | UnsetType = UNSET
     relative_residual: ResidualDocument | UnsetType = UNSET
     disagreement: float | UnsetType = UNSET
-    verdict: VerdictDocument | UnsetType = UNSET
+    verdict: Verdict | UnsetType = UNSET
 
     @property
-    def judged(self) -> VerdictDocument:
+    def judged(self) -> Verdict:
         """Verdict; "use" where a file holds none."""
-        return present(self.verdict) or VerdictDocument("use", ())
+        return present(self.verdict) or Verdict("use", ())
 
     @property
     def headline(self) -> str:
@@ -165,7 +165,7 @@ class RobotResult(Result, frozen=True, kw_only=True, dict=True):
     validation: ResidualDocument | UnsetType | None = UNSET
     rollouts: tuple[Rollout, ...] | UnsetType = UNSET
     reasons_against_use: tuple[str, ...] | UnsetType = UNSET
-    verdict: VerdictDocument | UnsetType = UNSET
+    verdict: Verdict | UnsetType = UNSET
 
     @property
     def headline(self) -> str:
@@ -179,10 +179,10 @@ class RobotResult(Result, frozen=True, kw_only=True, dict=True):
         return self.robot_title or self.robot
 
     @property
-    def judged(self) -> VerdictDocument:
+    def judged(self) -> Verdict:
         """Verdict; of a file that holds none by its reasons."""
         reasons = present(self.reasons_against_use) or ()
-        return present(self.verdict) or VerdictDocument("do_not_use" if reasons else "use", reasons)
+        return present(self.verdict) or Verdict("do_not_use" if reasons else "use", reasons)
 
     @property
     def essential(self) -> tuple[str, ...]:

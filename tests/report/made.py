@@ -24,7 +24,7 @@ from dynident.estimation.payload.ripple import Wave
 from dynident.estimation.possible.payload import Weighing
 from dynident.estimation.possible.prior import PriorRobot
 from dynident.estimation.possible.robot import PossibleRobot
-from dynident.estimation.results.parts import ProcessingDocument, ResidualDocument, RobustDocument, VerdictDocument
+from dynident.estimation.results.parts import ProcessingDocument, ResidualDocument, RobustDocument
 from dynident.estimation.results.payload import named
 from dynident.estimation.results.robot import GainsTable, LoadDocument, MountingDocument
 from dynident.model import InertialParameters, Pose, Processing
@@ -221,7 +221,7 @@ def payload() -> Any:
         recommendation=(3, "one path"),
         **quantities(), by_joints=by_joints(),
         elimination=elimination(), left_out={2: "no pair"}, warnings=("warned",),
-        verdict=SimpleNamespace(level="mass_and_com_only", reasons=("why",), notes=()),
+        verdict=Verdict("mass_and_com_only", ("why",)),
     )  # fmt: skip
 
 
@@ -262,7 +262,7 @@ def weighing(possible: bool) -> Any:
         repeats=repeats if possible else None, ten=ten, measured=judged, **quantities(),
         gains=None, scale=SimpleNamespace(mass=3.1, sigma=0.05), model=None,
         agreement=(Agreement("difference", 3.06, numbers(3)),), validation=None,
-        verdict=SimpleNamespace(level="use", reasons=(), notes=()),
+        verdict=Verdict("use", ()),
         recommendation=(1, ""),
     )  # fmt: skip
 
@@ -298,7 +298,7 @@ def drive_gains(level: Literal["identified_only", "do_not_use"] = "identified_on
         robust=RobustDocument.made(own.robust, ""),
         relative_residual=ResidualDocument.of(FIT),
         disagreement=1.25,
-        verdict=VerdictDocument.made(Verdict(level, (warning("motor 3"), note("a note")))),
+        verdict=Verdict.made(level, warning("motor 3"), note("a note")),
     )
 
 
