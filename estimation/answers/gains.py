@@ -121,7 +121,7 @@ def answer_gains(problem: GainProblem) -> GainsResult:
     disagreement = max(diagnosis.disagreement for diagnosis in diagnoses)
     table = GainsTable.made(logarithms, disagreement, 1.0 / free.k, rests_on(problem.robot))
     weights = tuple(
-        (name, load.mass, own.mass, float(own.larger_sigma[9]))
+        (name, load.mass, own.mass, float(own.estimate.larger_sigma[9]))
         for name, load, own in zip(names, loads, identified, strict=True)
     )
     # What the mountings have in common stands in the evidence of the first.
@@ -140,7 +140,9 @@ def answer_gains(problem: GainProblem) -> GainsResult:
         for k, (each, own, diagnosis) in enumerate(zip(posed, identified, diagnoses, strict=True))
     ]
     robot, source = problem.description, problem.source
-    payloads = tuple(map(InertialParameters, best.x[len(problem.base.columns) :].reshape(-1, len(PAYLOAD))))
+    payloads = tuple(
+        map(InertialParameters, best.x[len(problem.posed[0].base.columns) :].reshape(-1, len(PAYLOAD)))
+    )
     tens = [named(body.vector) for body in payloads]
     return GainsResult(
         robot=robot.name,

@@ -229,7 +229,7 @@ def impossible(evidence: Evidence) -> Iterator[Finding]:
 def sign(evidence: Evidence) -> Iterator[Finding]:
     """Mass that is negative, or none at all. Not {SIGMAS:g} sigma above zero: spoils all."""
     weighed = evidence.weighed
-    masses = [(f"method {e.method}", e.mass, float(e.larger_sigma[9])) for e in evidence.estimates]
+    masses = [(f"method {e.method}", e.mass, float(e.estimate.larger_sigma[9])) for e in evidence.estimates]
     if weighed is not None and not weighed.from_scale:
         masses.append(("the torque", weighed.mass, weighed.sigma))
     little = [(who, mass, sigma) for who, mass, sigma in masses if not mass > SIGMAS * sigma]
@@ -269,7 +269,8 @@ def methods_apart(evidence: Evidence) -> Iterator[Finding]:
     apart = [
         f"methods {a.method} and {b.method} disagree beyond their intervals: {a.mass:.4g} and {b.mass:.4g} kg"
         for a, b in combinations(evidence.estimates, 2)
-        if abs(a.mass - b.mass) > max(METHODS_APART * mean, SIGMAS * hypot(a.larger_sigma[9], b.larger_sigma[9]))
+        if abs(a.mass - b.mass)
+        > max(METHODS_APART * mean, SIGMAS * hypot(a.estimate.larger_sigma[9], b.estimate.larger_sigma[9]))
     ]
     if np.ptp(masses) > MASS_SPREAD * mean:
         apart = [f"the methods' masses spread from {min(masses):.3g} to {max(masses):.3g} kg"]
@@ -411,14 +412,14 @@ def conflicts(evidence: Evidence) -> Iterator[Finding]:
         for test in payload.conflicts:
             text = f"{data} contradict the constraint: {test.description} (p {test.p_value:.1g})"
             findings.setdefault(test.description, error(text))
-        for scale in (weighing for weighing in payload.weighings if weighing.conflict):
+        for scale in (weighing for weighing in payload.result.weighings if weighing.conflict):
             text = (
                 f"{data} show {scale.identified:.4g} ± {scale.identified_sigma:.2g} kg, the scale shows "
                 f"{scale.mass:g} ± {scale.sigma:g} kg: {abs(scale.z):.1f} sigma apart; check the drive gains and "
                 "the scale"
             )
             findings.setdefault(f"weighed {scale.mass}", error(text, "mass"))
-    together = [payload.p_value for payload in evidence.constrained if payload.conflict]
+    together = [payload.result.p_value for payload in evidence.constrained if payload.conflict]
     if together and not findings:
         findings[""] = error(f"the constraints together contradict the data (p {min(together):.1g})")
     # That the body must exist is no bound that someone set.

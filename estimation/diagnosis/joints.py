@@ -42,7 +42,11 @@ def joints(evidence: Evidence) -> list[Finding]:
     if evidence.spread is not None:
         half = NORMAL95 * evidence.spread.mass
     else:  # drive gains: nothing widened the estimate yet
-        half = NORMAL95 * factor * (float(evidence.best.larger_sigma[9]) if evidence.best is not None else np.inf)
+        half = (
+            NORMAL95
+            * factor
+            * (float(evidence.best.estimate.larger_sigma[9]) if evidence.best is not None else np.inf)
+        )
     spoilt, advice = list[str](), "check drive gains and friction there"
     if not half <= USEFUL * abs(mass):
         spoilt.append(f"the interval that holds all of them is ± {100 * half / max(abs(mass), 1e-300):.0f} %")

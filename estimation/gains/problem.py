@@ -49,11 +49,6 @@ class GainProblem(Brief):
         """Robot whose equations are those of the motors (``Robot.for_currents``)."""
         return self.posed[0].robot
 
-    @property
-    def base(self) -> BaseParameters:
-        """The robot's base parameters."""
-        return self.posed[0].base
-
     @cached_property
     def weights(self) -> Array:
         """Weights per joint: one over the standard deviation of its current's error [1/A]."""

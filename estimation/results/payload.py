@@ -168,7 +168,7 @@ class PossibleEstimate(MethodEstimate, frozen=True, tag="constrained"):
             parameters=named(result.values),
             sigma=named(free.sigma),
             sigma_robust=named(free.sigma_robust),
-            sigma_with_gains=named(payload.sigma) if payload.gains else None,
+            sigma_with_gains=named(result.free.sigma) if payload.gains else None,
             gain_sigma=GainErrorsDocument.made(payload.gains) if payload.gains else None,
             interval95=named(intervals.parameters),
             interval95_by="formula" if free.robust is None else "memory" if free.robust.by_memory else "jackknife",
@@ -180,7 +180,7 @@ class PossibleEstimate(MethodEstimate, frozen=True, tag="constrained"):
                 ActiveDocument(active.multiplier, constraint=active.description, p_value=active.p_value)
                 for active in payload.tested
             ),
-            weighed=payload.weighings,
+            weighed=result.weighings,
             solver_status=result.status,
         )
 

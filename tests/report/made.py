@@ -167,16 +167,16 @@ def possible_payload(free: PayloadEstimate) -> Any:
     constraint = SimpleNamespace(description="mass from 1 kg")
     result = SimpleNamespace(
         values=numbers(10), min_pseudo_inertia_eigenvalue=0.0021, constraints=(constraint,), chi2_rise=2.125,
-        p_value=0.4375, status="Solved",
+        p_value=0.4375, status="Solved", free=SimpleNamespace(sigma=numbers(10)),
+        weighings=(Weighing(3.1, 0.05, 3.2, 0.06, 7.5, z=1.28, p_value=0.21),),
     )  # fmt: skip
     intervals = SimpleNamespace(
         parameters=numbers(10, 2), com=numbers(3, 2), inertia_com=numbers(3, 3, 2), principal_moments=numbers(3, 2)
     )
-    weighed = Weighing(3.1, 0.05, 3.2, 0.06, 7.5, z=1.28, p_value=0.21)
     tested = SimpleNamespace(description="mass from 1 kg", multiplier=0.33, p_value=0.0625)
     return SimpleNamespace(
         method=free.method, free=free, result=result, body=body(3.4), intervals=intervals, gains=GAINS, robust=True,
-        sigma=numbers(10), principal_moments=numbers(3), tested=(tested,), conflict=False, weighings=(weighed,),
+        principal_moments=numbers(3), tested=(tested,), conflict=False,
     )  # fmt: skip
 
 

@@ -123,7 +123,7 @@ def of_possible(*payloads: ConstrainedPayload, **more: Any) -> Evidence:
     """Evidence on possible payloads, the last of them to be used."""
     estimates = tuple(payload.free for payload in payloads)
     free = payloads[-1].free
-    spread = PayloadSpread(float(free.larger_sigma[9]), free.spread.com, free.spread.inertia_com)
+    spread = PayloadSpread(float(free.estimate.larger_sigma[9]), free.spread.com, free.spread.inertia_com)
     more = {"spread": spread} | more
     body = payloads[-1].body
     ten = np.array([*body.vector[:9], free.mass])
