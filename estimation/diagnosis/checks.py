@@ -228,10 +228,9 @@ def impossible(evidence: Evidence) -> Iterator[Finding]:
 
 def sign(evidence: Evidence) -> Iterator[Finding]:
     """Mass that is negative, or none at all. Not {SIGMAS:g} sigma above zero: spoils all."""
-    weighed = evidence.weighed
     masses = [(f"method {e.method}", e.mass, float(e.estimate.larger_sigma[9])) for e in evidence.estimates]
-    if weighed is not None and not weighed.from_scale:
-        masses.append(("the torque", weighed.mass, weighed.sigma))
+    if evidence.weighed is not None and not evidence.weighed[2]:
+        masses.append(("the torque", *evidence.weighed[:2]))
     little = [(who, mass, sigma) for who, mass, sigma in masses if not mass > SIGMAS * sigma]
     negative = [entry for entry in little if entry[1] < -SIGMAS * entry[2]]
     texts = ", ".join(f"{mass:.3g} ± {sigma:.2g} kg by {who}" for who, mass, sigma in negative or little)
@@ -282,7 +281,7 @@ def unexplained(evidence: Evidence) -> Iterator[Finding]:
 
     Over {JOINT_RESIDUAL:.0%} of a joint's: spoils all.
     """
-    left = evidence.weighed.unexplained if evidence.weighed is not None else np.zeros(0)
+    left = evidence.unexplained
     joints = ", ".join(str(j) for j, relative in enumerate(left, 1) if relative > JOINT_RESIDUAL)
     if joints:
         yield error(
@@ -307,7 +306,7 @@ def new_zeros(evidence: Evidence) -> Iterator[Finding]:
 def other_ways(evidence: Evidence) -> Iterator[Finding]:
     """The mass by other ways (`weigh`). Over {OTHER_WAY:.0%} off: spoils all."""
     mass = evidence.mass
-    for way in evidence.weighed.agreement if evidence.weighed is not None else ():
+    for way in evidence.agreement:
         if way.name != UNFREED and abs(way.mass - mass) > OTHER_WAY * abs(mass):
             yield error(f"by the {way.name} the mass is {way.mass:.4g} kg, not {mass:.4g} kg", "mass")
 
@@ -317,7 +316,7 @@ def drift(evidence: Evidence) -> Iterator[Finding]:
 
     A trend with p below 0.05 that leaves the mass's interval: spoils all; noted within.
     """
-    repeats = evidence.weighed.repeats if evidence.weighed is not None else None
+    repeats = evidence.repeats
     if repeats is None or not repeats.drifts:
         return
     step, sigma = repeats.drift_per_recording or 0.0, repeats.drift_sigma or 0.0

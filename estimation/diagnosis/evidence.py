@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
+import numpy as np
+
 from ...common.arrays import Array
 from ...common.schema import Document, Float, Vector
 from ...model import Robot
@@ -78,18 +80,6 @@ class Diagnosis:
 
 
 @dataclass(frozen=True)
-class Weighed:
-    """Evidence of a short weighing only."""
-
-    mass: float  # kg, by the torques, else by the scale
-    sigma: float
-    from_scale: bool
-    unexplained: Array  # error over torque of each joint, nan where it is at rest, shape (n,)
-    repeats: Repeats | None = None  # of several recordings
-    agreement: tuple[Agreement, ...] = ()
-
-
-@dataclass(frozen=True)
 class Evidence:
     """Evidence computed from one set of recordings; checks of what a command does not compute are silent."""
 
@@ -105,7 +95,12 @@ class Evidence:
     estimates: tuple[PayloadEstimate, ...] = ()  # free ones of the methods
     constrained: tuple[ConstrainedPayload, ...] = ()  # the possible payload of each method that has one
     recommended: ConstrainedPayload | None = None
-    weighed: Weighed | None = None
+    weighed: tuple[float, float, bool] | None = None
+    """Mass of a short weighing [kg], by the torques, else by the scale, its deviation, and whether by the scale."""
+    unexplained: Array = field(default_factory=lambda: np.zeros(0))
+    """Error over torque of each joint of a short weighing, nan where it is at rest, shape (n,)."""
+    agreement: tuple[Agreement, ...] = ()  # of a short weighing: the mass by other ways
+    repeats: Repeats | None = None  # of several recordings of one
     spread: PayloadSpread | None = None  # half the intervals reported of what is recommended, over 1.96
     judged: Mapping[str, Judged] = field(default_factory=dict)  # of "mass", "centre of mass", "inertia"
     gained: Array | None = None  # relative standard deviations of drive gains, (n,), where these are asked for
@@ -127,8 +122,9 @@ class Evidence:
     @property
     def mass(self) -> float:
         """The answer's mass [kg]; nan without one."""
-        answer = self.weighed or self.best
-        return answer.mass if answer is not None else float("nan")
+        if self.weighed is not None:
+            return self.weighed[0]
+        return self.best.mass if self.best is not None else float("nan")
 
     @property
     def modelled(self) -> list[PayloadEstimate]:

@@ -4,7 +4,7 @@ A check that is added to the table serves every command whose evidence shows wha
 """
 
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -168,11 +168,6 @@ def allowing(estimate: PayloadEstimate, diagnosis: Diagnosis, gains: Gains | Non
         C = gains.covariance(S.shape[1])
         by_gains = np.einsum("kj,ji,ki->k", S, C, S) / np.square(error_model(estimate.estimate).sigma)
     return moved(estimate, factor=np.sqrt(np.maximum(factor, diagnosis.unexcused**2 - by_gains)))
-
-
-def by_all_recordings(estimates: Sequence[PayloadEstimate]) -> PayloadEstimate:
-    """Pick the estimate whose weights are those of all recordings, not of differences; method 2 has no own ones."""
-    return min(estimates, key=lambda estimate: (4, 3, 1, 2).index(estimate.method))
 
 
 def robot_verdict(evidence: Evidence, equations: Equations, free_gains: bool = False) -> Verdict:

@@ -55,6 +55,11 @@ class Source(NamedTuple):
     rate: float | None = None  # Hz, at which the first loaded recording was processed
     choices: tuple[TermChoice, ...] = ()  # terms of friction that were tried on those without payload
 
+    @property
+    def pairs(self) -> tuple[AlignedPair, ...]:
+        """Alignment of the recordings of method 3; none where it refuses them."""
+        return () if self.why_no_pair else self.compared
+
 
 @dataclass(frozen=True, repr=False)
 class LongMotion(Brief):
@@ -87,11 +92,6 @@ class LongMotion(Brief):
     def paired(self) -> bool:
         """True if the blocks with and without payload are of one motion."""
         return self.difference is not None and len(self.difference.blocks) > 0
-
-    @property
-    def pairs(self) -> tuple[AlignedPair, ...]:
-        """Alignment of the recordings of method 3."""
-        return self.source.compared if self.difference is not None else ()
 
     @property
     def why_no_pair(self) -> str:

@@ -17,7 +17,7 @@ from ..fit.drive_gains import Gains
 from ..fit.estimate import Estimate, error_model
 from ..possible.constraints import Constraint
 from ..possible.intervals import NO_INTERVALS, Intervals, profile_intervals
-from ..possible.payload import CONFLICT, POSSIBLE, Active, Possible, Weighing, solve_constrained, tested
+from ..possible.payload import CONFLICT, POSSIBLE, Active, Possible, solve_constrained, tested
 
 METHOD_NAMES = {1: "known-robot", 2: "change", 3: "difference", 4: "global"}
 """Short names of the paper's methods, by number."""
@@ -166,8 +166,8 @@ class StandIn:
 
     def __post_init__(self) -> None:
         """Refuse sizes that no body has."""
-        count = {"box": 3, "cylinder": 2}.get(self.kind, 0)
-        if len(self.sizes) != count or not all(0.0 < size < np.inf for size in self.sizes):
+        known = (self.kind, len(self.sizes)) in (("box", 3), ("cylinder", 2))
+        if not (known and all(0.0 < size < np.inf for size in self.sizes)):
             raise InputError(
                 f"an assumed inertia of {self.kind} {self.sizes}: give box:AxBxC (along x, y, z) or cylinder:DxL "
                 "(diameter, and length along z), in mm"

@@ -62,7 +62,7 @@ def source(rate: float = 100.0) -> Any:
     """Recordings that were read with drive gains, processed at a rate [Hz]."""
     recording = SimpleNamespace(gains=(2.5, 3.5))
     return SimpleNamespace(
-        processing=PROCESSING, loaded=(recording,), unloaded=(recording,), rate=rate, choices=CHOICES
+        processing=PROCESSING, loaded=(recording,), unloaded=(recording,), rate=rate, choices=CHOICES, pairs=pairs()
     )
 
 
@@ -210,7 +210,6 @@ def payload() -> Any:
         source=source(99.5),
         friction={},
         base=base(),
-        pairs=pairs(),
         robot_estimate=SimpleNamespace(fit=FIT),
         unloaded=SimpleNamespace(equations=120, condition_numbers=lambda: (42.5, 4.5)),
         loaded=SimpleNamespace(equations=130),
@@ -244,8 +243,8 @@ def weighing(possible: bool) -> Any:
         spec=ShortMotion,
         joints=(1, 2), torque_rms=np.array([11.0, 12.0, 13.0]), visibility=visibility,
         held=SimpleNamespace(held={}, joints=(0, 1), sigma=np.array([0.21, 0.22])),
-        runs=(SimpleNamespace(source="a.csv", ripple=(wave,)),),
-        robot=ROBOT, pairs=pairs(), source=source(98.5), known=None,
+        ripple=(wave,),
+        robot=ROBOT, source=source(98.5), known=None,
         loaded=SimpleNamespace(
             equations=140, select=lambda names: SimpleNamespace(condition_numbers=lambda: (43.5, 4.75))
         ),

@@ -25,7 +25,6 @@ from dynident.estimation.diagnosis.evidence import (
     Evidence,
     Judged,
     NominalGravity,
-    Weighed,
 )
 from dynident.estimation.diagnosis.finding import Finding, error, verdict_of, warning
 from dynident.estimation.diagnosis.hypotheses import WHERE, WITH_PAYLOAD
@@ -139,10 +138,9 @@ def spread_of(mass: float) -> PayloadSpread:
 def of_weighing(*constrained: ConstrainedPayload, by_joints: ByJoints | None = None, **changed: Any) -> Evidence:
     """Evidence on a short weighing of 5 kg."""
     used = changed.pop("judged", dict.fromkeys(("mass", "centre of mass", "inertia"), Judged("use")))
-    spread = changed.pop("spread", None)
-    weighed = replace(Weighed(5.0, 0.01, False, np.full(6, 0.1)), **changed)
-    joints = by_joints or ByJoints((), ())
-    return evidence_of(constrained=constrained, by_joints=joints, weighed=weighed, spread=spread, judged=used)
+    weighed, joints = (changed.pop("mass", 5.0), 0.01, False), by_joints or ByJoints((), ())
+    more = {"unexplained": np.full(6, 0.1)} | changed
+    return evidence_of(constrained=constrained, by_joints=joints, weighed=weighed, judged=used, **more)
 
 
 def of_spread(mass: float = 0.01, com: float = 0.001, inertia: float = 1e-4) -> Evidence:
