@@ -302,6 +302,17 @@ def answer_payload(
     possible = next((payload for payload in constrained if payload.method == method), None)
     model = error_model(best.estimate, gains)
     ten, spread, intervals = _reported(best, possible, model, scale)
+    # Other ways: with friction as it is without payload, where that is determined, and by ``others``.
+    ways = list[Agreement]()
+    if isinstance(problem, ShortMotion) and problem.method == 3 and problem.visibility.rank == len(PAYLOAD):
+        with suppress(InputError):
+            runs = (in_payload_frame(problem.robot, run).select(PAYLOAD) for run in problem.runs)
+            values = weighted(merged(runs)).values
+            ways.append(Agreement(UNFREED, float(values[9]), values[6:9] / values[9]))
+    for other in others:
+        values = payload_estimate(other, other.method).ten
+        name = "robot's parameters (method 1)" if other.method == 1 else "torque difference (method 3)"
+        ways.append(Agreement(name, float(values[9]), values[6:9] / values[9]))
     answer = PayloadAnswer(
         problem=problem,
         estimates=tuple(shown),
@@ -319,7 +330,7 @@ def answer_payload(
         gains=gains,
         validation=validation,
         held_out=tuple(held_out),
-        agreement=_other_ways(problem, others),
+        agreement=tuple(ways),
         repeats=repeats,
     )
     evidence = Evidence(
@@ -392,22 +403,6 @@ def _reported(
     half = student95(model.degrees_of_freedom) * np.append(spread.mass, spread.com)
     half[~np.isfinite(half)] = np.nan
     return ten, spread, np.append(ten[9], ten[6:9] / ten[9])[:, None] + np.outer(half, [-1.0, 1.0])
-
-
-def _other_ways(problem: PayloadProblem, others: Sequence[ShortMotion]) -> tuple[Agreement, ...]:
-    """Weigh in other ways: with friction as it is without payload, where that is determined, and by ``others``."""
-    ways = list[Agreement]()
-    if isinstance(problem, ShortMotion) and problem.method == 3 and problem.visibility.rank == len(PAYLOAD):
-        with suppress(InputError):
-            ten = weighted(
-                merged(in_payload_frame(problem.robot, run).select(PAYLOAD) for run in problem.runs)
-            ).values
-            ways.append(Agreement(UNFREED, float(ten[9]), ten[6:9] / ten[9]))
-    for other in others:
-        ten = payload_estimate(other, other.method).ten
-        name = "robot's parameters (method 1)" if other.method == 1 else "torque difference (method 3)"
-        ways.append(Agreement(name, float(ten[9]), ten[6:9] / ten[9]))
-    return tuple(ways)
 
 
 def payload_result(answer: PayloadAnswer) -> PayloadResult:

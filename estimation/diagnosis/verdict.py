@@ -5,6 +5,7 @@ A check that is added to the table serves every command whose evidence shows wha
 
 import sys
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +17,7 @@ from ..equations.equations import Equations
 from ..fit.covariance import NORMAL95
 from ..fit.drive_gains import Gains
 from ..fit.estimate import error_model
-from ..gains.current_side import relative_scales
+from ..gains.current_side import RelativeScales, relative_scales
 from ..payload.by_joints import payload_by_joints
 from ..payload.long_motion import LongMotion
 from ..payload.methods import PayloadProblem
@@ -180,12 +181,11 @@ def robot_verdict(evidence: Evidence, equations: Equations, free_gains: bool = F
     states, recordings = states_of(source), source.unloaded if source is not None else ()
     length = sum(float(one.t[-1] - one.t[0]) for one in recordings)
     own_drives = robot.coupling is None and robot.spring is None  # every drive gives its own joint's torque
-    try:
-        # Errors by blocks of time count besides the formula's: those of the model last, and look certain to it.
-        told = own_drives and not free_gains and length > LONG_ENOUGH
-        signals = relative_scales(equations, equations.parts()) if told else None
-    except InputError:  # nothing tells them
-        signals = None
+    # Errors by blocks of time count besides the formula's: those of the model last, and look certain to it.
+    signals: RelativeScales | None = None
+    with suppress(InputError):  # nothing tells them
+        if own_drives and not free_gains and length > LONG_ENOUGH:
+            signals = relative_scales(equations, equations.parts())
     effects = effects_of(System.of(robot, states)) if states is not None else ()
     nominal = None if free_gains else nominal_gravity(robot, states or states_of(evidence.source, BLOCKS))
     others = alternatives(robot, states, free_gains)
