@@ -220,8 +220,8 @@ def stored_whole_robot(robot: Robot, stored: RobotResult, path: str) -> WholeRob
     """
     robot = stored.applied_to(robot)
     base = base_parameters(robot)
-    nearest = stored.nearest_prior
-    if nearest is None:
+    nearest = stored.constrained
+    if nearest is None or nearest.gauge != "prior":
         raise InputError(
             f"{path}: no links in it that can exist: run 'dynident identify --prior-mass KG' again (KG: the moving "
             "links' mass, as far as it is known)"

@@ -13,7 +13,7 @@ from ...common.errors import InputError
 from ...common.threads import one_thread
 from ...model import InertialParameters, Recording, Robot
 from ..diagnosis.causes import likely_causes
-from ..diagnosis.evidence import Evidence, Gained, KnownWeight
+from ..diagnosis.evidence import Evidence
 from ..diagnosis.states import states_of
 from ..diagnosis.verdict import diagnose, judge
 from ..equations.equations import PAYLOAD
@@ -27,7 +27,7 @@ from ..gains.problem import GainProblem, free_gains, gain_problem, rests_on
 from ..payload.by_joints import ByJoints
 from ..payload.long_motion import LongMotion, Source
 from ..payload.methods import payload_estimate
-from ..results.parts import ProcessingDocument, ResidualDocument, RobustDocument, VerdictDocument
+from ..results.parts import ProcessingDocument, ResidualDocument, RobustDocument
 from ..results.payload import named
 from ..results.robot import GainsResult, GainsTable, LoadDocument, MountingDocument
 from .payload import check_lists
@@ -121,7 +121,7 @@ def answer_gains(problem: GainProblem) -> GainsResult:
     disagreement = max(diagnosis.disagreement for diagnosis in diagnoses)
     table = GainsTable.made(logarithms, disagreement, 1.0 / free.k, rests_on(problem.robot))
     weights = tuple(
-        KnownWeight(name, load.mass, own.mass, float(own.larger_sigma[9]))
+        (name, load.mass, own.mass, float(own.estimate.larger_sigma[9]))
         for name, load, own in zip(names, loads, identified, strict=True)
     )
     # What the mountings have in common stands in the evidence of the first.
@@ -132,14 +132,17 @@ def answer_gains(problem: GainProblem) -> GainsResult:
             condition=each.unloaded.condition_numbers()[1] if each.unloaded else None,
             parameters=each.robot_estimate,
             estimates=(own,),
-            gained=None if k else Gained(disagreement * logarithms.larger_sigma, weights),
+            gained=None if k else disagreement * logarithms.larger_sigma,
+            weights=() if k else weights,
             compared=each.source.compared,
             diagnosis=replace(diagnosis, alternatives=()) if k else diagnosis,
         )
         for k, (each, own, diagnosis) in enumerate(zip(posed, identified, diagnoses, strict=True))
     ]
     robot, source = problem.description, problem.source
-    payloads = tuple(map(InertialParameters, best.x[len(problem.base.columns) :].reshape(-1, len(PAYLOAD))))
+    payloads = tuple(
+        map(InertialParameters, best.x[len(problem.posed[0].base.columns) :].reshape(-1, len(PAYLOAD)))
+    )
     tens = [named(body.vector) for body in payloads]
     return GainsResult(
         robot=robot.name,
@@ -156,7 +159,7 @@ def answer_gains(problem: GainProblem) -> GainsResult:
         robust=RobustDocument.made(logarithms.robust, reason),
         relative_residual=ResidualDocument.of(logarithms.fit),
         disagreement=disagreement,
-        verdict=VerdictDocument.made(judge(*evidence)),
+        verdict=judge(*evidence),
     ).made_by(
         GainsWorking(source, names, loads, payloads, posed, tuple(diagnosis.by_joints for diagnosis in diagnoses))
     )

@@ -30,8 +30,8 @@ from ..fit.least_squares import Excitation, excitation, weighted
 from ..fit.linear_problem import LinearProblem
 from ..fit.own_equations import base_problem, with_friction
 from ..fit.settings import DEFAULTS, Settings
-from ..payload.long_motion import LongMotion, Source, check_blocks
-from ..payload.methods import jackknifed, selected, with_robust
+from ..payload.long_motion import Source, check_blocks
+from ..payload.methods import jackknifed
 from ..possible.cone import SolverError
 from ..possible.payload import rise_p_value, solve_constrained
 from ..possible.prior import has_prior, robot_prior, solve_constrained_prior
@@ -73,14 +73,6 @@ def impossible_payload(elimination: Elimination) -> tuple[str, ...]:
     except SolverError as error:
         return (f"whether a payload without {', '.join(gone)} can exist is not known ({error.explanation})",)
     return _too_far("payload", gone, result.chi2_rise, result.p_value)
-
-
-def elimination_warnings(problem: LongMotion, elimination: Elimination) -> tuple[str, ...]:
-    """Name what speaks against the essential parameters of robot and payload together, by method 4."""
-    full, _ = with_robust(problem, selected(problem, problem.loaded.columns))
-    part, _ = with_robust(problem, selected(problem, elimination.essential), elimination.estimate)
-    elimination = replace(elimination, estimate=part)
-    return impossible_payload(elimination) + impossible_robot(problem.robot, problem.base, full, elimination)
 
 
 def impossible_robot(
@@ -318,5 +310,5 @@ def robot_result(
         validation=parts.ResidualDocument.of(result.validation) if result.validation else None,
         rollouts=tuple(rollouts) or UNSET,
         reasons_against_use=result.verdict.reasons,
-        verdict=parts.VerdictDocument.made(result.verdict),
+        verdict=result.verdict,
     ).made_by(result)

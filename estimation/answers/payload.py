@@ -16,13 +16,13 @@ from ...common.threads import one_thread
 from ...model import Recording, Robot
 from ...model.files.robot_file import PoseTable
 from ...model.inertia import PayloadSpread, payload_spread
-from ..diagnosis.checks import allowing, judge_com, judge_inertia, judge_mass
-from ..diagnosis.evidence import UNFREED, Agreement, Diagnosis, Evidence, Judged, Weighed
+from ..diagnosis.checks import allowing, judged
+from ..diagnosis.evidence import UNFREED, Agreement, Evidence, Judged
 from ..diagnosis.finding import Verdict
 from ..diagnosis.joints import worst_joint
 from ..diagnosis.verdict import allowing as allowing_for
-from ..diagnosis.verdict import by_all_recordings, diagnose, judge
-from ..equations.equations import PAYLOAD, Equations, merged
+from ..diagnosis.verdict import diagnose, judge
+from ..equations.equations import PAYLOAD, merged
 from ..fit.covariance import NORMAL95, student95
 from ..fit.drive_gains import Gains, usual_gains
 from ..fit.essential import Elimination
@@ -37,7 +37,9 @@ from ..payload.methods import (
     essential_combined,
     payload_estimate,
     recommended_method,
+    selected,
     usable_methods,
+    with_robust,
 )
 from ..payload.repeats import Repeats, repeats_of
 from ..payload.result import (
@@ -55,7 +57,7 @@ from ..results import parts
 from ..results import payload as documents
 from ..results.payload import PayloadResult
 from ..results.robot import RobotResult
-from .identification import elimination_warnings, held_out_fit
+from .identification import held_out_fit, impossible_payload, impossible_robot
 from .system import TorquePrediction, payload_predictions, robot_predictions
 
 _VAGUE = "not measured well enough"
@@ -89,7 +91,7 @@ class PayloadAnswer(Speaks):
     held_out: tuple[Recording, ...]
     agreement: tuple[Agreement, ...]  # other ways to the numbers of a short motion
     repeats: Repeats | None  # each of several recordings of a short motion alone
-    verdict: Verdict = Verdict("use")
+    verdict: Verdict = Verdict("use", ())
 
     @property
     def headline(self) -> str:
@@ -126,13 +128,8 @@ class PayloadAnswer(Speaks):
     @cached_property
     def measured(self) -> dict[str, Judged]:
         """Quantities ("mass", "centre of mass", "inertia") mapped to whether they were measured well enough."""
-        wide, best = self.reported_spread, self.possible
-        moments = np.diag(best.body.inertia_com) if best is not None else np.full(3, np.nan)
-        return {
-            "mass": judge_mass(self.mass, wide, self.free.from_scale),
-            "centre of mass": judge_com(self.ten, wide),
-            "inertia": judge_inertia(moments, wide),
-        }
+        moments = np.diag(self.possible.body.inertia_com) if self.possible is not None else np.full(3, np.nan)
+        return judged(self.ten, moments, self.reported_spread, self.free.from_scale)
 
     @cached_property
     def elimination(self) -> Elimination | None:
@@ -146,7 +143,11 @@ class PayloadAnswer(Speaks):
         """Reasons against a robot or payload with the eliminated parameters zero."""
         if not isinstance(self.problem, LongMotion) or self.elimination is None:
             return ()
-        return elimination_warnings(self.problem, self.elimination)
+        problem, elimination = self.problem, self.elimination
+        full, _ = with_robust(problem, selected(problem, problem.loaded.columns))
+        part, _ = with_robust(problem, selected(problem, elimination.essential), elimination.estimate)
+        elimination = replace(elimination, estimate=part)
+        return impossible_payload(elimination) + impossible_robot(problem.robot, problem.base, full, elimination)
 
     @cached_property
     def excitation(self) -> Excitation | None:
@@ -278,7 +279,9 @@ def answer_payload(
         free = [moved(estimate, factor=repeats.excess) for estimate in free]
     # Errors that are assumed, not known, excuse no joint that disagrees.
     stated = None if gains is not None and gains.assumed else gains
-    diagnosis = diagnose(problem, by_all_recordings(free), stated)
+    # Weights are those of all recordings, not of differences; method 2 has no own ones.
+    by_all = min(free, key=lambda estimate: (4, 3, 1, 2).index(estimate.method))
+    diagnosis = diagnose(problem, by_all, stated)
     free = [allowing_for(estimate, diagnosis, stated) for estimate in free]
     own, validation = problem.robot_estimate, None
     if own is not None and held_out:
@@ -299,6 +302,17 @@ def answer_payload(
     possible = next((payload for payload in constrained if payload.method == method), None)
     model = error_model(best.estimate, gains)
     ten, spread, intervals = _reported(best, possible, model, scale)
+    # Other ways: with friction as it is without payload, where that is determined, and by ``others``.
+    ways = list[Agreement]()
+    if isinstance(problem, ShortMotion) and problem.method == 3 and problem.visibility.rank == len(PAYLOAD):
+        with suppress(InputError):
+            runs = (in_payload_frame(problem.robot, run).select(PAYLOAD) for run in problem.runs)
+            values = weighted(merged(runs)).values
+            ways.append(Agreement(UNFREED, float(values[9]), values[6:9] / values[9]))
+    for other in others:
+        values = payload_estimate(other, other.method).ten
+        name = "robot's parameters (method 1)" if other.method == 1 else "torque difference (method 3)"
+        ways.append(Agreement(name, float(values[9]), values[6:9] / values[9]))
     answer = PayloadAnswer(
         problem=problem,
         estimates=tuple(shown),
@@ -316,10 +330,37 @@ def answer_payload(
         gains=gains,
         validation=validation,
         held_out=tuple(held_out),
-        agreement=_other_ways(problem, others),
+        agreement=tuple(ways),
         repeats=repeats,
     )
-    verdict = judge(_evidence(answer, free, diagnosis))
+    evidence = Evidence(
+        problem.robot,
+        source=problem.source,
+        diagnosis=diagnosis,
+        compared=problem.source.compared,
+        parameters=own,
+        constrained=answer.constrained,
+        spread=answer.reported_spread,
+        judged=answer.measured,
+    )
+    if isinstance(problem, ShortMotion):
+        evidence = replace(
+            evidence,
+            weighed=(model["M_L"], float(model.sigma[model.names.index("M_L")]), best.from_scale),
+            unexplained=best.unexplained(problem.torque_rms),
+            agreement=answer.agreement,
+            repeats=repeats,
+        )
+    else:  # judged by all methods, those without a possible payload among them
+        evidence = replace(
+            evidence,
+            pairs=problem.source.pairs,
+            condition=problem.unloaded.condition_numbers()[1] if problem.unloaded else None,
+            validation=validation,
+            estimates=tuple(free),
+            recommended=possible,
+        )
+    verdict = judge(evidence)
     if failures and not constrained:
         failure = next(failures[estimate.method] for estimate in free if estimate.method in failures)
         raise failure.naming(*failure.demands, *(verdict.reasons if verdict.level == "do_not_use" else ()))
@@ -364,55 +405,78 @@ def _reported(
     return ten, spread, np.append(ten[9], ten[6:9] / ten[9])[:, None] + np.outer(half, [-1.0, 1.0])
 
 
-def _other_ways(problem: PayloadProblem, others: Sequence[ShortMotion]) -> tuple[Agreement, ...]:
-    """Weigh in other ways: with friction as it is without payload, where that is determined, and by ``others``."""
-    ways = list[Agreement]()
-    if isinstance(problem, ShortMotion) and problem.method == 3 and problem.visibility.rank == len(PAYLOAD):
-        with suppress(InputError):
-            ten = weighted(
-                merged(in_payload_frame(problem.robot, run.equations).select(PAYLOAD) for run in problem.runs)
-            ).values
-            ways.append(Agreement(UNFREED, float(ten[9]), ten[6:9] / ten[9]))
-    for other in others:
-        ten = payload_estimate(other, other.method).ten
-        name = "robot's parameters (method 1)" if other.method == 1 else "torque difference (method 3)"
-        ways.append(Agreement(name, float(ten[9]), ten[6:9] / ten[9]))
-    return tuple(ways)
-
-
-def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], diagnosis: Diagnosis) -> Evidence:
-    """Collect evidence for the verdict; ``free``: by all methods, those without a possible payload among them."""
-    problem, model = answer.problem, answer.model
-    evidence = Evidence(
-        problem.robot,
-        source=problem.source,
-        diagnosis=diagnosis,
-        compared=problem.source.compared,
-        parameters=problem.robot_estimate,
-        constrained=answer.constrained,
-        spread=answer.reported_spread,
-        judged=answer.measured,
-    )
-    if isinstance(problem, ShortMotion):
-        sigma, unexplained = model.sigma[model.names.index("M_L")], answer.free.unexplained(problem.torque_rms)
-        ways = answer.repeats, answer.agreement
-        weighed = Weighed(model["M_L"], float(sigma), answer.free.from_scale, unexplained, *ways)
-        return replace(evidence, weighed=weighed)
-    return replace(
-        evidence,
-        pairs=problem.pairs,
-        condition=problem.unloaded.condition_numbers()[1] if problem.unloaded else None,
-        validation=answer.validation,
-        estimates=tuple(free),
-        recommended=answer.possible,
-    )
-
-
 def payload_result(answer: PayloadAnswer) -> PayloadResult:
     """Collect what ``payload`` and ``weigh`` answer; a number that was not determined is nan or None."""
     problem, source, robot, gains = answer.problem, answer.problem.source, answer.problem.robot, answer.gains
     flange, worst, scale = robot.flange_pose, worst_joint(answer.by_joints, answer.mass), answer.scale
-    told, (method, reason) = robot.sources.get("flange", ""), answer.recommendation
+    told, (method, reason), possible = robot.sources.get("flange", ""), answer.recommendation, answer.possible
+    # Free estimates, then possible ones; of a payload that is visible in part what was determined.
+    spread, ends = answer.spread, answer.intervals
+    estimates: tuple[documents.FreeEstimate | documents.PossibleEstimate, ...] = (
+        *map(documents.FreeEstimate.made, answer.estimates),
+        *map(documents.PossibleEstimate.made, answer.constrained),
+    )
+    if not answer.constrained:
+        free, model, more = answer.free, answer.model, dict[str, Any](com=answer.com, com_sigma=spread.com)
+        if gains:
+            more["sigma_with_gains"] = documents.named(model.sigma, free.indices)
+        if scale is not None and not free.from_scale:
+            sigma = float(model.sigma[model.names.index("M_L")])
+            more["weighed"] = (Weighing.by(scale, model["M_L"], sigma, model.degrees_of_freedom),)
+        made = documents.FreeEstimate.made(free)
+        estimates = (structs.replace(made, parameters=documents.named(answer.ten), **more),)
+    inertia: tuple[Any, Any, Any] = None, None, None
+    if possible is not None:
+        inertia = possible.body.inertia_com, possible.intervals.inertia_com, spread.inertia_com
+    uses, loaded = [(use, "") for use in _BY_LEVEL[answer.verdict.level]], problem.loaded
+    if isinstance(problem, LongMotion):  # the residual is that of the robot's own parameters
+        own, check, steps = problem.robot_estimate, answer.validation, answer.elimination
+        differing = {3, 4} | ({1} if problem.corrected and not problem.settings.free_friction else set())
+        differs = bool(problem.friction) and any(estimate.method in differing for estimate in answer.estimates)
+        # Of robot and payload together, as in Table 2, where method 4 was used.
+        names, noise = dict(zip(problem.base.columns, problem.base.names, strict=True)), problem.torque_noise
+        solved, residual = (
+            problem.unloaded,
+            parts.ResidualDocument(
+                own.fit.relative if own else None,
+                own.fit.relative_per_joint if own else None,
+                parts.ResidualDocument.of(check) if check else None,
+            ),
+        )
+        counted: dict[str, Any] = {
+            "equations": (solved or loaded).equations,
+            "equations_loaded": loaded.equations,
+            "base_parameters": len(problem.base.columns),
+            "friction": "may differ" if differs else "own",
+            **(dict(zip(("torque_noise", "independent"), noise, strict=True)) if noise else {}),
+        }
+        keys: dict[str, Any] = {
+            "friction": source.choices or UNSET,
+            "essential": parts.EliminationDocument.made(steps, answer.warnings, names) if steps else None,
+            "left_out": {str(method): reason for method, reason in answer.left_out.items()},
+        }
+    else:  # quantity by quantity, as far as the verdict on all allows; the residual is the payload's
+        every = zip(answer.measured.values(), uses, strict=True)
+        uses = [most if own.use == "use" else (own.use, own.why) for own, most in every]
+        unexplained, held = answer.free.unexplained(problem.torque_rms), problem.held
+        solved = loaded.select(PAYLOAD)
+        residual = parts.ResidualDocument(answer.free.estimate.fit.relative, unexplained, None)
+        friction = "free" if problem.known is None else "may differ" if held.held else "own"
+        counted = {"equations": loaded.equations, "friction": friction}
+        keys = {
+            "joints": tuple(problem.joints),
+            "visibility": documents.VisibilityDocument.of(problem.visibility),
+            "constant_torques": documents.ConstantTorques(tuple(j + 1 for j in held.joints), held.sigma),
+            "ripple": problem.ripple,
+            "mass_from_scale": answer.free.from_scale,
+            "agreement": answer.agreement,
+            "repeats": answer.repeats,
+            "assumed": None,
+        }
+    pairs, (raw, scaled) = source.pairs, solved.condition_numbers() if solved else (None, None)
+    apart = max(pairs, key=lambda pair: pair.max_mismatch, default=None)
+    entries = (answer.mass, ends[0], spread.mass), (answer.com, ends[1:], spread.com), inertia
+    rows = zip(("mass", "centre_of_mass", "inertia"), uses, entries, strict=True)
     return PayloadResult(
         robot=robot.name,
         robot_title=robot.title or UNSET,
@@ -422,113 +486,25 @@ def payload_result(answer: PayloadAnswer) -> PayloadResult:
         ),
         rated_payload_kg=robot.rated_payload,
         processing=parts.ProcessingDocument.made(robot, source.processing, source.loaded[0].gains),
-        estimates=_estimates(answer),
+        estimates=estimates,
         recommended=documents.Recommended(method, "constrained" if answer.constrained else "wls", reason),
         gain_sigma=parts.GainErrorsDocument.made(gains) if gains is not None else UNSET,
         mass_by_joints=answer.by_joints.masses,
         joint_that_agrees_least=worst.text if worst else None,
-        quantities=_quantities(answer),
-        verdict=parts.VerdictDocument.made(answer.verdict),
+        quantities={name: documents.Quantity(use, why or None, *entry) for name, (use, why), entry in rows},
+        verdict=answer.verdict,
         scale=(scale.mass, scale.sigma) if scale is not None else UNSET,
-        **(_of_long(answer, problem) if isinstance(problem, LongMotion) else _of_short(answer, problem)),
-    )
-
-
-def _of_long(answer: PayloadAnswer, long: LongMotion) -> dict[str, Any]:
-    """Keys of a long motion's result: the residual is that of the robot's own parameters."""
-    robot, check, steps = long.robot_estimate, answer.validation, answer.elimination
-    differing = {3, 4} | ({1} if long.corrected and not long.settings.free_friction else set())
-    differs = bool(long.friction) and any(estimate.method in differing for estimate in answer.estimates)
-    # Of robot and payload together, as in Table 2, where method 4 was used.
-    names, noise = dict(zip(long.base.columns, long.base.names, strict=True)), long.torque_noise
-    return {
-        "relative_residual": parts.ResidualDocument(
-            robot.fit.relative if robot else None,
-            robot.fit.relative_per_joint if robot else None,
-            parts.ResidualDocument.of(check) if check else None,
+        relative_residual=residual,
+        data=documents.PayloadData(
+            rate=source.rate,
+            cutoff=source.processing.cutoff,
+            lag_s=pairs[0].lag if pairs else None,
+            lags_s=tuple(pair.lag for pair in pairs),
+            max_position_mismatch_rad=apart.max_mismatch if apart else None,
+            rms_position_mismatch_rad=apart.rms_mismatch if apart else None,
+            condition_number=raw,
+            condition_number_scaled=scaled,
+            **counted,
         ),
-        "data": _data(
-            long,
-            long.unloaded,
-            equations=(long.unloaded or long.loaded).equations,
-            equations_loaded=long.loaded.equations,
-            base_parameters=len(long.base.columns),
-            friction="may differ" if differs else "own",
-            **(dict(zip(("torque_noise", "independent"), noise, strict=True)) if noise else {}),
-        ),
-        "friction": long.source.choices or UNSET,
-        "essential": parts.EliminationDocument.made(steps, answer.warnings, names) if steps else None,
-        "left_out": {str(method): reason for method, reason in answer.left_out.items()},
-    }
-
-
-def _of_short(answer: PayloadAnswer, short: ShortMotion) -> dict[str, Any]:
-    """Keys of a short motion's result: the residual is the payload's."""
-    loaded = short.loaded
-    friction = "free" if short.known is None else "may differ" if short.held.held else "own"
-    unexplained = answer.free.unexplained(short.torque_rms)
-    return {
-        "relative_residual": parts.ResidualDocument(answer.free.estimate.fit.relative, unexplained, None),
-        "data": _data(short, loaded.select(PAYLOAD), equations=loaded.equations, friction=friction),
-        "joints": tuple(short.joints),
-        "visibility": documents.VisibilityDocument.of(short.visibility),
-        "constant_torques": documents.ConstantTorques(tuple(j + 1 for j in short.held.joints), short.held.sigma),
-        "ripple": tuple(wave for run in short.runs for wave in run.ripple),
-        "mass_from_scale": answer.free.from_scale,
-        "agreement": answer.agreement,
-        "repeats": answer.repeats,
-        "assumed": None,
-    }
-
-
-def _data(problem: PayloadProblem, solved: Equations | None, **more: Any) -> documents.PayloadData:
-    """Summarise the equations of the robot; of a short motion, of the payload."""
-    pairs = problem.pairs
-    worst = max(pairs, key=lambda pair: pair.max_mismatch, default=None)
-    raw, scaled = solved.condition_numbers() if solved else (None, None)
-    return documents.PayloadData(
-        rate=problem.source.rate,
-        cutoff=problem.source.processing.cutoff,
-        lag_s=pairs[0].lag if pairs else None,
-        lags_s=tuple(pair.lag for pair in pairs),
-        max_position_mismatch_rad=worst.max_mismatch if worst else None,
-        rms_position_mismatch_rad=worst.rms_mismatch if worst else None,
-        condition_number=raw,
-        condition_number_scaled=scaled,
-        **more,
+        **keys,
     )
-
-
-def _estimates(answer: PayloadAnswer) -> tuple[documents.FreeEstimate | documents.PossibleEstimate, ...]:
-    """List free estimates, then possible ones; of a payload that is visible in part what was determined."""
-    if answer.constrained:
-        possible = map(documents.PossibleEstimate.made, answer.constrained)
-        return (*map(documents.FreeEstimate.made, answer.estimates), *possible)
-    free, model, scale = answer.free, answer.model, answer.scale
-    more: dict[str, Any] = {"com": answer.com, "com_sigma": answer.spread.com}
-    if answer.gains:
-        more["sigma_with_gains"] = documents.named(model.sigma, free.indices)
-    if scale is not None and not free.from_scale:
-        sigma = float(model.sigma[model.names.index("M_L")])
-        more["weighed"] = (Weighing.by(scale, model["M_L"], sigma, model.degrees_of_freedom),)
-    some = documents.FreeEstimate.made(free)
-    return (structs.replace(some, parameters=documents.named(answer.ten), **more),)
-
-
-def _quantities(answer: PayloadAnswer) -> dict[str, documents.Quantity]:
-    """Make mass, centre of mass and inertia with intervals, and their use; of a long motion by the verdict."""
-    possible, spread, ends = answer.possible, answer.spread, answer.intervals
-    inertia: tuple[Any, Any, Any] = None, None, None
-    if possible is not None:
-        inertia = possible.body.inertia_com, possible.intervals.inertia_com, spread.inertia_com
-    values = (answer.mass, ends[0], spread.mass), (answer.com, ends[1:], spread.com), inertia
-    allowed = _BY_LEVEL[answer.verdict.level]
-    uses = [(use, "") for use in allowed]
-    if isinstance(answer.problem, ShortMotion):  # quantity by quantity, as far as the verdict on all allows
-        every = zip(answer.measured.values(), allowed, strict=True)
-        uses = [(most, "") if own.use == "use" else (own.use, own.why) for own, most in every]
-    names = ("mass", "centre_of_mass", "inertia")
-    return {
-        name: documents.Quantity(use, why or None, *entry)
-        for name, entry, (use, why) in zip(names, values, uses, strict=True)
-    }

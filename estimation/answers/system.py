@@ -50,11 +50,6 @@ class TorquePrediction(Brief):
         return -(-len(self.t[joint]) // POINTS) or 1
 
     @property
-    def worst(self) -> int:
-        """The joint with the largest relative residual, counted from 0."""
-        return int(np.argmax(np.nan_to_num(self.relative_per_joint, nan=-1.0)))
-
-    @property
     def step(self) -> float:
         """Time between neighbouring rows [s]; nan if no joint has two."""
         gaps = [float(np.median(np.diff(t))) for t in self.t if len(t) > 1]

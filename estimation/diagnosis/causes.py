@@ -97,7 +97,7 @@ class Comparison:
 
 
 def alternatives(robot: Robot, states: States | None, free_gains: bool = False) -> tuple[Alternative, ...]:
-    """Compare what is always compared: joints turned, no gravity, other robots, and more friction.
+    """Compare what is always compared: joints turned, no gravity, robots of other geometry, and more friction.
 
     None where there is too little motion; other arguments as of ``Comparison``.
     """
@@ -107,27 +107,20 @@ def alternatives(robot: Robot, states: States | None, free_gains: bool = False) 
     speed = own.states.qd.T
     rubs = np.eye(robot.n)[:, :, None] * (np.sign(speed) * np.sqrt(np.abs(speed)))[:, None]
     friction = own.fit.system.with_columns(rubs).effect(range(robot.n)).fall
-    others = map(own.compared, _always(own))
-    return (Alternative("friction", "", friction, 0.0), *filter(None, others))
+    plain, gravity = Reading.as_recorded(robot.n), robot.gravity
+    readings = [Read(str(j + 1), plain.changed(j, sign=-1).of(states), kind="turned") for j in range(robot.n)]
+    if any(gravity):
+        readings.append(Read("", states, replace(robot, gravity=(0.0, 0.0, 0.0)), "weightless"))
 
+    def geometry(arm: Robot) -> list[tuple[str, float, float, float, float]]:
+        return [(joint.kind, joint.alpha, joint.d, joint.theta, joint.r) for joint in arm.joints]
 
-def _always(own: Comparison) -> Iterator[Read]:
-    """Readings that are always compared; of robots those of other geometry with as many joints."""
-    robot, states, plain = own.robot, own.states, Reading.as_recorded(own.robot.n)
-    for j in range(robot.n):
-        yield Read(str(j + 1), plain.changed(j, sign=-1).of(states), kind="turned")
-    if any(robot.gravity):
-        yield Read("", states, replace(robot, gravity=(0.0, 0.0, 0.0)), "weightless")
-    for name in robot_names():
-        other = load_robot(name)
-        if other.n == robot.n and _geometry(other) != _geometry(robot):
+    for name, other in ((name, load_robot(name)) for name in robot_names()):
+        if other.n == robot.n and geometry(other) != geometry(robot):
             coupling = other.drives.coupling if robot.drives.fit_for_coupling else None
             drives = replace(robot.drives, coupling=coupling, spring=other.drives.spring)
-            yield Read(name, states, replace(other, gravity=robot.gravity, drives=drives), "robot")
-
-
-def _geometry(robot: Robot) -> list[tuple[str, float, float, float, float]]:
-    return [(joint.kind, joint.alpha, joint.d, joint.theta, joint.r) for joint in robot.joints]
+            readings.append(Read(name, states, replace(other, gravity=gravity, drives=drives), "robot"))
+    return (Alternative("friction", "", friction, 0.0), *filter(None, map(own.compared, readings)))
 
 
 def other_readings(evidence: Evidence) -> list[Finding]:
@@ -181,9 +174,17 @@ def likely_causes(
     states = states.taken(slice(None, None, max(1, len(states.t) // _ENOUGH)))
     described = Comparison(robot, states, free_gains)
     least = HELPFUL if contradicted else CONVINCING
+    names, squares = states.source.split(", "), described.fit.weights**2 @ described.fit.errors**2
+    masks = [np.ones(len(states.t), dtype=bool), states.loaded == 0.0, states.loaded > 0.0]
+    for kind in masks[1:]:
+        numbers = np.unique(states.recording[kind])
+        means = [float(squares[states.recording == k].mean()) for k in numbers]
+        masks += [states.recording == numbers[int(np.argmax(means))]] if len(numbers) else []
+    distinct = {mask.tobytes(): mask for mask in masks if mask.any()}.values()
+    parts = [", ".join(names[k] for k in np.unique(states.recording[mask])) * (not mask.all()) for mask in distinct]
     tried: list[tuple[Alternative, str]] = []
     for family, several in FAMILIES:
-        for source, mask in _parts(described):
+        for source, mask in zip(parts, distinct, strict=True):
             readings = (read._replace(states=states.mixed(read.states, mask)) for read in family(described, mask))
             compared = (described.compared(read, 0.5 * least) for read in readings)
             own = [found for found in compared if found is not None and found.fall > least and found.z > CAUSE_Z]
@@ -198,23 +199,6 @@ def likely_causes(
     best, where = alike[0]
     named = dict.fromkeys(found.name for found, source in alike if source == where)
     return [_cause(", or ".join(list(named)[:_REPORTED]), best, where)]
-
-
-def _parts(own: Comparison) -> list[tuple[str, Mask]]:
-    """Divide the recordings, with names: all, those of one kind, and of each kind the one that fits worst."""
-    states, names = own.states, own.states.source.split(", ")
-    squares = own.fit.weights**2 @ own.fit.errors**2
-    kinds = [states.loaded == 0.0, states.loaded > 0.0]
-    masks = [np.ones(len(states.t), dtype=bool), *kinds]
-    for kind in kinds:
-        numbers = np.unique(states.recording[kind])
-        means = [float(squares[states.recording == k].mean()) for k in numbers]
-        masks += [states.recording == numbers[int(np.argmax(means))]] if len(numbers) else []
-    distinct = {mask.tobytes(): mask for mask in masks if mask.any()}
-    return [
-        ("" if mask.all() else ", ".join(names[k] for k in np.unique(states.recording[mask])), mask)
-        for mask in distinct.values()
-    ]
 
 
 def delays(own: Comparison, _: Mask) -> Iterator[Read]:

@@ -4,7 +4,7 @@ The first sentence of a docstring says what is checked, the rest from where on a
 prints them.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import combinations
 from math import hypot
 
@@ -16,7 +16,7 @@ from ..fit.covariance import NORMAL95, few_blocks
 from ..fit.estimate import Fit
 from ..possible.constraints import PossibleBody
 from ..possible.payload import CONFLICT
-from .evidence import KNOWN_WELL, UNFREED, Evidence, Judged, by
+from .evidence import KNOWN_WELL, UNFREED, Evidence, Judged
 from .finding import Finding, error, note, warning
 
 MASS_SIGMA = 0.05  # relative standard deviation of the mass above which nothing should be used
@@ -48,6 +48,7 @@ ROUNDED = 0.02
 OTHER_WAY = 0.05  # relative difference of a weighing's mass by another way that speaks against all numbers
 CONDITION = 500.0
 """Condition number with columns scaled above which small errors spoil the answer; good motions have 10."""
+_MOMENTS = "XX", "YY", "ZZ"
 IMPOSSIBLE = "possible robot"  # what its finding is about
 APART, APART_SIGMAS = 0.03, 4.0
 """Difference of two weights' ratio from the nominal one, and its standard deviations, above which one is wrong."""
@@ -59,50 +60,42 @@ def allowing(spread: PayloadSpread, degrees_of_freedom: float) -> PayloadSpread:
     return PayloadSpread(factor * spread.mass, factor * spread.com, factor * spread.inertia_com)
 
 
-def judge_mass(mass: float, spread: PayloadSpread, from_scale: bool) -> Judged:
-    """Judge the mass."""
-    if from_scale:
-        return Judged("weighed", "the torques of these joints do not contain it")
-    relative = spread.mass / max(abs(mass), 1e-300)
-    advice = "let joint 2 or 3 move, widen the range, record longer, or weigh the payload"
-    vague = "" if relative <= MASS_SIGMA else f"is {_percent(relative)} of it"
-    return _judged((), vague, f"{100 * MASS_SIGMA:.0f} %", advice)
+def judged(ten: Array, moments: Array, spread: PayloadSpread, from_scale: bool = False) -> dict[str, Judged]:
+    """Judge mass, centre of mass and inertia at it, by half their 95 % intervals over 1.96.
 
-
-def judge_com(ten: Array, spread: PayloadSpread) -> Judged:
-    """Judge the centre of mass: to 20 mm, or 0.3 of the payload's radius of gyration about the frame's origin.
-
-    Unknown ones of the ten are nan, standard deviations infinite where the joints show nothing.
+    Args:
+        ten: unknown ones are nan. The centre of mass is allowed 20 mm, or 0.3 of the payload's radius of gyration
+            about the frame's origin.
+        moments: of inertia at the centre of mass, shape (3,).
+        spread: infinite where the joints show nothing.
+        from_scale: whether the mass is a scale's.
     """
-    hidden = [axis for axis, sigma in zip("xyz", spread.com, strict=True) if not np.isfinite(sigma)]
     known = bool(np.isfinite(ten).all() and ten[9] > 0.0)
     size = float(np.sqrt(max(ten[[0, 3, 5]].sum(), 0.0) / 2.0 / ten[9])) if known else 0.0
-    sigma, axis = max(zip(spread.com, "xyz", strict=True))
-    allowed = max(COM_FLOOR, COM_SIGMA * size)
-    vague = "" if sigma <= allowed else f"along {axis} is {1e3 * sigma:.0f} mm"
-    return _judged(hidden, vague, f"{1e3 * allowed:.0f} mm", "turn the wrist farther, or weigh the payload")
-
-
-def judge_inertia(moments: Array, spread: PayloadSpread) -> Judged:
-    """Judge the inertia at the centre of mass: each moment to 30 %."""
-    relative = dict(zip(("XX", "YY", "ZZ"), spread.moments / np.maximum(moments, 1e-300), strict=True))
-    hidden = [name for name, s in zip(relative, spread.moments, strict=True) if not np.isfinite(s)]
-    vague = ", ".join(f"{name} {_percent(s)}" for name, s in relative.items() if not s <= INERTIA_SIGMA)
-    advice = "move the wrist faster, or record longer"
-    return _judged(hidden, vague and f"of {vague}", f"{100 * INERTIA_SIGMA:.0f} %", advice)
-
-
-def _judged(hidden: Sequence[str], vague: str, allowed: str, advice: str) -> Judged:
-    if hidden:
-        return Judged("not visible", f"these joints do not show {', '.join(hidden)}")
-    if not vague:
-        return Judged("use")
-    why = f"1 sigma (few blocks of time allowed for) {vague}, {allowed} at most are allowed: {advice}"
-    return Judged("not measured well enough", why)
-
-
-def _percent(part: float) -> str:
-    return f"{100 * part:.0f} %" if part < 10.0 else "more than tenfold its size"
+    (sigma, axis), allowed = max(zip(spread.com, "xyz", strict=True)), max(COM_FLOOR, COM_SIGMA * size)
+    parts = [spread.mass / max(abs(ten[9]), 1e-300), *(spread.moments / np.maximum(moments, 1e-300))]
+    mass, *texts = (f"{100 * part:.0f} %" if part < 10.0 else "more than tenfold its size" for part in parts)
+    inertia = zip(_MOMENTS, texts, parts[1:], strict=True)
+    wide = ", ".join(f"{name} {text}" for name, text, part in inertia if not part <= INERTIA_SIGMA)
+    vague = {
+        "mass": f"is {mass} of it, {100 * MASS_SIGMA:.0f} % at most are allowed: let joint 2 or 3 move, widen the "
+        "range, record longer, or weigh the payload",
+        "centre of mass": f"along {axis} is {1e3 * sigma:.0f} mm, {1e3 * allowed:.0f} mm at most are allowed: turn "
+        "the wrist farther, or weigh the payload",
+        "inertia": f"of {wide}, {100 * INERTIA_SIGMA:.0f} % at most are allowed: move the wrist faster, or record "
+        "longer",
+    }
+    why, good = "1 sigma (few blocks of time allowed for)", (parts[0] <= MASS_SIGMA, sigma <= allowed, not wide)
+    answer = {
+        quantity: Judged("use") if enough else Judged("not measured well enough", f"{why} {text}")
+        for (quantity, text), enough in zip(vague.items(), good, strict=True)
+    }
+    for quantity, names, sigmas in (("centre of mass", "xyz", spread.com), ("inertia", _MOMENTS, spread.moments)):
+        if hidden := [name for name, s in zip(names, sigmas, strict=True) if not np.isfinite(s)]:
+            answer[quantity] = Judged("not visible", f"these joints do not show {', '.join(hidden)}")
+    if from_scale:
+        answer["mass"] = Judged("weighed", "the torques of these joints do not contain it")
+    return answer
 
 
 def white_noise(evidence: Evidence) -> Array | None:
@@ -167,9 +160,10 @@ def residual(evidence: Evidence) -> Iterator[Finding]:
     yield from next((found for subject, own in fits if (found := list(fit_findings(own, evidence, subject)))), [])
     apart = [e for e in evidence.modelled if e.estimate.fit.relative > LOADED_RATIO * max(fit.relative, 0.01)]
     if apart:
-        worst = max(e.estimate.fit.relative for e in apart)
+        worst, numbers = max(e.estimate.fit.relative for e in apart), ", ".join(str(e.method) for e in apart)
+        which = f"each of methods {numbers}" if apart[1:] else f"method {numbers}"
         yield error(
-            f"{by(apart)} leaves {100 * worst:.0f} % of the torque with payload unexplained, without payload it is "
+            f"{which} leaves {100 * worst:.0f} % of the torque with payload unexplained, without payload it is "
             f"{100 * fit.relative:.1f} %: check signs, and that both recordings are of one robot"
         )
 
@@ -234,10 +228,9 @@ def impossible(evidence: Evidence) -> Iterator[Finding]:
 
 def sign(evidence: Evidence) -> Iterator[Finding]:
     """Mass that is negative, or none at all. Not {SIGMAS:g} sigma above zero: spoils all."""
-    weighed = evidence.weighed
-    masses = [(by([e]), e.mass, float(e.larger_sigma[9])) for e in evidence.estimates]
-    if weighed is not None and not weighed.from_scale:
-        masses.append(("the torque", weighed.mass, weighed.sigma))
+    masses = [(f"method {e.method}", e.mass, float(e.estimate.larger_sigma[9])) for e in evidence.estimates]
+    if evidence.weighed is not None and not evidence.weighed[2]:
+        masses.append(("the torque", *evidence.weighed[:2]))
     little = [(who, mass, sigma) for who, mass, sigma in masses if not mass > SIGMAS * sigma]
     negative = [entry for entry in little if entry[1] < -SIGMAS * entry[2]]
     texts = ", ".join(f"{mass:.3g} ± {sigma:.2g} kg by {who}" for who, mass, sigma in negative or little)
@@ -275,7 +268,8 @@ def methods_apart(evidence: Evidence) -> Iterator[Finding]:
     apart = [
         f"methods {a.method} and {b.method} disagree beyond their intervals: {a.mass:.4g} and {b.mass:.4g} kg"
         for a, b in combinations(evidence.estimates, 2)
-        if abs(a.mass - b.mass) > max(METHODS_APART * mean, SIGMAS * hypot(a.larger_sigma[9], b.larger_sigma[9]))
+        if abs(a.mass - b.mass)
+        > max(METHODS_APART * mean, SIGMAS * hypot(a.estimate.larger_sigma[9], b.estimate.larger_sigma[9]))
     ]
     if np.ptp(masses) > MASS_SPREAD * mean:
         apart = [f"the methods' masses spread from {min(masses):.3g} to {max(masses):.3g} kg"]
@@ -287,7 +281,7 @@ def unexplained(evidence: Evidence) -> Iterator[Finding]:
 
     Over {JOINT_RESIDUAL:.0%} of a joint's: spoils all.
     """
-    left = evidence.weighed.unexplained if evidence.weighed is not None else np.zeros(0)
+    left = evidence.unexplained
     joints = ", ".join(str(j) for j, relative in enumerate(left, 1) if relative > JOINT_RESIDUAL)
     if joints:
         yield error(
@@ -312,7 +306,7 @@ def new_zeros(evidence: Evidence) -> Iterator[Finding]:
 def other_ways(evidence: Evidence) -> Iterator[Finding]:
     """The mass by other ways (`weigh`). Over {OTHER_WAY:.0%} off: spoils all."""
     mass = evidence.mass
-    for way in evidence.weighed.agreement if evidence.weighed is not None else ():
+    for way in evidence.agreement:
         if way.name != UNFREED and abs(way.mass - mass) > OTHER_WAY * abs(mass):
             yield error(f"by the {way.name} the mass is {way.mass:.4g} kg, not {mass:.4g} kg", "mass")
 
@@ -322,7 +316,7 @@ def drift(evidence: Evidence) -> Iterator[Finding]:
 
     A trend with p below 0.05 that leaves the mass's interval: spoils all; noted within.
     """
-    repeats = evidence.weighed.repeats if evidence.weighed is not None else None
+    repeats = evidence.repeats
     if repeats is None or not repeats.drifts:
         return
     step, sigma = repeats.drift_per_recording or 0.0, repeats.drift_sigma or 0.0
@@ -363,16 +357,15 @@ def weights_apart(evidence: Evidence) -> Iterator[Finding]:
     """
 
     apart = []
-    for weights in combinations(evidence.gained.weights if evidence.gained is not None else (), 2):
-        first, second = (weight.mass / weight.nominal for weight in weights)
-        sigma = hypot(*(weight.sigma / weight.mass for weight in weights))
-        if abs(first / second - 1.0) > max(APART, APART_SIGMAS * sigma):
-            apart.append((abs(first / second - 1.0) / sigma, weights))
+    for weights in combinations(evidence.weights, 2):
+        first, second = (mass / nominal for _, nominal, mass, _ in weights)
+        off, sigma = abs(first / second - 1.0), hypot(*(sigma / mass for *_, mass, sigma in weights))
+        if off > max(APART, APART_SIGMAS * sigma):
+            apart.append((off / sigma, weights))
     if apart:
         told = " and ".join(
-            f"mounting {weight.mounting} weighs {weight.mass:.4g} ± {weight.sigma:.2g} kg, given as "
-            f"{weight.nominal:g} kg"
-            for weight in max(apart)[1]
+            f"mounting {name} weighs {mass:.4g} ± {sigma:.2g} kg, given as {nominal:g} kg"
+            for name, nominal, mass, sigma in max(apart)[1]
         )
         yield error(
             f"the weights do not go together: with these gains {told}: is one mass given wrongly, or are "
@@ -383,7 +376,7 @@ def weights_apart(evidence: Evidence) -> Iterator[Finding]:
 
 def known_gains(evidence: Evidence) -> Iterator[Finding]:
     """Gains that are hardly shown (`gains`). None known to {KNOWN_WELL:.0%}: spoils all; some not: those."""
-    sigma = evidence.gained.sigma if evidence.gained is not None else np.zeros(0)
+    sigma = evidence.gained if evidence.gained is not None else np.zeros(0)
     vague = [(str(j), f"{100 * s:.2g}") for j, s in enumerate(sigma, 1) if not s <= KNOWN_WELL]
     if not vague:
         return
@@ -418,14 +411,14 @@ def conflicts(evidence: Evidence) -> Iterator[Finding]:
         for test in payload.conflicts:
             text = f"{data} contradict the constraint: {test.description} (p {test.p_value:.1g})"
             findings.setdefault(test.description, error(text))
-        for scale in (weighing for weighing in payload.weighings if weighing.conflict):
+        for scale in (weighing for weighing in payload.result.weighings if weighing.conflict):
             text = (
                 f"{data} show {scale.identified:.4g} ± {scale.identified_sigma:.2g} kg, the scale shows "
                 f"{scale.mass:g} ± {scale.sigma:g} kg: {abs(scale.z):.1f} sigma apart; check the drive gains and "
                 "the scale"
             )
             findings.setdefault(f"weighed {scale.mass}", error(text, "mass"))
-    together = [payload.p_value for payload in evidence.constrained if payload.conflict]
+    together = [payload.result.p_value for payload in evidence.constrained if payload.conflict]
     if together and not findings:
         findings[""] = error(f"the constraints together contradict the data (p {min(together):.1g})")
     # That the body must exist is no bound that someone set.

@@ -1,8 +1,10 @@
 """Evidence for a verdict: the diagnosis of the recordings, and the numbers that were computed from them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
+
+import numpy as np
 
 from ...common.arrays import Array
 from ...common.schema import Document, Float, Vector
@@ -77,34 +79,6 @@ class Diagnosis:
         return next((effect for effect in self.effects if effect.name == name), None)
 
 
-class KnownWeight(NamedTuple):
-    """A weight of nominal mass and the ``mass`` that the gains give it, with its deviation ``sigma`` [kg]."""
-
-    mounting: int
-    nominal: float
-    mass: float
-    sigma: float
-
-
-class Gained(NamedTuple):
-    """Identified drive gains: their relative standard deviations, (n,), and the weight of each mounting."""
-
-    sigma: Array
-    weights: tuple[KnownWeight, ...]
-
-
-@dataclass(frozen=True)
-class Weighed:
-    """Evidence of a short weighing only."""
-
-    mass: float  # kg, by the torques, else by the scale
-    sigma: float
-    from_scale: bool
-    unexplained: Array  # error over torque of each joint, nan where it is at rest, shape (n,)
-    repeats: Repeats | None = None  # of several recordings
-    agreement: tuple[Agreement, ...] = ()
-
-
 @dataclass(frozen=True)
 class Evidence:
     """Evidence computed from one set of recordings; checks of what a command does not compute are silent."""
@@ -121,10 +95,17 @@ class Evidence:
     estimates: tuple[PayloadEstimate, ...] = ()  # free ones of the methods
     constrained: tuple[ConstrainedPayload, ...] = ()  # the possible payload of each method that has one
     recommended: ConstrainedPayload | None = None
-    weighed: Weighed | None = None
+    weighed: tuple[float, float, bool] | None = None
+    """Mass of a short weighing [kg], by the torques, else by the scale, its deviation, and whether by the scale."""
+    unexplained: Array = field(default_factory=lambda: np.zeros(0))
+    """Error over torque of each joint of a short weighing, nan where it is at rest, shape (n,)."""
+    agreement: tuple[Agreement, ...] = ()  # of a short weighing: the mass by other ways
+    repeats: Repeats | None = None  # of several recordings of one
     spread: PayloadSpread | None = None  # half the intervals reported of what is recommended, over 1.96
     judged: Mapping[str, Judged] = field(default_factory=dict)  # of "mass", "centre of mass", "inertia"
-    gained: Gained | None = None  # where drive gains are what is asked for
+    gained: Array | None = None  # relative standard deviations of drive gains, (n,), where these are asked for
+    weights: tuple[tuple[int, float, float, float], ...] = ()
+    """Of each mounting of a known weight its number, nominal mass, that by the gains, and its deviation [kg]."""
 
     @property
     def best(self) -> PayloadEstimate | None:
@@ -141,16 +122,11 @@ class Evidence:
     @property
     def mass(self) -> float:
         """The answer's mass [kg]; nan without one."""
-        answer = self.weighed or self.best
-        return answer.mass if answer is not None else float("nan")
+        if self.weighed is not None:
+            return self.weighed[0]
+        return self.best.mass if self.best is not None else float("nan")
 
     @property
     def modelled(self) -> list[PayloadEstimate]:
         """Estimates of methods that model the robot: the residual of method 3 is that of a torque difference."""
         return [estimate for estimate in self.estimates if estimate.method != 3]
-
-
-def by(estimates: Sequence[PayloadEstimate]) -> str:
-    """Name the methods."""
-    numbers = ", ".join(str(estimate.method) for estimate in estimates)
-    return f"method {numbers}" if len(estimates) == 1 else f"each of methods {numbers}"

@@ -1,8 +1,9 @@
 """Findings on recordings or numbers, and the verdict that they add up to."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, Self
+
+from ...common.schema import Worked
 
 Severity = Literal["error", "warning", "note"]
 """Severity: error: nothing may be used so; warning: numbers are poor or not all for use; note: worth knowing."""
@@ -43,22 +44,23 @@ def note(text: str, about: str = "everything") -> Finding:
     return Finding("note", about, text)
 
 
-@dataclass(frozen=True)
-class Verdict:
+class Verdict(Worked, frozen=True, dict=True, omit_defaults=True):
     """Verdict on the use of numbers: what speaks against them, and what else is worth knowing."""
 
     level: Level
-    findings: tuple[Finding, ...] = ()
+    reasons: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def made(cls, level: Level, *findings: Finding) -> Self:
+        """State the level, and its findings as texts."""
+        against, notes = ([f.text for f in findings if (f.severity == "note") is note] for note in (False, True))
+        return cls(level, tuple(against), tuple(notes)).made_by(findings)
 
     @property
-    def reasons(self) -> tuple[str, ...]:
-        """Texts of the findings against the numbers."""
-        return tuple(finding.text for finding in self.findings if finding.severity != "note")
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Texts of the findings that are worth knowing."""
-        return tuple(finding.text for finding in self.findings if finding.severity == "note")
+    def findings(self) -> tuple[Finding, ...]:
+        """Findings that it was made from; none where it was read from a file."""
+        return self.working or ()
 
 
 def verdict_of(findings: Sequence[Finding], brief: bool = True, partly: Level = "mass_and_com_only") -> Verdict:
@@ -87,7 +89,7 @@ def verdict_of(findings: Sequence[Finding], brief: bool = True, partly: Level = 
         and not (finding.cause and finding.about == "everything" and 1.0 - finding.explains > most)
     ]
     if not any(finding.spoils_all for finding in against):
-        return Verdict(partly if against else "use", (*against, *notes))
+        return Verdict.made(partly if against else "use", *against, *notes)
     weighty = [finding for finding in against if finding.spoils_all or finding.cause]
     rest = [] if brief else [finding for finding in against if finding not in weighty]
-    return Verdict("do_not_use", (*sorted(weighty, key=rank), *rest, *notes))
+    return Verdict.made("do_not_use", *sorted(weighty, key=rank), *rest, *notes)

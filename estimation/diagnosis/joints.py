@@ -1,15 +1,13 @@
 """Agreement of the joints on one payload: the test of drive gains and friction."""
 
-from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
-from msgspec import UNSET, UnsetType, structs
 from scipy.special import fdtrc
 
 from ...common.arrays import Array
 from ..fit.covariance import NORMAL95, few_blocks
-from ..payload.by_joints import ByJoints, JointsMass
+from ..payload.by_joints import ByJoints
 from .evidence import Evidence
 from .finding import Finding, error, note, warning
 
@@ -35,14 +33,19 @@ def joints(evidence: Evidence) -> list[Finding]:
     Noted from a growth of {TOGETHER:g}.
     """
     view, mass, factor = evidence.diagnosis.by_joints, evidence.mass, evidence.diagnosis.disagreement
-    view = view if evidence.weighed is None else _allowing(view)
-    odd, text, serious = _odd(view, mass, factor)
+    # Standard deviations from few blocks, which are uncertain themselves, are wider, as Student's t is.
+    wider = 1.0 if evidence.weighed is None else few_blocks(view.degrees_of_freedom)
+    odd, text, serious = _odd(view, wider, mass, factor)
     if not odd:
         return []
     if evidence.spread is not None:
         half = NORMAL95 * evidence.spread.mass
     else:  # drive gains: nothing widened the estimate yet
-        half = NORMAL95 * factor * (float(evidence.best.larger_sigma[9]) if evidence.best is not None else np.inf)
+        half = (
+            NORMAL95
+            * factor
+            * (float(evidence.best.estimate.larger_sigma[9]) if evidence.best is not None else np.inf)
+        )
     spoilt, advice = list[str](), "check drive gains and friction there"
     if not half <= USEFUL * abs(mass):
         spoilt.append(f"the interval that holds all of them is ± {100 * half / max(abs(mass), 1e-300):.0f} %")
@@ -50,36 +53,38 @@ def joints(evidence: Evidence) -> list[Finding]:
         without = next((reading for reading in view.without if joint not in reading.joints), None)
         if without is None or without.mass is None:
             spoilt += [f"without joint {joint} nothing shows the mass"] if serious else []
-        elif abs(without.mass - mass) > half + NORMAL95 * without.sigma:
-            spoilt.append(f"without joint {joint} the mass is {without.mass:.3g} ± {without.sigma:.2g} kg")
+        elif abs(without.mass - mass) > half + NORMAL95 * wider * without.sigma:
+            spoilt.append(f"without joint {joint} the mass is {without.mass:.3g} ± {wider * without.sigma:.2g} kg")
     if spoilt:
         return [error(f"{text}; {spoilt[0]}: {advice}")]
     grown = f"every interval is widened by {factor:.1f} and holds the mass without them"
     return [(warning if serious else note)(f"{text}; {grown}: {advice}")]
 
 
-def _odd(view: ByJoints, mass: float, factor: float) -> tuple[tuple[int, ...], str, bool]:
+def _odd(view: ByJoints, wider: float, mass: float, factor: float) -> tuple[tuple[int, ...], str, bool]:
     """Find joints that do not go with the answer, the worst first, and whether that is more than worth knowing."""
-    ratios = view.ratios
+    ratios = [(joint, ratio, wider * sigma) for joint, ratio, sigma in view.ratios]
     off = [each for each in ratios if abs(each[1] - 1.0) > max(SHARE, SIGMAS * each[2])]
     if off:  # what it spoils in the others is its doing too
         joint, ratio, sigma = max(off, key=lambda each: abs(np.log(max(each[1], 0.05))))
         text = f"joint {joint} shows {ratio:.2f} ± {sigma:.2g} times the payload that the others show"
         return (joint,), text, True
-    single = [(r.mass, r) for r in view.masses if len(r.joints) == 1 and r.mass is not None]
-    apart = [(m, r) for m, r in single if abs(m - mass) > max(WRONG * abs(mass), SIGMAS * r.sigma)]
+    single = [
+        (r.mass, wider * r.sigma, r.joints[0]) for r in view.masses if not r.joints[1:] and r.mass is not None
+    ]
+    apart = [each for each in single if abs(each[0] - mass) > max(WRONG * abs(mass), SIGMAS * each[1])]
     if not apart:
         pairs = [
-            (abs(a - b) / np.hypot(first.sigma, second.sigma), [(a, first), (b, second)])
-            for (a, first), (b, second) in combinations(single, 2)
-            if abs(a - b) > NOTABLE * abs(mass)
+            (abs(a[0] - b[0]) / np.hypot(a[1], b[1]), [a, b])
+            for a, b in combinations(single, 2)
+            if abs(a[0] - b[0]) > NOTABLE * abs(mass)
         ]
         z, pair = max(pairs, key=lambda entry: entry[0], default=(0.0, []))
         apart = pair if z >= NOTABLE_SIGMAS else []
     if apart:
-        texts = ", ".join(f"{r.name} {m:.3g} ± {r.sigma:.2g} kg" for m, r in apart)
-        worst_first = sorted(apart, key=lambda entry: -abs(entry[0] - mass) / entry[1].sigma)
-        return tuple(r.joints[0] for _, r in worst_first), f"the joints do not weigh the same ({texts})", True
+        texts = ", ".join(f"joint {joint} {m:.3g} ± {s:.2g} kg" for m, s, joint in apart)
+        worst_first = sorted(apart, key=lambda each: -abs(each[0] - mass) / each[1])
+        return tuple(joint for *_, joint in worst_first), f"the joints do not weigh the same ({texts})", True
     if factor <= TOGETHER or not ratios:
         return (), "", False
     worst, *_ = max(ratios, key=lambda each: abs(each[1] - 1.0) / each[2])
@@ -101,31 +106,19 @@ def disagreement(by_joints: ByJoints, gains: Array, few: bool = False) -> float:
             count.
         few: whether the standard deviations come from few blocks of time.
     """
-    ratios = (_allowing(by_joints) if few else by_joints).ratios
+    ratios, wider = by_joints.ratios, few_blocks(by_joints.degrees_of_freedom) if few else 1.0
     k = len(ratios)
     if k < 2:
         return 1.0
     index = [joint - 1 for joint, *_ in ratios]
     apart = (np.eye(k) * k - 1.0) / (k - 1)  # each less the others' mean
     variance = np.diag(apart @ gains[np.ix_(index, index)] @ apart.T)
-    square = sum((s - 1.0) ** 2 / (sigma**2 + own) for (_, s, sigma), own in zip(ratios, variance, strict=True))
+    rows = zip(ratios, variance, strict=True)
+    square = sum((ratio - 1.0) ** 2 / ((wider * sigma) ** 2 + own) for (_, ratio, sigma), own in rows)
     freedom = float("inf") if few else by_joints.degrees_of_freedom
     first, last = CHANCE
     proven = np.clip((first - fdtrc(k, min(freedom, 1e9), square / k)) / (first - last), 0.0, 1.0)
     return 1.0 + float(proven) * (float(np.sqrt(max(1.0, square / (k - 1)))) - 1.0)
-
-
-def _allowing(by_joints: ByJoints) -> ByJoints:
-    """Widen standard deviations from few blocks, which are uncertain themselves, as Student's t is."""
-    factor = few_blocks(by_joints.degrees_of_freedom)
-
-    def widened(own: JointsMass) -> JointsMass:
-        ratio = own.share_sigma
-        ratio = UNSET if isinstance(ratio, UnsetType) else factor * ratio
-        return structs.replace(own, sigma=factor * own.sigma, share_sigma=ratio)
-
-    masses, without = (tuple(map(widened, group)) for group in (by_joints.masses, by_joints.without))
-    return replace(by_joints, masses=masses, without=without)
 
 
 def worst_joint(by_joints: ByJoints, mass: float) -> Finding | None:

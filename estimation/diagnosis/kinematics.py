@@ -62,14 +62,11 @@ class Reading:
 
     def changed(self, *joints: int, sign: int = 1, quarters: int = 0, torque: int = 1, along: int = 0) -> "Reading":
         """Count joints the other way (sign -1), from other zeros, along the joint before; or turn torques round."""
-        own = [j in joints for j in range(len(self.order))]
-        return replace(
-            self,
-            sign=tuple(sign * s if one else s for s, one in zip(self.sign, own, strict=True)),
-            quarters=tuple((k + quarters) % 4 if one else k for k, one in zip(self.quarters, own, strict=True)),
-            torque=tuple(torque * s if one else s for s, one in zip(self.torque, own, strict=True)),
-            along=tuple(along or s if one else s for s, one in zip(self.along, own, strict=True)),
-        )
+        signs, turns, torques, sums = map(list, (self.sign, self.quarters, self.torque, self.along))
+        for j in joints:
+            signs[j], turns[j], torques[j] = sign * signs[j], (turns[j] + quarters) % 4, torque * torques[j]
+            sums[j] = along or sums[j]
+        return Reading(self.order, tuple(signs), tuple(turns), tuple(torques), tuple(sums))
 
     def positions(self, q: Array) -> Array:
         """Read joint positions [rad or m], N x n."""

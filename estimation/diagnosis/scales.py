@@ -151,8 +151,8 @@ def sensitive(evidence: Evidence) -> Iterator[Finding]:
     the scale is seen to be another one, something pulls at the flange, or the payload was weighed.
     """
     mass, whole = evidence.mass, next((scale for scale in evidence.diagnosis.scales if not scale.where), None)
-    weighed = any(payload.weighings for payload in evidence.constrained) or pull_of(evidence) is not None
-    weighed = weighed or (evidence.weighed is not None and evidence.weighed.from_scale)
+    weighed = any(payload.result.weighings for payload in evidence.constrained) or pull_of(evidence) is not None
+    weighed = weighed or (evidence.weighed is not None and evidence.weighed[2])
     if whole is None or evidence.spread is None or weighed or not mass > 0.0 or _beyond(whole, JOINT_SCALE_Z):
         return
     hidden = float(np.clip(NORMAL95 * whole.sigma, *HIDDEN))

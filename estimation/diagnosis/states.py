@@ -62,10 +62,16 @@ class States:
         thin = max(1, len(moving) // count)
         torque = lowpass(data.torque, step, _CUTOFF / (thin * step) if thin > 1 else None, recording.source)
         at = moving[thin // 2 :: thin]
+        stuck = []
+        for q in recording.q.T:
+            edges = np.flatnonzero(np.diff(q)) + 1
+            starts, stops = recording.t[np.append(0, edges)], recording.t[np.append(edges - 1, len(q) - 1)]
+            place = np.maximum(np.searchsorted(starts, motion.t[at], "right") - 1, 0)
+            stuck.append((stops - starts > _STUCK)[place] & (motion.t[at] <= stops[place]))
         t, zeros = motion.t[at], np.zeros(len(at), dtype=np.intp)
         states = States(
             recording.source, t, motion.q[at], motion.qd[at], motion.qdd[at], torque[at], torque[at], keep[at],
-            _stuck(recording, t), np.full(len(at), loaded), zeros, ((t - t[:1].sum()) / STRETCH).astype(np.intp),
+            np.column_stack(stuck), np.full(len(at), loaded), zeros, ((t - t[:1].sum()) / STRETCH).astype(np.intp),
             zeros, ((motion.t, torque),), tuple(recording.gains),
         )  # fmt: skip
         return replace(states, slope=(states.later(_STEP).torque - states.later(-_STEP).torque) / (2.0 * _STEP))
@@ -159,17 +165,6 @@ def _places(q: Array, recording: Index) -> Index:
         for i in own[passage:]:
             place[i] = place[i - passage]
     return place
-
-
-def _stuck(recording: Recording, t: Array) -> Mask:
-    """Mark where a position stands at the very same number for over half a second, N x n."""
-    columns = []
-    for q in recording.q.T:
-        edges = np.flatnonzero(np.diff(q)) + 1
-        starts, stops = recording.t[np.append(0, edges)], recording.t[np.append(edges - 1, len(q) - 1)]
-        at = np.maximum(np.searchsorted(starts, t, "right") - 1, 0)
-        columns.append((stops - starts > _STUCK)[at] & (t <= stops[at]))
-    return np.column_stack(columns)
 
 
 def _rms(distance: Array) -> float:

@@ -4,7 +4,8 @@ A check that is added to the table serves every command whose evidence shows wha
 """
 
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +17,7 @@ from ..equations.equations import Equations
 from ..fit.covariance import NORMAL95
 from ..fit.drive_gains import Gains
 from ..fit.estimate import error_model
-from ..gains.current_side import relative_scales
+from ..gains.current_side import RelativeScales, relative_scales
 from ..payload.by_joints import payload_by_joints
 from ..payload.long_motion import LongMotion
 from ..payload.methods import PayloadProblem
@@ -170,11 +171,6 @@ def allowing(estimate: PayloadEstimate, diagnosis: Diagnosis, gains: Gains | Non
     return moved(estimate, factor=np.sqrt(np.maximum(factor, diagnosis.unexcused**2 - by_gains)))
 
 
-def by_all_recordings(estimates: Sequence[PayloadEstimate]) -> PayloadEstimate:
-    """Pick the estimate whose weights are those of all recordings, not of differences; method 2 has no own ones."""
-    return min(estimates, key=lambda estimate: (4, 3, 1, 2).index(estimate.method))
-
-
 def robot_verdict(evidence: Evidence, equations: Equations, free_gains: bool = False) -> Verdict:
     """Judge a robot's parameters, identified from recordings without payload.
 
@@ -185,12 +181,11 @@ def robot_verdict(evidence: Evidence, equations: Equations, free_gains: bool = F
     states, recordings = states_of(source), source.unloaded if source is not None else ()
     length = sum(float(one.t[-1] - one.t[0]) for one in recordings)
     own_drives = robot.coupling is None and robot.spring is None  # every drive gives its own joint's torque
-    try:
-        # Errors by blocks of time count besides the formula's: those of the model last, and look certain to it.
-        told = own_drives and not free_gains and length > LONG_ENOUGH
-        signals = relative_scales(equations, equations.parts()) if told else None
-    except InputError:  # nothing tells them
-        signals = None
+    # Errors by blocks of time count besides the formula's: those of the model last, and look certain to it.
+    signals: RelativeScales | None = None
+    with suppress(InputError):  # nothing tells them
+        if own_drives and not free_gains and length > LONG_ENOUGH:
+            signals = relative_scales(equations, equations.parts())
     effects = effects_of(System.of(robot, states)) if states is not None else ()
     nominal = None if free_gains else nominal_gravity(robot, states or states_of(evidence.source, BLOCKS))
     others = alternatives(robot, states, free_gains)

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
@@ -77,36 +76,32 @@ def known_mass(mass: float, sigma: float = 0.0) -> KnownLoad:
     return KnownLoad(mass=mass, mass_sigma=sigma)
 
 
-class Mountings(NamedTuple):
-    """Mountings of the known weight: loaded recordings of one number share a centre of mass."""
+def mountings(
+    numbers: Sequence[int], load: KnownLoad | Sequence[KnownLoad], loaded: int
+) -> tuple[dict[int, tuple[int, ...]], tuple[KnownLoad, ...]]:
+    """Group the loaded recordings, this many, by the number of their mounting: one number, one centre of mass.
 
-    groups: dict[
-        int, tuple[int, ...]
-    ]  # number -> indices of its loaded recordings, in the order in which they come
-    paired: bool  # whether each loaded recording has one without payload of its own
+    Args:
+        numbers: one for each of them; all in one mounting by default.
+        load: the known parameters of the payload, the same in all mountings or those of each.
 
-    @staticmethod
-    def of(numbers: Sequence[int], loaded: int, unloaded: int) -> "Mountings":
-        """Number this many recordings with and without payload; all in one mounting by default."""
-        if numbers and len(numbers) != loaded:
-            raise InputError(
-                f"{len(numbers)} numbers of mountings for {loaded} loaded recording{'s' * (loaded != 1)}: give "
-                "one number for each of them, in their order, such as 1,2,2 (--mounting)"
-            )
-        numbers = tuple(numbers) or (1,) * loaded
-        groups = {name: tuple(k for k, number in enumerate(numbers) if number == name) for name in numbers}
-        return Mountings(groups, loaded == unloaded or len(groups) < 2)
-
-    def loads(self, load: KnownLoad | Sequence[KnownLoad]) -> tuple[KnownLoad, ...]:
-        """Assign the known parameters of the payload to each mounting: the same in all, or one for each."""
-        many = len(self.groups)
-        if not isinstance(load, KnownLoad):
-            if len(load) != many:
-                raise InputError(f"{len(load)} known payloads for {many} mountings: give one, or one for each")
-            return tuple(load)
-        if many > 1 and load.com is not None:
-            raise InputError(
-                "one centre of mass cannot hold in several mountings: leave com and inertia_com out, or give one "
-                "mounting"
-            )
-        return (load,) * many
+    Returns:
+        The indices of each number's recordings, in the order in which they come, and the load of each.
+    """
+    if numbers and len(numbers) != loaded:
+        raise InputError(
+            f"{len(numbers)} numbers of mountings for {loaded} loaded recording{'s' * (loaded != 1)}: give "
+            "one number for each of them, in their order, such as 1,2,2 (--mounting)"
+        )
+    numbers = tuple(numbers) or (1,) * loaded
+    groups = {name: tuple(k for k, number in enumerate(numbers) if number == name) for name in numbers}
+    if not isinstance(load, KnownLoad):
+        if len(load) != len(groups):
+            raise InputError(f"{len(load)} known payloads for {len(groups)} mountings: give one, or one for each")
+        return groups, tuple(load)
+    if len(groups) > 1 and load.com is not None:
+        raise InputError(
+            "one centre of mass cannot hold in several mountings: leave com and inertia_com out, or give one "
+            "mounting"
+        )
+    return groups, (load,) * len(groups)

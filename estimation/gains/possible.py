@@ -67,7 +67,7 @@ def _variables(problem: GainProblem, x: Array) -> tuple[Array, Array, Array]:
     z are standard parameters of the robot, the unknown ones of the payload, and the factor of its known ones,
     scaled; last the rows A z that must not be negative.
     """
-    base, loads, length = problem.base, problem.loads, typical_length(problem.robot)
+    base, loads, length = problem.posed[0].base, problem.loads, typical_length(problem.robot)
     spring = np.array([parameter_kind(name) == SPRING for name in base.standard])
     names = [name for name in base.standard if parameter_kind(name) != SPRING]
     unknown = [(k, name) for k, load in enumerate(loads) for name in load.free]

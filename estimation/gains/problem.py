@@ -10,7 +10,7 @@ from ...common.arrays import Array
 from ...common.brief import Brief
 from ...common.errors import InputError
 from ...common.linear import least_squares
-from ...model import BaseParameters, Recording, Robot, standard_columns
+from ...model import Recording, Robot, standard_columns
 from ...model.base.rank import random_states
 from ...model.drives import SPRING, parameter_kind
 from ...model.regressors import regressor_at
@@ -20,7 +20,7 @@ from ..payload.long_motion import LongMotion, Source, check_blocks, payload_prob
 from ..payload.result import in_payload_frame
 from ..signals.plausibility import without_dead
 from .current_side import CurrentFit, current_weights, gauss_newton
-from .known_load import KnownLoad, Mountings, known_values, payload_columns
+from .known_load import KnownLoad, known_values, mountings, payload_columns
 
 _SHOWN = 0.05  # of a joint's squared residual: what a payload that is there takes off at least
 _USUAL = 10.0  # N·m/A: the size of an arm's gains, so that checks of torques see torques; divided out again
@@ -48,11 +48,6 @@ class GainProblem(Brief):
     def robot(self) -> Robot:
         """Robot whose equations are those of the motors (``Robot.for_currents``)."""
         return self.posed[0].robot
-
-    @property
-    def base(self) -> BaseParameters:
-        """The robot's base parameters."""
-        return self.posed[0].base
 
     @cached_property
     def weights(self) -> Array:
@@ -101,8 +96,8 @@ def gain_problem(
     if dead := without_dead(robot, [*unloaded, *loaded]).drives.unmeasured:
         joints = ", ".join(map(str, dead))
         raise InputError(f"the current of joint {joints} is one number throughout: the channel is dead; record it")
-    mountings = Mountings.of(mounting, len(loaded), len(unloaded))
-    loads = mountings.loads(load)
+    groups, loads = mountings(mounting, load, len(loaded))
+    paired = len(loaded) == len(unloaded) or len(groups) < 2  # each loaded recording has its own without payload
 
     def posed(K: Array, robust: bool) -> tuple[LongMotion, ...]:
         """Pose the payload problem of each mounting, with joint torques that gains K would give."""
@@ -111,10 +106,10 @@ def gain_problem(
             payload_problem(
                 robot,
                 [with_load[k] for k in group],
-                [without[k] for k in group] if mountings.paired else without,
+                [without[k] for k in group] if paired else without,
                 settings=replace(settings, robust=robust),
             )
-            for group in mountings.groups.values()
+            for group in groups.values()
         )
 
     # Friction is not chosen: where no gravity tells a gain, root friction imitates it and makes it look sure.
@@ -122,7 +117,7 @@ def gain_problem(
     robot = robot if isinstance(asked, Candidates) else robot.with_friction(asked)
     settings = replace(settings, friction=robot.drives.friction)
     usual = np.full(robot.n, _USUAL)
-    equations = _times(merged(_together(posed(usual, robust=False), mountings)), 1.0 / usual)
+    equations = _times(merged(_together(posed(usual, robust=False), paired)), 1.0 / usual)
     # How long residuals remember shows only once the joints' torques are to scale; all of them by one factor is
     # enough.
     try:
@@ -131,7 +126,7 @@ def gain_problem(
     except InputError:  # raised again when the gains are asked for
         K = usual
     problems, deletions, reason = posed(K, robust=True), list[tuple[Equations, ...]](), ""
-    together = _together(problems, mountings)
+    together = _together(problems, paired)
     if robot.drives.loaded:  # the load that friction grows with shows in torques to scale
         equations = _times(merged(part.whole for part in together), 1.0 / K)
     try:
@@ -140,30 +135,21 @@ def gain_problem(
             left = tuple(_times(merged([*others, part]), 1.0 / K) for part in own.without_each())
             # Blocks that share no motion are left out one recording at a time, those without payload first.
             count = len(problem.loaded.blocks)
-            groups = [group for group in (left[:-count], left[-count:]) if group]
-            check_blocks(*map(len, groups))
-            deletions += groups
+            parts = [part for part in (left[:-count], left[-count:]) if part]
+            check_blocks(*map(len, parts))
+            deletions += parts
     except InputError as error:
         deletions, reason = [], str(error)
     source = Source(tuple(loaded), tuple(unloaded), settings.processing_of(robot))
-    return GainProblem(
-        description,
-        equations,
-        tuple(mountings.groups),
-        loads,
-        source,
-        problems,
-        tuple(K.tolist()),
-        tuple(deletions),
-        reason,
-    )
+    by, left_out = tuple(K.tolist()), tuple(deletions)
+    return GainProblem(description, equations, tuple(groups), loads, source, problems, by, left_out, reason)
 
 
-def _together(problems: Sequence[LongMotion], mountings: Mountings) -> list[Equations]:
+def _together(problems: Sequence[LongMotion], paired: bool) -> list[Equations]:
     """Join the equations of each mounting in the payload's columns of all; each recording once."""
     payloads, everything = payload_columns(len(problems)), list[Equations]()
     for problem, names in zip(problems, payloads, strict=True):
-        part = problem.loaded if everything and not mountings.paired else problem.both
+        part = problem.loaded if everything and not paired else problem.both
         part, base = in_payload_frame(problem.robot, part), problem.base.columns
         named = part.transformed(np.eye(len(part.columns)), (*base, *names))
         everything.append(named.select((*base, *(name for each in payloads for name in each))))

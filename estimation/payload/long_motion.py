@@ -55,6 +55,11 @@ class Source(NamedTuple):
     rate: float | None = None  # Hz, at which the first loaded recording was processed
     choices: tuple[TermChoice, ...] = ()  # terms of friction that were tried on those without payload
 
+    @property
+    def pairs(self) -> tuple[AlignedPair, ...]:
+        """Alignment of the recordings of method 3; none where it refuses them."""
+        return () if self.why_no_pair else self.compared
+
 
 @dataclass(frozen=True, repr=False)
 class LongMotion(Brief):
@@ -87,11 +92,6 @@ class LongMotion(Brief):
     def paired(self) -> bool:
         """True if the blocks with and without payload are of one motion."""
         return self.difference is not None and len(self.difference.blocks) > 0
-
-    @property
-    def pairs(self) -> tuple[AlignedPair, ...]:
-        """Alignment of the recordings of method 3."""
-        return self.source.compared if self.difference is not None else ()
 
     @property
     def why_no_pair(self) -> str:
@@ -346,29 +346,19 @@ def long_motion(
     parts = {name: in_blocks(*load, edges[name], length) for name, load in loads.items()}
     inflation = memory["loaded"].inflation
     if known is not None and not unloaded:
-        inflation = _inflation_of_known(known, *loads["loaded"])
+        # By what a known robot leaves of the loaded recordings, payload and friction found with it: all of its
+        # parameters, found anew in a few seconds, would take up the slow errors for themselves.
+        equations, recordings = loads["loaded"]
+        rigid = [k for k, name in enumerate(known.names) if not is_friction(name)]
+        rest = equations.minus([known.names[k] for k in rigid], known.values[rigid])
+        chi_all = dict(zip(known.names, known.values, strict=True))
+        chi_all |= zip(rest.columns, weighted_solution(rest), strict=True)
+        chi = np.array([chi_all[name] for name in equations.columns])
+        inflation = Remembered.of(recordings, chi).inflation
+        if known.robust is not None:  # a few seconds of load show less memory than its own recordings did
+            before = float(np.median((known.robust.sigma / np.maximum(known.sigma, 1e-300)) ** 2))
+            inflation = tuple(max(factor, before) for factor in inflation)
     return replace(motion, **parts, inflation=inflation, few=few)
-
-
-def _inflation_of_known(
-    known: Estimate, equations: Equations, recordings: Sequence[Observation]
-) -> tuple[float, ...]:
-    """Inflation by memory of each joint's errors where the robot is known.
-
-    By what it leaves of the loaded recordings, payload and friction found with it: all of its parameters, found
-    anew in a few seconds, would take up the slow errors for themselves. A few seconds of load show less memory than
-    the robot's own recordings did.
-    """
-    rigid = [k for k, name in enumerate(known.names) if not is_friction(name)]
-    rest = equations.minus([known.names[k] for k in rigid], known.values[rigid])
-    values = dict(zip(known.names, known.values, strict=True))
-    values |= zip(rest.columns, weighted_solution(rest), strict=True)
-    chi = np.array([values[name] for name in equations.columns])
-    own = Remembered.of(recordings, chi).inflation
-    if known.robust is None:
-        return own
-    before = float(np.median((known.robust.sigma / np.maximum(known.sigma, 1e-300)) ** 2))
-    return tuple(max(factor, before) for factor in own)
 
 
 def _changes(

@@ -27,7 +27,7 @@ from ..fit.linear_problem import LinearProblem, SoftPrior, left_out
 from .long_motion import LongMotion
 from .result import PayloadEstimate, frame_change, in_payload_frame
 from .short_motion import ShortMotion
-from .under_load import known_path, with_changes, with_scale
+from .under_load import known_path, with_scale
 
 PayloadProblem = LongMotion | ShortMotion
 
@@ -181,8 +181,10 @@ def under_load(motion: LongMotion, friction: Mapping[str, SoftPrior]) -> tuple[E
     if motion.settings.scale_sigma > 0.0:
         role = SoftPrior(motion.settings.scale_sigma, max(motion.inflation, default=1.0))
         loaded, near = with_scale(loaded, motion.robot_known, role)
-    loaded, changes = with_changes(in_payload_frame(motion.robot, loaded), friction)
-    return loaded, near | changes
+    loaded = in_payload_frame(motion.robot, loaded)
+    M = np.eye(len(loaded.columns))[:, [*range(len(loaded.columns)), *map(loaded.columns.index, friction)]]
+    changes = {f"{name} under load": role for name, role in friction.items()}
+    return loaded.transformed(M, (*loaded.columns, *changes)), near | changes
 
 
 _FORMULA_ONLY = (

@@ -67,4 +67,4 @@ def repeats_of(problem: ShortMotion) -> Repeats | None:
             if not estimate.from_scale and 9 in estimate.indices:
                 model = error_model(estimate.estimate)
                 masses[k], sigmas[k] = model["M_L"], float(model.sigma[model.names.index("M_L")])
-    return Repeats.made([run.source for run in problem.runs], masses, sigmas)
+    return Repeats.made([recording.source for recording in problem.source.loaded], masses, sigmas)

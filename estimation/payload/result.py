@@ -17,7 +17,7 @@ from ..fit.drive_gains import Gains
 from ..fit.estimate import Estimate, error_model
 from ..possible.constraints import Constraint
 from ..possible.intervals import NO_INTERVALS, Intervals, profile_intervals
-from ..possible.payload import CONFLICT, POSSIBLE, Active, Possible, Weighing, solve_constrained, tested
+from ..possible.payload import CONFLICT, POSSIBLE, Active, Possible, solve_constrained, tested
 
 METHOD_NAMES = {1: "known-robot", 2: "change", 3: "difference", 4: "global"}
 """Short names of the paper's methods, by number."""
@@ -74,11 +74,6 @@ class PayloadEstimate(Brief):
         robust = self.estimate.robust
         return payload_spread(self.ten, robust.covariance, self.indices) if robust else None
 
-    @property
-    def larger_sigma(self) -> Array:
-        """The larger of the formula's and the robust standard deviation of each parameter, shape (10,)."""
-        return self.estimate.larger_sigma
-
 
 def moved(
     estimate: PayloadEstimate, change: Array | None = None, more: Array | None = None, factor: float | Array = 1.0
@@ -124,25 +119,10 @@ class ConstrainedPayload(Brief):
         """Mass [kg]."""
         return self.body.mass
 
-    @property
-    def sigma(self) -> Array:
-        """Standard deviations of the free ten behind the intervals, gains included, shape (10,)."""
-        return self.result.free.sigma
-
     @cached_property
     def principal_moments(self) -> Array:
         """Principal moments of inertia at the centre of mass, rising [kg m^2], shape (3,)."""
         return np.asarray(np.linalg.eigvalsh(self.body.inertia_com))
-
-    @property
-    def p_value(self) -> float:
-        """Probability of all constraints together; if small, they, or the model, contradict the data."""
-        return self.result.p_value
-
-    @property
-    def weighings(self) -> tuple[Weighing, ...]:
-        """Weighed masses beside the identified one."""
-        return self.result.weighings
 
     @property
     def conflicts(self) -> tuple[Active, ...]:
@@ -152,8 +132,8 @@ class ConstrainedPayload(Brief):
     @property
     def conflict(self) -> bool:
         """True if a constraint or a weighed mass, or all of them together, contradict the data."""
-        apart = any(weighing.conflict for weighing in self.weighings)
-        return apart or bool(self.conflicts) or self.p_value < CONFLICT
+        apart = any(weighing.conflict for weighing in self.result.weighings)
+        return apart or bool(self.conflicts) or self.result.p_value < CONFLICT
 
 
 def constrain_payload(
@@ -186,8 +166,8 @@ class StandIn:
 
     def __post_init__(self) -> None:
         """Refuse sizes that no body has."""
-        count = {"box": 3, "cylinder": 2}.get(self.kind, 0)
-        if len(self.sizes) != count or not all(0.0 < size < np.inf for size in self.sizes):
+        known = (self.kind, len(self.sizes)) in (("box", 3), ("cylinder", 2))
+        if not (known and all(0.0 < size < np.inf for size in self.sizes)):
             raise InputError(
                 f"an assumed inertia of {self.kind} {self.sizes}: give box:AxBxC (along x, y, z) or cylinder:DxL "
                 "(diameter, and length along z), in mm"

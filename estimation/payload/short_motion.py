@@ -25,7 +25,7 @@ from ..fit.linear_problem import Known, LinearProblem
 from ..fit.own_equations import check_lengths, filtered
 from ..fit.settings import DEFAULTS, Settings
 from ..possible.constraints import KnownMass
-from ..signals.alignment import AlignedPair, aligned
+from ..signals.alignment import aligned
 from ..signals.filtering import grid_rate, measurement
 from ..signals.plausibility import check_apart, check_recordings, without_dead
 from ..signals.rows import Mask, inner_samples, least_speed, moving_parts
@@ -43,19 +43,6 @@ _AT_REST = 5e-3  # rad or m: a joint at rest's positions spread no more; a wider
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Run(Brief):
-    """Recording with payload, reduced: equations in blocks of time.
-
-    Columns are the robot's base parameters (none where the unloaded torque was subtracted), what is free in this
-    recording, waves of ``ripple`` among it, and ``PAYLOAD``.
-    """
-
-    source: str
-    equations: Equations
-    ripple: tuple[Wave, ...] = ()
-
-
-@dataclass(frozen=True, eq=False, repr=False)
 class ShortMotion(Brief):
     """Recordings of a short motion, friction free in each, and what they show of the ten.
 
@@ -67,12 +54,15 @@ class ShortMotion(Brief):
     base: BaseParameters
     source: Source
     joints: tuple[int, ...]  # numbers of those that move; the rows of the others are left out
-    runs: tuple[Run, ...]  # one a recording with payload
+    # Of each recording with payload: the robot's base parameters (none where the unloaded torque was subtracted),
+    # what is free in it, waves of ``ripple`` among that, and ``PAYLOAD``, in blocks of time.
+    runs: tuple[Equations, ...]
     held: HeldFriction  # prior of constant torques and friction, the same in all recordings
     torque_rms: Array  # of each joint's torque with payload in the rows used [N·m or N], (n,)
     known: Estimate | None = None  # the robot, where no torque was subtracted
     settings: Settings = DEFAULTS
     scale: KnownMass | None = None  # the payload was weighed; counts only where torques do not show the mass
+    ripple: tuple[Wave, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse another model's robot."""
@@ -81,7 +71,7 @@ class ShortMotion(Brief):
     @cached_property
     def loaded(self) -> Equations:
         """Join the equations less all that is free in each recording, its blocks of time among them."""
-        return merged(self.held.friction_free(run.equations) for run in self.runs)
+        return merged(map(self.held.friction_free, self.runs))
 
     @property
     def method(self) -> int:
@@ -92,11 +82,6 @@ class ShortMotion(Brief):
     def robot_estimate(self) -> Estimate | None:
         """Robot's own parameters, where they are known."""
         return self.known
-
-    @property
-    def pairs(self) -> tuple[AlignedPair, ...]:
-        """Alignment of recordings with and without payload."""
-        return self.source.compared
 
     @property
     def inflation(self) -> tuple[float, ...]:
@@ -152,12 +137,11 @@ class ShortMotion(Brief):
     @cached_property
     def without_each(self) -> tuple[Equations, ...]:
         """Leave out each block of time of ``loaded``; nothing shared is kept."""
-        runs, left = [self.held.friction_free(run.equations) for run in self.runs], list[Equations]()
-        runs = [replace(run, shared={}) for run in runs]
+        runs, left = [replace(self.held.friction_free(run), shared={}) for run in self.runs], list[Equations]()
         for k, run in enumerate(self.runs):
             others = [*runs[:k], *runs[k + 1 :]]
-            if len(run.equations.blocks) > 1:
-                parts = map(self.held.friction_free, run.equations.without_each())
+            if len(run.blocks) > 1:
+                parts = map(self.held.friction_free, run.without_each())
                 left += [merged([*others, part]) for part in parts]
             elif others:
                 left.append(merged(others))
@@ -172,7 +156,7 @@ class ShortMotion(Brief):
     @property
     def block_length(self) -> float:
         """Shortest length of a block [s], unless a whole recording is shorter."""
-        return max(run.equations.blocks.length for run in self.runs)
+        return max(run.blocks.length for run in self.runs)
 
     @property
     def needed_scale(self) -> KnownMass | None:
@@ -237,9 +221,8 @@ def known_robot_weighing(
     own = {name: sigma for name, sigma in sigmas.items() if parameter_kind(name) in ("FS", "FV", "OFF")}
     source = Source(tuple(loaded), (), processing, rate=measured[0].motion.rate)
     # Of a single recording the robot's own ripple is what would be found: it takes weight along.
-    runs = _runs(sources, observations, [() for _ in loaded])
     held = friction_prior(payload_only, own)
-    return ShortMotion(robot, base, source, moving, runs, held, rms, known, settings)
+    return ShortMotion(robot, base, source, moving, _runs(observations), held, rms, known, settings)
 
 
 def difference_weighing(
@@ -283,7 +266,7 @@ def difference_weighing(
     whole, observer = Observer(free, base_parameters(free).columns), _observer(robot, None)
     without_payload = merged(reduced(whole.observe_rows(*used)) for used, _ in rows)
     own, resting = robot_of(without_payload), [j for j in range(robot.n) if j + 1 not in moving]
-    observations, ripples = list[Observation](), list[tuple[Wave, ...]]()
+    observations, ripple = list[Observation](), list[Wave]()
     for source, ((without, *_), used) in zip(sources, rows, strict=True):
         # No motion shows how torques change with a joint at rest, so that it stays where it was before.
         motion, q = used.data.motion, np.array(used.data.motion.q)
@@ -298,16 +281,17 @@ def difference_weighing(
             W = [np.column_stack(both) for both in zip(dense, columns, strict=True)]
             plain = Observation.of(names, W, plain.torques, plain.t, plain.bandwidth, plain.layout.motors)
         observations.append(plain)
-        ripples.append(waves)
+        ripple += waves
     return ShortMotion(
         robot,
         base_parameters(robot),
         Source(tuple(loaded), tuple(unloaded), processing, tuple(pairs), rate=measured[0][1].motion.rate),
         moving,
-        _runs(sources, observations, ripples),
+        _runs(observations),
         offset_prior(observations, coulomb_friction(without_payload)),
         rms,
         settings=settings,
+        ripple=tuple(ripple),
     )
 
 
@@ -322,16 +306,11 @@ def _observer(robot: Robot, base: BaseParameters | None, frees: bool = True) -> 
     return Observer(free, columns, (*own, *(f"{FREE}{name}" for name in friction), *PAYLOAD, *path))
 
 
-def _runs(
-    sources: Sequence[str], observations: Sequence[Observation], ripples: Sequence[tuple[Wave, ...]]
-) -> tuple[Run, ...]:
-    """Cut each recording's equations in blocks as long as the memory of all of them asks for, with its ripple."""
+def _runs(observations: Sequence[Observation]) -> tuple[Equations, ...]:
+    """Cut each recording's equations in blocks as long as the memory of all of them asks for."""
     rest = [one.eliminate(free_columns(one.columns)) for one in observations]
     length = block_length([remembered([one], reduced(one)) for one in rest])
-    return tuple(
-        Run(source, in_blocks(reduced(one), [one], [block_edges(one, length)], length), waves)
-        for source, one, waves in zip(sources, observations, ripples, strict=True)
-    )
+    return tuple(in_blocks(reduced(one), [one], [block_edges(one, length)], length) for one in observations)
 
 
 def _torque_rms(sources: Sequence[str], rows: Sequence[Used]) -> Array:

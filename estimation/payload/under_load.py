@@ -33,8 +33,6 @@ _SMALL = 1e-3
 _OFFSETS = 0.012
 """Standard deviation of a constant torque's change, as a fraction of the arm's largest Coulomb friction: 0.2 N·m on
 a UR10e."""
-_CHANGE = " under load"
-"""Ending of the name of a friction's change with payload."""
 _NONE = 1e-9
 """Fraction of the arm's largest friction below which a joint has none."""
 _SCALE = "scale under load"
@@ -83,13 +81,6 @@ def friction_changes(robot: Estimate, inflation: Sequence[float], ratio: float) 
     """Priors that keep frictions near the robot's own, by ``friction_sigmas`` and the memory of errors."""
     sigmas = friction_sigmas(robot, ratio)
     return {name: SoftPrior(sigma, inflation[joint_of(name)]) for name, sigma in sigmas.items()}
-
-
-def with_changes(equations: Equations, roles: Mapping[str, SoftPrior]) -> tuple[Equations, dict[str, SoftPrior]]:
-    """Add one column for each friction that may change under load, and its prior."""
-    names, own = [f"{name}{_CHANGE}" for name in roles], equations.columns
-    M = np.eye(len(own))[:, [*range(len(own)), *map(own.index, roles)]]
-    return equations.transformed(M, (*own, *names)), dict(zip(names, roles.values(), strict=True))
 
 
 def with_scale(loaded: Equations, robot: Known, role: SoftPrior) -> tuple[Equations, dict[str, SoftPrior]]:

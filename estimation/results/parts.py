@@ -14,7 +14,6 @@ from ...common.schema import Document, Float, Vector, Worked, present
 from ...common.speech import Speaks
 from ...model import BaseParameters, Processing, Robot
 from ...model.friction import term_names
-from ..diagnosis.finding import Verdict
 from ..fit.covariance import RobustCovariance
 from ..fit.drive_gains import Fingerprints, Gains
 from ..fit.essential import Elimination, SigmaRatio
@@ -93,19 +92,6 @@ class RobustDocument(Document, frozen=True):
         if robust is None:
             return cls(None, unavailable=reason or None)
         return cls.of(robust, warning=robust.warning or None, by_memory=robust.by_memory or UNSET)
-
-
-class VerdictDocument(Document, frozen=True):
-    """Use that may be made of the numbers, and what speaks against them."""
-
-    level: Literal["use", "mass_and_com_only", "identified_only", "do_not_use"]
-    reasons: tuple[str, ...]
-    notes: tuple[str, ...] | UnsetType = UNSET
-
-    @classmethod
-    def made(cls, verdict: Verdict) -> Self:
-        """State the level, and its findings as texts."""
-        return cls(verdict.level, verdict.reasons, verdict.notes or UNSET)
 
 
 class GainErrorsDocument(Document, frozen=True, omit_defaults=True):

@@ -16,6 +16,7 @@ from ...common.schema import Document, Matrix, Triple, Vector, present
 from ...common.speech import Speaks
 from ...model import INERTIAL, InertialParameters, Pose
 from ..diagnosis.evidence import Agreement
+from ..diagnosis.finding import Verdict
 from ..fit.drive_gains import Gains
 from ..fit.friction import TermChoice
 from ..payload.by_joints import JointsMass
@@ -24,24 +25,12 @@ from ..payload.repeats import Repeats
 from ..payload.result import ConstrainedPayload, PayloadEstimate, StandIn
 from ..payload.ripple import Wave
 from ..possible.payload import Weighing
-from .parts import (
-    ActiveDocument,
-    EliminationDocument,
-    GainErrorsDocument,
-    Interval,
-    Number,
-    ProcessingDocument,
-    ResidualDocument,
-    Result,
-    RobustDocument,
-    Ten,
-    VerdictDocument,
-)
+from . import parts
 
-_Intervals = Mapping[str, Interval]
+_Intervals = Mapping[str, parts.Interval]
 
 
-def numbers(ten: Ten | UnsetType | None) -> Array:
+def numbers(ten: parts.Ten | UnsetType | None) -> Array:
     """Collect the ten in their order, nan where there is none, shape (10,)."""
     values = present(ten) or {}
     return np.array([values.get(kind) for kind in INERTIAL], dtype=float)
@@ -71,14 +60,14 @@ class MethodEstimate(Document, frozen=True, tag_field="estimator"):
     """A payload by one method, about the origin of the frame, as far as its torques determine it."""
 
     method: int
-    parameters: Ten
-    sigma: Ten | UnsetType = UNSET
-    sigma_robust: Ten | UnsetType | None = UNSET
-    sigma_with_gains: Ten | UnsetType | None = UNSET
+    parameters: parts.Ten
+    sigma: parts.Ten | UnsetType = UNSET
+    sigma_robust: parts.Ten | UnsetType | None = UNSET
+    sigma_with_gains: parts.Ten | UnsetType | None = UNSET
     interval95: _Intervals | UnsetType | None = UNSET
     com: Vector | UnsetType | None = UNSET
     inertia_com: Matrix | UnsetType | None = UNSET
-    min_pseudo_inertia_eigenvalue: Number | UnsetType = UNSET
+    min_pseudo_inertia_eigenvalue: parts.Number | UnsetType = UNSET
     physically_consistent: bool | UnsetType | None = UNSET
     weighed: tuple[Weighing, ...] | UnsetType = UNSET
 
@@ -92,12 +81,12 @@ class FreeEstimate(MethodEstimate, frozen=True, tag="wls"):
     """Payload by a method, whether or not a body can have it."""
 
     interval95_robust: _Intervals | UnsetType | None = UNSET
-    robust: RobustDocument | UnsetType = UNSET
+    robust: parts.RobustDocument | UnsetType = UNSET
     com_sigma: Vector | UnsetType | None = UNSET
     com_sigma_robust: Vector | UnsetType | None = UNSET
     inertia_com_sigma: Matrix | UnsetType | None = UNSET
     inertia_com_sigma_robust: Matrix | UnsetType | None = UNSET
-    relative_residual: Number | UnsetType = UNSET
+    relative_residual: parts.Number | UnsetType = UNSET
     from_scale: bool | UnsetType = UNSET
 
     @classmethod
@@ -109,7 +98,7 @@ class FreeEstimate(MethodEstimate, frozen=True, tag="wls"):
             "parameters": named(estimate.values, indices),
             "sigma": named(estimate.sigma, indices),
             "sigma_robust": named(estimate.sigma_robust, indices),
-            "robust": RobustDocument.made(estimate.robust, result.without_robust),
+            "robust": parts.RobustDocument.made(estimate.robust, result.without_robust),
             "from_scale": result.from_scale or UNSET,
         }
         if len(indices) < len(INERTIAL):
@@ -144,16 +133,16 @@ class FreeEstimate(MethodEstimate, frozen=True, tag="wls"):
 class PossibleEstimate(MethodEstimate, frozen=True, tag="constrained"):
     """Nearest payload that can exist, with 95 % intervals."""
 
-    gain_sigma: GainErrorsDocument | UnsetType | None = UNSET
+    gain_sigma: parts.GainErrorsDocument | UnsetType | None = UNSET
     interval95_by: Literal["jackknife", "memory", "formula"] | UnsetType = UNSET
     com_interval95: Matrix | UnsetType = UNSET
     inertia_com_interval95: tuple[Matrix, ...] | UnsetType = UNSET
     principal_moments: Vector | UnsetType = UNSET
     principal_moments_interval95: Matrix | UnsetType = UNSET
     constraints: tuple[str, ...] | UnsetType = UNSET
-    active: tuple[ActiveDocument, ...] | UnsetType = UNSET
+    active: tuple[parts.ActiveDocument, ...] | UnsetType = UNSET
     chi2_rise: float | UnsetType = UNSET
-    p_value: Number | UnsetType = UNSET
+    p_value: parts.Number | UnsetType = UNSET
     conflict: bool | UnsetType = UNSET
     solver_status: str | UnsetType = UNSET
 
@@ -168,8 +157,8 @@ class PossibleEstimate(MethodEstimate, frozen=True, tag="constrained"):
             parameters=named(result.values),
             sigma=named(free.sigma),
             sigma_robust=named(free.sigma_robust),
-            sigma_with_gains=named(payload.sigma) if payload.gains else None,
-            gain_sigma=GainErrorsDocument.made(payload.gains) if payload.gains else None,
+            sigma_with_gains=named(result.free.sigma) if payload.gains else None,
+            gain_sigma=parts.GainErrorsDocument.made(payload.gains) if payload.gains else None,
             interval95=named(intervals.parameters),
             interval95_by="formula" if free.robust is None else "memory" if free.robust.by_memory else "jackknife",
             com_interval95=intervals.com,
@@ -177,10 +166,10 @@ class PossibleEstimate(MethodEstimate, frozen=True, tag="constrained"):
             principal_moments_interval95=intervals.principal_moments,
             constraints=tuple(constraint.description for constraint in result.constraints),
             active=tuple(
-                ActiveDocument(active.multiplier, constraint=active.description, p_value=active.p_value)
+                parts.ActiveDocument(active.multiplier, constraint=active.description, p_value=active.p_value)
                 for active in payload.tested
             ),
-            weighed=payload.weighings,
+            weighed=result.weighings,
             solver_status=result.status,
         )
 
@@ -194,16 +183,16 @@ class PayloadData(Document, frozen=True):
     """Equations behind a payload."""
 
     equations: int
-    rate: Number = field(name="rate_hz")
-    cutoff: Number = field(name="cutoff_hz")
-    lag_s: Number
+    rate: parts.Number = field(name="rate_hz")
+    cutoff: parts.Number = field(name="cutoff_hz")
+    lag_s: parts.Number
     lags_s: tuple[float, ...]
-    max_position_mismatch_rad: Number
-    condition_number: Number
-    condition_number_scaled: Number
+    max_position_mismatch_rad: parts.Number
+    condition_number: parts.Number
+    condition_number_scaled: parts.Number
     equations_loaded: int | UnsetType = UNSET
     base_parameters: int | UnsetType = UNSET
-    rms_position_mismatch_rad: Number | UnsetType = UNSET
+    rms_position_mismatch_rad: parts.Number | UnsetType = UNSET
     friction: Literal["own", "may differ", "free"] | UnsetType = UNSET
     torque_noise: Vector | UnsetType = UNSET
     independent: float | UnsetType = field(default=UNSET, name="independent_rate_hz")
@@ -221,7 +210,7 @@ class Assumed(Document, frozen=True):
     """Inertia that was not measured but asked for, and the ten with it."""
 
     inertia: str
-    parameters: Ten
+    parameters: parts.Ten
 
 
 class VisibilityDocument(Document, frozen=True):
@@ -275,7 +264,7 @@ class FlangeDocument(Document, frozen=True):
     source: str
 
 
-class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
+class PayloadResult(parts.Result, frozen=True, kw_only=True, dict=True):
     """A payload by the methods that were used, and what only a weighing by a short motion tells.
 
     ``frame`` is where it is given, as text; ``assumed`` an inertia that was asked for instead of a measured one;
@@ -288,19 +277,19 @@ class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
     robot_title: str | UnsetType = UNSET
     frame: str
     flange_in_payload_frame: FlangeDocument | UnsetType = UNSET
-    rated_payload_kg: Number | UnsetType = UNSET
-    processing: ProcessingDocument | UnsetType = UNSET
-    relative_residual: ResidualDocument | UnsetType = UNSET
+    rated_payload_kg: parts.Number | UnsetType = UNSET
+    processing: parts.ProcessingDocument | UnsetType = UNSET
+    relative_residual: parts.ResidualDocument | UnsetType = UNSET
     data: PayloadData | UnsetType = UNSET
     estimates: tuple[FreeEstimate | PossibleEstimate, ...]
     recommended: Recommended | None = None
-    gain_sigma: GainErrorsDocument | UnsetType | None = UNSET
+    gain_sigma: parts.GainErrorsDocument | UnsetType | None = UNSET
     mass_by_joints: tuple[JointsMass, ...] | UnsetType = UNSET
     joint_that_agrees_least: str | UnsetType | None = UNSET
     friction: tuple[TermChoice, ...] | UnsetType = UNSET
-    essential: EliminationDocument | UnsetType | None = UNSET
+    essential: parts.EliminationDocument | UnsetType | None = UNSET
     left_out: dict[str, str] | UnsetType = UNSET
-    verdict: VerdictDocument
+    verdict: Verdict
     joints: tuple[int, ...] | UnsetType = UNSET
     visibility: VisibilityDocument | UnsetType = UNSET
     constant_torques: ConstantTorques | UnsetType = UNSET
@@ -324,9 +313,9 @@ class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
         return bool(self.joints)
 
     @property
-    def settings(self) -> ProcessingDocument:
+    def settings(self) -> parts.ProcessingDocument:
         """Settings of processing; none in a file that does not hold them."""
-        return present(self.processing) or ProcessingDocument()
+        return present(self.processing) or parts.ProcessingDocument()
 
     @property
     def title(self) -> str:

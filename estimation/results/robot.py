@@ -13,31 +13,19 @@ from ...common.schema import Document, Matrix, Vector, WrongKeyError, at, presen
 from ...model import Robot
 from ...model.friction import friction_terms
 from ..diagnosis.evidence import KNOWN_WELL
+from ..diagnosis.finding import Verdict
 from ..fit.covariance import RobustCovariance
 from ..fit.drive_gains import Fingerprints, Gains
 from ..fit.estimate import Estimate, Fit
 from ..fit.friction import TermChoice
-from .parts import (
-    EliminationDocument,
-    GainErrorsDocument,
-    Number,
-    ParameterDocument,
-    PossibleRobotDocument,
-    ProcessingDocument,
-    ResidualDocument,
-    Result,
-    RobustDocument,
-    Rollout,
-    Ten,
-    VerdictDocument,
-)
+from . import parts
 
 
 class MountingDocument(Document, frozen=True):
     """Payload as identified in one of several mountings."""
 
     mounting: int
-    identified: Ten
+    identified: parts.Ten
 
 
 class LoadDocument(Document, frozen=True):
@@ -45,7 +33,7 @@ class LoadDocument(Document, frozen=True):
 
     known: dict[str, float] | UnsetType = UNSET
     mass_sigma: float | UnsetType = UNSET
-    identified: Ten | UnsetType = UNSET
+    identified: parts.Ten | UnsetType = UNSET
     mountings: tuple[MountingDocument, ...] | UnsetType = UNSET
 
 
@@ -95,7 +83,7 @@ class GainsTable(Document, frozen=True):
         )
 
 
-class GainsResult(Result, frozen=True, kw_only=True, dict=True):
+class GainsResult(parts.Result, frozen=True, kw_only=True, dict=True):
     """Drive gains of a robot, and the recordings and the payload that they come from."""
 
     kind: Literal["gains"] = "gains"
@@ -103,18 +91,18 @@ class GainsResult(Result, frozen=True, kw_only=True, dict=True):
     robot: str
     robot_title: str | UnsetType = UNSET
     drive_gains: GainsTable
-    processing: ProcessingDocument | UnsetType = UNSET
+    processing: parts.ProcessingDocument | UnsetType = UNSET
     load: LoadDocument | UnsetType = UNSET
     fingerprints: Fingerprints | UnsetType = field(default=UNSET, name="recordings")
-    robust: RobustDocument | UnsetType = UNSET
-    relative_residual: ResidualDocument | UnsetType = UNSET
+    robust: parts.RobustDocument | UnsetType = UNSET
+    relative_residual: parts.ResidualDocument | UnsetType = UNSET
     disagreement: float | UnsetType = UNSET
-    verdict: VerdictDocument | UnsetType = UNSET
+    verdict: Verdict | UnsetType = UNSET
 
     @property
-    def judged(self) -> VerdictDocument:
+    def judged(self) -> Verdict:
         """Verdict; "use" where a file holds none."""
-        return present(self.verdict) or VerdictDocument("use", ())
+        return present(self.verdict) or Verdict("use", ())
 
     @property
     def headline(self) -> str:
@@ -137,7 +125,7 @@ class RobotData(Document, frozen=True):
     independent: float | UnsetType = field(default=UNSET, name="independent_rate_hz")
 
 
-class RobotResult(Result, frozen=True, kw_only=True, dict=True):
+class RobotResult(parts.Result, frozen=True, kw_only=True, dict=True):
     """Base parameters of a robot, and what they belong to; ``fingerprint`` is of its description and drives."""
 
     kind: Literal["robot"] = "robot"
@@ -146,26 +134,26 @@ class RobotResult(Result, frozen=True, kw_only=True, dict=True):
     robot_title: str | UnsetType = UNSET
     joints: tuple[Literal["revolute", "prismatic"], ...] | UnsetType = UNSET
     fingerprint: str = field(name="robot_fingerprint")
-    processing: ProcessingDocument
+    processing: parts.ProcessingDocument
     data: RobotData
     columns: tuple[str, ...]
     covariance: Matrix
     covariance_robust: Matrix | None
-    robust: RobustDocument | None
-    base_parameters: tuple[ParameterDocument, ...]
-    elimination: EliminationDocument | UnsetType = UNSET
-    constrained: PossibleRobotDocument | None = None
+    robust: parts.RobustDocument | None
+    base_parameters: tuple[parts.ParameterDocument, ...]
+    elimination: parts.EliminationDocument | UnsetType = UNSET
+    constrained: parts.PossibleRobotDocument | None = None
     friction: tuple[TermChoice, ...] | UnsetType = UNSET
     chi2_by: str | UnsetType = UNSET
-    condition_number: Number | UnsetType = UNSET
-    condition_number_scaled: Number | UnsetType = UNSET
+    condition_number: parts.Number | UnsetType = UNSET
+    condition_number_scaled: parts.Number | UnsetType = UNSET
     gain_sensitivity: Matrix | None
-    gain_sigma: GainErrorsDocument | None = None
-    relative_residual: ResidualDocument | UnsetType = UNSET
-    validation: ResidualDocument | UnsetType | None = UNSET
-    rollouts: tuple[Rollout, ...] | UnsetType = UNSET
+    gain_sigma: parts.GainErrorsDocument | None = None
+    relative_residual: parts.ResidualDocument | UnsetType = UNSET
+    validation: parts.ResidualDocument | UnsetType | None = UNSET
+    rollouts: tuple[parts.Rollout, ...] | UnsetType = UNSET
     reasons_against_use: tuple[str, ...] | UnsetType = UNSET
-    verdict: VerdictDocument | UnsetType = UNSET
+    verdict: Verdict | UnsetType = UNSET
 
     @property
     def headline(self) -> str:
@@ -179,10 +167,10 @@ class RobotResult(Result, frozen=True, kw_only=True, dict=True):
         return self.robot_title or self.robot
 
     @property
-    def judged(self) -> VerdictDocument:
+    def judged(self) -> Verdict:
         """Verdict; of a file that holds none by its reasons."""
         reasons = present(self.reasons_against_use) or ()
-        return present(self.verdict) or VerdictDocument("do_not_use" if reasons else "use", reasons)
+        return present(self.verdict) or Verdict("do_not_use" if reasons else "use", reasons)
 
     @property
     def essential(self) -> tuple[str, ...]:
@@ -240,12 +228,6 @@ class RobotResult(Result, frozen=True, kw_only=True, dict=True):
             raise WrongKeyError("covariance_robust", "variances must not be negative")
         return RobustCovariance(C, blocks, degrees, length)
 
-    @property
-    def nearest_prior(self) -> PossibleRobotDocument | None:
-        """Robot nearest to a prior, where it was stored."""
-        robot = self.constrained
-        return robot if robot is not None and robot.gauge == "prior" else None
-
     def applied_to(self, robot: Robot) -> Robot:
         """Robot with the model structure under which the parameters were identified.
 
@@ -273,11 +255,11 @@ class RobotResult(Result, frozen=True, kw_only=True, dict=True):
     def check_gains(self, drive_gains: tuple[float, ...] | None) -> None:
         """Refuse other drive gains than those the parameters were identified with."""
         if drive_gains != self.drive_gains:
-            raise InputError(
-                f"the stored parameters were identified with {_gains(self.drive_gains)}, recordings are now read "
-                f"with {_gains(drive_gains)}: use the same"
+            then, now = (
+                f"drive gains {','.join(f'{gain:g}' for gain in gains)}" if gains else "torques, no drive gains"
+                for gains in (self.drive_gains, drive_gains)
             )
-
-
-def _gains(gains: tuple[float, ...] | None) -> str:
-    return f"drive gains {','.join(f'{gain:g}' for gain in gains)}" if gains else "torques, no drive gains"
+            raise InputError(
+                f"the stored parameters were identified with {then}, recordings are now read with {now}: use the "
+                "same"
+            )

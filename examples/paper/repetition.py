@@ -134,7 +134,12 @@ def outcome_of(experiment: trajectories.Experiment, robot: bool = True) -> Outco
     for payload in answer.constrained:
         low, high = payload.intervals.parameters.T
         body = Answer(
-            estimation.PAYLOAD, _of(truth, estimation.PAYLOAD), payload.body.vector, low, high, payload.sigma
+            estimation.PAYLOAD,
+            _of(truth, estimation.PAYLOAD),
+            payload.body.vector,
+            low,
+            high,
+            payload.result.free.sigma,
         )
         answers[f"method {payload.method}, constrained"] = body
     alone = estimation.weighted(problem.unloaded).fit

@@ -112,10 +112,13 @@ class Kernel:
         symbols = [ca.SX.sym("x", size) for size in self._sizes]
         parts: list[ca.SX] = self._function.call(symbols)
         step = ca.Function("step", symbols, [ca.vertcat(*(part.nz[:] for part in parts))]).map(len(state))
+        buffer: Any  # its stub asks for sizes, which a memoryview brings along
         buffer, evaluate = step.buffer()
         entries, given = np.empty((len(state), self._outputs)), [np.array(state, dtype=np.float64, order="C")]
         for x in ready:
-            given.append(np.array(np.broadcast_to(x[0] if x.ndim == 3 else x, (len(state), x.shape[-1])), order="C"))
+            given.append(
+                np.array(np.broadcast_to(x[0] if x.ndim == 3 else x, (len(state), x.shape[-1])), order="C")
+            )
         for k, x in enumerate(given):
             buffer.set_arg(k, memoryview(x))
         buffer.set_res(0, memoryview(entries))

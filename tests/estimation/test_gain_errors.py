@@ -180,7 +180,7 @@ def test_common_and_own_errors(problem: LongMotion) -> None:
     free = payload_estimate(problem, 4)
 
     def sigma(gains: Gains | None) -> Array:
-        return constrain_payload(free, gains=gains).sigma
+        return constrain_payload(free, gains=gains).result.free.sigma
 
     alone = sigma(None)
     assert alone == pytest.approx(free.estimate.sigma)
@@ -267,7 +267,7 @@ def test_a_stored_robots_error_is_not_an_error_of_its_own(robot: Robot, recorder
 
     def mass_sigma(known: Estimate, gains: Gains | None) -> float:
         problem = payload_problem(robot, [loaded], [], known, Settings(SETTINGS, robust=False))
-        return float(constrain_payload(payload_estimate(problem, 1), gains=gains).sigma[9])
+        return float(constrain_payload(payload_estimate(problem, 1), gains=gains).result.free.sigma[9])
 
     once, plain = mass_sigma(known, GAINS), mass_sigma(known, None)
     bare_known = replace(known, gain_covariance=None)
@@ -333,7 +333,9 @@ def test_stating_errors_of_gains_shortens_no_interval(name: str, payload: Inerti
             for gains in (Gains((1e-3,)), Gains((0.02,)), Gains(common=0.1)):
                 told = allowing(free, Diagnosis(disagreement=factor, unexcused=3.0), gains)
                 possible, wider = constrain_payload(told, gains=gains), 1.0 - 1e-9
-                assert (possible.sigma >= wider * exact.sigma).all()
+                assert (possible.result.free.sigma >= wider * exact.result.free.sigma).all()
                 alone = error_model(moved(free, factor=factor).estimate, gains)
-                assert (possible.sigma >= wider * alone.sigma).all()
-                assert (possible.sigma <= np.maximum(exact.sigma, alone.sigma) / wider).all()
+                assert (possible.result.free.sigma >= wider * alone.sigma).all()
+                assert (
+                    possible.result.free.sigma <= np.maximum(exact.result.free.sigma, alone.sigma) / wider
+                ).all()

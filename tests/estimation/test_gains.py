@@ -17,7 +17,7 @@ from dynident.estimation.diagnosis.evidence import KNOWN_WELL
 from dynident.estimation.diagnosis.states import States
 from dynident.estimation.equations.equations import Equations
 from dynident.estimation.gains.current_side import gauss_newton
-from dynident.estimation.gains.known_load import Mountings, known_mass
+from dynident.estimation.gains.known_load import known_mass, mountings
 from dynident.estimation.gains.problem import gain_problem, gravity_acts
 from dynident.model import (
     InertialParameters,
@@ -380,7 +380,7 @@ def test_a_weight_mounted_anew_has_a_centre_of_mass_for_each_mounting() -> None:
 @pytest.mark.parametrize("numbers", [(1,), (1, 2, 3)])
 def test_another_count_of_mountings_is_refused(numbers: tuple[int, ...]) -> None:
     with pytest.raises(InputError, match=r"for 2 loaded recordings: give one number for each.*1,2,2"):
-        Mountings.of(numbers, 2, 2)
+        mountings(numbers, known_mass(1.0), 2)
 
 
 SINGLE = [name for name in robot_names() if not (load_robot(name).coupling or load_robot(name).spring)]

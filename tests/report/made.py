@@ -24,7 +24,7 @@ from dynident.estimation.payload.ripple import Wave
 from dynident.estimation.possible.payload import Weighing
 from dynident.estimation.possible.prior import PriorRobot
 from dynident.estimation.possible.robot import PossibleRobot
-from dynident.estimation.results.parts import ProcessingDocument, ResidualDocument, RobustDocument, VerdictDocument
+from dynident.estimation.results.parts import ProcessingDocument, ResidualDocument, RobustDocument
 from dynident.estimation.results.payload import named
 from dynident.estimation.results.robot import GainsTable, LoadDocument, MountingDocument
 from dynident.model import InertialParameters, Pose, Processing
@@ -62,7 +62,7 @@ def source(rate: float = 100.0) -> Any:
     """Recordings that were read with drive gains, processed at a rate [Hz]."""
     recording = SimpleNamespace(gains=(2.5, 3.5))
     return SimpleNamespace(
-        processing=PROCESSING, loaded=(recording,), unloaded=(recording,), rate=rate, choices=CHOICES
+        processing=PROCESSING, loaded=(recording,), unloaded=(recording,), rate=rate, choices=CHOICES, pairs=pairs()
     )
 
 
@@ -167,16 +167,16 @@ def possible_payload(free: PayloadEstimate) -> Any:
     constraint = SimpleNamespace(description="mass from 1 kg")
     result = SimpleNamespace(
         values=numbers(10), min_pseudo_inertia_eigenvalue=0.0021, constraints=(constraint,), chi2_rise=2.125,
-        p_value=0.4375, status="Solved",
+        p_value=0.4375, status="Solved", free=SimpleNamespace(sigma=numbers(10)),
+        weighings=(Weighing(3.1, 0.05, 3.2, 0.06, 7.5, z=1.28, p_value=0.21),),
     )  # fmt: skip
     intervals = SimpleNamespace(
         parameters=numbers(10, 2), com=numbers(3, 2), inertia_com=numbers(3, 3, 2), principal_moments=numbers(3, 2)
     )
-    weighed = Weighing(3.1, 0.05, 3.2, 0.06, 7.5, z=1.28, p_value=0.21)
     tested = SimpleNamespace(description="mass from 1 kg", multiplier=0.33, p_value=0.0625)
     return SimpleNamespace(
         method=free.method, free=free, result=result, body=body(3.4), intervals=intervals, gains=GAINS, robust=True,
-        sigma=numbers(10), principal_moments=numbers(3), tested=(tested,), conflict=False, weighings=(weighed,),
+        principal_moments=numbers(3), tested=(tested,), conflict=False,
     )  # fmt: skip
 
 
@@ -210,7 +210,6 @@ def payload() -> Any:
         source=source(99.5),
         friction={},
         base=base(),
-        pairs=pairs(),
         robot_estimate=SimpleNamespace(fit=FIT),
         unloaded=SimpleNamespace(equations=120, condition_numbers=lambda: (42.5, 4.5)),
         loaded=SimpleNamespace(equations=130),
@@ -221,7 +220,7 @@ def payload() -> Any:
         recommendation=(3, "one path"),
         **quantities(), by_joints=by_joints(),
         elimination=elimination(), left_out={2: "no pair"}, warnings=("warned",),
-        verdict=SimpleNamespace(level="mass_and_com_only", reasons=("why",), notes=()),
+        verdict=Verdict("mass_and_com_only", ("why",)),
     )  # fmt: skip
 
 
@@ -244,8 +243,8 @@ def weighing(possible: bool) -> Any:
         spec=ShortMotion,
         joints=(1, 2), torque_rms=np.array([11.0, 12.0, 13.0]), visibility=visibility,
         held=SimpleNamespace(held={}, joints=(0, 1), sigma=np.array([0.21, 0.22])),
-        runs=(SimpleNamespace(source="a.csv", ripple=(wave,)),),
-        robot=ROBOT, pairs=pairs(), source=source(98.5), known=None,
+        ripple=(wave,),
+        robot=ROBOT, source=source(98.5), known=None,
         loaded=SimpleNamespace(
             equations=140, select=lambda names: SimpleNamespace(condition_numbers=lambda: (43.5, 4.75))
         ),
@@ -262,7 +261,7 @@ def weighing(possible: bool) -> Any:
         repeats=repeats if possible else None, ten=ten, measured=judged, **quantities(),
         gains=None, scale=SimpleNamespace(mass=3.1, sigma=0.05), model=None,
         agreement=(Agreement("difference", 3.06, numbers(3)),), validation=None,
-        verdict=SimpleNamespace(level="use", reasons=(), notes=()),
+        verdict=Verdict("use", ()),
         recommendation=(1, ""),
     )  # fmt: skip
 
@@ -298,7 +297,7 @@ def drive_gains(level: Literal["identified_only", "do_not_use"] = "identified_on
         robust=RobustDocument.made(own.robust, ""),
         relative_residual=ResidualDocument.of(FIT),
         disagreement=1.25,
-        verdict=VerdictDocument.made(Verdict(level, (warning("motor 3"), note("a note")))),
+        verdict=Verdict.made(level, warning("motor 3"), note("a note")),
     )
 
 

@@ -128,7 +128,7 @@ def possible_payload(payload: Any) -> dict[str, Any]:
         "method": payload.method,
         "parameters": ten(payload.result.values),
         "sigma": ten(free.sigma), "sigma_robust": ten(free.sigma_robust),
-        "sigma_with_gains": ten(payload.sigma), "gain_sigma": GAINS,
+        "sigma_with_gains": ten(payload.result.free.sigma), "gain_sigma": GAINS,
         "interval95": ten(intervals.parameters), "interval95_by": "jackknife",
         "com": payload.body.com, "com_interval95": intervals.com,
         "inertia_com": payload.body.inertia_com, "inertia_com_interval95": intervals.inertia_com,

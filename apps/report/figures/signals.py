@@ -73,7 +73,7 @@ def _extremes(t: Array, values: Array) -> tuple[Array, Array]:
 
 def worst_joint_figure(prediction: TorquePrediction) -> Drawing:
     """The joint that the model explains worst: torques above, residual below on the same scale."""
-    j = prediction.worst
+    j = int(np.argmax(np.nan_to_num(prediction.relative_per_joint, nan=-1.0)))
 
     def draw() -> Figure:
         figure, axes = panels((5.8, 3.2), 2, edges=(0.8, 0.1, 0.3, 0.5), sharex=True, height_ratios=(2, 1))

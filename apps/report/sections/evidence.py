@@ -10,16 +10,12 @@ from ....common.arrays import Array
 from ....common.schema import present
 from ....estimation import Gains
 from ....estimation.answers.system import TorquePrediction
+from ....estimation.diagnosis.finding import Verdict
 from ....estimation.fit.estimate import Fit
 from ....estimation.fit.friction import TermChoice
 from ....estimation.fit.least_squares import Excitation
 from ....estimation.payload.by_joints import JointsMass
-from ....estimation.results.parts import (
-    EliminationDocument,
-    ProcessingDocument,
-    ResidualDocument,
-    VerdictDocument,
-)
+from ....estimation.results.parts import EliminationDocument, ProcessingDocument, ResidualDocument
 from ....estimation.results.payload import PayloadData, array
 from ....estimation.results.robot import RobotResult
 from ...numbers import percent, with_interval
@@ -39,16 +35,16 @@ VERDICTS = {
 """Each level in words, after "Verdict:"."""
 
 
-def reason_blocks(verdict: VerdictDocument) -> list[Block]:
+def reason_blocks(verdict: Verdict) -> list[Block]:
     """The reasons for the verdict."""
     reasons = [f"  - {reason}" for reason in verdict.reasons]
     nothing = Notes(["No check found anything against the numbers."], optional=True)
     return [Text("Reasons for the verdict", heading=True), Notes(reasons, optional=True) if reasons else nothing]
 
 
-def verdict_notes(verdict: VerdictDocument) -> list[str]:
+def verdict_notes(verdict: Verdict) -> list[str]:
     """The notes of a verdict."""
-    return [f"Note: {text}." for text in present(verdict.notes) or ()]
+    return [f"Note: {text}." for text in verdict.notes]
 
 
 def gain_error_notes(processing: ProcessingDocument, gains: Gains | None) -> list[str]:

@@ -14,9 +14,7 @@ from dynident.estimation.diagnosis.checks import (
     INERTIA_SIGMA,
     MASS_SIGMA,
     allowing,
-    judge_com,
-    judge_inertia,
-    judge_mass,
+    judged,
 )
 from dynident.estimation.diagnosis.engine import Effect
 from dynident.estimation.diagnosis.evidence import (
@@ -25,11 +23,8 @@ from dynident.estimation.diagnosis.evidence import (
     Alternative,
     Diagnosis,
     Evidence,
-    Gained,
     Judged,
-    KnownWeight,
     NominalGravity,
-    Weighed,
 )
 from dynident.estimation.diagnosis.finding import Finding, error, verdict_of, warning
 from dynident.estimation.diagnosis.hypotheses import WHERE, WITH_PAYLOAD
@@ -127,15 +122,11 @@ def of_possible(*payloads: ConstrainedPayload, **more: Any) -> Evidence:
     """Evidence on possible payloads, the last of them to be used."""
     estimates = tuple(payload.free for payload in payloads)
     free = payloads[-1].free
-    spread = PayloadSpread(float(free.larger_sigma[9]), free.spread.com, free.spread.inertia_com)
+    spread = PayloadSpread(float(free.estimate.larger_sigma[9]), free.spread.com, free.spread.inertia_com)
     more = {"spread": spread} | more
     body = payloads[-1].body
-    judged = {
-        "mass": judge_mass(free.mass, more["spread"], False),
-        "centre of mass": judge_com(body.vector, more["spread"]),
-        "inertia": judge_inertia(np.diag(body.inertia_com), more["spread"]),
-    }
-    more = {"judged": judged} | more
+    ten = np.array([*body.vector[:9], free.mass])
+    more = {"judged": judged(ten, np.diag(body.inertia_com), more["spread"])} | more
     return evidence_of(estimates=estimates, constrained=payloads, recommended=payloads[-1], **more)
 
 
@@ -146,18 +137,16 @@ def spread_of(mass: float) -> PayloadSpread:
 
 def of_weighing(*constrained: ConstrainedPayload, by_joints: ByJoints | None = None, **changed: Any) -> Evidence:
     """Evidence on a short weighing of 5 kg."""
-    judged = changed.pop("judged", dict.fromkeys(("mass", "centre of mass", "inertia"), Judged("use")))
-    spread = changed.pop("spread", None)
-    weighed = replace(Weighed(5.0, 0.01, False, np.full(6, 0.1)), **changed)
-    joints = by_joints or ByJoints((), ())
-    return evidence_of(constrained=constrained, by_joints=joints, weighed=weighed, spread=spread, judged=judged)
+    used = changed.pop("judged", dict.fromkeys(("mass", "centre of mass", "inertia"), Judged("use")))
+    weighed, joints = (changed.pop("mass", 5.0), 0.01, False), by_joints or ByJoints((), ())
+    more = {"unexplained": np.full(6, 0.1)} | changed
+    return evidence_of(constrained=constrained, by_joints=joints, weighed=weighed, judged=used, **more)
 
 
 def of_spread(mass: float = 0.01, com: float = 0.001, inertia: float = 1e-4) -> Evidence:
     """A weighing whose quantities are judged by these standard deviations."""
     spread = PayloadSpread(mass, np.full(3, com), np.full((3, 3), inertia))
-    judged = (judge_mass(5.0, spread, False), judge_com(BODY.vector, spread), judge_inertia(MOMENTS, spread))
-    return of_weighing(judged=dict(zip(("mass", "centre of mass", "inertia"), judged, strict=True)))
+    return of_weighing(judged=judged(BODY.vector, MOMENTS, spread))
 
 
 def alone(left: float | Array) -> Evidence:
@@ -182,7 +171,7 @@ def heavy(mass: float) -> Evidence:
 
 def known_to(*sigmas: float) -> Evidence:
     """Motors' gains, as unsure as this."""
-    return Evidence(ROBOT, gained=Gained(np.array(sigmas), ()))
+    return Evidence(ROBOT, gained=np.array(sigmas))
 
 
 def held_out(left: float, own: float) -> Evidence:
@@ -388,13 +377,13 @@ def weighed_apart(agreement: float) -> Evidence:
 
 def of_motor(off: float, sigma: float) -> Evidence:
     """A third motor whose currents with payload are too small by a share."""
-    return evidence_of(gained=Gained(np.full(3, 0.01), ()), scales=(scale_of(3, off, sigma),))
+    return evidence_of(gained=np.full(3, 0.01), scales=(scale_of(3, off, sigma),))
 
 
 def of_weights(ratio: float, sigma: float) -> Evidence:
     """Two weights, the first of which weighs ``ratio`` times as much as was told, to ``sigma``."""
-    weights = (KnownWeight(1, 2.0, 2.0 * ratio, 2.0 * ratio * sigma), KnownWeight(2, 4.0, 4.0, 1e-9))
-    return Evidence(ROBOT, gained=Gained(np.full(3, 0.01), weights))
+    weights = ((1, 2.0, 2.0 * ratio, 2.0 * ratio * sigma), (2, 4.0, 4.0, 1e-9))
+    return Evidence(ROBOT, gained=np.full(3, 0.01), weights=weights)
 
 
 @pytest.fixture
@@ -665,9 +654,10 @@ def test_hidden_and_unknown_quantities() -> None:
     """Parameters that joints do not show are not visible; a payload of unknown size has 20 mm."""
     unknown = np.full(10, np.nan)
     for sigma, use in ((0.999 * COM_FLOOR, "use"), (1.001 * COM_FLOOR, "not measured well enough")):
-        assert judge_com(unknown, PayloadSpread(0.01, np.full(3, sigma), np.eye(3))).use == use
-    hidden = judge_com(BODY.vector, PayloadSpread(0.01, np.array([0.0, np.inf, 0.0]), np.eye(3)))
-    assert hidden == Judged("not visible", "these joints do not show y")
+        spread = PayloadSpread(0.01, np.full(3, sigma), np.eye(3))
+        assert judged(unknown, MOMENTS, spread)["centre of mass"].use == use
+    hidden = judged(BODY.vector, MOMENTS, PayloadSpread(0.01, np.array([0.0, np.inf, 0.0]), np.eye(3)))
+    assert hidden["centre of mass"] == Judged("not visible", "these joints do not show y")
 
 
 def test_causes_are_looked_for_where_something_contradicts(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -227,7 +227,7 @@ def answer(short_logs: Path) -> PayloadAnswer:
     ],
 )
 def test_verdict_quantity_by_quantity(level: Any, sentence: str, uses: list[str], answer: PayloadAnswer) -> None:
-    judged = replace(answer, verdict=Verdict(level, (Finding("warning", "", "a <b>reason</b>"),)))
+    judged = replace(answer, verdict=Verdict.made(level, Finding("warning", "", "a <b>reason</b>")))
     text = page_html(payload_report(judged.result), OF_PAYLOAD)
     page = read(text)
     assert any(words.startswith(sentence) for words in page.texts["p"])
