@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import atexit
 import gc
 import io
 import os
+import signal
 import sys
 import warnings
 from collections.abc import Sequence
 from contextlib import suppress
 from importlib import import_module
+from types import FrameType
 from typing import Any
 
 from .apps.commands import BAD_INPUT, BROKEN_PIPE, INTERRUPTED
@@ -18,7 +21,15 @@ from .common.errors import InputError, one_line
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns its status: 0 answered, 1 do not use, 2 the input cannot be used, 3 our fault."""
-    words = tuple(sys.argv[1:] if argv is None else argv)
+    words, pressed = tuple(sys.argv[1:] if argv is None else argv), list[int]()
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        pressed.append(number)
+        signal.default_int_handler(number, frame)
+
+    with suppress(ValueError):  # another thread than the first, which alone is interrupted
+        if signal.getsignal(signal.SIGINT) == signal.default_int_handler:
+            signal.signal(signal.SIGINT, interrupt)
     try:
         status = _run(words)
         sys.stdout.flush()
@@ -31,9 +42,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     except OSError as error:
         return _refused(f"{error.filename or 'input or output'}: {error.strerror or error}")
     except KeyboardInterrupt:
-        print("dynident: interrupted", file=sys.stderr)
-        return INTERRUPTED
+        return _interrupted(bool(pressed))
     except Exception as fault:  # the one place that catches everything: a fault of ours is no answer
+        if pressed:  # compiled code took the interruption, and gave back nothing
+            return _interrupted(True)
         return int(_commands("progress").report_fault(fault, words))
 
 
@@ -63,6 +75,16 @@ def _refused(message: str) -> int:
     with suppress(OSError):  # a full disk takes the line, not the status
         print(f"dynident: error: {one_line(message)}", file=sys.stderr)
     return BAD_INPUT
+
+
+def _interrupted(pressed: bool) -> int:
+    """Say so; Python's own steps cannot end a process whose compiled code was left on the way."""
+    print("dynident: interrupted", file=sys.stderr, flush=True)
+    if pressed:
+        atexit.register(os._exit, INTERRUPTED)
+        with suppress(OSError):
+            sys.stdout.flush()
+    return INTERRUPTED
 
 
 def _note(message: Warning | str, *_: object, **__: object) -> None:

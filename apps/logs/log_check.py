@@ -171,7 +171,7 @@ def check_log(
         recording, equations = _reduced(robot, recording, processing, currents)
         estimate = weighted(equations)
         evidence = Evidence(robot, source._replace(unloaded=(recording,)), parameters=estimate)
-        verdict = robot_verdict(evidence, equations, currents)
+        verdict = robot_verdict(evidence, currents)
     except InputError as refusal:
         return check.completed([warning(f"Not enough to identify the robot from: {refusal}")])
     found = [finding._replace(text=f"{finding.text[:1].upper()}{finding.text[1:]}") for finding in verdict.findings]

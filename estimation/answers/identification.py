@@ -174,7 +174,7 @@ class Identification(Speaks):
         evidence = Evidence(
             self.robot, source, parameters=self.estimate, validation=self.validation, possible=p_value
         )
-        return robot_verdict(evidence, self.problem)
+        return robot_verdict(evidence)
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:

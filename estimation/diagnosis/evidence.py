@@ -11,7 +11,6 @@ from ...common.schema import Document, Float, Vector
 from ...model import Robot
 from ...model.inertia import PayloadSpread
 from ..fit.estimate import Estimate, Fit
-from ..gains.current_side import RelativeScales
 from ..payload.by_joints import ByJoints
 from ..payload.long_motion import Source
 from ..payload.repeats import Repeats
@@ -71,7 +70,6 @@ class Diagnosis:
     effects: tuple[Effect, ...] = ()  # of the hypotheses that add columns
     alternatives: tuple[Alternative, ...] = ()
     scales: tuple[Effect, ...] = ()  # another scale of the loaded torques: of all, of each joint's
-    signals: RelativeScales | None = None  # scales of the joints' signals, of a robot alone
     nominal: NominalGravity | None = None  # torques against the weight of the links by the description
 
     def effect(self, name: str) -> Effect | None:

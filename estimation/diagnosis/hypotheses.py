@@ -4,7 +4,7 @@ A row holds everything about one fault: its columns, from where on it stands out
 to do. To look for another fault, add a row.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -14,6 +14,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...model import INERTIAL, Robot
 from ...model.drives import parameter_kind
+from ...model.friction import is_friction
 from ...model.kinematics import point_at
 from ...model.regressors import payload_columns, regressor_at
 from ..payload.result import frame_change
@@ -39,9 +40,14 @@ TILT, STEEP = np.radians(TILT_DEGREES), np.radians(STEEP_DEGREES)
 ``STEEP`` no mounting leans by mistake: nothing should be used."""
 WEIGHT, WEIGHT_Z = 0.03, 5.0
 """Relative difference of gravity's size, and its standard deviations: good ones, real ones too, show up to 1.3."""
+EARTH = 9.81
+"""Gravity that is likelier than another one, where the torques hardly show which it is [m/s^2]."""
 ZERO_DEGREES, ZERO_Z = 3.0, 5.0
 ZERO = np.radians(ZERO_DEGREES)
 """Position [rad] by which a joint's zero may be off, and its standard deviations: good ones show up to 2.5."""
+GAIN, GAIN_Z = 0.1, 5.0
+"""Relative difference of a joint's torque from what the links that it shares with others need, and its standard
+deviations: good ones, real ones too, show up to 3.1."""
 PULL, PULL_Z, ALONG_Z = 0.025, 7.0, 4.5
 """Force over the payload's weight, and standard deviations of it, above which something pulls at the flange.
 
@@ -51,7 +57,7 @@ arm shows least there, up to 2.8; a force to the side with payload up to 4.8, st
 PUSHES = 2.0  # standard deviations of a stiffness below zero beyond which it is none of a hose
 LIGHT, LIGHT_Z = 0.05, 5.0
 """Fraction of the payload's weight that the torques do not hold, and its standard deviations."""
-ALONE = ("compensated", "weight", "zero")  # hypotheses that count only where nothing else takes off more
+ALONE = ("compensated", "weight", "zero", "gain")  # hypotheses that count only where nothing else takes off more
 HELPFUL = 0.1
 """Fraction of the squared residual above which what takes it off may be where other findings come from. A pull
 always may: it leaves little residual and moves the mass far."""
@@ -230,6 +236,22 @@ def _weight(effect: Effect, evidence: Evidence) -> Finding:
     )
 
 
+def earth(evidence: Evidence) -> Iterator[Finding]:
+    """Gravity of the description whose size is not Earth's.
+
+    By over {WEIGHT:.0%}, and by the torques no nearer than Earth's: spoils all.
+    """
+    usual, effect = float(np.linalg.norm(evidence.robot.gravity)), evidence.diagnosis.effect("weight")
+    more = EARTH / usual - 1.0 if usual else 0.0
+    if effect is None or abs(more) < WEIGHT or BY_NAME["weight"].stands_out(effect):
+        return
+    if abs(effect.size - more) < abs(effect.size):
+        yield error(
+            f"gravity is {usual:.4g} m/s² by the robot's description, {EARTH:g} on Earth, and "
+            f"{usual * (1.0 + effect.size):.3g} ± {usual * effect.sigma:.1g} by the torques: correct gravity there"
+        )
+
+
 def compensated(system: System) -> Sought | None:
     """Column of the payload's weight alone, its inertia left; None where no payload is seen."""
     if after_fraction(system, 0.0) is None or not any(system.robot.gravity):
@@ -278,6 +300,28 @@ def _zero(effect: Effect, _: Evidence) -> Finding:
         f"the zero of q{effect.where} is off: it reads {np.degrees(abs(effect.size)):.0f} ± "
         f"{np.degrees(effect.sigma):.1g} degrees too {'small' if effect.size > 0.0 else 'large'} by the torques: "
         "correct the log's zero, or the robot's description"
+    )
+
+
+def gain(system: System) -> Sought | None:
+    """Column of each joint's torque, without friction; None where a spring gives a part of one."""
+    if system.robot.spring is not None:
+        return None
+    rigid = [k for k, name in enumerate(system.names) if not is_friction(name)]
+    rigid += range(system.payload.start, system.payload.stop)
+    torque = np.einsum("jcn,c->jn", system.columns[:, rigid], system.values[rigid])
+    return Sought({str(j + 1): np.diag(one)[:, None] @ torque[None] for j, one in enumerate(np.eye(len(torque)))})
+
+
+def _gain(effect: Effect, _: Evidence) -> Finding:
+    """A joint's torque on another scale than those of the joints beside it, which carry the same links.
+
+    By over {GAIN:.0%} and {GAIN_Z:g} sigma, if nothing else takes off more: spoils all.
+    """
+    return error(
+        f"the torques are not to one scale: joint {effect.where}'s is {1.0 + effect.size:.2f} ± {effect.sigma:.1g} "
+        "times what goes with those of the joints beside it: check its drive gain and unit, and theirs (currents, "
+        "motor-side torques or percent given as torque?)"
     )
 
 
@@ -440,6 +484,7 @@ HYPOTHESES = (
     Hypothesis("tilt", tilt, lambda effect: effect.size > TILT and effect.z() > TILT_Z, _tilt),
     Hypothesis("bursts", bursts, lambda _: True, _bursts),
     Hypothesis("zero", zero, lambda effect: abs(effect.size) > ZERO and effect.z() > ZERO_Z, _zero),
+    Hypothesis("gain", gain, lambda effect: abs(effect.size) > GAIN and effect.z() > GAIN_Z, _gain),
 )
 BY_NAME = {hypothesis.name: hypothesis for hypothesis in HYPOTHESES}
 
@@ -471,16 +516,17 @@ def seen(system: System) -> dict[str, Effect]:
     return effects
 
 
-def effects_of(system: System) -> tuple[Effect, ...]:
+def effects_of(system: System, free_gains: bool = False) -> tuple[Effect, ...]:
     """Estimate every hypothesis; a pull replaces the tilt where it takes off clearly more than all others.
 
-    Those of ``ALONE``, which much looks like a little, are kept where nothing else takes off more.
+    Those of ``ALONE``, which much looks like a little, are kept where nothing else takes off more; none of a gain
+    where gains are what is asked for, ``free_gains``.
     """
     if not system.keep.any():
         return ()
-    effects = seen(system)
+    effects = {name: effect for name, effect in seen(system).items() if name != "gain" or not free_gains}
     pull, falls = effects["pull"], {name: effect.fall for name, effect in effects.items() if name != "pull"}
-    off = max(falls.pop(name, 0.0) for name in ("compensated", "zero"))
+    off = max(falls.pop(name, 0.0) for name in ("compensated", "zero", "gain"))
     hung = _pulls(pull) and pull.fall > max(CLEARER * max(falls.values(), default=0.0), off)
     effects.pop("tilt" if hung else "pull", None)
     most = max((one.fall for name, one in effects.items() if BY_NAME[name].stands_out(one)), default=0.0)

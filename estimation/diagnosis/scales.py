@@ -19,6 +19,7 @@ from .engine import Added, Effect, System
 from .evidence import Evidence
 from .finding import Finding, error, note, warning
 from .hypotheses import pull_of, pull_z
+from .joints import TOGETHER
 
 SCALE, SCALE_Z = 0.01, 4.0
 """Difference of the loaded torques' scale from 1, and its standard deviations, above which it is another one."""
@@ -32,11 +33,6 @@ well."""
 HIDDEN, SENSITIVE = (0.01, 0.05), 0.03
 """Least and largest error of the loaded torques' scale that recordings are thought to hide, and the relative change
 of the mass by what they do hide above which it is reported."""
-OFF_SCALE, OFF_SCALE_Z = 0.2, 4.0
-"""Relative difference of two joints' scales, and its standard deviations, beyond friction and noise: joint 1 of a
-real UR10e, which no gravity loads, is .19 (4 sigma) off in one good recording, .03 in another."""
-LONG_ENOUGH = 10.0
-"""Duration [s] below which recordings do not tell how errors of the model, which last about a second, scatter."""
 
 
 def scales(problem: LongMotion, weights: Array) -> tuple[Effect, ...]:
@@ -91,27 +87,6 @@ def _scales(added: Added, n: int) -> tuple[Effect, ...]:
     return tuple(effect._replace(sigma=float(np.nan_to_num(effect.sigma, nan=np.inf))) for effect in effects)
 
 
-def off_scale(evidence: Evidence) -> Iterator[Finding]:
-    """Scales of the joints of one recording: those of links that several joints carry differ.
-
-    By over {OFF_SCALE:.0%} and {OFF_SCALE_Z:g} sigma: spoils single numbers.
-    """
-    signals = evidence.diagnosis.signals
-    if signals is None:
-        return
-    off = np.abs(np.log(signals.ratio))
-    joints = np.flatnonzero((off > OFF_SCALE) & (off > OFF_SCALE_Z * signals.sigma))
-    ratio, percent = signals.ratio, 100 * signals.sigma
-    factors = ", ".join(f"joint {j + 1} {ratio[j]:.3g} (sigma {percent[j]:.0f} %)" for j in joints)
-    if factors:
-        yield warning(
-            f"the torques are not to one scale: to agree with joint {signals.held + 1}'s, they would have to be "
-            f"multiplied at {factors}. Looks like currents, motor-side torques or percent given as torque: give "
-            "--drive-gains, gear ratios or rated values",
-            "torques",
-        )
-
-
 def scale(evidence: Evidence) -> Iterator[Finding]:
     """Loaded torques, all or one joint's, on another scale than the unloaded ones.
 
@@ -147,8 +122,9 @@ def _beyond(scale: Effect, joint_z: float) -> bool:
 def sensitive(evidence: Evidence) -> Iterator[Finding]:
     """Mass that an error of the loaded torques' scale, too small to be seen, takes out of its interval.
 
-    An error of 1.96 sigma, {HIDDEN[0]:.0%} to {HIDDEN[1]:.0%}, moves it by over {SENSITIVE:.0%}: noted, unless
-    the scale is seen to be another one, something pulls at the flange, or the payload was weighed.
+    An error of 1.96 sigma, {HIDDEN[0]:.0%} to {HIDDEN[1]:.0%}, moves it by over {SENSITIVE:.0%}: spoils all if
+    intervals grow by over {TOGETHER:g} (Birge), else noted; not where the scale is seen to be another one,
+    something pulls at the flange, or the payload was weighed.
     """
     mass, whole = evidence.mass, next((scale for scale in evidence.diagnosis.scales if not scale.where), None)
     weighed = any(payload.result.weighings for payload in evidence.constrained) or pull_of(evidence) is not None
@@ -159,9 +135,11 @@ def sensitive(evidence: Evidence) -> Iterator[Finding]:
     change = hidden * abs(mass - float(whole.effect[9, 0]))
     if change > max(SENSITIVE * mass, NORMAL95 * evidence.spread.mass):
         advice = f": --scale-sigma {100 * hidden:.2g}% allows for that" if evidence.weighed is None else ""
-        yield note(
-            f"torques with payload that are {100 * hidden:.2g} % too large or too small would pass unseen (here "
-            f"they are {1.0 + whole.size:.3f} ± {whole.sigma:.2g} times those without) and move this mass by "
+        apart = evidence.diagnosis.disagreement > TOGETHER
+        yield (error if apart else note)(
+            f"{'the joints do not show one payload, and ' if apart else ''}torques with payload that are "
+            f"{100 * hidden:.2g} % too large or too small would pass unseen (here they are "
+            f"{1.0 + whole.size:.3f} ± {whole.sigma:.2g} times those without) and move this mass by "
             f"{100 * change / mass:.1f} %, out of its interval{advice}",
             "mass",
         )

@@ -5,19 +5,15 @@ A check that is added to the table serves every command whose evidence shows wha
 
 import sys
 from collections.abc import Callable, Iterable
-from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 
-from ...common.errors import InputError
 from ...model import Robot
 from ...model.visibility import friction_columns
-from ..equations.equations import Equations
 from ..fit.covariance import NORMAL95
 from ..fit.drive_gains import Gains
 from ..fit.estimate import error_model
-from ..gains.current_side import RelativeScales, relative_scales
 from ..payload.by_joints import payload_by_joints
 from ..payload.long_motion import LongMotion
 from ..payload.methods import PayloadProblem
@@ -28,15 +24,16 @@ from .causes import SUSPICIOUS, alternatives, likely_causes, other_readings
 from .engine import System
 from .evidence import Diagnosis, Evidence
 from .finding import Finding, Level, Verdict, verdict_of
-from .hypotheses import HYPOTHESES, effects_of, hypotheses, matter, tilt_correction
+from .hypotheses import HYPOTHESES, earth, effects_of, hypotheses, matter, tilt_correction
 from .joints import disagreement, joints
 from .nominal import nominal_gravity, weight
-from .scales import LONG_ENOUGH, motors_apart, off_scale, scale, scales, scales_of_states, sensitive
+from .scales import motors_apart, scale, scales, scales_of_states, sensitive
 from .states import BLOCKS, States, states_of
 
 Check = Callable[[Evidence], Iterable[Finding]]
 CHECKS: tuple[Check, ...] = (
     hypotheses,
+    earth,
     weight,
     checks.residual,
     checks.validation,
@@ -48,7 +45,6 @@ CHECKS: tuple[Check, ...] = (
     checks.unexplained,
     joints,
     scale,
-    off_scale,
     sensitive,
     checks.new_zeros,
     other_readings,
@@ -61,7 +57,7 @@ CHECKS: tuple[Check, ...] = (
     motors_apart,
 )
 """Checks of the recordings, in the order in which their findings are reported."""
-COLUMNS: tuple[Check, ...] = (hypotheses, joints, scale, off_scale, sensitive, other_readings)
+COLUMNS: tuple[Check, ...] = (hypotheses, joints, scale, sensitive, other_readings)
 """Checks that say nothing where signs, units or mounting go against the weight of the links."""
 BEFOREHAND: tuple[Check, ...] = (checks.rating, checks.conflicts)
 """Checks of what was known beforehand: reported after the causes, and no reason to search any."""
@@ -123,7 +119,7 @@ def diagnose(
     """
     states = states_of(problem.source)
     system, weights = system_of(problem, states), best.estimate.weights
-    effects = effects_of(system) if system is not None else ()
+    effects = effects_of(system, description is not None) if system is not None else ()
     by_joints = payload_by_joints(problem, weights)
     sigma = float(best.estimate.sigma[best.indices.index(9)]) if 9 in best.indices else np.inf
     if isinstance(problem, LongMotion) and problem.unloaded is not None:
@@ -171,23 +167,15 @@ def allowing(estimate: PayloadEstimate, diagnosis: Diagnosis, gains: Gains | Non
     return moved(estimate, factor=np.sqrt(np.maximum(factor, diagnosis.unexcused**2 - by_gains)))
 
 
-def robot_verdict(evidence: Evidence, equations: Equations, free_gains: bool = False) -> Verdict:
+def robot_verdict(evidence: Evidence, free_gains: bool = False) -> Verdict:
     """Judge a robot's parameters, identified from recordings without payload.
 
-    ``evidence``: without its diagnosis; ``equations``: in blocks of time; ``free_gains``: whether the torques are
-    currents, brought to an unknown scale.
+    ``evidence``: without its diagnosis; ``free_gains``: whether the torques are currents, brought to an unknown
+    scale.
     """
-    robot, source = evidence.robot, evidence.source
-    states, recordings = states_of(source), source.unloaded if source is not None else ()
-    length = sum(float(one.t[-1] - one.t[0]) for one in recordings)
-    own_drives = robot.coupling is None and robot.spring is None  # every drive gives its own joint's torque
-    # Errors by blocks of time count besides the formula's: those of the model last, and look certain to it.
-    signals: RelativeScales | None = None
-    with suppress(InputError):  # nothing tells them
-        if own_drives and not free_gains and length > LONG_ENOUGH:
-            signals = relative_scales(equations, equations.parts())
-    effects = effects_of(System.of(robot, states)) if states is not None else ()
+    robot, states = evidence.robot, states_of(evidence.source)
+    effects = effects_of(System.of(robot, states), free_gains) if states is not None else ()
     nominal = None if free_gains else nominal_gravity(robot, states or states_of(evidence.source, BLOCKS))
     others = alternatives(robot, states, free_gains)
-    diagnosis = Diagnosis(effects=effects, alternatives=others, signals=signals, nominal=nominal)
+    diagnosis = Diagnosis(effects=effects, alternatives=others, nominal=nominal)
     return judge(replace(evidence, diagnosis=diagnosis))

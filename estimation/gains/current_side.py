@@ -41,7 +41,7 @@ class RelativeScales(NamedTuple):
     """
 
     ratio: Array  # (n,), 1 at the joint that is held
-    sigma: Array  # of its logarithm, for white noise or, if that is more, as the recording's parts show it
+    sigma: Array  # of its logarithm, for white noise
     held: int  # that joint, from 0
 
 
@@ -115,25 +115,15 @@ def gauss_newton(
     return CurrentFit(k, x, covariance, dof)
 
 
-def relative_scales(problem: Equations, parts: Sequence[Equations] = ()) -> RelativeScales:
+def relative_scales(problem: Equations) -> RelativeScales:
     """Estimate scales by the links whose parameters several joints' torques show, fitted on the signals' side.
 
-    ``problem``: W and any signals proportional to torques, joint by joint; ``parts`` of time make it up, and
-    without them noise counts as white.
+    ``problem``: W and any signals proportional to torques, joint by joint; noise counts as white.
     """
     weights, c = current_weights(problem), len(problem.columns)
     anchor = int(np.argmax(problem.torque_norms * weights))
-    k, x, covariance, _ = gauss_newton(problem, weights, range(c), np.zeros(c), anchor)
+    k, _, covariance, _ = gauss_newton(problem, weights, range(c), np.zeros(c), anchor)
     sigma = np.sqrt(np.diag(covariance))
-    if parts:
-        # By what each part of time alone changes ln K by, to first order.
-        inverse, steps = decomposed(linearised(problem.factors, weights, k, x, range(c), anchor)[0]).covariance, []
-        for part in parts:
-            rows, errors = linearised(part.factors, weights, k, x, range(c))
-            steps.append(inverse[c:] @ np.delete(rows, c + anchor, axis=1).T @ errors)
-        moving = np.delete(np.arange(len(k)), anchor)
-        scatter = np.sqrt(np.sum(np.square(steps), axis=0) * len(steps) / (len(steps) - 1))
-        sigma[moving] = np.maximum(sigma[moving], scatter / k[moving])
     determined = (k > 0.0) & (sigma < _CLEAR)
     return RelativeScales(1.0 / np.where(determined, k, 1.0), np.where(determined, sigma, np.inf), anchor)
 

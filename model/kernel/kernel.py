@@ -120,8 +120,8 @@ class Kernel:
                 np.array(np.broadcast_to(x[0] if x.ndim == 3 else x, (len(state), x.shape[-1])), order="C")
             )
         for k, x in enumerate(given):
-            buffer.set_arg(k, memoryview(x))
-        buffer.set_res(0, memoryview(entries))
+            buffer.set_arg(k, x.data)
+        buffer.set_res(0, entries.data)
         varying = [(own, x) for own, x in zip(given[1:], ready, strict=True) if x.ndim == 3]
         for k in range(len(out)):
             for own, x in varying:

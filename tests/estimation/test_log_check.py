@@ -84,9 +84,9 @@ SPOILT: dict[str, tuple[Callable[[Recording], Recording], str, str]] = {
         lambda log: replace(log, torque=log.torque / [12.4, 10, 10, 5, 5, 4]),
         "error", "look like motor-side torques, currents",
     ),
-    "motor torque": (lambda log: replace(log, torque=log.torque / GEARS * 80), "warning", "one scale"),
+    "motor torque": (lambda log: replace(log, torque=log.torque / GEARS * 80), "error", "one scale"),
     "percent": (
-        lambda log: replace(log, torque=100 * log.torque / [330, 330, 150, 56, 56, 56]), "warning", "percent"
+        lambda log: replace(log, torque=100 * log.torque / [330, 330, 150, 56, 56, 56]), "error", "percent"
     ),
     "saturated": (
         lambda log: replace(log, torque=np.clip(log.torque, *np.quantile(log.torque, [0.02, 0.98], axis=0))),

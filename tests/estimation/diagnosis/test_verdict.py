@@ -33,7 +33,6 @@ from dynident.estimation.diagnosis.verdict import BEFOREHAND, CHECKS, judge
 from dynident.estimation.equations.equations import PAYLOAD
 from dynident.estimation.fit.covariance import NORMAL95
 from dynident.estimation.fit.estimate import Estimate, Fit
-from dynident.estimation.gains.current_side import RelativeScales
 from dynident.estimation.payload.by_joints import ByJoints, JointsMass
 from dynident.estimation.payload.long_motion import Source
 from dynident.estimation.payload.repeats import Repeats
@@ -298,16 +297,13 @@ def scale_of(joint: int, off: float, sigma: float, change: float = 0.0) -> Effec
     return Effect("scale", where, np.array([-off]), np.array([[sigma**2]]), effect, 0.0, -off, sigma)
 
 
-def signals(off: float, sigma: float = 0.001) -> Evidence:
-    """A robot alone whose second joint's torque has to be multiplied by exp(off)."""
-    ratio, sigmas = np.exp(np.array([0.0, off, 0.0])), np.array([0.0, sigma, 0.01])
-    return evidence_of(signals=RelativeScales(ratio, sigmas, 0))
+def leaning_on(change: float, sigma: float, of_scale: float = 0.001, apart: float = 1.0) -> Evidence:
+    """A mass, known to ``sigma`` [kg], that changes by so much [kg] with 1 % of the loaded torques' scale.
 
-
-def leaning_on(change: float, sigma: float, of_scale: float = 0.001) -> Evidence:
-    """A mass, known to ``sigma`` [kg], that changes by so much [kg] with 1 % of the loaded torques' scale."""
+    ``apart``: disagreement of the joints.
+    """
     spread = PayloadSpread(sigma, np.full(3, 1e-3), np.full((3, 3), 1e-4))
-    return usual(scales=(scale_of(0, 0.0, of_scale, 100.0 * change),), spread=spread)
+    return usual(scales=(scale_of(0, 0.0, of_scale, 100.0 * change),), spread=spread, disagreement=apart)
 
 
 def lean_of(angle: float, sigma: float = 1e-4, effect: Array | None = None) -> Effect:
@@ -327,6 +323,12 @@ def beside(kind: str, size: float, z: float = 9.0, change: float = 0.0) -> Evide
     effect, sigma = 5.0 * change * np.eye(10)[:, 9:] / size, abs(size) / z
     found = Effect(kind, " with payload", np.array([size]), np.array([[sigma**2]]), effect, 0.0, size, sigma)
     return usual(effects=(found,))
+
+
+def lighter(part: float) -> Evidence:
+    """A robot whose described gravity is a part less than Earth's, which the torques hardly contradict."""
+    gravity = (0.0, 0.0, -hypotheses.EARTH / (1.0 + part))
+    return replace(beside("weight", 0.9 * part, 3.0), robot=replace(ROBOT, gravity=gravity))
 
 
 def hose(
@@ -467,12 +469,15 @@ SIDES: dict[str, list[tuple[Any, ...]]] = {
         ("note", "3.9 %, out of its interval", 1.96, lambda x: leaning_on(0.1 * x, 0.1)),
         ("note", "3.0 %, out of its interval", 3.0, lambda x: leaning_on(0.05, 0.001, x / 196.0)),
         ("note", "5 % too large or too small", 1.0, lambda x: leaning_on(0.03 * x, 0.001, 0.1)),
+        ("error", "one payload, and torques", joints.TOGETHER, lambda x: leaning_on(0.2, 1e-3, apart=x)),
     ],
     "hypotheses": [
         ("error", "degrees too small", hypotheses.ZERO, lambda x: beside("zero", x)),
         ("error", "degrees too small", hypotheses.ZERO_Z, lambda x: beside("zero", 0.1, x)),
         ("error", "gravity is 10.1", hypotheses.WEIGHT, lambda x: beside("weight", x)),
         ("error", "gravity is 10.8", hypotheses.WEIGHT_Z, lambda x: beside("weight", 0.1, x)),
+        ("error", "to one scale: joint  with payload's is 1.1", hypotheses.GAIN, lambda x: beside("gain", x)),
+        ("error", "joint  with payload's is 1.5", hypotheses.GAIN_Z, lambda x: beside("gain", 0.5, x)),
         ("note", "gravity leans by 0.5", hypotheses.TILT, leaning),
         ("note", "gravity leans by 2.9", hypotheses.TILT_Z, lambda x: leaning(0.05, 0.05 / x)),
         ("error", "gravity leans by", hypotheses.STEEP, leaning),
@@ -488,6 +493,7 @@ SIDES: dict[str, list[tuple[Any, ...]]] = {
         ("error", "payload grows", hypotheses.CHANGE, lambda x: beside("change", x)),
         ("error", "payload shrinks", hypotheses.CHANGE_Z, lambda x: beside("change", -0.5, x)),
     ],
+    "earth": [("error", "9.81 on Earth", hypotheses.WEIGHT, lighter)],
     "new_zeros": [
         ("error", "q3 of L differs from that of U", alignment.OFFSET, apart),
         ("error", "constant -20.0", alignment.CONSTANT, lambda x: apart(-0.02, 0.02 * x), BELOW),
@@ -500,10 +506,6 @@ SIDES: dict[str, list[tuple[Any, ...]]] = {
         ("error", "joint 5 is counted", causes.TURNED, lambda x: rival("turned", "5", x)),
         ("error", "joint 5 is counted", causes.TURNED_Z, lambda x: rival("turned", "5", 0.1, x)),
         ("error", "hold no gravity", causes.WEIGHTLESS, lambda x: rival("weightless", "", x)),
-    ],
-    "off_scale": [
-        ("warning", "multiplied at joint 2 1.2", scales.OFF_SCALE, signals),
-        ("warning", "multiplied at joint 2 1.3", scales.OFF_SCALE_Z, lambda x: signals(0.3, 0.3 / x)),
     ],
     "weight": [
         ("error", "look like mN·m", nominal.UNIT, weighing_arm),
