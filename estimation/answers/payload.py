@@ -16,7 +16,8 @@ from ...common.threads import one_thread
 from ...model import Recording, Robot
 from ...model.files.robot_file import PoseTable
 from ...model.inertia import PayloadSpread, payload_spread
-from ..diagnosis.checks import allowing, judge_com, judge_inertia, judge_mass
+from ..diagnosis.at_rest import rested
+from ..diagnosis.checks import STILL, allowing, judge_com, judge_inertia, judge_mass
 from ..diagnosis.evidence import UNFREED, Agreement, Diagnosis, Evidence, Judged, Weighed
 from ..diagnosis.finding import Verdict
 from ..diagnosis.joints import worst_joint
@@ -48,6 +49,7 @@ from ..payload.result import (
     moved,
 )
 from ..payload.short_motion import ShortMotion, difference_weighing, known_robot_weighing
+from ..payload.static import StaticMotion, static_weighing
 from ..possible.cone import SolverError
 from ..possible.constraints import Constraint, KnownMass
 from ..possible.payload import POSSIBLE, Weighing
@@ -131,7 +133,7 @@ class PayloadAnswer(Speaks):
         return {
             "mass": judge_mass(self.mass, wide, self.free.from_scale),
             "centre of mass": judge_com(self.ten, wide),
-            "inertia": judge_inertia(moments, wide),
+            "inertia": STILL if isinstance(self.problem, StaticMotion) else judge_inertia(moments, wide),
         }
 
     @cached_property
@@ -231,6 +233,26 @@ def weigh(
     settings.progress("estimating")
     first, *others = problems
     return answer_payload(first, constraints=constraints, others=others).result
+
+
+@one_thread()
+def weigh_at_rest(
+    robot: Robot,
+    loaded: Sequence[Recording],
+    unloaded: Sequence[Recording],
+    constraints: Sequence[Constraint] = POSSIBLE,
+    settings: Settings = DEFAULTS,
+) -> PayloadResult:
+    """Identify mass and centre of mass from poses held still, each reached from both sides; else as ``weigh``.
+
+    Args:
+        loaded: recordings of the poses with the payload.
+        unloaded: recordings of the same poses without; with one before and one after those loaded a drift is seen.
+    """
+    check_lists(loaded, unloaded)
+    problem = static_weighing(robot, loaded, unloaded, settings)
+    settings.progress("estimating")
+    return answer_payload(problem, constraints=constraints).result
 
 
 def check_lists(*groups: Sequence[Recording]) -> None:
@@ -383,9 +405,11 @@ def _other_ways(problem: PayloadProblem, others: Sequence[ShortMotion]) -> tuple
 def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], diagnosis: Diagnosis) -> Evidence:
     """Collect evidence for the verdict; ``free``: by all methods, those without a possible payload among them."""
     problem, model = answer.problem, answer.model
+    at_rest = rested(problem) if isinstance(problem, StaticMotion) else None
     evidence = Evidence(
         problem.robot,
-        source=problem.source,
+        source=None if at_rest else problem.source,
+        at_rest=at_rest,
         diagnosis=diagnosis,
         compared=problem.source.compared,
         parameters=problem.robot_estimate,
@@ -477,6 +501,7 @@ def _of_short(answer: PayloadAnswer, short: ShortMotion) -> dict[str, Any]:
         "mass_from_scale": answer.free.from_scale,
         "agreement": answer.agreement,
         "repeats": answer.repeats,
+        "standing": short.standing if isinstance(short, StaticMotion) else UNSET,
         "assumed": None,
     }
 

@@ -48,6 +48,8 @@ ROUNDED = 0.02
 OTHER_WAY = 0.05  # relative difference of a weighing's mass by another way that speaks against all numbers
 CONDITION = 500.0
 """Condition number with columns scaled above which small errors spoil the answer; good motions have 10."""
+STILL = Judged("not visible", "not excited by standing still")
+"""Use of an inertia by a weighing at rest."""
 IMPOSSIBLE = "possible robot"  # what its finding is about
 APART, APART_SIGMAS = 0.03, 4.0
 """Difference of two weights' ratio from the nominal one, and its standard deviations, above which one is wrong."""

@@ -22,7 +22,8 @@ from ..payload.long_motion import LongMotion
 from ..payload.methods import PayloadProblem
 from ..payload.result import PayloadEstimate, moved
 from ..payload.short_motion import ShortMotion
-from . import checks
+from ..payload.static import StaticMotion
+from . import at_rest, checks
 from .causes import SUSPICIOUS, alternatives, likely_causes, other_readings
 from .engine import System
 from .evidence import Diagnosis, Evidence
@@ -53,6 +54,9 @@ CHECKS: tuple[Check, ...] = (
     other_readings,
     checks.other_ways,
     checks.drift,
+    at_rest.one_sided,
+    at_rest.swinging,
+    at_rest.braked,
     checks.alignment,
     checks.condition,
     checks.weights_apart,
@@ -120,7 +124,8 @@ def diagnose(
         description: the robot as it was given, where gains are what is asked for: other readings are then compared
             with gains of their own; the problem's robot by default.
     """
-    states = states_of(problem.source)
+    still = isinstance(problem, StaticMotion)
+    states = None if still else states_of(problem.source)
     system, weights = system_of(problem, states), best.estimate.weights
     effects = effects_of(system) if system is not None else ()
     by_joints = payload_by_joints(problem, weights)
@@ -137,7 +142,7 @@ def diagnose(
         tuple(effect for effect in effects if effect.name != "bursts" or matter(effect, best.ten[9], sigma)),
         alternatives(description or problem.robot, states, description is not None),
         found,
-        nominal=nominal_gravity(problem.robot, states or states_of(problem.source, BLOCKS)),
+        nominal=None if still else nominal_gravity(problem.robot, states or states_of(problem.source, BLOCKS)),
     )
 
 
