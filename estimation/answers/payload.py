@@ -16,7 +16,6 @@ from ...common.threads import one_thread
 from ...model import Recording, Robot
 from ...model.files.robot_file import PoseTable
 from ...model.inertia import PayloadSpread, payload_spread
-from ..diagnosis.at_rest import rested
 from ..diagnosis.checks import STILL, allowing, judge_com, judge_inertia, judge_mass
 from ..diagnosis.evidence import UNFREED, Agreement, Diagnosis, Evidence, Judged, Weighed
 from ..diagnosis.finding import Verdict
@@ -405,7 +404,7 @@ def _other_ways(problem: PayloadProblem, others: Sequence[ShortMotion]) -> tuple
 def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], diagnosis: Diagnosis) -> Evidence:
     """Collect evidence for the verdict; ``free``: by all methods, those without a possible payload among them."""
     problem, model = answer.problem, answer.model
-    at_rest = rested(problem) if isinstance(problem, StaticMotion) else None
+    at_rest = problem if isinstance(problem, StaticMotion) else None
     evidence = Evidence(
         problem.robot,
         source=None if at_rest else problem.source,

@@ -14,6 +14,7 @@ from ..payload.by_joints import ByJoints
 from ..payload.long_motion import Source
 from ..payload.repeats import Repeats
 from ..payload.result import ConstrainedPayload, PayloadEstimate
+from ..payload.static import StaticMotion
 from ..signals.alignment import AlignedPair
 from .engine import Effect
 
@@ -105,23 +106,6 @@ class Weighed:
     agreement: tuple[Agreement, ...] = ()
 
 
-class Swing(NamedTuple):
-    """Oscillation of a joint's torque at rest [Hz], and its rms with payload and without [N·m or N]."""
-
-    joint: int
-    frequency: float
-    loaded: float
-    unloaded: float
-
-
-class AtRest(NamedTuple):
-    """Findings on rests: numbers of poses reached from one side only, swing, and joints that brakes hold."""
-
-    one_sided: tuple[int, ...]
-    swing: Swing | None
-    braked: tuple[int, ...]
-
-
 @dataclass(frozen=True)
 class Evidence:
     """Evidence computed from one set of recordings; checks of what a command does not compute are silent."""
@@ -139,7 +123,7 @@ class Evidence:
     constrained: tuple[ConstrainedPayload, ...] = ()  # the possible payload of each method that has one
     recommended: ConstrainedPayload | None = None
     weighed: Weighed | None = None
-    at_rest: AtRest | None = None  # of a weighing at rest
+    at_rest: StaticMotion | None = None  # a weighing at rest
     spread: PayloadSpread | None = None  # half the intervals reported of what is recommended, over 1.96
     judged: Mapping[str, Judged] = field(default_factory=dict)  # of "mass", "centre of mass", "inertia"
     gained: Gained | None = None  # where drive gains are what is asked for

@@ -23,7 +23,7 @@ from ..payload.methods import PayloadProblem
 from ..payload.result import PayloadEstimate, moved
 from ..payload.short_motion import ShortMotion
 from ..payload.static import StaticMotion
-from . import at_rest, checks
+from . import checks
 from .causes import SUSPICIOUS, alternatives, likely_causes, other_readings
 from .engine import System
 from .evidence import Diagnosis, Evidence
@@ -54,9 +54,9 @@ CHECKS: tuple[Check, ...] = (
     other_readings,
     checks.other_ways,
     checks.drift,
-    at_rest.one_sided,
-    at_rest.swinging,
-    at_rest.braked,
+    checks.one_sided,
+    checks.swinging,
+    checks.braked,
     checks.alignment,
     checks.condition,
     checks.weights_apart,

@@ -146,8 +146,7 @@ def _reach(robot: Robot, recording: Recording) -> Iterator[str]:
 
 def _saturation(_: Robot, recording: Recording) -> Iterator[str]:
     """Check that no torque stays at its very extreme while the arm moves: it was cut off."""
-    window, slope = _slopes(recording, 0.05)
-    moves = np.append((np.abs(slope) > _STILL).any(axis=1), np.ones(window, dtype=bool))
+    moves = (np.abs(np.gradient(recording.q, recording.t, axis=0)) > _STILL).any(axis=1)
     for extreme in (recording.torque.min(axis=0), recording.torque.max(axis=0)):
         for j, torque in enumerate(recording.torque.T):
             there = moves & (torque == extreme[j])
