@@ -1,18 +1,18 @@
 """A payload weighed standing still: stiction, drift and coarse currents simulated on every shipped arm.
 
-Eight poses, the best of 60 random sets, each reached from both sides. At rest friction holds the Coulomb level of
-its approach: 10 % of the torque limit, by 5 % of itself another one each time, taken up over the first half
-millirad of a move. Constant torques change from recording to recording as those of a real arm, all torques drift
-by 2 % an hour, and are written in steps of a 1000th of the limit.
+Eight poses, the best of 60 random sets, each reached from both sides. Friction at rest is the Coulomb level of the
+approach, another one each time by 5 % of itself, which the first half millirad of a move takes up.
 """
 
 import functools
 from typing import NamedTuple
 
 import numpy as np
+from dynident import estimation
+from dynident.benchmarks.shared import each, held, options, rms, show
 from dynident.common.arrays import Array
 from dynident.estimation.payload.constant_torques import OFFSET_SHARE
-from dynident.model import InertialParameters, Motion, Recording, Robot, load_robot
+from dynident.model import InertialParameters, Motion, Recording, Robot, load_robot, robot_names
 from dynident.model.regressors import payload_columns, regressor_at
 from dynident.model.stand_in import with_stand_in
 from dynident.trajectories import Simulator
@@ -33,34 +33,21 @@ class Arm(NamedTuple):
     torques: tuple[Array, Array]
     friction: Array
     move: Array  # number of the move that each sample belongs to
-    predicted: float  # sigma of the mass [kg], of two recordings
+    sigma: float  # of the mass by two recordings as predicted [kg]
 
-    @property
-    def limits(self) -> Array:
-        """Torque limits [N·m]."""
-        return np.array([joint.limits.torque for joint in self.robot.joints])
-
-    def record(self, loaded: bool, begins: float, seed: list[int], scatter: float = SCATTER) -> Recording:
-        """A recording that begins at some time [s]."""
-        draw, n = np.random.default_rng(seed), self.robot.n
-        levels = LEVEL * (1.0 + scatter * draw.standard_normal((self.move[-1] + 1, n)))
-        change = scatter / SCATTER * OFFSET_SHARE * LEVEL / np.sqrt(2.0) * draw.standard_normal(n)
-        torque = self.torques[loaded] + self.limits * (levels[self.move] * self.friction + change)
-        t = begins + self.motion.t
-        step = QUANTUM * self.limits if scatter else 1e-9
-        torque = step * np.round(torque * (1.0 + DRIFT / 3600.0 * t[:, None]) / step)
-        name = f"{'loaded' if loaded else 'unloaded'}-{begins:.0f}.csv"
-        return Recording(t, self.motion.q, torque, None, name, gain_sigma=0.0)
-
-    def recordings(
-        self, order: str, seed: int, scatter: float = SCATTER
-    ) -> tuple[list[Recording], list[Recording]]:
-        """Recordings with and without payload, in an order such as ABBA, A without."""
-        length = float(self.motion.t[-1]) + BETWEEN
-        own = [self.record(x == "B", k * length, [seed, k], scatter) for k, x in enumerate(order)]
-        return [x for x, y in zip(own, order, strict=True) if y == "B"], [
-            x for x, y in zip(own, order, strict=True) if y == "A"
-        ]
+    def recordings(self, order: str, seed: int, scatter: float = SCATTER) -> tuple[list[Recording], ...]:
+        """Recordings with and without payload, in an order such as ABBA, A without; scales hold half-way."""
+        length, limits = float(self.motion.t[-1]) + BETWEEN, [joint.limits.torque for joint in self.robot.joints]
+        made, step, n = [], np.array(limits) * (QUANTUM if scatter else 1e-9), len(limits)
+        for k, kind in enumerate(order):
+            draw, t = np.random.default_rng([seed, k]), k * length + self.motion.t
+            levels = LEVEL * (1.0 + scatter * draw.standard_normal((self.move[-1] + 1, n)))
+            change = scatter / SCATTER * OFFSET_SHARE * LEVEL / np.sqrt(2.0) * draw.standard_normal(n)
+            torque = self.torques[kind == "B"] + np.array(limits) * (levels[self.move] * self.friction + change)
+            torque *= 1.0 + DRIFT / 3600.0 * (t[:, None] - 0.5 * (len(order) * length - BETWEEN))
+            torque = step * np.round(torque / step)
+            made.append(Recording(t, self.motion.q, torque, None, f"{kind}{k}", gain_sigma=0.0))
+        return tuple([own for own in made if own.source.startswith(kind)] for kind in "BA")
 
 
 def predicted(robot: Robot, poses: Array) -> float:
@@ -84,16 +71,14 @@ def arm(name: str) -> Arm:
     sets = [random_points(robot, POSES, seed, 0.75) for seed in range(60)]
     poses = min(sets, key=lambda own: predicted(robot, own))
     points, durations = [poses[0] - APART], list[float]()
-    speed, strong = (np.array([getattr(x.limits, y) for x in robot.joints]) for y in ("speed", "acceleration"))
+    speed, strong = 0.5 * np.array([(x.limits.speed, x.limits.acceleration) for x in robot.joints]).T
     for pose in poses:
         for begin in (pose - APART, pose + APART):
             for point, least in ((begin, 1.0), (pose, 1.0), (pose, HOLD)):
                 step = np.array([point - points[-1]])
-                time = quickest(step, 0.5 * speed, 0.5 * strong)[0] if step.any() else 0.0
+                durations.append(max(quickest(step, speed, strong)[0] if step.any() else 0.0, least))
                 points.append(point)
-                durations.append(max(time, least))
-    rate = robot.processing.rate or 250.0
-    motion = ViaPoints(np.array(points), np.array(durations)).motion(rate)
+    motion = ViaPoints(np.array(points), np.array(durations)).motion(robot.processing.rate or 250.0)
     load = 0.5 * robot.rated_payload
     body = InertialParameters.from_com(load, [0.02, -0.01, 0.08], 0.002 * load * np.eye(3))
     rubs = {name: 0.0 if name[:2] in ("FS", "FL") else value for name, value in robot.parameters.items()}
@@ -103,3 +88,38 @@ def arm(name: str) -> Arm:
         state[k] = np.clip(state[k - 1] + step, -1.0, 1.0)
     starts = np.diff((np.abs(motion.qd) > 1e-9).any(axis=1).astype(int), prepend=0) > 0
     return Arm(robot, body, motion, (torques[0], torques[1]), state, np.cumsum(starts), predicted(robot, poses))
+
+
+def weighed(name: str, order: str, seed: int, scatter: float = SCATTER) -> Array:
+    """Error of the mass, its sigma as told and the ends of its interval less the truth, in % of the mass."""
+    own = arm(name)
+    loaded, unloaded = own.recordings(order, seed, scatter)
+    result, mass = estimation.weigh_at_rest(own.robot, loaded, unloaded), own.payload.mass
+    sigma = result.working.model.sigma[result.working.model.names.index("M_L")]
+    mean, low, high = (x - mass for x in (result.mass.value, result.mass.low, result.mass.high))
+    return 100.0 / mass * np.array([mean, sigma, low, high])
+
+
+def seen(name: str, seeds: int) -> list[list[str]]:
+    """Rows of the table, for two recordings and for four."""
+    rows, biases = [], [weighed(name, order, 0, scatter=0.0)[0] for order in ("AB", "ABBA")]
+    for order, bias in zip(("AB", "ABBA"), biases, strict=True):
+        runs = np.array([weighed(name, order, seed) for seed in range(seeds)])
+        error, sigma = rms(runs[:, 0]), 100.0 * arm(name).sigma / arm(name).payload.mass * np.sqrt(2.0 / len(order))
+        numbers = [f"{x:.2f}" for x in (error / sigma, error, sigma, np.median(runs[:, 1]))]
+        hits = f"{100.0 * held(runs[:, 2:], np.zeros(1)).mean():.0f}"
+        least = "" if order == "AB" else f"<= {abs(biases[0]) / 5.0:.3f}"
+        rows.append([f"{name} {order}", "<= 1.3", *numbers, "92 to 99", hits, least, f"{bias:+.3f}"])
+    return rows
+
+
+def main() -> None:
+    arguments = options(__doc__, arms=tuple(robot_names()), seeds=40, jobs=1)
+    rows = each(functools.partial(seen, seeds=arguments.seeds), list(arguments.arms), arguments.jobs)
+    title = f"Mass at rest, {arguments.seeds} seeds, % of half the rated payload: rms over the predicted sigma"
+    more = ("rms", "predicted", "told", "intervals, asked", "hold", "bias by drift, asked", "seen")
+    show(title, [row for both in rows for row in both], *more)
+
+
+if __name__ == "__main__":
+    main()

@@ -487,12 +487,13 @@ def _of_long(answer: PayloadAnswer, long: LongMotion) -> dict[str, Any]:
 
 def _of_short(answer: PayloadAnswer, short: ShortMotion) -> dict[str, Any]:
     """Keys of a short motion's result: the residual is the payload's."""
-    loaded = short.loaded
+    loaded, standing = short.loaded, short.standing if isinstance(short, StaticMotion) else None
+    shown = PAYLOAD[6:] if standing else PAYLOAD  # at rest inertia's columns are zero
     friction = "free" if short.known is None else "may differ" if short.held.held else "own"
     unexplained = answer.free.unexplained(short.torque_rms)
     return {
         "relative_residual": parts.ResidualDocument(answer.free.estimate.fit.relative, unexplained, None),
-        "data": _data(short, loaded.select(PAYLOAD), equations=loaded.equations, friction=friction),
+        "data": _data(short, loaded.select(shown), equations=loaded.equations, friction=friction),
         "joints": tuple(short.joints),
         "visibility": documents.VisibilityDocument.of(short.visibility),
         "constant_torques": documents.ConstantTorques(tuple(j + 1 for j in short.held.joints), short.held.sigma),
@@ -500,7 +501,7 @@ def _of_short(answer: PayloadAnswer, short: ShortMotion) -> dict[str, Any]:
         "mass_from_scale": answer.free.from_scale,
         "agreement": answer.agreement,
         "repeats": answer.repeats,
-        "standing": short.standing if isinstance(short, StaticMotion) else UNSET,
+        "standing": standing or UNSET,
         "assumed": None,
     }
 

@@ -145,7 +145,7 @@ def static_weighing(
         as_payload = replace(problem, runs=(replace(problem.runs[0], equations=reduced(as_torque)),))
         mass = as_payload.resolved(as_payload.posed().solved(weights))["M_L"]
         sigma = scatter * np.linalg.norm(drifting) / np.sqrt(np.maximum(keep.sum(axis=0), 1))
-        ratio = 1.0 - (1.0 / bare + 1.0 / len(loaded)) / float(difference @ difference)
+        ratio = max(0.0, 1.0 - (1.0 / bare + 1.0 / len(loaded)) / float(difference @ difference))
         drift = Drift(per, (each * slope).sum(axis=0), (each * side[0] * slope).sum(axis=0), sigma, mass, ratio)
     return replace(problem, standing=Standing(len(set(poses)), order, scatter, drift))
 
