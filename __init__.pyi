@@ -6,6 +6,7 @@ from .estimation import identify_gains as identify_gains
 from .estimation import identify_payload as identify_payload
 from .estimation import payload_problem as payload_problem
 from .estimation import weigh as weigh
+from .estimation import weigh_at_rest as weigh_at_rest
 from .model import InertialParameters as InertialParameters
 from .model import Recording as Recording
 from .model import Robot as Robot

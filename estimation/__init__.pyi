@@ -8,6 +8,7 @@ from .answers.payload import PayloadAnswer as PayloadAnswer
 from .answers.payload import answer_payload as answer_payload
 from .answers.payload import identify_payload as identify_payload
 from .answers.payload import weigh as weigh
+from .answers.payload import weigh_at_rest as weigh_at_rest
 from .answers.system import ObservationSystem as ObservationSystem
 from .answers.system import payload_system as payload_system
 from .diagnosis.finding import Finding as Finding
@@ -40,6 +41,8 @@ from .payload.result import StandIn as StandIn
 from .payload.short_motion import ShortMotion as ShortMotion
 from .payload.short_motion import difference_weighing as difference_weighing
 from .payload.short_motion import known_robot_weighing as known_robot_weighing
+from .payload.static import StaticMotion as StaticMotion
+from .payload.static import static_weighing as static_weighing
 from .possible.cone import SolverError as SolverError
 from .possible.constraints import CentreOfMassInBox as CentreOfMassInBox
 from .possible.constraints import Constraint as Constraint
@@ -95,4 +98,5 @@ __all__ = [
     "robot_prior",
     "solve_constrained",
     "weigh",
+    "weigh_at_rest",
 ]

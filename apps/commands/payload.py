@@ -124,8 +124,18 @@ class _Weigh(_Compared):
 
     moving: values.Joints | None = None
     """Joints that move; seen by default."""
+    static: bool = False
+    """Weigh at rest: the recordings hold poses, each reached from both sides (see near --static)."""
     inertia: Annotated[str | None, Parameter(metavar="box:AxBxC|cylinder:DxL")] = None
     """Assume this body's inertia if none is measured [mm]."""
+
+    def check(self) -> None:
+        """Refuse what a weighing at rest does not use."""
+        super().check()
+        if self.static:
+            self.refuse(
+                "robot_parameters", "is not used with --static: give --unloaded recordings of the same poses"
+            )
 
 
 @command
@@ -149,7 +159,10 @@ def run_weigh(
     with status("reading") as progress, _constraints_solved():
         change, known = request.friction_change, stored.estimate if stored else None
         settings = setup.settings(progress, friction_change=change, joints=request.moving, gains=gains)
-        result = estimation.weigh(robot, loaded, unloaded, known, constraints, settings)
+        if request.static:
+            result = estimation.weigh_at_rest(robot, loaded, unloaded, constraints, settings)
+        else:
+            result = estimation.weigh(robot, loaded, unloaded, known, constraints, settings)
         result = result.assuming(stand_in) if stand_in is not None else result
 
     spare = "--inertia is not needed: the inertia was measured well enough."

@@ -16,7 +16,7 @@ from ...common.threads import one_thread
 from ...model import Recording, Robot
 from ...model.files.robot_file import PoseTable
 from ...model.inertia import PayloadSpread, payload_spread
-from ..diagnosis.checks import allowing, judged
+from ..diagnosis.checks import STILL, allowing, judged
 from ..diagnosis.evidence import UNFREED, Agreement, Evidence, Judged
 from ..diagnosis.finding import Verdict
 from ..diagnosis.joints import worst_joint
@@ -50,6 +50,7 @@ from ..payload.result import (
     moved,
 )
 from ..payload.short_motion import ShortMotion, difference_weighing, known_robot_weighing
+from ..payload.static import StaticMotion, static_weighing
 from ..possible.cone import SolverError
 from ..possible.constraints import Constraint, KnownMass
 from ..possible.payload import POSSIBLE, Weighing
@@ -129,7 +130,8 @@ class PayloadAnswer(Speaks):
     def measured(self) -> dict[str, Judged]:
         """Quantities ("mass", "centre of mass", "inertia") mapped to whether they were measured well enough."""
         moments = np.diag(self.possible.body.inertia_com) if self.possible is not None else np.full(3, np.nan)
-        return judged(self.ten, moments, self.reported_spread, self.free.from_scale)
+        own = judged(self.ten, moments, self.reported_spread, self.free.from_scale)
+        return own | {"inertia": STILL} if isinstance(self.problem, StaticMotion) else own
 
     @cached_property
     def elimination(self) -> Elimination | None:
@@ -234,6 +236,26 @@ def weigh(
     return answer_payload(first, constraints=constraints, others=others).result
 
 
+@one_thread()
+def weigh_at_rest(
+    robot: Robot,
+    loaded: Sequence[Recording],
+    unloaded: Sequence[Recording],
+    constraints: Sequence[Constraint] = POSSIBLE,
+    settings: Settings = DEFAULTS,
+) -> PayloadResult:
+    """Identify mass and centre of mass from poses held still, each reached from both sides; else as ``weigh``.
+
+    Args:
+        loaded: recordings of the poses with the payload.
+        unloaded: recordings of the same poses without; with one before and one after those loaded a drift is seen.
+    """
+    check_lists(loaded, unloaded)
+    problem = static_weighing(robot, loaded, unloaded, settings)
+    settings.progress("estimating")
+    return answer_payload(problem, constraints=constraints).result
+
+
 def check_lists(*groups: Sequence[Recording]) -> None:
     """Refuse a recording where a list of them is meant."""
     if any(isinstance(group, Recording) for group in groups):
@@ -333,9 +355,11 @@ def answer_payload(
         agreement=tuple(ways),
         repeats=repeats,
     )
+    at_rest = problem if isinstance(problem, StaticMotion) else None
     evidence = Evidence(
         problem.robot,
-        source=problem.source,
+        source=None if at_rest else problem.source,
+        at_rest=at_rest,
         diagnosis=diagnosis,
         compared=problem.source.compared,
         parameters=own,
@@ -459,7 +483,8 @@ def payload_result(answer: PayloadAnswer) -> PayloadResult:
         every = zip(answer.measured.values(), uses, strict=True)
         uses = [most if own.use == "use" else (own.use, own.why) for own, most in every]
         unexplained, held = answer.free.unexplained(problem.torque_rms), problem.held
-        solved = loaded.select(PAYLOAD)
+        standing = problem.standing if isinstance(problem, StaticMotion) else None
+        solved = loaded.select(PAYLOAD[6:] if standing else PAYLOAD)  # at rest inertia's columns are zero
         residual = parts.ResidualDocument(answer.free.estimate.fit.relative, unexplained, None)
         friction = "free" if problem.known is None else "may differ" if held.held else "own"
         counted = {"equations": loaded.equations, "friction": friction}
@@ -471,6 +496,7 @@ def payload_result(answer: PayloadAnswer) -> PayloadResult:
             "mass_from_scale": answer.free.from_scale,
             "agreement": answer.agreement,
             "repeats": answer.repeats,
+            "standing": standing or UNSET,
             "assumed": None,
         }
     pairs, (raw, scaled) = source.pairs, solved.condition_numbers() if solved else (None, None)

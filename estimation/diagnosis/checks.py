@@ -16,6 +16,7 @@ from ..fit.covariance import NORMAL95, few_blocks
 from ..fit.estimate import Fit
 from ..possible.constraints import PossibleBody
 from ..possible.payload import CONFLICT
+from ..signals.rests import oscillation
 from .evidence import KNOWN_WELL, UNFREED, Evidence, Judged
 from .finding import Finding, error, note, warning
 
@@ -49,6 +50,14 @@ OTHER_WAY = 0.05  # relative difference of a weighing's mass by another way that
 CONDITION = 500.0
 """Condition number with columns scaled above which small errors spoil the answer; good motions have 10."""
 _MOMENTS = "XX", "YY", "ZZ"
+STILL = Judged("not visible", "not excited by standing still")
+"""Use of an inertia by a weighing at rest."""
+SWINGS, CLEAR, MATTERS = 3.0, 5.0, 0.02
+"""Oscillation of the loaded torque at rest over that without payload, over the median of other frequencies, and
+over the payload's largest torque, above which the payload swings."""
+HOLDS, CARRIES = 0.1, 0.2
+"""Spread of a joint's torque from rest to rest over that on the way there, below which a brake holds it; and spread
+on the way there, over the largest joint's, below which a joint says nothing."""
 IMPOSSIBLE = "possible robot"  # what its finding is about
 APART, APART_SIGMAS = 0.03, 4.0
 """Difference of two weights' ratio from the nominal one, and its standard deviations, above which one is wrong."""
@@ -326,6 +335,52 @@ def drift(evidence: Evidence) -> Iterator[Finding]:
         yield note(f"{text}; the interval of the mass allows for it", "mass")
     else:
         yield error(text, "mass")
+
+
+def one_sided(evidence: Evidence) -> Iterator[Finding]:
+    """Poses that are reached from one side only (`weigh --static`). Any: spoils all."""
+    if found := evidence.at_rest and evidence.at_rest.one_sided:
+        yield error(
+            f"pose {', '.join(map(str, found))} is reached from one side only, where nothing tells friction from "
+            "weight: reach each pose from both sides ('dynident near --static')"
+        )
+
+
+def swinging(evidence: Evidence) -> Iterator[Finding]:
+    """A payload that swings while the arm rests (`weigh --static`).
+
+    Torque at rest that oscillates over {SWINGS:g} times as far as without payload, {CLEAR:g} times as far as at
+    other frequencies and {MATTERS:.0%} of the payload's torque: spoils all.
+    """
+    if (problem := evidence.at_rest) is None or any(braked(evidence)):  # a brake that closes is a step
+        return
+    bare = len(problem.source.unloaded)
+    (frequencies, earlier), (_, size) = oscillation(problem.rests[:bare]), oscillation(problem.rests[bare:])
+    largest = (problem.loaded.torque_norms / np.sqrt(np.maximum(problem.loaded.rows, 1))).max()
+    k, j = np.unravel_index(int(np.argmax(size * (size > SWINGS * earlier))), size.shape)
+    if size[k, j] > max(SWINGS * earlier[k, j], CLEAR * np.median(size[:, j]), MATTERS * largest):
+        yield error(
+            f"the payload swings: at rest the torque of joint {j + 1} oscillates at {frequencies[k]:.1f} Hz by "
+            f"{size[k, j]:.2g} N·m or N (rms; without payload {earlier[k, j]:.2g}): wait longer, or fix it"
+        )
+
+
+def braked(evidence: Evidence) -> Iterator[Finding]:
+    """Brakes that hold the arm at rest, not its drives (`weigh --static`).
+
+    Torque at rest that varies by under {HOLDS:.0%} of what it does on the way there: spoils all.
+    """
+    if (problem := evidence.at_rest) is None:
+        return
+    moving, still = (
+        np.max(own, axis=0) for own in zip(*((x.moving, x.torque.std(axis=0)) for x in problem.rests), strict=True)
+    )
+    held = (moving > CARRIES * moving.max()) & (still < HOLDS * moving)
+    if found := [j for j in problem.joints if held[j - 1]]:
+        yield error(
+            f"the torque of joint {', '.join(map(str, found))} at rest is the same in all poses, on the way there "
+            "it is not: a brake holds the arm, and no torque shows its weight; record with the brakes open"
+        )
 
 
 def alignment(evidence: Evidence) -> Iterator[Finding]:

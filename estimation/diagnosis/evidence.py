@@ -15,6 +15,7 @@ from ..payload.by_joints import ByJoints
 from ..payload.long_motion import Source
 from ..payload.repeats import Repeats
 from ..payload.result import ConstrainedPayload, PayloadEstimate
+from ..payload.static import StaticMotion
 from ..signals.alignment import AlignedPair
 from .engine import Effect
 
@@ -99,6 +100,7 @@ class Evidence:
     """Error over torque of each joint of a short weighing, nan where it is at rest, shape (n,)."""
     agreement: tuple[Agreement, ...] = ()  # of a short weighing: the mass by other ways
     repeats: Repeats | None = None  # of several recordings of one
+    at_rest: StaticMotion | None = None  # a weighing at rest
     spread: PayloadSpread | None = None  # half the intervals reported of what is recommended, over 1.96
     judged: Mapping[str, Judged] = field(default_factory=dict)  # of "mass", "centre of mass", "inertia"
     gained: Array | None = None  # relative standard deviations of drive gains, (n,), where these are asked for

@@ -19,6 +19,7 @@ from ..payload.long_motion import LongMotion
 from ..payload.methods import PayloadProblem
 from ..payload.result import PayloadEstimate, moved
 from ..payload.short_motion import ShortMotion
+from ..payload.static import StaticMotion
 from . import checks
 from .causes import SUSPICIOUS, alternatives, likely_causes, other_readings
 from .engine import System
@@ -50,6 +51,9 @@ CHECKS: tuple[Check, ...] = (
     other_readings,
     checks.other_ways,
     checks.drift,
+    checks.one_sided,
+    checks.swinging,
+    checks.braked,
     checks.alignment,
     checks.condition,
     checks.weights_apart,
@@ -117,7 +121,8 @@ def diagnose(
         description: the robot as it was given, where gains are what is asked for: other readings are then compared
             with gains of their own; the problem's robot by default.
     """
-    states = states_of(problem.source)
+    still = isinstance(problem, StaticMotion)
+    states = None if still else states_of(problem.source)
     system, weights = system_of(problem, states), best.estimate.weights
     effects = effects_of(system, description is not None) if system is not None else ()
     by_joints = payload_by_joints(problem, weights)
@@ -134,7 +139,7 @@ def diagnose(
         tuple(effect for effect in effects if effect.name != "bursts" or matter(effect, best.ten[9], sigma)),
         alternatives(description or problem.robot, states, description is not None),
         found,
-        nominal=nominal_gravity(problem.robot, states or states_of(problem.source, BLOCKS)),
+        nominal=None if still else nominal_gravity(problem.robot, states or states_of(problem.source, BLOCKS)),
     )
 
 

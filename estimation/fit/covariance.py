@@ -45,7 +45,7 @@ class RobustCovariance(Brief):
         covariance: c x c.
         blocks: number of blocks that were left out in turn.
         degrees_of_freedom: of Student's t for intervals.
-        block_length: shortest length of a block [s], unless a whole recording is shorter.
+        block_length: shortest length of a block [s], unless a whole recording is shorter; 0 for poses at rest.
         by_memory: whether it is the sandwich, blocks being too few for a jackknife.
     """
 
@@ -77,7 +77,7 @@ class RobustCovariance(Brief):
                 f"{self.blocks} blocks of at least {self.block_length:.2g} s are" if self.blocks else "blocks are"
             )
             return f"{blocks} too few for a jackknife: intervals go by the memory of the errors; record longer"
-        if self.degrees_of_freedom + 1 >= FEW:
+        if self.degrees_of_freedom + 1 >= FEW or not self.block_length:
             return ""
         return (
             f"robust standard deviations rest on {self.degrees_of_freedom + 1} blocks of at least "

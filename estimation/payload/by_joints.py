@@ -26,6 +26,8 @@ _BLURRED = 0.05
 """Fraction of noise in the torque that the other joints' payload predicts, above which a ratio says nothing."""
 _HIDDEN = 1e-6
 """Fraction of the mass in undetermined directions above which it is not visible."""
+_BLIND = 1e3
+"""Standard deviation over the best group's above which a mass is not visible: one joint at rest hardly shows it."""
 WITHOUT_BLOCKS = 4.0
 """Factor on the formula's standard deviations where no jackknife is possible: on real data they are up to 4.1 times
 too small."""
@@ -124,7 +126,11 @@ def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
         dof = max(float(robust.degrees_of_freedom), 1.0)
     except InputError:  # too few blocks
         variance = WITHOUT_BLOCKS**2 * variance
-    numbers = [None if np.isnan(value) else float(value) for value in values]
+    variance = np.nan_to_num(variance, nan=np.inf)
+    blind = variance > _BLIND**2 * variance[: len(groups)].min()
+    numbers = [
+        None if np.isnan(value) or hides else float(value) for value, hides in zip(values, blind, strict=True)
+    ]
     sigmas = np.sqrt(variance).tolist()
     masses = [JointsMass.made(group, numbers[k], sigmas[k], dof) for k, group in enumerate(groups)]
     # The first groups are the single joints, to which the ratios belong.

@@ -27,6 +27,7 @@ from ..fit.linear_problem import LinearProblem, SoftPrior, left_out
 from .long_motion import LongMotion
 from .result import PayloadEstimate, frame_change, in_payload_frame
 from .short_motion import ShortMotion
+from .static import StaticMotion
 from .under_load import known_path, with_scale
 
 PayloadProblem = LongMotion | ShortMotion
@@ -331,6 +332,9 @@ def _robust(problem: PayloadProblem, posed: Posed, estimate: Estimate, rule: Rul
                 min(robust.degrees_of_freedom, own.degrees_of_freedom) if own else robust.degrees_of_freedom,
                 max(length, own.block_length) if own else length,
             )
+        if isinstance(problem, StaticMotion):  # of few poses the jackknife may be too small by chance
+            wider = np.maximum(np.sqrt(np.diag(estimate.covariance + lasting)) / robust.sigma, 1.0)
+            robust = replace(robust, covariance=robust.covariance * np.outer(wider, wider))
         if rule == "jackknife" or not few:
             return robust
     # By how much each joint's errors remember; the jackknife's standard deviations count where they are larger.

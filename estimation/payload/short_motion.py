@@ -211,7 +211,7 @@ def known_robot_weighing(
         each_one = [observer.observe_rows(*one) for one in rows]
         return merged(map(reduced, each_one)), each_one
 
-    observer = _observer(robot, base, settings.friction_change > 0.0)
+    observer = observer_of(robot, base, settings.friction_change > 0.0)
     (_, observations), _ = under_own_load(observer, observed, known.values)
     k, sigmas = len(known.values), friction_sigmas(known, settings.friction_change)
     payload_only = [  # less the torque of the robot, whose columns come first
@@ -263,7 +263,7 @@ def difference_weighing(
     rms = _torque_rms(sources, [used for _, used in rows])
     progress("the robot without payload")
     free = robot.with_offsets(True)
-    whole, observer = Observer(free, base_parameters(free).columns), _observer(robot, None)
+    whole, observer = Observer(free, base_parameters(free).columns), observer_of(robot, None)
     without_payload = merged(reduced(whole.observe_rows(*used)) for used, _ in rows)
     own, resting = robot_of(without_payload), [j for j in range(robot.n) if j + 1 not in moving]
     observations, ripple = list[Observation](), list[Wave]()
@@ -295,7 +295,7 @@ def difference_weighing(
     )
 
 
-def _observer(robot: Robot, base: BaseParameters | None, frees: bool = True) -> Observer:
+def observer_of(robot: Robot, base: BaseParameters | None, frees: bool = True) -> Observer:
     """Make the observer of [W, free columns, W_L]; of torque differences [free columns, W_L, ``PATH``]."""
     free = robot.with_offsets(True)
     own, path = (base.columns, ()) if base is not None else ((), (PATH,))

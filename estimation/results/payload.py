@@ -24,6 +24,7 @@ from ..payload.methods import PREFERRED
 from ..payload.repeats import Repeats
 from ..payload.result import ConstrainedPayload, PayloadEstimate, StandIn
 from ..payload.ripple import Wave
+from ..payload.static import Standing
 from ..possible.payload import Weighing
 from . import parts
 
@@ -298,6 +299,7 @@ class PayloadResult(parts.Result, frozen=True, kw_only=True, dict=True):
     mass_from_scale: bool | UnsetType = UNSET
     agreement: tuple[Agreement, ...] | UnsetType = UNSET
     repeats: Repeats | UnsetType | None = UNSET
+    standing: Standing | UnsetType | None = UNSET
     assumed: Assumed | UnsetType | None = UNSET
     scale: tuple[float, float] | UnsetType = UNSET
 

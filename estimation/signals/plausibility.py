@@ -17,6 +17,7 @@ _MOVES = 1e-3  # rad or m: a joint that covers less does not move
 _WEAKEST = 1.0  # N·m per cubic metre of reach: the lightest arms carry themselves with a hundred times this
 _STRONGEST = 2e4  # N·m per cubic metre of reach: the strongest arms have a tenth of this
 _OVER_SPEED = 3.0  # times the speed limit: noise and overshoot reach less
+_STILL = 2e-3  # rad/s or m/s: an arm that rests holds its torque
 _MOST_SPEED = 50.0  # rad/s or m/s, for a joint without a limit
 _WINDOW = 0.01  # s: over which a speed is taken, to see past quantisation
 _PLATEAU = 5  # samples in a row at the very extreme
@@ -144,10 +145,11 @@ def _reach(robot: Robot, recording: Recording) -> Iterator[str]:
 
 
 def _saturation(_: Robot, recording: Recording) -> Iterator[str]:
-    """Check that no torque stays at its very extreme: it was cut off."""
+    """Check that no torque stays at its very extreme while the arm moves: it was cut off."""
+    moves = (np.abs(np.gradient(recording.q, recording.t, axis=0)) > _STILL).any(axis=1)
     for extreme in (recording.torque.min(axis=0), recording.torque.max(axis=0)):
         for j, torque in enumerate(recording.torque.T):
-            there = torque == extreme[j]
+            there = moves & (torque == extreme[j])
             fraction = float(np.mean(there))
             edges = np.flatnonzero(np.diff(np.concatenate([[False], there, [False]]).astype(int)))
             longest = (edges[1::2] - edges[::2]).max(initial=0)  # run of rows

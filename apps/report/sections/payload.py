@@ -40,6 +40,8 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
     subtitle, worst = "Identified from recordings of joint positions and torques", list[Block]()
     if joints := present(result.joints):
         subtitle = f"Weighed by a motion of joint{'s' * (len(joints) > 1)} {', '.join(map(str, joints))}"
+    if standing := present(result.standing):
+        subtitle = f"Weighed at rest in {standing.poses} poses"
     if (repeats := present(result.repeats)) is not None:
         text = "Each recording was weighed alone too: the scatter tells what no single one does."
         blocks: list[Block] = [Text(text), *repeats_figure(repeats, mass, interval)]
@@ -131,6 +133,12 @@ def answer_notes(result: PayloadResult) -> list[str]:
         if repeats.excess is not None and repeats.excess > 1.0:
             wider = "all intervals are widened by that"
             noted.append(f"They scatter {repeats.excess:.2g} times as much as each says: {wider}.")
+    if standing := present(result.standing):
+        seen_drift = "an order that shows no drift: record unloaded, loaded, loaded, unloaded"
+        if drift := standing.drift:
+            seen_drift = f"from one to the next drift adds {array(drift.mass):+.2g} kg, which is taken off; it is "
+            seen_drift += f"{100.0 * drift.ratio:.0f} % of the mass's variance"
+        noted.append(f"{standing.poses} poses at rest, {standing.order}: {seen_drift}.")
     noted += evidence.friction_notes(present(result.friction) or ())
     noted += evidence.gain_error_notes(result.settings, result.gains)
     if not result.short and not (residual and residual.validation):

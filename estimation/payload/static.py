@@ -1,0 +1,198 @@
+"""A payload weighed standing still, in poses that are each reached from both sides.
+
+A joint's torque at rest is that of gravity and what friction holds, which has the sign of the approach. The loaded
+less the unloaded torque at one pose and side (29) cancels the robot's own gravity: what is left is the payload's, a
+constant torque of each joint, and a Coulomb level of each joint and side. Inertia takes no part.
+
+A drift that is linear in time goes out of recordings in a suitable order, such as unloaded, loaded, loaded,
+unloaded, pose by pose: whatever drifts, offsets, friction or the scale of the torques.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...common.linear import decomposed
+from ...common.schema import Document, Float, Vector
+from ...model import Motion, Recording, Robot, base_parameters
+from ...model.motion import Measurement
+from ...model.regressors import payload_columns, regressor_at
+from ..equations.observer import Observation, Observer
+from ..equations.reduction import reduced
+from ..fit.blocks import in_blocks
+from ..fit.settings import DEFAULTS, Settings
+from ..signals.plausibility import check_apart, check_recordings, without_dead
+from ..signals.rests import Rests, rests_of
+from .constant_torques import offset_prior
+from .long_motion import Source
+from .pairs import torque_change
+from .short_motion import ShortMotion, observer_of
+from .under_load import robot_of
+
+_FEWEST = 4  # poses: fewer leave nothing to judge mass and first moments by
+_SAME = 0.02  # rad or m: rests that lie closer are of one pose; approaches begin twice as far away
+_SPEED = 1e-9  # rad/s or m/s: of the approach, whose sign alone counts
+_ROUNDING = 1e-9  # of the largest entry of the payload's regressor
+_COSTS = 2.0  # variance with drift over that without, above which the order does not tell it
+_Indices = NDArray[np.intp]
+
+
+class Drift(Document, frozen=True):
+    """Drift of the torques that is linear in time, per hour where files share a clock, else per recording.
+
+    ``offset``, ``friction``: of each joint's constant torque and Coulomb level [N·m or N], both with ``sigma``;
+    ``mass``: what it would add to the mass [kg] from one recording to the next, were it not known; ``ratio``: its
+    part of the mass's variance.
+    """
+
+    per: str
+    offset: Vector
+    friction: Vector
+    sigma: Vector
+    mass: Float
+    ratio: float
+
+
+class Standing(Document, frozen=True):
+    """Number of poses, order of recordings, scatter of each joint's torque over approaches, and drift, if seen."""
+
+    poses: int
+    order: str
+    scatter: Vector
+    drift: Drift | None = None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StaticMotion(ShortMotion):
+    """Recordings that rest in poses: a short motion whose rows are rests, and whose blocks are poses."""
+
+    rests: tuple[Rests, ...] = ()  # of each recording, those without payload first
+    one_sided: tuple[int, ...] = ()  # numbers of poses that are reached from one side only
+    standing: Standing | None = None
+
+
+def static_weighing(
+    robot: Robot, loaded: Sequence[Recording], unloaded: Sequence[Recording], settings: Settings = DEFAULTS
+) -> StaticMotion:
+    """Weigh by torque differences (29) at rest, in poses reached from both sides; else as ``weigh_at_rest``."""
+    processing, recordings, bare = settings.processing_of(robot), [*unloaded, *loaded], len(unloaded)
+    robot = without_dead(robot, recordings)
+    check_recordings(robot, recordings)
+    check_apart(loaded, unloaded)
+    if not loaded or not unloaded:
+        raise InputError("a weighing at rest compares recordings with and without payload: give both")
+    settings.progress("looking for rests")
+    every = [rests_of(recording, processing) for recording in recordings]
+    poses, index, one_sided = _poses(every)
+    if len(set(poses)) < _FEWEST:
+        raise InputError(
+            f"{len(set(poses))} poses are held in all recordings ({', '.join(str(len(one.q)) for one in every)} "
+            f"rests): record one motion of {_FEWEST} poses or more, better 8, without and with payload"
+        )
+    # Positions, torques and approaches of recordings, rows and joints.
+    q, torque, side = (
+        np.array(
+            [[getattr(one, kind)[at].mean(axis=0) for at in own] for one, own in zip(every, index, strict=True)]
+        )
+        for kind in ("q", "torque", "side")
+    )
+    apart = np.abs(q[bare:].mean(axis=0) - q[:bare].mean(axis=0))
+    if apart.max() > processing.max_mismatch:
+        k, j = np.unravel_index(int(np.argmax(apart)), apart.shape)
+        raise InputError(
+            f"pose {poses[k] + 1}: joint {j + 1} stands {1e3 * apart[k, j]:.1f} mrad or mm apart with and without "
+            f"payload, more than {1e3 * processing.max_mismatch:g}: the arm sags, or the poses are others"
+        )
+    W = regressor_at(robot, payload_columns(robot), q[-1], 0.0 * q[-1], 0.0 * q[-1])
+    keep = (side == side[0]).all(axis=0) & (side[0] != 0.0)
+    keep &= np.abs(W).max(axis=(1, 2)) > _ROUNDING * np.abs(W).max()  # a joint that no weight acts on says nothing
+    keep &= np.isin(np.arange(1, robot.n + 1), settings.joints or range(1, robot.n + 1))
+    order, per, step, difference, drifting = _order(loaded, unloaded)
+
+    def joined(weights: Array) -> Measurement:
+        motion = Motion(np.arange(float(len(poses))), np.tensordot(weights, q, 1), _SPEED * side[0], 0.0 * side[0])
+        return Measurement(motion, np.tensordot(weights, torque, 1))
+
+    of_loaded = np.arange(len(recordings)) >= bare
+    without, under_load = joined(-difference * ~of_loaded), joined(difference * of_loaded)
+    free, each = robot.with_offsets(True), keep / np.maximum(keep.sum(axis=0), 1)
+    whole, observer = Observer(free, base_parameters(free).columns), observer_of(robot, None)
+    own = robot_of(reduced(whole.observe_rows(without, keep, 1)))
+    path = whole.torques(under_load.motion, own) - whole.torques(without.motion, own)
+    change = observer.observe_rows(torque_change(robot, without, under_load, path), keep, 1)
+    ends = np.concatenate([[-np.inf], np.flatnonzero(np.diff(poses)) + 0.5, [np.inf]])
+    problem = StaticMotion(
+        robot,
+        base_parameters(robot),
+        Source(tuple(loaded), tuple(unloaded), processing, rate=every[-1].rate),
+        tuple((np.flatnonzero(keep.any(axis=0)) + 1).tolist()),
+        (in_blocks(reduced(change), [change], [ends], 0.0),),
+        offset_prior([change], np.abs((each * side[0] * without.torque).sum(axis=0))),
+        np.sqrt(np.mean(under_load.torque**2, axis=0)),
+        settings=settings,
+        rests=tuple(every),
+        one_sided=one_sided,
+    )
+    weights = problem.posed().weights()
+    scatter, drift = keep.any(axis=0) / weights / np.linalg.norm(difference), None
+    if drifting.any():
+        slope = np.tensordot(drifting, torque, 1)
+        as_torque = [step * slope[keep[:, j], j] for j in range(robot.n)]
+        drifted = Observation.of(change.columns, change.W, as_torque, change.t, change.bandwidth)
+        as_payload = replace(problem, runs=(reduced(drifted),))
+        mass = as_payload.resolved(as_payload.posed().solved(weights))["M_L"]
+        sigma = scatter * np.linalg.norm(drifting) / np.sqrt(np.maximum(keep.sum(axis=0), 1))
+        ratio = max(0.0, 1.0 - (1.0 / bare + 1.0 / len(loaded)) / float(difference @ difference))
+        drift = Drift(per, (each * slope).sum(axis=0), (each * side[0] * slope).sum(axis=0), sigma, mass, ratio)
+    return replace(problem, standing=Standing(len(set(poses)), order, scatter, drift))
+
+
+def _poses(every: Sequence[Rests]) -> tuple[_Indices, list[list[_Indices]], tuple[int, ...]]:
+    """Find the rests that all recordings hold, pose after pose.
+
+    Returns:
+        Number of each row's pose, from 0; for each recording, the indices of its rests at this pose from this side;
+        and the numbers of poses, from 1, that are reached from one side only.
+    """
+    q, side = every[0].q, every[0].side
+    near = np.abs(q[:, None] - q).max(axis=2) < _SAME
+    _, poses = np.unique(near.argmax(axis=1), return_inverse=True)
+    index = [
+        [
+            np.flatnonzero((np.abs(one.q - p).max(axis=1) < _SAME) & (one.side @ s > 0.0))
+            for p, s in zip(q, side, strict=True)
+        ]
+        for one in every
+    ]
+    there = [all(len(own[k]) for own in index) and index[0][k][0] == k for k in range(len(q))]
+    there[-1] &= near[-1].sum() > 1  # else that is where the arm goes in the end
+    rows = sorted(np.flatnonzero(there).tolist(), key=lambda k: int(poses[k]))
+    alone = {int(poses[k]) + 1 for k in rows if not (near[k, rows] & (side[rows] @ side[k] < 0.0)).any()}
+    return poses[rows], [[own[k] for k in rows] for own in index], tuple(sorted(alone))
+
+
+def _order(loaded: Sequence[Recording], unloaded: Sequence[Recording]) -> tuple[str, str, float, Array, Array]:
+    """Order recordings by their clock, if they share one, else half of the unloaded ones first and half last.
+
+    Returns:
+        The order, the unit of time, the mean time from one to the next, and the recordings' weights, (R,), for the
+        difference and for the drift; 0 where the order does not tell that from the payload.
+    """
+    recordings, bare = [*unloaded, *loaded], len(unloaded)
+    ends = np.array([one.origin + one.t[[0, -1]] for one in recordings])
+    places, half = np.argsort(ends[:, 0], kind="stable"), (bare + 1) // 2
+    clocked = bool((ends[places[1:], 0] >= ends[places[:-1], 1]).all())
+    if not clocked:
+        places = np.array([*range(half), *range(bare, len(recordings)), *range(half, bare)])
+    t = ends.mean(axis=1) / 3600.0 if clocked else np.argsort(places).astype(float)
+    A = np.column_stack([np.ones(len(t)), np.arange(len(t)) >= bare, t - t.mean()])
+    plain, parts, step = decomposed(A[:, :2]).inverse[1], decomposed(A), float(np.ptp(t)) / (len(t) - 1)
+    text = ", ".join("loaded" if k >= bare else "unloaded" for k in places) + " by their clock" * clocked
+    (_, weights, slope), unit = parts.inverse, "hour" if clocked else "recording"
+    if len(t) < 3 or parts.rank < 3 or weights @ weights > _COSTS * plain @ plain:
+        return text, unit, step, plain, np.zeros(len(t))
+    return text, unit, step, weights, slope
