@@ -13,12 +13,21 @@ from ... import model, trajectories
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import write_text
+from ...trajectories.motions.fourier import check_pose
 from .. import view as views
 from ..export import motions
 from ..export.motion import WrittenMotion
+from ..export.motions.val3 import check_val3
 from ..report.blocks import Report
-from ..report.documents import FIGURE_RATE, NearResult, near_document
-from ..report.sections.motion import near_head, near_report, second_pose_note, visibility_table
+from ..report.documents import FIGURE_RATE, NearResult, StaticResult, near_document, static_document
+from ..report.sections.motion import (
+    near_head,
+    near_report,
+    second_pose_note,
+    static_head,
+    static_report,
+    visibility_table,
+)
 from . import values
 from .entry import MOTION, SETTING, Options, about, command
 from .motions import (
@@ -35,16 +44,21 @@ from .progress import note, status
 from .values import NewFile, numbers, numbers_or, word
 
 if TYPE_CHECKING:
+    from ...model.visibility import PayloadVisibility
     from .motions import PayloadBounds
 
 _Pose = Annotated[tuple[float, ...] | str, word(partial(numbers_or, "auto"), "auto|Q1,Q2,..")]
-_RANGE, _MASS = 30.0, 3.0  # deg, kg
+_RANGE, _MASS, _DURATION = 30.0, 3.0, 30.0  # deg, kg, s
+_POSES, _HOLD, _APPROACH, _SLIDE = 8, 1.5, 3.0, 0.02  # s, deg, m
+_STATIC_STARTS = 3
 
 _LEFT = 1.25  # of the mass expected: what runs of the ladder leave possible, and the motion bears at full speed
 
 
 class NearOptions(Options, group=MOTION):
     """Pose, moving joints, ranges and time, and knowledge of the payload."""
+
+    needs: ClassVar = dict.fromkeys(("poses", "hold", "approach"), ("static",))
 
     pose: values.Positions
     """Pose of the arm [deg or m]."""
@@ -53,21 +67,31 @@ class NearOptions(Options, group=MOTION):
     joints: values.Joints
     """Joints that move, such as 2,3,5,6."""
     range: Annotated[tuple[float, ...] | None, word(numbers, "R|R1,R2,..")] = None
-    """To either side [deg or m] (default: 30)."""
-    duration: values.Seconds = 30.0
+    """To either side [deg or m] (default: 30; with --static as far as the joints go)."""
+    duration: values.Seconds | None = None
     """Time of the motion [s] (default: 30)."""
+    static: bool = False
+    """Weigh standing still: rest in several poses, each reached from both sides."""
+    poses: values.Count | None = None
+    """Poses of --static, 6 to 12 (default: 8)."""
+    hold: Annotated[values.Seconds | None, SETTING] = None
+    """Time at rest after each approach of --static [s] (default: 1.5)."""
+    approach: Annotated[tuple[float, ...] | None, word(numbers, "R|R1,R2,.."), SETTING] = None
+    """Small move to each pose of --static, of each moving joint [deg or m] (default: 3, 0.02 m where it slides)."""
     mass: values.Weighed | None = None
     """About its mass (default: 3); weighed, with the scale's standard deviation: 2.5+-0.01."""
     ladder: bool = False
     """A motion for 1.25 times the mass expected, and slower runs before it that bound the payload."""
     seed: values.Seed = 0
     """Seed of the random starts (default: 0)."""
-    starts: Annotated[values.Count, SETTING] = 1
-    """Random starts of the search (default: 1)."""
+    starts: Annotated[values.Count | None, SETTING] = None
+    """Random starts of the search (default: 1, with --static 3)."""
 
     def check(self) -> None:
-        """Refuse more than one mass."""
+        """Refuse more than one mass, and options of the other kind of motion."""
         super().check()
+        for option in ("second_pose", "duration", "ladder") if self.static else ():
+            self.refuse(option, "is for a motion that does not rest: leave it out, or --static")
         if self.mass is not None and len(self.mass[0]) > 1:
             raise InputError("--mass: give one mass, with its standard deviation where it was weighed: 2.5+-0.01")
 
@@ -82,24 +106,24 @@ class NearOptions(Options, group=MOTION):
             "--mass, or a heavier payload"
         )
 
-    def ranges(self, robot: model.Robot) -> Array:
-        """A range for each moving joint [rad or m]."""
-        joints, ranges = self.joints, self.range or (_RANGE,)
+    def each(self, robot: model.Robot, option: str, given: tuple[float, ...]) -> Array:
+        """Numbers of an option for each moving joint [rad or m], where one may stand for all."""
+        joints, shown = self.joints, self.shown(option)
         if max(joints) > robot.n:
             raise InputError(
                 f"--joints {max(joints)}: robot {robot.name!r} has {robot.n} joints: number them from 1, at the "
                 f"base, to {robot.n}"
             )
-        if len(ranges) not in (1, len(joints)):
+        if len(given) not in (1, len(joints)):
             raise InputError(
-                f"--range has {len(ranges)} numbers for {len(joints)} joints: give one, or one for each"
+                f"{shown} has {len(given)} numbers for {len(joints)} joints: give one, or one for each"
             )
         turning = [robot.joints[joint - 1].revolute for joint in joints]
-        if len(ranges) == 1 and not all(turning):
+        if len(given) == 1 and not all(turning):
             raise InputError(
-                "--range: give one number for each joint, in deg where it turns and in m where it slides"
+                f"{shown}: give one number for each joint, in deg where it turns and in m where it slides"
             )
-        each = ranges * len(joints) if len(ranges) == 1 else ranges
+        each = given * len(joints) if len(given) == 1 else given
         return np.array([np.radians(x) if turns else x for x, turns in zip(each, turning, strict=True)])
 
     @property
@@ -154,21 +178,15 @@ def run(
     limited = limits.of(robot)
     robot, bounds, payload = limited.robot, limited.bounds, limited.loads.heaviest
     options = options.bounded_by(payload)
+    if options.static:
+        _plan_static(options, limited, noise, limits, files, view)
+        return
+    files.refuse("val3", "is for --static: VAL3 has no place for a motion that does not rest in points")
     sigma, rate, source = noise.noise(robot, bounds)
     goal = trajectories.NearGoal(sigma, rate, options.expected, options.sigma, source)
     shape, hint = _shape(options, robot, goal, bounds)
-    visibility = shape.visibility(robot)
-    try:
-        trajectories.check_mass_visible(visibility, options.sigma is not None, "near this pose")
-    except InputError:  # what joints show is printed all the same
-        files.show(Report("", [visibility_table(visibility)]))
-        raise
-    loads = _loads(limited, options)
-    if loads is None:  # torques cannot be computed
-        limited = limited._replace(bounds=replace(bounds, torque=np.full(robot.n, np.inf)))
-    problem = limited.problem(shape, goal, loads)
-    trajectories.check_held(problem, shape.poses)
-    design = best_motion(problem, options.seed, options.starts)
+    problem, visibility = _problem(options, limited, shape, goal, files)
+    design = best_motion(problem, options.seed, options.starts or 1)
     ladder: tuple[trajectories.Rung, ...] = ()
     if options.ladder:
         assert isinstance(design.plan, trajectories.Fourier)
@@ -193,14 +211,81 @@ def run(
     view.write_view(lambda: views.view_of(robot, samples, problem=design.problem))
 
 
+def _plan_static(
+    options: NearOptions,
+    limited: Limited,
+    noise: NoiseOptions,
+    limits: LimitOptions,
+    files: NearFiles,
+    view: ViewOptions,
+) -> None:
+    """Plan poses at rest, and the motion through them."""
+    robot, bounds = limited.robot, limited.bounds
+    if files.val3:
+        check_val3(robot, True, Path(files.val3).name)
+    files.refuse("rehearsal", "has no effect with --static: run the motion itself at a low speed override first")
+    if noise.torque_noise is not None and noise.torque_noise[1] is not None:
+        raise InputError("--torque-noise with @HZ: at rest each approach is one sample: leave @HZ out")
+    sigma, _, source = noise.noise(robot, bounds, trajectories.ASSUMED_STICTION)
+    hold, moving = options.hold or _HOLD, [joint - 1 for joint in options.joints]
+    usual = [
+        _APPROACH if joint > robot.n or robot.joints[joint - 1].revolute else _SLIDE for joint in options.joints
+    ]
+    approach = options.each(robot, "approach", options.approach or tuple(usual))
+    with about("--pose"):
+        start = in_si(options.pose, robot)
+        check_pose(start, robot, bounds)
+    low, high = bounds.low[moving], bounds.high[moving]
+    if options.range is not None:
+        ranges = options.each(robot, "range", options.range)
+        low, high = np.maximum(low, start[moving] - ranges), np.minimum(high, start[moving] + ranges)
+    shape = trajectories.StaticShape(start, options.joints, low, high, approach, options.poses or _POSES, hold)
+    goal = trajectories.NearGoal(sigma, 1.0 / hold, options.expected, options.sigma, source)
+    problem, visibility = _problem(options, limited, shape, goal, files)
+    design = best_motion(problem, options.seed, options.starts or _STATIC_STARTS)
+    assert isinstance(design.plan, trajectories.ViaPoints)
+    samples, spread = design.motion(FIGURE_RATE), goal.predicted_at_rest(robot, design.plan, shape.joints)
+    score = trajectories.score_motion(problem, samples)
+    result = StaticResult(design, design.plan, shape, score, visibility, spread, options.expected)
+    written = WrittenMotion(robot, design.plan, bounds, static_head(result), name=Path(files.val3 or "").name)
+    files.check_replays(limits.whole(design.problem), written, "val3")
+    files.give(static_report(result, samples), lambda: static_document(result), {})
+    files.write(written)
+    view.write_view(lambda: views.view_of(robot, samples, problem=problem))
+
+
+def _problem(
+    options: NearOptions,
+    limited: Limited,
+    shape: trajectories.NearShape | trajectories.StaticShape,
+    goal: trajectories.NearGoal,
+    files: NearFiles,
+) -> tuple[trajectories.DesignProblem, PayloadVisibility]:
+    """Pose the design and tell what it can show, once the mass is seen to be visible and the arm to be held."""
+    robot = limited.robot
+    visibility = shape.visibility(robot)
+    try:
+        trajectories.check_mass_visible(visibility, options.sigma is not None, "near this pose")
+    except InputError:  # what joints show is printed all the same
+        files.show(Report("", [visibility_table(visibility)]))
+        raise
+    loads = _loads(limited, options)
+    if loads is None:  # torques cannot be computed
+        limited = limited._replace(bounds=replace(limited.bounds, torque=np.full(robot.n, np.inf)))
+    problem = limited.problem(shape, goal, loads)
+    poses = shape.poses if isinstance(shape, trajectories.NearShape) else shape.start[None]
+    trajectories.check_held(problem, poses)
+    return problem, visibility
+
+
 def _shape(
     options: NearOptions, robot: model.Robot, goal: trajectories.NearGoal, bounds: trajectories.JointBounds
 ) -> tuple[trajectories.NearShape, Array | None]:
     """Shape of the motion, and a second pose that would help where none was asked for."""
-    ranges = options.ranges(robot)
+    ranges = options.each(robot, "range", options.range or (_RANGE,))
     with about("--pose"):
         first = in_si(options.pose, robot)
-        shape = trajectories.NearShape(first[None], options.joints, ranges, options.duration)
+        shape = trajectories.NearShape(first[None], options.joints, ranges, options.duration or _DURATION)
         shape.check(robot, bounds)
     if options.second_pose is None:
         visible = options.sigma is not None or shape.visibility(robot).mass_visible

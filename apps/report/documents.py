@@ -13,6 +13,7 @@ import numpy as np
 from msgspec import UNSET, UnsetType, field
 
 from ... import __version__
+from ...common.arrays import Array
 from ...common.files import write_bytes
 from ...common.schema import Document, Matrix, Vector, json_schema
 from ...estimation import measurement
@@ -21,11 +22,11 @@ from ...estimation.equations.observer import Observer
 from ...estimation.results.parts import Number, Rollout
 from ...estimation.results.payload import PayloadResult, VisibilityDocument
 from ...estimation.results.robot import GainsResult, RobotResult
-from ...model import Motion, Recording, Robot
+from ...model import InertialParameters, Motion, Recording, Robot
 from ...model.inertia import PayloadSpread
 from ...model.motion import Measurement
 from ...model.visibility import PayloadVisibility
-from ...trajectories import Design, DesignProblem, Fourier, NearShape, Score, Trapezoid, ViaPoints
+from ...trajectories import Design, DesignProblem, Fourier, NearShape, Score, StaticShape, Trapezoid, ViaPoints
 from ...trajectories.design.full_trajectory import Rung
 from ...trajectories.design.limits import LimitCheck
 from ...trajectories.design.score import Learnt, holding_torques, learnt_of
@@ -200,6 +201,29 @@ class _MotionAnswer(Document, frozen=True, kw_only=True):
     noise_from: str = field(name="torque_noise_from")
 
 
+class StaticMotion(Document, frozen=True):
+    """Poses at rest, each approached by a small move from below and from above [rad or m]."""
+
+    poses: Matrix
+    joints: tuple[int, ...]
+    approach: Vector
+    hold: float = field(name="hold_s")
+
+
+class StaticDocument(_MotionAnswer, frozen=True, kw_only=True):
+    """A weighing at rest: what it shows of a payload, how well, its limits.
+
+    Each approach is a sample; a constant torque of each joint may differ between the recordings.
+    """
+
+    static: StaticMotion
+    visibility: VisibilityDocument
+    predicted_sigma: PayloadSpread
+    expected_mass: float = field(name="expected_mass_kg")
+    cpu_s: float
+    seed: int
+
+
 class DesignDocument(_MotionAnswer, frozen=True, kw_only=True):
     """A designed or judged motion: its criterion, what it would teach, its limits, what it assumes of the robot."""
 
@@ -280,6 +304,23 @@ class NearResult(NamedTuple):
         """The motion with its repeats and transfers."""
         assert isinstance(self.design.plan, Fourier)
         return self.design.plan
+
+
+class StaticResult(NamedTuple):
+    """A weighing at rest: the motion through its poses, judged as it is run, and predicted standard deviations."""
+
+    design: Design
+    plan: ViaPoints
+    shape: StaticShape
+    score: Score
+    visibility: PayloadVisibility
+    spread: PayloadSpread
+    expected: InertialParameters
+
+    @property
+    def poses(self) -> Array:
+        """Poses at rest [rad or m], K x n."""
+        return self.plan.held[::2]
 
 
 class JudgedMotion(NamedTuple):
@@ -371,6 +412,20 @@ def near_document(result: NearResult) -> NearDocument:
     )
 
 
+def static_document(result: StaticResult) -> StaticDocument:
+    """Make the document of ``dynident near --static --json``."""
+    design, problem, score = result.design, result.design.problem, result.score
+    return StaticDocument.of(
+        *(design.learnt, result.plan, design, problem.criterion, problem, problem.goal),
+        **_of_motion(problem, score),
+        static=StaticMotion.of(result.shape, poses=result.poses),
+        visibility=VisibilityDocument.of(result.visibility),
+        predicted_sigma=result.spread,
+        expected_mass=result.expected.mass,
+        limits=LimitsDocument(score.max_violation, torque_checked=problem.torque_limited, nearest=score.limits),
+    )
+
+
 class RolloutsDocument(Document, frozen=True):
     """Open loop and replay on each recording."""
 
@@ -385,6 +440,7 @@ DOCUMENTS: dict[str, type[Document]] = {
     "gains": GainsResult,
     "design": DesignDocument,
     "near": NearDocument,
+    "near_static": StaticDocument,
     "rollout": RolloutsDocument,
     "fleet_report": Fleet,
     "fleet_reduce": ReducedDocument,

@@ -21,11 +21,12 @@ from ...model.regressors import payload_columns
 from ...model.visibility import PayloadVisibility, friction_columns, visibility_of
 from ..motions.family import Family, JointBounds, Plan, Samples
 from ..motions.fourier import FourierShape, NearShape
-from ..motions.via_points import ViaPointShape
+from ..motions.rests import StaticShape
+from ..motions.via_points import ViaPoints, ViaPointShape
 from .criterion import CRITERIA, Kind
 from .information import RegressorKernel, regressor_kernel
 
-Shape = ViaPointShape | FourierShape | NearShape
+Shape = ViaPointShape | FourierShape | NearShape | StaticShape
 """Kinds of motion among which a design chooses: each is a small value that stands for a family."""
 
 RESIDUAL, MEMORY, INDEPENDENT = 0.004, 1.8, 10.0
@@ -35,7 +36,16 @@ and samples a second that are then independent [Hz].
 Real residuals at 10 to 50 Hz over the limits: of a UR10e .26 to .38 %, of a TX40 .24 to .31 % (arm) and 1.1 to
 2.4 % (wrist); jackknife over formula 1.9 and 1.7, geometric mean over the parameters.
 """
-ASSUMED_NOISE = f"assumed, {100 * RESIDUAL * MEMORY:.2g} % of the torque limits, as real arms have"
+ASSUMED_RATIO = RESIDUAL * MEMORY
+ASSUMED_NOISE = f"assumed, {100 * ASSUMED_RATIO:.2g} % of the torque limits, as real arms have"
+COULOMB, SCATTER = 0.1, 0.05
+"""Stiction assumed of a joint at rest: Coulomb friction over the torque limit, and the ratio of it by which it
+scatters from one approach to the next."""
+ASSUMED_STICTION = (
+    COULOMB * SCATTER,
+    f"assumed, {100 * SCATTER:g} % of a Coulomb friction of {100 * COULOMB:g} % of the torque limits",
+)
+"""Standard deviation of the torque of an approach over the torque limits, and its source."""
 _PAIR = 2.0  # times the variance: payloads show in the difference of two recordings
 _ALIKE = {"M": 0.01, "MX": 1e-3, "MY": 1e-3, "MZ": 1e-3}
 """Standard deviations that count alike: of the mass 10 g, of the first moments 1 mm times the mass expected; of
@@ -136,11 +146,14 @@ class Goal:
 
 @dataclass(frozen=True, eq=False)
 class NearGoal:
-    """Goal of a motion near a pose: a payload seen in noisy torques of the joints that a ``NearShape`` moves.
+    """Goal of a motion near a pose: a payload seen in noisy torques of the joints that the motion moves.
+
+    They move all the time as a ``NearShape`` says, or stand still as a ``StaticShape`` does, where each approach to
+    a pose is one sample.
 
     Attributes:
         noise: standard deviation of a torque sample of a recording per joint [N·m or N], shape (n,).
-        rate: independent torque samples per second [Hz].
+        rate: independent torque samples per second [Hz]; of a ``StaticShape`` one in the time that a pose is held.
         expected: about what the payload is; what is predicted depends on it.
         mass_sigma: of the scale on which the payload was weighed [kg]; None where it was not.
         noise_from: source of the noise, in words.
@@ -158,8 +171,8 @@ class NearGoal:
         Raises:
             InputError: "mass not visible" where the mass is neither visible nor known.
         """
-        if not isinstance(shape, NearShape):
-            raise InputError("this goal is for motions near a pose: give a NearShape")
+        if not isinstance(shape, NearShape | StaticShape):
+            raise InputError("this goal is for motions near a pose: give a NearShape or a StaticShape")
         visibility = shape.visibility(robot)
         check_mass_visible(visibility, self.mass_sigma is not None, "near this pose")
         payload, moving = payload_columns(robot), [joint - 1 for joint in shape.joints]
@@ -202,6 +215,23 @@ class NearGoal:
             own = W[joint - 1][np.abs(motion.qd[:, joint - 1]) >= _SLOW]
             scale = np.sqrt(self.rate / _PAIR / motion.rate) / self.noise[joint - 1]
             rows.append(scale * without(own[:, :10], own[:, 10:]))
+        return self._spread(rows, joints)
+
+    def predicted_at_rest(self, robot: Robot, plan: ViaPoints, joints: Sequence[int]) -> PayloadSpread:
+        """Predict as ``predicted`` from the torques of ``joints`` wherever the motion holds a pose.
+
+        Every approach is a sample, whose dry friction the one from the other side cancels; a constant torque of
+        each joint may differ between the recordings.
+        """
+        still = np.zeros_like(plan.held)
+        W = _payload_kernel(robot).matrix(Samples(np.ones(len(still)), plan.held, still, still))
+        rows = []
+        for joint, own in zip(joints, W.reshape(robot.n, len(still), -1)[[j - 1 for j in joints]], strict=True):
+            rows.append(without(own[:, :10], own[:, 10:]) / (np.sqrt(_PAIR) * self.noise[joint - 1]))
+        return self._spread(rows, joints)
+
+    def _spread(self, rows: Sequence[Array], joints: Sequence[int]) -> PayloadSpread:
+        """Compute standard deviations by the payload's columns of each joint over the noise, friction taken out."""
         A = np.vstack(rows)
         visibility = visibility_of(A, joints)
         indices, T, b = visibility.resolved(self.mass_sigma is not None)
@@ -213,9 +243,12 @@ class NearGoal:
         return payload_spread(self.expected.vector, total, indices)
 
 
-def assumed_noise(robot: Robot) -> Array:
-    """Torque errors of a recording where none are told [N·m or N], shape (n,); inf without torque limits."""
-    return RESIDUAL * MEMORY * np.array([joint.limits.torque for joint in robot.joints])
+def assumed_noise(robot: Robot, ratio: float = ASSUMED_RATIO) -> Array:
+    """Torque errors of a recording where none are told [N·m or N], shape (n,); inf without torque limits.
+
+    ``ratio``: over the torque limits.
+    """
+    return ratio * np.array([joint.limits.torque for joint in robot.joints])
 
 
 def check_mass_visible(visibility: PayloadVisibility, mass_known: bool, when: str) -> None:

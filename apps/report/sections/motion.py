@@ -16,13 +16,18 @@ from ....trajectories.design.problem import BALL
 from ....trajectories.design.score import Learnt, holding_torques
 from ...export.motion import assumed_line, rests_on
 from ..blocks import Banner, Block, Notes, OnPage, Report, Section, Table, Text, lines
-from ..documents import JudgedMotion, NearResult
+from ..documents import JudgedMotion, NearResult, StaticResult
 from ..figures.motion import motion_figure, sigma_figure
 from .robot import assumed_notes
 
 _MOST_SHOWN = 12
 _SHOWN = 8  # of more parameters: the least known
 _MASS, _ARM, _GYRATION = 3.0, 0.1, 0.055  # kg, m, m: a payload that stands for those to come
+_STATIC_MOST = 0.05  # standard deviation over the mass: above it standing still tells too little
+_UNCHECKED = (
+    "Torque limits are NOT checked: the description has no torque limits or no parameters (--robot-parameters or "
+    "--arm-mass)"
+)
 _KINDS = ("position", "speed", "acceleration", "torque")
 _GROUPS = (
     ("inertia", "kg m²", ("XX", "XY", "XZ", "YY", "YZ", "ZZ")),
@@ -126,15 +131,11 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
     before = f"the rehearsal, once at a tenth of the speed, takes {plan.slowed(0.1).duration:.0f} s"
     if result.ladder:
         before = f"the slower runs before it take {slower} s" if slower else "the first run may be at full speed"
-    unchecked = (
-        "Torque limits are NOT checked: the description has no torque limits or no parameters (--robot-parameters "
-        "or --arm-mass); the rehearsal does not show them either."
-    )
     brakes_note, brakes = _brakes(problem, score)
     notes = [
         *hints,
         f"{plan.duration:.1f} s: {periods} of {plan.period:.2f} s{two}; {before}.",
-        *([] if problem.torque_limited else [unchecked]),
+        *([] if problem.torque_limited else [f"{_UNCHECKED}; the rehearsal does not show them either."]),
         *brakes_note,
         *assumed_notes(robot, *rests_on(problem)),
     ]
@@ -165,6 +166,58 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
     ]
     more = f"which parameters these joints show{', what brakes hold' if brakes else ''}"
     return Report(f"Motion that weighs a payload: {title}", first, sections, more)
+
+
+def static_report(result: StaticResult, motion: Motion) -> Report:
+    """Predicted standard deviations of an expected payload, what to do next; then the poses and the motion."""
+    design, shape, score, expected = result.design, result.shape, result.score, result.expected
+    problem, robot, spread = design.problem, design.problem.robot, result.spread
+    title, joints = robot.title or robot.name, ", ".join(map(str, shape.joints))
+    writers, position = "--samples, --ros2, --urscript or --val3", ", ".join(f"{1e3 * x:g}" for x in expected.com)
+    turning = [robot.joints[joint - 1].revolute for joint in shape.joints]
+    moves = dict.fromkeys(
+        f"{np.degrees(x):.3g} deg" if turns else f"{x:.3g} m"
+        for x, turns in zip(shape.approach, turning, strict=True)
+    )
+    stiction = ", ".join(f"{x:.2g}" for x in problem.noise if np.isfinite(x))
+    share = spread.mass / expected.mass
+    advice = f"1 sigma is {100.0 * share:.2g} % of the mass."
+    if share > _STATIC_MOST:
+        advice += f" Above {100 * _STATIC_MOST:g} % a motion tells more: leave --static out."
+    brakes_note, brakes = _brakes(problem, score)
+    scale = np.where([joint.revolute for joint in robot.joints], 180.0 / np.pi, 1.0)
+    rows = [(str(k), *(f"{x:.1f}" for x in scale * pose)) for k, pose in enumerate(result.poses, 1)]
+    first: list[Block] = [
+        _motion_banner(f"{shape.count} poses at rest of {title}, joints {joints}", score),
+        _spread_table(f"Predicted for {expected.mass:g} kg at ({position}) mm", spread, inertia=False),
+        Notes(
+            [
+                advice,
+                f"Torque at rest scatters from one approach to the next, {problem.noise_from}: {stiction} N·m or N. "
+                "A constant torque of each joint may differ between both recordings.",
+                f"Next: add {writers}, run it without and with the payload, then 'dynident weigh'.",
+            ]
+        ),
+        Notes(
+            [
+                f"{result.plan.duration:.0f} s: each pose is held {shape.hold:g} s after a move of "
+                f"{', '.join(moves)} from below, and again from above.",
+                *([] if problem.torque_limited else [_UNCHECKED]),
+                *brakes_note,
+                *assumed_notes(robot, *rests_on(problem)),
+            ],
+            optional=True,
+        ),
+        OnPage(lambda: [_limits_table(score)]),
+        _how_to_run(result.plan.duration, writers, "weigh"),
+    ]
+    drawn = motion_figure(problem, motion, f"Weighing at rest: {title}")
+    headings = ("pose", *(f"q{j}" for j in range(1, robot.n + 1)))
+    sections = [
+        Section("poses", "Poses at rest", [Table("Poses, deg or m", headings, rows), drawn]),
+        Section("payload", "What it shows of a payload", [visibility_table(result.visibility), *brakes]),
+    ]
+    return Report(f"Weighing at rest: {title}", first, sections, "the poses, which parameters these joints show")
 
 
 def _motion_banner(title: str, score: Score) -> Banner:
@@ -273,10 +326,11 @@ def _taught_table(problem: DesignProblem, learnt: Learnt) -> Table:
     return Table(f"From {recorded}, of the robot, 1 sigma", headings, rows)
 
 
-def _spread_table(title: str, spread: PayloadSpread) -> Table:
+def _spread_table(title: str, spread: PayloadSpread, inertia: bool = True) -> Table:
     sigmas = [("mass", "kg", spread.mass)]
     sigmas += [(f"centre of mass {axis}", "mm", 1e3 * x) for axis, x in zip("xyz", spread.com, strict=True)]
-    sigmas += [(f"inertia {a}{a} at com", "kg m²", x) for a, x in zip("XYZ", spread.moments, strict=True)]
+    if inertia:
+        sigmas += [(f"inertia {a}{a} at com", "kg m²", x) for a, x in zip("XYZ", spread.moments, strict=True)]
     rows = [(name, unit, f"{x:.2g}" if np.isfinite(x) else "not visible") for name, unit, x in sigmas]
     return Table(title, ("", "unit", "1 sigma"), rows)
 
@@ -304,16 +358,33 @@ def near_head(result: NearResult, speed: float) -> tuple[str, ...]:
     """Lines of plain ASCII at the head of a motion's file."""
     shape, motion = result.shape, result.motion if speed == 1.0 else result.motion.slowed(speed)
     kind = "Motion that weighs a payload" if speed == 1.0 else f"REHEARSAL at {100 * speed:g} % of the speed"
-    name = (result.robot.title or result.robot.name).encode("ascii", "replace").decode("ascii")
-    unchecked = [] if result.design.problem.torque_limited else ["Torque limits were not checked."]
-    return (
-        f"{kind}: {name}, by dynident {__version__}.",
-        f"Joints {', '.join(map(str, shape.joints))} move, the others are held.",
+    lines = (
         *(f"Pose {k} [rad or m]: {', '.join(f'{x:.5f}' for x in pose)}." for k, pose in enumerate(shape.poses, 1)),
         f"Range to either side [rad or m]: {', '.join(f'{x:.5f}' for x in shape.ranges)}.",
         f"Duration {motion.duration:.6g} s; seed {result.design.seed}.",
-        *unchecked,
-        *assumed_line(result.design.problem),
+    )
+    return _head(kind, shape.joints, lines, result.design.problem)
+
+
+def static_head(result: StaticResult) -> tuple[str, ...]:
+    """Lines of plain ASCII at the head of the file of a weighing at rest."""
+    shape = result.shape
+    lines = (
+        f"{shape.count} poses, each held {shape.hold:g} s after a small move from below and again from above.",
+        f"Approach [rad or m]: {', '.join(f'{x:.5f}' for x in shape.approach)}.",
+        f"Duration {result.plan.duration:.6g} s; seed {result.design.seed}.",
+    )
+    return _head("Weighing at rest", shape.joints, lines, result.design.problem)
+
+
+def _head(kind: str, joints: Sequence[int], lines: Sequence[str], problem: DesignProblem) -> tuple[str, ...]:
+    name = (problem.robot.title or problem.robot.name).encode("ascii", "replace").decode("ascii")
+    return (
+        f"{kind}: {name}, by dynident {__version__}.",
+        f"Joints {', '.join(map(str, joints))} move, the others are held.",
+        *lines,
+        *([] if problem.torque_limited else ["Torque limits were not checked."]),
+        *assumed_line(problem),
     )
 
 
