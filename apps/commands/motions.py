@@ -230,9 +230,8 @@ class Limited(NamedTuple):
         stood: Sequence[Array] = (),
     ) -> trajectories.DesignProblem:
         """The design of a motion within these limits; without loads torques have none; ``stood``: poses seen."""
-        starts = [] if isinstance(shape, trajectories.NearShape) or shape.start is None else [shape.start]
-        poses = shape.poses if isinstance(shape, trajectories.NearShape) else starts
-        there = np.vstack([np.reshape(poses, (-1, self.robot.n)), *stood])
+        poses = shape.poses if isinstance(shape, trajectories.NearShape) else shape.start
+        there = np.vstack([np.reshape([] if poses is None else poses, (-1, self.robot.n)), *stood])
         scene = self.scene or trajectories.usual_scene(self.robot, there, self.floor)
         return trajectories.build_design(self.robot, shape, goal, bounds=self.bounds, loads=loads, scene=scene)
 

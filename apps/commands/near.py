@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 _Pose = Annotated[tuple[float, ...] | str, word(partial(numbers_or, "auto"), "auto|Q1,Q2,..")]
 _RANGE, _MASS, _DURATION = 30.0, 3.0, 30.0  # deg, kg, s
 _POSES, _HOLD, _APPROACH, _SLIDE = 8, 1.5, 3.0, 0.02  # s, deg, m
-_STATIC_STARTS = 3
+_STATIC_STARTS = 6
 
 _LEFT = 1.25  # of the mass expected: what runs of the ladder leave possible, and the motion bears at full speed
 
@@ -85,7 +85,7 @@ class NearOptions(Options, group=MOTION):
     seed: values.Seed = 0
     """Seed of the random starts (default: 0)."""
     starts: Annotated[values.Count | None, SETTING] = None
-    """Random starts of the search (default: 1, with --static 3)."""
+    """Random starts of the search (default: 1, with --static 6)."""
 
     def check(self) -> None:
         """Refuse more than one mass, and options of the other kind of motion."""

@@ -48,8 +48,8 @@ ASSUMED_STICTION = (
 """Standard deviation of the torque of an approach over the torque limits, and its source."""
 _PAIR = 2.0  # times the variance: payloads show in the difference of two recordings
 _ALIKE = {"M": 0.01, "MX": 1e-3, "MY": 1e-3, "MZ": 1e-3}
-"""Standard deviations that count alike: of the mass 10 g, of the first moments 1 mm times the mass expected; of
-inertias ``_INERTIA``."""
+"""Standard deviations that count alike: of the mass 10 g times the shape's ``mass_alike``, of the first moments 1
+mm times the mass expected; of inertias ``_INERTIA``."""
 _INERTIA = 0.02  # kg m^2
 _SLOW = 0.03  # rad/s or m/s: rows of a slower joint are not used; the sign of its friction is not sure
 _APART = 0.5 * np.pi  # rad: between two wrist poses
@@ -183,7 +183,7 @@ class NearGoal:
         interest = tuple(name for name in names if name in payload)
         mass = self.expected.mass
         scales = {name: _ALIKE.get(parameter_kind(name), _INERTIA / mass) for name in interest}
-        alike = {name: scale * (1.0 if name == payload[9] else mass) for name, scale in scales.items()}
+        alike = {name: scale * (shape.mass_alike if name == payload[9] else mass) for name, scale in scales.items()}
         earlier, noise = None, np.where(np.isin(np.arange(robot.n), moving), self.noise, np.inf)
         if self.mass_sigma is not None and payload[9] in names:
             earlier = Earlier(names, np.array([[float(name == payload[9]) / self.mass_sigma for name in names]]))

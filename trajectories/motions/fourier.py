@@ -147,6 +147,7 @@ class NearShape:
     duration: float
 
     harmonics, samples, span = 8, 16, 0.7  # as of a ``FourierShape``
+    mass_alike = 1.0
 
     def check(self, robot: Robot, bounds: JointBounds) -> None:
         """Refuse what the robot cannot do."""

@@ -52,6 +52,8 @@ class StaticShape:
     count: int = 8
     hold: float = 1.5
 
+    mass_alike = 0.5  # at rest a mass twice as sure costs the centre of mass of most arms little
+
     def __post_init__(self) -> None:
         """Refuse too few or too many poses."""
         if not FEWEST <= self.count <= MOST:

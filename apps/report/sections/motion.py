@@ -193,8 +193,8 @@ def static_report(result: StaticResult, motion: Motion) -> Report:
         Notes(
             [
                 advice,
-                f"Torque at rest scatters from one approach to the next, {problem.noise_from}: {stiction} N·m or N. "
-                "A constant torque of each joint may differ between both recordings.",
+                f"Torque at rest scatters from approach to approach, {problem.noise_from}: {stiction} N·m or N. A "
+                "constant torque of each joint may differ between both recordings.",
                 f"Next: add {writers}, run it without and with the payload, then 'dynident weigh'.",
             ]
         ),
