@@ -19,15 +19,8 @@ from ..export import motions
 from ..export.motion import WrittenMotion
 from ..export.motions.val3 import check_val3
 from ..report.blocks import Report
-from ..report.documents import FIGURE_RATE, NearResult, StaticResult, near_document, static_document
-from ..report.sections.motion import (
-    near_head,
-    near_report,
-    second_pose_note,
-    static_head,
-    static_report,
-    visibility_table,
-)
+from ..report.documents import FIGURE_RATE, NearResult, near_document
+from ..report.sections.motion import near_head, near_report, second_pose_note, visibility_table
 from . import values
 from .entry import MOTION, SETTING, Options, about, command
 from .motions import (
@@ -44,13 +37,11 @@ from .progress import note, status
 from .values import NewFile, numbers, numbers_or, word
 
 if TYPE_CHECKING:
-    from ...model.visibility import PayloadVisibility
     from .motions import PayloadBounds
 
 _Pose = Annotated[tuple[float, ...] | str, word(partial(numbers_or, "auto"), "auto|Q1,Q2,..")]
 _RANGE, _MASS, _DURATION = 30.0, 3.0, 30.0  # deg, kg, s
 _POSES, _HOLD, _APPROACH, _SLIDE = 8, 1.5, 3.0, 0.02  # s, deg, m
-_STATIC_STARTS = 6
 
 _LEFT = 1.25  # of the mass expected: what runs of the ladder leave possible, and the motion bears at full speed
 
@@ -77,7 +68,7 @@ class NearOptions(Options, group=MOTION):
     hold: Annotated[values.Seconds | None, SETTING] = None
     """Time at rest after each approach of --static [s] (default: 1.5)."""
     approach: Annotated[tuple[float, ...] | None, word(numbers, "R|R1,R2,.."), SETTING] = None
-    """Small move to each pose of --static, of each moving joint [deg or m] (default: 3, 0.02 m where it slides)."""
+    """Small move to each pose of --static [deg or m] (default: 3, 0.02 m where a joint slides)."""
     mass: values.Weighed | None = None
     """About its mass (default: 3); weighed, with the scale's standard deviation: 2.5+-0.01."""
     ladder: bool = False
@@ -127,6 +118,11 @@ class NearOptions(Options, group=MOTION):
         return np.array([np.radians(x) if turns else x for x, turns in zip(each, turning, strict=True)])
 
     @property
+    def rest(self) -> float:
+        """Time at rest after each approach [s]."""
+        return self.hold or _HOLD
+
+    @property
     def sigma(self) -> float | None:
         """Standard deviation of the scale [kg]; None where the payload was not weighed."""
         return self.mass[1] if self.mass else None
@@ -148,7 +144,8 @@ class NearFiles(MotionFiles):
 
     def write_rehearsals(self, result: NearResult, written: WrittenMotion) -> None:
         """Write slower runs of the motion: the rehearsal, or those of the ladder."""
-        if not (self.rehearsal or self.samples):
+        motion = result.design.plan
+        if not (self.rehearsal or self.samples) or not isinstance(motion, trajectories.Fourier):
             return
         beside = Path(self.samples or "none")
         path = Path(self.rehearsal or beside.with_name(f"{beside.stem}_rehearsal{beside.suffix}"))
@@ -158,7 +155,7 @@ class NearFiles(MotionFiles):
             speeds = {path.with_name(f"{path.stem}_{k}{path.suffix}"): speed for k, speed in rungs}
         for name, speed in speeds.items():
             head = near_head(result, speed)
-            slow = replace(written, plan=result.motion.slowed(speed), head=head, rate=self.rate)
+            slow = replace(written, plan=motion.slowed(speed), head=head, rate=self.rate)
             write_text(name, motions.FORMATS["csv"].text(slow))
 
 
@@ -175,18 +172,40 @@ def run(
     """Visibility first, then the design."""
     robot = arm.load()
     files.check_robot(robot)
+    application = Path(files.val3 or "").name
+    if files.val3:
+        check_val3(robot, options.static, application)
     limited = limits.of(robot)
     robot, bounds, payload = limited.robot, limited.bounds, limited.loads.heaviest
     options = options.bounded_by(payload)
+    knowledge, hint = (options.expected, options.sigma), None
     if options.static:
-        _plan_static(options, limited, noise, limits, files, view)
-        return
-    files.refuse("val3", "is for --static: VAL3 has no place for a motion that does not rest in points")
-    sigma, rate, source = noise.noise(robot, bounds)
-    goal = trajectories.NearGoal(sigma, rate, options.expected, options.sigma, source)
-    shape, hint = _shape(options, robot, goal, bounds)
-    problem, visibility = _problem(options, limited, shape, goal, files)
-    design = best_motion(problem, options.seed, options.starts or 1)
+        files.refuse("rehearsal", "has no effect with --static: run it at a low speed override first")
+        if noise.torque_noise is not None and noise.torque_noise[1] is not None:
+            raise InputError("--torque-noise: at rest each approach is one sample: leave @HZ out")
+        sigma, _, source = noise.noise(robot, bounds, trajectories.ASSUMED_STICTION)
+        goal = trajectories.NearGoal(sigma, 1.0 / options.rest, *knowledge, source)
+        shape: trajectories.NearShape | trajectories.StaticShape = _static_shape(options, robot, bounds)
+    else:
+        sigma, rate, source = noise.noise(robot, bounds)
+        goal = trajectories.NearGoal(sigma, rate, *knowledge, source)
+        shape, hint = _shape(options, robot, goal, bounds)
+    visibility = shape.visibility(robot)
+    try:
+        trajectories.check_mass_visible(visibility, options.sigma is not None, "near this pose")
+    except InputError:  # what joints show is printed all the same
+        files.show(Report("", [visibility_table(visibility)]))
+        raise
+    loads = _loads(limited, options)
+    if loads is None:  # torques cannot be computed
+        limited = limited._replace(bounds=replace(bounds, torque=np.full(robot.n, np.inf)))
+    problem = limited.problem(shape, goal, loads)
+    trajectories.check_held(problem, shape.poses)
+    design = best_motion(problem, options.seed, options.starts or (None if options.static else 1))
+    samples = design.motion(FIGURE_RATE)
+    if options.static:  # the search looks at poses on the way, not at the motion through them
+        run = trajectories.score_motion(problem, samples)
+        design = replace(design, score=replace(design.score, limits=run.limits, samples=run.samples))
     ladder: tuple[trajectories.Rung, ...] = ()
     if options.ladder:
         assert isinstance(design.plan, trajectories.Fourier)
@@ -200,82 +219,14 @@ def run(
                 lambda run: goal.predicted(robot, run, options.joints).mass,
             )
     result = NearResult(design, shape, visibility, goal.predicted(robot, design.plan, shape.joints), ladder)
-    hints = [second_pose_note(shape.poses[0], hint)] if hint is not None else []
-    samples = design.motion(FIGURE_RATE)
-    written = WrittenMotion(robot, result.motion, bounds, near_head(result, 1.0))
-    files.check_replays(limits.whole(design.problem), written)
+    hints = [second_pose_note(result.poses[0], hint)] if hint is not None else []
+    written = WrittenMotion(robot, design.plan, bounds, near_head(result, 1.0), name=application)
+    files.check_replays(limits.whole(design.problem), written, "val3")
     shown = near_report(result, options.expected, hints, samples)
     files.give(shown, lambda: near_document(result), {})
     files.write(written)
     files.write_rehearsals(result, written)
     view.write_view(lambda: views.view_of(robot, samples, problem=design.problem))
-
-
-def _plan_static(
-    options: NearOptions,
-    limited: Limited,
-    noise: NoiseOptions,
-    limits: LimitOptions,
-    files: NearFiles,
-    view: ViewOptions,
-) -> None:
-    """Plan poses at rest, and the motion through them."""
-    robot, bounds = limited.robot, limited.bounds
-    if files.val3:
-        check_val3(robot, True, Path(files.val3).name)
-    files.refuse("rehearsal", "has no effect with --static: run the motion itself at a low speed override first")
-    if noise.torque_noise is not None and noise.torque_noise[1] is not None:
-        raise InputError("--torque-noise with @HZ: at rest each approach is one sample: leave @HZ out")
-    sigma, _, source = noise.noise(robot, bounds, trajectories.ASSUMED_STICTION)
-    hold, moving = options.hold or _HOLD, [joint - 1 for joint in options.joints]
-    usual = [
-        _APPROACH if joint > robot.n or robot.joints[joint - 1].revolute else _SLIDE for joint in options.joints
-    ]
-    approach = options.each(robot, "approach", options.approach or tuple(usual))
-    with about("--pose"):
-        start = in_si(options.pose, robot)
-        check_pose(start, robot, bounds)
-    low, high = bounds.low[moving], bounds.high[moving]
-    if options.range is not None:
-        ranges = options.each(robot, "range", options.range)
-        low, high = np.maximum(low, start[moving] - ranges), np.minimum(high, start[moving] + ranges)
-    shape = trajectories.StaticShape(start, options.joints, low, high, approach, options.poses or _POSES, hold)
-    goal = trajectories.NearGoal(sigma, 1.0 / hold, options.expected, options.sigma, source)
-    problem, visibility = _problem(options, limited, shape, goal, files)
-    design = best_motion(problem, options.seed, options.starts or _STATIC_STARTS)
-    assert isinstance(design.plan, trajectories.ViaPoints)
-    samples, spread = design.motion(FIGURE_RATE), goal.predicted_at_rest(robot, design.plan, shape.joints)
-    score = trajectories.score_motion(problem, samples)
-    result = StaticResult(design, design.plan, shape, score, visibility, spread, options.expected)
-    written = WrittenMotion(robot, design.plan, bounds, static_head(result), name=Path(files.val3 or "").name)
-    files.check_replays(limits.whole(design.problem), written, "val3")
-    files.give(static_report(result, samples), lambda: static_document(result), {})
-    files.write(written)
-    view.write_view(lambda: views.view_of(robot, samples, problem=problem))
-
-
-def _problem(
-    options: NearOptions,
-    limited: Limited,
-    shape: trajectories.NearShape | trajectories.StaticShape,
-    goal: trajectories.NearGoal,
-    files: NearFiles,
-) -> tuple[trajectories.DesignProblem, PayloadVisibility]:
-    """Pose the design and tell what it can show, once the mass is seen to be visible and the arm to be held."""
-    robot = limited.robot
-    visibility = shape.visibility(robot)
-    try:
-        trajectories.check_mass_visible(visibility, options.sigma is not None, "near this pose")
-    except InputError:  # what joints show is printed all the same
-        files.show(Report("", [visibility_table(visibility)]))
-        raise
-    loads = _loads(limited, options)
-    if loads is None:  # torques cannot be computed
-        limited = limited._replace(bounds=replace(limited.bounds, torque=np.full(robot.n, np.inf)))
-    problem = limited.problem(shape, goal, loads)
-    poses = shape.poses if isinstance(shape, trajectories.NearShape) else shape.start[None]
-    trajectories.check_held(problem, poses)
-    return problem, visibility
 
 
 def _shape(
@@ -300,6 +251,23 @@ def _shape(
     shape = replace(shape, poses=np.array([first, second]))
     shape.check(robot, bounds)
     return shape, None
+
+
+def _static_shape(
+    options: NearOptions, robot: model.Robot, bounds: trajectories.JointBounds
+) -> trajectories.StaticShape:
+    """Shape of a motion from rest to rest: within the range about the pose, or as far as the joints go."""
+    joints, moving = options.joints, [joint - 1 for joint in options.joints]
+    usual = (_SLIDE if joint <= robot.n and not robot.joints[joint - 1].revolute else _APPROACH for joint in joints)
+    approach = options.each(robot, "approach", options.approach or tuple(usual))
+    with about("--pose"):
+        pose = in_si(options.pose, robot)
+        check_pose(pose, robot, bounds)
+    low, high = bounds.low[moving], bounds.high[moving]
+    if options.range is not None:
+        ranges = options.each(robot, "range", options.range)
+        low, high = np.maximum(low, pose[moving] - ranges), np.minimum(high, pose[moving] + ranges)
+    return trajectories.StaticShape(pose, joints, low, high, approach, options.poses or _POSES, options.rest)
 
 
 def _loads(limited: Limited, options: NearOptions) -> trajectories.Loads | None:

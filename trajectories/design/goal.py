@@ -207,31 +207,21 @@ class NearGoal:
         """Standard deviations by (17)-(19) of a payload's numbers; constant torques and friction unknown too.
 
         Torques of the ``joints`` with these numbers count. The motion is looked at at ``sample_rate`` [Hz], twice
-        the rate of independent samples if None.
+        the rate of independent samples if None; of one through points every approach to a pose that it holds is a
+        sample.
         """
-        motion, rows = plan.motion(sample_rate or 2.0 * self.rate), []
-        W = _payload_kernel(robot).matrix(Samples.of(motion)).reshape(robot.n, len(motion.t), -1)
+        if isinstance(plan, ViaPoints):
+            samples, rate = Samples.at_rest(plan.held), self.rate
+        else:
+            motion = plan.motion(sample_rate or 2.0 * self.rate)
+            samples, rate = Samples.of(motion), motion.rate
+        rows, W = [], _payload_kernel(robot).matrix(samples).reshape(robot.n, len(samples.q), -1)
         for joint in joints:
-            own = W[joint - 1][np.abs(motion.qd[:, joint - 1]) >= _SLOW]
-            scale = np.sqrt(self.rate / _PAIR / motion.rate) / self.noise[joint - 1]
+            own = W[joint - 1]
+            if not isinstance(plan, ViaPoints):
+                own = own[np.abs(samples.qd[:, joint - 1]) >= _SLOW]
+            scale = np.sqrt(self.rate / _PAIR / rate) / self.noise[joint - 1]
             rows.append(scale * without(own[:, :10], own[:, 10:]))
-        return self._spread(rows, joints)
-
-    def predicted_at_rest(self, robot: Robot, plan: ViaPoints, joints: Sequence[int]) -> PayloadSpread:
-        """Predict as ``predicted`` from the torques of ``joints`` wherever the motion holds a pose.
-
-        Every approach is a sample, whose dry friction the one from the other side cancels; a constant torque of
-        each joint may differ between the recordings.
-        """
-        still = np.zeros_like(plan.held)
-        W = _payload_kernel(robot).matrix(Samples(np.ones(len(still)), plan.held, still, still))
-        rows = []
-        for joint, own in zip(joints, W.reshape(robot.n, len(still), -1)[[j - 1 for j in joints]], strict=True):
-            rows.append(without(own[:, :10], own[:, 10:]) / (np.sqrt(_PAIR) * self.noise[joint - 1]))
-        return self._spread(rows, joints)
-
-    def _spread(self, rows: Sequence[Array], joints: Sequence[int]) -> PayloadSpread:
-        """Compute standard deviations by the payload's columns of each joint over the noise, friction taken out."""
         A = np.vstack(rows)
         visibility = visibility_of(A, joints)
         indices, T, b = visibility.resolved(self.mass_sigma is not None)

@@ -64,6 +64,11 @@ class StaticShape:
         """Time at rest [s]."""
         return 2.0 * self.count * self.hold
 
+    @property
+    def poses(self) -> Array:
+        """Where the robot stands before [rad or m], shape (1, n)."""
+        return self.start[None]
+
     def family(self, robot: Robot, bounds: JointBounds) -> "FreeRests":
         """Make the family of motions of this shape.
 
