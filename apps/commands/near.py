@@ -118,11 +118,6 @@ class NearOptions(Options, group=MOTION):
         return np.array([np.radians(x) if turns else x for x, turns in zip(each, turning, strict=True)])
 
     @property
-    def rest(self) -> float:
-        """Time at rest after each approach [s]."""
-        return self.hold or _HOLD
-
-    @property
     def sigma(self) -> float | None:
         """Standard deviation of the scale [kg]; None where the payload was not weighed."""
         return self.mass[1] if self.mass else None
@@ -184,7 +179,7 @@ def run(
         if noise.torque_noise is not None and noise.torque_noise[1] is not None:
             raise InputError("--torque-noise: at rest each approach is one sample: leave @HZ out")
         sigma, _, source = noise.noise(robot, bounds, trajectories.ASSUMED_STICTION)
-        goal = trajectories.NearGoal(sigma, 1.0 / options.rest, *knowledge, source)
+        goal = trajectories.NearGoal(sigma, 1.0 / (options.hold or _HOLD), *knowledge, source)
         shape: trajectories.NearShape | trajectories.StaticShape = _static_shape(options, robot, bounds)
     else:
         sigma, rate, source = noise.noise(robot, bounds)
@@ -267,7 +262,8 @@ def _static_shape(
     if options.range is not None:
         ranges = options.each(robot, "range", options.range)
         low, high = np.maximum(low, pose[moving] - ranges), np.minimum(high, pose[moving] + ranges)
-    return trajectories.StaticShape(pose, joints, low, high, approach, options.poses or _POSES, options.rest)
+    times = options.poses or _POSES, options.hold or _HOLD
+    return trajectories.StaticShape(pose, joints, low, high, approach, *times)
 
 
 def _loads(limited: Limited, options: NearOptions) -> trajectories.Loads | None:

@@ -26,17 +26,7 @@ from ...model import Motion, Recording, Robot
 from ...model.inertia import PayloadSpread
 from ...model.motion import Measurement
 from ...model.visibility import PayloadVisibility
-from ...trajectories import (
-    REHEARSAL,
-    Design,
-    DesignProblem,
-    Fourier,
-    NearShape,
-    Score,
-    StaticShape,
-    Trapezoid,
-    ViaPoints,
-)
+from ...trajectories import Design, DesignProblem, Fourier, NearShape, Score, StaticShape, Trapezoid, ViaPoints
 from ...trajectories.design.full_trajectory import Rung
 from ...trajectories.design.limits import LimitCheck
 from ...trajectories.design.score import Learnt, holding_torques, learnt_of, score_samples
@@ -379,11 +369,11 @@ def _of_motion(problem: DesignProblem, score: Score) -> dict[str, Any]:
 
 def near_document(result: NearResult) -> NearDocument:
     """Make the document of ``dynident near --json``."""
-    design, plan, shape, score = result.design, result.design.plan, result.shape, result.design.score
-    problem = design.problem
+    design, shape, problem = result.design, result.shape, result.design.problem
+    plan, score = design.plan, design.score
     if isinstance(plan, Fourier):
         learnt = as_recorded(problem, planned(result.robot, design.motion(RECORDED)))
-        kind: dict[str, Any] = {"near": NearMotion.of(shape, plan), "rehearsal_s": plan.slowed(REHEARSAL).duration}
+        kind: dict[str, Any] = {"near": NearMotion.of(shape, plan), "rehearsal_s": plan.slowed(0.1).duration}
     else:
         learnt = score_samples(problem, Samples.at_rest(result.poses)).learnt
         kind = {"static": StaticMotion.of(shape, result)}

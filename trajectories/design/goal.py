@@ -38,14 +38,8 @@ Real residuals at 10 to 50 Hz over the limits: of a UR10e .26 to .38 %, of a TX4
 """
 ASSUMED_RATIO = RESIDUAL * MEMORY
 ASSUMED_NOISE = f"assumed, {100 * ASSUMED_RATIO:.2g} % of the torque limits, as real arms have"
-COULOMB, SCATTER = 0.1, 0.05
-"""Stiction assumed of a joint at rest: Coulomb friction over the torque limit, and the ratio of it by which it
-scatters from one approach to the next."""
-ASSUMED_STICTION = (
-    COULOMB * SCATTER,
-    f"assumed, {100 * SCATTER:g} % of a Coulomb friction of {100 * COULOMB:g} % of the torque limits",
-)
-"""Standard deviation of the torque of an approach over the torque limits, and its source."""
+ASSUMED_STICTION = 0.05 * 0.1, "assumed, 5 % of a Coulomb friction of 10 % of the torque limits"
+"""Scatter of the torque at rest from one approach to the next over the torque limits, and its source."""
 _PAIR = 2.0  # times the variance: payloads show in the difference of two recordings
 _ALIKE = {"M": 0.01, "MX": 1e-3, "MY": 1e-3, "MZ": 1e-3}
 """Standard deviations that count alike: of the mass 10 g times the shape's ``mass_alike``, of the first moments 1
@@ -210,16 +204,14 @@ class NearGoal:
         the rate of independent samples if None; of one through points every approach to a pose that it holds is a
         sample.
         """
-        if isinstance(plan, ViaPoints):
+        if held := isinstance(plan, ViaPoints):
             samples, rate = Samples.at_rest(plan.held), self.rate
         else:
             motion = plan.motion(sample_rate or 2.0 * self.rate)
             samples, rate = Samples.of(motion), motion.rate
         rows, W = [], _payload_kernel(robot).matrix(samples).reshape(robot.n, len(samples.q), -1)
         for joint in joints:
-            own = W[joint - 1]
-            if not isinstance(plan, ViaPoints):
-                own = own[np.abs(samples.qd[:, joint - 1]) >= _SLOW]
+            own = W[joint - 1][held | (np.abs(samples.qd[:, joint - 1]) >= _SLOW)]
             scale = np.sqrt(self.rate / _PAIR / rate) / self.noise[joint - 1]
             rows.append(scale * without(own[:, :10], own[:, 10:]))
         A = np.vstack(rows)
@@ -234,10 +226,7 @@ class NearGoal:
 
 
 def assumed_noise(robot: Robot, ratio: float = ASSUMED_RATIO) -> Array:
-    """Torque errors of a recording where none are told [N·m or N], shape (n,); inf without torque limits.
-
-    ``ratio``: over the torque limits.
-    """
+    """Torque errors where none are told [N·m or N], a ratio of the limits, shape (n,); inf without limits."""
     return ratio * np.array([joint.limits.torque for joint in robot.joints])
 
 

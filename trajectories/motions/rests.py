@@ -1,7 +1,6 @@
-"""Motions from rest to rest: what a payload weighs is seen standing still.
+"""Motions from rest to rest: each pose is reached by a small move from below, held, reached from above, and held.
 
-Each pose is reached by a small move of all joints from below, held, reached again from above, and held: dry
-friction then pulls either way, and the mean of both is the torque of gravity.
+Dry friction then pulls either way, and the mean of both is the torque of gravity.
 """
 
 from dataclasses import dataclass
@@ -18,8 +17,8 @@ from .family import Clear, JointBounds, Samples, everywhere
 from .fourier import check_pose
 from .via_points import ViaPoints, quickest
 
-FEWEST, MOST = 6, 12
-"""Number of poses: fewer leave no spread to judge them by, more take longer than a motion that tells more."""
+_POSES = 6, 12  # fewer leave no spread to judge them by, more take longer than a motion that tells more
+_HOLD = 1.0, 10.0  # s: what settles, and what more does not average
 _TRIES = 200  # to find a pose that can be reached
 _SPAN = 0.75  # of the range that random poses use
 _LOOKS = 6  # samples of the way to a pose while optimising
@@ -27,7 +26,7 @@ _SPEED = 0.5  # of the limits
 _LEAST = 1.0  # s: of each move
 _SLOWEST = 20.0  # times as long as that takes
 _PASSING = 1e-9  # s: weight of a sample on the way; no weight at all has no slope
-_POSES = 60  # random ones, for what can be seen at rest
+_STATES = 60  # random ones, for what can be seen at rest
 _SIDES = np.array([-1.0, 0.0, 1.0, 0.0])  # of a pose, by approaches: from below, there, from above, there
 
 
@@ -55,9 +54,10 @@ class StaticShape:
     mass_alike = 0.5  # at rest a mass twice as sure costs the centre of mass of most arms little
 
     def __post_init__(self) -> None:
-        """Refuse too few or too many poses."""
-        if not FEWEST <= self.count <= MOST:
-            raise InputError(f"{self.count} poses at rest: give {FEWEST} to {MOST}")
+        """Refuse too few or too many poses, or too short or too long a rest."""
+        for text, value, (least, most) in (("poses", self.count, _POSES), ("s at rest", self.hold, _HOLD)):
+            if not least <= value <= most:
+                raise InputError(f"{value:g} {text}: give {least:g} to {most:g}")
 
     @property
     def duration(self) -> float:
@@ -77,7 +77,7 @@ class StaticShape:
         """
         check_pose(self.start, robot, bounds)
         for joint, room, approach in zip(self.joints, self.high - self.low, self.approach, strict=True):
-            if room <= 2.0 * approach:
+            if not 0.0 < 2.0 * approach < room:
                 scale, unit = (180.0 / np.pi, "deg") if robot.joints[joint - 1].revolute else (1.0, "m")
                 raise InputError(
                     f"joint {joint} has {scale * room:.3g} {unit} of room in its range: none for a pose and "
@@ -88,9 +88,8 @@ class StaticShape:
 
     def visibility(self, robot: Robot) -> PayloadVisibility:
         """Visibility of the payload in torques at rest, before any motion."""
-        poses = np.tile(self.start, (_POSES, 1))
-        share = np.random.default_rng(0).uniform(0.0, 1.0, (_POSES, len(self.joints)))
-        poses[:, [joint - 1 for joint in self.joints]] = self.low + share * (self.high - self.low)
+        poses, draw = np.tile(self.start, (_STATES, 1)), np.random.default_rng(0)
+        poses[:, [joint - 1 for joint in self.joints]] = draw.uniform(self.low, self.high, (_STATES, len(self.low)))
         return visibility_in_states(robot, self.joints, poses, 0.0 * poses, 0.0 * poses)
 
 
