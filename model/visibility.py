@@ -135,9 +135,15 @@ def payload_visibility(
         q[:, j] += reach * draw.uniform(-1.0, 1.0, len(q))
         qd[:, j] = (speed if np.isfinite(speed) else _FAST) * draw.uniform(-1.0, 1.0, len(q))
         qdd[:, j] = _STRONG * draw.uniform(-1.0, 1.0, len(q))
+    return visibility_in_states(robot, joints, q, qd, qdd)
+
+
+def visibility_in_states(robot: Robot, joints: Sequence[int], q: Array, qd: Array, qdd: Array) -> PayloadVisibility:
+    """Find what the torques of joints show in states, each (N, n), constant torques and dry friction taken out."""
     names = (*payload_columns(robot), *friction_columns(robot))
     W = regressor_at(robot, names, q, qd, qdd)
-    return visibility_of(np.vstack([without(W[j, :10].T, W[j, 10:].T) for j in moving]), joints)
+    rows = [without(W[j, :10].T, W[j, 10:].T) for j in checked_joints(robot, joints)]
+    return visibility_of(np.vstack(rows), joints)
 
 
 def friction_columns(robot: Robot) -> tuple[str, ...]:

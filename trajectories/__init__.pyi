@@ -3,10 +3,13 @@ from .design.full_trajectory import Rung as Rung
 from .design.full_trajectory import missed_on_replay as missed_on_replay
 from .design.full_trajectory import speed_ladder as speed_ladder
 from .design.goal import ASSUMED_NOISE as ASSUMED_NOISE
+from .design.goal import ASSUMED_RATIO as ASSUMED_RATIO
+from .design.goal import ASSUMED_STICTION as ASSUMED_STICTION
 from .design.goal import INDEPENDENT as INDEPENDENT
 from .design.goal import Earlier as Earlier
 from .design.goal import Goal as Goal
 from .design.goal import NearGoal as NearGoal
+from .design.goal import Shape as Shape
 from .design.goal import assumed_noise as assumed_noise
 from .design.goal import check_mass_visible as check_mass_visible
 from .design.goal import second_pose as second_pose
@@ -31,6 +34,7 @@ from .motions.fourier import FourierShape as FourierShape
 from .motions.fourier import NearShape as NearShape
 from .motions.point_to_point import PointToPoint as PointToPoint
 from .motions.point_to_point import plan_point_to_point as plan_point_to_point
+from .motions.rests import StaticShape as StaticShape
 from .motions.via_points import Quintic as Quintic
 from .motions.via_points import SampledTrajectory as SampledTrajectory
 from .motions.via_points import Segment as Segment
@@ -76,6 +80,7 @@ __all__ = [
     "Scene",
     "Score",
     "Simulator",
+    "StaticShape",
     "Task",
     "Trapezoid",
     "ViaPointShape",

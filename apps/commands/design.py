@@ -13,7 +13,6 @@ from cyclopts import Parameter
 from ... import estimation, model, trajectories
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...common.files import made_folder
 from ...model.motion import Measurement
 from .. import logs
 from .. import view as views
@@ -116,22 +115,6 @@ class _Search(Options, group=SEARCH):
     """Estimate the floor over all motions, and the gap."""
 
 
-class _DesignFiles(MotionFiles):
-    val3: values.NewFolder | None = None
-    """VAL3 application of via points, best with --segments trapezoid; made if missing."""
-
-    def asked(self, written: WrittenMotion) -> dict[str, tuple[str, WrittenMotion]]:
-        """The formats asked for by name, with the application's database, which the rest of it stands beside."""
-        database = {"val3": (str(Path(self.val3) / f"{written.name}.dtx"), written)} if self.val3 else {}
-        return super().asked(written) | database
-
-    def write(self, written: WrittenMotion) -> None:
-        """Write a motion with its head in the formats asked for."""
-        if self.val3:
-            made_folder(self.val3)
-        super().write(written)
-
-
 @command
 def run(
     *,
@@ -140,7 +123,7 @@ def run(
     goal: GoalOptions,
     limits: LimitOptions,
     search: _Search,
-    files: _DesignFiles,
+    files: MotionFiles,
     view: ViewOptions,
 ) -> None:
     """Run it."""

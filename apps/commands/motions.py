@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ... import model, trajectories
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...common.files import write_text
+from ...common.files import made_folder, write_text
 from .. import results
 from ..earlier import of_payload, read_earlier, shown_noise
 from ..export import motions
@@ -102,8 +102,15 @@ class NoiseOptions(Options, group=GOAL):
         if self.torque_noise is not None:
             self.refuse("like", "and --torque-noise: give one of them")
 
-    def noise(self, robot: model.Robot, bounds: trajectories.JointBounds) -> tuple[Array, float, str]:
+    def noise(
+        self,
+        robot: model.Robot,
+        bounds: trajectories.JointBounds,
+        assumed: tuple[float, str] = (trajectories.ASSUMED_RATIO, trajectories.ASSUMED_NOISE),
+    ) -> tuple[Array, float, str]:
         """Sigma per joint [N·m or N], independent samples a second, source: told, found, or assumed of all arms.
+
+        ``assumed``: sigma over the torque limits, and its source.
 
         Raises:
             InputError: if it does not fit the robot, or nothing tells it.
@@ -112,7 +119,7 @@ class NoiseOptions(Options, group=GOAL):
         if self.like is not None:
             sigma, rate, source = *shown_noise(self.like), f"as {self.like} shows"
         elif level is None:
-            sigma, source = trajectories.assumed_noise(robot), trajectories.ASSUMED_NOISE
+            sigma, source = trajectories.assumed_noise(robot, assumed[0]), assumed[1]
             if not np.isfinite(sigma).all():
                 raise InputError(
                     f"robot {robot.name!r} has no torque limits from which a noise could be guessed: give "
@@ -217,15 +224,14 @@ class Limited(NamedTuple):
 
     def problem(
         self,
-        shape: trajectories.ViaPointShape | trajectories.FourierShape | trajectories.NearShape,
+        shape: trajectories.Shape,
         goal: trajectories.Goal | trajectories.NearGoal,
         loads: trajectories.Loads | None,
         stood: Sequence[Array] = (),
     ) -> trajectories.DesignProblem:
         """The design of a motion within these limits; without loads torques have none; ``stood``: poses seen."""
-        starts = [] if isinstance(shape, trajectories.NearShape) or shape.start is None else [shape.start]
-        poses = shape.poses if isinstance(shape, trajectories.NearShape) else starts
-        there = np.vstack([np.reshape(poses, (-1, self.robot.n)), *stood])
+        poses = shape.poses if isinstance(shape, trajectories.NearShape) else shape.start
+        there = np.vstack([np.reshape([] if poses is None else poses, (-1, self.robot.n)), *stood])
         scene = self.scene or trajectories.usual_scene(self.robot, there, self.floor)
         return trajectories.build_design(self.robot, shape, goal, bounds=self.bounds, loads=loads, scene=scene)
 
@@ -370,6 +376,8 @@ class MotionFiles(PageOptions):
     """Cycles a second of the controller for --urscript [Hz]: 500 (default) or 125."""
     sample_rate: Annotated[_Rate | None, SETTING] = None
     """Samples a second in files [Hz] (default: 250)."""
+    val3: values.NewFolder | None = None
+    """VAL3 application of via points, best with --segments trapezoid; made if missing."""
 
     def check_robot(self, robot: model.Robot) -> None:
         """Refuse what a format has no place for, before the search."""
@@ -396,6 +404,8 @@ class MotionFiles(PageOptions):
             "ros2": (self.ros2, sampled),
             "urscript": (self.urscript, replace(written, rate=self.servo_rate)),
         }
+        if self.val3:  # the application's database, which the rest of it stands beside
+            files["val3"] = (str(Path(self.val3) / f"{written.name}.dtx"), written)
         return {name: (path, motion) for name, (path, motion) in files.items() if path}
 
     def check_replays(self, problem: trajectories.DesignProblem, written: WrittenMotion, *estimated: str) -> None:
@@ -413,6 +423,8 @@ class MotionFiles(PageOptions):
 
     def write(self, written: WrittenMotion) -> None:
         """Write a motion with its head in the formats asked for."""
+        if self.val3:
+            made_folder(self.val3)
         for name, (path, motion) in self.asked(written).items():
             form = motions.FORMATS[name]
             write_text(path, form.text(motion))

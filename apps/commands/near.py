@@ -13,9 +13,11 @@ from ... import model, trajectories
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import write_text
+from ...trajectories.motions.fourier import check_pose
 from .. import view as views
 from ..export import motions
 from ..export.motion import WrittenMotion
+from ..export.motions.val3 import check_val3
 from ..report.blocks import Report
 from ..report.documents import FIGURE_RATE, NearResult, near_document
 from ..report.sections.motion import near_head, near_report, second_pose_note, visibility_table
@@ -38,13 +40,16 @@ if TYPE_CHECKING:
     from .motions import PayloadBounds
 
 _Pose = Annotated[tuple[float, ...] | str, word(partial(numbers_or, "auto"), "auto|Q1,Q2,..")]
-_RANGE, _MASS = 30.0, 3.0  # deg, kg
+_RANGE, _MASS, _DURATION = 30.0, 3.0, 30.0  # deg, kg, s
+_POSES, _HOLD, _APPROACH, _SLIDE = 8, 1.5, 3.0, 0.02  # s, deg, m
 
 _LEFT = 1.25  # of the mass expected: what runs of the ladder leave possible, and the motion bears at full speed
 
 
 class NearOptions(Options, group=MOTION):
     """Pose, moving joints, ranges and time, and knowledge of the payload."""
+
+    needs: ClassVar = dict.fromkeys(("poses", "hold", "approach"), ("static",))
 
     pose: values.Positions
     """Pose of the arm [deg or m]."""
@@ -53,21 +58,31 @@ class NearOptions(Options, group=MOTION):
     joints: values.Joints
     """Joints that move, such as 2,3,5,6."""
     range: Annotated[tuple[float, ...] | None, word(numbers, "R|R1,R2,..")] = None
-    """To either side [deg or m] (default: 30)."""
-    duration: values.Seconds = 30.0
+    """To either side [deg or m] (default: 30; with --static as far as the joints go)."""
+    duration: values.Seconds | None = None
     """Time of the motion [s] (default: 30)."""
+    static: bool = False
+    """Weigh standing still: rest in several poses, each reached from both sides."""
+    poses: values.Count | None = None
+    """Poses of --static, 6 to 12 (default: 8)."""
+    hold: Annotated[values.Seconds | None, SETTING] = None
+    """Time at rest after each approach of --static [s] (default: 1.5)."""
+    approach: Annotated[tuple[float, ...] | None, word(numbers, "R|R1,R2,.."), SETTING] = None
+    """Small move to each pose of --static [deg or m] (default: 3, 0.02 m where a joint slides)."""
     mass: values.Weighed | None = None
     """About its mass (default: 3); weighed, with the scale's standard deviation: 2.5+-0.01."""
     ladder: bool = False
     """A motion for 1.25 times the mass expected, and slower runs before it that bound the payload."""
     seed: values.Seed = 0
     """Seed of the random starts (default: 0)."""
-    starts: Annotated[values.Count, SETTING] = 1
-    """Random starts of the search (default: 1)."""
+    starts: Annotated[values.Count | None, SETTING] = None
+    """Random starts of the search (default: 1, with --static 6)."""
 
     def check(self) -> None:
-        """Refuse more than one mass."""
+        """Refuse more than one mass, and options of the other kind of motion."""
         super().check()
+        for option in ("second_pose", "duration", "ladder") if self.static else ():
+            self.refuse(option, "is for a motion that does not rest: leave it out, or --static")
         if self.mass is not None and len(self.mass[0]) > 1:
             raise InputError("--mass: give one mass, with its standard deviation where it was weighed: 2.5+-0.01")
 
@@ -82,24 +97,24 @@ class NearOptions(Options, group=MOTION):
             "--mass, or a heavier payload"
         )
 
-    def ranges(self, robot: model.Robot) -> Array:
-        """A range for each moving joint [rad or m]."""
-        joints, ranges = self.joints, self.range or (_RANGE,)
+    def each(self, robot: model.Robot, option: str, given: tuple[float, ...]) -> Array:
+        """Numbers of an option for each moving joint [rad or m], where one may stand for all."""
+        joints, shown = self.joints, self.shown(option)
         if max(joints) > robot.n:
             raise InputError(
                 f"--joints {max(joints)}: robot {robot.name!r} has {robot.n} joints: number them from 1, at the "
                 f"base, to {robot.n}"
             )
-        if len(ranges) not in (1, len(joints)):
+        if len(given) not in (1, len(joints)):
             raise InputError(
-                f"--range has {len(ranges)} numbers for {len(joints)} joints: give one, or one for each"
+                f"{shown} has {len(given)} numbers for {len(joints)} joints: give one, or one for each"
             )
         turning = [robot.joints[joint - 1].revolute for joint in joints]
-        if len(ranges) == 1 and not all(turning):
+        if len(given) == 1 and not all(turning):
             raise InputError(
-                "--range: give one number for each joint, in deg where it turns and in m where it slides"
+                f"{shown}: give one number for each joint, in deg where it turns and in m where it slides"
             )
-        each = ranges * len(joints) if len(ranges) == 1 else ranges
+        each = given * len(joints) if len(given) == 1 else given
         return np.array([np.radians(x) if turns else x for x, turns in zip(each, turning, strict=True)])
 
     @property
@@ -124,7 +139,8 @@ class NearFiles(MotionFiles):
 
     def write_rehearsals(self, result: NearResult, written: WrittenMotion) -> None:
         """Write slower runs of the motion: the rehearsal, or those of the ladder."""
-        if not (self.rehearsal or self.samples):
+        motion = result.design.plan
+        if not (self.rehearsal or self.samples) or not isinstance(motion, trajectories.Fourier):
             return
         beside = Path(self.samples or "none")
         path = Path(self.rehearsal or beside.with_name(f"{beside.stem}_rehearsal{beside.suffix}"))
@@ -134,7 +150,7 @@ class NearFiles(MotionFiles):
             speeds = {path.with_name(f"{path.stem}_{k}{path.suffix}"): speed for k, speed in rungs}
         for name, speed in speeds.items():
             head = near_head(result, speed)
-            slow = replace(written, plan=result.motion.slowed(speed), head=head, rate=self.rate)
+            slow = replace(written, plan=motion.slowed(speed), head=head, rate=self.rate)
             write_text(name, motions.FORMATS["csv"].text(slow))
 
 
@@ -151,12 +167,24 @@ def run(
     """Visibility first, then the design."""
     robot = arm.load()
     files.check_robot(robot)
+    application = Path(files.val3 or "").name
+    if files.val3:
+        check_val3(robot, options.static, application)
     limited = limits.of(robot)
     robot, bounds, payload = limited.robot, limited.bounds, limited.loads.heaviest
     options = options.bounded_by(payload)
-    sigma, rate, source = noise.noise(robot, bounds)
-    goal = trajectories.NearGoal(sigma, rate, options.expected, options.sigma, source)
-    shape, hint = _shape(options, robot, goal, bounds)
+    knowledge, hint = (options.expected, options.sigma), None
+    if options.static:
+        files.refuse("rehearsal", "has no effect with --static: run it at a low speed override first")
+        if noise.torque_noise is not None and noise.torque_noise[1] is not None:
+            raise InputError("--torque-noise: at rest each approach is one sample: leave @HZ out")
+        sigma, _, source = noise.noise(robot, bounds, trajectories.ASSUMED_STICTION)
+        goal = trajectories.NearGoal(sigma, 1.0 / (options.hold or _HOLD), *knowledge, source)
+        shape: trajectories.NearShape | trajectories.StaticShape = _static_shape(options, robot, bounds)
+    else:
+        sigma, rate, source = noise.noise(robot, bounds)
+        goal = trajectories.NearGoal(sigma, rate, *knowledge, source)
+        shape, hint = _shape(options, robot, goal, bounds)
     visibility = shape.visibility(robot)
     try:
         trajectories.check_mass_visible(visibility, options.sigma is not None, "near this pose")
@@ -168,7 +196,11 @@ def run(
         limited = limited._replace(bounds=replace(bounds, torque=np.full(robot.n, np.inf)))
     problem = limited.problem(shape, goal, loads)
     trajectories.check_held(problem, shape.poses)
-    design = best_motion(problem, options.seed, options.starts)
+    design = best_motion(problem, options.seed, options.starts or (None if options.static else 1))
+    samples = design.motion(FIGURE_RATE)
+    if options.static:  # the search looks at poses on the way, not at the motion through them
+        run = trajectories.score_motion(problem, samples)
+        design = replace(design, score=replace(design.score, limits=run.limits, samples=run.samples))
     ladder: tuple[trajectories.Rung, ...] = ()
     if options.ladder:
         assert isinstance(design.plan, trajectories.Fourier)
@@ -182,10 +214,9 @@ def run(
                 lambda run: goal.predicted(robot, run, options.joints).mass,
             )
     result = NearResult(design, shape, visibility, goal.predicted(robot, design.plan, shape.joints), ladder)
-    hints = [second_pose_note(shape.poses[0], hint)] if hint is not None else []
-    samples = design.motion(FIGURE_RATE)
-    written = WrittenMotion(robot, result.motion, bounds, near_head(result, 1.0))
-    files.check_replays(limits.whole(design.problem), written)
+    hints = [second_pose_note(result.poses[0], hint)] if hint is not None else []
+    written = WrittenMotion(robot, design.plan, bounds, near_head(result, 1.0), name=application)
+    files.check_replays(limits.whole(design.problem), written, "val3")
     shown = near_report(result, options.expected, hints, samples)
     files.give(shown, lambda: near_document(result), {})
     files.write(written)
@@ -197,10 +228,10 @@ def _shape(
     options: NearOptions, robot: model.Robot, goal: trajectories.NearGoal, bounds: trajectories.JointBounds
 ) -> tuple[trajectories.NearShape, Array | None]:
     """Shape of the motion, and a second pose that would help where none was asked for."""
-    ranges = options.ranges(robot)
+    ranges = options.each(robot, "range", options.range or (_RANGE,))
     with about("--pose"):
         first = in_si(options.pose, robot)
-        shape = trajectories.NearShape(first[None], options.joints, ranges, options.duration)
+        shape = trajectories.NearShape(first[None], options.joints, ranges, options.duration or _DURATION)
         shape.check(robot, bounds)
     if options.second_pose is None:
         visible = options.sigma is not None or shape.visibility(robot).mass_visible
@@ -215,6 +246,24 @@ def _shape(
     shape = replace(shape, poses=np.array([first, second]))
     shape.check(robot, bounds)
     return shape, None
+
+
+def _static_shape(
+    options: NearOptions, robot: model.Robot, bounds: trajectories.JointBounds
+) -> trajectories.StaticShape:
+    """Shape of a motion from rest to rest: within the range about the pose, or as far as the joints go."""
+    joints, moving = options.joints, [joint - 1 for joint in options.joints]
+    usual = (_SLIDE if joint <= robot.n and not robot.joints[joint - 1].revolute else _APPROACH for joint in joints)
+    approach = options.each(robot, "approach", options.approach or tuple(usual))
+    with about("--pose"):
+        pose = in_si(options.pose, robot)
+        check_pose(pose, robot, bounds)
+    low, high = bounds.low[moving], bounds.high[moving]
+    if options.range is not None:
+        ranges = options.each(robot, "range", options.range)
+        low, high = np.maximum(low, pose[moving] - ranges), np.minimum(high, pose[moving] + ranges)
+    times = options.poses or _POSES, options.hold or _HOLD
+    return trajectories.StaticShape(pose, joints, low, high, approach, *times)
 
 
 def _loads(limited: Limited, options: NearOptions) -> trajectories.Loads | None:

@@ -13,6 +13,7 @@ import numpy as np
 from msgspec import UNSET, UnsetType, field
 
 from ... import __version__
+from ...common.arrays import Array
 from ...common.files import write_bytes
 from ...common.schema import Document, Matrix, Vector, json_schema
 from ...estimation import measurement
@@ -25,11 +26,12 @@ from ...model import Motion, Recording, Robot
 from ...model.inertia import PayloadSpread
 from ...model.motion import Measurement
 from ...model.visibility import PayloadVisibility
-from ...trajectories import Design, DesignProblem, Fourier, NearShape, Score, Trapezoid, ViaPoints
+from ...trajectories import Design, DesignProblem, Fourier, NearShape, Score, StaticShape, Trapezoid, ViaPoints
 from ...trajectories.design.full_trajectory import Rung
 from ...trajectories.design.limits import LimitCheck
-from ...trajectories.design.score import Learnt, holding_torques, learnt_of
+from ...trajectories.design.score import Learnt, holding_torques, learnt_of, score_samples
 from ...trajectories.design.search import Floor
+from ...trajectories.motions.family import Samples
 from ..export.motion import rests_on
 from ..fleet.comparing import Compared, Fleet
 from ..fleet.reduction import ReducedDocument
@@ -233,13 +235,23 @@ class NearMotion(Document, frozen=True):
     transfer: float = field(name="transfer_s")
 
 
-class NearDocument(_MotionAnswer, frozen=True, kw_only=True):
-    """A motion near a pose: what it shows of a payload, how well, its limits."""
+class StaticMotion(Document, frozen=True):
+    """Poses at rest, each held after a small move from below and another from above [rad or m]."""
 
-    near: NearMotion
+    poses: Matrix
+    joints: tuple[int, ...]
+    approach: Vector
+    hold: float = field(name="hold_s")
+
+
+class NearDocument(_MotionAnswer, frozen=True, kw_only=True):
+    """A motion near a pose, or poses at rest: what they show of a payload, how well, their limits."""
+
+    near: NearMotion | UnsetType = UNSET
+    static: StaticMotion | UnsetType = UNSET
     visibility: VisibilityDocument
     predicted_sigma: PayloadSpread
-    rehearsal_s: float
+    rehearsal_s: float | UnsetType = UNSET
     ladder: tuple[Rung, ...] | None
     cpu_s: float
     seed: int
@@ -259,13 +271,13 @@ def planned(robot: Robot, motion: Motion, source: str = "planned") -> Measuremen
 
 
 class NearResult(NamedTuple):
-    """A motion near a pose, its visibility of a payload, and predicted standard deviations by white noise.
+    """A motion near a pose or poses at rest, their visibility of a payload, and predicted standard deviations.
 
     ``shape`` was asked for; where the motion holds for every payload there is no ``ladder`` of slower runs.
     """
 
     design: Design
-    shape: NearShape
+    shape: NearShape | StaticShape
     visibility: PayloadVisibility
     spread: PayloadSpread
     ladder: tuple[Rung, ...] = ()
@@ -276,10 +288,10 @@ class NearResult(NamedTuple):
         return self.design.problem.robot
 
     @property
-    def motion(self) -> Fourier:
-        """The motion with its repeats and transfers."""
-        assert isinstance(self.design.plan, Fourier)
-        return self.design.plan
+    def poses(self) -> Array:
+        """Poses about which it moves, or in which it rests [rad or m], K x n."""
+        plan = self.design.plan
+        return plan.held[::2] if isinstance(plan, ViaPoints) else self.shape.poses
 
 
 class JudgedMotion(NamedTuple):
@@ -357,15 +369,20 @@ def _of_motion(problem: DesignProblem, score: Score) -> dict[str, Any]:
 
 def near_document(result: NearResult) -> NearDocument:
     """Make the document of ``dynident near --json``."""
-    design, motion, score, problem = result.design, result.motion, result.design.score, result.design.problem
-    learnt = as_recorded(problem, planned(result.robot, design.motion(RECORDED)))
+    design, shape, problem = result.design, result.shape, result.design.problem
+    plan, score = design.plan, design.score
+    if isinstance(plan, Fourier):
+        learnt = as_recorded(problem, planned(result.robot, design.motion(RECORDED)))
+        kind: dict[str, Any] = {"near": NearMotion.of(shape, plan), "rehearsal_s": plan.slowed(0.1).duration}
+    else:
+        learnt = score_samples(problem, Samples.at_rest(result.poses)).learnt
+        kind = {"static": StaticMotion.of(shape, result)}
     return NearDocument.of(
-        *(learnt, motion, design, problem.criterion, problem, problem.goal),
+        *(learnt, plan, design, problem.criterion, problem, problem.goal),
         **_of_motion(problem, score),
-        near=NearMotion.of(result.shape, motion),
+        **kind,
         visibility=VisibilityDocument.of(result.visibility),
         predicted_sigma=result.spread,
-        rehearsal_s=motion.slowed(0.1).duration,
         ladder=result.ladder or None,
         limits=LimitsDocument(score.max_violation, torque_checked=problem.torque_limited, nearest=score.limits),
     )

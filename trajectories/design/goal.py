@@ -21,11 +21,12 @@ from ...model.regressors import payload_columns
 from ...model.visibility import PayloadVisibility, friction_columns, visibility_of
 from ..motions.family import Family, JointBounds, Plan, Samples
 from ..motions.fourier import FourierShape, NearShape
-from ..motions.via_points import ViaPointShape
+from ..motions.rests import StaticShape
+from ..motions.via_points import ViaPoints, ViaPointShape
 from .criterion import CRITERIA, Kind
 from .information import RegressorKernel, regressor_kernel
 
-Shape = ViaPointShape | FourierShape | NearShape
+Shape = ViaPointShape | FourierShape | NearShape | StaticShape
 """Kinds of motion among which a design chooses: each is a small value that stands for a family."""
 
 RESIDUAL, MEMORY, INDEPENDENT = 0.004, 1.8, 10.0
@@ -35,11 +36,14 @@ and samples a second that are then independent [Hz].
 Real residuals at 10 to 50 Hz over the limits: of a UR10e .26 to .38 %, of a TX40 .24 to .31 % (arm) and 1.1 to
 2.4 % (wrist); jackknife over formula 1.9 and 1.7, geometric mean over the parameters.
 """
-ASSUMED_NOISE = f"assumed, {100 * RESIDUAL * MEMORY:.2g} % of the torque limits, as real arms have"
+ASSUMED_RATIO = RESIDUAL * MEMORY
+ASSUMED_NOISE = f"assumed, {100 * ASSUMED_RATIO:.2g} % of the torque limits, as real arms have"
+ASSUMED_STICTION = 0.05 * 0.1, "assumed, 5 % of a Coulomb friction of 10 % of the torque limits"
+"""Scatter of the torque at rest from one approach to the next over the torque limits, and its source."""
 _PAIR = 2.0  # times the variance: payloads show in the difference of two recordings
 _ALIKE = {"M": 0.01, "MX": 1e-3, "MY": 1e-3, "MZ": 1e-3}
-"""Standard deviations that count alike: of the mass 10 g, of the first moments 1 mm times the mass expected; of
-inertias ``_INERTIA``."""
+"""Standard deviations that count alike: of the mass 10 g times the shape's ``mass_alike``, of the first moments 1
+mm times the mass expected; of inertias ``_INERTIA``."""
 _INERTIA = 0.02  # kg m^2
 _SLOW = 0.03  # rad/s or m/s: rows of a slower joint are not used; the sign of its friction is not sure
 _APART = 0.5 * np.pi  # rad: between two wrist poses
@@ -136,11 +140,14 @@ class Goal:
 
 @dataclass(frozen=True, eq=False)
 class NearGoal:
-    """Goal of a motion near a pose: a payload seen in noisy torques of the joints that a ``NearShape`` moves.
+    """Goal of a motion near a pose: a payload seen in noisy torques of the joints that the motion moves.
+
+    They move all the time as a ``NearShape`` says, or stand still as a ``StaticShape`` does, where each approach to
+    a pose is one sample.
 
     Attributes:
         noise: standard deviation of a torque sample of a recording per joint [N·m or N], shape (n,).
-        rate: independent torque samples per second [Hz].
+        rate: independent torque samples per second [Hz]; of a ``StaticShape`` one in the time that a pose is held.
         expected: about what the payload is; what is predicted depends on it.
         mass_sigma: of the scale on which the payload was weighed [kg]; None where it was not.
         noise_from: source of the noise, in words.
@@ -158,8 +165,8 @@ class NearGoal:
         Raises:
             InputError: "mass not visible" where the mass is neither visible nor known.
         """
-        if not isinstance(shape, NearShape):
-            raise InputError("this goal is for motions near a pose: give a NearShape")
+        if not isinstance(shape, NearShape | StaticShape):
+            raise InputError("this goal is for motions near a pose: give a NearShape or a StaticShape")
         visibility = shape.visibility(robot)
         check_mass_visible(visibility, self.mass_sigma is not None, "near this pose")
         payload, moving = payload_columns(robot), [joint - 1 for joint in shape.joints]
@@ -170,7 +177,7 @@ class NearGoal:
         interest = tuple(name for name in names if name in payload)
         mass = self.expected.mass
         scales = {name: _ALIKE.get(parameter_kind(name), _INERTIA / mass) for name in interest}
-        alike = {name: scale * (1.0 if name == payload[9] else mass) for name, scale in scales.items()}
+        alike = {name: scale * (shape.mass_alike if name == payload[9] else mass) for name, scale in scales.items()}
         earlier, noise = None, np.where(np.isin(np.arange(robot.n), moving), self.noise, np.inf)
         if self.mass_sigma is not None and payload[9] in names:
             earlier = Earlier(names, np.array([[float(name == payload[9]) / self.mass_sigma for name in names]]))
@@ -194,13 +201,18 @@ class NearGoal:
         """Standard deviations by (17)-(19) of a payload's numbers; constant torques and friction unknown too.
 
         Torques of the ``joints`` with these numbers count. The motion is looked at at ``sample_rate`` [Hz], twice
-        the rate of independent samples if None.
+        the rate of independent samples if None; of one through points every approach to a pose that it holds is a
+        sample.
         """
-        motion, rows = plan.motion(sample_rate or 2.0 * self.rate), []
-        W = _payload_kernel(robot).matrix(Samples.of(motion)).reshape(robot.n, len(motion.t), -1)
+        if held := isinstance(plan, ViaPoints):
+            samples, rate = Samples.at_rest(plan.held), self.rate
+        else:
+            motion = plan.motion(sample_rate or 2.0 * self.rate)
+            samples, rate = Samples.of(motion), motion.rate
+        rows, W = [], _payload_kernel(robot).matrix(samples).reshape(robot.n, len(samples.q), -1)
         for joint in joints:
-            own = W[joint - 1][np.abs(motion.qd[:, joint - 1]) >= _SLOW]
-            scale = np.sqrt(self.rate / _PAIR / motion.rate) / self.noise[joint - 1]
+            own = W[joint - 1][held | (np.abs(samples.qd[:, joint - 1]) >= _SLOW)]
+            scale = np.sqrt(self.rate / _PAIR / rate) / self.noise[joint - 1]
             rows.append(scale * without(own[:, :10], own[:, 10:]))
         A = np.vstack(rows)
         visibility = visibility_of(A, joints)
@@ -213,9 +225,9 @@ class NearGoal:
         return payload_spread(self.expected.vector, total, indices)
 
 
-def assumed_noise(robot: Robot) -> Array:
-    """Torque errors of a recording where none are told [N·m or N], shape (n,); inf without torque limits."""
-    return RESIDUAL * MEMORY * np.array([joint.limits.torque for joint in robot.joints])
+def assumed_noise(robot: Robot, ratio: float = ASSUMED_RATIO) -> Array:
+    """Torque errors where none are told [N·m or N], a ratio of the limits, shape (n,); inf without limits."""
+    return ratio * np.array([joint.limits.torque for joint in robot.joints])
 
 
 def check_mass_visible(visibility: PayloadVisibility, mass_known: bool, when: str) -> None:

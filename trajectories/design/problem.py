@@ -151,8 +151,7 @@ class DesignProblem(Brief):
 
     def at_rest(self, poses: Array) -> State:
         """Evaluate the arm held at poses (N, n)."""
-        still = np.zeros_like(poses)
-        return self.exact(Samples(np.ones(len(poses)), poses, still, still))
+        return self.exact(Samples.at_rest(poses))
 
     def clear(self, poses: Array) -> bool:
         """True if all poses (N, n) keep clear of obstacles and of each other's bodies."""

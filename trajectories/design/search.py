@@ -21,6 +21,7 @@ from ...common.threads import one_thread
 from ...model import Motion
 from ..motions.family import Clear, JointBounds, Plan, Samples, everywhere
 from ..motions.fourier import FreeSeries, NearShape
+from ..motions.rests import FreeRests
 from ..motions.via_points import FreeViaPoints
 from .descent import FINE_WIDTH, WIDTH, Lagrangian, Smooth, by_matrix, by_steps
 from .full_trajectory import harder, kept_throughout
@@ -193,7 +194,9 @@ class _Search:
         family = self.problem.family
         if family.size > _SMALL:
             return _FRESH
-        if isinstance(family, FreeSeries) and isinstance(family.shape, NearShape):
+        if isinstance(family, FreeRests) or (
+            isinstance(family, FreeSeries) and isinstance(family.shape, NearShape)
+        ):
             return _NEAR
         return _VIA if isinstance(family, FreeViaPoints) and self.problem.criterion.weighted else _FRESH
 

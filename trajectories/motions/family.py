@@ -143,6 +143,11 @@ class Samples(NamedTuple):
         return Samples(*(np.zeros_like(x) for x in like))
 
     @staticmethod
+    def at_rest(poses: Array) -> "Samples":
+        """Stand still in poses (N, n), for a second in each."""
+        return Samples(np.ones(len(poses)), poses, np.zeros_like(poses), np.zeros_like(poses))
+
+    @staticmethod
     def of(motion: Motion) -> "Samples":
         """Take a motion's samples, each for its part of the time by the trapezoidal rule."""
         weight, step = np.zeros(len(motion.t)), np.diff(motion.t)

@@ -147,6 +147,7 @@ class NearShape:
     duration: float
 
     harmonics, samples, span = 8, 16, 0.7  # as of a ``FourierShape``
+    mass_alike = 1.0
 
     def check(self, robot: Robot, bounds: JointBounds) -> None:
         """Refuse what the robot cannot do."""
@@ -156,12 +157,7 @@ class NearShape:
         if not 0.0 < self.duration <= LONGEST:
             raise InputError(f"a duration of {self.duration:g} s: give a positive one, at most {LONGEST:g} s")
         for pose in self.poses:
-            if pose.shape != (robot.n,) or not ((pose > bounds.low) & (pose < bounds.high)).all():
-                shown = f"of {len(pose)} numbers"
-                if len(pose) == robot.n:
-                    scales = [180.0 / np.pi if joint.revolute else 1.0 for joint in robot.joints]
-                    shown = ", ".join(f"{scale * x:g}" for scale, x in zip(scales, pose, strict=True))
-                raise InputError(f"the pose {shown} must be {robot.n} positions within the limits of {robot.name}")
+            check_pose(pose, robot, bounds)
 
     def family(self, robot: Robot, bounds: JointBounds) -> "FreeSeries":
         """Make the family of motions of this shape: the duration divided among poses, periods and ways between.
@@ -186,6 +182,17 @@ class NearShape:
     def visibility(self, robot: Robot) -> PayloadVisibility:
         """Visibility of the payload in torques near the poses, before any motion."""
         return payload_visibility(robot, list(self.poses), self.joints, self.ranges.tolist())
+
+
+def check_pose(pose: Array, robot: Robot, bounds: JointBounds) -> None:
+    """Refuse a pose [rad or m] that is not within the limits."""
+    if pose.shape == (robot.n,) and ((pose > bounds.low) & (pose < bounds.high)).all():
+        return
+    shown = f"of {len(pose)} numbers"
+    if len(pose) == robot.n:
+        scales = [180.0 / np.pi if joint.revolute else 1.0 for joint in robot.joints]
+        shown = ", ".join(f"{scale * x:g}" for scale, x in zip(scales, pose, strict=True))
+    raise InputError(f"the pose {shown} must be {robot.n} positions within the limits of {robot.name}")
 
 
 @lru_cache(maxsize=64)

@@ -182,6 +182,11 @@ class ViaPoints(Plan, Brief):
         """True if the robot rests in every point."""
         return not any(x is not None and x.any() for x in (self.speeds, self.accelerations))
 
+    @property
+    def held(self) -> Array:
+        """Poses in which it stays for a while, in their order [rad or m]."""
+        return self.points[1:][~np.diff(self.points, axis=0).any(axis=1)]
+
     @cached_property
     def pieces(self) -> Pieces:
         """A segment between each two points."""
@@ -336,8 +341,12 @@ class FreeViaPoints:
         return np.asarray(np.clip(eased, self.low, self.high)) if self.free_duration else eased
 
 
-def quickest(step: Array, speed: Array, acceleration: Array, segment: Segment = QUINTIC) -> Array:
+def quickest(
+    step: Array, speed: Array, acceleration: Array, segment: Segment = QUINTIC, least: float = 0.0
+) -> Array:
     """Compute durations in which steps (K, n) at rest at both ends keep speeds and accelerations (n,), shape (K,).
+
+    None is shorter than ``least`` [s].
 
     Raises:
         ValueError: if no limit bounds a step.
@@ -345,7 +354,7 @@ def quickest(step: Array, speed: Array, acceleration: Array, segment: Segment = 
     # In a time T speeds fall as 1/T and accelerations as 1/T^2.
     by_speed = segment.peak_speed * np.abs(step) / speed
     by_acceleration = np.sqrt(segment.peak_acceleration * np.abs(step) / acceleration)
-    durations = np.maximum(by_speed, by_acceleration).max(axis=1)
+    durations = np.maximum(by_speed, by_acceleration).max(axis=1, initial=least)
     if not (durations > 0.0).all():
         raise ValueError("no speed or acceleration limit bounds a segment, or two points are the same")
     return np.asarray(durations)

@@ -23,16 +23,23 @@ from ..xml import COMMENT, FIRST, element, xml_text
 _BLEND = 1.0 / 3.0  # of the distance to the nearer neighbour: where a passing quintic's point is left and rejoined
 
 
-def _points(motion: WrittenMotion) -> ViaPoints:
+def _points(motion: WrittenMotion) -> tuple[ViaPoints, Array]:
+    """Moves of a motion, none to where it stands; and the time for which each point is held [s], shape (K,)."""
     plan = motion.plan
     check_val3(motion.robot, isinstance(plan, ViaPoints), motion.name)
     assert isinstance(plan, ViaPoints)
-    return plan
+    goes = np.diff(plan.points, axis=0).any(axis=1)
+    kept = np.append(True, goes)
+    held = np.zeros(kept.sum())
+    if goes.all():
+        return plan, held
+    np.add.at(held, (np.cumsum(kept) - 1)[1:][~goes], plan.durations[~goes])
+    return ViaPoints(plan.points[kept], plan.durations[goes], segment=plan.segment), held
 
 
 def val3_replay(motion: WrittenMotion) -> PointToPoint:
     """Motion of a controller whose profiles are trapezoidal by these moves: an estimate to be scored."""
-    plan = _points(motion)
+    plan, _ = _points(motion)
     accel, speed = (0.01 * percent[:, None] for percent in _moves(motion, plan)[:2])
     if plan.rests:
         return plan_stops(motion.described, plan.points, speed, accel)
@@ -92,7 +99,9 @@ def check_val3(robot: Robot, via_points: bool, name: str) -> None:
     """Refuse, before any work is done, a motion, a robot or a name that has no place in a VAL3 application."""
     require_six_turning(robot, "VAL3 jointRx")
     if not via_points:
-        raise InputError("VAL3 needs via points, a Fourier motion has none: design with --via-points")
+        raise InputError(
+            "VAL3 needs via points, a Fourier motion has none: design with --via-points, or near with --static"
+        )
     if not re.fullmatch(r"[A-Za-z]\w{0,14}", name, re.ASCII):
         raise InputError(
             f"{name!r} is no VAL3 application's name: a letter, then letters, digits and _, 15 at most"
@@ -100,7 +109,7 @@ def check_val3(robot: Robot, via_points: bool, name: str) -> None:
 
 
 def _write(motion: WrittenMotion) -> str:
-    plan = _points(motion)
+    plan, held = _points(motion)
     angles, motions = np.degrees(plan.points).tolist(), []
     for accel, vel, leave in [(_APPROACH, _APPROACH, 0.0), *zip(*_moves(motion, plan), strict=True)]:
         profile = {
@@ -116,6 +125,7 @@ def _write(motion: WrittenMotion) -> str:
         ("jPoint", "jointRx"): [{f"j{j}": f"{angle:.6f}" for j, angle in enumerate(row, 1)} for row in angles],
         ("mMotion", "mdesc"): motions,
         ("nIndex", "num"): [{"value": "0"}],
+        **({("nHold", "num"): [{"value": f"{time:g}"} for time in held]} if held.any() else {}),
         ("tFlange", "tool"): [{"fatherId": "flange[0]"}],
     }
     data = element("Datas")
@@ -127,7 +137,8 @@ def _write(motion: WrittenMotion) -> str:
 
 
 def _beside(motion: WrittenMotion) -> dict[str, str]:
-    count = len(_points(motion).points)
+    held = _points(motion)[1]
+    count, hold = len(held), ["    waitEndMove()", "    delay(nHold[nIndex])"] * bool(held.any())
     start = [
         "begin",
         *(f"  // {plain(line)}".replace("]]>", "]] >") for line in motion_head(FORMAT, motion)),
@@ -136,6 +147,7 @@ def _beside(motion: WrittenMotion) -> dict[str, str]:
         "  waitEndMove()",
         f"  for nIndex = 1 to {count - 1}",
         "    movej(jPoint[nIndex], tFlange, mMotion[nIndex])",
+        *hold,
         "  endFor",
         "  waitEndMove()",
         "end",

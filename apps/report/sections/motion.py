@@ -11,7 +11,7 @@ from ....model.drives import parameter_kind
 from ....model.friction import LAWS
 from ....model.inertia import PayloadSpread, payload_spread
 from ....model.visibility import PayloadVisibility
-from ....trajectories import DesignProblem, Scene, Score
+from ....trajectories import DesignProblem, Fourier, NearShape, Scene, Score, StaticShape
 from ....trajectories.design.problem import BALL
 from ....trajectories.design.score import Learnt, holding_torques
 from ...export.motion import assumed_line, rests_on
@@ -23,6 +23,11 @@ from .robot import assumed_notes
 _MOST_SHOWN = 12
 _SHOWN = 8  # of more parameters: the least known
 _MASS, _ARM, _GYRATION = 3.0, 0.1, 0.055  # kg, m, m: a payload that stands for those to come
+_STATIC_MOST = 0.05  # standard deviation over the mass: above it standing still tells too little
+_UNCHECKED = (
+    "Torque limits are NOT checked: the description has no torque limits or no parameters (--robot-parameters "
+    "or --arm-mass); a run at a low speed does not show them either."
+)
 _KINDS = ("position", "speed", "acceleration", "torque")
 _GROUPS = (
     ("inertia", "kg m²", ("XX", "XY", "XZ", "YY", "YZ", "ZZ")),
@@ -112,29 +117,20 @@ def design_report(judged: JudgedMotion) -> Report:
 
 
 def near_report(result: NearResult, expected: InertialParameters, hints: Sequence[str], motion: Motion) -> Report:
-    """Predicted standard deviations of an expected payload, what to do next; then visibility and the motion.
+    """Predicted standard deviations of an expected payload, what to do next; then visibility, poses and the motion.
 
     ``hints`` say what else could be done.
     """
-    robot, problem, score, plan = result.robot, result.design.problem, result.design.score, result.motion
+    robot, problem, score = result.robot, result.design.problem, result.design.score
     title, joints = robot.title or robot.name, ", ".join(map(str, result.shape.joints))
     position = ", ".join(f"{1e3 * x:g}" for x in expected.com)
-    writers = "--samples, --ros2 or --urscript"
-    periods = "one period" if plan.repeats == 1 else f"{plan.repeats} periods"
-    two = f", at {len(plan.poses)} poses, {plan.transfer:.1f} s from one to the other" * bool(plan.transfer)
-    slower = ", ".join(f"{rung.duration:.0f}" for rung in result.ladder if rung.speed < 1.0)
-    before = f"the rehearsal, once at a tenth of the speed, takes {plan.slowed(0.1).duration:.0f} s"
-    if result.ladder:
-        before = f"the slower runs before it take {slower} s" if slower else "the first run may be at full speed"
-    unchecked = (
-        "Torque limits are NOT checked: the description has no torque limits or no parameters (--robot-parameters "
-        "or --arm-mass); the rehearsal does not show them either."
-    )
+    kind, writers, course = _course(result)
     brakes_note, brakes = _brakes(problem, score)
+    noted = [noise_line(problem)] if isinstance(result.shape, NearShape) else _stiction(result, expected.mass)
     notes = [
         *hints,
-        f"{plan.duration:.1f} s: {periods} of {plan.period:.2f} s{two}; {before}.",
-        *([] if problem.torque_limited else [unchecked]),
+        course,
+        *([] if problem.torque_limited else [_UNCHECKED]),
         *brakes_note,
         *assumed_notes(robot, *rests_on(problem)),
     ]
@@ -145,26 +141,64 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
     ladder = "Ladder: go on only if the run before shows at most what the next one bears"
     headings = ("step", "speed %", "bears kg", "then at most kg")
     first: list[Block] = [
-        _motion_banner(f"Motion of joints {joints} of {title}", score),
+        _motion_banner(f"{kind} of joints {joints} of {title}", score),
         _spread_table(f"Predicted for {expected.mass:g} kg at ({position}) mm", result.spread),
         *([Table(ladder, headings, rungs)] if rungs else []),
         Notes(
             [
-                noise_line(problem),
+                *noted,
                 f"Next: add {writers}, run it without and with the payload, then 'dynident weigh'.",
             ]
         ),
         Notes(notes, optional=True),
         OnPage(lambda: [_limits_table(score)]),
-        _how_to_run(plan.duration, writers, "weigh"),
+        _how_to_run(result.design.plan.duration, writers, "weigh"),
     ]
+    scale = np.where([joint.revolute for joint in robot.joints], 180.0 / np.pi, 1.0)
+    stood = ("pose", *(f"q{j}" for j in range(1, robot.n + 1)))
+    poses = [(str(k), *(f"{x:.1f}" for x in scale * pose)) for k, pose in enumerate(result.poses, 1)]
     drawn = motion_figure(problem, motion, f"Motion that weighs a payload: {title}")
     sections = [
         Section("payload", "What it shows of a payload", [visibility_table(result.visibility), *brakes]),
-        Section("motion", "The motion between its limits", [drawn]),
+        Section("motion", "The motion between its limits", [Table("Poses, deg or m", stood, poses), drawn]),
     ]
-    more = f"which parameters these joints show{', what brakes hold' if brakes else ''}"
+    more = f"the poses, which parameters these joints show{', what brakes hold' if brakes else ''}"
     return Report(f"Motion that weighs a payload: {title}", first, sections, more)
+
+
+def _course(result: NearResult) -> tuple[str, str, str]:
+    """What it is, the options that write it, and how long it takes."""
+    plan, shape = result.design.plan, result.shape
+    if isinstance(shape, StaticShape):
+        revolute = [result.robot.joints[joint - 1].revolute for joint in shape.joints]
+        moves = zip(np.where(revolute, np.degrees(shape.approach), shape.approach), revolute, strict=True)
+        approach = ", ".join(dict.fromkeys(f"{x:.3g} {'deg' if turns else 'm'}" for x, turns in moves))
+        course = (
+            f"{plan.duration:.0f} s: each pose is held {shape.hold:g} s after a move of {approach} from below, and "
+            "again from above."
+        )
+        return f"{shape.count} poses at rest", "--samples, --ros2, --urscript or --val3", course
+    assert isinstance(plan, Fourier)
+    periods = "one period" if plan.repeats == 1 else f"{plan.repeats} periods"
+    two = f", at {len(plan.poses)} poses, {plan.transfer:.1f} s from one to the other" * bool(plan.transfer)
+    slower = ", ".join(f"{rung.duration:.0f}" for rung in result.ladder if rung.speed < 1.0)
+    before = f"the rehearsal, once at a tenth of the speed, takes {plan.slowed(0.1).duration:.0f} s"
+    if result.ladder:
+        before = f"the slower runs before it take {slower} s" if slower else "the first run may be at full speed"
+    course = f"{plan.duration:.1f} s: {periods} of {plan.period:.2f} s{two}; {before}."
+    return "Motion", "--samples, --ros2 or --urscript", course
+
+
+def _stiction(result: NearResult, mass: float) -> list[str]:
+    """What standing still tells of the mass, and the scatter of torques at rest that it rests on."""
+    problem, share = result.design.problem, result.spread.mass / mass
+    advice = f" Above {100 * _STATIC_MOST:g} % a motion tells more: leave --static out." * (share > _STATIC_MOST)
+    scatter = ", ".join(f"{x:.2g}" for x in problem.noise if np.isfinite(x))
+    return [
+        f"1 sigma is {100.0 * share:.2g} % of the mass.{advice}",
+        f"Torque at rest scatters from approach to approach, {problem.noise_from}: {scatter} N·m or N. A constant "
+        "torque of each joint may differ between both recordings.",
+    ]
 
 
 def _motion_banner(title: str, score: Score) -> Banner:
@@ -302,16 +336,22 @@ def visibility_table(visibility: PayloadVisibility) -> Table:
 
 def near_head(result: NearResult, speed: float) -> tuple[str, ...]:
     """Lines of plain ASCII at the head of a motion's file."""
-    shape, motion = result.shape, result.motion if speed == 1.0 else result.motion.slowed(speed)
+    shape, plan = result.shape, result.design.plan
     kind = "Motion that weighs a payload" if speed == 1.0 else f"REHEARSAL at {100 * speed:g} % of the speed"
     name = (result.robot.title or result.robot.name).encode("ascii", "replace").decode("ascii")
     unchecked = [] if result.design.problem.torque_limited else ["Torque limits were not checked."]
+    if isinstance(shape, StaticShape):
+        moves = f"Each held {shape.hold:g} s, after moves from below and from above [rad or m]", shape.approach
+    else:
+        moves = "Range to either side [rad or m]", shape.ranges
+    if isinstance(plan, Fourier) and speed != 1.0:
+        plan = plan.slowed(speed)
     return (
         f"{kind}: {name}, by dynident {__version__}.",
         f"Joints {', '.join(map(str, shape.joints))} move, the others are held.",
-        *(f"Pose {k} [rad or m]: {', '.join(f'{x:.5f}' for x in pose)}." for k, pose in enumerate(shape.poses, 1)),
-        f"Range to either side [rad or m]: {', '.join(f'{x:.5f}' for x in shape.ranges)}.",
-        f"Duration {motion.duration:.6g} s; seed {result.design.seed}.",
+        *(f"Pose {k} [rad or m]: {', '.join(f'{x:.5f}' for x in q)}." for k, q in enumerate(result.poses, 1)),
+        f"{moves[0]}: {', '.join(f'{x:.5f}' for x in moves[1])}.",
+        f"Duration {plan.duration:.6g} s; seed {result.design.seed}.",
         *unchecked,
         *assumed_line(result.design.problem),
     )
