@@ -378,13 +378,13 @@ def braked(evidence: Evidence) -> Iterator[Finding]:
     """
     if (problem := evidence.at_rest) is None:
         return
-    moving, still = (
-        np.max(own, axis=0) for own in zip(*((x.moving, x.torque.std(axis=0)) for x in problem.rests), strict=True)
-    )
-    held = (moving > CARRIES * moving.max()) & (still < HOLDS * moving)
-    if found := [j for j in problem.joints if held[j - 1]]:
+    found = set[int]()
+    for own in problem.rests:
+        held = (own.moving > CARRIES * own.moving.max()) & (own.torque.std(axis=0) < HOLDS * own.moving)
+        found |= {j for j in problem.joints if held[j - 1]}
+    if found:
         yield error(
-            f"the torque of joint {', '.join(map(str, found))} at rest is the same in all poses, on the way there "
+            f"the torque of joint {', '.join(map(str, sorted(found)))} at rest is the same in all poses, on the way there "
             "it is not: a brake holds the arm, and no torque shows its weight; record with the brakes open"
         )
 
