@@ -65,16 +65,16 @@ def predicted(robot: Robot, poses: Array) -> float:
 
 
 @functools.cache
-def arm(name: str) -> Arm:
-    """An arm with half of its rated payload, and the motion."""
+def arm(name: str, sides: tuple[float, ...] = (-1.0, 1.0)) -> Arm:
+    """An arm with half of its rated payload, and the motion that reaches poses from these sides."""
     robot = with_stand_in(load_robot(name))
     sets = [random_points(robot, POSES, seed, 0.75) for seed in range(60)]
     poses = min(sets, key=lambda own: predicted(robot, own))
     points, durations = [poses[0] - APART], list[float]()
     speed, strong = 0.5 * np.array([(x.limits.speed, x.limits.acceleration) for x in robot.joints]).T
     for pose in poses:
-        for begin in (pose - APART, pose + APART):
-            for point, least in ((begin, 1.0), (pose, 1.0), (pose, HOLD)):
+        for side in sides:
+            for point, least in ((pose + side * APART, 1.0), (pose, 1.0), (pose, HOLD)):
                 step = np.array([point - points[-1]])
                 durations.append(max(quickest(step, speed, strong)[0] if step.any() else 0.0, least))
                 points.append(point)

@@ -370,16 +370,14 @@ def braked(evidence: Evidence) -> Iterator[Finding]:
 
     Torque at rest that varies by under {HOLDS:.0%} of what it does on the way there: spoils all.
     """
-    if (problem := evidence.at_rest) is None:
-        return
-    moving, still = (
-        np.max(own, axis=0) for own in zip(*((x.moving, x.torque.std(axis=0)) for x in problem.rests), strict=True)
-    )
-    held = (moving > CARRIES * moving.max()) & (still < HOLDS * moving)
-    if found := [j for j in problem.joints if held[j - 1]]:
+    problem, found = evidence.at_rest, set[int]()
+    for own in problem.rests if problem is not None else ():
+        held = (own.moving > CARRIES * own.moving.max()) & (own.torque.std(axis=0) < HOLDS * own.moving)
+        found |= {j + 1 for j in np.flatnonzero(held).tolist()}.intersection(problem.joints if problem else ())
+    if found:
         yield error(
-            f"the torque of joint {', '.join(map(str, found))} at rest is the same in all poses, on the way there "
-            "it is not: a brake holds the arm, and no torque shows its weight; record with the brakes open"
+            f"the torque of joint {', '.join(map(str, sorted(found)))} at rest is the same in all poses, not so on "
+            "the way there: a brake holds the arm, and no torque shows its weight; record with the brakes open"
         )
 
 

@@ -80,6 +80,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--moving": "--moving 2,3,5",
         "--friction-change": "--friction-change 5%",
         "--inertia": "--inertia box:200x200x100",
+        "--static": "--static",
         "max-mismatch": "max-mismatch=1e-9",
     },
     "verify": LINKS | LOGS | CURRENTS | PAGE | {
