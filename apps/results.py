@@ -9,9 +9,8 @@ import numpy as np
 from ..common.errors import InputError
 from ..common.files import write_bytes
 from ..common.linear import is_covariance
-from ..common.schema import WrongKeyError, naming, present, read_json
+from ..common.schema import WrongKeyError, naming, read_json
 from ..estimation.answers.system import ObservationSystem
-from ..estimation.fit.drive_gains import Gains
 from ..estimation.results.payload import PayloadResult
 from ..estimation.results.robot import GainsResult, RobotResult
 
@@ -25,7 +24,7 @@ def read_stored_payload(path: str | Path) -> PayloadResult:
     return read_json(path, PayloadResult, _OF_PAYLOAD)
 
 
-def read_stored_gains(path: str | Path) -> Gains:
+def read_stored_gains(path: str | Path) -> GainsResult:
     """Read the ``--json`` of ``dynident gains``, unless its own verdict is against these gains."""
     stored = read_json(path, GainsResult, _OF_GAINS)
     if stored.judged.level == "do_not_use":
@@ -34,19 +33,13 @@ def read_stored_gains(path: str | Path) -> Gains:
             f"{path}: the verdict on these drive gains is: do not use ({reason}); identify them again, or give the "
             "maker's as numbers with --gain-sigma"
         )
-    values, C, load = stored.drive_gains.values, stored.drive_gains.relative_covariance, present(stored.load)
+    values, C = stored.drive_gains.values, stored.drive_gains.relative_covariance
     with naming(path, _OF_GAINS):
         if not (np.isfinite(values) & (values != 0.0)).all():
             raise WrongKeyError("drive_gains.values", "a gain is zero or null")
         if len(C) != len(values) or not is_covariance(C):
             raise WrongKeyError("drive_gains.relative_covariance", f"is no covariance of {len(values)} gains")
-    return Gains(
-        identified=C.tolist(),
-        recordings=present(stored.fingerprints) or {},
-        mass=(present(load.known) or {}).get("M_L") if load else None,
-        values=tuple(values.tolist()),
-        robot=stored.robot,
-    )
+    return stored
 
 
 def read_stored_robot(path: str | Path) -> RobotResult:

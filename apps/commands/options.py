@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
+from msgspec import structs
 
 from ... import estimation, model
 from ...common.errors import InputError
@@ -183,8 +184,13 @@ class LogOptions(Options, group=LOGS):
             gains = self.drive_gains
             return gains and (gains * robot.n if len(gains) == 1 else gains), None
         stored = results.read_stored_gains(self.drive_gains)
-        stored.check(robot, self.drive_gains)
-        return stored.values, stored
+        count = len(stored.drive_gains.values)
+        if stored.robot != robot.name or count != robot.n:
+            raise InputError(
+                f"{self.drive_gains}: gains of {stored.robot!r} with {count} joints do not belong to "
+                f"{robot.name!r} with {robot.n}: identify gains for it"
+            )
+        return tuple(stored.drive_gains.values.tolist()), stored.errors
 
 
 class FilterOptions(LogOptions):
@@ -294,7 +300,7 @@ class GainOptions(Options, group=LOGS):
         now, n = setup.identified, setup.robot.n
         if self.gain_sigma is not None or now is not None:
             per_joint, common = self.gain_sigma or ((0.0,), 0.0)
-            now = replace(now or estimation.Gains(), per_joint=per_joint, common=common)
+            now = structs.replace(now or estimation.Gains(), per_joint=per_joint, common=common)
         notes: tuple[str, ...] = (_FROM_ROBOT,)
         if now is not None:
             with about("--gain-sigma"):
@@ -306,7 +312,7 @@ class GainOptions(Options, group=LOGS):
         # The same gains, even if they are told by numbers now.
         source = then if then is not None and not any(gains.recordings.values()) else gains
         used = source.reused(loaded, unloaded)
-        return replace(gains, recordings=source.recordings, mass=source.mass, notes=(*used, *notes))
+        return structs.replace(gains, recordings=source.recordings, mass=source.mass, notes=(*used, *notes))
 
 
 def print_lines(*lines: str) -> None:

@@ -305,7 +305,7 @@ def robot_result(
         condition_number=raw,
         condition_number_scaled=scaled,
         gain_sensitivity=estimate.gain_sensitivity,
-        gain_sigma=parts.GainErrorsDocument.made(result.gains) if result.gains else None,
+        gains=result.gains,
         relative_residual=parts.ResidualDocument.of(estimate.fit),
         validation=parts.ResidualDocument.of(result.validation) if result.validation else None,
         rollouts=tuple(rollouts) or UNSET,

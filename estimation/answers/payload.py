@@ -514,7 +514,7 @@ def payload_result(answer: PayloadAnswer) -> PayloadResult:
         processing=parts.ProcessingDocument.made(robot, source.processing, source.loaded[0].gains),
         estimates=estimates,
         recommended=documents.Recommended(method, "constrained" if answer.constrained else "wls", reason),
-        gain_sigma=parts.GainErrorsDocument.made(gains) if gains is not None else UNSET,
+        gain_sigma=gains if gains is not None else UNSET,
         mass_by_joints=answer.by_joints.masses,
         joint_that_agrees_least=worst.text if worst else None,
         quantities={name: documents.Quantity(use, why or None, *entry) for name, (use, why), entry in rows},

@@ -5,15 +5,16 @@ on joint j; where drives are coupled, motor k acts on joints j and k (9).
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
+from msgspec import Meta, field
+from msgspec.structs import force_setattr
 
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import is_covariance
+from ...common.schema import Document
 from ...model import Recording, Robot
 
 USUAL: Mapping[str, float] = {"motor": 0.02, "link": 0.01}
@@ -23,8 +24,10 @@ Fingerprints = Mapping[Literal["unloaded", "loaded"], tuple[str, ...]]
 """Fingerprints of the recordings that drive gains were identified from."""
 
 
-@dataclass(frozen=True)
-class Gains:
+_Share = Annotated[float, Meta(ge=0.0, lt=1.0)]
+
+
+class Gains(Document, frozen=True, omit_defaults=True):
     """Drive gains and how sure they are: standard deviations of the relative errors e_j of the motors' torques.
 
     Attributes:
@@ -35,25 +38,24 @@ class Gains:
             ("loaded"); empty where they were not read from a log.
         mass: of the payload with which those were [kg]; None where it is not known.
         notes: what else a reader must know of them, one line each.
-        values: the gains themselves [N·m/A or N/A], where they come from a file.
-        robot: whose they are; empty where that is not stated.
         assumed: whether nothing is said of them, so that the usual errors are taken.
     """
 
-    per_joint: Sequence[float] = (0.0,)
-    common: float = 0.0
+    per_joint: Sequence[_Share] = field(default_factory=lambda: (0.0,))
+    common: _Share = field(default_factory=lambda: 0.0)
     identified: Sequence[Sequence[float]] = ()
     recordings: Fingerprints = field(default_factory=dict)
     mass: float | None = None
     notes: tuple[str, ...] = ()
-    values: tuple[float, ...] = ()
-    robot: str = ""
     assumed: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what is no standard deviation of a relative error."""
-        object.__setattr__(self, "identified", tuple(tuple(float(v) for v in row) for row in self.identified))
-        object.__setattr__(self, "per_joint", tuple(float(sigma) for sigma in self.per_joint))
+        force_setattr(self, "identified", tuple(tuple(float(v) for v in row) for row in self.identified))
+        force_setattr(self, "per_joint", tuple(float(sigma) for sigma in self.per_joint))
+        if not any(self.recordings.values()):
+            force_setattr(self, "recordings", {})
+            force_setattr(self, "mass", None)
         sigmas = (*self.per_joint, self.common)
         if not self.per_joint or not all(0.0 <= sigma < 1.0 for sigma in sigmas):
             values = ", ".join(f"{sigma:g}" for sigma in sigmas)
@@ -79,14 +81,6 @@ class Gains:
     def says_as(self, other: "Gains", n: int) -> bool:
         """True if both are one uncertainty of n gains, however it is written."""
         return np.allclose(self.covariance(n), other.covariance(n), rtol=1e-9, atol=0.0)
-
-    def check(self, robot: Robot, path: str | Path) -> None:
-        """Refuse gains of another robot, read from a file."""
-        if self.robot != robot.name or len(self.values) != robot.n:
-            raise InputError(
-                f"{path}: gains of {self.robot!r} with {len(self.values)} joints do not belong to {robot.name!r} "
-                f"with {robot.n}: identify gains for it"
-            )
 
     def reused(self, loaded: Sequence[Recording], unloaded: Sequence[Recording]) -> tuple[str, ...]:
         """Note recordings that the gains were identified from and that are used again, one line each.

@@ -6,7 +6,8 @@ besides the payload, one after the other, each with all that a slightly wrong wa
 less than one wave over the joint's range is no different from weight and is not looked for.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from msgspec import field
@@ -64,75 +65,75 @@ def ripple_of(
         if span > 0.0 and speed > 0.0:  # from one wave over the range to the most that the samples resolve
             candidates = 2.0 * np.pi / span * (1.0 + np.arange(_FINER * (_FURTHEST - 1) + 1) / _FINER)
             candidates = candidates[candidates * speed / data.motion.rate < np.pi]
-        rows: Mask = keep[::decimate, j]
-
-        def seen(signals: Array, rows: Mask = rows) -> Array:
-            return np.asarray(decimated(signals, decimate)[:, rows].T)
-
-        found = _found(W, Y, recording.t[j], position, seen, candidates)
+        found = _Search(position, keep[::decimate, j], decimate, candidates).found(W, Y, recording.t[j])
         columns.append(np.hstack([np.zeros((len(Y), 0)), *(own for *_, own in found)]))
         waves += [Wave(source, j + 1, wave, float(np.sqrt(2.0 * gain / len(Y)))) for wave, gain, _ in found]
     most = max(own.shape[1] for own in columns)
     return tuple(waves), tuple(np.pad(own, ((0, 0), (0, most - own.shape[1]))) for own in columns)
 
 
-def _found(
-    W: Array, torque: Array, t: Array, position: Array, seen: Callable[[Array], Array], waves: Array
-) -> list[tuple[float, float, Array]]:
-    """Find the clearest wave, its gain and its columns, then the clearest besides it, ..
+class _Search(NamedTuple):
+    """Joint's positions about their middle, rows to use, decimation, and waves to try [rad per rad]."""
 
-    Those are left out that may be the autocorrelated rest.
+    position: Array
+    keep: Mask
+    decimate: int
+    waves: Array
 
-    Args:
-        position: a joint's about its middle, of all samples.
-        seen: filters signals on all samples, k x N, as the equations see them, rows x k.
-        waves: to try [rad per rad].
-    """
-    most = min(_MOST, len(torque) // _ROWS_EACH)
-    if not len(waves) or not most:
-        return []
-    group = max(1, _AT_ONCE // len(position))  # at once, so that memory does not grow by their number
-    Q, found = decomposed(W).range, list[tuple[float, float, Array]]()
-    left = _less(torque, Q)
-    while len(found) < most:
-        parts = (waves[k : k + group] for k in range(0, len(waves), group))
-        gains = np.concatenate([_gains(part, position, seen, Q, left) for part in parts])
-        best = int(np.argmax(gains))
-        gain, spare = float(gains[best]), len(torque) - Q.shape[1] - 2
-        if _chance(gain, float(left @ left - gain), spare) * len(waves) > RIPPLE_CHANCE:
-            break
-        # Sine and cosine of a wave, and their slopes by the wavelength, which is not known exactly.
-        turns = float(waves[best]) * position
-        shapes = [np.sin(turns), np.cos(turns)]
-        columns = seen(np.array([*shapes, *(turns * shape for shape in shapes)]))
-        found.append((float(waves[best]), gain, columns))
-        Q = decomposed(np.column_stack([Q, columns])).range
+    def found(self, W: Array, torque: Array, t: Array) -> list[tuple[float, float, Array]]:
+        """Find the clearest wave, its gain and its columns, then the clearest besides it, ..
+
+        Those are left out that may be the autocorrelated rest.
+        """
+        waves, most = self.waves, min(_MOST, len(torque) // _ROWS_EACH)
+        if not len(waves) or not most:
+            return []
+        group = max(1, _AT_ONCE // len(self.position))  # at once, so that memory does not grow by their number
+        Q, found = decomposed(W).range, list[tuple[float, float, Array]]()
         left = _less(torque, Q)
-    rest, spare = inflation([(t, left)]) * float(left @ left), len(torque) - Q.shape[1]
-    return [wave for wave in found if _chance(wave[1], rest, spare) * len(waves) <= RIPPLE_CHANCE]
+        while len(found) < most:
+            gains = np.concatenate(
+                [self._gains(waves[k : k + group], Q, left) for k in range(0, len(waves), group)]
+            )
+            best = int(np.argmax(gains))
+            gain, spare = float(gains[best]), len(torque) - Q.shape[1] - 2
+            if _chance(gain, float(left @ left - gain), spare) * len(waves) > RIPPLE_CHANCE:
+                break
+            # Sine and cosine of a wave, and their slopes by the wavelength, which is not known exactly.
+            turns = float(waves[best]) * self.position
+            shapes = [np.sin(turns), np.cos(turns)]
+            columns = self._seen(np.array([*shapes, *(turns * shape for shape in shapes)]))
+            found.append((float(waves[best]), gain, columns))
+            Q = decomposed(np.column_stack([Q, columns])).range
+            left = _less(torque, Q)
+        rest, spare = inflation([(t, left)]) * float(left @ left), len(torque) - Q.shape[1]
+        return [wave for wave in found if _chance(wave[1], rest, spare) * len(waves) <= RIPPLE_CHANCE]
 
+    def _seen(self, signals: Array) -> Array:
+        """Filter signals on all samples, k x N, as the equations see them, rows x k."""
+        return np.asarray(decimated(signals, self.decimate)[:, self.keep].T)
 
-def _gains(waves: Array, position: Array, seen: Callable[[Array], Array], Q: Array, left: Array) -> Array:
-    """Fall of the sum of squares ``left`` by each wave, with the columns of Q taken out.
+    def _gains(self, waves: Array, Q: Array, left: Array) -> Array:
+        """Fall of the sum of squares ``left`` by each wave, with the columns of Q taken out.
 
-    0 where its sine and cosine hardly stand out.
-    """
-    # exp(i wave position) of evenly spaced waves: each is the one before, turned by the same angle.
-    turning = np.empty((len(waves), len(position)), dtype=complex)
-    turning[0] = np.exp(1j * waves[0] * position)
-    further = np.exp(1j * (waves[1] - waves[0]) * position) if len(waves) > 1 else turning[0]
-    for k in range(1, len(waves)):
-        np.multiply(turning[k - 1], further, out=turning[k])
-    sines, cosines = seen(turning.imag), seen(turning.real)
-    passed = np.sum(sines**2 + cosines**2, axis=0) > _PASSED**2 * len(left)
-    s, c = _less(sines, Q), _less(cosines, Q)
-    ss, cc, sc = (np.sum(product, axis=0) for product in (s * s, c * c, s * c))
-    a, b = s.T @ left, c.T @ left
-    # The normal equations of sine and cosine by Cramer's rule: what both take off is (a, b) N^-1 (a, b)'.
-    determinant = ss * cc - sc**2
-    independent = determinant > (_DEPENDENT * 0.5 * len(left)) ** 2
-    raised = a**2 * cc - 2.0 * a * b * sc + b**2 * ss
-    return np.asarray(np.divide(raised, determinant, out=np.zeros_like(raised), where=independent & passed))
+        0 where its sine and cosine hardly stand out.
+        """
+        # exp(i wave position) of evenly spaced waves: each is the one before, turned by the same angle.
+        turning = np.empty((len(waves), len(self.position)), dtype=complex)
+        turning[0] = np.exp(1j * waves[0] * self.position)
+        further = np.exp(1j * (waves[1] - waves[0]) * self.position) if len(waves) > 1 else turning[0]
+        for k in range(1, len(waves)):
+            np.multiply(turning[k - 1], further, out=turning[k])
+        sines, cosines = self._seen(turning.imag), self._seen(turning.real)
+        passed = np.sum(sines**2 + cosines**2, axis=0) > _PASSED**2 * len(left)
+        s, c = _less(sines, Q), _less(cosines, Q)
+        ss, cc, sc = (np.sum(product, axis=0) for product in (s * s, c * c, s * c))
+        a, b = s.T @ left, c.T @ left
+        # The normal equations of sine and cosine by Cramer's rule: what both take off is (a, b) N^-1 (a, b)'.
+        determinant = ss * cc - sc**2
+        independent = determinant > (_DEPENDENT * 0.5 * len(left)) ** 2
+        raised = a**2 * cc - 2.0 * a * b * sc + b**2 * ss
+        return np.asarray(np.divide(raised, determinant, out=np.zeros_like(raised), where=independent & passed))
 
 
 def _chance(gain: float, rest: float, spare: int) -> float:

@@ -8,14 +8,12 @@ from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal, Self
 
 from msgspec import UNSET, Meta, UnsetType, field
-from msgspec.structs import asdict
 
 from ...common.schema import Document, Float, Vector, Worked, present
 from ...common.speech import Speaks
 from ...model import BaseParameters, Processing, Robot
 from ...model.friction import term_names
 from ..fit.covariance import RobustCovariance
-from ..fit.drive_gains import Fingerprints, Gains
 from ..fit.essential import Elimination, SigmaRatio
 from ..fit.estimate import Estimate
 from ..possible.prior import PriorRobot
@@ -27,7 +25,6 @@ Ten = Mapping[str, Number]
 """Numbers of the ten parameters by name, XX to M."""
 Interval = tuple[Number, Number]
 Sigma = Annotated[float, Meta(ge=0.0)]
-_Share = Annotated[float, Meta(ge=0.0, lt=1.0)]
 
 
 class Result(Speaks, Worked, frozen=True, kw_only=True, dict=True):
@@ -92,29 +89,6 @@ class RobustDocument(Document, frozen=True):
         if robust is None:
             return cls(None, unavailable=reason or None)
         return cls.of(robust, warning=robust.warning or None, by_memory=robust.by_memory or UNSET)
-
-
-class GainErrorsDocument(Document, frozen=True, omit_defaults=True):
-    """Relative errors of drive gains; of identified ones also covariance, recordings and payload."""
-
-    per_joint: tuple[_Share, ...]
-    common: _Share
-    identified: tuple[tuple[float, ...], ...] = ()
-    recordings: Fingerprints = field(default_factory=dict)
-    mass: Number = None
-    notes: tuple[str, ...] = ()
-    assumed: bool = False
-
-    @classmethod
-    def made(cls, gains: Gains) -> Self:
-        """Collect errors of gains; of identified ones their covariance, recordings and payload too."""
-        known = any(gains.recordings.values())
-        return cls.of(gains, recordings=gains.recordings if known else {}, mass=gains.mass if known else None)
-
-    @property
-    def gains(self) -> Gains:
-        """Errors of the gains as estimators take them."""
-        return Gains(**asdict(self))
 
 
 class ParameterDocument(Document, frozen=True):

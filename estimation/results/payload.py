@@ -134,7 +134,7 @@ class FreeEstimate(MethodEstimate, frozen=True, tag="wls"):
 class PossibleEstimate(MethodEstimate, frozen=True, tag="constrained"):
     """Nearest payload that can exist, with 95 % intervals."""
 
-    gain_sigma: parts.GainErrorsDocument | UnsetType | None = UNSET
+    gain_sigma: Gains | UnsetType | None = UNSET
     interval95_by: Literal["jackknife", "memory", "formula"] | UnsetType = UNSET
     com_interval95: Matrix | UnsetType = UNSET
     inertia_com_interval95: tuple[Matrix, ...] | UnsetType = UNSET
@@ -159,7 +159,7 @@ class PossibleEstimate(MethodEstimate, frozen=True, tag="constrained"):
             sigma=named(free.sigma),
             sigma_robust=named(free.sigma_robust),
             sigma_with_gains=named(result.free.sigma) if payload.gains else None,
-            gain_sigma=parts.GainErrorsDocument.made(payload.gains) if payload.gains else None,
+            gain_sigma=payload.gains,
             interval95=named(intervals.parameters),
             interval95_by="formula" if free.robust is None else "memory" if free.robust.by_memory else "jackknife",
             com_interval95=intervals.com,
@@ -284,7 +284,7 @@ class PayloadResult(parts.Result, frozen=True, kw_only=True, dict=True):
     data: PayloadData | UnsetType = UNSET
     estimates: tuple[FreeEstimate | PossibleEstimate, ...]
     recommended: Recommended | None = None
-    gain_sigma: parts.GainErrorsDocument | UnsetType | None = UNSET
+    gain_sigma: Gains | UnsetType | None = UNSET
     mass_by_joints: tuple[JointsMass, ...] | UnsetType = UNSET
     joint_that_agrees_least: str | UnsetType | None = UNSET
     friction: tuple[TermChoice, ...] | UnsetType = UNSET
@@ -354,7 +354,7 @@ class PayloadResult(parts.Result, frozen=True, kw_only=True, dict=True):
     @property
     def gains(self) -> Gains | None:
         """Errors of the drive gains that intervals allow for; None where gains are taken as exact."""
-        return self.gain_sigma.gains if self.gain_sigma else None
+        return present(self.gain_sigma)
 
     @property
     def flange(self) -> Pose | None:

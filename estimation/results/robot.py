@@ -100,6 +100,13 @@ class GainsResult(parts.Result, frozen=True, kw_only=True, dict=True):
     verdict: Verdict | UnsetType = UNSET
 
     @property
+    def errors(self) -> Gains:
+        """Errors of the gains as estimators take them."""
+        load, C = present(self.load), self.drive_gains.relative_covariance
+        mass = (present(load.known) or {}).get("M_L") if load else None
+        return Gains(identified=C.tolist(), recordings=present(self.fingerprints) or {}, mass=mass)
+
+    @property
     def judged(self) -> Verdict:
         """Verdict; "use" where a file holds none."""
         return present(self.verdict) or Verdict("use", ())
@@ -148,7 +155,7 @@ class RobotResult(parts.Result, frozen=True, kw_only=True, dict=True):
     condition_number: parts.Number | UnsetType = UNSET
     condition_number_scaled: parts.Number | UnsetType = UNSET
     gain_sensitivity: Matrix | None
-    gain_sigma: parts.GainErrorsDocument | None = None
+    gains: Gains | None = field(default=None, name="gain_sigma")
     relative_residual: parts.ResidualDocument | UnsetType = UNSET
     validation: parts.ResidualDocument | UnsetType | None = UNSET
     rollouts: tuple[parts.Rollout, ...] | UnsetType = UNSET
@@ -183,11 +190,6 @@ class RobotResult(parts.Result, frozen=True, kw_only=True, dict=True):
     def drive_gains(self) -> tuple[float, ...] | None:
         """Torque per current [N·m/A] with which currents were read; None for torques."""
         return present(self.processing.drive_gains) or None
-
-    @cached_property
-    def gains(self) -> Gains | None:
-        """Uncertainty of the drive gains of that time; None where they were taken as exact."""
-        return self.gain_sigma.gains if self.gain_sigma is not None else None
 
     @cached_property
     def estimate(self) -> Estimate:

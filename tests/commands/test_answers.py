@@ -85,7 +85,7 @@ def test_gains_from_the_same_pair_confirm_nothing(inputs: Path) -> None:
         assert notes(line)[0] == same
     del gains["recordings"]
     (inputs / "gains.json").write_text(json.dumps(gains))
-    assert read_stored_gains(inputs / "gains.json").recordings == {}
+    assert read_stored_gains(inputs / "gains.json").errors.recordings == {}
 
 
 def test_verify_tells_harm(inputs: Path) -> None:

@@ -165,6 +165,8 @@ def test_identify() -> None:
     result = made.identification()
     estimate = result.estimate
     groupings = ("AR = A + C", "BR = B - D")
+    variances = np.diag(estimate.robust.covariance) / np.diag(estimate.covariance)
+    memory = np.exp(0.5 * np.log(variances).mean())
     document, judged = robot_result(result), judge(Evidence(made.ANY_ROBOT, parameters=estimate))
     same(
         document,
@@ -183,6 +185,8 @@ def test_identify() -> None:
                 "error_norms": [1.1, 1.2, 1.3],
                 "torque_norms": [21.0, 22.0, 23.0],
                 "weights": estimate.weights,
+                "torque_noise": memory / estimate.weights,
+                "independent_rate_hz": 0.5 * made.PROCESSING.equations_a_second(100.0),
             },
             "columns": ["A", "B"],
             "covariance": estimate.covariance,
@@ -413,10 +417,11 @@ def test_gains(tmp_path: Path) -> None:
     )
     path = tmp_path / "gains.json"
     write_json(path, document)
-    stored = read_stored_gains(path)
-    assert np.array_equal(stored.values, document.drive_gains.values)
+    read = read_stored_gains(path)
+    stored = read.errors
+    assert np.array_equal(read.drive_gains.values, document.drive_gains.values)
     assert np.array_equal(stored.identified, document.drive_gains.relative_covariance)
-    assert (stored.robot, stored.mass, stored.recordings) == ("arm", 6.1, document.fingerprints)
+    assert (read.robot, stored.mass, stored.recordings) == ("arm", 6.1, document.fingerprints)
     write_json(path, made.drive_gains("do_not_use"))
     with pytest.raises(InputError, match=r"do not use \(motor 3\)"):
         read_stored_gains(path)
