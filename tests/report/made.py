@@ -60,7 +60,7 @@ GAINS = Gains((0.01, 0.02, 0.03), 0.004, np.diag([1e-4, 2e-4, 3e-4]).tolist(), S
 
 def source(rate: float = 100.0) -> Any:
     """Recordings that were read with drive gains, processed at a rate [Hz]."""
-    recording = SimpleNamespace(gains=(2.5, 3.5))
+    recording = SimpleNamespace(gains=(2.5, 3.5), rate=rate)
     return SimpleNamespace(
         processing=PROCESSING, loaded=(recording,), unloaded=(recording,), rate=rate, choices=CHOICES
     )
@@ -104,7 +104,9 @@ def elimination() -> Elimination:
 
 def identification() -> Any:
     """A robot of two base parameters."""
-    problem = SimpleNamespace(equations=96, rows=(31, 32, 33), condition_numbers=lambda: (41.5, 4.25))
+    problem = SimpleNamespace(
+        equations=96, rows=(31, 32, 33), condition_numbers=lambda: (41.5, 4.25), independent=0.5
+    )
     return SimpleNamespace(
         robot=ROBOT, base=base(), problem=problem, estimate=estimate(("A", "B")), essential=("B",),
         elimination=elimination(), without_robust="", choices=CHOICES, gains=GAINS, validation=CHECK,
