@@ -81,10 +81,9 @@ def static_weighing(
     """Weigh by torque differences (29) at rest, in poses reached from both sides; else as ``weigh_at_rest``."""
     processing, recordings, bare = settings.processing_of(robot), [*unloaded, *loaded], len(unloaded)
     robot = without_dead(robot, recordings)
-    check_recordings(robot, recordings)
+    for group in (unloaded, loaded):
+        check_recordings(robot, group)
     check_apart(loaded, unloaded)
-    if not loaded or not unloaded:
-        raise InputError("a weighing at rest compares recordings with and without payload: give both")
     settings.progress("looking for rests")
     every = [rests_of(recording, processing) for recording in recordings]
     poses, index, one_sided = _poses(every)
@@ -94,12 +93,8 @@ def static_weighing(
             f"rests): record one motion of {_FEWEST} poses or more, better 8, without and with payload"
         )
     # Positions, torques and approaches of recordings, rows and joints.
-    q, torque, side = (
-        np.array(
-            [[getattr(one, kind)[at].mean(axis=0) for at in own] for one, own in zip(every, index, strict=True)]
-        )
-        for kind in ("q", "torque", "side")
-    )
+    means = [[np.array(one[:3])[:, at].mean(axis=1) for at in own] for one, own in zip(every, index, strict=True)]
+    q, torque, side = np.array(means).transpose(2, 0, 1, 3)
     apart = np.abs(q[bare:].mean(axis=0) - q[:bare].mean(axis=0))
     if apart.max() > processing.max_mismatch:
         k, j = np.unravel_index(int(np.argmax(apart)), apart.shape)
@@ -110,7 +105,6 @@ def static_weighing(
     W = regressor_at(robot, payload_columns(robot), q[-1], 0.0 * q[-1], 0.0 * q[-1])
     keep = (side == side[0]).all(axis=0) & (side[0] != 0.0)
     keep &= np.abs(W).max(axis=(1, 2)) > _ROUNDING * np.abs(W).max()  # a joint that no weight acts on says nothing
-    keep &= np.isin(np.arange(1, robot.n + 1), settings.joints or range(1, robot.n + 1))
     order, per, step, difference, drifting = _order(loaded, unloaded)
 
     def joined(weights: Array) -> Measurement:
@@ -160,16 +154,11 @@ def _poses(every: Sequence[Rests]) -> tuple[_Indices, list[list[_Indices]], tupl
     q, side = every[0].q, every[0].side
     near = np.abs(q[:, None] - q).max(axis=2) < _SAME
     _, poses = np.unique(near.argmax(axis=1), return_inverse=True)
-    index = [
-        [
-            np.flatnonzero((np.abs(one.q - p).max(axis=1) < _SAME) & (one.side @ s > 0.0))
-            for p, s in zip(q, side, strict=True)
-        ]
-        for one in every
-    ]
-    there = [all(len(own[k]) for own in index) and index[0][k][0] == k for k in range(len(q))]
-    there[-1] &= near[-1].sum() > 1  # else that is where the arm goes in the end
-    rows = sorted(np.flatnonzero(there).tolist(), key=lambda k: int(poses[k]))
+    there = [(np.abs(q[:, None] - x.q).max(axis=2) < _SAME) & (side @ x.side.T > 0.0) for x in every]
+    index = [[np.flatnonzero(row) for row in own] for own in there]
+    held = np.all([own.any(axis=1) for own in there], axis=0) & (there[0].argmax(axis=1) == np.arange(len(q)))
+    held[-1] &= near[-1].sum() > 1  # else that is where the arm goes in the end
+    rows = sorted(np.flatnonzero(held).tolist(), key=lambda k: int(poses[k]))
     alone = {int(poses[k]) + 1 for k in rows if not (near[k, rows] & (side[rows] @ side[k] < 0.0)).any()}
     return poses[rows], [[own[k] for k in rows] for own in index], tuple(sorted(alone))
 
