@@ -29,7 +29,7 @@ from ..signals.plausibility import check_apart, check_recordings, without_dead
 from ..signals.rests import Rests, rests_of
 from .constant_torques import offset_prior
 from .long_motion import Source
-from .pairs import torque_change
+from .pairs import Order, torque_change
 from .short_motion import Run, ShortMotion, observer_of
 from .under_load import robot_of
 
@@ -105,13 +105,13 @@ def static_weighing(
     W = regressor_at(robot, payload_columns(robot), q[-1], 0.0 * q[-1], 0.0 * q[-1])
     keep = (side == side[0]).all(axis=0) & (side[0] != 0.0)
     keep &= np.abs(W).max(axis=(1, 2)) > _ROUNDING * np.abs(W).max()  # a joint that no weight acts on says nothing
-    order, per, step, difference, drifting = _order(loaded, unloaded)
+    order, of_loaded = Order.of(loaded, unloaded), np.arange(len(recordings)) >= bare
+    difference, drifting = _weights(order, of_loaded.astype(float))
 
     def joined(weights: Array) -> Measurement:
         motion = Motion(np.arange(float(len(poses))), np.tensordot(weights, q, 1), _SPEED * side[0], 0.0 * side[0])
         return Measurement(motion, np.tensordot(weights, torque, 1))
 
-    of_loaded = np.arange(len(recordings)) >= bare
     without, under_load = joined(-difference * ~of_loaded), joined(difference * of_loaded)
     free, each = robot.with_offsets(True), keep / np.maximum(keep.sum(axis=0), 1)
     whole, observer = Observer(free, base_parameters(free).columns), observer_of(robot, None)
@@ -134,14 +134,15 @@ def static_weighing(
     weights = problem.posed().weights()
     scatter, drift = keep.any(axis=0) / weights / np.linalg.norm(difference), None
     if drifting.any():
-        slope = np.tensordot(drifting, torque, 1)
+        slope, step = np.tensordot(drifting, torque, 1), float(np.ptp(order.t)) / (len(order.t) - 1)
+        per = "hour" if order.clocked else "recording"
         as_torque = replace(change, Y=tuple(step * slope[keep[:, j], j] for j in range(robot.n)), shared=())
         as_payload = replace(problem, runs=(replace(problem.runs[0], equations=reduced(as_torque)),))
         mass = as_payload.resolved(as_payload.posed().solved(weights))["M_L"]
         sigma = scatter * np.linalg.norm(drifting) / np.sqrt(np.maximum(keep.sum(axis=0), 1))
         ratio = max(0.0, 1.0 - (1.0 / bare + 1.0 / len(loaded)) / float(difference @ difference))
         drift = Drift(per, (each * slope).sum(axis=0), (each * side[0] * slope).sum(axis=0), sigma, mass, ratio)
-    return replace(problem, standing=Standing(len(set(poses)), order, scatter, drift))
+    return replace(problem, standing=Standing(len(set(poses)), order.text, scatter, drift))
 
 
 def _poses(every: Sequence[Rests]) -> tuple[_Indices, list[list[_Indices]], tuple[int, ...]]:
@@ -163,24 +164,11 @@ def _poses(every: Sequence[Rests]) -> tuple[_Indices, list[list[_Indices]], tupl
     return poses[rows], [[own[k] for k in rows] for own in index], tuple(sorted(alone))
 
 
-def _order(loaded: Sequence[Recording], unloaded: Sequence[Recording]) -> tuple[str, str, float, Array, Array]:
-    """Order recordings by their clock, if they share one, else half of the unloaded ones first and half last.
-
-    Returns:
-        The order, the unit of time, the mean time from one to the next, and the recordings' weights, (R,), for the
-        difference and for the drift; 0 where the order does not tell that from the payload.
-    """
-    recordings, bare = [*unloaded, *loaded], len(unloaded)
-    ends = np.array([one.origin + one.t[[0, -1]] for one in recordings])
-    places, half = np.argsort(ends[:, 0], kind="stable"), (bare + 1) // 2
-    clocked = bool((ends[places[1:], 0] >= ends[places[:-1], 1]).all())
-    if not clocked:
-        places = np.array([*range(half), *range(bare, len(recordings)), *range(half, bare)])
-    t = ends.mean(axis=1) / 3600.0 if clocked else np.argsort(places).astype(float)
-    A = np.column_stack([np.ones(len(t)), np.arange(len(t)) >= bare, t - t.mean()])
-    plain, parts, step = decomposed(A[:, :2]).inverse[1], decomposed(A), float(np.ptp(t)) / (len(t) - 1)
-    text = ", ".join("loaded" if k >= bare else "unloaded" for k in places) + " by their clock" * clocked
-    (_, weights, slope), unit = parts.inverse, "hour" if clocked else "recording"
-    if len(t) < 3 or parts.rank < 3 or weights @ weights > _COSTS * plain @ plain:
-        return text, unit, step, plain, np.zeros(len(t))
-    return text, unit, step, weights, slope
+def _weights(order: Order, under_load: Array) -> tuple[Array, Array]:
+    """Weigh recordings, (R,), for the difference and the drift; that is 0 where the order does not tell it."""
+    A = np.column_stack([np.ones(len(under_load)), under_load, order.t - order.t.mean()])
+    plain, parts = decomposed(A[:, :2]).inverse[1], decomposed(A)
+    _, weights, slope = parts.inverse
+    if len(A) < 3 or parts.rank < 3 or weights @ weights > _COSTS * plain @ plain:
+        return plain, 0.0 * plain
+    return weights, slope
