@@ -129,14 +129,6 @@ class _Weigh(_Compared):
     inertia: Annotated[str | None, Parameter(metavar="box:AxBxC|cylinder:DxL")] = None
     """Assume this body's inertia if none is measured [mm]."""
 
-    def check(self) -> None:
-        """Refuse what a weighing at rest does not use."""
-        super().check()
-        if self.static:
-            self.refuse(
-                "robot_parameters", "is not used with --static: give --unloaded recordings of the same poses"
-            )
-
 
 @command
 def run_weigh(
@@ -160,6 +152,10 @@ def run_weigh(
         change, known = request.friction_change, stored.estimate if stored else None
         settings = setup.settings(progress, friction_change=change, joints=request.moving, gains=gains)
         if request.static:
+            for option in ("robot_parameters", "moving"):
+                request.refuse(
+                    option, "is not used with --static: all joints are compared without and with payload"
+                )
             result = estimation.weigh_at_rest(robot, loaded, unloaded, constraints, settings)
         else:
             result = estimation.weigh(robot, loaded, unloaded, known, constraints, settings)

@@ -244,11 +244,9 @@ def weigh_at_rest(
     constraints: Sequence[Constraint] = POSSIBLE,
     settings: Settings = DEFAULTS,
 ) -> PayloadResult:
-    """Identify mass and centre of mass from poses held still, each reached from both sides; else as ``weigh``.
+    """Identify mass and centre of mass from poses that are held, each reached from both sides; else as ``weigh``.
 
-    Args:
-        loaded: recordings of the poses with the payload.
-        unloaded: recordings of the same poses without; with one before and one after those loaded a drift is seen.
+    Where some recordings without payload come before those with it and some after them, a drift is taken off.
     """
     check_lists(loaded, unloaded)
     problem = static_weighing(robot, loaded, unloaded, settings)

@@ -337,47 +337,35 @@ def drift(evidence: Evidence) -> Iterator[Finding]:
         yield error(text, "mass")
 
 
-def one_sided(evidence: Evidence) -> Iterator[Finding]:
-    """Poses that are reached from one side only (`weigh --static`). Any: spoils all."""
-    if found := evidence.at_rest and evidence.at_rest.one_sided:
-        yield error(
-            f"pose {', '.join(map(str, found))} is reached from one side only, where nothing tells friction from "
-            "weight: reach each pose from both sides ('dynident near --static')"
-        )
-
-
-def swinging(evidence: Evidence) -> Iterator[Finding]:
-    """A payload that swings while the arm rests (`weigh --static`).
+def rests(evidence: Evidence) -> Iterator[Finding]:
+    """Poses reached from one side only, a payload that swings, and brakes that hold (`weigh --static`).
 
     Torque at rest that oscillates over {SWINGS:g} times as far as without payload, {CLEAR:g} times as far as at
-    other frequencies and {MATTERS:.0%} of the payload's torque: spoils all.
+    other frequencies and {MATTERS:.0%} of the payload's torque, or varies by under {HOLDS:.0%} of what it does on
+    the way there: spoils all.
     """
-    if (problem := evidence.at_rest) is None or any(braked(evidence)):  # a brake that closes is a step
+    if (problem := evidence.at_rest) is None:
         return
-    bare = len(problem.source.unloaded)
+    bare, held = len(problem.source.unloaded), np.zeros(problem.robot.n, dtype=bool)
+    for own in problem.rests:
+        held |= (own.moving > CARRIES * own.moving.max()) & (own.torque.std(axis=0) < HOLDS * own.moving)
     (frequencies, earlier), (_, size) = oscillation(problem.rests[:bare]), oscillation(problem.rests[bare:])
     largest = (problem.loaded.torque_norms / np.sqrt(np.maximum(problem.loaded.rows, 1))).max()
     k, j = np.unravel_index(int(np.argmax(size * (size > SWINGS * earlier))), size.shape)
-    if size[k, j] > max(SWINGS * earlier[k, j], CLEAR * np.median(size[:, j]), MATTERS * largest):
+    if problem.one_sided:
+        yield error(
+            f"pose {', '.join(map(str, problem.one_sided))} is reached from one side only, where nothing tells "
+            "friction from weight: reach each pose from both sides ('dynident near --static')"
+        )
+    if joints := [str(joint) for joint in problem.joints if held[joint - 1]]:
+        yield error(
+            f"the torque of joint {', '.join(joints)} at rest is the same in all poses, not so on the way there: a "
+            "brake holds the arm, and no torque shows its weight; record with the brakes open"
+        )
+    elif size[k, j] > max(SWINGS * earlier[k, j], CLEAR * np.median(size[:, j]), MATTERS * largest):
         yield error(
             f"the payload swings: at rest the torque of joint {j + 1} oscillates at {frequencies[k]:.1f} Hz by "
             f"{size[k, j]:.2g} N·m or N (rms; without payload {earlier[k, j]:.2g}): wait longer, or fix it"
-        )
-
-
-def braked(evidence: Evidence) -> Iterator[Finding]:
-    """Brakes that hold the arm at rest, not its drives (`weigh --static`).
-
-    Torque at rest that varies by under {HOLDS:.0%} of what it does on the way there: spoils all.
-    """
-    problem, found = evidence.at_rest, set[int]()
-    for own in problem.rests if problem is not None else ():
-        held = (own.moving > CARRIES * own.moving.max()) & (own.torque.std(axis=0) < HOLDS * own.moving)
-        found |= {j + 1 for j in np.flatnonzero(held).tolist()}.intersection(problem.joints if problem else ())
-    if found:
-        yield error(
-            f"the torque of joint {', '.join(map(str, sorted(found)))} at rest is the same in all poses, not so on "
-            "the way there: a brake holds the arm, and no torque shows its weight; record with the brakes open"
         )
 
 

@@ -24,6 +24,33 @@ _Pair = tuple[Recording, Recording, float | None]
 """Recordings without and with payload, and the lag where it is known [s]."""
 
 
+class Order(NamedTuple):
+    """Order of R recordings, and their times in hours, those without payload first, (R,).
+
+    ``clocked``: whether these are by a common clock, else numbers; ``gaps``: times from each recording without
+    payload to the one with it, over the mean time from one recording to the next.
+    """
+
+    text: str
+    t: Array
+    clocked: bool
+    gaps: Array
+
+    @staticmethod
+    def of(loaded: Sequence[Recording], unloaded: Sequence[Recording]) -> "Order":
+        """Order recordings by their clock, if they share one, else half of those unloaded first and half last."""
+        recordings, bare = [*unloaded, *loaded], len(unloaded)
+        ends = np.array([one.origin + one.t[[0, -1]] for one in recordings])
+        places, half = np.argsort(ends[:, 0], kind="stable"), (bare + 1) // 2
+        clocked = bool((ends[places[1:], 0] >= ends[places[:-1], 1]).all())
+        if not clocked:
+            places = np.array([*range(half), *range(bare, len(recordings)), *range(half, bare)])
+        t = ends.mean(axis=1) / 3600.0 if clocked else np.argsort(places).astype(float)
+        text = ", ".join("loaded" if k >= bare else "unloaded" for k in places)
+        gaps = (t[bare:] - t[:bare]) * (len(t) - 1) / np.ptp(t) if 2 * bare == len(t) else np.zeros(0)
+        return Order(text + (" by their clock" if clocked else " as given"), t, clocked, gaps)
+
+
 class PairedMeasurement(NamedTuple):
     """Measurements of one trajectory without and with payload, on the loaded recording's time.
 

@@ -14,6 +14,7 @@ from ..fit.covariance import birge
 from ..fit.estimate import error_model
 from ..possible.payload import rise_p_value
 from .methods import payload_estimate
+from .pairs import Order
 from .short_motion import ShortMotion
 
 _DRIFTS = 0.05
@@ -31,28 +32,39 @@ class Repeats(Document, frozen=True):
     drift_per_recording: float | None  # from one to the next; None with fewer than three
     drift_sigma: float | None
     drifts: bool  # steadily, which a payload does not: the drives warm up, or a gain drifts
+    order: str = ""  # of the recordings, where it takes a drift off that is linear in time
 
     @classmethod
-    def made(cls, sources: Sequence[str], masses: Sequence[float], sigmas: Sequence[float]) -> Self:
-        """Compute from the mass of each recording and its standard deviation."""
+    def made(
+        cls, sources: Sequence[str], masses: Sequence[float], sigmas: Sequence[float], order: Order | None = None
+    ) -> Self:
+        """Compute from the mass of each recording and its standard deviation.
+
+        Where by the clock the payload comes first in some pairs, in others last, a drift changes its sign.
+        """
         k = np.flatnonzero(np.isfinite(masses))
         seen, own = np.array(masses)[k], np.array(sigmas)[k]
-        step = sigma = None
-        if len(k) > 2:  # slope over the recordings' numbers, and its standard deviation by their scatter
-            A = np.column_stack([np.ones(len(k)), k]) / own[:, None]
+        step, sigma, taken_off, at, text = None, None, np.zeros(len(k)), k.astype(float), ""
+        if order is not None and order.clocked and (gaps := order.gaps[k]).size and gaps.min() < 0.0 < gaps.max():
+            at, text = gaps, order.text
+        if len(k) > (1 if text else 2):  # slope over the recordings' numbers, and its deviation by their scatter
+            A = np.column_stack([np.ones(len(k)), at]) / own[:, None]
             parts = decomposed(A)
             slope = parts.solution(seen / own)
-            left = float(np.sum((seen / own - A @ slope) ** 2)) / (len(k) - 2)
+            left = float(np.sum((seen / own - A @ slope) ** 2)) / max(len(k) - 2, 1)
+            taken_off = slope[1] * at if text else taken_off
             step, sigma = float(slope[1]), float(np.sqrt((parts.covariance * max(left, 1.0))[1, 1]))
         return cls(
             tuple(sources),
             tuple(masses),
             tuple(sigmas),
             spread=float(np.std(seen, ddof=1)) if len(k) > 1 else float("nan"),
-            excess=birge(seen, own),
+            excess=birge(seen - taken_off, own),
             drift_per_recording=step,
             drift_sigma=sigma,
-            drifts=bool(sigma and step and rise_p_value((step / sigma) ** 2, 1, float(len(k) - 2)) < _DRIFTS),
+            drifts=not text
+            and bool(sigma and step and rise_p_value((step / sigma) ** 2, 1, float(len(k) - 2)) < _DRIFTS),
+            order=text,
         )
 
 
@@ -67,4 +79,6 @@ def repeats_of(problem: ShortMotion) -> Repeats | None:
             if not estimate.from_scale and 9 in estimate.indices:
                 model = error_model(estimate.estimate)
                 masses[k], sigmas[k] = model["M_L"], float(model.sigma[model.names.index("M_L")])
-    return Repeats.made([recording.source for recording in problem.source.loaded], masses, sigmas)
+    source = problem.source
+    order = Order.of(source.loaded, source.unloaded) if len(source.loaded) == len(source.unloaded) else None
+    return Repeats.made([recording.source for recording in source.loaded], masses, sigmas, order)

@@ -29,7 +29,7 @@ from ..signals.plausibility import check_apart, check_recordings, without_dead
 from ..signals.rests import Rests, rests_of
 from .constant_torques import offset_prior
 from .long_motion import Source
-from .pairs import torque_change
+from .pairs import Order, torque_change
 from .short_motion import ShortMotion, observer_of
 from .under_load import robot_of
 
@@ -81,10 +81,9 @@ def static_weighing(
     """Weigh by torque differences (29) at rest, in poses reached from both sides; else as ``weigh_at_rest``."""
     processing, recordings, bare = settings.processing_of(robot), [*unloaded, *loaded], len(unloaded)
     robot = without_dead(robot, recordings)
-    check_recordings(robot, recordings)
+    for group in (unloaded, loaded):
+        check_recordings(robot, group)
     check_apart(loaded, unloaded)
-    if not loaded or not unloaded:
-        raise InputError("a weighing at rest compares recordings with and without payload: give both")
     settings.progress("looking for rests")
     every = [rests_of(recording, processing) for recording in recordings]
     poses, index, one_sided = _poses(every)
@@ -94,12 +93,8 @@ def static_weighing(
             f"rests): record one motion of {_FEWEST} poses or more, better 8, without and with payload"
         )
     # Positions, torques and approaches of recordings, rows and joints.
-    q, torque, side = (
-        np.array(
-            [[getattr(one, kind)[at].mean(axis=0) for at in own] for one, own in zip(every, index, strict=True)]
-        )
-        for kind in ("q", "torque", "side")
-    )
+    means = [[np.array(one[:3])[:, at].mean(axis=1) for at in own] for one, own in zip(every, index, strict=True)]
+    q, torque, side = np.array(means).transpose(2, 0, 1, 3)
     apart = np.abs(q[bare:].mean(axis=0) - q[:bare].mean(axis=0))
     if apart.max() > processing.max_mismatch:
         k, j = np.unravel_index(int(np.argmax(apart)), apart.shape)
@@ -110,14 +105,13 @@ def static_weighing(
     W = regressor_at(robot, payload_columns(robot), q[-1], 0.0 * q[-1], 0.0 * q[-1])
     keep = (side == side[0]).all(axis=0) & (side[0] != 0.0)
     keep &= np.abs(W).max(axis=(1, 2)) > _ROUNDING * np.abs(W).max()  # a joint that no weight acts on says nothing
-    keep &= np.isin(np.arange(1, robot.n + 1), settings.joints or range(1, robot.n + 1))
-    order, per, step, difference, drifting = _order(loaded, unloaded)
+    order, of_loaded = Order.of(loaded, unloaded), np.arange(len(recordings)) >= bare
+    difference, drifting = _weights(order, of_loaded.astype(float))
 
     def joined(weights: Array) -> Measurement:
         motion = Motion(np.arange(float(len(poses))), np.tensordot(weights, q, 1), _SPEED * side[0], 0.0 * side[0])
         return Measurement(motion, np.tensordot(weights, torque, 1))
 
-    of_loaded = np.arange(len(recordings)) >= bare
     without, under_load = joined(-difference * ~of_loaded), joined(difference * of_loaded)
     free, each = robot.with_offsets(True), keep / np.maximum(keep.sum(axis=0), 1)
     whole, observer = Observer(free, base_parameters(free).columns), observer_of(robot, None)
@@ -140,7 +134,8 @@ def static_weighing(
     weights = problem.posed().weights()
     scatter, drift = keep.any(axis=0) / weights / np.linalg.norm(difference), None
     if drifting.any():
-        slope = np.tensordot(drifting, torque, 1)
+        slope, step = np.tensordot(drifting, torque, 1), float(np.ptp(order.t)) / (len(order.t) - 1)
+        per = "hour" if order.clocked else "recording"
         as_torque = [step * slope[keep[:, j], j] for j in range(robot.n)]
         drifted = Observation.of(change.columns, change.W, as_torque, change.t, change.bandwidth)
         as_payload = replace(problem, runs=(reduced(drifted),))
@@ -148,7 +143,7 @@ def static_weighing(
         sigma = scatter * np.linalg.norm(drifting) / np.sqrt(np.maximum(keep.sum(axis=0), 1))
         ratio = max(0.0, 1.0 - (1.0 / bare + 1.0 / len(loaded)) / float(difference @ difference))
         drift = Drift(per, (each * slope).sum(axis=0), (each * side[0] * slope).sum(axis=0), sigma, mass, ratio)
-    return replace(problem, standing=Standing(len(set(poses)), order, scatter, drift))
+    return replace(problem, standing=Standing(len(set(poses)), order.text, scatter, drift))
 
 
 def _poses(every: Sequence[Rests]) -> tuple[_Indices, list[list[_Indices]], tuple[int, ...]]:
@@ -161,38 +156,20 @@ def _poses(every: Sequence[Rests]) -> tuple[_Indices, list[list[_Indices]], tupl
     q, side = every[0].q, every[0].side
     near = np.abs(q[:, None] - q).max(axis=2) < _SAME
     _, poses = np.unique(near.argmax(axis=1), return_inverse=True)
-    index = [
-        [
-            np.flatnonzero((np.abs(one.q - p).max(axis=1) < _SAME) & (one.side @ s > 0.0))
-            for p, s in zip(q, side, strict=True)
-        ]
-        for one in every
-    ]
-    there = [all(len(own[k]) for own in index) and index[0][k][0] == k for k in range(len(q))]
-    there[-1] &= near[-1].sum() > 1  # else that is where the arm goes in the end
-    rows = sorted(np.flatnonzero(there).tolist(), key=lambda k: int(poses[k]))
+    there = [(np.abs(q[:, None] - x.q).max(axis=2) < _SAME) & (side @ x.side.T > 0.0) for x in every]
+    index = [[np.flatnonzero(row) for row in own] for own in there]
+    held = np.all([own.any(axis=1) for own in there], axis=0) & (there[0].argmax(axis=1) == np.arange(len(q)))
+    held[-1] &= near[-1].sum() > 1  # else that is where the arm goes in the end
+    rows = sorted(np.flatnonzero(held).tolist(), key=lambda k: int(poses[k]))
     alone = {int(poses[k]) + 1 for k in rows if not (near[k, rows] & (side[rows] @ side[k] < 0.0)).any()}
     return poses[rows], [[own[k] for k in rows] for own in index], tuple(sorted(alone))
 
 
-def _order(loaded: Sequence[Recording], unloaded: Sequence[Recording]) -> tuple[str, str, float, Array, Array]:
-    """Order recordings by their clock, if they share one, else half of the unloaded ones first and half last.
-
-    Returns:
-        The order, the unit of time, the mean time from one to the next, and the recordings' weights, (R,), for the
-        difference and for the drift; 0 where the order does not tell that from the payload.
-    """
-    recordings, bare = [*unloaded, *loaded], len(unloaded)
-    ends = np.array([one.origin + one.t[[0, -1]] for one in recordings])
-    places, half = np.argsort(ends[:, 0], kind="stable"), (bare + 1) // 2
-    clocked = bool((ends[places[1:], 0] >= ends[places[:-1], 1]).all())
-    if not clocked:
-        places = np.array([*range(half), *range(bare, len(recordings)), *range(half, bare)])
-    t = ends.mean(axis=1) / 3600.0 if clocked else np.argsort(places).astype(float)
-    A = np.column_stack([np.ones(len(t)), np.arange(len(t)) >= bare, t - t.mean()])
-    plain, parts, step = decomposed(A[:, :2]).inverse[1], decomposed(A), float(np.ptp(t)) / (len(t) - 1)
-    text = ", ".join("loaded" if k >= bare else "unloaded" for k in places) + " by their clock" * clocked
-    (_, weights, slope), unit = parts.inverse, "hour" if clocked else "recording"
-    if len(t) < 3 or parts.rank < 3 or weights @ weights > _COSTS * plain @ plain:
-        return text, unit, step, plain, np.zeros(len(t))
-    return text, unit, step, weights, slope
+def _weights(order: Order, under_load: Array) -> tuple[Array, Array]:
+    """Weigh recordings, (R,), for the difference and the drift; that is 0 where the order does not tell it."""
+    A = np.column_stack([np.ones(len(under_load)), under_load, order.t - order.t.mean()])
+    plain, parts = decomposed(A[:, :2]).inverse[1], decomposed(A)
+    _, weights, slope = parts.inverse
+    if len(A) < 3 or parts.rank < 3 or weights @ weights > _COSTS * plain @ plain:
+        return plain, 0.0 * plain
+    return weights, slope

@@ -28,7 +28,7 @@ from dynident.estimation.equations.observer import PATH
 from dynident.estimation.fit.settings import FRICTION_CHANGE
 from dynident.estimation.payload.constant_torques import OFFSET_SHARE, HeldFriction
 from dynident.estimation.payload.methods import ONE_PATH, recommended_method
-from dynident.estimation.payload.pairs import cut_alike
+from dynident.estimation.payload.pairs import Order, cut_alike
 from dynident.estimation.payload.repeats import Repeats
 from dynident.estimation.payload.short_motion import difference_weighing, known_robot_weighing
 from dynident.estimation.results.payload import numbers
@@ -217,6 +217,14 @@ def test_a_constant_torque_beyond_the_allowance_is_free(
         logs.append(replace(recording, torque=recording.torque + slow + torque * np.eye(6)[1]))
     motion = short(difference_weighing(simulator.robot, logs[1:], logs[:1]))
     assert motion.held.joints == ((1, 2) if held else ())
+
+
+def test_an_order_that_takes_a_drift_off_leaves_no_scatter() -> None:
+    """Unloaded, loaded, loaded, unloaded: the payload comes after its partner, then before it."""
+    order = Order("by their clock", np.arange(4.0), True, np.array([1.0, -1.0]))
+    repeats = Repeats.made("ab", (5.1, 4.9), (0.02, 0.02), order)
+    assert (repeats.drift_per_recording, repeats.excess, repeats.drifts) == (pytest.approx(0.1), 1.0, False)
+    assert Repeats.made("ab", (5.1, 4.9), (0.02, 0.02)).excess > 5.0
 
 
 def test_repeats_spread_and_drift_as_their_masses_do() -> None:

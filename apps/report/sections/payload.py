@@ -128,6 +128,7 @@ def answer_notes(result: PayloadResult) -> list[str]:
         noted.append(f"{len(repeats.masses)} recordings, each alone [kg]: {texts}; {spread}.")
         if repeats.drift_per_recording is not None:
             trend = "a drift" if repeats.drifts else "no clear drift"
+            trend = f"drift, which goes out in the order {repeats.order}" if repeats.order else trend
             step = f"{repeats.drift_per_recording:+.2g} ± {array(repeats.drift_sigma):.2g}"
             noted.append(f"From one to the next {step} kg: {trend}.")
         if repeats.excess is not None and repeats.excess > 1.0:
