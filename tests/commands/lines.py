@@ -27,6 +27,7 @@ BRIEF = f"--robot rx90 --columns payload --starts 1 --seed 2 {NOISE}"
 WHOLE = f"--robot rx90 --via-points 4 --starts 1 {NOISE}"
 SCALE = "--mass 6+-0.1"
 NEAR = f"--robot rx90 --pose=0,-45,90,0,45,0 --joints 4,5,6 {SCALE} --duration 4 {NOISE}"
+REST = "--robot rx90 --pose=0,-45,90,0,45,0 --joints 2,5 --mass 6 --torque-noise 1% --json b.json starts=1"
 SCORE = f"rx_arm.csv --robot rx90 {NOISE}"
 
 PORTS = {"port": 20000 + os.getpid() % 10000, "script_port": 30010 + os.getpid() % 10000}

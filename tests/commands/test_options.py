@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from cyclopts import Token
 from dynident.apps.report.blocks import Drawing
-from dynident.tests.commands.lines import BRIEF, LINES, NEAR, NOISE, SCORE, WHOLE
+from dynident.tests.commands.lines import BRIEF, LINES, NEAR, NOISE, REST, SCORE, WHOLE
 from dynident.tests.commands.typed import NAMES, arguments, options, refused, typed
 from matplotlib.figure import Figure
 
@@ -241,6 +241,11 @@ OPTIONS: dict[str, dict[str, str]] = {
         "starts": "starts=2",
         "rehearsal": "--samples a.csv | rehearsal=slow.csv",
         "--ladder": "--heaviest-payload 7@0,0,0.1 --within 0.1 | --ladder",
+        "--static": f"={REST} | --static",
+        "--poses": f"={REST} --static | --poses 7",
+        "hold": f"={REST} --static | hold=2",
+        "approach": f"={REST} --static | approach=2",
+        "--val3": f"={REST} --static | --val3 val3",
     },
     "score": ROBOT | STAND_IN | PAGE | LIMITS | VIEW | {
         "--like": f"={SCORE.split(' --torque')[0]} --json b.json | --like earlier.json",

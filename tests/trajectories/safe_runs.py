@@ -17,7 +17,9 @@ from dynident.trajectories import (
     NearGoal,
     NearShape,
     PayloadSet,
+    StaticShape,
     build_design,
+    usual_scene,
 )
 from dynident.trajectories.design.full_trajectory import REHEARSAL
 from dynident.trajectories.design.payloads import unit_point
@@ -158,3 +160,47 @@ def seen_of(case: Case, design: Design, draw: np.random.Generator) -> Seen:
         for payloads in (case.payloads, case.wider)
     )
     return Seen(int((drawn > 1.0).any(axis=0).sum()) + int(reached > 1.0), reached, outside)
+
+
+class RestCase(NamedTuple):
+    """Poses at rest of all joints over the whole range, with half of the rated payload."""
+
+    robot: Robot
+    shape: StaticShape
+    goal: NearGoal
+    bounds: JointBounds
+    problem: DesignProblem
+
+    def sigma(self, poses: Array, constants: bool = True) -> Array:
+        """Standard deviations of first moments and mass by the dense formula, (4,): both approaches to each pose in
+        two recordings, a constant torque of each joint unknown.
+        """
+        still, n = np.zeros_like(poses), self.robot.n
+        W = dense(payload_regressor(self.robot), poses, still, still)[:, :, 6:]
+        if constants:
+            W = np.dstack([W, np.tile(np.eye(n), (len(poses), 1, 1))])
+        A = (np.concatenate([W, W]) / (np.sqrt(2.0) * self.goal.noise[:, None])).reshape(2 * n * len(poses), -1)
+        return np.asarray(np.sqrt(np.diag(np.linalg.inv(A.T @ A)))[:4])
+
+
+def rest_case(robot: Robot, count: int = 8) -> RestCase:
+    """Start in the middle of the range, or in the first random pose that is clear of everything."""
+    bounds, draw = JointBounds.of(robot), np.random.default_rng(0)
+    mass = 0.5 * (robot.rated_payload if np.isfinite(robot.rated_payload) else 5.0)
+    body = InertialParameters.from_com(mass, [0.0, 0.0, _REACH], 0.003 * mass * np.eye(3))
+    body = body.moved(robot.flange.R, robot.flange.p)
+    goal = NearGoal(0.005 * bounds.torque, 1.0 / 1.5, body)
+    approach = np.array([np.radians(3.0) if joint.revolute else 0.02 for joint in robot.joints])
+    start = bounds.middle
+    for _ in range(_TRIES):
+        shape = StaticShape(start, tuple(range(1, robot.n + 1)), bounds.low, bounds.high, approach, count)
+        scene = usual_scene(robot, start[None], True)
+        try:
+            problem = build_design(
+                robot, shape, goal, bounds=bounds, loads=Loads(robot.parameters, body), scene=scene
+            )
+        except InputError:
+            start = bounds.middle + 0.6 * bounds.half * draw.uniform(-1.0, 1.0, robot.n)
+            continue
+        return RestCase(robot, shape, goal, bounds, problem)
+    raise InputError(f"{robot.name}: no pose in {_TRIES} is clear")

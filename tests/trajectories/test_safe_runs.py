@@ -17,6 +17,7 @@ from dynident.tests.trajectories.safe_runs import (
     drawn_shares,
     held_case,
     own_torque,
+    rest_case,
     seen_of,
     worst_shares,
 )
@@ -29,6 +30,7 @@ from dynident.trajectories import (
     NearGoal,
     NearShape,
     PayloadSet,
+    ViaPoints,
     build_design,
     score_motion,
     solve_design,
@@ -335,3 +337,38 @@ def test_what_is_missed_by_little_is_eased_and_what_is_missed_by_much_is_told() 
         else:
             assert harder(tight, missed) is None
             assert missed[0][0].relative == pytest.approx(1.0 / share - 1.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("name", cases(robot_names(), lambda name: name in ("rx90", "ur10e")))
+def test_a_weighing_at_rest_keeps_its_limits_and_comes_from_both_sides(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On another grid than the search's; the prediction is the dense formula's; a seed gives one plan."""
+    monkeypatch.setenv("DYNIDENT_NO_COMPILER", "1")
+    case = rest_case(stand_in.rehearsed(load_robot(name)), 6)
+    design = solve_design(case.problem, seed=1, starts=1)
+    plan, bounds, payload = design.plan, case.bounds, case.goal.expected.vector
+    assert isinstance(plan, ViaPoints)
+    assert design.feasible
+    assert plan.duration < 150.0
+    motion = plan.motion(170.0)
+    assert ((motion.q >= bounds.low - 1e-9) & (motion.q <= bounds.high + 1e-9)).all()
+    assert (np.abs(motion.qd) <= 0.5001 * bounds.speed).all()
+    assert (np.abs(motion.qdd) <= 0.5001 * bounds.acceleration).all()
+    shares = drawn_shares(case.robot, motion, np.array([0.0 * payload, payload]), bounds.torque)
+    assert shares.max() <= 1.0 + 1e-6
+    assert case.problem.clear(motion.q[::5])
+    # Wherever it stays for the time of a rest: first from below, then from above, with every joint.
+    still = np.concatenate([[False], (np.abs(motion.qd) < 1e-12).all(axis=1), [False]])
+    begins, ends = np.flatnonzero(np.diff(still.astype(int))).reshape(-1, 2).T
+    held = ends - begins > 1.4 * 170.0
+    assert held.sum() == 2 * case.shape.count
+    poses = motion.q[begins[held]]
+    assert poses[::2] == pytest.approx(poses[1::2], abs=1e-9)
+    before = motion.q[begins[held] - 100]  # in the last move, of a second
+    assert (np.sign(poses - before) == np.tile([[1.0], [-1.0]], (case.shape.count, 1))).all()
+    spread = case.goal.predicted(case.robot, plan, case.shape.joints)
+    assert spread.mass == pytest.approx(case.sigma(poses[::2])[3], rel=1e-6)
+    again = solve_design(case.problem, seed=1, starts=1).plan
+    assert isinstance(again, ViaPoints)
+    assert np.array_equal(again.points, plan.points)

@@ -97,9 +97,10 @@ def urscript(text: str) -> UrProgram:
 
 
 class Val3(NamedTuple):
-    """Joint variables [deg] and motion descriptors of an application, and the code of its programs."""
+    """Joint variables [deg], times at rest and motion descriptors of an application; the code of its programs."""
 
     points: Array
+    holds: Array
     motions: list[dict[str, str]]
     code: dict[str, str]
     remarks: str
@@ -131,7 +132,8 @@ def val3(files: dict[str, str]) -> Val3:
     variables = set(re.findall(r"\b[jmnt][A-Z]\w*", "\n".join(code.values())))
     assert variables <= set(data), "every variable of the program is declared"
     remarks = "\n".join(re.findall(r"<!--(.*?)-->", files[str(databases[0])], re.DOTALL))
-    return Val3(points, data["mMotion"][1], code, remarks)
+    holds = np.array([float(value["value"]) for value in data.get("nHold", ("num", []))[1]])
+    return Val3(points, holds, data["mMotion"][1], code, remarks)
 
 
 def trapezoid_time(distance: Array, speed: Array, acceleration: Array) -> float:

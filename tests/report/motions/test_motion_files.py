@@ -8,7 +8,7 @@ from dynident.apps.export.motions import FORMATS
 from dynident.apps.export.motions.urscript import check_urscript
 from dynident.apps.export.motions.val3 import check_val3, val3_replay
 from dynident.common.errors import InputError
-from dynident.model import load_robot
+from dynident.model import InertialParameters, load_robot
 from dynident.tests.conftest import SCARA
 from dynident.tests.report.motions import motion_parsers as read
 from dynident.trajectories.design.goal import Shape
@@ -19,7 +19,7 @@ DIGITS = 6e-10
 
 @pytest.fixture(scope="module")
 def designs() -> dict[str, trajectories.Design]:
-    """Through via points, passing or resting, and a Fourier series: of a payload's goal, which is quick."""
+    """Through via points, passing or resting, a Fourier series, and held in poses: of a payload's goal, quick."""
     robot = load_robot("rx90")
     bounds = trajectories.JointBounds.of(robot, override=0.5)
     goal = trajectories.Goal("cond-scaled", payload_only=True)
@@ -29,15 +29,17 @@ def designs() -> dict[str, trajectories.Design]:
         "trapezoid": trajectories.ViaPointShape(5, passing=False, segment=trajectories.Trapezoid(0.2)),
         "fourier": trajectories.FourierShape(2, 3.1234567),
     }
-    return {
-        name: trajectories.solve_design(
-            trajectories.build_design(robot, shape, goal, bounds=bounds), seed=3, starts=1
-        )
-        for name, shape in shapes.items()
+    approach, expected = np.full(2, 0.05), InertialParameters.from_com(3.0, [0.0, 0.0, 0.1], [0.01] * 3)
+    problems = {
+        name: trajectories.build_design(robot, shape, goal, bounds=bounds) for name, shape in shapes.items()
     }
+    held = trajectories.StaticShape(np.full(6, 0.1), (2, 5), np.full(2, -0.5), np.full(2, 0.5), approach, 6)
+    resting = trajectories.NearGoal(0.005 * bounds.torque, 1.0 / held.hold, expected)
+    problems["held"] = trajectories.build_design(robot, held, resting, bounds=bounds)
+    return {name: trajectories.solve_design(problem, seed=3, starts=1) for name, problem in problems.items()}
 
 
-@pytest.fixture(params=["passing", "rest", "trapezoid", "fourier"])
+@pytest.fixture(params=["passing", "rest", "trapezoid", "fourier", "held"])
 def design(request: pytest.FixtureRequest, designs: dict[str, trajectories.Design]) -> trajectories.Design:
     return designs[request.param]
 
@@ -127,6 +129,19 @@ def test_val3(designs: dict[str, trajectories.Design], kind: str) -> None:
             T = plan.durations[k]
             assert 100.0 * accel == pytest.approx(100.0 * (distance / A).max() / (0.2 * 0.8 * T**2), abs=0.51)
             assert read.trapezoid_time(distance, vel * V, accel * A) == pytest.approx(T, rel=0.006 / vel)
+
+
+def test_val3_holds_poses(designs: dict[str, trajectories.Design]) -> None:
+    """A move to where it stands already takes no time: the program waits instead."""
+    motion, plan = written(designs["held"]), designs["held"].plan
+    assert isinstance(plan, trajectories.ViaPoints)
+    program, goes = read.val3(val3_files(motion)), np.diff(plan.points, axis=0).any(axis=1)
+    assert np.abs(np.radians(program.points) - plan.points[np.append(True, goes)]).max() < np.radians(6e-7)
+    assert program.holds.tolist() == [0.0, *[0.0, 1.5] * 12, 0.0]
+    loop = program.code["start"].split("for nIndex = 1 to 25\n")[1].splitlines()
+    assert loop[1:4] == ["waitEndMove()", "delay(nHold[nIndex])", "endFor"]
+    moved = val3_replay(motion).duration + program.holds.sum()
+    assert 0.7 * plan.duration < moved < 1.3 * plan.duration
 
 
 @pytest.mark.parametrize("kind", ["passing", "rest"])
