@@ -291,10 +291,11 @@ def channels(own: Comparison, mask: Mask) -> Iterator[Read]:
         if _LEAST < ratio < 1.0 / _LEAST and abs(np.log(ratio)) >= _OFF:
             size = f"{1.0 / ratio:.2g} times too large" if ratio < 1.0 else f"{ratio:.2g} times too small"
             text = f"the torque of joint {j + 1} is about {size} (drive gain or unit)"
-            yield text, states.scaled(np.where(np.arange(n) == j, ratio, 1.0)), None
+            own_ratio = np.where(np.arange(n) == j, ratio, 1.0)
+            yield text, replace(states, torque=states.torque * own_ratio), None
     if states.gains and states.gains != states.gains[::-1]:
         reverse = np.array(states.gains[::-1]) / np.array(states.gains)
-        yield "the list of drive gains is reversed", states.scaled(reverse), None
+        yield "the list of drive gains is reversed", replace(states, torque=states.torque * reverse), None
     fixed, factors = int(np.argmax(norms)), np.ones(n)
     free = [j for j in range(n) if j != fixed]
     factors[free] = -np.linalg.lstsq(gram[np.ix_(free, free)], gram[free, fixed], rcond=1e-12)[0]
@@ -305,7 +306,7 @@ def channels(own: Comparison, mask: Mask) -> Iterator[Read]:
             f"the torques of the joints share no unit (they are {sizes} times too large, joint by joint), as "
             "motor-side torques or percent of each drive's maximum do"
         )
-        yield text, states.scaled(factors), None
+        yield text, replace(states, torque=states.torque * factors), None
 
 
 def stuck_encoders(own: Comparison, _: Mask) -> Iterator[Read]:
