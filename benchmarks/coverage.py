@@ -215,7 +215,7 @@ def answered(gain: float, name: str, run: int) -> Iterator[Stated]:
     answer = estimation.answer_payload(problem)
     unguarded = replace(problem, settings=replace(problem.settings, friction_change=0.0))
     narrow = constrain_payload(estimation.payload_estimate(unguarded, 4)).intervals.parameters[9]
-    intervals = answer.recommended.intervals
+    intervals, by_joints = answer.recommended.intervals, answer.evidence.diagnosis.by_joints
     ten = shared.held(intervals.parameters, body.vector)
     half = 0.5 * float(np.ptp(intervals.parameters[9])) / body.mass
     for row in (name, "all arms"):
@@ -228,7 +228,7 @@ def answered(gain: float, name: str, run: int) -> Iterator[Stated]:
                 "rms error %": answer.mass / body.mass - 1.0,
                 "half width %": half,
                 "over unguarded": 2.0 * half * body.mass / float(np.ptp(narrow)),
-                "widened": float(disagreement(answer.by_joints, np.zeros((robot.n, robot.n))) > 1.0),
+                "widened": float(disagreement(by_joints, np.zeros((robot.n, robot.n))) > 1.0),
                 "do not use": float(answer.verdict.level == "do_not_use"),
             },
         )

@@ -23,8 +23,9 @@ class Speaks:
 
     @property
     def headline(self) -> str:
-        """State the result in a line."""
-        raise NotImplementedError
+        """State the result in a line; that of its ``result``, where it is one with its working."""
+        answer: Any = self
+        return str(answer.result.headline)
 
     def __repr__(self) -> str:
         """State the result in a line, whatever it holds."""

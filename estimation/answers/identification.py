@@ -137,11 +137,6 @@ class Identification(Speaks):
     held_out: tuple[Recording, ...] = ()
     choices: tuple[TermChoice, ...] = ()  # terms of friction that were tried
 
-    @property
-    def headline(self) -> str:
-        """State robot, parameters and what they leave unexplained in a line."""
-        return self.result.headline
-
     @cached_property
     def result(self) -> RobotResult:
         """Result that ``identify --json`` writes where nothing is said of the robot that can exist."""

@@ -17,7 +17,7 @@ from ...model import Recording, Robot
 from ...model.files.robot_file import PoseTable
 from ...model.inertia import PayloadSpread, payload_spread
 from ..diagnosis.checks import STILL, allowing, judged
-from ..diagnosis.evidence import UNFREED, Agreement, Evidence, Judged
+from ..diagnosis.evidence import UNFREED, Agreement, Evidence
 from ..diagnosis.finding import Verdict
 from ..diagnosis.joints import worst_joint
 from ..diagnosis.verdict import allowing as allowing_for
@@ -26,10 +26,9 @@ from ..equations.equations import PAYLOAD, merged
 from ..fit.covariance import NORMAL95, student95
 from ..fit.drive_gains import Gains, usual_gains
 from ..fit.essential import Elimination
-from ..fit.estimate import Estimate, Fit, error_model
+from ..fit.estimate import Estimate, error_model
 from ..fit.least_squares import Excitation, excitation, weighted
 from ..fit.settings import DEFAULTS, Settings
-from ..payload.by_joints import ByJoints
 from ..payload.long_motion import LongMotion, payload_problem
 from ..payload.methods import (
     PayloadProblem,
@@ -41,7 +40,7 @@ from ..payload.methods import (
     usable_methods,
     with_robust,
 )
-from ..payload.repeats import Repeats, repeats_of
+from ..payload.repeats import repeats_of
 from ..payload.result import (
     ConstrainedPayload,
     PayloadEstimate,
@@ -78,7 +77,6 @@ class PayloadAnswer(Speaks):
     estimates: tuple[PayloadEstimate, ...]  # by method, those left out for which no possible payload was found
     constrained: tuple[ConstrainedPayload, ...]  # nearest to each complete one of them
     left_out: dict[int, str]  # method -> why it gave no estimate
-    by_joints: ByJoints
     recommendation: tuple[int, str]  # method to use, and the reason
     free: PayloadEstimate  # of that method
     possible: ConstrainedPayload | None  # its possible one; None where not all ten are determined
@@ -88,16 +86,9 @@ class PayloadAnswer(Speaks):
     intervals: Array  # 95 % of mass [kg] and centre of mass [m], 4 x 2; nan where there is none
     scale: KnownMass | None
     gains: Gains | None
-    validation: Fit | None  # of the robot's own parameters, on the recordings held out
     held_out: tuple[Recording, ...]
-    agreement: tuple[Agreement, ...]  # other ways to the numbers of a short motion
-    repeats: Repeats | None  # each of several recordings of a short motion alone
-    verdict: Verdict = Verdict("use", ())
-
-    @property
-    def headline(self) -> str:
-        """State mass, interval and verdict in a line."""
-        return self.result.headline
+    evidence: Evidence
+    verdict: Verdict  # on that
 
     @cached_property
     def result(self) -> PayloadResult:
@@ -119,19 +110,6 @@ class PayloadAnswer(Speaks):
     def com(self) -> Array:
         """Centre of mass [m], nan where not determined, shape (3,)."""
         return np.asarray(self.ten[6:9] / self.ten[9])
-
-    @cached_property
-    def reported_spread(self) -> PayloadSpread:
-        """Half the reported 95 % intervals over 1.96; constraints may make the mass's shorter."""
-        spread, half = allowing(self.spread, self.model.degrees_of_freedom), 0.5 * np.ptp(self.intervals[0])
-        return structs.replace(spread, mass=min(spread.mass, half / NORMAL95)) if np.isfinite(half) else spread
-
-    @cached_property
-    def measured(self) -> dict[str, Judged]:
-        """Quantities ("mass", "centre of mass", "inertia") mapped to whether they were measured well enough."""
-        moments = np.diag(self.possible.body.inertia_com) if self.possible is not None else np.full(3, np.nan)
-        own = judged(self.ten, moments, self.reported_spread, self.free.from_scale)
-        return own | {"inertia": STILL} if isinstance(self.problem, StaticMotion) else own
 
     @cached_property
     def elimination(self) -> Elimination | None:
@@ -333,12 +311,46 @@ def answer_payload(
         values = payload_estimate(other, other.method).ten
         name = "robot's parameters (method 1)" if other.method == 1 else "torque difference (method 3)"
         ways.append(Agreement(name, float(values[9]), values[6:9] / values[9]))
-    answer = PayloadAnswer(
+    # Half the reported 95 % intervals over 1.96; constraints may make the mass's shorter.
+    reported, half = allowing(spread, model.degrees_of_freedom), 0.5 * np.ptp(intervals[0]) / NORMAL95
+    if np.isfinite(half):
+        reported = structs.replace(reported, mass=min(reported.mass, half))
+    moments = np.diag(possible.body.inertia_com) if possible is not None else np.full(3, np.nan)
+    at_rest, still = (problem, {"inertia": STILL}) if isinstance(problem, StaticMotion) else (None, {})
+    evidence = Evidence(
+        problem.robot,
+        source=None if at_rest else problem.source,
+        at_rest=at_rest,
+        diagnosis=diagnosis,
+        compared=problem.source.compared,
+        parameters=own,
+        validation=validation,
+        constrained=tuple(constrained),
+        spread=reported,
+        judged=judged(ten, moments, reported, best.from_scale) | still,
+        agreement=tuple(ways),
+        repeats=repeats,
+    )
+    if isinstance(problem, ShortMotion):
+        mass = model["M_L"], float(model.sigma[model.names.index("M_L")]), best.from_scale
+        evidence = replace(evidence, weighed=mass, unexplained=best.unexplained(problem.torque_rms))
+    else:  # judged by all methods, those without a possible payload among them
+        evidence = replace(
+            evidence,
+            pairs=problem.source.pairs,
+            condition=problem.unloaded.condition_numbers()[1] if problem.unloaded else None,
+            estimates=tuple(free),
+            recommended=possible,
+        )
+    verdict = judge(evidence)
+    if failures and not constrained:
+        failure = next(failures[estimate.method] for estimate in free if estimate.method in failures)
+        raise failure.naming(*failure.demands, *(verdict.reasons if verdict.level == "do_not_use" else ()))
+    return PayloadAnswer(
         problem=problem,
         estimates=tuple(shown),
         constrained=tuple(constrained),
         left_out=left_out | {failed: str(error) for failed, error in failures.items()},
-        by_joints=diagnosis.by_joints,
         recommendation=(method, reason),
         free=best,
         possible=possible,
@@ -348,45 +360,10 @@ def answer_payload(
         intervals=intervals,
         scale=scale,
         gains=gains,
-        validation=validation,
         held_out=tuple(held_out),
-        agreement=tuple(ways),
-        repeats=repeats,
+        evidence=evidence,
+        verdict=verdict,
     )
-    at_rest = problem if isinstance(problem, StaticMotion) else None
-    evidence = Evidence(
-        problem.robot,
-        source=None if at_rest else problem.source,
-        at_rest=at_rest,
-        diagnosis=diagnosis,
-        compared=problem.source.compared,
-        parameters=own,
-        constrained=answer.constrained,
-        spread=answer.reported_spread,
-        judged=answer.measured,
-    )
-    if isinstance(problem, ShortMotion):
-        evidence = replace(
-            evidence,
-            weighed=(model["M_L"], float(model.sigma[model.names.index("M_L")]), best.from_scale),
-            unexplained=best.unexplained(problem.torque_rms),
-            agreement=answer.agreement,
-            repeats=repeats,
-        )
-    else:  # judged by all methods, those without a possible payload among them
-        evidence = replace(
-            evidence,
-            pairs=problem.source.pairs,
-            condition=problem.unloaded.condition_numbers()[1] if problem.unloaded else None,
-            validation=validation,
-            estimates=tuple(free),
-            recommended=possible,
-        )
-    verdict = judge(evidence)
-    if failures and not constrained:
-        failure = next(failures[estimate.method] for estimate in free if estimate.method in failures)
-        raise failure.naming(*failure.demands, *(verdict.reasons if verdict.level == "do_not_use" else ()))
-    return replace(answer, verdict=verdict)
 
 
 def _identified(problem: PayloadProblem) -> tuple[list[PayloadEstimate], dict[int, str]]:
@@ -430,7 +407,8 @@ def _reported(
 def payload_result(answer: PayloadAnswer) -> PayloadResult:
     """Collect what ``payload`` and ``weigh`` answer; a number that was not determined is nan or None."""
     problem, source, robot, gains = answer.problem, answer.problem.source, answer.problem.robot, answer.gains
-    flange, worst, scale = robot.flange_pose, worst_joint(answer.by_joints, answer.mass), answer.scale
+    evidence, by_joints = answer.evidence, answer.evidence.diagnosis.by_joints
+    flange, worst, scale = robot.flange_pose, worst_joint(by_joints, answer.mass), answer.scale
     told, (method, reason), possible = robot.sources.get("flange", ""), answer.recommendation, answer.possible
     # Free estimates, then possible ones; of a payload that is visible in part what was determined.
     spread, ends = answer.spread, answer.intervals
@@ -452,7 +430,7 @@ def payload_result(answer: PayloadAnswer) -> PayloadResult:
         inertia = possible.body.inertia_com, possible.intervals.inertia_com, spread.inertia_com
     uses, loaded = [(use, "") for use in _BY_LEVEL[answer.verdict.level]], problem.loaded
     if isinstance(problem, LongMotion):  # the residual is that of the robot's own parameters
-        own, check, steps = problem.robot_estimate, answer.validation, answer.elimination
+        own, check, steps = problem.robot_estimate, evidence.validation, answer.elimination
         differing = {3, 4} | ({1} if problem.corrected and not problem.settings.free_friction else set())
         differs = bool(problem.friction) and any(estimate.method in differing for estimate in answer.estimates)
         # Of robot and payload together, as in Table 2, where method 4 was used.
@@ -478,7 +456,7 @@ def payload_result(answer: PayloadAnswer) -> PayloadResult:
             "left_out": {str(method): reason for method, reason in answer.left_out.items()},
         }
     else:  # quantity by quantity, as far as the verdict on all allows; the residual is the payload's
-        every = zip(answer.measured.values(), uses, strict=True)
+        every = zip(evidence.judged.values(), uses, strict=True)
         uses = [most if own.use == "use" else (own.use, own.why) for own, most in every]
         unexplained, held = answer.free.unexplained(problem.torque_rms), problem.held
         standing = problem.standing if isinstance(problem, StaticMotion) else None
@@ -492,8 +470,8 @@ def payload_result(answer: PayloadAnswer) -> PayloadResult:
             "constant_torques": documents.ConstantTorques(tuple(j + 1 for j in held.joints), held.sigma),
             "ripple": problem.ripple,
             "mass_from_scale": answer.free.from_scale,
-            "agreement": answer.agreement,
-            "repeats": answer.repeats,
+            "agreement": evidence.agreement,
+            "repeats": evidence.repeats,
             "standing": standing or UNSET,
             "assumed": None,
         }
@@ -513,7 +491,7 @@ def payload_result(answer: PayloadAnswer) -> PayloadResult:
         estimates=estimates,
         recommended=documents.Recommended(method, "constrained" if answer.constrained else "wls", reason),
         gain_sigma=gains if gains is not None else UNSET,
-        mass_by_joints=answer.by_joints.masses,
+        mass_by_joints=by_joints.masses,
         joint_that_agrees_least=worst.text if worst else None,
         quantities={name: documents.Quantity(use, why or None, *entry) for name, (use, why), entry in rows},
         verdict=answer.verdict,

@@ -8,7 +8,6 @@ of the difference of log-likelihoods, over its standard error. What fits better 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import combinations, product
-from typing import NamedTuple
 
 import numpy as np
 
@@ -46,13 +45,8 @@ _LEAST = 0.02  # a factor beyond this, or beyond its inverse, is no unit but a c
 _UNIT, _OFF = 0.3, 0.15  # logarithm of a factor that counts as another unit, and as another gain
 
 
-class Read(NamedTuple):
-    """Reading of the recordings: what is assumed, and the states that it makes, of another robot or the same."""
-
-    text: str
-    states: States
-    robot: Robot | None = None
-    kind: str = ""
+Read = tuple[str, States, Robot | None]
+"""Reading of the recordings: what is assumed, and the states that it makes, of another robot or the same."""
 
 
 class Comparison:
@@ -72,10 +66,9 @@ class Comparison:
         self._likelihoods = [fit.likelihood() for fit in self._fits]
         self.fit = self._fits[1]
 
-    def compared(self, reading: Read, worth: float = _FAR) -> Alternative | None:
+    def compared(self, reading: Read, worth: float = _FAR, kind: str = "") -> Alternative | None:
         """Compare a reading; None where a few of the states show a fall below ``worth``, or nothing."""
-        robot, states = reading.robot, reading.states
-        found = None
+        (name, states, robot), found = reading, None
         for fit, likelihood, part in zip(self._fits, self._likelihoods, (states.coarser(), states), strict=True):
             system = fit.system
             same = robot is None and np.array_equal(part.q, system.states.q)
@@ -90,7 +83,7 @@ class Comparison:
             error = float(np.std(rise, ddof=1)) / np.sqrt(len(rise))
             # By log-likelihoods of -1/2 log(variance) a row: the fraction by which chi2 falls.
             fall = 1.0 - float(np.exp(-2.0 * rise.sum() / max(int(both.sum()), 1)))
-            found = Alternative(reading.kind, reading.text, fall, float(rise.mean()) / max(error, 1e-300))
+            found = Alternative(kind, name, fall, float(rise.mean()) / max(error, 1e-300))
             if fall < worth or not both.any():
                 return None
         return found
@@ -108,9 +101,10 @@ def alternatives(robot: Robot, states: States | None, free_gains: bool = False) 
     rubs = np.eye(robot.n)[:, :, None] * (np.sign(speed) * np.sqrt(np.abs(speed)))[:, None]
     friction = own.fit.system.with_columns(rubs).effect(range(robot.n)).fall
     plain, gravity = Reading.as_recorded(robot.n), robot.gravity
-    readings = [Read(str(j + 1), plain.changed(j, sign=-1).of(states), kind="turned") for j in range(robot.n)]
+    turned = ((str(j + 1), plain.changed(j, sign=-1).of(states), None) for j in range(robot.n))
+    found = [own.compared(reading, kind="turned") for reading in turned]
     if any(gravity):
-        readings.append(Read("", states, replace(robot, gravity=(0.0, 0.0, 0.0)), "weightless"))
+        found.append(own.compared(("", states, replace(robot, gravity=(0.0, 0.0, 0.0))), kind="weightless"))
 
     def geometry(arm: Robot) -> list[tuple[str, float, float, float, float]]:
         return [(joint.kind, joint.alpha, joint.d, joint.theta, joint.r) for joint in arm.joints]
@@ -119,8 +113,9 @@ def alternatives(robot: Robot, states: States | None, free_gains: bool = False) 
         if other.n == robot.n and geometry(other) != geometry(robot):
             coupling = other.drives.coupling if robot.drives.fit_for_coupling else None
             drives = replace(robot.drives, coupling=coupling, spring=other.drives.spring)
-            readings.append(Read(name, states, replace(other, gravity=gravity, drives=drives), "robot"))
-    return (Alternative("friction", "", friction, 0.0), *filter(None, map(own.compared, readings)))
+            other = replace(other, gravity=gravity, drives=drives)
+            found.append(own.compared((name, states, other), kind="robot"))
+    return (Alternative("friction", "", friction, 0.0), *filter(None, found))
 
 
 def other_readings(evidence: Evidence) -> list[Finding]:
@@ -185,8 +180,8 @@ def likely_causes(
     tried: list[tuple[Alternative, str]] = []
     for family, several in FAMILIES:
         for source, mask in zip(parts, distinct, strict=True):
-            readings = (read._replace(states=states.mixed(read.states, mask)) for read in family(described, mask))
-            compared = (described.compared(read, 0.5 * least) for read in readings)
+            readings = ((name, states.mixed(read, mask), other) for name, read, other in family(described, mask))
+            compared = (described.compared(reading, 0.5 * least) for reading in readings)
             own = [found for found in compared if found is not None and found.fall > least and found.z > CAUSE_Z]
             own.sort(key=lambda found: -found.fall)
             tried += [(found, source) for found in (own if several else own[:1])]
@@ -206,7 +201,7 @@ def delays(own: Comparison, _: Mask) -> Iterator[Read]:
     for delay in np.arange(-_LONGEST, _LONGEST + 0.5 * _STEP, _STEP).tolist():
         if abs(delay) >= 0.5 * _STEP:
             late = "lags" if delay > 0.0 else "leads"
-            yield Read(f"torque {late} position by about {abs(delay):.2f} s", own.states.later(delay))
+            yield f"torque {late} position by about {abs(delay):.2f} s", own.states.later(delay), None
 
 
 def clocks(own: Comparison, _: Mask) -> Iterator[Read]:
@@ -217,26 +212,26 @@ def clocks(own: Comparison, _: Mask) -> Iterator[Read]:
         if abs(last - first) > 0.5 * step:
             text = f"torque lags by {first:.2f} s early on and {last:.2f} s late"
             changed = states.later(first + (last - first) * passed)
-            yield Read(f"torque and position ran on two clocks ({text})", changed)
+            yield f"torque and position ran on two clocks ({text})", changed, None
 
 
 def joint_columns(own: Comparison, _: Mask) -> Iterator[Read]:
     """Joints, torques or positions exchanged, of the wrong sign, or with a zero a quarter or half turn away."""
     n, states, plain = own.robot.n, own.states, Reading.as_recorded(own.robot.n)
     for j in range(n):
-        yield Read(f"the sign of the torque of joint {j + 1} is wrong", plain.changed(j, torque=-1).of(states))
+        yield f"the sign of the torque of joint {j + 1} is wrong", plain.changed(j, torque=-1).of(states), None
     for i, j in combinations(range(n), 2):
         changed, names = plain.swapped(i, j).of(states), f"joints {i + 1} and {j + 1} are exchanged"
-        yield Read(f"the torques of {names}", replace(states, torque=changed.torque))
-        yield Read(names, changed)
-        yield Read(f"the positions of {names}", replace(changed, torque=states.torque))
+        yield f"the torques of {names}", replace(states, torque=changed.torque), None
+        yield names, changed, None
+        yield f"the positions of {names}", replace(changed, torque=states.torque), None
     for j in range(n):
         changed = plain.changed(j, sign=-1).of(states)
-        yield Read(f"the sign of q{j + 1} is wrong", replace(changed, torque=states.torque))
-        yield Read(f"joint {j + 1} is counted the other way, in position and torque", changed)
+        yield f"the sign of q{j + 1} is wrong", replace(changed, torque=states.torque), None
+        yield f"joint {j + 1} is counted the other way, in position and torque", changed, None
     for j, quarters in product(range(1, n), (1, 3, 2)):
         text = f"the zero of q{j + 1} is off by {180 if quarters == 2 else 90} degrees"
-        yield Read(text, plain.changed(j, quarters=quarters).of(states))
+        yield text, plain.changed(j, quarters=quarters).of(states), None
 
 
 def gravity(own: Comparison, mask: Mask) -> Iterator[Read]:
@@ -249,7 +244,7 @@ def gravity(own: Comparison, mask: Mask) -> Iterator[Read]:
             along = f"{'-' * (sign < 0)}{'xyz'[axis]} of frame 0 (the robot is mounted on a wall)"
             mounted[f"gravity points along {along}"] = sign * size * np.eye(3)[axis]
     for text, (x, y, z) in mounted.items() if mask.all() else ():
-        yield Read(text, own.states, replace(own.robot, gravity=(float(x), float(y), float(z))))
+        yield text, own.states, replace(own.robot, gravity=(float(x), float(y), float(z)))
 
 
 def descriptions(own: Comparison, mask: Mask) -> Iterator[Read]:
@@ -260,13 +255,13 @@ def descriptions(own: Comparison, mask: Mask) -> Iterator[Read]:
     if robot.coupling is None and robot.n > 1 and drives.fit_for_coupling:
         coupled = Coupling((robot.n - 1, robot.n))
         text = f"the drives of joints {robot.n - 1} and {robot.n} are coupled, which the description leaves out"
-        yield Read(text, states, replace(robot, drives=replace(drives, coupling=coupled)))
+        yield text, states, replace(robot, drives=replace(drives, coupling=coupled))
     for (j, joint), name in product(enumerate(robot.joints), ("d", "r")):
         length = getattr(joint, name)
         for factor, word in ((0.9, "shorter"), (1.1, "longer")) if length != 0.0 else ():
             joints = (*robot.joints[:j], replace(joint, **{name: factor * length}), *robot.joints[j + 1 :])
             text = f"the length {name}{j + 1} is {word} than the {length:g} m of the description"
-            yield Read(text, states, replace(robot, joints=joints))
+            yield text, states, replace(robot, joints=joints)
 
 
 def offsets(own: Comparison, mask: Mask) -> Iterator[Read]:
@@ -280,7 +275,7 @@ def offsets(own: Comparison, mask: Mask) -> Iterator[Read]:
         if shown > 1e-9 * square[j] * float(np.sum(column**2)):
             size = float(square @ (left * own.fit.errors).sum(axis=1)) / shown
             assumed = f"the torque of joint {j + 1} {text} {size:.3g} (N·m or N)"
-            yield Read(assumed, replace(own.states, torque=own.states.torque - size * column.T))
+            yield assumed, replace(own.states, torque=own.states.torque - size * column.T), None
 
 
 def channels(own: Comparison, mask: Mask) -> Iterator[Read]:
@@ -296,10 +291,11 @@ def channels(own: Comparison, mask: Mask) -> Iterator[Read]:
         if _LEAST < ratio < 1.0 / _LEAST and abs(np.log(ratio)) >= _OFF:
             size = f"{1.0 / ratio:.2g} times too large" if ratio < 1.0 else f"{ratio:.2g} times too small"
             text = f"the torque of joint {j + 1} is about {size} (drive gain or unit)"
-            yield Read(text, states.scaled(np.where(np.arange(n) == j, ratio, 1.0)))
+            own_ratio = np.where(np.arange(n) == j, ratio, 1.0)
+            yield text, replace(states, torque=states.torque * own_ratio), None
     if states.gains and states.gains != states.gains[::-1]:
         reverse = np.array(states.gains[::-1]) / np.array(states.gains)
-        yield Read("the list of drive gains is reversed", states.scaled(reverse))
+        yield "the list of drive gains is reversed", replace(states, torque=states.torque * reverse), None
     fixed, factors = int(np.argmax(norms)), np.ones(n)
     free = [j for j in range(n) if j != fixed]
     factors[free] = -np.linalg.lstsq(gram[np.ix_(free, free)], gram[free, fixed], rcond=1e-12)[0]
@@ -310,7 +306,7 @@ def channels(own: Comparison, mask: Mask) -> Iterator[Read]:
             f"the torques of the joints share no unit (they are {sizes} times too large, joint by joint), as "
             "motor-side torques or percent of each drive's maximum do"
         )
-        yield Read(text, states.scaled(factors))
+        yield text, replace(states, torque=states.torque * factors), None
 
 
 def stuck_encoders(own: Comparison, _: Mask) -> Iterator[Read]:
@@ -321,7 +317,7 @@ def stuck_encoders(own: Comparison, _: Mask) -> Iterator[Read]:
         if 0.0 < still.mean() < 0.8:  # a joint that rests for longer does not move
             start, stop = states.t[still][0], states.t[still][-1]
             text = f"the encoder of joint {j + 1} is stuck from {start:.3g} s to {stop:.3g} s"
-            yield Read(text, replace(states, keep=states.keep & ~still[:, None]))
+            yield text, replace(states, keep=states.keep & ~still[:, None]), None
 
 
 FAMILIES: tuple[tuple[Callable[[Comparison, Mask], Iterator[Read]], bool], ...] = (

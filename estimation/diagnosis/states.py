@@ -108,10 +108,6 @@ class States:
             torque[own] = (1.0 - fraction) * signal[after - 1] + fraction * signal[after]
         return replace(self, torque=torque)
 
-    def scaled(self, factors: Array) -> "States":
-        """Multiply the joints' torques by factors."""
-        return replace(self, torque=self.torque * factors)
-
     def taken(self, index: Any) -> "States":
         """Take some of the states: a slice, a mask or numbers."""
         return replace(self, **{name: getattr(self, name)[index] for name in _PER_STATE})

@@ -133,11 +133,8 @@ def torque_side(
 ) -> tuple[Array, Array]:
     """Solve on the torque side for k, x of K_j i_j = W_j x, linear in K and x."""
     c = len(free)
-    columns = [
-        np.vstack([factor[:, free] for factor in factors]),
-        block_diag(*(-factor[:, -1:] for factor in factors)),
-    ]
-    A, b = np.hstack(columns), -np.concatenate([factor[:, :-1] @ known for factor in factors])
+    by_x, by_K = np.vstack([factor[:, free] for factor in factors]), (-factor[:, -1:] for factor in factors)
+    A, b = np.hstack([by_x, block_diag(*by_K)]), -np.concatenate([factor[:, :-1] @ known for factor in factors])
     if anchor is not None:
         b = b - A[:, c + anchor]
         A[:, c + anchor] = 0.0

@@ -203,21 +203,15 @@ def free_gains(equations: Equations, weights: Array, loads: Sequence[KnownLoad])
     )
 
 
-def gravity_acts(robot: Robot) -> tuple[bool, ...]:
-    """True for each motor on which some mass of the robot or payload weighs in some pose."""
+def rests_on(robot: Robot) -> tuple[str, ...]:
+    """Name the torques that each motor's gain rests on."""
+    # Gravity acts on a motor if some mass of robot or payload weighs on it in some pose.
     q, _, _ = random_states(robot, 20, seed=0)
     heavy = [name for name in standard_columns(robot) if parameter_kind(name) in ("MX", "MY", "MZ", "M")]
     weights = regressor_at(robot, heavy, q, 0.0 * q, 0.0 * q).transpose(1, 2, 0).reshape(-1, robot.n)
     motors = robot.coupling.motor_torques(weights) if robot.coupling else weights
-    return tuple(bool(weight > 1e-9) for weight in np.abs(motors).max(axis=0))
-
-
-def rests_on(robot: Robot) -> tuple[str, ...]:
-    """Name the torques that each motor's gain rests on."""
-    texts = [
-        "gravity and inertia" if gravity else "inertia only: no gravity acts on this joint"
-        for gravity in gravity_acts(robot)
-    ]
+    acts = np.abs(motors).max(axis=0) > 1e-9
+    texts = ["gravity and inertia" if a else "inertia only: no gravity acts on this joint" for a in acts]
     if robot.spring is not None:
         texts[robot.spring.joint - 1] += ", and the known spring"
     if robot.coupling is not None:

@@ -211,15 +211,10 @@ def usable_methods(problem: PayloadProblem) -> tuple[int, ...]:
     """Numbers of the methods for which the problem holds what they need."""
     if isinstance(problem, ShortMotion):
         return (problem.method,)
-    unloaded = problem.unloaded is not None
+    unloaded, difference = problem.unloaded is not None, problem.difference is not None
     one_scale = not problem.settings.scale_sigma > 0.0  # changes and differences know of no other
-    usable = {
-        1: unloaded or problem.known is not None,
-        2: unloaded and one_scale,
-        3: problem.difference is not None and one_scale,
-        4: unloaded,
-    }
-    return tuple(method for method, there in usable.items() if there)
+    usable = unloaded or problem.known is not None, unloaded and one_scale, difference and one_scale, unloaded
+    return tuple(method for method, there in enumerate(usable, 1) if there)
 
 
 def payload_estimate(problem: PayloadProblem, method: int, covariance: Rule | None = None) -> PayloadEstimate:

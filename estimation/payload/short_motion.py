@@ -34,7 +34,7 @@ from .long_motion import Source, check_blocks, check_known, measured_part, prior
 from .pairs import torque_change
 from .result import in_payload_frame
 from .ripple import Wave, ripple_of
-from .under_load import friction_sigmas, known_path, robot_of
+from .under_load import friction_changes, known_path, robot_of
 
 SLOW = 0.03
 """Speed [rad/s or m/s] of a joint below which rows are not used; the sign of its friction is not sure there."""
@@ -213,12 +213,12 @@ def known_robot_weighing(
 
     observer = observer_of(robot, base, settings.friction_change > 0.0)
     (_, observations), _ = under_own_load(observer, observed, known.values)
-    k, sigmas = len(known.values), friction_sigmas(known, settings.friction_change)
+    k, changes = len(known.values), friction_changes(known, [1.0] * robot.n, settings.friction_change)
     payload_only = [  # less the torque of the robot, whose columns come first
         Observation.of(one.columns[k:], [W[:, k:] for W in one.W], one.errors(known.values), one.t, one.bandwidth)
         for one in observations
     ]
-    own = {name: sigma for name, sigma in sigmas.items() if parameter_kind(name) in ("FS", "FV", "OFF")}
+    own = {name: one.sigma for name, one in changes.items() if parameter_kind(name) in ("FS", "FV", "OFF")}
     source = Source(tuple(loaded), (), processing, rate=measured[0].motion.rate)
     # Of a single recording the robot's own ripple is what would be found: it takes weight along.
     held = friction_prior(payload_only, own)

@@ -62,8 +62,8 @@ def known_path(columns: Sequence[str], joints: int) -> tuple[Known, ...]:
     return (Known((PATH,), zero[0], zero, zero + _UNSURE**2, gain_sensitivity=lambda: derivatives),)
 
 
-def friction_sigmas(robot: Estimate, ratio: float) -> dict[str, float]:
-    """Standard deviations by which frictions may change; those that there are none of cannot.
+def friction_changes(robot: Estimate, inflation: Sequence[float], ratio: float) -> dict[str, SoftPrior]:
+    """Priors that keep frictions near the robot's own, by the memory of errors; what a joint lacks cannot change.
 
     Coulomb and viscous friction change with the day and the oil's temperature. What grows with load changes by the
     payload's torque, and is known; free as well, it would take weight along. Without a ``ratio`` none changes.
@@ -74,13 +74,8 @@ def friction_sigmas(robot: Estimate, ratio: float) -> dict[str, float]:
     sigmas = {name: ratio * abs(robot[name]) for name in rubs}
     if ratio > 0.0:
         sigmas |= {name: _OFFSETS * largest for name, kind in kinds.items() if kind == "OFF"}
-    return {name: sigma for name, sigma in sigmas.items() if sigma > _NONE * largest}
-
-
-def friction_changes(robot: Estimate, inflation: Sequence[float], ratio: float) -> dict[str, SoftPrior]:
-    """Priors that keep frictions near the robot's own, by ``friction_sigmas`` and the memory of errors."""
-    sigmas = friction_sigmas(robot, ratio)
-    return {name: SoftPrior(sigma, inflation[joint_of(name)]) for name, sigma in sigmas.items()}
+    there = {name: sigma for name, sigma in sigmas.items() if sigma > _NONE * largest}
+    return {name: SoftPrior(sigma, inflation[joint_of(name)]) for name, sigma in there.items()}
 
 
 def with_scale(loaded: Equations, robot: Known, role: SoftPrior) -> tuple[Equations, dict[str, SoftPrior]]:

@@ -217,13 +217,18 @@ def payload() -> Any:
         loaded=SimpleNamespace(equations=130),
     )
     return SimpleNamespace(
-        problem=problem, validation=CHECK, estimates=(free,), constrained=(best,), possible=best,
+        problem=problem, evidence=evidence(validation=CHECK), estimates=(free,), constrained=(best,), possible=best,
         recommended=SimpleNamespace(method=3), free=SimpleNamespace(method=3), gains=GAINS, scale=None,
         recommendation=(3, "one path"),
-        **quantities(), by_joints=by_joints(),
+        **quantities(),
         elimination=elimination(), left_out={2: "no pair"}, warnings=("warned",),
         verdict=Verdict("mass_and_com_only", ("why",)),
     )  # fmt: skip
+
+
+def evidence(**more: Any) -> Any:
+    """What the verdict looks at, the payload by joints among it."""
+    return SimpleNamespace(diagnosis=SimpleNamespace(by_joints=by_joints()), **more)
 
 
 def quantities() -> dict[str, Any]:
@@ -255,14 +260,13 @@ def weighing(possible: bool) -> Any:
     repeats = Repeats(("a.csv", "b.csv"), (3.03, 3.04), (0.13, 0.14), 0.05, 1.5, 0.001, 0.002, False)
     ten = np.full(10, np.nan)
     ten[[6, 7, 9]] = 0.03, 0.06, 3.05
-    names = ("mass", "centre of mass", "inertia")
+    names, agreement = ("mass", "centre of mass", "inertia"), (Agreement("difference", 3.06, numbers(3)),)
     judged = {name: SimpleNamespace(use=f"use {name}", why=f"why {name}") for name in names}
     return SimpleNamespace(
         problem=problem, free=payload, estimates=(payload,), possible=best,
-        constrained=(best,) if possible else (), by_joints=by_joints(),
-        repeats=repeats if possible else None, ten=ten, measured=judged, **quantities(),
+        constrained=(best,) if possible else (), ten=ten, **quantities(),
         gains=None, scale=SimpleNamespace(mass=3.1, sigma=0.05), model=None,
-        agreement=(Agreement("difference", 3.06, numbers(3)),), validation=None,
+        evidence=evidence(agreement=agreement, repeats=repeats if possible else None, judged=judged),
         verdict=Verdict("use", ()),
         recommendation=(1, ""),
     )  # fmt: skip

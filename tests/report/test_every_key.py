@@ -362,7 +362,7 @@ def test_weigh(possible: bool) -> None:
             "estimates": all_ten or [some],
             "recommended": {"method": 1, "estimator": "constrained" if possible else "wls", "reason": ""},
             "mass_from_scale": not possible,
-            "agreement": [{"name": "difference", "mass": 3.06, "com": answer.agreement[0].com}],
+            "agreement": [{"name": "difference", "mass": 3.06, "com": answer.evidence.agreement[0].com}],
             "mass_by_joints": MASS_BY_JOINTS,
             "repeats": {
                 "sources": ["a.csv", "b.csv"], "masses": [3.03, 3.04], "sigmas": [0.13, 0.14], "spread": 0.05,

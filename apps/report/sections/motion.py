@@ -126,7 +126,10 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
     position = ", ".join(f"{1e3 * x:g}" for x in expected.com)
     kind, writers, course = _course(result)
     brakes_note, brakes = _brakes(problem, score)
-    noted = [noise_line(problem)] if isinstance(result.shape, NearShape) else _stiction(result, expected.mass)
+    if isinstance(result.shape, NearShape):
+        noted, command = [noise_line(problem)], "weigh"
+    else:
+        noted, command = _stiction(result, expected.mass), "weigh --static"
     notes = [
         *hints,
         course,
@@ -147,12 +150,12 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
         Notes(
             [
                 *noted,
-                f"Next: add {writers}, run it without and with the payload, then 'dynident weigh'.",
+                f"Next: add {writers}, run it without and with the payload, then 'dynident {command}'.",
             ]
         ),
         Notes(notes, optional=True),
         OnPage(lambda: [_limits_table(score)]),
-        _how_to_run(result.design.plan.duration, writers, "weigh"),
+        _how_to_run(result.design.plan.duration, writers, command),
     ]
     scale = np.where([joint.revolute for joint in robot.joints], 180.0 / np.pi, 1.0)
     stood = ("pose", *(f"q{j}" for j in range(1, robot.n + 1)))
