@@ -241,11 +241,12 @@ def earth(evidence: Evidence) -> Iterator[Finding]:
 
     By over {WEIGHT:.0%}, and by the torques no nearer than Earth's: spoils all.
     """
-    usual, effect = float(np.linalg.norm(evidence.robot.gravity)), evidence.diagnosis.effect("weight")
-    more = EARTH / usual - 1.0 if usual else 0.0
-    if effect is None or abs(more) < WEIGHT or BY_NAME["weight"].stands_out(effect):
+    effect = evidence.diagnosis.effect("weight")
+    if effect is None or BY_NAME["weight"].stands_out(effect):
         return
-    if abs(effect.size - more) < abs(effect.size):
+    usual = float(np.linalg.norm(evidence.robot.gravity))
+    more = EARTH / usual - 1.0
+    if abs(more) > WEIGHT and abs(effect.size - more) < abs(effect.size):
         yield error(
             f"gravity is {usual:.4g} m/s² by the robot's description, {EARTH:g} on Earth, and "
             f"{usual * (1.0 + effect.size):.3g} ± {usual * effect.sigma:.1g} by the torques: correct gravity there"
