@@ -128,6 +128,7 @@ else:
 """A number that was computed; null in a document where it is not finite."""
 Triple = tuple[Real, Real, Real]
 """Three numbers along x, y and z."""
+_MANY = 24  # keys: so many are a program's, whose names say nothing to who gave another file
 _Row = np.ndarray[tuple[int], np.dtype[np.float64]]
 _Rows = np.ndarray[tuple[int, int], np.dtype[np.float64]]
 _ROW_SCHEMA = {"type": "array", "items": {"type": ["number", "null"]}}
@@ -357,7 +358,8 @@ def unknown(known: Collection[str], key: str) -> str:
     """Say that a key is none of those known, and which of them may be meant."""
     near = get_close_matches(key, known, 1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
-    return f"unknown; known here: {', '.join(sorted(known))}{hint}"
+    listed = f"; known here: {', '.join(sorted(known))}" if len(known) < _MANY else ""
+    return f"unknown{listed}{hint}"
 
 
 def _fields(table: type[Table]) -> dict[str, Any]:

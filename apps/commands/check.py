@@ -17,7 +17,7 @@ from ..report.sections.check import check_report, fits_report, following_report,
 from . import ANSWERED, DO_NOT_USE
 from .entry import command
 from .options import ArmOptions, LogOptions, PageOptions, ProcessingOptions, RobotOptions, Setup
-from .values import LOG, DataFiles, Reads, RobotFile
+from .values import LOG, SEVERAL, DataFiles, Reads, RobotFile
 
 _Logs = Annotated[DataFiles, Parameter(help="Recordings, with or without payload.")]
 
@@ -71,21 +71,25 @@ def _looked(
 def run_verify(
     *,
     arm: ArmOptions,
-    before: Annotated[str, Reads("before"), LOG],
-    after: Annotated[str, Reads("after"), LOG],
+    before: Annotated[tuple[Annotated[str, Reads("before"), LOG], ...], SEVERAL],
+    after: Annotated[tuple[Annotated[str, Reads("after"), LOG], ...], SEVERAL],
     reading: LogOptions,
     files: PageOptions,
 ) -> int:
     """Run ``verify``.
 
     Args:
-        before: Before the new number: one motion, with columns qref1.. (commanded positions) or tauref1.. (torque
-            predicted, N·m), or what --log-map names.
+        before: Before the new number: one motion (or its files of one signal each), with columns qref1..
+            (commanded positions) or tauref1.. (torque predicted, N·m), or what --log-map names.
         after: That motion again, with the new number.
     """
     robot, how = arm.load(), reading.how()
     gains, _ = reading.gains(robot)
-    old, new = (read_following(path, robot, gains, how) for path in (before, after))
+    given = [logs.grouped(paths) for paths in (before, after)]
+    for several in given:
+        if several[1:]:
+            raise InputError(f"{', '.join(map(str, several))}: give one recording, or its files, one a signal")
+    old, new = (read_following(own[0], robot, gains, how) for own in given)
     change = following_change(old, new, robot.processing.still_speed)
     files.give(following_report(change, robot), lambda: change, {})
     return DO_NOT_USE if change.tells and change.total.clear == "rose" else ANSWERED

@@ -14,6 +14,7 @@ from ... import estimation
 from ...common.errors import InputError
 from ...common.files import checksum
 from ...common.progress import each, silent
+from .. import logs
 from ..fleet.comparing import arm_of, excess, fleet_of, side_by_side, widened
 from ..fleet.reduction import dask_executor, reduce_fleet
 from ..fleet.store import Recipe, RefusedDocument, Store, catalog, found_logs
@@ -87,7 +88,7 @@ def run_report(store: _Store, *, files: PageOptions) -> None:
 @command
 def run_compare(data: _Logs, *, arm: RobotOptions, processing: ProcessingOptions, files: ResultOptions) -> None:
     """Run ``compare``."""
-    if len(data) < 2:
+    if len(paths := logs.grouped(data)) < 2:
         raise InputError("one recording: give two or more to compare")
     first = dict[str, str]()
     for path in data:
@@ -98,7 +99,8 @@ def run_compare(data: _Logs, *, arm: RobotOptions, processing: ProcessingOptions
         settings = setup.settings(silent, friction=setup.robot.drives.friction, gains=setup.identified)
         estimates = [
             estimation.identify(setup.robot, setup.read([path]), settings).estimate
-            for path in each(data, "identifying {}".format, progress)
+            for path in each(paths, "identifying {}".format, progress)
         ]
-    compared = side_by_side(data, [widened(own, excess(own, own.sigma_robust)) for own in estimates])
+    names = [path if isinstance(path, str) else " and ".join(path) for path in paths]
+    compared = side_by_side(names, [widened(own, excess(own, own.sigma_robust)) for own in estimates])
     files.give(compared_report(compared), lambda: compared, {})

@@ -246,10 +246,10 @@ FrictionTerms = Annotated[tuple[Friction, ...] | Candidates, word(friction, "aut
 Essential = Annotated[StopRule, word(stop_rule, "RATIO|PERCENT")]
 
 LOG = Parameter(metavar="LOG")
-_SEVERAL = Parameter(consume_multiple=True)
-DataFiles = Annotated[tuple[Annotated[str, Reads("without payload"), LOG], ...], _SEVERAL]
-LoadedFiles = Annotated[tuple[Annotated[str, Reads("with payload"), LOG], ...], _SEVERAL]
-HeldOutFiles = Annotated[tuple[Annotated[str, Reads("held out"), LOG], ...], _SEVERAL]
+SEVERAL = Parameter(consume_multiple=True)
+DataFiles = Annotated[tuple[Annotated[str, Reads("without payload"), LOG], ...], SEVERAL]
+LoadedFiles = Annotated[tuple[Annotated[str, Reads("with payload"), LOG], ...], SEVERAL]
+HeldOutFiles = Annotated[tuple[Annotated[str, Reads("held out"), LOG], ...], SEVERAL]
 RobotFile = Annotated[str, Reads("robot"), Parameter(metavar="NAME|FILE")]
 RobotParametersFile = Annotated[str, Reads("robot's parameters"), Parameter(metavar="JSON")]
 LogMapFile = Annotated[str, Reads("log map"), Parameter(metavar="TOML")]

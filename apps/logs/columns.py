@@ -353,7 +353,7 @@ def check_missing(raw: RawLog, columns: Sequence[str]) -> None:
     hint = f" (is it {close[0]!r}?)" if close else ""
     raise InputError(
         f"{raw.path}: column {', '.join(missing)} missing{hint}; found {in_a_row(raw.names)}: log "
-        "them, or name yours in a --log-map"
+        "them, name yours in a --log-map, or give the robot that has these joints"
     )
 
 

@@ -265,7 +265,7 @@ def _encoding(path: Path) -> str:
         if sample[first::2].count(0) > len(sample) // 4:
             return encoding
     if len(_CONTROL.findall(sample)) > len(sample) // 1000:
-        raise InputError(f"{path}: not UTF-8 text: save it as UTF-8")
+        raise InputError(f"{path}: is no text (a picture, a program?): give a CSV, TSV, NPZ, MAT or Parquet file")
     try:
         sample[: sample.rfind(b"\n") + 1 or len(sample)].decode()
     except UnicodeDecodeError:

@@ -6,7 +6,6 @@ following error falls. The torque itself does not tell: the same motion needs th
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -20,7 +19,7 @@ from ...estimation.signals.alignment import aligned
 from ...estimation.signals.rows import cut, moving_parts, pieces
 from ...model import Motion, Recording, Robot
 from .map import LogMap
-from .read import named, read_beside, read_recording
+from .read import LogPath, named, read_beside, read_recording
 
 Missed = Literal["following error", "unpredicted torque", "torque"]
 """Commanded less measured position; measured torque less that which the controller predicted; the torque itself,
@@ -63,7 +62,7 @@ class FollowingChange(Document, frozen=True):
 
 
 def read_following(
-    path: str | Path, robot: Robot, drive_gains: Sequence[float] | None = None, log_map: LogMap | None = None
+    path: LogPath, robot: Robot, drive_gains: Sequence[float] | None = None, log_map: LogMap | None = None
 ) -> Following:
     """Read a log with what the controller wanted beside the usual columns.
 
@@ -79,14 +78,14 @@ def read_following(
         if len(there) < len(names):
             missing = ", ".join(name for name in names if name not in there)
             beside = f" beside {there[0]}: log it of every joint" if there else ""
-            raise InputError(f"{path}: column {missing} missing{beside}")
+            raise InputError(f"{naming.raw.path}: column {missing} missing{beside}")
         recording, wanted = read_beside(path, robot, drive_gains, log_map, quantity)
         kind: Missed = "following error" if quantity == "position_reference" else "unpredicted torque"
         error = wanted - recording.q if kind == "following error" else recording.torque - wanted
         recording = replace(recording, torque=error, qd=None, fingerprint="")
         stretches = pieces(recording.t, robot.processing.cutoff, recording.source)
         if len(stretches.rows) > 1:
-            raise InputError(f"{path}: {stretches.notes[-1]}: give a log without gaps")
+            raise InputError(f"{naming.raw.path}: {stretches.notes[-1]}: give a log without gaps")
         return Following(kind, next(cut(recording, stretches)))
     return Following("torque", read_recording(path, robot, drive_gains, log_map))
 

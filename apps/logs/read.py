@@ -44,7 +44,8 @@ _EPOCH = 1e8  # s: more than three years; such a time counts from 1970 or from t
 _MOST_REPEATED = 0.9  # of the rows
 _SIGNAL = re.compile(
     "(?<![a-z])(?:(?P<position>q|pos|positions?|angles)|(?P<velocity>qd|dq|vel|velocity|velocities|speeds?)|"
-    "(?P<torque>tau|torques?)|(?P<effort>efforts?)|(?P<current>i|currents?))(?![a-z])",
+    "(?P<torque>tau|torques?)|(?P<effort>efforts?)|(?P<current>i|currents?)|"
+    "(?P<reference>qref|tauref))(?![a-z])",
     re.IGNORECASE,
 )
 """Words in the name of a file that holds one signal of all joints."""

@@ -18,7 +18,7 @@ from ..payload.long_motion import LongMotion
 from .engine import Added, Effect, System
 from .evidence import Evidence
 from .finding import Finding, error, note, warning
-from .hypotheses import pull_of, pull_z
+from .hypotheses import HELPFUL, pull_of, pull_z
 from .joints import TOGETHER
 
 SCALE, SCALE_Z = 0.01, 4.0
@@ -94,7 +94,7 @@ def scale(evidence: Evidence) -> Iterator[Finding]:
     more sigma than a pull: spoils all. Both are named where the data hardly distinguish them.
     """
     found, pull = sorted(evidence.diagnosis.scales, key=_z, reverse=True), pull_of(evidence)
-    off = [scale for scale in found if _beyond(scale, JOINT_SCALE_Z)]
+    off = [scale for scale in found if beyond(scale)]
     if not off or (pull is not None and pull_z(pull) > _z(off[0])):
         return
     worst = off[0]
@@ -104,17 +104,19 @@ def scale(evidence: Evidence) -> Iterator[Finding]:
     whose = f"all torques, or {likely[1].where}'s alone," if others else whose
     masses = " or ".join(f"{(evidence.mass + scale.change[9]) / (1.0 + scale.size):.3g}" for scale in likely)
     ratios = " or ".join(f"{1.0 + scale.size:.3f} ± {scale.sigma:.2g}" for scale in likely)
-    yield error(
+    text = (
         f"{whose} with payload are on another scale: {ratios} times those without; on one scale the mass would be "
         f"{masses} kg: check units, drive gains and what changed in between"
     )
+    yield error(text)._replace(cause=worst.fall > HELPFUL, explains=worst.fall)
 
 
 def _z(scale: Effect) -> float:
     return abs(scale.size) / max(scale.few * scale.sigma, 1e-300)
 
 
-def _beyond(scale: Effect, joint_z: float) -> bool:
+def beyond(scale: Effect, joint_z: float = JOINT_SCALE_Z) -> bool:
+    """True if a scale is another one."""
     least, z = (JOINT_SCALE, joint_z) if scale.where else (SCALE, SCALE_Z)
     return abs(scale.size) > least and _z(scale) > z
 
@@ -129,7 +131,7 @@ def sensitive(evidence: Evidence) -> Iterator[Finding]:
     mass, whole = evidence.mass, next((scale for scale in evidence.diagnosis.scales if not scale.where), None)
     weighed = any(payload.result.weighings for payload in evidence.constrained) or pull_of(evidence) is not None
     weighed = weighed or (evidence.weighed is not None and evidence.weighed[2])
-    if whole is None or evidence.spread is None or weighed or not mass > 0.0 or _beyond(whole, JOINT_SCALE_Z):
+    if whole is None or evidence.spread is None or weighed or not mass > 0.0 or beyond(whole):
         return
     hidden = float(np.clip(NORMAL95 * whole.sigma, *HIDDEN))
     change = hidden * abs(mass - float(whole.effect[9, 0]))
@@ -150,7 +152,7 @@ def motors_apart(evidence: Evidence) -> Iterator[Finding]:
 
     By over {JOINT_SCALE:.0%} and {OWN_SCALE_Z:g} sigma: spoils its gain.
     """
-    off = [scale for scale in evidence.diagnosis.scales if scale.where and _beyond(scale, OWN_SCALE_Z)]
+    off = [scale for scale in evidence.diagnosis.scales if scale.where and beyond(scale, OWN_SCALE_Z)]
     worst = max((scale for scale in off if _z(scale) <= JOINT_SCALE_Z), key=_z, default=None)
     if evidence.gained is not None and worst is not None:
         yield warning(

@@ -25,10 +25,10 @@ from .causes import SUSPICIOUS, alternatives, likely_causes, other_readings
 from .engine import System
 from .evidence import Diagnosis, Evidence
 from .finding import Finding, Level, Verdict, verdict_of
-from .hypotheses import HYPOTHESES, earth, effects_of, hypotheses, matter, tilt_correction
+from .hypotheses import ALONE, HYPOTHESES, earth, effects_of, hypotheses, matter, tilt_correction
 from .joints import disagreement, joints
 from .nominal import nominal_gravity, weight
-from .scales import motors_apart, scale, scales, scales_of_states, sensitive
+from .scales import beyond, motors_apart, scale, scales, scales_of_states, sensitive
 from .states import BLOCKS, States, states_of
 
 Check = Callable[[Evidence], Iterable[Finding]]
@@ -129,6 +129,8 @@ def diagnose(
         found = scales(problem, weights)
     else:
         found = scales_of_states(system) if system is not None else ()
+    most = max((one.fall for one in found if beyond(one)), default=0.0)
+    effects = tuple(effect for effect in effects if effect.name not in ALONE or effect.fall >= most)
     exact, few = np.zeros((problem.robot.n,) * 2), isinstance(problem, ShortMotion)
     return Diagnosis(
         by_joints,

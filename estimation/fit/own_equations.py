@@ -21,6 +21,8 @@ from .blocks import FEWEST, block_edges, block_length, in_blocks, remembered, we
 from .friction import TermChoice, chosen_terms, under_own_load
 from .settings import Candidates, Settings
 
+_NAMED = 4  # parameters that a message lists
+
 
 def base_problem(
     robot: Robot,
@@ -128,9 +130,11 @@ def check_moving(robot: Robot, base: BaseParameters, recordings: Sequence[Record
     if len(still) == robot.n:
         raise InputError(f"{recordings[0].source}: no joint ever moves: record a motion of every joint")
     if still:
+        hidden, length = hidden_by(robot, base, still), sum(float(np.ptp(one.t)) for one in recordings)
+        names = ", ".join(hidden[:_NAMED]) + f" and {len(hidden) - _NAMED} more" * (len(hidden) > _NAMED)
         raise InputError(
-            f"{recordings[0].source}: joint {', '.join(map(str, still))} never moves: "
-            f"{', '.join(hidden_by(robot, base, still))} cannot be identified; record a motion of every joint"
+            f"{recordings[0].source}: joint {', '.join(map(str, still))} never moves in {length:.2g} s: {names} "
+            "cannot be identified; record a motion of every joint"
         )
 
 

@@ -94,7 +94,8 @@ def _torques(robot: Robot, recording: Recording) -> Iterator[str]:
         if worst > most:
             yield (
                 f"the torque of joint {j + 1} reaches {worst:.4g}, more than a joint of {robot.name} "
-                f"can give ({most:.4g}): torques must be in N·m, drive gains in N·m/A"
+                f"can give ({most:.4g}): torques must be in N·m (--units tau=mN·m reads others), "
+                "drive gains in N·m/A"
             )
         if lows[j] == highs[j] and j + 1 not in robot.drives.unmeasured:
             yield f"the torque of joint {j + 1} is {lows[j]:g} throughout: the channel is dead"
@@ -140,7 +141,8 @@ def _reach(robot: Robot, recording: Recording) -> Iterator[str]:
         joint = int(np.argmax(worst)) + 1
         yield (
             f"the torque of joint {joint} reaches {worst.max():.4g}, too much for an arm of "
-            f"{reach:.2g} m reach: looks like mN·m or mA; torques must be in N·m, drive gains in N·m/A"
+            f"{reach:.2g} m reach: looks like mN·m or mA; torques must be in N·m (--units tau=mN·m reads others), "
+            "drive gains in N·m/A"
         )
 
 

@@ -65,7 +65,7 @@ def read_payload(path: str | Path) -> InertialParameters:
     data = read_toml(path, dict[str, Any])
     with naming(path), at("payload") if "payload" in data else nullcontext():
         own = convert(data.get("payload", data), dict[str, Any])
-        if set(BodyTable.__struct_fields__) & set(own):
+        if own and not set(INERTIAL) & set(own):
             body = convert(own, BodyTable).body()
         else:
             body = InertialParameters(np.array(structs.astuple(convert(own, TenTable))))

@@ -95,9 +95,15 @@ def test_verify_tells_harm(inputs: Path) -> None:
         lines = [f"{row},{predicted}" for row, predicted in zip(rows, more, strict=True)]
         names = ",".join(f"tauref{j}" for j in range(1, 7))
         (inputs / f"{name}.csv").write_text("\n".join([f"{header},{names}", *lines, ""]))
-    for before, after, status in (("before", "after", 1), ("after", "before", 0)):
-        ended = typed(f"verify --robot rx90 --before {before}.csv --after {after}.csv")
+        for signal, own in (("q", slice(1, 7)), ("tau", slice(7, 13)), ("tauref", slice(-6, None))):
+            cells = [line.split(",") for line in (f"{header},{names}", *lines)]
+            columns = "\n".join(",".join([row[0], *row[own]]) for row in cells)
+            (inputs / f"{name}_{signal}.csv").write_text(f"{columns}\n")
+    split = "{0}_q.csv {0}_tau.csv {0}_tauref.csv"
+    for before, after, status in (("before.csv", split.format("after"), 1), ("after.csv", "before.csv", 0)):
+        ended = typed(f"verify --robot rx90 --before {before} --after {after}")
         assert (ended.status, "does harm" in ended.out) == (status, bool(status))
+    assert "give one recording" in typed("verify --robot rx90 --before before.csv after.csv --after after.csv").err
 
 
 NEAR = "near --robot rx90 --pose=0,-45,90,0,45,0 --speed-override 0.5 --duration 12"

@@ -188,11 +188,17 @@ def check_pose(pose: Array, robot: Robot, bounds: JointBounds) -> None:
     """Refuse a pose [rad or m] that is not within the limits."""
     if pose.shape == (robot.n,) and ((pose > bounds.low) & (pose < bounds.high)).all():
         return
-    shown = f"of {len(pose)} numbers"
+    shown, ranges = f"of {len(pose)} numbers", ""
     if len(pose) == robot.n:
-        scales = [180.0 / np.pi if joint.revolute else 1.0 for joint in robot.joints]
-        shown = ", ".join(f"{scale * x:g}" for scale, x in zip(scales, pose, strict=True))
-    raise InputError(f"the pose {shown} must be {robot.n} positions within the limits of {robot.name}")
+        scales = np.array([180.0 / np.pi if joint.revolute else 1.0 for joint in robot.joints])
+        shown = ", ".join(f"{x:g}" for x in scales * pose)
+        ends = zip(pose, bounds.low, bounds.high, scales, strict=True)
+        ranges = ", ".join(
+            f" (joint {j}: {scale * low:.4g} to {scale * high:.4g})"
+            for j, (x, low, high, scale) in enumerate(ends, 1)
+            if not low < x < high
+        )
+    raise InputError(f"the pose {shown} must be {robot.n} positions within the limits of {robot.name}{ranges}")
 
 
 @lru_cache(maxsize=64)

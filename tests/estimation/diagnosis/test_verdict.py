@@ -476,7 +476,7 @@ SIDES: dict[str, list[tuple[Any, ...]]] = {
         ("error", "degrees too small", hypotheses.ZERO_Z, lambda x: beside("zero", 0.1, x)),
         ("error", "gravity is 10.1", hypotheses.WEIGHT, lambda x: beside("weight", x)),
         ("error", "gravity is 10.8", hypotheses.WEIGHT_Z, lambda x: beside("weight", 0.1, x)),
-        ("error", "to one scale: joint  with payload's is 1.1", hypotheses.GAIN, lambda x: beside("gain", x)),
+        ("error", "to one scale: joint  with payload's is 1.2", hypotheses.GAIN, lambda x: beside("gain", x)),
         ("error", "joint  with payload's is 1.5", hypotheses.GAIN_Z, lambda x: beside("gain", 0.5, x)),
         ("note", "gravity leans by 0.5", hypotheses.TILT, leaning),
         ("note", "gravity leans by 2.9", hypotheses.TILT_Z, lambda x: leaning(0.05, 0.05 / x)),
