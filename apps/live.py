@@ -22,7 +22,7 @@ import numpy as np
 from ..common.arrays import Array
 from ..common.errors import InputError
 from ..common.files import write_bytes
-from .parquet import parquet_bytes, pyarrow_for
+from .parquet import parquet_bytes
 
 PORT, SCRIPT_PORT = 30004, 30002
 """Ports of RTDE, and of the secondary client interface, which takes scripts."""
@@ -137,11 +137,9 @@ class Client(AbstractContextManager["Client"]):
                 raise self._told(f"the controller has no {', '.join(absent)}: nothing can be recorded from it")
             for field in there:
                 if kinds[field] not in _FORMATS:
-                    raise self._told(f"the controller sends {field} as {kinds[field]!r}, which is no type of RTDE")
+                    raise self._told(f"{field} comes as {kinds[field]!r}, which is no type of RTDE")
                 if kinds[field] != (usual := _TYPES.get(field, kinds[field])):
-                    raise self._told(
-                        f"the controller sends {field} as {kinds[field]}, which should be {usual}: is it RTDE?"
-                    )
+                    raise self._told(f"{field} comes as {kinds[field]} in the place of {usual}: is it RTDE?")
         self._number = answer[0]
         self.layout = np.dtype([(field, _FORMATS[kind]) for field, kind in kinds.items()])
         if self._ask(_START)[:1] != b"\x01":
@@ -299,8 +297,9 @@ class Recorder:
                 if not self.count:
                     self._first = now
                 elif not 0.0 <= step < 1e9:
-                    fault = f"the controller's time runs back after {self.seconds:.1f} s: was it restarted?"
-                    raise LinkError(fault)
+                    raise LinkError(
+                        f"the controller's time runs back after {self.seconds:.1f} s: was it restarted?"
+                    )
                 elif step == 0.0:
                     self.repeated, self._standing = self.repeated + 1, self._standing + 1
                     if max(self._standing * self.step, 0.5 * (time.monotonic() - self._ran)) > _STILL:
@@ -309,23 +308,19 @@ class Recorder:
                 else:
                     self._steps[max(round(step / _TICK), 1)] += 1
                 self._last, self._standing, self._ran = now, 0, time.monotonic()
-                if self._ran - self._begun > 2.0 * self.length + _SILENCE:
-                    fault = (
-                        f"the controller's time goes on by {self.seconds:.1f} s in {self._ran - self._begun:.0f} s"
-                    )
+                if (ours := self._ran - self._begun) > 2.0 * self.length + _SILENCE:
+                    fault = f"the controller's time goes on by {self.seconds:.1f} s in {ours:.0f} s"
                     raise LinkError(f"{fault}: it is no clock")
                 new.append(k)
                 self.count += 1
         finally:
-            self._kept.append(samples[new])
-        kept = self._kept[-1]
+            self._kept.append(kept := samples[new])
         self._lowest = np.minimum(self._lowest, kept[POSITION].min(axis=0, initial=np.inf))
         self._highest = np.maximum(self._highest, kept[POSITION].max(axis=0, initial=-np.inf))
         modes = kept[SAFETY] if SAFETY in (kept.dtype.names or ()) else ()
         for now, mode in zip(kept[TIME].tolist(), modes, strict=False):
             stop = _STOPS.get(int(mode), "")
-            if stop and stop != self._stop:
-                self.stops.append((now - self._first, stop))
+            self.stops += [(now - self._first, stop)] if stop not in ("", self._stop) else []
             self._stop = stop
         return kept
 
@@ -345,15 +340,6 @@ class Recorder:
         rows = zip(*(map(repr, column.tolist()) for column in columns.values()), strict=True)
         text = "".join(f"{','.join(row)}\n" for row in [tuple(columns), *rows]).encode()
         write_bytes(path, text if Path(path).name.lower().endswith(".csv") else gzip.compress(text, mtime=0))
-
-
-def check_name(path: str | Path) -> None:
-    """Refuse a file that no recording can be written as: a recording is not begun that cannot be written."""
-    name = Path(path).name.lower()
-    if not name.endswith(SUFFIXES):
-        raise InputError(f"{path}: a recording is written as {', '.join(SUFFIXES)}")
-    if name.endswith(".parquet"):
-        pyarrow_for(f"{path}: Parquet", "install dynident[logs], or write .csv")
 
 
 def program(command: str) -> str:

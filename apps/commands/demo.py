@@ -11,7 +11,6 @@ from functools import partial
 from typing import Annotated, Literal
 
 import numpy as np
-from cyclopts import Parameter
 
 from ... import estimation, model, trajectories
 from ...common.files import made_folder
@@ -100,14 +99,8 @@ class _Demo(Options):
     """Error of the drive gains, such as 0.02 (default: 0)."""
 
 
-class _Pages(PageOptions):
-    """The report and its figures; JSON stands in the folder of the results."""
-
-    json: Annotated[None, Parameter(parse=False)] = None
-
-
 @command
-def run(*, demo: _Demo, pages: _Pages) -> None:
+def run(*, demo: _Demo, files: PageOptions) -> None:
     """Simulate, identify by all four methods, and print the payload beside the truth.
 
     The report goes into the folder of the results unless another place is named.
@@ -122,8 +115,8 @@ def run(*, demo: _Demo, pages: _Pages) -> None:
         robot, answer = identified(experiment, progress)
     write_json(folder / "payload.json", answer.result)
     write_json(folder / "robot.json", robot.result)
-    pages = replace(pages, report=pages.report or str(folder / "report.html"))
-    written = (*(folder / name for name in ("payload.json", "robot.json", "torques.png")), pages.report)
+    files = replace(files, report=files.report or str(folder / "report.html"))
+    written = (*(folder / name for name in ("payload.json", "robot.json", "torques.png")), files.report)
     shown = payload_report(answer.result, str(folder / "payload.json"))
     place = ", ".join(f"{1e3 * x:g}" for x in PAYLOAD.com)
     head = (
@@ -140,10 +133,9 @@ def run(*, demo: _Demo, pages: _Pages) -> None:
         "noise": demo.noise,
         "errors of the drive gains": f"{100.0 * experiment.disturbances.gain_error:g} %",
     }
-    pages.write_page(shown, setup.in_words() | simulated)
     torques = next(drawing for drawing in shown.drawings() if drawing.name == "worst_joint")
     save_figure(torques.figure, folder / "torques.png")
-    pages.show(shown)
+    files.give(shown, lambda: answer.result, setup.in_words() | simulated)
 
 
 def identified(

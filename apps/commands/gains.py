@@ -12,7 +12,7 @@ from ...common.errors import InputError
 from ...common.schema import read_toml
 from .. import logs
 from ..report.sections.gains import gains_report
-from .entry import SETTING, Options, answered, command
+from .entry import SETTING, Options, command
 from .options import PageOptions, ProcessingOptions, RobotOptions
 from .progress import status
 from .values import DataFiles, FrictionTerms, LoadedFiles, PayloadFile, whole_numbers, with_sigma, word
@@ -67,7 +67,7 @@ class _Processing(ProcessingOptions):
 
 
 @command
-def run(*, arm: RobotOptions, known: _Known, processing: _Processing, files: PageOptions) -> int:
+def run(*, arm: RobotOptions, known: _Known, processing: _Processing, files: PageOptions) -> bool:
     """Run it."""
     if isinstance(known.friction, estimation.Candidates):
         raise InputError("friction: gains are found with terms that are given: paper, or a list")
@@ -92,4 +92,4 @@ def run(*, arm: RobotOptions, known: _Known, processing: _Processing, files: Pag
         gains = estimation.answer_gains(problem)
     shown = gains_report(gains, files.document)
     files.give(shown, lambda: gains, setup.in_words())
-    return answered(gains.judged.level)
+    return gains.judged.level != "do_not_use"

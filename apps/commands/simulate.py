@@ -159,9 +159,7 @@ def _disturbances(
     try:
         level = share(noise)
     except ValueError:
-        raise InputError(
-            f"--noise {noise!r}: give none, assumed, paper, slow or a share of the torque such as 0.08"
-        ) from None
+        raise InputError(f"--noise {noise!r}: give none, assumed, paper, slow or a share such as 0.08") from None
     simulator, torques = trajectories.Simulator(robot), []
     for reference in references:
         t = np.linspace(0.0, reference.duration, 2000)

@@ -37,7 +37,7 @@ def ros_bag(path: Path, layout: Layout) -> RawLog:
         topics = sorted(topic for topic, kind in kinds.items() if kind in reader.typestore.fielddefs)
         if layout.topic and layout.topic not in topics:
             raise InputError(
-                f"{path}: no topic {layout.topic!r} with joint states; found {', '.join(topics) or 'none'}"
+                f"{path}: no joint states in topic {layout.topic!r}; found {', '.join(topics) or 'none'}"
             )
         first = min((kinds[topic] for topic in topics), key=_TYPES.index, default="")
         usual = [layout.topic] if layout.topic else [topic for topic in topics if kinds[topic] == first]

@@ -21,7 +21,7 @@ from ..logs.log_check import LogReport
 from ..numbers import SIX
 from . import page
 from .blocks import Report
-from .documents import JudgedMotion, Look, check_document, design_document
+from .documents import JudgedMotion, check_document, design_document
 from .figures.canvas import Figure
 from .sections.check import check_report, log_report
 from .sections.gains import gains_report
@@ -60,23 +60,21 @@ _SHOWN: dict[type, _Shown] = {
     PayloadResult: _Shown(payload_report, _payload_rows),
     RobotResult: _Shown(robot_report, lambda result: plain(result)["base_parameters"]),
     GainsResult: _Shown(gains_report, _gains_rows),
-    Design: _Shown(
-        lambda answer: design_report(JudgedMotion.of(answer)),
-        lambda answer: [
-            {"parameter": name, "sigma": sigma} for name, sigma in JudgedMotion.of(answer).learnt.sigma.items()
-        ],
-        lambda answer: design_document(JudgedMotion.of(answer)),
+    JudgedMotion: _Shown(
+        design_report,
+        lambda judged: [{"parameter": name, "sigma": sigma} for name, sigma in judged.learnt.sigma.items()],
+        design_document,
     ),
     LogReport: _Shown(
         log_report,
         lambda check: [{"joint": j, **facts} for j, facts in enumerate(plain(check)["logs"][0]["joints"], 1)],
-        lambda check: check_document(check.working.robot, [Look(check.source, check)]),
+        lambda check: check_document(check.working.robot, [(check, None)]),
     ),
 }
 
 
 def _shown(answer: object) -> tuple[Any, _Shown]:
-    result = getattr(answer, "result", answer)
+    result: Any = JudgedMotion.of(answer) if isinstance(answer, Design) else getattr(answer, "result", answer)
     return result, _SHOWN[type(result)]
 
 
@@ -116,7 +114,7 @@ def _drawn(answer: object) -> Report:
     if getattr(result, "working", result) is None:
         raise InputError("a result that was read from a file has no recordings to draw: identify again")
     if isinstance(result, LogReport):
-        return check_report([Look(result.source, result)])
+        return check_report([(result, None)])
     return shown.report(result)
 
 
@@ -134,7 +132,7 @@ def write_report(answer: object, path: str | Path) -> None:
     elif isinstance(result, LogReport):
         recordings.append(working.recording)
     paths = dict.fromkeys(recording.source for recording in recordings)
-    files = [page.SourceFile("recording", name, checksum(name)) for name in paths if Path(name).is_file()]
+    files = [("recording", name, checksum(name)) for name in paths if Path(name).is_file()]
     page.write_report(path, report, page.Provenance(f"python {sys.argv[0] or '(interactive)'}", files))
 
 
@@ -152,9 +150,8 @@ def export(result: PayloadResult, to: str, despite_verdict: bool) -> str:
     if to not in FORMATS:
         raise InputError(f"there is no format {to!r}: there are {', '.join(FORMATS)}")
     load = load_of(result, "answer", None, despite_verdict)
-    if not despite_verdict and (load.verdict == "do_not_use" or load.beyond_rating):
-        against = "; ".join(load.reasons) or load.beyond_rating
-        raise InputError(f"not to be used: {against}; despite_verdict=True writes it all the same")
+    if load.against and not despite_verdict:
+        raise InputError(f"not to be used: {load.against}; despite_verdict=True writes it all the same")
     at_flange = load.in_flange()
     if at_flange is None:
         raise InputError(f"the payload's frame is {load.frame!r}, not the flange: identify it there (with_tool)")

@@ -106,9 +106,7 @@ def looks_of(robot: Robot, colour: Colour) -> tuple[list[Shape], set[int], list[
             continue
         shapes += own
         drawn |= {number} if own else set()
-    notes = [
-        f"links are drawn as capsules where a mesh {reason} (such as {file})" for reason, file in failures.items()
-    ]
+    notes = [f"links are capsules where a mesh {reason} (such as {file})" for reason, file in failures.items()]
     return shapes, drawn, notes
 
 

@@ -68,7 +68,7 @@ def test_every_format_is_read_again(name: str, play: Play, tmp_path: Path, capsy
     assert "376 samples, 3 s at 125 Hz" in out
 
 
-@pytest.mark.parametrize(("name", "why"), [("a.txt", "is written as .csv"), ("a", "is written as .csv")])
+@pytest.mark.parametrize(("name", "why"), [("a.txt", "ends in .csv"), ("a", "ends in .csv")])
 def test_a_file_that_cannot_be_written_is_refused_first(name: str, why: str, tmp_path: Path, capsys: Any) -> None:
     assert main(["record", "ur", "--host", "127.0.0.1", "--port", "1", "--out", str(tmp_path / name)]) == 2
     assert why in capsys.readouterr().err
@@ -82,7 +82,7 @@ BEFORE: dict[str, tuple[dict[str, Any], str]] = {
     "another protocol": ({"fault": "another protocol"}, "not RTDE"),
     "not started": ({"fault": "not started"}, "does not start"),
     "no positions": ({"absent": ["actual_q"]}, "has no actual_q"),
-    "another type": ({"fault": "another type"}, "sends timestamp as INT32, which should be DOUBLE"),
+    "another type": ({"fault": "another type"}, "timestamp comes as INT32 in the place of DOUBLE"),
     "cut at once": ({"fault": "cut", "after": 1}, "closed the connection"),
 }
 """Faults before the first sample, and what is said of them."""

@@ -95,19 +95,19 @@ def fits_report(fits: RobotFits) -> Report:
 
 def check_report(looks: Sequence[Look]) -> Report:
     """Verdict on the logs, then each with its signals."""
-    unusable = [look.path for look in looks if not (look.check and look.check.usable)]
-    text = f"To be mended first: {', '.join(unusable)}." if unusable else "Nothing speaks against using these logs."
-    sections = []
-    for number, look in enumerate(looks, 1):
-        reports = [fits_report(look.fits)] if look.fits else []
-        reports += [log_report(look.check)] if look.check else []
+    sections, unusable = list[Section](), list[str]()
+    for number, (check, fits) in enumerate(looks, 1):
+        reports = [*([fits_report(fits)] if fits else []), *([log_report(check)] if check else [])]
+        path = reports[-1].title
         blocks = [block for report in reports for block in report.first]
         blocks += [block for report in reports for section in report.sections for block in section.blocks]
-        if look.check:
-            stem = re.sub(r"\W+", "_", look.path.replace("\\", "/").rstrip("/").rsplit("/", 1)[-1].split(".")[0])
-            unit = "A" if look.check.currents else "N·m"
-            blocks.append(signals_figure(look.check.working.recording, unit, f"{number:02d}_{stem}"))
-        sections.append(Section(f"log_{number}", look.path, blocks))
+        if check:
+            stem = re.sub(r"\W+", "_", path.replace("\\", "/").rstrip("/").rsplit("/", 1)[-1].split(".")[0])
+            unit = "A" if check.currents else "N·m"
+            blocks.append(signals_figure(check.working.recording, unit, f"{number:02d}_{stem}"))
+        sections.append(Section(f"log_{number}", path, blocks))
+        unusable += [] if check and check.usable else [path]
+    text = f"To be mended first: {', '.join(unusable)}." if unusable else "Nothing speaks against using these logs."
     return Report("A look at recordings", [Banner("do_not_use" if unusable else "use", text)], sections)
 
 

@@ -14,12 +14,7 @@ from ....estimation.fit.estimate import Fit
 from ....estimation.fit.friction import TermChoice
 from ....estimation.fit.least_squares import Excitation
 from ....estimation.payload.by_joints import JointsMass
-from ....estimation.results.parts import (
-    EliminationDocument,
-    ProcessingDocument,
-    ResidualDocument,
-    VerdictDocument,
-)
+from ....estimation.results.parts import EliminationDocument, ProcessingDocument, ResidualDocument, VerdictDocument
 from ....estimation.results.payload import PayloadData, array
 from ....estimation.results.robot import RobotResult
 from ...numbers import percent, with_interval
@@ -145,9 +140,8 @@ def joints_section(
     """Mass [kg] by groups of joints and each joint's share; ``mounting``: number of a known weight, if any."""
     rows = []
     for group in masses:
-        cells: tuple[str, str] = ("not visible", "-")
-        if group.mass is not None:
-            cells = with_interval(group.mass, *array(group.interval95, 2).tolist())
+        ends = array(group.interval95, 2).tolist()
+        cells = ("not visible", "-") if group.mass is None else with_interval(group.mass, *ends)
         share = present(group.share)
         ratio = "-" if share is None else with_sigma(share, float(array(group.share_sigma)))
         rows.append((group.name, "kg", *cells, ratio))
@@ -210,9 +204,7 @@ def excitation_section(make: Callable[[], Excitation | None], labels: Mapping[st
                 x = np.arange(len(names[part]))
                 axis.vlines(x, own[part], whole[part], color="0.6", linewidth=1.0)
                 axis.plot(x, whole[part], "_", color="black", markersize=8, label="its torque")
-                axis.plot(
-                    x, own[part], "o", color=BLUE, markersize=4, label="the part no other parameter can imitate"
-                )
+                axis.plot(x, own[part], "o", color=BLUE, markersize=4, label="what no other parameter imitates")
                 _limit(axis, _GOOD, "relative sigma 10 %")
                 axis.set_xlim(-0.8, size - 0.2)
                 axis.set_ylabel("torque over noise")

@@ -73,7 +73,7 @@ def test_lists_must_be_as_long_as_the_robot(tmp_path: Path, arm: Robot, signals:
     how = LogMap("m.toml", position=Quantity(sign=(1.0, -1.0)))
     with pytest.raises(InputError, match=r"position\.sign has 2 entries, the robot 6"):
         read_recording(path, arm, None, how)
-    with pytest.raises(InputError, match="5 joints, the robot has 6"):
+    with pytest.raises(InputError, match="joints has 5 entries, the robot 6 joints"):
         read_recording(path, arm, None, LogMap(joints=NAMES[:5]))
 
 

@@ -109,7 +109,7 @@ def test_an_index_is_named(tmp_path: Path, arm: Robot) -> None:
 
 
 def test_time_with_too_few_digits_is_refused(tmp_path: Path, arm: Robot) -> None:
-    with pytest.raises(InputError, match=r"time stands still in 9\d % of the rows: write it with more digits"):
+    with pytest.raises(InputError, match=r"time stands still in 9\d % of the rows: write more digits"):
         read_recording(log(tmp_path / "a.csv", np.floor(T), without()), arm)
 
 
