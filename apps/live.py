@@ -73,10 +73,6 @@ SUFFIXES = (".csv", ".csv.gz", ".parquet")
 """Formats that a recording can be written in, by the file's name."""
 
 
-class LinkError(InputError):
-    """A connection that ended, and why: one line."""
-
-
 class Client(AbstractContextManager["Client"]):
     """A connection to a controller, to be used in a ``with``.
 
@@ -94,7 +90,7 @@ class Client(AbstractContextManager["Client"]):
         """Connect and agree on the protocol.
 
         Raises:
-            LinkError: if the name is not resolved or nothing answers within 2.5 s each, or what answers does not
+            InputError: if the name is not resolved or nothing answers within 2.5 s each, or what answers does not
                 speak version 2 within 2.5 s more; within 5 s in all.
         """
         self.host = f"{host}:{port}"
@@ -121,7 +117,7 @@ class Client(AbstractContextManager["Client"]):
         """Start the samples of all fields that the controller has, ``rate`` [Hz] a second, the fastest by default.
 
         Raises:
-            LinkError: if the controller refuses, has not a field that is needed, or sends one as no type of RTDE.
+            InputError: if the controller refuses, has not a field that is needed, or sends one as no type of RTDE.
         """
         self.rate = rate or (500.0 if self.version[0] >= _CB_SERIES else 125.0)
         there, asked = tuple(fields), tuple[str, ...]()
@@ -150,7 +146,7 @@ class Client(AbstractContextManager["Client"]):
         """Samples that have come since the last call, or come within ``wait`` [s]; the system keeps them.
 
         Raises:
-            LinkError: when there are none left, and why no more come.
+            InputError: when there are none left, and why no more come.
         """
         until, samples = time.monotonic() + wait, list[bytes]()
         try:
@@ -158,7 +154,7 @@ class Client(AbstractContextManager["Client"]):
                 kind, payload = self._packet(until)
                 if kind == _DATA:
                     if len(payload) != self.layout.itemsize + 1 or payload[0] != self._number:
-                        raise LinkError("a sample is not of the size or the recipe that was agreed on")
+                        raise InputError("a sample is not of the size or the recipe that was agreed on")
                     samples.append(payload[1:])
         except TimeoutError:
             pass
@@ -190,7 +186,7 @@ class Client(AbstractContextManager["Client"]):
             if len(self._buffer) >= _HEADER.size:
                 size, kind = _HEADER.unpack_from(self._buffer)
                 if size < _HEADER.size or kind not in _KINDS:
-                    raise LinkError("what arrives is not RTDE: is this the right port?")
+                    raise InputError("what arrives is not RTDE: is this the right port?")
                 if len(self._buffer) >= size:
                     payload = bytes(self._buffer[_HEADER.size : size])
                     del self._buffer[:size]
@@ -200,11 +196,11 @@ class Client(AbstractContextManager["Client"]):
             self._socket.settimeout(seconds)
             received = self._socket.recv(_CHUNK)
             if not received:
-                raise LinkError("the controller closed the connection")
+                raise InputError("the controller closed the connection")
             self._buffer += received
 
-    def _told(self, fault: str) -> LinkError:
-        return LinkError(f"{self.host}: {fault}")
+    def _told(self, fault: str) -> InputError:
+        return InputError(f"{self.host}: {fault}")
 
 
 def _connected(host: str, port: int, hint: str, silent: str) -> socket.socket:
@@ -232,7 +228,7 @@ def _connected(host: str, port: int, hint: str, silent: str) -> socket.socket:
         fault = f"no answer within {_PATIENCE:g} s: {silent}"
     except (OSError, UnicodeError) as error:
         fault = f"no connection: {getattr(error, 'strerror', None) or error}{hint}"
-    raise LinkError(f"{address}: {fault}")
+    raise InputError(f"{address}: {fault}")
 
 
 class Recorder:
@@ -297,20 +293,20 @@ class Recorder:
                 if not self.count:
                     self._first = now
                 elif not 0.0 <= step < 1e9:
-                    raise LinkError(
-                        f"the controller's time runs back after {self.seconds:.1f} s: was it restarted?"
+                    raise InputError(
+                        f"its time runs back after {self.seconds:.1f} s: was the controller restarted?"
                     )
                 elif step == 0.0:
                     self.repeated, self._standing = self.repeated + 1, self._standing + 1
                     if max(self._standing * self.step, 0.5 * (time.monotonic() - self._ran)) > _STILL:
-                        raise LinkError(f"the controller's time stands still after {self.seconds:.1f} s")
+                        raise InputError(f"the controller's time stands still after {self.seconds:.1f} s")
                     continue
                 else:
                     self._steps[max(round(step / _TICK), 1)] += 1
                 self._last, self._standing, self._ran = now, 0, time.monotonic()
                 if (ours := self._ran - self._begun) > 2.0 * self.length + _SILENCE:
                     fault = f"the controller's time goes on by {self.seconds:.1f} s in {ours:.0f} s"
-                    raise LinkError(f"{fault}: it is no clock")
+                    raise InputError(f"{fault}: it is no clock")
                 new.append(k)
                 self.count += 1
         finally:
@@ -365,5 +361,5 @@ def send_program(text: str, host: str, port: int = SCRIPT_PORT) -> Iterator[None
         try:
             connection.sendall(text.encode("ascii"))
         except OSError as error:
-            raise LinkError(f"{host}:{port}: the connection was lost: {error.strerror or error}") from None
+            raise InputError(f"{host}:{port}: the connection was lost: {error.strerror or error}") from None
         yield

@@ -72,7 +72,7 @@ def run_record(
                 while not recorder.over:
                     new = recorder.add(client.take())
                     progress(_progress_line(recorder, new))
-            except live.LinkError as broken:
+            except InputError as broken:
                 fault = str(broken)
             except KeyboardInterrupt:
                 note(f"stopped after {recorder.seconds:.1f} s")

@@ -11,6 +11,7 @@ from functools import partial
 from typing import Annotated, Literal
 
 import numpy as np
+from cyclopts import Parameter
 
 from ... import estimation, model, trajectories
 from ...common.files import made_folder
@@ -21,7 +22,7 @@ from ..report.blocks import Notes
 from ..report.figures.canvas import save_figure
 from ..report.sections.payload import payload_report
 from ..report.sections.robot import robot_section
-from .entry import SETTING, Options, command
+from .entry import SETTING, command
 from .options import PageOptions, Setup
 from .progress import status
 from .values import Count, NewFolder, Seed, Share
@@ -86,31 +87,31 @@ def reduced_experiment(experiment: trajectories.Experiment, progress: Progress =
     )
 
 
-class _Demo(Options):
-    out: NewFolder = "demo"
-    """Folder of the results (default: demo)."""
-    seed: Seed = 0
-    """Seed of the trajectories and the noise (default: 0)."""
-    trajectories: Count = TRAJECTORIES
-    """Number of trajectories (default: 18, as in the paper)."""
-    noise: Literal["paper", "slow", "none"] = "paper"
-    """Noise of the paper's robot (default), with a memory of 0.8 s, or none."""
-    gain_error: Annotated[Share, SETTING] = 0.0
-    """Error of the drive gains, such as 0.02 (default: 0)."""
-
-
 @command
-def run(*, demo: _Demo, files: PageOptions) -> None:
+def run(
+    *,
+    out: NewFolder = "demo",
+    seed: Seed = 0,
+    motions: Annotated[Count, Parameter(name="--trajectories")] = TRAJECTORIES,
+    noise: Literal["paper", "slow", "none"] = "paper",
+    gain_error: Annotated[Share, SETTING] = 0.0,
+    files: PageOptions,
+) -> None:
     """Simulate, identify by all four methods, and print the payload beside the truth.
 
     The report goes into the folder of the results unless another place is named.
+
+    Args:
+        out: Folder of the results (default: demo).
+        seed: Seed of the trajectories and the noise (default: 0).
+        motions: Number of trajectories (default: 18, as in the paper).
+        noise: Noise of the paper's robot (default), with a memory of 0.8 s, or none.
+        gain_error: Error of the drive gains, such as 0.02 (default: 0).
     """
-    folder = made_folder(demo.out)
+    folder = made_folder(out)
     with status("simulating") as progress:
-        noise = levels(demo.noise, demo.gain_error)
-        experiment = simulate_paper(
-            paper_robot(), noise, demo.seed, demo.trajectories, partial(progress, "simulating")
-        )
+        told = partial(progress, "simulating")
+        experiment = simulate_paper(paper_robot(), levels(noise, gain_error), seed, motions, told)
     with status("reducing") as progress:
         robot, answer = identified(experiment, progress)
     write_json(folder / "payload.json", answer.result)
@@ -130,7 +131,7 @@ def run(*, demo: _Demo, files: PageOptions) -> None:
     simulated = {
         "recordings": f"simulated: {len(experiment.runs)} runs, the last trajectory held out",
         "seed": str(experiment.seed),
-        "noise": demo.noise,
+        "noise": noise,
         "errors of the drive gains": f"{100.0 * experiment.disturbances.gain_error:g} %",
     }
     torques = next(drawing for drawing in shown.drawings() if drawing.name == "worst_joint")

@@ -74,9 +74,7 @@ class _Request(Options, group=MOTION):
         if self.fourier is None:
             self.refuse("duration", "is the period of --fourier: via points take --max-duration")
             if self.segment_durations is not None:
-                self.refuse(
-                    "max_duration", "has no effect: segment-durations fixes the whole duration, leave it out"
-                )
+                self.refuse("max_duration", "has no effect: segment-durations fixes the duration, leave it out")
         else:
             self.refuse("via_points", "and --fourier: give one of them")
             for name in ("rest", "max_duration", "segments", "ramp", "segment_durations"):
@@ -145,7 +143,7 @@ def run(
         return f"; best: {text or 'no motion within the limits yet'}"
 
     design = best_motion(problem, request.seed, request.starts, words)
-    floor = floor_of(problem, design.score, request.seed) if request.bound else None
+    floor = floor_of(problem, design.score.value, request.seed) if request.bound else None
     judged = JudgedMotion.of(design)._replace(reference=reference, labels=labels, floor=floor)
     head, name = design_head(design, judged.learnt), Path(files.val3 or "").name
     written = WrittenMotion(robot, design.plan, problem.bounds, head, name=name)
@@ -194,13 +192,11 @@ def build_request(
     return limited.problem(shape, wanted, loads if counting else None, stood), reference, labels
 
 
-def floor_of(
-    problem: trajectories.DesignProblem, score: trajectories.Score, seed: int
-) -> trajectories.Floor | None:
+def floor_of(problem: trajectories.DesignProblem, score: float, seed: int) -> trajectories.Floor | None:
     """The floor under a motion's criterion; None if it was interrupted, which costs no motion."""
     try:
         with status("estimating the floor"):
-            return trajectories.floor_under(problem, score.value, seed=seed)
+            return trajectories.floor_under(problem, score, seed=seed)
     except KeyboardInterrupt:
         note("interrupted: the floor is not known")
         return None
@@ -239,7 +235,7 @@ def run_score(
     problem, reference, labels = build_request(limited, shape, goal, stood)
     learnt = as_recorded(problem, recorded)
     score = trajectories.score_motion(problem, motion)
-    floor = floor_of(problem, score, scored.seed) if scored.bound else None
+    floor = floor_of(problem, score.value, scored.seed) if scored.bound else None
     judged = JudgedMotion(f"Motion of {data}", score, motion, learnt, reference, labels, floor=floor, source=data)
     files.give(design_report(judged), lambda: design_document(judged), {})
     view.write_view(lambda: views.view_of(problem.robot, motion, problem=problem))

@@ -275,9 +275,7 @@ def check_paths(call: Call) -> None:
         if place in rivals and not is_device(place):  # a pipe or a terminal may be named twice
             raise InputError(f"{name} {path!r}: {rivals[place]} names this file too: give another one")
         if mark.endings and not path.lower().endswith(mark.endings):
-            raise InputError(
-                f"{name} {path!r}: its name ends in {', '.join(mark.endings[:-1])} or {mark.endings[-1]}"
-            )
+            raise InputError(f"{name} {path!r}: its name ends in {' or '.join(mark.endings)}")
         own[place] = name
 
 

@@ -45,18 +45,13 @@ class _Known(Options):
         if len(weights) == 1:
             return estimation.known_mass(weights[0], sigma)
         if len(weights) != len(self.loaded):
-            raise InputError(
-                f"--mass holds {len(weights)} numbers for {len(self.loaded)} --loaded recordings: give "
-                "one mass, or one for each of them, in their order"
-            )
-        numbers = self.mounting or (1,) * len(self.loaded)
+            count = f"--mass holds {len(weights)} numbers for {len(self.loaded)} --loaded recordings"
+            raise InputError(f"{count}: give one mass, or one for each of them, in their order")
         masses: dict[int, float] = {}
-        for mounting, mass in zip(numbers, weights, strict=False):
+        for mounting, mass in zip(self.mounting or (1,) * len(weights), weights, strict=False):
             if masses.setdefault(mounting, mass) != mass:
-                raise InputError(
-                    f"mounting {mounting} has masses of {masses[mounting]:g} and {mass:g} kg: give each weight a "
-                    "number of its own (--mounting)"
-                )
+                both = f"mounting {mounting} has masses of {masses[mounting]:g} and {mass:g} kg"
+                raise InputError(f"{both}: give each weight a number of its own (--mounting)")
         return [estimation.known_mass(mass, sigma) for mass in masses.values()]
 
 

@@ -120,7 +120,8 @@ def run(
     request: _Identify,
     drives: options.GainOptions,
     processing: options.ProcessingOptions,
-    files: options.EquationOptions,
+    files: options.PageOptions,
+    npz: options.EquationsFile | None = None,
 ) -> bool:
     """Run ``identify``."""
     setup = processing.setup(arm.load())
@@ -137,37 +138,40 @@ def run(
     told = estimation.robot_result(result, possible, rollouts)
     shown = robot_report(told, files.document)
     files.give(shown, lambda: told, setup.in_words())
-    files.write_equations(lambda: estimation.identification_system(result))
+    if npz:
+        results.write_npz(npz, estimation.identification_system(result))
     return result.verdict.level != "do_not_use"
-
-
-class _Rollout(Options):
-    robot_parameters: values.RobotParametersFile
-    """The --json of 'dynident identify'."""
-    data: HeldOutFiles
-    """Recording without payload that was not fitted; repeatable."""
-    against: tuple[_Model, ...] = ()
-    """Another model of the arm, MJCF or URDF, moved by MuJoCo; repeatable."""
-    horizons: Annotated[tuple[float, ...], word(_seconds, "S1,S2,..")] = HORIZONS
-    """Times after the start [s] (default: 0.1,0.5,1,2)."""
 
 
 @command
 def run_rollout(
-    *, arm: options.RobotOptions, request: _Rollout, processing: options.FilterOptions, files: options.PageOptions
+    *,
+    arm: options.RobotOptions,
+    robot_parameters: values.RobotParametersFile,
+    data: HeldOutFiles,
+    against: tuple[_Model, ...] = (),
+    horizons: Annotated[tuple[float, ...], word(_seconds, "S1,S2,..")] = HORIZONS,
+    processing: options.FilterOptions,
+    files: options.PageOptions,
 ) -> None:
-    """Run ``rollout``."""
-    stored = results.read_stored_robot(request.robot_parameters)
+    """Run ``rollout``.
+
+    Args:
+        robot_parameters: The --json of 'dynident identify'.
+        data: Recording without payload that was not fitted; repeatable.
+        against: Another model of the arm, MJCF or URDF, moved by MuJoCo; repeatable.
+        horizons: Times after the start [s] (default: 0.1,0.5,1,2).
+    """
+    stored = results.read_stored_robot(robot_parameters)
     setup = processing.setup(arm.load(), stored)
-    recordings = setup.read(request.data)
+    recordings = setup.read(data)
     models: dict[str, Predict] = {}
-    for path in request.against:
+    for path in against:
         if (name := Path(path).name) in models:
             raise InputError(f"{path}: two models are called {name}: rename a file")
         models[name] = mujoco_arm(path, setup.robot)
     with status("reading") as progress:
-        rollouts = roll_out_all(
-            setup.robot, stored.possible_values, recordings, setup.settings(progress), request.horizons, models
-        )
+        settings = setup.settings(progress)
+        rollouts = roll_out_all(setup.robot, stored.possible_values, recordings, settings, horizons, models)
     shown = rollout_report(rollouts, setup.robot.title or setup.robot.name)
     files.give(shown, lambda: RolloutsDocument(setup.robot.name, rollouts), setup.in_words())

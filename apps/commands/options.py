@@ -287,22 +287,20 @@ class GainOptions(Options, group=LOGS):
         the drives are the same, and so is their error. Recordings that the gains come from are named in its notes.
         """
         then = stored.gains if stored is not None else None
-        now, n = setup.identified, setup.robot.n
+        now, n, note = setup.identified, setup.robot.n, _FROM_ROBOT
         if self.gain_sigma is not None or now is not None:
             per_joint, common = self.gain_sigma or ((0.0,), 0.0)
             now = replace(now or estimation.Gains(), per_joint=per_joint, common=common)
-        notes: tuple[str, ...] = (_FROM_ROBOT,)
-        if now is not None:
             with about("--gain-sigma"):
                 now.covariance(n)
-            notes = (_INSTEAD,) if then is not None and not now.says_as(then, n) else ()
+            note = _INSTEAD if then is not None and not now.says_as(then, n) else ""
         gains = now or then
         if gains is None:
             return None
         # The same gains, even if they are told by numbers now.
         source = then if then is not None and not any(gains.recordings.values()) else gains
-        used = source.reused(loaded, unloaded)
-        return replace(gains, recordings=source.recordings, mass=source.mass, notes=(*used, *notes))
+        notes = (*source.reused(loaded, unloaded), *filter(None, [note]))
+        return replace(gains, recordings=source.recordings, mass=source.mass, notes=notes)
 
 
 def print_lines(*lines: str) -> None:
@@ -370,16 +368,8 @@ class PageOptions(ResultOptions):
             write_plots(self.plots, shown)
 
 
-class EquationOptions(PageOptions):
-    """The equations beside the report."""
-
-    npz: values.NewFile | None = None
-    """Write W, Y, weights and reduced factors for your own solver."""
-
-    def write_equations(self, system: Callable[[], estimation.ObservationSystem]) -> None:
-        """Write them, held whole; they are made only if they were asked for."""
-        if self.npz:
-            results.write_npz(self.npz, system())
+_EQUATIONS = Parameter(group=FILES, help="Write W, Y, weights and reduced factors for your own solver.")
+EquationsFile = Annotated[values.NewFile, _EQUATIONS]
 
 
 class ViewOptions(Options, group=FILES):
@@ -396,16 +386,13 @@ class ViewOptions(Options, group=FILES):
 
     def write_view(self, view: Callable[[], View]) -> None:
         """Write or open the view; it is made only if it was asked for."""
-        if not self.view:
-            return
-        shown = None
-        with status("drawing the view"):
-            scene = view()
-            if self.view == "-":
-                shown = views.open_view(scene)
-            else:
-                write_text(self.view, views.html_of(scene))
-        for text in scene.notes:
-            note(text)
-        if shown:
-            note(f"the view is open in the browser: {shown}")
+        if self.view:
+            page = ""
+            with status("drawing the view"):
+                scene = view()
+                if self.view == "-":
+                    page = views.open_view(scene)
+                else:
+                    write_text(self.view, views.html_of(scene))
+            for text in (*scene.notes, *([f"the view is open in the browser: {page}"] if page else [])):
+                note(text)

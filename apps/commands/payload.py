@@ -83,7 +83,8 @@ def run(
     knowledge: options.KnowledgeOptions,
     drives: options.GainOptions,
     processing: options.PairOptions,
-    files: options.EquationOptions,
+    files: options.PageOptions,
+    npz: options.EquationsFile | None = None,
     view: options.ViewOptions,
 ) -> bool:
     """Run ``payload``."""
@@ -112,7 +113,8 @@ def run(
 
     shown = payload_report(answer.result, files.document)
     files.give(shown, lambda: answer.result, setup.in_words())
-    files.write_equations(lambda: estimation.payload_system(problem))
+    if npz:
+        results.write_npz(npz, estimation.payload_system(problem))
     view.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer.result))
     return answer.verdict.level != "do_not_use"
 

@@ -41,6 +41,7 @@ TEMPLATE = Path(__file__).with_name("robot_template.toml")
 """A description that loads as it stands, with every key that a robot's file may have."""
 
 _Logs = Annotated[values.DataFiles, Parameter(help="Recording without payload.")]
+_LIMITS = "LOW:HIGH[:SPEED[:ACCELERATION[:TORQUE]]],.."
 _Function = Annotated[str, Parameter(metavar="NAME", help="Such as base_regressor.")]
 
 
@@ -110,15 +111,11 @@ def joint_limits(text: str) -> tuple[tuple[float, ...], ...]:
     joints = []
     for part in texts(text):
         ends = part.split(":")
-        words = "LOW:HIGH[:SPEED[:ACCELERATION[:TORQUE]]], such as -170:170:220::300"
-        checked(ends, 2 <= len(ends) <= 5, part, words)
+        checked(ends, 2 <= len(ends) <= 5, part, f"{_LIMITS[:-4]}, such as -170:170:220::300")
         low, high, *rest = [*ends, "", "", ""][:5]
         bounds = (number(low) if low else -math.inf, number(high) if high else math.inf)
         joints.append((*bounds, *(positive_number(bound) if bound else math.inf for bound in rest)))
     return tuple(joints)
-
-
-_LIMITS = "LOW:HIGH[:SPEED[:ACCELERATION[:TORQUE]]],.."
 
 
 class _Sheet(Options):

@@ -212,10 +212,9 @@ def load_of(
     there = sorted({estimate.method for estimate in result.estimates})
     number = method if method is not None or not there else result.method
     estimates: tuple[FreeEstimate | PossibleEstimate, ...] = (*result.possible, *result.free)
-    chosen = [estimate for estimate in estimates if estimate.method == number]
-    if not chosen:
+    estimate, verdict = next((each for each in estimates if each.method == number), None), result.verdict
+    if estimate is None:
         raise InputError(f"{name}: no estimate of method {number}; there are {str(there)[1:-1] or 'none'}")
-    estimate, verdict = chosen[0], result.verdict
     if isinstance(estimate, PossibleEstimate):
         kind = "constrained"
         parts = (array(estimate.com_interval95, 3, 2), array(estimate.inertia_com_interval95, 3, 3, 2))
@@ -225,10 +224,8 @@ def load_of(
         coms = array(estimate.com_sigma, 3), array(estimate.com_sigma_robust, 3)
         inertias = array(estimate.inertia_com_sigma, 3, 3), array(estimate.inertia_com_sigma_robust, 3, 3)
         halves = [2.0 * each for each in (estimate.larger_sigma[9], np.fmax(*coms), np.fmax(*inertias))]
-    known = (np.isfinite(half) & (half > 0.0) for half in halves)
-    widths = tuple(
-        float(np.min(half, where=there, initial=np.inf)) for half, there in zip(halves, known, strict=True)
-    )
+    # The narrowest that is known.
+    widths = tuple(float(np.min(half, where=np.isfinite(half) & (half > 0.0), initial=np.inf)) for half in halves)
     source, reasons, ten = f"{name}, method {number} ({kind})", verdict.reasons, estimate.ten
     point_mass = verdict.level == "mass_and_com_only" and not despite_verdict
     if result.assumed and number == result.method:
@@ -237,10 +234,8 @@ def load_of(
         ten, widths = numbers(result.assumed.parameters), (*widths[:2], math.inf)
     needed = INERTIAL[6:] if point_mass else INERTIAL
     if missing := [kind for kind, x in zip(INERTIAL, ten, strict=True) if kind in needed and np.isnan(x)]:
-        raise InputError(
-            f"{name}: {', '.join(missing)} was not measured: move more joints, or assume an inertia by 'dynident "
-            "weigh --inertia box:AxBxC'"
-        )
+        advice = "move more joints, or assume an inertia by 'dynident weigh --inertia box:AxBxC'"
+        raise InputError(f"{name}: {', '.join(missing)} was not measured: {advice}")
     if np.isnan(ten).any():  # of a point mass, whose inertia is not used
         body = InertialParameters.from_com(ten[9], ten[6:9] / ten[9], np.zeros((3, 3)))
     else:

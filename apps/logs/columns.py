@@ -248,9 +248,7 @@ class Naming:
     def _expanded(self, pattern: str) -> tuple[str, ...]:
         joints = self.joints if "{joint}" in pattern else ()
         if "{joint}" in pattern and not joints:
-            raise InputError(
-                f"{self.log_map.source}: columns {pattern!r}: name the joints: joints = [...], --joints"
-            )
+            raise InputError(f"{self.log_map.source}: {pattern!r}: name the joints: joints = [...], --joints")
         prefixes = self.known.prefixes
         if "*" in pattern and len(prefixes) > 1:
             raise InputError(

@@ -230,9 +230,7 @@ def dialect_of(path: Path, layout: Layout) -> Dialect:
         fraction = remark.partition("=")[2].strip()
         sigma = float(fraction) if dialect.is_number(fraction) else -1.0
         if not 0.0 <= sigma < 1.0:
-            raise InputError(
-                f"{path}: gain_sigma = {fraction}: give a fraction from 0 to below 1; 0: exact torques"
-            )
+            raise InputError(f"{path}: gain_sigma = {fraction}: give a fraction from 0 to below 1; 0 if exact")
         remarks.remove(remark)
     unusual = not layout.delimiter and (delimiter != usual or bool(stated))
     told = {

@@ -255,9 +255,7 @@ def _stated(raw: RawLog, columns: Mapping[str, Sequence[str]], log_map: LogMap) 
             for unit in units:
                 factor(kind, unit)
         except ValueError as error:
-            raise InputError(
-                f"{raw.path}: column {names[0]!r}: {error} (--units {option}={SI[kind]} takes another one)"
-            ) from None
+            raise InputError(f"{raw.path}: column {names[0]!r}: {error} (or --units {option}={SI[kind]})") from None
         log_map = structs.replace(log_map, **{kind: structs.replace(log_map.quantity(kind), unit=units)})
         texts.append(f"{kind} {', '.join(dict.fromkeys(units))}")
     return log_map, [f"units as the file tells them: {'; '.join(texts)}"] if texts else []
@@ -382,9 +380,7 @@ def read_trajectory(path: str | Path, robot: Robot) -> tuple[Array, Array, Array
         found = f"column {', '.join(missing)} missing for a trajectory of {n} joints; found {', '.join(raw.names)}"
         raise InputError(f"{path}: {found}")
     if f"q{n + 1}" in raw.names:
-        raise InputError(
-            f"{path}: column 'q{n + 1}', but robot {robot.name!r} has {n} joints: is it the right one?"
-        )
+        raise InputError(f"{path}: column 'q{n + 1}', robot {robot.name!r} has {n} joints: is it the right one?")
     values = raw.whole(columns)
     if len(values) < 2:
         raise InputError(f"{path}: {len(values)} rows of numbers: a trajectory needs more")

@@ -113,32 +113,27 @@ class IdentifiedArm:
         spring = max(np.abs(np.linalg.eigvals(mobility @ np.diag(kp))).max() ** 0.5 for mobility in mobilities)
         count = max(1, int(np.ceil(step / _STEP - 1e-9)), stable_steps(max(rate, spring), step))
         if count > _FINEST:
-            stiffest = int(np.argmax(np.max([np.diag(m @ damping) for m in mobilities], axis=0))) + 1
+            j = int(np.argmax(np.max([np.diag(m @ damping) for m in mobilities], axis=0))) + 1
             advice = (
-                f"is its rotor inertia IA{stiffest} missing, or at its bound of zero? Identify it with a motion "
-                f"that accelerates joint {stiffest} more"
+                f"is its rotor inertia IA{j} missing, or at its bound of zero? Identify it with a motion that "
+                f"accelerates joint {j} more"
             )
             if self.robot.drives.side == "link":
                 advice = (
-                    "sensors on the link side see no rotor, and the links alone weigh too little against it: open "
-                    "loop judges nothing here, the torques of 'dynident identify --validate' do"
+                    "sensors on the link side see no rotor, and the links alone weigh too little: open loop "
+                    "judges nothing here, the torques of 'dynident identify --validate' do"
                 )
-            raise InputError(
-                f"friction of joint {stiffest} of {self.robot.name} is too fast to integrate ({rate:.0f} 1/s): "
-                f"{advice}"
-            )
+            fault = f"friction of joint {j} of {self.robot.name} is too fast to integrate ({rate:.0f} 1/s)"
+            raise InputError(f"{fault}: {advice}")
         return count
 
     def _mobilities(self, q: Array) -> list[Array]:
         """Inverses of the inertia matrix at some states of paths S x K x n, n x n each."""
-        n = self.robot.n
-        states = q.reshape(-1, n)
-        none = np.zeros(n)
-        mobilities = []
+        n, mobilities = self.robot.n, list[Array]()
+        states, none = q.reshape(-1, n), np.zeros(n)
         for state in states[np.linspace(0, len(states) - 1, min(_STATES, len(states))).astype(int)]:
-            rest, *moved = (
-                np.array(self._forward(state, none, torque, self._chi)).ravel() for torque in (none, *np.eye(n))
-            )
+            torques = (none, *np.eye(n))
+            rest, *moved = (np.array(self._forward(state, none, torque, self._chi)).ravel() for torque in torques)
             mobility = np.column_stack(moved) - rest[:, None]
             if not np.linalg.eigvalsh(0.5 * (mobility + mobility.T))[0] > 0.0:
                 raise InputError(

@@ -114,7 +114,12 @@ def _rolled(
     count = round(lengths[-1] / step) + 1
     curve = np.linspace(0.0, lengths[-1], _CURVE + 1)[1:]
     samples = np.unique(np.clip(np.rint(np.concatenate([curve, lengths]) / step).astype(int), 1, count - 1))
-    starts = _starts(len(motion.t), count, step, processing.cutoff)
+    # Away from the ends, which the filter does not get right.
+    size, cutoff = len(motion.t), processing.cutoff
+    edge = min(round(_SETTLING / cutoff / step), int(_LARGEST_END * size)) if cutoff else 0
+    last = size - count - edge
+    number = min(_STARTS, max(1, int((last - edge) * step / _APART)))
+    starts = np.linspace(edge, max(last, edge), number).astype(np.intp)
     windows = starts[:, None] + np.arange(count)
     q, qd, torque = motion.q[starts], motion.qd[starts], measured.torque[windows]
     truth = motion.q[windows]
@@ -139,14 +144,6 @@ def _rolled(
         replay_joints=joints,
         replay_strayed=strayed,
     ).made_by(errors)
-
-
-def _starts(size: int, count: int, step: float, cutoff: float | None) -> NDArray[np.intp]:
-    """Samples at which predictions start, away from the ends, which the filter does not get right."""
-    edge = min(round(_SETTLING / cutoff / step), int(_LARGEST_END * size)) if cutoff else 0
-    last = size - count - edge
-    number = min(_STARTS, max(1, int((last - edge) * step / _APART)))
-    return np.linspace(edge, max(last, edge), number).astype(np.intp)
 
 
 def _rms(difference: Array) -> Array:

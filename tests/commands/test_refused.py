@@ -223,7 +223,7 @@ LINES = {
         "drawn-at=1,2": "drawn-at has 2 parts for 6 joints",
         "--mass 0": "mass must be positive",
         "--rated-payload -1": "rated payload must be positive",
-        "--drawing x.gif": "ends in .png, .svg or .pdf",
+        "--drawing x.gif": "ends in .png or .svg or .pdf",
     },
     "robot show --robot panda": {
         "--at 1,2": "--at: 2 numbers for the 7 joints of robot 'panda'",

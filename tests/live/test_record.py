@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from dynident.apps import live
 from dynident.cli import main
+from dynident.common.errors import InputError
 from dynident.tests.live.conftest import Play, Played
 
 FAST = {"pace": 20.0}
@@ -119,7 +120,7 @@ def test_a_name_that_never_resolves(tmp_path: Path, capsys: Any) -> None:
     assert why in line
     assert not list(tmp_path.iterdir())
     begin = time.monotonic()
-    with pytest.raises(live.LinkError, match=why), live.send_program("sec", "robot.invalid"):
+    with pytest.raises(InputError, match=why), live.send_program("sec", "robot.invalid"):
         pass
     assert time.monotonic() - begin < 5.0
 
@@ -131,7 +132,7 @@ def test_a_clock_that_stands_still_ends_by_ours(step: float, why: str, monkeypat
     monkeypatch.setattr(time, "monotonic", lambda: 0.5 * next(ours))
     recorder = live.Recorder(500.0, 3.0)
     kind = np.dtype([(live.TIME, float), (live.POSITION, float, 6)])
-    with pytest.raises(live.LinkError, match=why):
+    with pytest.raises(InputError, match=why):
         deque((recorder.add(np.array([(7.0 + step * k, 6 * (0.0,))], kind)) for k in range(30)), 0)
     assert recorder.count
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from dynident.apps.logs import FilePart, Gears, Quantity, Time, with_flags
 from dynident.apps.logs.columns import Naming
-from dynident.apps.logs.following import Following, following_change, read_following
+from dynident.apps.logs.following import following_change, read_following
 from dynident.apps.logs.map import LogMap, factor, read_log_map
 from dynident.apps.logs.read import read_recording
 from dynident.apps.logs.table import RawLog
@@ -248,8 +248,8 @@ def test_the_interval_is_as_wide_as_chance() -> None:
     widths = []
     for seed in range(20):
         noise = np.random.default_rng(seed).standard_normal((2, *q.shape))
-        before, after = (Following("torque", Recording(t, q, missed)) for missed in noise)
-        low, high = following_change(before, after).total.interval
+        before, after = (Recording(t, q, missed) for missed in noise)
+        low, high = following_change(("torque", before), ("torque", after)).total.interval
         widths.append(np.log(1.0 - low) - np.log(1.0 - high))
     moving = 5 * len(t)
     assert np.mean(widths) == pytest.approx(2.0 * student95(11) / np.sqrt(moving), rel=0.15)

@@ -142,7 +142,7 @@ def test_what_is_no_trajectory_is_refused(tmp_path: Path) -> None:
     for name, names, rows, words in (
         ("few", header("q", n=5), 5, "column q6 missing"),
         ("some", [*header("q"), "qd1"], 5, "column qd2, qd3"),
-        ("many", header("q", n=7), 5, "column 'q7', but robot 'rx90' has 6 joints"),
+        ("many", header("q", n=7), 5, "column 'q7', robot 'rx90' has 6 joints"),
         ("short", header("q"), 1, "1 rows of numbers"),
     ):
         with pytest.raises(InputError, match=words):
