@@ -48,22 +48,36 @@ def shown_noise(path: str | Path) -> tuple[Array, float]:
     return np.asarray(sigma), rate
 
 
-def read_earlier(path: str | Path, noise: Array | None) -> Earlier:
+def read_earlier(paths: Sequence[str | Path], noise: Array | None, payload: Sequence[str] = ()) -> Earlier:
     """Read R of the observation matrix, rows counted as often as their noise is independent.
 
     Args:
-        path: NPZ of ``--npz`` of ``dynident identify`` or ``payload``, or JSON of ``identify --json``.
+        paths: NPZ of ``--npz`` of ``dynident identify`` or ``payload``, or JSON of ``identify --json``.
         noise: torque noise per joint that rows are divided by [N·m or N], shape (n,); None for rows as they are.
+        payload: how the ten of a payload are called, all other parameters being known; empty for all parameters.
 
     Raises:
-        InputError: if the file does not fit, or a JSON is asked for rows without weights.
+        InputError: if a file does not fit, or a JSON is asked for rows without weights.
     """
+    parts = [_factor(path, noise) for path in paths]
+    columns = parts[0].columns
+    for path, part in zip(paths, parts, strict=True):
+        if set(part.columns) != set(columns):
+            raise InputError(f"{path}: has other columns than {paths[0]}: give files of one model")
+    if payload and not {*PAYLOAD} <= {*columns}:
+        raise InputError("earlier recordings have no payload: give the --npz of 'dynident payload', or none")
+    chosen = PAYLOAD if payload else columns
+    rows = [triangular(part.factor[:, [part.columns.index(name) for name in chosen]]) for part in parts]
+    return Earlier(tuple(payload) or columns, np.vstack(rows))
+
+
+def _factor(path: str | Path, noise: Array | None) -> Earlier:
     if _is_npz(path):
         problem = Equations.load(path)
         if noise is not None and len(noise) != len(problem.factors):
             raise InputError(f"{path}: is of a robot with {len(problem.factors)} joints, not {len(noise)}")
         rows = problem.stacked(None if noise is None else 1.0 / noise)[:, :-1]
-        return Earlier(problem.columns, triangular(np.sqrt(problem.independent) * rows))
+        return Earlier(problem.columns, np.sqrt(problem.independent) * rows)
     if noise is None:
         raise InputError(
             f"{path}: a covariance holds no unweighted rows, which condition numbers need: give the --npz of "
@@ -74,16 +88,7 @@ def read_earlier(path: str | Path, noise: Array | None) -> Earlier:
         lower = np.linalg.cholesky(estimate.covariance)
     except np.linalg.LinAlgError:
         raise InputError(f"{path}: the covariance is not positive definite") from None
-    return Earlier(estimate.names, triangular(np.linalg.inv(lower)))
-
-
-def of_payload(earlier: Earlier, names: Sequence[str]) -> Earlier:
-    """Information of the ten of a payload alone, under other names; all other parameters are taken as known."""
-    if not {*PAYLOAD} <= {*earlier.columns}:
-        raise InputError(
-            "the earlier recordings have no payload: give the --npz of 'dynident payload', or leave them out"
-        )
-    return Earlier(tuple(names), triangular(earlier.factor[:, [earlier.columns.index(name) for name in PAYLOAD]]))
+    return Earlier(estimate.names, np.linalg.inv(lower))
 
 
 def _is_npz(path: str | Path) -> bool:

@@ -22,7 +22,7 @@ import numpy as np
 from ..common.arrays import Array
 from ..common.errors import InputError
 from ..common.files import write_bytes
-from .parquet import parquet_bytes, pyarrow_for
+from .parquet import parquet_bytes
 
 PORT, SCRIPT_PORT = 30004, 30002
 """Ports of RTDE, and of the secondary client interface, which takes scripts."""
@@ -73,10 +73,6 @@ SUFFIXES = (".csv", ".csv.gz", ".parquet")
 """Formats that a recording can be written in, by the file's name."""
 
 
-class LinkError(InputError):
-    """A connection that ended, and why: one line."""
-
-
 class Client(AbstractContextManager["Client"]):
     """A connection to a controller, to be used in a ``with``.
 
@@ -94,7 +90,7 @@ class Client(AbstractContextManager["Client"]):
         """Connect and agree on the protocol.
 
         Raises:
-            LinkError: if the name is not resolved or nothing answers within 2.5 s each, or what answers does not
+            InputError: if the name is not resolved or nothing answers within 2.5 s each, or what answers does not
                 speak version 2 within 2.5 s more; within 5 s in all.
         """
         self.host = f"{host}:{port}"
@@ -121,7 +117,7 @@ class Client(AbstractContextManager["Client"]):
         """Start the samples of all fields that the controller has, ``rate`` [Hz] a second, the fastest by default.
 
         Raises:
-            LinkError: if the controller refuses, has not a field that is needed, or sends one as no type of RTDE.
+            InputError: if the controller refuses, has not a field that is needed, or sends one as no type of RTDE.
         """
         self.rate = rate or (500.0 if self.version[0] >= _CB_SERIES else 125.0)
         there, asked = tuple(fields), tuple[str, ...]()
@@ -137,11 +133,9 @@ class Client(AbstractContextManager["Client"]):
                 raise self._told(f"the controller has no {', '.join(absent)}: nothing can be recorded from it")
             for field in there:
                 if kinds[field] not in _FORMATS:
-                    raise self._told(f"the controller sends {field} as {kinds[field]!r}, which is no type of RTDE")
+                    raise self._told(f"{field} comes as {kinds[field]!r}, which is no type of RTDE")
                 if kinds[field] != (usual := _TYPES.get(field, kinds[field])):
-                    raise self._told(
-                        f"the controller sends {field} as {kinds[field]}, which should be {usual}: is it RTDE?"
-                    )
+                    raise self._told(f"{field} comes as {kinds[field]} in the place of {usual}: is it RTDE?")
         self._number = answer[0]
         self.layout = np.dtype([(field, _FORMATS[kind]) for field, kind in kinds.items()])
         if self._ask(_START)[:1] != b"\x01":
@@ -152,7 +146,7 @@ class Client(AbstractContextManager["Client"]):
         """Samples that have come since the last call, or come within ``wait`` [s]; the system keeps them.
 
         Raises:
-            LinkError: when there are none left, and why no more come.
+            InputError: when there are none left, and why no more come.
         """
         until, samples = time.monotonic() + wait, list[bytes]()
         try:
@@ -160,7 +154,7 @@ class Client(AbstractContextManager["Client"]):
                 kind, payload = self._packet(until)
                 if kind == _DATA:
                     if len(payload) != self.layout.itemsize + 1 or payload[0] != self._number:
-                        raise LinkError("a sample is not of the size or the recipe that was agreed on")
+                        raise InputError("a sample is not of the size or the recipe that was agreed on")
                     samples.append(payload[1:])
         except TimeoutError:
             pass
@@ -192,7 +186,7 @@ class Client(AbstractContextManager["Client"]):
             if len(self._buffer) >= _HEADER.size:
                 size, kind = _HEADER.unpack_from(self._buffer)
                 if size < _HEADER.size or kind not in _KINDS:
-                    raise LinkError("what arrives is not RTDE: is this the right port?")
+                    raise InputError("what arrives is not RTDE: is this the right port?")
                 if len(self._buffer) >= size:
                     payload = bytes(self._buffer[_HEADER.size : size])
                     del self._buffer[:size]
@@ -202,11 +196,11 @@ class Client(AbstractContextManager["Client"]):
             self._socket.settimeout(seconds)
             received = self._socket.recv(_CHUNK)
             if not received:
-                raise LinkError("the controller closed the connection")
+                raise InputError("the controller closed the connection")
             self._buffer += received
 
-    def _told(self, fault: str) -> LinkError:
-        return LinkError(f"{self.host}: {fault}")
+    def _told(self, fault: str) -> InputError:
+        return InputError(f"{self.host}: {fault}")
 
 
 def _connected(host: str, port: int, hint: str, silent: str) -> socket.socket:
@@ -234,7 +228,7 @@ def _connected(host: str, port: int, hint: str, silent: str) -> socket.socket:
         fault = f"no answer within {_PATIENCE:g} s: {silent}"
     except (OSError, UnicodeError) as error:
         fault = f"no connection: {getattr(error, 'strerror', None) or error}{hint}"
-    raise LinkError(f"{address}: {fault}")
+    raise InputError(f"{address}: {fault}")
 
 
 class Recorder:
@@ -299,33 +293,30 @@ class Recorder:
                 if not self.count:
                     self._first = now
                 elif not 0.0 <= step < 1e9:
-                    fault = f"the controller's time runs back after {self.seconds:.1f} s: was it restarted?"
-                    raise LinkError(fault)
+                    raise InputError(
+                        f"its time runs back after {self.seconds:.1f} s: was the controller restarted?"
+                    )
                 elif step == 0.0:
                     self.repeated, self._standing = self.repeated + 1, self._standing + 1
                     if max(self._standing * self.step, 0.5 * (time.monotonic() - self._ran)) > _STILL:
-                        raise LinkError(f"the controller's time stands still after {self.seconds:.1f} s")
+                        raise InputError(f"the controller's time stands still after {self.seconds:.1f} s")
                     continue
                 else:
                     self._steps[max(round(step / _TICK), 1)] += 1
                 self._last, self._standing, self._ran = now, 0, time.monotonic()
-                if self._ran - self._begun > 2.0 * self.length + _SILENCE:
-                    fault = (
-                        f"the controller's time goes on by {self.seconds:.1f} s in {self._ran - self._begun:.0f} s"
-                    )
-                    raise LinkError(f"{fault}: it is no clock")
+                if (ours := self._ran - self._begun) > 2.0 * self.length + _SILENCE:
+                    fault = f"the controller's time goes on by {self.seconds:.1f} s in {ours:.0f} s"
+                    raise InputError(f"{fault}: it is no clock")
                 new.append(k)
                 self.count += 1
         finally:
-            self._kept.append(samples[new])
-        kept = self._kept[-1]
+            self._kept.append(kept := samples[new])
         self._lowest = np.minimum(self._lowest, kept[POSITION].min(axis=0, initial=np.inf))
         self._highest = np.maximum(self._highest, kept[POSITION].max(axis=0, initial=-np.inf))
         modes = kept[SAFETY] if SAFETY in (kept.dtype.names or ()) else ()
         for now, mode in zip(kept[TIME].tolist(), modes, strict=False):
             stop = _STOPS.get(int(mode), "")
-            if stop and stop != self._stop:
-                self.stops.append((now - self._first, stop))
+            self.stops += [(now - self._first, stop)] if stop not in ("", self._stop) else []
             self._stop = stop
         return kept
 
@@ -345,15 +336,6 @@ class Recorder:
         rows = zip(*(map(repr, column.tolist()) for column in columns.values()), strict=True)
         text = "".join(f"{','.join(row)}\n" for row in [tuple(columns), *rows]).encode()
         write_bytes(path, text if Path(path).name.lower().endswith(".csv") else gzip.compress(text, mtime=0))
-
-
-def check_name(path: str | Path) -> None:
-    """Refuse a file that no recording can be written as: a recording is not begun that cannot be written."""
-    name = Path(path).name.lower()
-    if not name.endswith(SUFFIXES):
-        raise InputError(f"{path}: a recording is written as {', '.join(SUFFIXES)}")
-    if name.endswith(".parquet"):
-        pyarrow_for(f"{path}: Parquet", "install dynident[logs], or write .csv")
 
 
 def program(command: str) -> str:
@@ -379,5 +361,5 @@ def send_program(text: str, host: str, port: int = SCRIPT_PORT) -> Iterator[None
         try:
             connection.sendall(text.encode("ascii"))
         except OSError as error:
-            raise LinkError(f"{host}:{port}: the connection was lost: {error.strerror or error}") from None
+            raise InputError(f"{host}:{port}: the connection was lost: {error.strerror or error}") from None
         yield

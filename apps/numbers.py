@@ -1,9 +1,12 @@
 """Numbers with as many digits as their uncertainty allows, or all of them, and a matrix's entries in order."""
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..common.arrays import Array
+from ..model import Pose
 
 _UNKNOWN = 4  # decimals where no uncertainty is known
 _MOST = 9
@@ -16,19 +19,29 @@ def interval_digits(width: float) -> int:
     return min(max(0, 1 - int(np.floor(np.log10(width / 2.0)))), _MOST)
 
 
+def rounded(value: float, digits: int, missing: str = "-") -> str:
+    """A number to so many decimals, zero without a sign; ``missing`` where there is none."""
+    return f"{round(value, digits) + 0.0:.{digits}f}" if np.isfinite(value) else missing
+
+
 def with_interval(value: float, low: float, high: float) -> tuple[str, str]:
-    """Value and interval as texts, to the same place; a dash where there is no interval."""
-    if not np.isfinite([low, high]).all():
-        return f"{value + 0.0:.4g}", "-"
+    """Value and interval as texts, to the same place; a dash where there is none."""
+    if not np.isfinite([value, low, high]).all():
+        return f"{value + 0.0:.4g}" if np.isfinite(value) else "-", "-"
     digits = interval_digits(high - low)
-    # Zero has no sign.
-    texts = [f"{round(number, digits) + 0.0:.{digits}f}" for number in (value, low, high)]
-    return texts[0], f"{texts[1]} to {texts[2]}"
+    return rounded(value, digits), f"{rounded(low, digits)} to {rounded(high, digits)}"
 
 
 def percent(share: float) -> str:
     """A share in percent, three digits; a dash where there is none."""
     return f"{100.0 * share:.3g} %" if np.isfinite(share) else "-"
+
+
+def placed(pose: Pose) -> str:
+    """Origin and roll, pitch, yaw of a frame as they are typed: metres and degrees."""
+    turns = (math.degrees(angle) for angle in pose.rpy)
+    position, turn = (", ".join(f"{x + 0.0:g}" for x in part) for part in (pose.origin, turns))
+    return f"({position}) m, ({turn}) deg"
 
 
 def exact(values: ArrayLike, separator: str = " ") -> str:

@@ -16,12 +16,11 @@ from ..estimation.results.robot import GainsResult, RobotResult
 
 _OF_GAINS = "give the --json of 'dynident gains'"
 _OF_ROBOT = "give the --json of 'dynident identify'"
-_OF_PAYLOAD = "give the --json of 'dynident payload' or 'dynident weigh'"
 
 
 def read_stored_payload(path: str | Path) -> PayloadResult:
     """Read the JSON of ``dynident payload`` or ``dynident weigh``."""
-    return read_json(path, PayloadResult, _OF_PAYLOAD)
+    return read_json(path, PayloadResult, "give the --json of 'dynident payload' or 'dynident weigh'")
 
 
 def read_stored_gains(path: str | Path) -> GainsResult:
@@ -29,9 +28,9 @@ def read_stored_gains(path: str | Path) -> GainsResult:
     stored = read_json(path, GainsResult, _OF_GAINS)
     if stored.judged.level == "do_not_use":
         reason = next(iter(stored.judged.reasons), "no reason is told")
+        against = f"the verdict on these drive gains is: do not use ({reason})"
         raise InputError(
-            f"{path}: the verdict on these drive gains is: do not use ({reason}); identify them again, or give the "
-            "maker's as numbers with --gain-sigma"
+            f"{path}: {against}; identify them again, or give the maker's as numbers with --gain-sigma"
         )
     values, C = stored.drive_gains.values, stored.drive_gains.relative_covariance
     with naming(path, _OF_GAINS):

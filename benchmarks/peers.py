@@ -36,7 +36,7 @@ from typing import Any
 import numpy as np
 from dynident.apps import results
 from dynident.apps.logs.read import read_recording
-from dynident.apps.rollout.arm import MujocoArm
+from dynident.apps.rollout.arm import mujoco_arm
 from dynident.apps.rollout.rollout import roll_out_all
 from dynident.benchmarks.random_motions import random_motion, random_motions
 from dynident.benchmarks.shared import UR10E_GAINS, options, recordings_folder, show
@@ -274,7 +274,7 @@ def mujoco(arguments: argparse.Namespace) -> None:
         found.compile()
         Path(theirs).write_text(str(found.to_xml()), encoding="utf-8")
         values = results.read_stored_robot(document).possible_values
-        arms = {path: MujocoArm(path, robot) for path in (model, theirs)}
+        arms = {path: mujoco_arm(path, robot) for path in (model, theirs)}
         (rollout,) = roll_out_all(robot, values, recordings[1:], horizons=(WINDOW,), others=arms)
         spreads = [rollout.working.spread(path, WINDOW) for path in arms]
         degrees = [np.degrees(spread.median) for spread in spreads if spread is not None]

@@ -27,15 +27,11 @@ LARGEST = 1e9
 """Bound of numbers in files; no length, angle or parameter of an arm comes near it."""
 
 
-def words(kind: Any) -> str:
-    """Describe in text what may stand at a key."""
-    return _words(inspect.type_info(kind))
-
-
-def _words(node: inspect.Type, many: bool = False) -> str:
-    match node:
+def words(kind: Any, many: bool = False) -> str:
+    """Describe in text what may stand at a key, by its type; of ``many`` such values."""
+    match node := kind if isinstance(kind, inspect.Type) else inspect.type_info(kind):
         case inspect.UnionType(types=types):
-            named = (_words(kind, many) for kind in types if not isinstance(kind, inspect.NoneType))
+            named = (words(kind, many) for kind in types if not isinstance(kind, inspect.NoneType))
             return " or ".join(dict.fromkeys(named))
         case inspect.FloatType() | inspect.IntType():
             number = "number" if many else "finite number"
@@ -44,10 +40,10 @@ def _words(node: inspect.Type, many: bool = False) -> str:
             bound = bound if node.gt is None else f" above {node.gt:g}"
             return (f"{plain}s" if many else f"a {plain}") + bound
         case inspect.TupleType(item_types=items):
-            return f"{'lists' if many else 'a list'} of {len(items)} {_words(items[0], True)}"
+            return f"{'lists' if many else 'a list'} of {len(items)} {words(items[0], True)}"
         case inspect.VarTupleType(item_type=item, min_length=fewest):
             least = f", at least {fewest}" if fewest else ""
-            return f"{'lists' if many else 'a list'} of {_words(item, True)}{least}"
+            return f"{'lists' if many else 'a list'} of {words(item, True)}{least}"
         case inspect.LiteralType(values=values):
             return " or ".join(map(repr, values))
         case inspect.Metadata(extra_json_schema=schema) if schema:
@@ -78,12 +74,13 @@ def toml_data(text: str, source: str | Path) -> dict[str, Any]:
         raise InputError(f"{source}: a key of twenty parts or more ({deep[0][:20]}...): no table is as deep")
     try:
         return tomllib.loads(text)
-    except RecursionError:
-        raise InputError(f"{source}: not valid TOML here: nested too deeply") from None
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{source}: not valid TOML: {error}") from None
+        fault = f"not valid TOML: {error}"
+    except RecursionError:
+        fault = "not valid TOML here: nested too deeply"
     except ValueError:
-        raise InputError(f"{source}: holds a number of thousands of digits: shorten it") from None
+        fault = "holds a number of thousands of digits: shorten it"
+    raise InputError(f"{source}: {fault}")
 
 
 def toml_text(data: Mapping[str, Any]) -> str:
@@ -229,10 +226,9 @@ def read_json(path: str | Path, kind: type[_Kind], remedy: str) -> _Kind:
         text = read_text(path)
         try:
             data = msgspec.json.decode(text)
-        except RecursionError:
-            raise InputError("cannot be read as JSON (nested too deeply)") from None
-        except (msgspec.DecodeError, ValueError) as error:
-            raise InputError(f"cannot be read as JSON ({error})") from None
+        except (msgspec.DecodeError, ValueError, RecursionError) as error:
+            reason = "nested too deeply" if isinstance(error, RecursionError) else error
+            raise InputError(f"cannot be read as JSON ({reason})") from None
         return convert(data, kind)
 
 
@@ -247,15 +243,16 @@ def read_text(path: str | Path, largest: int = 200_000_000) -> str:
     try:
         with opened(path) as stream:
             content = stream.read(largest + 1)
-        if len(content) > largest:
-            raise InputError(f"{path}: larger than {largest // 1_000_000} MB: another kind of file?")
-        return content.decode("utf-8-sig")  # editors of Windows begin a text with a byte order mark
+        if len(content) <= largest:
+            return content.decode("utf-8-sig")  # editors of Windows begin a text with a byte order mark
+        fault = f"larger than {largest // 1_000_000} MB: another kind of file?"
     except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
+        fault = "no such file"
     except UnicodeDecodeError:
-        raise InputError(f"{path}: not UTF-8 text: save it as UTF-8") from None
+        fault = "not UTF-8 text: save it as UTF-8"
     except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+        fault = f"cannot be read: {error.strerror or error}"
+    raise InputError(f"{path}: {fault}")
 
 
 def convert(data: Any, kind: type[_Kind]) -> _Kind:
@@ -368,10 +365,9 @@ def _fields(table: type[Table]) -> dict[str, Any]:
 
 def _fits(value: Any, kind: Any) -> bool:
     try:
-        msgspec.convert(value, kind, dec_hook=_array)
+        return msgspec.convert(value, kind, dec_hook=_array) is not msgspec.UNSET
     except msgspec.ValidationError:
         return False
-    return True
 
 
 def chosen(kind: Any, data: Any) -> Any:
@@ -380,17 +376,10 @@ def chosen(kind: Any, data: Any) -> Any:
         return chosen(get_args(kind)[0], data)
     if get_origin(kind) not in (Union, UnionType):
         return kind
-    several = [chosen(alternative, data) for alternative in get_args(kind)]
+    several = [chosen(alternative, data) for alternative in get_args(kind) if alternative is not NoneType]
     for table in several if isinstance(data, dict) else ():
         config = getattr(table, "__struct_config__", None)
         if config is not None and config.tag is not None and data.get(config.tag_field) == config.tag:
             return table
     lists = isinstance(data, list)
-    return next(
-        (
-            alternative
-            for alternative in several
-            if (get_origin(alternative) is tuple) == lists and alternative is not NoneType
-        ),
-        kind,
-    )
+    return next((alternative for alternative in several if (get_origin(alternative) is tuple) == lists), kind)

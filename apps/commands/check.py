@@ -14,7 +14,6 @@ from ..logs.following import following_change, read_following
 from ..logs.log_check import check_log, longest, robot_fits
 from ..report.documents import Look, check_document
 from ..report.sections.check import check_report, fits_report, following_report, log_report
-from . import ANSWERED, DO_NOT_USE
 from .entry import command
 from .options import ArmOptions, LogOptions, PageOptions, ProcessingOptions, RobotOptions, Setup
 from .values import LOG, SEVERAL, DataFiles, Reads, RobotFile
@@ -32,7 +31,7 @@ class _Robot(RobotOptions):
 
 
 @command
-def run(data: _Logs = (), *, robot: _Robot, processing: ProcessingOptions, files: PageOptions) -> int:
+def run(data: _Logs = (), *, robot: _Robot, processing: ProcessingOptions, files: PageOptions) -> bool:
     """Run ``check``."""
     if not data:
         raise InputError("give a log: dynident check LOG")
@@ -40,7 +39,7 @@ def run(data: _Logs = (), *, robot: _Robot, processing: ProcessingOptions, files
     looks = [_looked(path, setup, processing, files) for path in logs.grouped(data)]
     files.write_json(lambda: check_document(setup.robot if setup else None, looks))
     files.write_page(check_report(looks), setup.in_words() if setup else {})
-    return ANSWERED if all(look.check and look.check.usable for look in looks) else DO_NOT_USE
+    return all(check and check.usable for check, _ in looks)
 
 
 def _looked(
@@ -52,7 +51,7 @@ def _looked(
         fits = robot_fits(path, processing.how())
         files.show(fits_report(fits))
         if fits.fault:
-            return Look(fits.source, None, fits)
+            return None, fits
         setup = processing.setup(model.load_robot(fits.fitting[0].robot))
     robot = setup.robot
     # Without gains its torques stay currents.
@@ -64,7 +63,7 @@ def _looked(
         text = f"Rows are missing: of {len(pieces)} pieces the longest is looked at; record without losing rows"
         check = check.completed([estimation.Finding("note", "recording", text)])
     files.show(log_report(check))
-    return Look(check.source, check, fits)
+    return check, fits
 
 
 @command
@@ -75,7 +74,7 @@ def run_verify(
     after: Annotated[tuple[Annotated[str, Reads("after"), LOG], ...], SEVERAL],
     reading: LogOptions,
     files: PageOptions,
-) -> int:
+) -> bool:
     """Run ``verify``.
 
     Args:
@@ -92,4 +91,4 @@ def run_verify(
     old, new = (read_following(own[0], robot, gains, how) for own in given)
     change = following_change(old, new, robot.processing.still_speed)
     files.give(following_report(change, robot), lambda: change, {})
-    return DO_NOT_USE if change.tells and change.total.clear == "rose" else ANSWERED
+    return not (change.tells and change.total.clear == "rose")

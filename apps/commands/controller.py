@@ -13,19 +13,19 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from ...common.errors import InputError, one_line, printable
+from ...common.errors import InputError, printable
 from .. import live
 from ..export import controllers
 from ..export.load import read_load
 from ..numbers import six
-from . import ANSWERED, DO_NOT_USE, values
-from .entry import CONTROLLER, SETTING, Options, command
-from .progress import note, quiet, status
+from ..parquet import pyarrow_for
+from . import values
+from .entry import CONTROLLER, SETTING, command
+from .progress import note, quiet, status, withheld
 
 if TYPE_CHECKING:
     from ..export.load import ControllerLoad
 
-_SECONDS = 30.0
 _MOVING = 0.03
 """rad/s: a joint that is faster moves."""
 _PATIENCE = 2.0
@@ -34,29 +34,19 @@ _CLOSE = 2e-6
 """Share by which numbers that are read back may differ: some controllers hold them in single precision."""
 _FIELDS = (live.TIME, live.MASS, live.CENTRE, live.INERTIA)
 _Rate = Annotated[float, values.word(values.positive_number, "HZ")]
-
-
-class _Host(Options, group=CONTROLLER):
-    """The controller that is listened to."""
-
-    host: Annotated[str, Parameter(metavar="H")]
-    """Name or address of the controller."""
-    port: values.Port | None = None
-    """Its port of RTDE (default: 30004)."""
-
-    def client(self) -> live.Client:
-        """A connection to it."""
-        return live.Client(self.host, self.port or live.PORT)
+_Host = Annotated[str, Parameter(metavar="H", group=CONTROLLER)]
+_Port = Annotated[values.Port, Parameter(group=CONTROLLER)]
 
 
 @command
 def run_record(
     maker: Literal["ur"],
     *,
-    seconds: values.Seconds | None = None,
+    seconds: values.Seconds = 30.0,
     rate: _Rate | None = None,
-    out: values.NewFile,
-    controller: _Host,
+    out: Annotated[str, values.Writes("file", live.SUFFIXES), Parameter(metavar="F")],
+    host: _Host,
+    port: _Port = live.PORT,
 ) -> None:
     """Run ``record``: whatever ends the recording, the file holds what was there.
 
@@ -65,21 +55,24 @@ def run_record(
         seconds: How long, in the controller's time [s] (default: 30).
         rate: Samples a second (default: as fast as the controller can).
         out: File to write: .csv, .csv.gz, .parquet.
+        host: Name or address of the controller.
+        port: Its port of RTDE (default: 30004).
     """
-    live.check_name(out)
+    if out.lower().endswith(".parquet"):  # before anything is recorded that cannot be written
+        pyarrow_for(f"{out}: Parquet", "install dynident[logs], or write .csv")
     fault = ""
-    with controller.client() as client:
+    with live.Client(host, port) as client:
         client.start(live.FIELDS, rate)
         absent = [field for field in live.FIELDS if field not in (client.layout.names or ())]
         if absent:
             note(f"{client.host}: the controller has no {', '.join(absent)}")
-        recorder = live.Recorder(client.rate, seconds or _SECONDS)
+        recorder = live.Recorder(client.rate, seconds)
         with status("recording") as progress, _ended_alike():
             try:
                 while not recorder.over:
                     new = recorder.add(client.take())
                     progress(_progress_line(recorder, new))
-            except live.LinkError as broken:
+            except InputError as broken:
                 fault = str(broken)
             except KeyboardInterrupt:
                 note(f"stopped after {recorder.seconds:.1f} s")
@@ -133,9 +126,10 @@ def run_apply(
     to: Literal["ur"],
     yes: bool = False,
     despite_verdict: bool = False,
-    controller: _Host,
-    script_port: Annotated[values.Port | None, SETTING] = None,
-) -> int:
+    host: _Host,
+    port: _Port = live.PORT,
+    script_port: Annotated[values.Port, SETTING] = live.SCRIPT_PORT,
+) -> bool:
     """Run ``apply``: nothing is sent before the word is given.
 
     Args:
@@ -143,13 +137,13 @@ def run_apply(
         to: Whose controller: ur, a Universal Robots one.
         yes: Send it without asking.
         despite_verdict: Send it, inertia and all, whatever the verdict.
+        host: Name or address of the controller.
+        port: Its port of RTDE (default: 30004).
         script_port: Port of scripts of the controller (default: 30002).
     """
     load = read_load(payload, None, despite_verdict)
     if not despite_verdict and load.verdict == "do_not_use":
-        why = f"the verdict on {load.source} is 'do not use': {'; '.join(load.reasons)}"
-        print(one_line(f"dynident: not sent: {why}"), file=sys.stderr)
-        return DO_NOT_USE
+        return withheld("sent", load.against)
     if load.beyond_rating:
         raise InputError(f"{load.source}: {load.beyond_rating}: not sent")
     at_flange = load.in_flange()
@@ -160,30 +154,28 @@ def run_apply(
     (line,) = [line for line in lines if line.startswith("set_target_payload(")]
     text = live.program(line)
     if not quiet():
-        print(f"To {controller.host}, beside the program that runs there:\n\n{printable(text)}")
+        print(f"To {host}, beside the program that runs there:\n\n{printable(text)}")
     if not yes:
         asked = sys.stdin.isatty()
         if asked:
             print("Send it? yes or no: ", end="", flush=True)
         if not asked or sys.stdin.readline().strip() not in ("yes", "y"):
             note("nothing was sent: answer yes, or give --yes")
-            return ANSWERED
-    with controller.client() as client:
+            return True
+    with live.Client(host, port) as client:
         client.start(_FIELDS, 25.0)
         if live.MASS not in (client.layout.names or ()):
             raise InputError(f"{client.host}: the controller does not tell its payload: nothing was sent")
-        with live.send_program(text, controller.host, script_port or live.SCRIPT_PORT):
+        with live.send_program(text, host, script_port):
             wrong, begin = "nothing", time.monotonic()
             while wrong and time.monotonic() - begin < _PATIENCE:
                 if len(shown := client.take()):
                     wrong = _differing(shown, load)
     if wrong:
-        raise InputError(
-            f"{client.host}: the payload was sent, but the controller shows {wrong}: is it in remote control?"
-        )
+        raise InputError(f"{client.host}: sent, but the controller shows {wrong}: is it in remote control?")
     if not quiet():
         print("The controller shows this payload now.")
-    return ANSWERED
+    return True
 
 
 def _differing(shown: live.Samples, load: ControllerLoad) -> str:

@@ -22,7 +22,7 @@ from ..report.blocks import Notes
 from ..report.figures.canvas import save_figure
 from ..report.sections.payload import payload_report
 from ..report.sections.robot import robot_section
-from .entry import SETTING, Options, command
+from .entry import SETTING, command
 from .options import PageOptions, Setup
 from .progress import status
 from .values import Count, NewFolder, Seed, Share
@@ -87,43 +87,37 @@ def reduced_experiment(experiment: trajectories.Experiment, progress: Progress =
     )
 
 
-class _Demo(Options):
-    out: NewFolder = "demo"
-    """Folder of the results (default: demo)."""
-    seed: Seed = 0
-    """Seed of the trajectories and the noise (default: 0)."""
-    trajectories: Count = TRAJECTORIES
-    """Number of trajectories (default: 18, as in the paper)."""
-    noise: Literal["paper", "slow", "none"] = "paper"
-    """Noise of the paper's robot (default), with a memory of 0.8 s, or none."""
-    gain_error: Annotated[Share, SETTING] = 0.0
-    """Error of the drive gains, such as 0.02 (default: 0)."""
-
-
-class _Pages(PageOptions):
-    """The report and its figures; JSON stands in the folder of the results."""
-
-    json: Annotated[None, Parameter(parse=False)] = None
-
-
 @command
-def run(*, demo: _Demo, pages: _Pages) -> None:
+def run(
+    *,
+    out: NewFolder = "demo",
+    seed: Seed = 0,
+    motions: Annotated[Count, Parameter(name="--trajectories")] = TRAJECTORIES,
+    noise: Literal["paper", "slow", "none"] = "paper",
+    gain_error: Annotated[Share, SETTING] = 0.0,
+    files: PageOptions,
+) -> None:
     """Simulate, identify by all four methods, and print the payload beside the truth.
 
     The report goes into the folder of the results unless another place is named.
+
+    Args:
+        out: Folder of the results (default: demo).
+        seed: Seed of the trajectories and the noise (default: 0).
+        motions: Number of trajectories (default: 18, as in the paper).
+        noise: Noise of the paper's robot (default), with a memory of 0.8 s, or none.
+        gain_error: Error of the drive gains, such as 0.02 (default: 0).
     """
-    folder = made_folder(demo.out)
+    folder = made_folder(out)
     with status("simulating") as progress:
-        noise = levels(demo.noise, demo.gain_error)
-        experiment = simulate_paper(
-            paper_robot(), noise, demo.seed, demo.trajectories, partial(progress, "simulating")
-        )
+        told = partial(progress, "simulating")
+        experiment = simulate_paper(paper_robot(), levels(noise, gain_error), seed, motions, told)
     with status("reducing") as progress:
         robot, answer = identified(experiment, progress)
     write_json(folder / "payload.json", answer.result)
     write_json(folder / "robot.json", robot.result)
-    pages = replace(pages, report=pages.report or str(folder / "report.html"))
-    written = (*(folder / name for name in ("payload.json", "robot.json", "torques.png")), pages.report)
+    files = replace(files, report=files.report or str(folder / "report.html"))
+    written = (*(folder / name for name in ("payload.json", "robot.json", "torques.png")), files.report)
     shown = payload_report(answer.result, str(folder / "payload.json"))
     place = ", ".join(f"{1e3 * x:g}" for x in PAYLOAD.com)
     head = (
@@ -137,13 +131,12 @@ def run(*, demo: _Demo, pages: _Pages) -> None:
     simulated = {
         "recordings": f"simulated: {len(experiment.runs)} runs, the last trajectory held out",
         "seed": str(experiment.seed),
-        "noise": demo.noise,
+        "noise": noise,
         "errors of the drive gains": f"{100.0 * experiment.disturbances.gain_error:g} %",
     }
-    pages.write_page(shown, setup.in_words() | simulated)
     torques = next(drawing for drawing in shown.drawings() if drawing.name == "worst_joint")
     save_figure(torques.figure, folder / "torques.png")
-    pages.show(shown)
+    files.give(shown, lambda: answer.result, setup.in_words() | simulated)
 
 
 def identified(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
@@ -27,9 +28,9 @@ from .entry import MOTION, SEARCH, SETTING, Options, command
 from .motions import GoalOptions, LimitOptions, MotionFiles, RehearsedRobotOptions, best_motion, in_si
 from .options import PageOptions, ViewOptions
 from .progress import note, status
-from .values import Count, Positions, Reads, Seconds, Seed, number, numbers, positive_number, word
+from .values import Count, Positions, Reads, Seconds, Seed, number, numbers, positive_number, whole, word
 
-_FEWEST = 3
+_SEARCH = Parameter(group=SEARCH)
 _REPLAY_RATE = 500.0  # Hz
 _PLANNED_RATE = 250.0  # Hz: at which a planned motion is looked at, at least
 _ZERO = 1e-9  # SI units: what standard parameters leave where they cancel
@@ -39,107 +40,93 @@ _Planned = Annotated[
 ]
 
 
-class _Shape(Options, group=MOTION):
-    via_points: Count | None = None
+class _Request(Options, group=MOTION):
+    belongs: ClassVar = {"ramp": ("segments", ("trapezoid",))}
+
+    via_points: Annotated[int, word(partial(whole, least=3), "N")] = 14
     """Number of points (default: 14)."""
     fourier: Annotated[Count | None, Parameter(metavar="H")] = None
     """A Fourier series of H harmonics instead."""
-    segments: Annotated[Literal["quintic", "trapezoid"] | None, Parameter(show_choices=False)] = None
+    segments: Annotated[Literal["quintic", "trapezoid"], Parameter(show_choices=False)] = "quintic"
     """quintic (default), or trapezoid: as movej runs it, at rest in each point."""
-    ramp: Annotated[float | None, word(number, "SHARE"), SETTING] = None
+    ramp: Annotated[float, word(number, "SHARE"), SETTING] = 0.25
     """Share of each move's time in either ramp of a trapezoid (default: 0.25)."""
     segment_durations: Annotated[tuple[float, ...] | None, word(numbers, "S|S1,S2,.."), SETTING] = None
     """Fixed times from point to point, one for all or one each (default: free)."""
     rest: bool = False
     """Rest in each via point instead of passing it."""
-    duration: Seconds | None = None
+    duration: Seconds = 10.0
     """Period of --fourier (default: 10)."""
     max_duration: Seconds | None = None
     """Longest time through via points."""
     start: Positions | None = None
     """Pose at the start [deg or m]."""
-
-    def check(self) -> None:
-        """Refuse options of the other shape, and of the other segments."""
-        super().check()
-        if self.fourier is None:
-            self.refuse("duration", "is the period of --fourier: via points take --max-duration")
-            if self.segments != "trapezoid":
-                self.refuse("ramp", "has no effect without --segments trapezoid")
-            if self.segment_durations is not None and self.max_duration is not None:
-                raise InputError("segment-durations fixes the whole duration: leave --max-duration out")
-            return
-        self.refuse("via_points", "and --fourier: give one of them")
-        for name in ("rest", "max_duration", "segments", "ramp", "segment_durations"):
-            self.refuse(name, "belongs to --via-points: --fourier takes --duration")
-
-    def shape(self, robot: model.Robot) -> trajectories.ViaPointShape | trajectories.FourierShape:
-        """The shape of the motion."""
-        start = self._start(robot)
-        if self.fourier is not None:
-            period = self.duration or trajectories.FourierShape().duration
-            return trajectories.FourierShape(self.fourier, period, start=start)
-        count = self.via_points or trajectories.ViaPointShape().count
-        if count < _FEWEST:
-            raise InputError(f"--via-points {count}: give at least {_FEWEST}")
-        times = self.segment_durations
-        fixed = times[0] if times is not None and len(times) == 1 else times
-        segment: trajectories.Segment = trajectories.Quintic()
-        if self.segments == "trapezoid":
-            segment = trajectories.Trapezoid() if self.ramp is None else trajectories.Trapezoid(self.ramp)
-        passing = segment.passes and not self.rest
-        return trajectories.ViaPointShape(
-            count, passing=passing, fixed=fixed, segment=segment, longest=self.max_duration, start=start
-        )
-
-    def _start(self, robot: model.Robot) -> tuple[float, ...] | None:
-        """The pose where the motion begins, checked in the units it was given in."""
-        if not self.start:
-            return None
-        pose = in_si(self.start, robot)
-        for j, (joint, value, position) in enumerate(zip(robot.joints, self.start, pose, strict=True), 1):
-            low, high = joint.limits.position
-            if not low <= position <= high:
-                unit = "deg" if joint.revolute else "m"
-                least, most = map(math.degrees, (low, high)) if joint.revolute else (low, high)
-                raise InputError(f"--start: joint {j} at {value:g} {unit} is outside {least:g} to {most:g} {unit}")
-        return tuple(pose.tolist())
-
-
-class _Search(Options, group=SEARCH):
-    seed: Seed = 0
+    seed: Annotated[Seed, _SEARCH] = 0
     """Seed of the random starts (default: 0)."""
-    starts: Annotated[Count | None, Parameter(metavar="K")] = None
+    starts: Annotated[Count | None, Parameter(metavar="K"), _SEARCH] = None
     """Random starts (default: 6 by d and a, else 3)."""
     bound: Annotated[bool, SETTING] = False
     """Estimate the floor over all motions, and the gap."""
+
+    def check(self) -> None:
+        """Refuse options of the other shape."""
+        if self.fourier is None:
+            self.refuse("duration", "is the period of --fourier: via points take --max-duration")
+            if self.segment_durations is not None:
+                self.refuse("max_duration", "has no effect: segment-durations fixes the duration, leave it out")
+        else:
+            self.refuse("via_points", "and --fourier: give one of them")
+            for name in ("rest", "max_duration", "segments", "ramp", "segment_durations"):
+                self.refuse(name, "belongs to --via-points: --fourier takes --duration")
+        super().check()
+
+    def shape(self, robot: model.Robot) -> trajectories.ViaPointShape | trajectories.FourierShape:
+        """The shape of the motion."""
+        start = tuple(in_si(self.start, robot).tolist()) if self.start else None
+        for j, (joint, position) in enumerate(zip(robot.joints, start or (), strict=False), 1):
+            low, high = joint.limits.position
+            if not low <= position <= high:
+                unit, size = ("deg", math.degrees(1.0)) if joint.revolute else ("m", 1.0)
+                limits = f"{size * low:g} to {size * high:g} {unit}"
+                raise InputError(f"--start: joint {j} at {size * position:g} {unit} is outside {limits}")
+        if self.fourier is not None:
+            return trajectories.FourierShape(self.fourier, self.duration, start=start)
+        times, trapezoid = self.segment_durations, self.segments == "trapezoid"
+        segment = trajectories.Trapezoid(self.ramp) if trapezoid else trajectories.Quintic()
+        return trajectories.ViaPointShape(
+            self.via_points,
+            passing=segment.passes and not self.rest,
+            fixed=times[0] if times is not None and len(times) == 1 else times,
+            segment=segment,
+            longest=self.max_duration,
+            start=start,
+        )
 
 
 @command
 def run(
     *,
     arm: RehearsedRobotOptions,
-    shape: _Shape,
+    request: _Request,
     goal: GoalOptions,
     limits: LimitOptions,
-    search: _Search,
     files: MotionFiles,
     view: ViewOptions,
 ) -> None:
     """Run it."""
     robot = arm.load()
-    problem, reference, labels = build_request(limits.of(robot), shape.shape(robot), goal)
+    problem, reference, labels = build_request(limits.of(robot), request.shape(robot), goal)
     robot, kind = problem.robot, problem.criterion.kind
     files.check_robot(robot)
     if files.val3:
-        check_val3(robot, not shape.fourier, Path(files.val3).name)
+        check_val3(robot, not request.fourier, Path(files.val3).name)
 
     def words(best: float | None) -> str:
         text = None if best is None else criterion_text(kind, best)
         return f"; best: {text or 'no motion within the limits yet'}"
 
-    design = best_motion(problem, search.seed, search.starts, words)
-    floor = floor_of(problem, design.score, search.seed) if search.bound else None
+    design = best_motion(problem, request.seed, request.starts, words)
+    floor = floor_of(problem, design.score.value, request.seed) if request.bound else None
     judged = JudgedMotion.of(design)._replace(reference=reference, labels=labels, floor=floor)
     head, name = design_head(design, judged.learnt), Path(files.val3 or "").name
     written = WrittenMotion(robot, design.plan, problem.bounds, head, name=name)
@@ -188,13 +175,11 @@ def build_request(
     return limited.problem(shape, wanted, loads if counting else None, stood), reference, labels
 
 
-def floor_of(
-    problem: trajectories.DesignProblem, score: trajectories.Score, seed: int
-) -> trajectories.Floor | None:
+def floor_of(problem: trajectories.DesignProblem, score: float, seed: int) -> trajectories.Floor | None:
     """The floor under a motion's criterion; None if it was interrupted, which costs no motion."""
     try:
         with status("estimating the floor"):
-            return trajectories.floor_under(problem, score.value, seed=seed)
+            return trajectories.floor_under(problem, score, seed=seed)
     except KeyboardInterrupt:
         note("interrupted: the floor is not known")
         return None
@@ -211,7 +196,7 @@ class _Scored(Options, group=MOTION):
     """Longest time that it may take."""
     bound: Annotated[bool, SETTING] = False
     """Estimate the floor over all motions, and the gap."""
-    seed: Annotated[Seed | None, SETTING] = None
+    seed: Annotated[Seed, SETTING] = 0
     """Seed of the random states of bound (default: 0)."""
 
 
@@ -233,7 +218,7 @@ def run_score(
     problem, reference, labels = build_request(limited, shape, goal, stood)
     learnt = as_recorded(problem, recorded)
     score = trajectories.score_motion(problem, motion)
-    floor = floor_of(problem, score, scored.seed or 0) if scored.bound else None
+    floor = floor_of(problem, score.value, scored.seed) if scored.bound else None
     judged = JudgedMotion(f"Motion of {data}", score, motion, learnt, reference, labels, floor=floor, source=data)
     files.give(design_report(judged), lambda: design_document(judged), {})
     view.write_view(lambda: views.view_of(problem.robot, motion, problem=problem))

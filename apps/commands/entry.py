@@ -9,24 +9,13 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from difflib import get_close_matches
-from importlib import import_module
 from itertools import chain
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, dataclass_transform, get_args, get_type_hints
+from typing import Annotated, Any, ClassVar, TypeVar, dataclass_transform, get_args, get_type_hints
 
-from cyclopts import (
-    App,
-    Argument,
-    CoercionError,
-    CycloptsError,
-    Group,
-    MissingArgumentError,
-    Parameter,
-    Token,
-    UnknownOptionError,
-)
+from cyclopts import UNSET, App, Argument, CoercionError, CycloptsError, Group, Parameter, Token
 from cyclopts import ArgumentCollection as Arguments
-from cyclopts.exceptions import UnusedCliTokensError
+from cyclopts.exceptions import MissingArgumentError, UnknownOptionError, UnusedCliTokensError
 from cyclopts.help import DefaultFormatter
 
 from ...common.errors import InputError
@@ -48,6 +37,8 @@ TERMINAL = Group.create_ordered("terminal")
 SETTING = Parameter(show=False)
 """A key of the settings file (``--config``): rarely changed, and no option; docs/settings.md has all."""
 
+_HEAD = "# Options of a run, repeated by: dynident "
+_Mark = TypeVar("_Mark", Reads, Writes)
 _ASKING = {"--help", "-h", "--version"}
 
 
@@ -84,8 +75,7 @@ class Options:
 
     def has(self, option: str) -> bool:
         """True for an option that was given; "joint_names" stands for --joint-names."""
-        value = getattr(self, option)
-        return value is not None and value is not False and value not in ("", ())
+        return bool(CALL.get().given(f"--{option.replace('_', '-')}"))
 
     def refuse(self, option: str, because: str) -> None:
         """Refuse an option that would have no effect."""
@@ -119,13 +109,13 @@ class Call:
     command: str  # its name, "robot show"
     arguments: Arguments  # every option, with the words that it was given
 
-    def named(self, kind: type[Reads] | type[Writes]) -> Iterator[tuple[str, str, str]]:
-        """Paths that options name: the option, what it names (its role, or "file" or "folder"), and the path."""
+    def named(self, kind: type[_Mark]) -> Iterator[tuple[str, _Mark, str]]:
+        """Paths that options name: the option, its mark, and the path."""
         for argument in self.arguments:
             for mark in marks(argument.field_info.annotation):
                 if isinstance(mark, kind):
                     for token in argument.tokens:
-                        yield shown_name(argument), mark[0], token.value
+                        yield shown_name(argument), mark, token.value
 
     def given(self, option: str) -> tuple[str, ...]:
         """Words that were given for an option."""
@@ -141,15 +131,44 @@ class Call:
         own = any(place_of(config) == place_of(path) for config in self.given("--config"))
         return None if own or is_device(Path(page)) else path
 
+    def settings_text(self) -> str:
+        """A file for ``--config`` that repeats this line: each option by its name without dashes."""
+        from ...common.schema import toml_text
+
+        table: dict[str, Any] = {"command": self.command}
+        for argument in self.arguments:
+            tokens = argument.tokens if argument.name != "--config" else []
+            values = [token.value if token.implicit_value is UNSET else token.implicit_value for token in tokens]
+            if values:
+                table[argument.name.lstrip("-")] = values[0] if len(values) == 1 else values
+        return f"{_HEAD}{self.command} --config THIS_FILE\n{toml_text(table)}"
+
+    def read_settings(self, path: str) -> None:
+        """Add what a ``--config`` file says of options that are not typed; its paths count from the folder."""
+        from cyclopts.config import Dict
+
+        from ...common.schema import TOML_BYTES, read_text, toml_data  # which --help does without
+
+        table = toml_data(read_text(path, TOML_BYTES), f"--config {path}")
+        meant = table.pop("command", self.command)
+        if meant != self.command:
+            raise InputError(
+                f"--config {path}: is for 'dynident {meant}', not for 'dynident {self.command}': "
+                f"give a file of {self.command!r}, or call {meant!r}"
+            )
+        if "config" in table:
+            raise InputError(f"--config {path}: a file of options names no other one: leave its key config out")
+        Dict(table, source=path, use_commands_as_keys=False)(App(), (), self.arguments)
+
 
 CALL: ContextVar[Call] = ContextVar("call")
 """The command line that runs."""
 
 
-def command(run: Callable[..., int | None]) -> Callable[..., int]:
+def command(run: Callable[..., bool | None]) -> Callable[..., int]:
     """Give a command the options that all have, and check options and the files they name before it is called.
 
-    It gives an exit status where it has a verdict; else it has answered.
+    It tells whether its answer may be used, where it has a verdict.
     """
     given = inspect.signature(run, eval_str=True)
     terminal = inspect.Parameter("terminal", inspect.Parameter.KEYWORD_ONLY, annotation=TerminalOptions)
@@ -169,16 +188,11 @@ def command(run: Callable[..., int | None]) -> Callable[..., int]:
                 part.check()
         manner: Manner = "quiet" if terminal.quiet else "verbose" if terminal.verbose else "plain"
         with keeping([path for _, _, path in call.named(Reads)]), speaking(manner, call.command):
-            return run(*arguments, **options) or ANSWERED
+            return DO_NOT_USE if run(*arguments, **options) is False else ANSWERED
 
     called.__doc__, called.__annotations__ = run.__doc__, {part.name: part.annotation for part in parts}
     vars(called)["__signature__"] = given.replace(parameters=parts)
     return called
-
-
-def answered(level: str) -> int:
-    """Exit status of an answer with a verdict of this level."""
-    return DO_NOT_USE if level == "do_not_use" else ANSWERED
 
 
 def application(calls: list[Call], words: Sequence[str]) -> App:
@@ -192,7 +206,7 @@ def application(calls: list[Call], words: Sequence[str]) -> App:
                 text = f"write {key} = .. into a file and give that by --config"
                 raise InputError(f"{key} is a setting, not an option: {text}")
         for path in calls[-1].given("--config"):
-            settings().read_settings(calls[-1], path)
+            calls[-1].read_settings(path)
 
     app = App(
         name="dynident",
@@ -245,11 +259,11 @@ def check_paths(call: Call) -> None:
     read = ((place_of(path), name) for name, _, path in call.named(Reads) if path)
     owners = {place: name for place, name in read if place.exists()}
     folders: dict[Path, str] = {}
-    for name, kind, path in chain(call.named(Writes), _beside_report(call)):
-        if (kind, path) == ("stream", "-"):
+    for name, mark, path in chain(call.named(Writes), _beside_report(call)):
+        if (mark.kind, path) == ("stream", "-"):
             continue
         place = place_of(path)
-        if kind == "folder":
+        if mark.kind == "folder":
             possible = next(above for above in (place, *place.parents) if above.exists()).is_dir()
             needed, rivals, own = "is not a folder, nor can one be made there: give another path", owners, folders
         else:
@@ -260,12 +274,9 @@ def check_paths(call: Call) -> None:
             raise InputError(f"{name} {path!r}: {needed}")
         if place in rivals and not is_device(place):  # a pipe or a terminal may be named twice
             raise InputError(f"{name} {path!r}: {rivals[place]} names this file too: give another one")
+        if mark.endings and not path.lower().endswith(mark.endings):
+            raise InputError(f"{name} {path!r}: its name ends in {' or '.join(mark.endings)}")
         own[place] = name
-
-
-def settings() -> Any:
-    """The module of files of options, which ``--help`` does without."""
-    return import_module(".settings", __package__)
 
 
 @contextmanager
@@ -330,14 +341,14 @@ def _unknown(words: Sequence[str], arguments: Arguments) -> str:
     return ""
 
 
-def _beside_report(call: Call) -> Iterator[tuple[str, str, str]]:
+def _beside_report(call: Call) -> Iterator[tuple[str, Writes, str]]:
     """The file beside a report, as ``Call.named`` tells files that are written."""
     for page in call.given("--report"):
         if (path := call.settings_file(page)) is None:
             continue
-        if path.exists() and not settings().is_settings_file(path):
+        if path.is_file() and not path.read_bytes().startswith(_HEAD.encode()):
             raise InputError(
                 f"--report {page!r}: {path} beside it would be overwritten, which holds no options of a "
                 "run: move it, or give the report another name"
             )
-        yield "--report's options", "file", str(path)
+        yield "--report's options", Writes("file"), str(path)

@@ -19,7 +19,6 @@ from ..fleet.comparing import arm_of, excess, fleet_of, side_by_side, widened
 from ..fleet.reduction import dask_executor, reduce_fleet
 from ..fleet.store import Recipe, RefusedDocument, Store, catalog, found_logs
 from ..report.sections.fleet import compared_report, fleet_report, reduced_report
-from . import ANSWERED, DO_NOT_USE
 from .entry import Options, command
 from .options import GainOptions, PageOptions, ProcessingOptions, ResultOptions, RobotOptions
 from .progress import note, status
@@ -49,7 +48,7 @@ def run_reduce(
     drives: GainOptions,
     processing: ProcessingOptions,
     files: ResultOptions,
-) -> int:
+) -> bool:
     """Run ``fleet reduce``."""
     setup = processing.setup(arm.load())
     entries = catalog(found_logs(data), request.pattern)
@@ -63,7 +62,7 @@ def run_reduce(
     if reduced.workers_lost:
         note(f"workers were lost {reduced.workers_lost} times and replaced: nothing is lost, nothing counts twice")
     files.give(reduced_report(reduced), lambda: reduced, {})
-    return ANSWERED if reduced.new or reduced.known else DO_NOT_USE
+    return bool(reduced.new or reduced.known)
 
 
 @command

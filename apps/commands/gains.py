@@ -12,7 +12,7 @@ from ...common.errors import InputError
 from ...common.schema import read_toml
 from .. import logs
 from ..report.sections.gains import gains_report
-from .entry import SETTING, Options, answered, command
+from .entry import SETTING, Options, command
 from .options import PageOptions, ProcessingOptions, RobotOptions
 from .progress import status
 from .values import DataFiles, FrictionTerms, LoadedFiles, PayloadFile, whole_numbers, with_sigma, word
@@ -45,18 +45,13 @@ class _Known(Options):
         if len(weights) == 1:
             return estimation.known_mass(weights[0], sigma)
         if len(weights) != len(self.loaded):
-            raise InputError(
-                f"--mass holds {len(weights)} numbers for {len(self.loaded)} --loaded recordings: give "
-                "one mass, or one for each of them, in their order"
-            )
-        numbers = self.mounting or (1,) * len(self.loaded)
+            count = f"--mass holds {len(weights)} numbers for {len(self.loaded)} --loaded recordings"
+            raise InputError(f"{count}: give one mass, or one for each of them, in their order")
         masses: dict[int, float] = {}
-        for mounting, mass in zip(numbers, weights, strict=False):
+        for mounting, mass in zip(self.mounting or (1,) * len(weights), weights, strict=False):
             if masses.setdefault(mounting, mass) != mass:
-                raise InputError(
-                    f"mounting {mounting} has masses of {masses[mounting]:g} and {mass:g} kg: give each weight a "
-                    "number of its own (--mounting)"
-                )
+                both = f"mounting {mounting} has masses of {masses[mounting]:g} and {mass:g} kg"
+                raise InputError(f"{both}: give each weight a number of its own (--mounting)")
         return [estimation.known_mass(mass, sigma) for mass in masses.values()]
 
 
@@ -67,7 +62,7 @@ class _Processing(ProcessingOptions):
 
 
 @command
-def run(*, arm: RobotOptions, known: _Known, processing: _Processing, files: PageOptions) -> int:
+def run(*, arm: RobotOptions, known: _Known, processing: _Processing, files: PageOptions) -> bool:
     """Run it."""
     if isinstance(known.friction, estimation.Candidates):
         raise InputError("friction: gains are found with terms that are given: paper, or a list")
@@ -92,4 +87,4 @@ def run(*, arm: RobotOptions, known: _Known, processing: _Processing, files: Pag
         gains = estimation.answer_gains(problem)
     shown = gains_report(gains, files.document)
     files.give(shown, lambda: gains, setup.in_words())
-    return answered(gains.judged.level)
+    return gains.judged.level != "do_not_use"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from cyclopts import Group, Parameter
@@ -12,12 +14,12 @@ from .. import results
 from ..report.documents import RolloutsDocument
 from ..report.sections.robot import robot_report
 from ..report.sections.rollout import rollout_report
-from ..rollout.arm import MujocoArm
-from ..rollout.rollout import HORIZONS, Arm, roll_out_all
+from ..rollout.arm import Predict, mujoco_arm
+from ..rollout.rollout import HORIZONS, roll_out_all
 from . import options, values
-from .entry import SETTING, Options, answered, command
+from .entry import SETTING, Options, command
 from .progress import note, status
-from .values import HeldOutFiles, Reads, different, number, numbers, where, word, words
+from .values import HeldOutFiles, Reads, different, number, numbers, where, word
 
 if TYPE_CHECKING:
     from ...estimation.possible.prior import RobotPrior
@@ -34,6 +36,7 @@ _seconds = where(
     lambda times: min(times) > 0.0 and different(times),
     "a list of different times in seconds such as 0.1,0.5,1",
 )
+_TWO = word(partial(numbers, count=2), "LOW HIGH", 2)
 _POSSIBLE = Parameter(group=Group("a robot that can exist", "Beside the free estimate."))
 
 
@@ -64,7 +67,7 @@ class _Identify(Options):
     """Mass of the moving links; prior: cylinders of this mass instead of the robot's file."""
     prior_budget: Annotated[float | None, word(number, "CHI2"), SETTING] = None
     """Rise of chi2 that the prior may cost (default: 1)."""
-    total_mass: Annotated[tuple[float, float] | None, words(number, "LOW HIGH"), _POSSIBLE] = None
+    total_mass: Annotated[tuple[float, ...] | None, _TWO, _POSSIBLE] = None
     """Bounds of the mass of all links [kg]."""
 
     def possible(self, result: estimation.Identification) -> estimation.PossibleRobot | None:
@@ -72,17 +75,17 @@ class _Identify(Options):
         if self.constrained == "none":
             return None
         robot, base, estimate = result.robot, result.base, result.estimate
-        prior = self._prior(robot)
         mass = estimation.MassBounds(*self.total_mass) if self.total_mass else None
         budget = estimation.BUDGET if self.prior_budget is None else self.prior_budget
         try:
-            if prior is None:
+            if (prior := self._prior(robot)) is None:
                 return estimation.solve_constrained_base(robot, base, estimate, mass)
             return estimation.solve_constrained_prior(robot, base, estimate, prior, budget, mass)
         except estimation.SolverError as error:
             if self.total_mass is not None:
-                low, high = self.total_mass
-                bounds = f"--total-mass: links of {low:g} to {high:g} kg in all leave no robot near the data"
+                bounds = "--total-mass: links of {:g} to {:g} kg in all leave no robot near the data".format(
+                    *self.total_mass
+                )
                 raise InputError(f"{bounds}: give wider bounds, or leave them out ({error})") from error
             if self.constrained == "prior":
                 raise InputError(f"{error}; --constrained none leaves it out") from error
@@ -117,8 +120,9 @@ def run(
     request: _Identify,
     drives: options.GainOptions,
     processing: options.ProcessingOptions,
-    files: options.EquationOptions,
-) -> int:
+    files: options.PageOptions,
+    npz: options.EquationsFile | None = None,
+) -> bool:
     """Run ``identify``."""
     setup = processing.setup(arm.load())
     recordings, held_out = setup.read(request.data), setup.read(request.validate)
@@ -134,43 +138,40 @@ def run(
     told = estimation.robot_result(result, possible, rollouts)
     shown = robot_report(told, files.document)
     files.give(shown, lambda: told, setup.in_words())
-    files.write_equations(lambda: estimation.identification_system(result))
-    return answered(result.verdict.level)
-
-
-class _Rollout(Options):
-    robot_parameters: values.RobotParametersFile
-    """The --json of 'dynident identify'."""
-    data: HeldOutFiles
-    """Recording without payload that was not fitted; repeatable."""
-    against: tuple[_Model, ...] = ()
-    """Another model of the arm, MJCF or URDF, moved by MuJoCo; repeatable."""
-    horizons: Annotated[tuple[float, ...] | None, word(_seconds, "S1,S2,..")] = None
-    """Times after the start [s] (default: 0.1,0.5,1,2)."""
+    if npz:
+        results.write_npz(npz, estimation.identification_system(result))
+    return result.verdict.level != "do_not_use"
 
 
 @command
 def run_rollout(
-    *, arm: options.RobotOptions, request: _Rollout, processing: options.FilterOptions, files: options.PageOptions
+    *,
+    arm: options.RobotOptions,
+    robot_parameters: values.RobotParametersFile,
+    data: HeldOutFiles,
+    against: tuple[_Model, ...] = (),
+    horizons: Annotated[tuple[float, ...], word(_seconds, "S1,S2,..")] = HORIZONS,
+    processing: options.FilterOptions,
+    files: options.PageOptions,
 ) -> None:
-    """Run ``rollout``."""
-    stored = results.read_stored_robot(request.robot_parameters)
+    """Run ``rollout``.
+
+    Args:
+        robot_parameters: The --json of 'dynident identify'.
+        data: Recording without payload that was not fitted; repeatable.
+        against: Another model of the arm, MJCF or URDF, moved by MuJoCo; repeatable.
+        horizons: Times after the start [s] (default: 0.1,0.5,1,2).
+    """
+    stored = results.read_stored_robot(robot_parameters)
     setup = processing.setup(arm.load(), stored)
-    recordings = setup.read(request.data)
-    models: dict[str, Arm] = {}
-    for path in request.against:
-        arm_model = MujocoArm(path, setup.robot)
-        if arm_model.name in models:
-            raise InputError(f"{path}: two models are called {arm_model.name}: rename a file")
-        models[arm_model.name] = arm_model
+    recordings = setup.read(data)
+    models: dict[str, Predict] = {}
+    for path in against:
+        if (name := Path(path).name) in models:
+            raise InputError(f"{path}: two models are called {name}: rename a file")
+        models[name] = mujoco_arm(path, setup.robot)
     with status("reading") as progress:
-        rollouts = roll_out_all(
-            setup.robot,
-            stored.possible_values,
-            recordings,
-            setup.settings(progress),
-            request.horizons or HORIZONS,
-            models,
-        )
+        settings = setup.settings(progress)
+        rollouts = roll_out_all(setup.robot, stored.possible_values, recordings, settings, horizons, models)
     shown = rollout_report(rollouts, setup.robot.title or setup.robot.name)
     files.give(shown, lambda: RolloutsDocument(setup.robot.name, rollouts), setup.in_words())

@@ -18,7 +18,7 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import made_folder, write_text
 from .. import results
-from ..earlier import of_payload, read_earlier, shown_noise
+from ..earlier import read_earlier, shown_noise
 from ..export import motions
 from ..export.motion import WrittenMotion
 from ..export.motions.ros2 import check_joint_names
@@ -29,7 +29,6 @@ from .options import PageOptions, RobotOptions
 from .progress import note, status
 from .values import Names, NewFile, Reads, Seconds, Share, checked, number, numbers, positive_number, share, word
 
-_SAMPLE_RATE = 250.0  # Hz, in files
 _REPLAY_RATE = 1000.0  # Hz: at which controllers' own curves are looked at, and at their turns
 
 if TYPE_CHECKING:
@@ -128,11 +127,9 @@ class NoiseOptions(Options, group=GOAL):
         elif isinstance(level, float):
             sigma, source = level * bounds.torque, f"as told, {100 * level:g} % of the torque limits"
             if not np.isfinite(sigma).all():
-                raise InputError(
-                    "--torque-noise as a percentage needs a torque limit of every joint: --torque-limits"
-                )
+                raise InputError("--torque-noise in percent needs a torque limit of every joint: --torque-limits")
         else:
-            sigma, source = np.array(level * robot.n if len(level) == 1 else level), "as told"
+            sigma, source = np.array(values.each_joint(level, robot.n, "--torque-noise")), "as told"
         if sigma.shape != (robot.n,) or not (sigma > 0.0).all():
             option = "--torque-noise" if self.like is None else self.like
             raise InputError(f"{option}: robot {robot.name!r} needs {robot.n} positive numbers")
@@ -175,7 +172,9 @@ class GoalOptions(NoiseOptions):
                 source = replace(self, like=self.data_from[0])
         sigma, rate, words = source.noise(robot, bounds)
         if self.data_from:
-            earlier = self._earlier(robot, sigma)
+            noise = sigma if self.criterion in ("d", "a") else None
+            ten = model.regressors.payload_columns(robot) if self.payload_only else ()
+            earlier = read_earlier(self.data_from, noise, ten)
         return trajectories.Goal(
             self.criterion,
             columns=None if self.payload_only else self.columns,
@@ -188,19 +187,6 @@ class GoalOptions(NoiseOptions):
             data_length=length,
             earlier=earlier,
         )
-
-    def _earlier(self, robot: model.Robot, noise: Array) -> trajectories.Earlier:
-        """Rows of the files of earlier data, all of the first one's columns."""
-        paths, weighted = self.data_from, self.criterion in ("d", "a")
-        parts = [read_earlier(path, noise if weighted else None) for path in paths]
-        if self.payload_only:
-            parts = [of_payload(part, model.regressors.payload_columns(robot)) for part in parts]
-        columns = parts[0].columns
-        for path, part in zip(paths, parts, strict=True):
-            if set(part.columns) != set(columns):
-                raise InputError(f"{path}: has other columns than {paths[0]}: give files of one model")
-        rows = [part.factor[:, [part.columns.index(name) for name in columns]] for part in parts]
-        return trajectories.Earlier(columns, np.vstack(rows))
 
 
 class Limited(NamedTuple):
@@ -251,7 +237,7 @@ class LimitOptions(Options, group=LIMITS):
     """Torque limits hold without it and with it."""
     within: _Region | None = None
     """Torque limits hold for every payload up to --heaviest-payload in a ball, ellipsoid or box there [m]."""
-    torque_margin: Annotated[Share | None, SETTING] = None
+    torque_margin: Annotated[Share, SETTING] = 0.0
     """Share of the torque limits that stays free, such as 10%."""
     scene: Annotated[str | None, Reads("scene"), Parameter(metavar="TOML"), SETTING] = None
     """File of floor, walls, and bodies that keep clear of each other, in the place of those assumed."""
@@ -281,36 +267,34 @@ class LimitOptions(Options, group=LIMITS):
         if isinstance(self.acceleration, float):
             acceleration = [self.acceleration * joint.limits.speed for joint in robot.joints]
         elif self.acceleration is not None:
-            acceleration = in_si(_each_joint(self.acceleration, robot, "acceleration"), robot).tolist()
-        torque = (math.inf,) * robot.n if isinstance(self.torque_limits, str) else self.torque_limits
-        torque = torque and _each_joint(torque, robot, "--torque-limits")
+            acceleration = in_si(values.each_joint(self.acceleration, robot.n, "acceleration"), robot).tolist()
+        torque = (math.inf,) if isinstance(self.torque_limits, str) else self.torque_limits
+        torque = torque and values.each_joint(torque, robot.n, "--torque-limits")
         bounds = trajectories.JointBounds.of(
             robot, override=self.speed_override, acceleration=acceleration, torque=torque
         )
         payload = self._payload(robot, np.isfinite(bounds.torque))
         scene = trajectories.read_scene(self.scene) if self.scene else None
-        loads = trajectories.Loads(known, payload, covariance, self.torque_margin or 0.0)
+        loads = trajectories.Loads(known, payload, covariance, self.torque_margin)
         return Limited(robot, bounds, loads, scene, not self.no_floor)
 
     def whole(self, problem: trajectories.DesignProblem) -> trajectories.DesignProblem:
         """The problem with the whole of the torque limits, the share that a design leaves free included."""
-        return problem.with_torque_share(1.0 / (1.0 - (self.torque_margin or 0.0)))
+        return problem.with_torque_share(1.0 / (1.0 - self.torque_margin))
 
     def _payload(self, robot: model.Robot, limited: NDArray[np.bool_]) -> PayloadBounds | None:
         """The heaviest payload, or every one up to it ``within``, in the last link's frame.
 
         Joints with a torque limit are ``limited``; a set of payloads needs all.
         """
-        if self.torque_margin is not None and not limited.any():
-            raise InputError("torque-margin has no effect without torque limits: give --torque-limits")
+        if not limited.any():
+            self.refuse("torque_margin", "has no effect without torque limits: give --torque-limits")
         text, flange = self.heaviest_payload, robot.flange
         if text is None:
             return None
         if self.within is not None and not limited.all():
             joints = ", ".join(map(str, np.flatnonzero(~limited) + 1))
-            raise InputError(
-                f"--within needs a torque limit of every joint, {joints} without: give --torque-limits"
-            )
+            raise InputError(f"--within needs a torque limit of every joint, {joints} without: --torque-limits")
         if Path(text).suffix.lower() == ".toml":
             if self.within is not None:
                 raise InputError(f"--within bounds payloads that are not known, {text} is one: give KG[@X,Y,Z]")
@@ -331,14 +315,6 @@ class LimitOptions(Options, group=LIMITS):
                 "kg@x,y,z or a TOML file to put it where it hangs, or --within for every payload about it"
             )
         return model.InertialParameters.from_com(kilograms, centre, [[0.0] * 3] * 3).moved(flange.R, flange.p)
-
-
-def _each_joint(given: tuple[float, ...], robot: model.Robot, option: str) -> tuple[float, ...]:
-    """A number for each joint, where one may stand for all."""
-    if len(given) not in (1, robot.n):
-        count = f"{len(given)} numbers for the {robot.n} joints of robot {robot.name!r}"
-        raise InputError(f"{option}: {count}: give one for all, or one each")
-    return given * robot.n if len(given) == 1 else given
 
 
 def in_si(given: tuple[float, ...], robot: model.Robot) -> Array:
@@ -368,13 +344,13 @@ class MotionFiles(PageOptions):
     """Samples of the motion: t, q, qd, qdd."""
     ros2: Annotated[NewFile | None, Parameter(metavar="F.yaml")] = None
     """JointTrajectory of ROS 2."""
-    joint_names: Annotated[Names | None, SETTING] = None
+    joint_names: Annotated[Names, SETTING] = ()
     """Names of the joints for --ros2 (default: joint_1, ..)."""
     urscript: NewFile | None = None
     """servoj program."""
-    controller_rate: Annotated[_Rate | None, SETTING] = None
+    controller_rate: Annotated[_Rate, SETTING] = CONTROLLER_RATE
     """Cycles a second of the controller for --urscript [Hz]: 500 (default) or 125."""
-    sample_rate: Annotated[_Rate | None, SETTING] = None
+    sample_rate: Annotated[_Rate, SETTING] = 250.0
     """Samples a second in files [Hz] (default: 250)."""
     val3: values.NewFolder | None = None
     """VAL3 application of via points, best with --segments trapezoid; made if missing."""
@@ -382,27 +358,17 @@ class MotionFiles(PageOptions):
     def check_robot(self, robot: model.Robot) -> None:
         """Refuse what a format has no place for, before the search."""
         if self.ros2:
-            check_joint_names(self.joint_names or (), robot.n)
+            check_joint_names(self.joint_names, robot.n)
         if self.urscript:
-            check_urscript(robot, self.servo_rate)
-
-    @property
-    def rate(self) -> float:
-        """Samples a second [Hz]."""
-        return self.sample_rate or _SAMPLE_RATE
-
-    @property
-    def servo_rate(self) -> float:
-        """Cycles of a controller of Universal Robots a second [Hz]."""
-        return self.controller_rate or CONTROLLER_RATE
+            check_urscript(robot, self.controller_rate)
 
     def asked(self, written: WrittenMotion) -> dict[str, tuple[str, WrittenMotion]]:
         """The formats asked for by name: where each is to be written, and the motion at its rate."""
-        sampled = replace(written, rate=self.rate, joint_names=self.joint_names or ())
+        sampled = replace(written, rate=self.sample_rate, joint_names=self.joint_names)
         files = {
             "csv": (self.samples, sampled),
             "ros2": (self.ros2, sampled),
-            "urscript": (self.urscript, replace(written, rate=self.servo_rate)),
+            "urscript": (self.urscript, replace(written, rate=self.controller_rate)),
         }
         if self.val3:  # the application's database, which the rest of it stands beside
             files["val3"] = (str(Path(self.val3) / f"{written.name}.dtx"), written)

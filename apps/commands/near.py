@@ -23,15 +23,7 @@ from ..report.documents import FIGURE_RATE, NearResult, near_document
 from ..report.sections.motion import near_head, near_report, second_pose_note, visibility_table
 from . import values
 from .entry import MOTION, SETTING, Options, about, command
-from .motions import (
-    Limited,
-    LimitOptions,
-    MotionFiles,
-    NoiseOptions,
-    RehearsedRobotOptions,
-    best_motion,
-    in_si,
-)
+from .motions import Limited, LimitOptions, MotionFiles, NoiseOptions, RehearsedRobotOptions, best_motion, in_si
 from .options import ViewOptions
 from .progress import note, status
 from .values import NewFile, numbers, numbers_or, word
@@ -40,9 +32,7 @@ if TYPE_CHECKING:
     from .motions import PayloadBounds
 
 _Pose = Annotated[tuple[float, ...] | str, word(partial(numbers_or, "auto"), "auto|Q1,Q2,..")]
-_RANGE, _MASS, _DURATION = 30.0, 3.0, 30.0  # deg, kg, s
-_POSES, _HOLD, _APPROACH, _SLIDE = 8, 1.5, 3.0, 0.02  # s, deg, m
-
+_APPROACH, _SLIDE = 3.0, 0.02  # deg, m
 _LEFT = 1.25  # of the mass expected: what runs of the ladder leave possible, and the motion bears at full speed
 
 
@@ -57,19 +47,19 @@ class NearOptions(Options, group=MOTION):
     """Do it again at another wrist pose, outside the range: one that helps, or this one."""
     joints: values.Joints
     """Joints that move, such as 2,3,5,6."""
-    range: Annotated[tuple[float, ...] | None, word(numbers, "R|R1,R2,..")] = None
+    range: Annotated[tuple[float, ...], word(numbers, "R|R1,R2,..")] = (30.0,)
     """To either side [deg or m] (default: 30; with --static as far as the joints go)."""
-    duration: values.Seconds | None = None
+    duration: values.Seconds = 30.0
     """Time of the motion [s] (default: 30)."""
     static: bool = False
     """Weigh standing still: rest in several poses, each reached from both sides."""
-    poses: values.Count | None = None
+    poses: values.Count = 8
     """Poses of --static, 6 to 12 (default: 8)."""
-    hold: Annotated[values.Seconds | None, SETTING] = None
+    hold: Annotated[values.Seconds, SETTING] = 1.5
     """Time at rest after each approach of --static [s] (default: 1.5)."""
     approach: Annotated[tuple[float, ...] | None, word(numbers, "R|R1,R2,.."), SETTING] = None
     """Small move to each pose of --static [deg or m] (default: 3, 0.02 m where a joint slides)."""
-    mass: values.Weighed | None = None
+    mass: values.Weighed = (3.0, None)
     """About its mass (default: 3); weighed, with the scale's standard deviation: 2.5+-0.01."""
     ladder: bool = False
     """A motion for 1.25 times the mass expected, and slower runs before it that bound the payload."""
@@ -79,54 +69,42 @@ class NearOptions(Options, group=MOTION):
     """Random starts of the search (default: 1, with --static 6)."""
 
     def check(self) -> None:
-        """Refuse more than one mass, and options of the other kind of motion."""
+        """Refuse options of the other kind of motion."""
         super().check()
         for option in ("second_pose", "duration", "ladder") if self.static else ():
             self.refuse(option, "is for a motion that does not rest: leave it out, or --static")
-        if self.mass is not None and len(self.mass[0]) > 1:
-            raise InputError("--mass: give one mass, with its standard deviation where it was weighed: 2.5+-0.01")
 
     def bounded_by(self, payload: PayloadBounds | None) -> NearOptions:
         """These options with an expected mass no heavier than every payload within bounds."""
-        if not isinstance(payload, trajectories.PayloadSet) or self.expected.mass <= payload.mass:
+        if not isinstance(payload, trajectories.PayloadSet) or self.mass[0] <= payload.mass:
             return self
-        if self.mass is None and not self.ladder:
-            return replace(self, mass=((payload.mass,), None))
+        if not (self.ladder or self.has("mass")):
+            return replace(self, mass=(payload.mass, None))
         raise InputError(
-            f"{self.expected.mass:g} kg are expected and --heaviest-payload allows {payload.mass:g}: give another "
+            f"{self.mass[0]:g} kg are expected and --heaviest-payload allows {payload.mass:g}: give another "
             "--mass, or a heavier payload"
         )
 
     def each(self, robot: model.Robot, option: str, given: tuple[float, ...]) -> Array:
         """Numbers of an option for each moving joint [rad or m], where one may stand for all."""
-        joints, shown = self.joints, self.shown(option)
-        if max(joints) > robot.n:
+        shown = self.shown(option)
+        if max(self.joints) > robot.n:
             raise InputError(
-                f"--joints {max(joints)}: robot {robot.name!r} has {robot.n} joints: number them from 1, at the "
-                f"base, to {robot.n}"
+                f"--joints {max(self.joints)}: robot {robot.name!r} has {robot.n} joints: number them from 1, at "
+                f"the base, to {robot.n}"
             )
-        if len(given) not in (1, len(joints)):
-            raise InputError(
-                f"{shown} has {len(given)} numbers for {len(joints)} joints: give one, or one for each"
-            )
-        turning = [robot.joints[joint - 1].revolute for joint in joints]
+        turning = [robot.joints[joint - 1].revolute for joint in self.joints]
         if len(given) == 1 and not all(turning):
             raise InputError(
                 f"{shown}: give one number for each joint, in deg where it turns and in m where it slides"
             )
-        each = given * len(joints) if len(given) == 1 else given
+        each = values.each_joint(given, len(turning), shown)
         return np.array([np.radians(x) if turns else x for x, turns in zip(each, turning, strict=True)])
-
-    @property
-    def sigma(self) -> float | None:
-        """Standard deviation of the scale [kg]; None where the payload was not weighed."""
-        return self.mass[1] if self.mass else None
 
     @property
     def expected(self) -> model.InertialParameters:
         """About what the payload is."""
-        mass = self.mass[0][0] if self.mass else _MASS
-        return model.InertialParameters.from_com(mass, [0.0, 0.0, 0.1], 0.003 * mass * np.eye(3))
+        return model.InertialParameters.from_com(self.mass[0], [0.0, 0.0, 0.1], 0.003 * self.mass[0] * np.eye(3))
 
 
 class NearFiles(MotionFiles):
@@ -150,7 +128,7 @@ class NearFiles(MotionFiles):
             speeds = {path.with_name(f"{path.stem}_{k}{path.suffix}"): speed for k, speed in rungs}
         for name, speed in speeds.items():
             head = near_head(result, speed)
-            slow = replace(written, plan=motion.slowed(speed), head=head, rate=self.rate)
+            slow = replace(written, plan=motion.slowed(speed), head=head, rate=self.sample_rate)
             write_text(name, motions.FORMATS["csv"].text(slow))
 
 
@@ -173,13 +151,13 @@ def run(
     limited = limits.of(robot)
     robot, bounds, payload = limited.robot, limited.bounds, limited.loads.heaviest
     options = options.bounded_by(payload)
-    knowledge, hint = (options.expected, options.sigma), None
+    knowledge, hint = (options.expected, options.mass[1]), None
     if options.static:
         files.refuse("rehearsal", "has no effect with --static: run it at a low speed override first")
         if noise.torque_noise is not None and noise.torque_noise[1] is not None:
             raise InputError("--torque-noise: at rest each approach is one sample: leave @HZ out")
         sigma, _, source = noise.noise(robot, bounds, trajectories.ASSUMED_STICTION)
-        goal = trajectories.NearGoal(sigma, 1.0 / (options.hold or _HOLD), *knowledge, source)
+        goal = trajectories.NearGoal(sigma, 1.0 / options.hold, *knowledge, source)
         shape: trajectories.NearShape | trajectories.StaticShape = _static_shape(options, robot, bounds)
     else:
         sigma, rate, source = noise.noise(robot, bounds)
@@ -187,7 +165,7 @@ def run(
         shape, hint = _shape(options, robot, goal, bounds)
     visibility = shape.visibility(robot)
     try:
-        trajectories.check_mass_visible(visibility, options.sigma is not None, "near this pose")
+        trajectories.check_mass_visible(visibility, options.mass[1] is not None, "near this pose")
     except InputError:  # what joints show is printed all the same
         files.show(Report("", [visibility_table(visibility)]))
         raise
@@ -210,7 +188,7 @@ def run(
                 lambda payloads: limited.problem(shape, goal, replace(limited.loads, heaviest=payloads)),
                 payload,
                 design.plan,
-                options.expected.mass,
+                options.mass[0],
                 lambda run: goal.predicted(robot, run, options.joints).mass,
             )
     result = NearResult(design, shape, visibility, goal.predicted(robot, design.plan, shape.joints), ladder)
@@ -228,13 +206,13 @@ def _shape(
     options: NearOptions, robot: model.Robot, goal: trajectories.NearGoal, bounds: trajectories.JointBounds
 ) -> tuple[trajectories.NearShape, Array | None]:
     """Shape of the motion, and a second pose that would help where none was asked for."""
-    ranges = options.each(robot, "range", options.range or (_RANGE,))
+    ranges = options.each(robot, "range", options.range)
     with about("--pose"):
         first = in_si(options.pose, robot)
-        shape = trajectories.NearShape(first[None], options.joints, ranges, options.duration or _DURATION)
+        shape = trajectories.NearShape(first[None], options.joints, ranges, options.duration)
         shape.check(robot, bounds)
     if options.second_pose is None:
-        visible = options.sigma is not None or shape.visibility(robot).mass_visible
+        visible = options.mass[1] is not None or shape.visibility(robot).mass_visible
         return shape, trajectories.second_pose(robot, shape, goal, bounds, options.seed) if visible else None
     if isinstance(options.second_pose, str):
         second = trajectories.second_pose(robot, shape, goal, bounds, options.seed)
@@ -259,11 +237,10 @@ def _static_shape(
         pose = in_si(options.pose, robot)
         check_pose(pose, robot, bounds)
     low, high = bounds.low[moving], bounds.high[moving]
-    if options.range is not None:
+    if options.has("range"):
         ranges = options.each(robot, "range", options.range)
         low, high = np.maximum(low, pose[moving] - ranges), np.minimum(high, pose[moving] + ranges)
-    times = options.poses or _POSES, options.hold or _HOLD
-    return trajectories.StaticShape(pose, joints, low, high, approach, *times)
+    return trajectories.StaticShape(pose, joints, low, high, approach, options.poses, options.hold)
 
 
 def _loads(limited: Limited, options: NearOptions) -> trajectories.Loads | None:
@@ -272,12 +249,10 @@ def _loads(limited: Limited, options: NearOptions) -> trajectories.Loads | None:
     if options.ladder:
         if not isinstance(payload, trajectories.PayloadSet):
             raise InputError("--ladder needs --heaviest-payload and --within: what the first run must bear")
-        payload = payload.lighter(_LEFT * options.expected.mass)
+        payload = payload.lighter(_LEFT * options.mass[0])
     if limited.loads.parameters and limited.has_torque_limits:
         return replace(limited.loads, heaviest=payload or options.expected)
     if payload is not None or limited.loads.margin > 0.0:
         option = "--heaviest-payload" if payload is not None else "torque-margin"
-        raise InputError(
-            f"{option} counts in torque limits: give --torque-limits, and --robot-parameters or --arm-mass"
-        )
+        raise InputError(f"{option} needs --torque-limits, and --robot-parameters or --arm-mass")
     return None

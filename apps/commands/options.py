@@ -21,11 +21,12 @@ from ...common.progress import Progress, each
 from ...common.schema import json_text, write_json
 from .. import logs, results
 from .. import view as views
+from ..numbers import placed
 from ..report.blocks import Notes
-from ..report.page import Provenance, SourceFile, write_plots, write_report
+from ..report.page import Provenance, write_plots, write_report
 from ..report.terminal import print_blocks, print_report
 from . import values
-from .entry import CALL, FILES, KNOWN, LOGS, SETTING, Options, about, settings
+from .entry import CALL, FILES, KNOWN, LOGS, SETTING, Options, about
 from .progress import note, quiet, status
 from .values import Reads, number, numbers, texts, word
 
@@ -33,9 +34,7 @@ if TYPE_CHECKING:
     from ..report.blocks import Report
     from ..view.moving import View
 
-_FROM_ROBOT = (
-    "These errors are those that the robot's parameters were identified with; both owe them to the same drives."
-)
+_FROM_ROBOT = "These errors are those that the robot was identified with; both owe them to the same drives."
 _INSTEAD = (
     "The robot's parameters were identified with another uncertainty of the gains; what is told now goes for both: "
     "the same drives, the same errors."
@@ -45,7 +44,8 @@ _Mount = Annotated[tuple[str, tuple[float, float, float]], word(values.mount, "H
 _Texts = Annotated[tuple[str, ...], word(texts, "A,B,..")]
 _Units = Annotated[tuple[str, ...], word(texts, "q=deg,..")]
 _Signs = Annotated[tuple[float, ...], word(numbers, "1,-1,..")]
-_Gains = Annotated[tuple[float, ...] | str, Reads("drive gains"), word(values.gains_or_file, "K|K1,K2,..|JSON")]
+_given_or_file = partial(values.numbers_or, ".json")
+_Gains = Annotated[tuple[float, ...] | str, Reads("drive gains"), word(_given_or_file, "K|K1,K2,..|JSON")]
 _Errors = Annotated[tuple[tuple[float, ...], float], word(values.gain_errors, "2%|S1,S2,..%|common=1%")]
 _Box = Annotated[tuple[float, ...], word(partial(numbers, count=6), "X0,X1,Y0,Y1,Z0,Z1")]
 _Ellipsoid = Annotated[tuple[float, ...], word(partial(numbers, count=6), "X,Y,Z,A,B,C")]
@@ -94,12 +94,8 @@ class FramedRobotOptions(RobotOptions):
         robot, tool = super().load(), self.tool_frame
         if tool is None:
             return robot
-        lengths = ", ".join(f"{value:g}" for value in tool.origin)
-        angles = ", ".join(f"{math.degrees(angle) + 0.0:g}" for angle in tool.rpy)
         with about("--tool-frame"):
-            return model.with_tool(
-                robot, tool, f"tool frame ({lengths} m; rpy {angles} deg) in: {robot.payload_frame}"
-            )
+            return model.with_tool(robot, tool, f"tool frame at {placed(tool)} in: {robot.payload_frame}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,13 +253,13 @@ class KnowledgeOptions(Options, group=KNOWN):
         """The constraints that are named."""
         constraints: list[estimation.Constraint] = [estimation.PossibleBody()]
         if self.mass is not None:
-            masses, sigma = self.mass
-            if len(masses) > 1 or sigma is None:
+            mass, sigma = self.mass
+            if sigma is None:
                 raise InputError(
-                    "--mass: a scale errs too, by how much must be said: give one mass and its standard "
-                    f"deviation, such as {masses[0]:g}+-0.01"
+                    "--mass: a scale errs too, by how much must be said: give one mass and its standard deviation, "
+                    f"such as {mass:g}+-0.01"
                 )
-            constraints.append(estimation.KnownMass(masses[0], sigma))
+            constraints.append(estimation.KnownMass(mass, sigma))
         if self.mass_bounds is not None:
             least, most = self.mass_bounds
             with about("--mass-bounds"):
@@ -297,22 +293,20 @@ class GainOptions(Options, group=LOGS):
         the drives are the same, and so is their error. Recordings that the gains come from are named in its notes.
         """
         then = stored.gains if stored is not None else None
-        now, n = setup.identified, setup.robot.n
+        now, n, note = setup.identified, setup.robot.n, _FROM_ROBOT
         if self.gain_sigma is not None or now is not None:
             per_joint, common = self.gain_sigma or ((0.0,), 0.0)
             now = structs.replace(now or estimation.Gains(), per_joint=per_joint, common=common)
-        notes: tuple[str, ...] = (_FROM_ROBOT,)
-        if now is not None:
             with about("--gain-sigma"):
                 now.covariance(n)
-            notes = (_INSTEAD,) if then is not None and not now.says_as(then, n) else ()
+            note = _INSTEAD if then is not None and not now.says_as(then, n) else ""
         gains = now or then
         if gains is None:
             return None
         # The same gains, even if they are told by numbers now.
         source = then if then is not None and not any(gains.recordings.values()) else gains
-        used = source.reused(loaded, unloaded)
-        return structs.replace(gains, recordings=source.recordings, mass=source.mass, notes=(*used, *notes))
+        notes = (*source.reused(loaded, unloaded), *filter(None, [note]))
+        return structs.replace(gains, recordings=source.recordings, mass=source.mass, notes=notes)
 
 
 def print_lines(*lines: str) -> None:
@@ -369,27 +363,19 @@ class PageOptions(ResultOptions):
         """Write page and figures, as far as they were asked for; ``settings_text``: of processing."""
         if self.report:
             call = CALL.get()
-            named = ((role, path) for _, role, path in call.named(Reads) if role != "options")
-            files = [SourceFile(role, path, checksum(path)) for role, path in named if Path(path).is_file()]
+            named = ((mark.role, path) for _, mark, path in call.named(Reads) if mark.role != "options")
+            files = [(role, path, checksum(path)) for role, path in named if Path(path).is_file()]
             write_report(
                 self.report, shown, Provenance(shlex.join(["dynident", *call.words]), files, settings_text)
             )
             if (beside := call.settings_file(self.report)) is not None:
-                write_text(beside, settings().settings_text(call))
+                write_text(beside, call.settings_text())
         if self.plots:
             write_plots(self.plots, shown)
 
 
-class EquationOptions(PageOptions):
-    """The equations beside the report."""
-
-    npz: values.NewFile | None = None
-    """Write W, Y, weights and reduced factors for your own solver."""
-
-    def write_equations(self, system: Callable[[], estimation.ObservationSystem]) -> None:
-        """Write them, held whole; they are made only if they were asked for."""
-        if self.npz:
-            results.write_npz(self.npz, system())
+_EQUATIONS = Parameter(group=FILES, help="Write W, Y, weights and reduced factors for your own solver.")
+EquationsFile = Annotated[values.NewFile, _EQUATIONS]
 
 
 class ViewOptions(Options, group=FILES):
@@ -406,16 +392,13 @@ class ViewOptions(Options, group=FILES):
 
     def write_view(self, view: Callable[[], View]) -> None:
         """Write or open the view; it is made only if it was asked for."""
-        if not self.view:
-            return
-        shown = None
-        with status("drawing the view"):
-            scene = view()
-            if self.view == "-":
-                shown = views.open_view(scene)
-            else:
-                write_text(self.view, views.html_of(scene))
-        for text in scene.notes:
-            note(text)
-        if shown:
-            note(f"the view is open in the browser: {shown}")
+        if self.view:
+            page = ""
+            with status("drawing the view"):
+                scene = view()
+                if self.view == "-":
+                    page = views.open_view(scene)
+                else:
+                    write_text(self.view, views.html_of(scene))
+            for text in (*scene.notes, *([f"the view is open in the browser: {page}"] if page else [])):
+                note(text)

@@ -14,7 +14,7 @@ from .. import results
 from .. import view as views
 from ..report.sections.payload import payload_report
 from . import options, values
-from .entry import SETTING, Options, answered, command
+from .entry import SETTING, Options, command
 from .progress import note, status
 from .values import Share, word
 
@@ -83,9 +83,10 @@ def run(
     knowledge: options.KnowledgeOptions,
     drives: options.GainOptions,
     processing: options.PairOptions,
-    files: options.EquationOptions,
+    files: options.PageOptions,
+    npz: options.EquationsFile | None = None,
     view: options.ViewOptions,
-) -> int:
+) -> bool:
     """Run ``payload``."""
     constraints, stored = knowledge.constraints(), request.stored()
     setup = processing.setup(arm.load(), stored)
@@ -107,16 +108,15 @@ def run(
         problem = estimation.payload_problem(setup.robot, loaded, unloaded, known, settings)
         progress("estimating")
         if methods is None and settings.scale_sigma:
-            note(
-                "--scale-sigma: methods 2 and 3 have no column for the scale of the loaded torques and are left out"
-            )
+            note("--scale-sigma: methods 2 and 3 have no column for the scale of loaded torques: left out")
         answer = estimation.answer_payload(problem, held_out, constraints)
 
     shown = payload_report(answer.result, files.document)
     files.give(shown, lambda: answer.result, setup.in_words())
-    files.write_equations(lambda: estimation.payload_system(problem))
+    if npz:
+        results.write_npz(npz, estimation.payload_system(problem))
     view.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer.result))
-    return answered(answer.verdict.level)
+    return answer.verdict.level != "do_not_use"
 
 
 class _Weigh(_Compared):
@@ -140,7 +140,7 @@ def run_weigh(
     processing: options.PairOptions,
     files: options.PageOptions,
     view: options.ViewOptions,
-) -> int:
+) -> bool:
     """Run ``weigh``."""
     constraints, stored = knowledge.constraints(), request.stored()
     stand_in = estimation.StandIn.parse(request.inertia) if request.inertia is not None else None
@@ -164,13 +164,9 @@ def run_weigh(
     spare = "--inertia is not needed: the inertia was measured well enough."
     measured = stand_in is not None and not result.assumed
     shown = payload_report(result, files.document, [spare] if measured else [])
-    files.show(shown)
-    files.write_json(lambda: result)
-    if files.plots and not shown.drawings():
-        raise InputError("plots: no joints see the mass, there is nothing to draw")
-    files.write_page(shown, setup.in_words())
+    files.give(shown, lambda: result, setup.in_words())
     view.write_view(lambda: views.view_of_answer(robot, loaded[0], result))
-    return answered(result.verdict.level)
+    return result.verdict.level != "do_not_use"
 
 
 @contextmanager

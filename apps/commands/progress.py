@@ -46,6 +46,12 @@ def note(text: str) -> None:
         print(f"dynident: note: {one_line(text)}", file=sys.stderr)
 
 
+def withheld(done: str, why: str) -> bool:
+    """Say that what was asked for is not done, and why, for its numbers must not be used; gives that."""
+    print(one_line(f"dynident: not {done}: {why}"), file=sys.stderr)
+    return False
+
+
 @contextmanager
 def status(label: str) -> Iterator[Progress]:
     """Show what is being done; gives a function that changes the words and tells the share, where it is known."""

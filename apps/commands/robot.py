@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
@@ -12,7 +11,7 @@ import numpy as np
 from cyclopts import Parameter
 
 from ... import estimation, model
-from ...common.errors import InputError, one_line, printable
+from ...common.errors import InputError, printable
 from ...common.files import write_text
 from ...common.schema import present
 from .. import logs, results
@@ -25,12 +24,12 @@ from ..report.figures.motion import save_drawing
 from ..report.sections.check import readings_agree, readings_report
 from ..report.sections.robot import robot_description
 from ..report.terminal import print_blocks
-from . import ANSWERED, DO_NOT_USE, values
+from . import values
 from .entry import SETTING, Options, about, command
 from .motions import in_si
 from .options import FilterOptions, FramedRobotOptions, PageOptions, RobotOptions, ViewOptions, print_lines
-from .progress import note, quiet, status
-from .values import NewFile, Positions, Reads, checked, number, numbers, positive_number, texts, word, words
+from .progress import note, quiet, status, withheld
+from .values import NewDrawing, NewFile, Positions, Reads, checked, number, numbers, positive_number, texts, word
 
 if TYPE_CHECKING:
     from ...model import JointAxis, Pose
@@ -38,11 +37,11 @@ else:  # --help names options without importing what they become
     JointAxis = Pose = object
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-_FORMATS = (".png", ".svg", ".pdf")
 TEMPLATE = Path(__file__).with_name("robot_template.toml")
 """A description that loads as it stands, with every key that a robot's file may have."""
 
 _Logs = Annotated[values.DataFiles, Parameter(help="Recording without payload.")]
+_LIMITS = "LOW:HIGH[:SPEED[:ACCELERATION[:TORQUE]]],.."
 _Function = Annotated[str, Parameter(metavar="NAME", help="Such as base_regressor.")]
 
 
@@ -57,11 +56,10 @@ def run_show(
     *,
     arm: FramedRobotOptions,
     at: Annotated[Positions | None, Parameter(help="Positions to draw [deg or m] (default: 0).")] = None,
-    drawing: Annotated[NewFile | None, Parameter(help="Write a stick figure: .png, .svg or .pdf.")] = None,
+    drawing: Annotated[NewDrawing | None, Parameter(help="Write a stick figure: .png, .svg or .pdf.")] = None,
     view: ViewOptions,
 ) -> None:
     """Run ``robot show``."""
-    check_drawing(drawing)
     robot = arm.load()
     at = at or (0.0,) * robot.n
     with about("--at"):
@@ -105,9 +103,7 @@ def flange(text: str) -> model.Pose:
         turned = np.column_stack([across, np.cross(along, across), along])
         return model.Pose.of(turned, np.array(numbers(",".join(origin), 3)))
     except ValueError as error:
-        raise ValueError(
-            f"{text!r}: X,Y,Z,ZAXIS,XAXIS with two directions at right angles is needed ({error})"
-        ) from None
+        raise ValueError(f"{text!r}: give X,Y,Z,ZAXIS,XAXIS, two directions at right angles ({error})") from None
 
 
 def joint_limits(text: str) -> tuple[tuple[float, ...], ...]:
@@ -115,15 +111,11 @@ def joint_limits(text: str) -> tuple[tuple[float, ...], ...]:
     joints = []
     for part in texts(text):
         ends = part.split(":")
-        words = "LOW:HIGH[:SPEED[:ACCELERATION[:TORQUE]]], such as -170:170:220::300"
-        checked(ends, 2 <= len(ends) <= 5, part, words)
+        checked(ends, 2 <= len(ends) <= 5, part, f"{_LIMITS[:-4]}, such as -170:170:220::300")
         low, high, *rest = [*ends, "", "", ""][:5]
         bounds = (number(low) if low else -math.inf, number(high) if high else math.inf)
         joints.append((*bounds, *(positive_number(bound) if bound else math.inf for bound in rest)))
     return tuple(joints)
-
-
-_LIMITS = "LOW:HIGH[:SPEED[:ACCELERATION[:TORQUE]]],.."
 
 
 class _Sheet(Options):
@@ -131,7 +123,7 @@ class _Sheet(Options):
     """A file to fill in: every key with an example (default: to standard output)."""
     name: str | None = None
     """Short name."""
-    joint: Annotated[tuple[JointAxis, ...], words(joint_axis, "AXIS,X,Y,Z[,slide]")] = ()
+    joint: Annotated[tuple[JointAxis, ...], word(joint_axis, "AXIS,X,Y,Z[,slide]", None)] = ()
     """x, -y, .. or a:b:c, and a point [m]; one option per joint."""
     flange: Annotated[Pose | None, word(flange, "X,Y,Z,ZAXIS,XAXIS")] = None
     """Origin [m], direction out of it, its x axis."""
@@ -145,7 +137,7 @@ class _Sheet(Options):
     """Mass of the whole arm, its base with it, if known."""
     out: Annotated[NewFile | None, Parameter(metavar="F.toml")] = None
     """File to write (default: NAME.toml)."""
-    drawing: NewFile | None = None
+    drawing: NewDrawing | None = None
     """.svg, .png or .pdf (default: beside the file, .svg)."""
     overwrite: bool = False
     """Replace the file if it is there."""
@@ -158,8 +150,7 @@ class _Sheet(Options):
                 if entry.name not in ("template", "out", "overwrite"):
                     self.refuse(entry.name, "belongs to a robot by options, --template is a file to fill in")
             return
-        check_drawing(self.drawing)
-        if missing := [f"--{name}" for name in ("name", "joint", "flange") if not self.has(name)]:
+        if missing := [f"--{name}" for name in ("name", "joint", "flange") if not getattr(self, name)]:
             raise InputError(f"give {', '.join(missing)}, or --template for a file to fill in")
 
     def write(self, out: Path, text: str) -> None:
@@ -230,12 +221,6 @@ def new_robot(sheet: _Sheet) -> tuple[model.Robot, tuple[float, ...]]:
     return robot, drawn_at
 
 
-def check_drawing(path: str | None) -> None:
-    """Refuse a drawing in a format that is not known."""
-    if path and Path(path).suffix.lower() not in _FORMATS:
-        raise InputError(f"--drawing {path!r}: a drawing ends in .png, .svg or .pdf")
-
-
 def draw(robot: model.Robot, path: str, at: tuple[float, ...]) -> None:
     """Write the drawing of a robot at positions in degrees and metres, and say so."""
     shown = ", ".join(f"{x:g}" for x in at)
@@ -250,7 +235,7 @@ class _Page(PageOptions):
 
 
 @command
-def run_check(*, arm: RobotOptions, data: _Logs, processing: FilterOptions, files: _Page) -> int:
+def run_check(*, arm: RobotOptions, data: _Logs, processing: FilterOptions, files: _Page) -> bool:
     """Run ``robot check``."""
     setup = processing.setup(arm.load())
     robot = setup.robot
@@ -265,7 +250,7 @@ def run_check(*, arm: RobotOptions, data: _Logs, processing: FilterOptions, file
         readings = estimation.rank_readings(robot, recordings, setup.processing, progress) if recordings else None
     shown = readings_report(robot, poses, readings)
     files.give(shown, lambda: robot_check_document(robot, poses, readings), setup.in_words())
-    return ANSWERED if readings_agree(poses, readings) else DO_NOT_USE
+    return readings_agree(poses, readings)
 
 
 class _Bodies(Options):
@@ -290,7 +275,7 @@ class _Bodies(Options):
 
 
 @command
-def run_export(*, arm: RobotOptions, bodies: _Bodies) -> int:
+def run_export(*, arm: RobotOptions, bodies: _Bodies) -> bool:
     """Run ``robot export``."""
     form = simulators.FORMATS[bodies.to]
     robot = arm.load()
@@ -305,9 +290,7 @@ def run_export(*, arm: RobotOptions, bodies: _Bodies) -> int:
         whole = estimation.whole_robot(robot, dict(robot.parameters), source)
     against += whole.heavier_than_the_arm()
     if against and not bodies.despite_verdict:
-        why = "; ".join(against)
-        print(f"dynident: not written: {one_line(why)} (--despite-verdict writes it all the same)", file=sys.stderr)
-        return DO_NOT_USE
+        return withheld("written", f"{'; '.join(against)} (--despite-verdict writes it all the same)")
     notes = robot_notes(form, whole)
     if bodies.into is None:
         write_text(bodies.out, form.text(whole))
@@ -316,7 +299,7 @@ def run_export(*, arm: RobotOptions, bodies: _Bodies) -> int:
         write_text(bodies.out, text)
         notes += more
     print_lines(f"{bodies.out}: {whole.source}. Prior: {whole.prior}.", *(f"  {line}" for line in notes))
-    return ANSWERED
+    return True
 
 
 @command

@@ -17,7 +17,6 @@ import numpy as np
 from cyclopts import Parameter
 
 from ... import model, trajectories
-from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import made_folder
 from .. import logs
@@ -34,8 +33,6 @@ _Trajectory = Annotated[str, Reads("trajectories"), Parameter(metavar="CSV")]
 
 _SHARE = 0.08
 _POINTS = 16
-
-
 _RATE = word(where(number, lambda rate: 20.0 <= rate <= 1e4, "a rate from 20 to 10000 Hz"), "HZ")
 _SAG = word(where(number, lambda sag: 0.0 < sag <= 100.0, "above 0 and at most 100 mrad"), "MRAD")
 
@@ -159,12 +156,9 @@ def _disturbances(
     try:
         level = share(noise)
     except ValueError:
-        raise InputError(
-            f"--noise {noise!r}: give none, assumed, paper, slow or a share of the torque such as 0.08"
-        ) from None
+        raise InputError(f"--noise {noise!r}: give none, assumed, paper, slow or a share such as 0.08") from None
     simulator, torques = trajectories.Simulator(robot), []
     for reference in references:
         t = np.linspace(0.0, reference.duration, 2000)
         torques.append(simulator.measure(model.Motion(t, *reference.at(t))).torque)
-    root_mean_square: Array = np.sqrt(np.mean(np.concatenate(torques) ** 2, axis=0))
-    return trajectories.relative_disturbances(root_mean_square, level)
+    return trajectories.relative_disturbances(np.sqrt(np.mean(np.concatenate(torques) ** 2, axis=0)), level)

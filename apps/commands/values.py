@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypeVar
 from cyclopts import Parameter, Token
 
 from ... import estimation, model
+from ...common.errors import InputError
 
 if TYPE_CHECKING:
     from ...estimation import Candidates, StopRule
@@ -36,6 +37,7 @@ class Writes(NamedTuple):
     """Marks an option that names what is written: a file, a folder, or a file or "-" for standard output."""
 
     kind: Literal["file", "folder", "stream"]
+    endings: tuple[str, ...] = ()  # that its name may have; any by default
 
 
 def checked(value: _Value, good: bool, text: str, words: str) -> _Value:
@@ -93,9 +95,16 @@ def numbers(text: str, count: int | None = None) -> tuple[float, ...]:
     return checked(values, len(values) == (count or len(values)), text, words)
 
 
-def numbers_or(name: str, text: str) -> tuple[float, ...] | str:
-    """A name as it stands; or numbers separated by commas."""
-    return text if text == name else numbers(text)
+def each_joint(given: tuple[float, ...], count: int, option: str) -> tuple[float, ...]:
+    """A number for each of so many joints, where one may stand for all."""
+    if len(given) not in (1, count):
+        raise InputError(f"{option}: {len(given)} numbers for {count} joints: give one for all, or one each")
+    return given * count if len(given) == 1 else given
+
+
+def numbers_or(ending: str, text: str) -> tuple[float, ...] | str:
+    """A text of this ending as it stands; or numbers separated by commas."""
+    return text if text.lower().endswith(ending) else numbers(text)
 
 
 def texts(text: str) -> tuple[str, ...]:
@@ -126,6 +135,13 @@ def with_sigma(text: str) -> tuple[tuple[float, ...], float | None]:
     return masses, positive_number(sigma) if mark else None
 
 
+def weighed(text: str) -> tuple[float, float | None]:
+    """A mass [kg] and the scale's standard deviation where it is told."""
+    masses, sigma = with_sigma(text)
+    checked(masses, len(masses) == 1, text, "one mass, with its standard deviation where it was weighed: 2.5+-0.01")
+    return masses[0], sigma
+
+
 def friction(text: str) -> tuple[Friction, ...] | Candidates:
     """Terms of friction: those that the data show, the paper's, or a list such as FS,FV,FL2."""
     if text == "auto":
@@ -146,11 +162,6 @@ def levels(text: str) -> dict[str, float]:
     parts = [part.partition("=") for part in texts(text)]
     checked(parts, all(mark for _, mark, _ in parts), text, "levels such as FL2=0.06,FR1=20")
     return {name: number(value) for name, _, value in parts}
-
-
-def gains_or_file(text: str) -> tuple[float, ...] | str:
-    """Numbers separated by commas, or the path of a JSON file."""
-    return text if text.lower().endswith(".json") else numbers(text)
 
 
 def gain_errors(text: str) -> tuple[tuple[float, ...], float]:
@@ -206,25 +217,20 @@ def frame(text: str) -> Pose:
     return model.Pose.from_rpy(values[:3], [math.radians(angle) for angle in values[3:]])
 
 
-def word(read: Callable[[str], Any], metavar: str) -> Parameter:
-    """A value that is read from one word, which may begin with a minus; a list in a file is joined by commas."""
+def word(read: Callable[[str], Any], metavar: str, count: int | None = 1) -> Parameter:
+    """A value that is read from one word, which may begin with a minus, or from a ``count`` of words.
+
+    These, and a list in a file, are joined by commas. Without a count each word is a value, any number of them.
+    """
 
     def converted(_: object, tokens: Sequence[Token]) -> Any:
-        typed = tokens[-1].source == "cli"
-        return read(tokens[-1].value if typed else ",".join(token.value for token in tokens))
+        words = [token.value for token in tokens]
+        if count is None:
+            return tuple(map(read, words))
+        return read(words[-1] if count == 1 and tokens[-1].source == "cli" else ",".join(words))
 
     return Parameter(
-        converter=converted, n_tokens=1, metavar=metavar, accepts_keys=False, allow_leading_hyphen=True
-    )
-
-
-def words(read: Callable[[str], Any], metavar: str) -> Parameter:
-    """Values that are read from one word each, any of which may begin with a minus."""
-    return Parameter(
-        converter=lambda _, tokens: tuple(read(token.value) for token in tokens),
-        metavar=metavar,
-        accepts_keys=False,
-        allow_leading_hyphen=True,
+        converter=converted, n_tokens=count, metavar=metavar, accepts_keys=False, allow_leading_hyphen=True
     )
 
 
@@ -239,9 +245,10 @@ Positions = Annotated[tuple[float, ...], word(numbers, "Q1,Q2,..")]
 """In degrees of turning joints, metres of sliding ones."""
 Joints = Annotated[tuple[int, ...], word(joint_list, "J1,J2,..")]
 Names = Annotated[tuple[str, ...], word(names_list, "A,B,..")]
-Weighed = Annotated[tuple[tuple[float, ...], float | None], word(with_sigma, "KG+-KG")]
+Weighed = Annotated[tuple[float, float | None], word(weighed, "KG+-KG")]
 Bounds = Annotated[tuple[float | None, float | None], word(bounds, "LEAST,MOST")]
 Frame = Annotated[Pose, word(frame, "X,Y,Z,R,P,Y")]
+FrameWords = Annotated[Pose, word(frame, "X Y Z RX RY RZ", 6)]
 FrictionTerms = Annotated[tuple[Friction, ...] | Candidates, word(friction, "auto|paper|TERMS")]
 Essential = Annotated[StopRule, word(stop_rule, "RATIO|PERCENT")]
 
@@ -256,6 +263,7 @@ LogMapFile = Annotated[str, Reads("log map"), Parameter(metavar="TOML")]
 PayloadFile = Annotated[str, Reads("payload"), Parameter(metavar="TOML")]
 PayloadResultFile = Annotated[str, Reads("payload"), Parameter(metavar="PAYLOAD.json")]
 NewFile = Annotated[str, Writes("file"), Parameter(metavar="F")]
+NewDrawing = Annotated[str, Writes("file", (".png", ".svg", ".pdf")), Parameter(metavar="F")]
 NewFolder = Annotated[str, Writes("folder"), Parameter(metavar="DIR")]
 NewPage = Annotated[str, Writes("file"), Parameter(metavar="F.html")]
 Stream = Annotated[str, Writes("stream"), word(path_or_dash, "F")]

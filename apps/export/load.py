@@ -17,7 +17,7 @@ from ...common.schema import present
 from ...estimation.results.payload import FreeEstimate, PayloadResult, PossibleEstimate, array, bounds, numbers
 from ...model import INERTIAL, InertialParameters, Pose
 from ...model.inertia import ten_parameters
-from ..numbers import interval_digits
+from ..numbers import interval_digits, placed
 from ..results import read_stored_payload
 from .format import Format
 
@@ -110,6 +110,13 @@ class ControllerLoad:
         return "" if carried else f"a mass of {self.mass:.4g} kg, the arm carries {self.rated:g} kg"
 
     @property
+    def against(self) -> str:
+        """Fault for which it must not be written, its verdict or its mass; empty for others."""
+        if self.verdict == "do_not_use":
+            return f"the verdict on {self.source} is 'do not use': {'; '.join(self.reasons)}"
+        return self.beyond_rating and f"{self.source}: {self.beyond_rating}"
+
+    @property
     def com(self) -> Array:
         """Centre of mass in ``frame`` [m], shape (3,)."""
         return self.body.com
@@ -149,9 +156,10 @@ class ControllerLoad:
         body = InertialParameters(ten_parameters(float(mass), com, inertia))
         return replace(self, body=body, half_widths=None, inertia_digits=digits, added=self.widened + added)
 
-    def seen_from(self, rotation: Array, origin: Array, frame: str) -> "ControllerLoad":
-        """The load in another frame, whose axes (columns, 3 x 3) and origin [m] are given in this one."""
-        return replace(self, body=self.body.moved(rotation.T, -rotation.T @ origin), frame=frame, flange=None)
+    def seen_from(self, pose: Pose, frame: str) -> "ControllerLoad":
+        """The load in another frame, whose pose is given in this one."""
+        back = pose.inverse()
+        return replace(self, body=self.body.moved(back.R, back.p), frame=frame, flange=None)
 
     def in_flange(self) -> "ControllerLoad | None":
         """The load in the flange, where its frame is the flange or the flange's place in it is known."""
@@ -159,10 +167,8 @@ class ControllerLoad:
             return self
         if self.flange is None:
             return None
-        position = ", ".join(f"{x:g}" for x in self.flange.origin)
-        turn = ", ".join(f"{np.degrees(angle) + 0.0:g}" for angle in self.flange.rpy)
-        frame = f"flange, at ({position}) m, ({turn}) deg in {self.frame} ({self.flange_source or 'no source'})"
-        return self.seen_from(self.flange.R, self.flange.p, frame)
+        frame = f"flange, at {placed(self.flange)} in {self.frame} ({self.flange_source or 'no source'})"
+        return self.seen_from(self.flange, frame)
 
 
 def _digits(values: Array, half_width: float) -> int:
@@ -206,12 +212,9 @@ def load_of(
     there = sorted({estimate.method for estimate in result.estimates})
     number = method if method is not None or not there else result.method
     estimates: tuple[FreeEstimate | PossibleEstimate, ...] = (*result.possible, *result.free)
-    chosen = [estimate for estimate in estimates if estimate.method == number]
-    if not chosen:
-        raise InputError(
-            f"{name}: no estimate of method {number}; there are {', '.join(map(str, there)) or 'none'}"
-        )
-    estimate, verdict = chosen[0], result.verdict
+    estimate, verdict = next((each for each in estimates if each.method == number), None), result.verdict
+    if estimate is None:
+        raise InputError(f"{name}: no estimate of method {number}; there are {str(there)[1:-1] or 'none'}")
     if isinstance(estimate, PossibleEstimate):
         kind = "constrained"
         parts = (array(estimate.com_interval95, 3, 2), array(estimate.inertia_com_interval95, 3, 3, 2))
@@ -221,10 +224,8 @@ def load_of(
         coms = array(estimate.com_sigma, 3), array(estimate.com_sigma_robust, 3)
         inertias = array(estimate.inertia_com_sigma, 3, 3), array(estimate.inertia_com_sigma_robust, 3, 3)
         halves = [2.0 * each for each in (estimate.larger_sigma[9], np.fmax(*coms), np.fmax(*inertias))]
-    known = (np.isfinite(half) & (half > 0.0) for half in halves)
-    widths = tuple(
-        float(np.min(half, where=there, initial=np.inf)) for half, there in zip(halves, known, strict=True)
-    )
+    # The narrowest that is known.
+    widths = tuple(float(np.min(half, where=np.isfinite(half) & (half > 0.0), initial=np.inf)) for half in halves)
     source, reasons, ten = f"{name}, method {number} ({kind})", verdict.reasons, estimate.ten
     point_mass = verdict.level == "mass_and_com_only" and not despite_verdict
     if result.assumed and number == result.method:
@@ -233,10 +234,8 @@ def load_of(
         ten, widths = numbers(result.assumed.parameters), (*widths[:2], math.inf)
     needed = INERTIAL[6:] if point_mass else INERTIAL
     if missing := [kind for kind, x in zip(INERTIAL, ten, strict=True) if kind in needed and np.isnan(x)]:
-        raise InputError(
-            f"{name}: {', '.join(missing)} was not measured: move more joints, or assume an inertia by 'dynident "
-            "weigh --inertia box:AxBxC'"
-        )
+        advice = "move more joints, or assume an inertia by 'dynident weigh --inertia box:AxBxC'"
+        raise InputError(f"{name}: {', '.join(missing)} was not measured: {advice}")
     if np.isnan(ten).any():  # of a point mass, whose inertia is not used
         body = InertialParameters.from_com(ten[9], ten[6:9] / ten[9], np.zeros((3, 3)))
     else:
@@ -270,9 +269,7 @@ def load_head(form: Format[ControllerLoad], load: ControllerLoad) -> list[str]:
     elif "products" not in form.holds:
         largest = float(np.abs(load.inertia[np.triu_indices(3, 1)]).max())
         lost = largest / float(np.diag(load.inertia).min()) if largest > 0.0 else 0.0
-        lines.append(
-            f"Products of inertia have no place here: the largest is {100 * lost:.2g} % of the smallest moment."
-        )
+        lines.append(f"No place for products of inertia: the largest is {100 * lost:.2g} % of the smallest moment.")
     if load.widened > 0.0:
         lines.append(
             f"A body at the edge of the possible: {load.widened:.1g} kg m^2 added to each moment, so that no "

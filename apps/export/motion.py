@@ -43,10 +43,9 @@ class WrittenMotion:
     def described(self) -> Robot:
         """The robot with an acceleration limit for every joint: the description's, else that of the design."""
         joints = []
-        for joint, acceleration in zip(self.robot.joints, self.bounds.acceleration, strict=True):
+        for joint, most in zip(self.robot.joints, self.bounds.acceleration.tolist(), strict=True):
             finite = np.isfinite(joint.limits.acceleration)
-            limits = joint.limits if finite else replace(joint.limits, acceleration=float(acceleration))
-            joints.append(replace(joint, limits=limits))
+            joints.append(joint if finite else replace(joint, limits=replace(joint.limits, acceleration=most)))
         return replace(self.robot, joints=tuple(joints))
 
     def sampled(self) -> Motion:

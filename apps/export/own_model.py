@@ -75,9 +75,9 @@ def _read_urdf(path: str) -> tuple[dict[str, Placed], Extra]:
         there, body = pose(joint.child), tree.links[joint.child]
         if joint.kind == "fixed":
             fixed[joint.child] = (moving(joint.parent), body.mass if body is not None else 0.0)
-            continue
-        axis = np.array(joint.axis) / np.linalg.norm(joint.axis)
-        placed[joint.name] = Placed(there.p, there.R @ axis, joint.child, there)
+        else:
+            axis = np.array(joint.axis) / np.linalg.norm(joint.axis)
+            placed[joint.name] = Placed(there.p, there.R @ axis, joint.child, there)
     return placed, fixed
 
 
@@ -162,17 +162,17 @@ def _matched(
         own_names = [each[j] for each in lists if each[j] in placed]
         names |= {j: own_names[0]} if own_names else {}
     if not names:
-        raise InputError(
-            f"{path}: none of its joints ({', '.join(placed) or 'none'}) is called as the robot's "
-            f"({', '.join(whole.joint_names)}): give joint_names in a robot file of your own"
-        )
+        theirs, ours = ", ".join(placed) or "none", ", ".join(whole.joint_names)
+        fault = f"none of its joints ({theirs}) is called as the robot's ({ours})"
+        raise InputError(f"{path}: {fault}: give joint_names in a robot file of your own")
     frames = frames_at(robot, [0.0] * robot.n)
     own = {j: (frames[j + 1].p, frames[j + 1].R[:, 2]) for j in names}
-    theirs = {j: (placed[name].point, placed[name].axis) for j, name in names.items()}
+    there = {j: (placed[name].point, placed[name].axis) for j, name in names.items()}
     slides = {j for j in names if not robot.joints[j].revolute}
-    R, t = _aligned(own, theirs, slides)
+    R, t = _aligned(own, there, slides)
+    moved, links = {}, moved_links(whole)
     for j, name in names.items():
-        (p, z), (point, axis) = own[j], theirs[j]
+        (p, z), (point, axis) = own[j], there[j]
         angle = math.atan2(float(np.linalg.norm(np.cross(R @ z, axis))), float((R @ z) @ axis))
         beside = 0.0 if j in slides else float(np.linalg.norm(np.cross(R @ p + t - point, axis)))
         if angle > TURNED or beside > FAR:
@@ -180,8 +180,6 @@ def _matched(
                 f"{path}: at zero the axis of {name} lies {1e3 * beside:.1f} mm beside the robot's, turned by "
                 f"{math.degrees(angle):.2f} deg: its geometry, zero or sense is not {robot.name}'s"
             )
-    moved, links = {}, moved_links(whole)
-    for j, name in names.items():
         link, pose = frames[j + 1] @ links[j].own, placed[name].pose
         moved[j] = whole.links[j].body.moved(pose.R.T @ R @ link.R, pose.R.T @ (R @ link.p + t - pose.p))
     return names, moved

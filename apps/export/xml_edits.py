@@ -61,11 +61,11 @@ class XmlEdits:
 
     def named(self, tag: str, name: str) -> Spot:
         """The element of a tag and a name, which must stand in the file."""
-        for spot in self.spots:
-            if spot.tag == tag and spot.values.get("name") == name:
-                return spot
-        fault = f"{tag} {name!r} does not stand in this file: give the file that it is included from"
-        raise InputError(f"{self._path}: {fault}")
+        found = next((spot for spot in self.spots if spot.tag == tag and spot.values.get("name") == name), None)
+        if found is None:
+            fault = f"{tag} {name!r} does not stand in this file: give the file that it is included from"
+            raise InputError(f"{self._path}: {fault}")
+        return found
 
     def within(self, above: Spot, tag: str) -> Spot | None:
         """The first element of a tag straight in another one."""

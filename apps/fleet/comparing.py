@@ -245,7 +245,7 @@ def arm_of(recordings: Sequence[Stored]) -> Arm:
     whole = weighted(merged(equations.whole for equations in same))
     nights = [_night(recording, whole, usual - mass) for recording, mass in zip(ordered, reported, strict=True)]
     series = tuple(
-        Series.of_nights(arm, name, days, *np.array([night[name] for night in nights]).T) for name in nights[0]
+        Series.of_nights(arm, name, days, *np.transpose([own[name] for own in nights])) for name in nights[0]
     )
     return Arm(arm, days, reported, series, widened(whole, compared_by(same[-1])[1]))
 

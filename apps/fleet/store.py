@@ -4,6 +4,7 @@ import hashlib
 import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -58,11 +59,10 @@ class Log(Document, frozen=True):
             return f"day {self.day!r} is no date: write 2026-01-31 or 2026-01-31T02:00"
         if not _YEARS[0] <= year <= _YEARS[1]:
             return f"day {self.day!r} is of no recording: years {_YEARS[0]} to {_YEARS[1]} are"
-        try:
+        with suppress(ValueError):
             float(self.payload or 0.0)
-        except ValueError:
-            return f"payload {self.payload!r} is no number"
-        return ""
+            return ""
+        return f"payload {self.payload!r} is no number"
 
     def other_day(self, start: float) -> str:
         """Fault of a log whose clock, at ``start`` [s], tells another day than it is said to be of; empty if none.
@@ -90,8 +90,7 @@ def found_logs(paths: Sequence[str]) -> tuple[str, ...]:
         inside = [place] if place.exists() else Path(anchor).glob(str(place.relative_to(anchor)))
         if place.is_dir():
             inside = (file for file in place.rglob("*") if file.name.endswith(SUFFIXES))
-        found = {str(file) for file in inside if file == place or file.is_file()}
-        if not found:
+        if not (found := {str(file) for file in inside if file == place or file.is_file()}):
             raise InputError(f"{path}: no log there")
         logs |= found
     return tuple(sorted(logs))
@@ -127,11 +126,10 @@ def catalog(logs: Sequence[str], pattern: str = "") -> tuple[Log, ...]:
 
 def same_time(logs: Iterable[Log]) -> dict[str, str]:
     """Find logs of one arm at one time: path -> what is wrong with it."""
-    owners, wrong = dict[tuple[str, str], str](), dict[str, str]()
+    owners, wrong = dict[object, str](), dict[str, str]()
     for log in logs:
-        if log.wrong or log.arm is None or log.day is None:
-            continue
-        if (owner := owners.setdefault((log.arm, log.day), log.file)) != log.file:
+        known = not log.wrong and log.arm is not None and log.day is not None
+        if known and (owner := owners.setdefault((log.arm, log.day), log.file)) != log.file:
             wrong[log.file] = f"{owner} is of arm {log.arm!r} at {log.day} too: give times, or another name"
     return wrong
 

@@ -173,7 +173,7 @@ def _arrays_log(path: Path, arrays: Mapping[str, Any], objects: Mapping[str, str
         name, kind = next(iter(objects.items()))
         remedy = _REMEDIES.get(kind, _OTHERWISE).format(name=name)
         raise InputError(
-            f"{path}: variable {name} is a MATLAB {kind}, which only MATLAB can read: there write {remedy}"
+            f"{path}: variable {name} is a MATLAB {kind}, which only MATLAB reads: there write {remedy}"
         )
     if rows < 2:
         raise InputError(f"{path}: holds no arrays of samples: arrays by name are needed, as t, q and tau")

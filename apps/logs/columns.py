@@ -248,9 +248,7 @@ class Naming:
     def _expanded(self, pattern: str) -> tuple[str, ...]:
         joints = self.joints if "{joint}" in pattern else ()
         if "{joint}" in pattern and not joints:
-            raise InputError(
-                f"{self.log_map.source}: columns {pattern!r}: name the joints by joints = [...] or --joints"
-            )
+            raise InputError(f"{self.log_map.source}: {pattern!r}: name the joints: joints = [...], --joints")
         prefixes = self.known.prefixes
         if "*" in pattern and len(prefixes) > 1:
             raise InputError(
@@ -327,10 +325,8 @@ def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]
         # The controller's own prediction does not stand in the place of a measured torque.
         computed = () if naming.is_plain or naming.holds("torque") else naming.columns("torque_reference")
         if computed and there >= set(computed):
-            raise InputError(
-                f"{path}: {computed[0]} and so on are what the controller computes, not what was measured: "
-                f"record {currents[0]} and so on as well"
-            )
+            fault = f"{computed[0]} and so on are what the controller computes, not what was measured"
+            raise InputError(f"{path}: {fault}: record {currents[0]} and so on as well")
         return "torque", []
     if len(gains) != n:
         raise InputError(f"--drive-gains has {len(gains)} numbers, the robot has {n} joints: give one per joint")
@@ -339,22 +335,19 @@ def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]
             raise InputError(f"--drive-gains: gain {joint} is {gain}: give a number other than zero in N·m/A")
     if not naming.holds("current"):
         raise InputError(f"{path}: --drive-gains given, but the file has no currents {named}: leave them out")
-    both = naming.holds("torque")
-    return "current", ["has torques too; currents and drive gains are used"] * both
+    return "current", ["has torques too; currents and drive gains are used"] * naming.holds("torque")
 
 
 def check_missing(raw: RawLog, columns: Sequence[str]) -> None:
     """Refuse a log without some columns."""
-    missing = [name for name in columns if name not in raw.names]
-    if not missing:
-        return
-    free = [name for name in raw.names if name not in columns]
-    close = difflib.get_close_matches(missing[0], free, 1, 0.75)
-    hint = f" (is it {close[0]!r}?)" if close else ""
-    raise InputError(
-        f"{raw.path}: column {', '.join(missing)} missing{hint}; found {in_a_row(raw.names)}: log "
-        "them, name yours in a --log-map, or give the robot that has these joints"
-    )
+    if missing := [name for name in columns if name not in raw.names]:
+        free = [name for name in raw.names if name not in columns]
+        close = difflib.get_close_matches(missing[0], free, 1, 0.75)
+        hint = f" (is it {close[0]!r}?)" if close else ""
+        raise InputError(
+            f"{raw.path}: column {', '.join(missing)} missing{hint}; found {in_a_row(raw.names)}: log "
+            "them, name yours in a --log-map, or give the robot that has these joints"
+        )
 
 
 def in_a_row(names: Sequence[str]) -> str:

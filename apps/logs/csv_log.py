@@ -141,9 +141,7 @@ class _Text:
             except (ValueError, IndexError, TypeError) as error:
                 raise self._bad_cell(str(error)) from None
         if per_row and values.size % per_row:
-            raise InputError(
-                f"{self._path}: {values.size} numbers are not whole samples of {per_row}: the file is cut"
-            )
+            raise InputError(f"{self._path}: {values.size} numbers are no whole samples of {per_row}: it is cut")
         return values.reshape(-1, per_row)[:, wanted] if per_row else values
 
     def _lines(self, text: io.TextIOBase) -> Iterator[str]:
@@ -232,9 +230,7 @@ def dialect_of(path: Path, layout: Layout) -> Dialect:
         fraction = remark.partition("=")[2].strip()
         sigma = float(fraction) if dialect.is_number(fraction) else -1.0
         if not 0.0 <= sigma < 1.0:
-            raise InputError(
-                f"{path}: gain_sigma = {fraction}: must be a fraction from 0 to below 1, 0 for exact torques"
-            )
+            raise InputError(f"{path}: gain_sigma = {fraction}: give a fraction from 0 to below 1; 0 if exact")
         remarks.remove(remark)
     unusual = not layout.delimiter and (delimiter != usual or bool(stated))
     told = {

@@ -6,7 +6,7 @@ following error falls. The torque itself does not tell: the same motion needs th
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 from msgspec import field
@@ -30,11 +30,8 @@ _FEWEST = 4  # blocks
 _MOVES = 1e-2  # rad or m: a joint that spans less is held
 
 
-class Following(NamedTuple):
-    """Errors that a controller left: ``recording`` holds them in the place of torques [rad or m, N·m or N]."""
-
-    kind: Missed
-    recording: Recording
+Following = tuple[Missed, Recording]
+"""Errors that a controller left, in the place of torques [rad or m, N·m or N], and which."""
 
 
 class Change(Document, frozen=True):
@@ -86,8 +83,8 @@ def read_following(
         stretches = pieces(recording.t, robot.processing.cutoff, recording.source)
         if len(stretches.rows) > 1:
             raise InputError(f"{naming.raw.path}: {stretches.notes[-1]}: give a log without gaps")
-        return Following(kind, next(cut(recording, stretches)))
-    return Following("torque", read_recording(path, robot, drive_gains, log_map))
+        return kind, next(cut(recording, stretches))
+    return "torque", read_recording(path, robot, drive_gains, log_map)
 
 
 def following_change(
@@ -97,14 +94,13 @@ def following_change(
 
     A joint below ``still_speed`` [rad/s or m/s] stands still; positions may differ by ``max_mismatch`` [rad or m].
     """
-    if before.kind != after.kind:
-        raise InputError(
-            f"{before.recording.source} holds the {before.kind}, {after.recording.source} the {after.kind}: log "
-            "the same columns in both"
-        )
-    pair = aligned(before.recording, after.recording, None, max_mismatch)
+    (kind, old), (new_kind, new) = before, after
+    if kind != new_kind:
+        held = f"{old.source} holds the {kind}, {new.source} the {new_kind}"
+        raise InputError(f"{held}: log the same columns in both")
+    pair = aligned(old, new, None, max_mismatch)
     t = pair.loaded.t
-    too_short = f"{after.recording.source}: less than {_FEWEST} s of common motion: give the whole recordings"
+    too_short = f"{new.source}: less than {_FEWEST} s of common motion: give the whole recordings"
     if len(t) < 2:
         raise InputError(too_short)
     qd: Array = np.gradient(pair.loaded.q, t, axis=0)
@@ -129,10 +125,10 @@ def following_change(
         value = 0.5 * float(np.log(total[1] / total[0]))
         sigma = float(np.sqrt((count - 1.0) / count * np.sum((logs - logs.mean()) ** 2)))
         half = student95(count - 1) * sigma
-        old, new = np.sqrt(total / (len(block) * len(joints))).tolist()
+        rms_old, rms_new = np.sqrt(total / (len(block) * len(joints))).tolist()
         low, high = 1.0 - float(np.exp(value + half)), 1.0 - float(np.exp(value - half))
         clear: _Clear = "fell" if low > 0.0 else "rose" if high < 0.0 else "no clear change"
-        return Change(name, old, new, 1.0 - float(np.exp(value)), (low, high), clear)
+        return Change(name, rms_old, rms_new, 1.0 - float(np.exp(value)), (low, high), clear)
 
     each = tuple(change(f"joint {j + 1}", [j]) for j in joints)
-    return FollowingChange(after.kind, after.kind != "torque", pair.lag, each, change("all joints", joints))
+    return FollowingChange(kind, kind != "torque", pair.lag, each, change("all joints", joints))

@@ -278,24 +278,24 @@ def robot_fits(path: LogPath, log_map: LogMap | None = None) -> RobotFits:
             currents = naming.holds_currents_only
             gains = [1.0] * robot.n if currents else None
             columns, _ = choose(naming, gains)
+            key = tuple(columns.items()), robot.coupling if currents else None
+            if key not in read:
+                try:
+                    read[key] = longest(read_recordings(path, robot, gains, log_map))
+                except InputError as refusal:
+                    read[key] = str(refusal)
+            if isinstance(recording := read[key], str):
+                raise InputError(recording)
         except InputError as refusal:
             faults.append(str(refusal))
             continue
-        key = tuple(columns.items()), robot.coupling if currents else None
-        if key not in read:
-            try:
-                read[key] = longest(read_recordings(path, robot, gains, log_map))
-            except InputError as refusal:
-                read[key] = str(refusal)
-        if isinstance(recording := read[key], str):
-            faults.append(recording)
-        elif mistake := _mistake(robot, recording, currents):
+        if mistake := _mistake(robot, recording, currents):
             others[robot.name] = mistake
-        else:
-            left = None
-            with suppress(InputError):  # too little motion
-                left = weighted(_reduced(robot, recording, robot.processing, currents)[1]).fit.relative
-            fitting.append(RobotFit(robot.name, left))
+            continue
+        left = None
+        with suppress(InputError):  # too little motion
+            left = weighted(_reduced(robot, recording, robot.processing, currents)[1]).fit.relative
+        fitting.append(RobotFit(robot.name, left))
     fitting.sort(key=lambda fit: (fit.residual is None, fit.residual or 0.0))
     fault = next((f"{raw.path}: {mistake}" for mistake in others.values() if not fitting), None)
     if not fitting and not others:

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Literal
@@ -228,11 +228,16 @@ class Quantity(Table, frozen=True):
             factors = factors * values
         return factors
 
-    def lengths(self) -> dict[str, int]:
-        """Lengths of the lists that must have an entry for each joint, by key."""
-        lists = {"unit": self.unit[1:] and self.unit, "sign": self.sign, "zero": self.zero, "rated": self.rated}
-        lists["columns"] = self.columns if len(self.columns) > 1 or "{" not in "".join(self.columns) else ()
-        return {name: len(values) for name, values in lists.items() if values}
+    def lengths(self) -> Iterator[tuple[str, int]]:
+        """Keys of the lists that must have an entry for each joint, and their lengths."""
+        columns = self.columns if len(self.columns) > 1 or "{" not in "".join(self.columns) else ()
+        lists = (
+            ("columns", columns),
+            ("unit", self.unit[1:] and self.unit),
+            ("sign", self.sign),
+            ("zero", self.zero),
+        )
+        return ((name, len(values)) for name, values in (*lists, ("rated", self.rated)) if values)
 
 
 class ToolColumns(Table, frozen=True):
@@ -252,14 +257,13 @@ class ToolColumns(Table, frozen=True):
         """Refuse what contradicts itself."""
         force_setattr(self, "columns", listed(self.columns))
         force_setattr(self, "rotation", listed(self.rotation))
-        if len(self.columns) != 3:
-            raise ValueError(f"pose.columns has {len(self.columns)} names: give those of x, y and z")
-        if bool(self.rotation) != bool(self.form):
+        count, turns = len(self.columns), len(self.rotation)
+        if count != 3:
+            raise ValueError(f"pose.columns has {count} names: give those of x, y and z")
+        if bool(turns) != bool(self.form):
             raise ValueError(f"pose.rotation and pose.form go together; form is one of {', '.join(FORMS)}")
-        if self.form and len(self.rotation) != FORMS[self.form]:
-            raise ValueError(
-                f"pose.rotation has {len(self.rotation)} names: a {self.form} has {FORMS[self.form]} columns"
-            )
+        if self.form and turns != FORMS[self.form]:
+            raise ValueError(f"pose.rotation has {turns} names: a {self.form} has {FORMS[self.form]} columns")
         if self.form == "quaternion" and self.rotation_unit != "rad":
             raise ValueError("pose.rotation_unit: a quaternion has none, leave it out")
 
@@ -339,16 +343,17 @@ class LogMap(Table, frozen=True, dict=True):
 
     def check(self, n: int) -> None:
         """Refuse a map for another number of joints."""
-        advice = f"the robot {n} joints: give one for each joint"
-        for kind in (*QUANTITIES, *(kind for kind in REFERENCES if getattr(self, kind))):
-            for name, length in self.quantity(kind).lengths().items():
-                if length != n:
-                    kind = REFERENCES.get(kind, kind)
-                    raise InputError(f"{self.source}: {kind}.{name} has {length} entries, {advice}")
-        for name, values in (("joints", self.joints), ("gear ratios", self.G)):
-            if len(values) not in (0, n):
+        kinds = (*QUANTITIES, *(kind for kind in REFERENCES if getattr(self, kind)))
+        lists = {
+            f"{REFERENCES.get(kind, kind)}.{key}": size
+            for kind in kinds
+            for key, size in self.quantity(kind).lengths()
+        }
+        lists |= {"joints": len(self.joints) or n, "gear_ratios": len(self.G) or n}
+        for name, size in lists.items():
+            if size != n:
                 raise InputError(
-                    f"{self.source}: {len(values)} {name}, the robot has {n} joints: give one for each joint"
+                    f"{self.source}: {name} has {size} entries, the robot {n} joints: give one for each joint"
                 )
 
     def si(self, kind: str, raw: Array) -> Array:

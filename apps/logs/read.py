@@ -96,9 +96,8 @@ def _side_by_side(label: Path, paths: Sequence[Path], layouts: Sequence[Layout])
     def read(columns: Sequence[str]) -> Array:
         there, clocks, used = dict[str, Array](), list[Array](), list[str]()
         for log in logs:
-            asked = [name for name in columns if found[name][0] is log]
             clock = [time] if time in columns and time in log.names else []
-            if asked:
+            if asked := [name for name in columns if found[name][0] is log]:
                 values = log.whole([*(found[name][1] for name in asked), *clock])
                 there |= dict(zip(asked, values.T, strict=False))
                 clocks += [values[:, -1]] * len(clock)
@@ -183,11 +182,7 @@ def read_recordings(
 def read_recording(
     path: LogPath, robot: Robot, drive_gains: Sequence[float] | None = None, log_map: LogMap | None = None
 ) -> Recording:
-    """Read a log without gaps, as ``read_recordings``.
-
-    Raises:
-        InputError: names the file, line and column of whatever cannot be used; if gaps split it.
-    """
+    """Read a log without gaps, as ``read_recordings``; one that gaps split is refused."""
     first, *others = read_recordings(path, robot, drive_gains, log_map)
     if others:
         raise InputError(f"{origin(first)}: {first.notes[-1]}: read_recordings gives them, or split the file")
@@ -242,9 +237,7 @@ def read_beside(
             notes.append(f"speeds of joint {joints} are zero throughout: taken from positions")
     if len(dead := np.flatnonzero(np.ptp(load, axis=0) == 0.0)):
         joints = ", ".join(str(j + 1) for j in dead)
-        notes.append(
-            f"torque of joint {joints}: one number throughout, a dead channel; left out where others suffice"
-        )
+        notes.append(f"torque of joint {joints}: one number throughout, a dead channel; left out if others suffice")
     name, noted = encodable(str(raw.path)), tuple(f"{encodable(raw.path.name)}: {note}" for note in notes)
     recording = Recording(t, q, torque, qd, name, noted, read, gains, since, raw.gain_sigma, unit)
     return recording, si.get(reference, q[:, :0])
@@ -263,9 +256,7 @@ def _stated(raw: RawLog, columns: Mapping[str, Sequence[str]], log_map: LogMap) 
             for unit in units:
                 factor(kind, unit)
         except ValueError as error:
-            raise InputError(
-                f"{raw.path}: column {names[0]!r}: {error} (--units {option}={SI[kind]} takes another one)"
-            ) from None
+            raise InputError(f"{raw.path}: column {names[0]!r}: {error} (or --units {option}={SI[kind]})") from None
         log_map = structs.replace(log_map, **{kind: structs.replace(log_map.quantity(kind), unit=units)})
         texts.append(f"{kind} {', '.join(dict.fromkeys(units))}")
     return log_map, [f"units as the file tells them: {'; '.join(texts)}"] if texts else []
@@ -282,9 +273,7 @@ def _clock(raw: RawLog, column: str, unit: str, values: Array) -> tuple[Array, N
     where, steps, notes = f"{raw.path}: column {column!r}", np.diff(values), list[str]()
     still = float(np.mean(steps == 0.0)) if len(steps) else 0.0
     if still > _MOST_REPEATED:
-        raise InputError(
-            f"{where}: time stands still in {100 * still:.0f} % of the rows: write it with more digits"
-        )
+        raise InputError(f"{where}: time stands still in {100 * still:.0f} % of the rows: write more digits")
     if not unit:
         rising = steps[steps > 0.0]
         typical = float(np.median(rising)) if len(rising) else 0.0
@@ -312,9 +301,7 @@ def _clock(raw: RawLog, column: str, unit: str, values: Array) -> tuple[Array, N
         rows = "1 row repeats" if repeated == 1 else f"{repeated} rows repeat"
         notes.append(f"{rows} the time of the row before ({100 * repeated / len(t):.2g} %): left out")
     if (typical := typical_step(t[later])) > _SLOWEST["s"]:
-        raise InputError(
-            f"{where}: {typical:g} s from row to row: t must be in seconds; is it in ms? (--units t=ms)"
-        )
+        raise InputError(f"{where}: {typical:g} s from row to row: t must be in s; is it in ms? (--units t=ms)")
     return t[later], later, origin * scale, notes
 
 
@@ -390,16 +377,11 @@ def read_trajectory(path: str | Path, robot: Robot) -> tuple[Array, Array, Array
         if kind != "q" and not set(numbered) & set(raw.names):
             break
         columns += numbered
-    missing = [name for name in columns if name not in raw.names]
-    if missing:
-        raise InputError(
-            f"{path}: column {', '.join(missing)} missing for a trajectory of {n} joints; found "
-            f"{', '.join(raw.names)}"
-        )
+    if missing := [name for name in columns if name not in raw.names]:
+        found = f"column {', '.join(missing)} missing for a trajectory of {n} joints; found {', '.join(raw.names)}"
+        raise InputError(f"{path}: {found}")
     if f"q{n + 1}" in raw.names:
-        raise InputError(
-            f"{path}: column 'q{n + 1}', but robot {robot.name!r} has {n} joints: is it the right robot?"
-        )
+        raise InputError(f"{path}: column 'q{n + 1}', robot {robot.name!r} has {n} joints: is it the right one?")
     values = raw.whole(columns)
     if len(values) < 2:
         raise InputError(f"{path}: {len(values)} rows of numbers: a trajectory needs more")
@@ -411,8 +393,6 @@ def read_trajectory(path: str | Path, robot: Robot) -> tuple[Array, Array, Array
     steps = np.diff(t)
     k = int(np.argmax(steps))
     if steps[k] > max(10.0 * typical_step(t), 0.25):
-        raise InputError(
-            f"{raw.path}: {raw.place(k + 1)}, column 't': {steps[k]:g} s missing after {t[k]:g} s: plan "
-            "every moment"
-        )
+        fault = f"column 't': {steps[k]:g} s missing after {t[k]:g} s: plan every moment"
+        raise InputError(f"{raw.path}: {raw.place(k + 1)}, {fault}")
     return t, q, qd if qd.shape[1] else None, qdd if qdd.shape[1] else None

@@ -36,16 +36,12 @@ def ros_bag(path: Path, layout: Layout) -> RawLog:
         kinds = {one.topic: one.msgtype for one in reader.connections if one.msgtype in _TYPES and one.msgcount}
         topics = sorted(topic for topic, kind in kinds.items() if kind in reader.typestore.fielddefs)
         if layout.topic and layout.topic not in topics:
-            raise InputError(
-                f"{path}: no topic {layout.topic!r} with joint states; found {', '.join(topics) or 'none'}"
-            )
+            raise InputError(f"{path}: no joint states in {layout.topic!r}; found {', '.join(topics) or 'none'}")
         first = min((kinds[topic] for topic in topics), key=_TYPES.index, default="")
         usual = [layout.topic] if layout.topic else [topic for topic in topics if kinds[topic] == first]
         if len(usual) != 1:
             choice = f" ({', '.join(usual)}): choose one by topic in the log map"
-            advice = (
-                f": record as MCAP, which holds the definition of {', '.join(kinds.values())}, or /joint_states"
-            )
+            advice = f": record as MCAP, which defines {', '.join(kinds.values())}, or /joint_states"
             choice = choice if usual else advice if kinds else ": record /joint_states"
             raise InputError(f"{path}: {len(usual)} topics with joint states that can be read{choice}")
         (topic,) = usual

@@ -38,14 +38,12 @@ class RawLog:
     def whole(self, columns: Sequence[str]) -> Array:
         """All rows of the columns, rows x ``len(columns)``; refused where one is no time, place or torque."""
         values = np.ascontiguousarray(self.read(columns))
-        good = np.abs(values) < _HUGE
-        if not good.all():
+        if not (good := np.abs(values) < _HUGE).all():
             row, column = np.argwhere(~good)[0]
-            fault = "too large a number" if np.isfinite(values[row, column]) else "not a finite number"
-            raise InputError(
-                f"{self.path}: {self.place(int(row))}, column {columns[column]!r}: {values[row, column]} is "
-                f"{fault}: mend or remove the row"
-            )
+            bad = values[row, column]
+            fault = f"{bad} is {'too large a number' if np.isfinite(bad) else 'not a finite number'}"
+            where = f"{self.path}: {self.place(int(row))}, column {columns[column]!r}"
+            raise InputError(f"{where}: {fault}: mend or remove the row")
         return values
 
 

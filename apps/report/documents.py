@@ -103,18 +103,13 @@ class RobotCheckDocument(Document, frozen=True):
     ranked: tuple[ReadingDocument, ...] | UnsetType = UNSET
 
 
-class Look(NamedTuple):
-    """A look at one log: its check, None where no robot fits, and the robots that fit where none was named."""
-
-    path: str
-    check: LogReport | None
-    fits: RobotFits | None = None
+Look = tuple[LogReport | None, RobotFits | None]
+"""Check of one log, None where no robot fits, and the robots that fit where none was named."""
 
 
 def check_document(robot: Robot | None, looks: Sequence[Look]) -> CheckDocument:
     """Make the document of ``dynident check --json``."""
-    fits = tuple(look.fits for look in looks if look.fits)
-    logs = tuple(look.check for look in looks if look.check)
+    logs, fits = (tuple(filter(None, part)) for part in zip(*looks, strict=True))
     return CheckDocument(robot.name if robot else None, logs, fits or UNSET)
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from ... import __version__
 from ...common.errors import InputError
@@ -42,20 +42,12 @@ def now() -> datetime:
         raise InputError(f"SOURCE_DATE_EPOCH {fixed!r} is not a time: give seconds since 1970") from None
 
 
-class SourceFile(NamedTuple):
-    """A file that was read: its role, its name and the SHA-256 checksum of its bytes."""
-
-    role: str
-    name: str
-    sha256: str
-
-
 @dataclass(frozen=True)
 class Provenance:
     """Command as typed, files that were read, versions of packages and settings: all that repeats a result."""
 
     command: str
-    files: Sequence[SourceFile] = ()
+    files: Sequence[tuple[str, str, str]] = ()  # role, name and SHA-256 checksum
     settings: Mapping[str, str] = field(default_factory=dict)
     versions: Mapping[str, str] = field(default_factory=versions)
     date: datetime = field(default_factory=now)
@@ -77,9 +69,16 @@ def write_report(path: str | Path, report: Report, provenance: Provenance) -> No
 
 
 def write_plots(folder: str | Path, report: Report) -> None:
-    """Write the figures as PNG, SVG and PDF; the folder is made if missing."""
+    """Write the figures as PNG, SVG and PDF; the folder is made if missing.
+
+    Raises:
+        InputError: if the report has none.
+    """
+    drawings = report.drawings()
+    if not drawings:
+        raise InputError("plots: there is nothing to draw")
     folder = made_folder(folder)
-    for drawing in report.drawings():
+    for drawing in drawings:
         for ending in _ENDINGS:
             save_figure(drawing.figure, folder / f"{drawing.name}.{ending}")
 

@@ -6,7 +6,7 @@ import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from ...common.errors import InputError
 from ...common.files import checksum
@@ -21,7 +21,7 @@ from ..logs.log_check import LogReport
 from ..numbers import SIX
 from . import page
 from .blocks import Report
-from .documents import JudgedMotion, Look, check_document, design_document
+from .documents import JudgedMotion, check_document, design_document
 from .figures.canvas import Figure
 from .sections.check import check_report, log_report
 from .sections.gains import gains_report
@@ -29,14 +29,6 @@ from .sections.motion import design_report
 from .sections.payload import payload_report
 from .sections.robot import robot_report
 from .terminal import printed, screen_text
-
-
-class _Shown(NamedTuple):
-    """Functions that show one kind of result; ``rows``: of its data frame, named like the document's keys."""
-
-    report: Callable[[Any], Report]
-    rows: Callable[[Any], list[dict[str, Any]]]
-    document: Callable[[Any], Any] = lambda result: result
 
 
 def _payload_rows(result: PayloadResult) -> list[dict[str, Any]]:
@@ -56,47 +48,50 @@ def _gains_rows(result: GainsResult) -> list[dict[str, Any]]:
     return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
-_SHOWN: dict[type, _Shown] = {
-    PayloadResult: _Shown(payload_report, _payload_rows),
-    RobotResult: _Shown(robot_report, lambda result: plain(result)["base_parameters"]),
-    GainsResult: _Shown(gains_report, _gains_rows),
-    Design: _Shown(
-        lambda answer: design_report(JudgedMotion.of(answer)),
-        lambda answer: [
-            {"parameter": name, "sigma": sigma} for name, sigma in JudgedMotion.of(answer).learnt.sigma.items()
-        ],
-        lambda answer: design_document(JudgedMotion.of(answer)),
+_SHOWN: dict[type, tuple[Callable[[Any], Report], Callable[[Any], list[dict[str, Any]]]]] = {
+    PayloadResult: (payload_report, _payload_rows),
+    RobotResult: (robot_report, lambda result: plain(result)["base_parameters"]),
+    GainsResult: (gains_report, _gains_rows),
+    JudgedMotion: (
+        design_report,
+        lambda judged: [{"parameter": name, "sigma": sigma} for name, sigma in judged.learnt.sigma.items()],
     ),
-    LogReport: _Shown(
+    LogReport: (
         log_report,
         lambda check: [{"joint": j, **facts} for j, facts in enumerate(plain(check)["logs"][0]["joints"], 1)],
-        lambda check: check_document(check.working.robot, [Look(check.source, check)]),
     ),
 }
+"""Report of each kind of result, and the rows of its data frame, named like the document's keys."""
 
 
-def _shown(answer: object) -> tuple[Any, _Shown]:
-    result = getattr(answer, "result", answer)
-    return result, _SHOWN[type(result)]
+def _result(answer: object) -> Any:
+    return JudgedMotion.of(answer) if isinstance(answer, Design) else getattr(answer, "result", answer)
+
+
+def _report(answer: object) -> Report:
+    result = _result(answer)
+    return _SHOWN[type(result)][0](result)
 
 
 def summary(answer: object, details: bool) -> str:
     """The screen as text."""
-    result, shown = _shown(answer)
-    return screen_text(shown.report(result), details)
+    return screen_text(_report(answer), details)
 
 
 def first_block(answer: object) -> str:
     """The first screen as HTML."""
-    result, shown = _shown(answer)
-    return page.blocks_html(list(printed(shown.report(result).first)))
+    return page.blocks_html(list(printed(_report(answer).first)))
 
 
 def plain(answer: object) -> dict[str, Any]:
     """The document as plain values."""
-    result, shown = _shown(answer)
-    document: dict[str, Any] = json.loads(json_text(shown.document(result)))
-    return document
+    document = result = _result(answer)
+    if isinstance(result, JudgedMotion):
+        document = design_document(result)
+    elif isinstance(result, LogReport):
+        document = check_document(result.working.robot, [(result, None)])
+    values: dict[str, Any] = json.loads(json_text(document))
+    return values
 
 
 def frame(answer: object) -> Any:
@@ -105,36 +100,36 @@ def frame(answer: object) -> Any:
         import pandas
     except ModuleNotFoundError:
         raise ImportError("to_frame() needs pandas: pip install pandas; to_dict() does without") from None
-    result, shown = _shown(answer)
-    rows = shown.rows(result)
+    result = _result(answer)
+    rows = _SHOWN[type(result)][1](result)
     return pandas.DataFrame(rows).set_index(next(iter(rows[0]))) if rows else pandas.DataFrame()
 
 
 def _drawn(answer: object) -> Report:
     """The report with its figures, which a result that was read from a file cannot have."""
-    result, shown = _shown(answer)
+    result = _result(answer)
     if getattr(result, "working", result) is None:
         raise InputError("a result that was read from a file has no recordings to draw: identify again")
     if isinstance(result, LogReport):
-        return check_report([Look(result.source, result)])
-    return shown.report(result)
+        return check_report([(result, None)])
+    return _report(result)
 
 
 def write_report(answer: object, path: str | Path) -> None:
     """Write the page, made by the program that runs from the recordings' files."""
-    report, (result, _) = _drawn(answer), _shown(answer)
+    report, result = _drawn(answer), _result(answer)
     recordings: list[Recording] = []
     working: Any = getattr(result, "working", None)
     if isinstance(result, RobotResult):
-        recordings += [*working.recordings, *working.held_out]
+        recordings = [*working.recordings, *working.held_out]
     elif isinstance(result, PayloadResult | GainsResult):
-        if source := getattr(working, "problem", working).source:
-            recordings += [*source.unloaded, *source.loaded]
+        source = getattr(working, "problem", working).source
+        recordings = [*source.unloaded, *source.loaded] if source else []
         recordings += getattr(working, "held_out", ())
     elif isinstance(result, LogReport):
-        recordings.append(working.recording)
+        recordings = [working.recording]
     paths = dict.fromkeys(recording.source for recording in recordings)
-    files = [page.SourceFile("recording", name, checksum(name)) for name in paths if Path(name).is_file()]
+    files = [("recording", name, checksum(name)) for name in paths if Path(name).is_file()]
     page.write_report(path, report, page.Provenance(f"python {sys.argv[0] or '(interactive)'}", files))
 
 
@@ -152,9 +147,8 @@ def export(result: PayloadResult, to: str, despite_verdict: bool) -> str:
     if to not in FORMATS:
         raise InputError(f"there is no format {to!r}: there are {', '.join(FORMATS)}")
     load = load_of(result, "answer", None, despite_verdict)
-    if not despite_verdict and (load.verdict == "do_not_use" or load.beyond_rating):
-        against = "; ".join(load.reasons) or load.beyond_rating
-        raise InputError(f"not to be used: {against}; despite_verdict=True writes it all the same")
+    if load.against and not despite_verdict:
+        raise InputError(f"not to be used: {load.against}; despite_verdict=True writes it all the same")
     at_flange = load.in_flange()
     if at_flange is None:
         raise InputError(f"the payload's frame is {load.frame!r}, not the flange: identify it there (with_tool)")

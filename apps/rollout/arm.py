@@ -1,5 +1,6 @@
 """Arms that move under recorded torques: a robot of given base parameters, or a user's model in MuJoCo."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,14 @@ _AT_ONCE = 20  # samples whose path is made at once
 _STATES = 20  # of a path, at which stiffness and inertia are looked at
 _BANDWIDTH = 200.0
 """1/s: of the critically damped controller that follows a path."""
+
+
+Predict = Callable[[Array, Array, Array, float], Array]
+"""Positions under torques alone, S x K x n for S starts.
+
+Of positions and speeds at the start, S x n, torques at each of K samples, linear between them, S x K x n, and the
+time between samples [s].
+"""
 
 
 class IdentifiedArm:
@@ -62,14 +71,7 @@ class IdentifiedArm:
         return ca.Function("rollout_step", [x, start, middle, end, shared], [out])
 
     def positions(self, q: Array, qd: Array, torque: Array, step: float) -> Array:
-        """Positions under torques alone, S x K x n for S starts.
-
-        Args:
-            q: positions at the start [rad or m], S x n.
-            qd: speeds there, S x n.
-            torque: at each of K samples, linear between them [N·m or N], S x K x n.
-            step: between samples [s].
-        """
+        """Positions under torques alone; see ``Predict``."""
         path = np.concatenate([torque, np.zeros((*torque.shape[:2], 2 * self.robot.n))], axis=2)
         none = np.zeros(self.robot.n)
         positions, _ = self._run(q, qd, path, step, none, none)
@@ -111,32 +113,27 @@ class IdentifiedArm:
         spring = max(np.abs(np.linalg.eigvals(mobility @ np.diag(kp))).max() ** 0.5 for mobility in mobilities)
         count = max(1, int(np.ceil(step / _STEP - 1e-9)), stable_steps(max(rate, spring), step))
         if count > _FINEST:
-            stiffest = int(np.argmax(np.max([np.diag(m @ damping) for m in mobilities], axis=0))) + 1
+            j = int(np.argmax(np.max([np.diag(m @ damping) for m in mobilities], axis=0))) + 1
             advice = (
-                f"is its rotor inertia IA{stiffest} missing, or at its bound of zero? Identify it with a motion "
-                f"that accelerates joint {stiffest} more"
+                f"is its rotor inertia IA{j} missing, or at its bound of zero? Identify it with a motion that "
+                f"accelerates joint {j} more"
             )
             if self.robot.drives.side == "link":
                 advice = (
-                    "sensors on the link side see no rotor, and the links alone weigh too little against it: open "
-                    "loop judges nothing here, the torques of 'dynident identify --validate' do"
+                    "sensors on the link side see no rotor, and the links alone weigh too little: open loop "
+                    "judges nothing here, the torques of 'dynident identify --validate' do"
                 )
-            raise InputError(
-                f"friction of joint {stiffest} of {self.robot.name} is too fast to integrate ({rate:.0f} 1/s): "
-                f"{advice}"
-            )
+            fault = f"friction of joint {j} of {self.robot.name} is too fast to integrate ({rate:.0f} 1/s)"
+            raise InputError(f"{fault}: {advice}")
         return count
 
     def _mobilities(self, q: Array) -> list[Array]:
         """Inverses of the inertia matrix at some states of paths S x K x n, n x n each."""
-        n = self.robot.n
-        states = q.reshape(-1, n)
-        none = np.zeros(n)
-        mobilities = []
+        n, mobilities = self.robot.n, list[Array]()
+        states, none = q.reshape(-1, n), np.zeros(n)
         for state in states[np.linspace(0, len(states) - 1, min(_STATES, len(states))).astype(int)]:
-            rest, *moved = (
-                np.array(self._forward(state, none, torque, self._chi)).ravel() for torque in (none, *np.eye(n))
-            )
+            torques = (none, *np.eye(n))
+            rest, *moved = (np.array(self._forward(state, none, torque, self._chi)).ravel() for torque in torques)
             mobility = np.column_stack(moved) - rest[:, None]
             if not np.linalg.eigvalsh(0.5 * (mobility + mobility.T))[0] > 0.0:
                 raise InputError(
@@ -166,43 +163,38 @@ def _half_steps(here: Array, after: Array, count: int, step: float) -> Array:
     return np.concatenate([between.reshape(-1, *between.shape[2:]), after[:, -1][None]])
 
 
-class MujocoArm:
-    """A robot described by MJCF or URDF; its first n joints are taken for the robot's, in order."""
+def mujoco_arm(path: str | Path, robot: Robot) -> Predict:
+    """Make a prediction by MJCF or URDF; the model's first n joints are taken for the robot's, in order."""
+    try:
+        import mujoco
+    except ImportError:
+        raise InputError(f"{path}: to move it needs MuJoCo: pip install 'dynident[simulators]'") from None
+    if not Path(path).is_file():
+        raise InputError(f"{path}: no such file")
+    try:
+        model: Any = mujoco.MjModel.from_xml_path(str(path))
+    except ValueError as error:
+        raise InputError(f"{path}: MuJoCo cannot read it: {error}") from None
+    if model.nv != robot.n:
+        raise InputError(
+            f"{path} has {model.nv} degrees of freedom, {robot.name} has {robot.n}: give a model of the arm alone, "
+            "fixed to the ground"
+        )
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
 
-    def __init__(self, path: str | Path, robot: Robot) -> None:
-        """Load the model."""
-        try:
-            import mujoco
-        except ImportError:
-            raise InputError(
-                f"{path}: MuJoCo is needed to move this model: pip install 'dynident[simulators]'"
-            ) from None
-        if not Path(path).is_file():
-            raise InputError(f"{path}: no such file")
-        self.name, self._mujoco = Path(path).name, mujoco
-        try:
-            self._model: Any = mujoco.MjModel.from_xml_path(str(path))
-        except ValueError as error:
-            raise InputError(f"{path}: MuJoCo cannot read it: {error}") from None
-        if self._model.nv != robot.n:
-            raise InputError(
-                f"{path} has {self._model.nv} degrees of freedom, {robot.name} has {robot.n}: give a model of the "
-                "arm alone, fixed to the ground"
-            )
-        self._model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
-
-    def positions(self, q: Array, qd: Array, torque: Array, step: float) -> Array:
-        """Positions under torques alone; arguments and result are those of ``IdentifiedArm.positions``."""
+    def positions(q: Array, qd: Array, torque: Array, step: float) -> Array:
         count = max(1, int(np.ceil(step / _STEP - 1e-9)))
-        self._model.opt.timestep = step / count
+        model.opt.timestep = step / count
         result = np.empty_like(torque)
         for start in range(len(q)):
-            data = self._mujoco.MjData(self._model)
+            data = mujoco.MjData(model)
             data.qpos[:], data.qvel[:] = q[start], qd[start]
             for k in range(torque.shape[1]):
                 result[start, k] = data.qpos
                 here, after = torque[start, k], torque[start, min(k + 1, torque.shape[1] - 1)]
                 for part in range(count):
                     data.qfrc_applied[:] = here + (part + 0.5) / count * (after - here)
-                    self._mujoco.mj_step(self._model, data)
+                    mujoco.mj_step(model, data)
         return result
+
+    return positions

@@ -8,7 +8,6 @@ model could do better, and the replay under a controller decides.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +21,7 @@ from ...estimation.signals.filtering import lowpass, measurement, slopes
 from ...estimation.signals.rows import least_speed
 from ...model import Processing, Recording, Robot, base_parameters
 from ...model.motion import Measurement
-from .arm import IdentifiedArm
+from .arm import IdentifiedArm, Predict
 
 HORIZONS = (0.1, 0.5, 1.0, 2.0)
 """s: after which times the error is stated, unless others are asked for."""
@@ -37,13 +36,6 @@ _NUDGE = 1e-6
 GROWTH_TIME = 0.5
 """s: after which the growth of an error of the start is stated."""
 _SEGMENT, _LEAD = 2.5, 0.5  # s: of the replay, which is made in pieces, and what its controller takes to settle
-
-
-class Arm(Protocol):
-    """An arm that moves under torques: ``IdentifiedArm``, or a model of the user's in a simulator."""
-
-    def positions(self, q: Array, qd: Array, torque: Array, step: float) -> Array:
-        """Positions at each sample, S x K x n, from S starts and torques S x K x n, ``step`` [s] apart."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +69,7 @@ def roll_out_all(
     recordings: Sequence[Recording],
     settings: Settings = DEFAULTS,
     horizons: Sequence[float] = HORIZONS,
-    others: Mapping[str, Arm] | None = None,
+    others: Mapping[str, Predict] | None = None,
 ) -> tuple[Rollout, ...]:
     """Predict each recording's motion from its torques, from many starts, and follow its path.
 
@@ -96,7 +88,7 @@ def roll_out_all(
             "(Identification.robot), for its recordings chose its friction"
         )
     arm = IdentifiedArm(robot, base, values)
-    models, processing = {IDENTIFIED: arm, **(others or {})}, settings.processing_of(robot)
+    models, processing = {IDENTIFIED: arm.positions, **(others or {})}, settings.processing_of(robot)
     return tuple(
         _rolled(arm, recording, processing, horizons, models, settings.progress) for recording in recordings
     )
@@ -107,7 +99,7 @@ def _rolled(
     recording: Recording,
     processing: Processing,
     horizons: Sequence[float],
-    models: Mapping[str, Arm],
+    models: Mapping[str, Predict],
     progress: Progress,
 ) -> Rollout:
     measured = measurement(recording, processing)
@@ -122,13 +114,18 @@ def _rolled(
     count = round(lengths[-1] / step) + 1
     curve = np.linspace(0.0, lengths[-1], _CURVE + 1)[1:]
     samples = np.unique(np.clip(np.rint(np.concatenate([curve, lengths]) / step).astype(int), 1, count - 1))
-    starts = _starts(len(motion.t), count, step, processing.cutoff)
+    # Away from the ends, which the filter does not get right.
+    size, cutoff = len(motion.t), processing.cutoff
+    edge = min(round(_SETTLING / cutoff / step), int(_LARGEST_END * size)) if cutoff else 0
+    last = size - count - edge
+    number = min(_STARTS, max(1, int((last - edge) * step / _APART)))
+    starts = np.linspace(edge, max(last, edge), number).astype(np.intp)
     windows = starts[:, None] + np.arange(count)
     q, qd, torque = motion.q[starts], motion.qd[starts], measured.torque[windows]
     truth = motion.q[windows]
     by = {}
-    for name, model in each(list(models.items()), lambda entry: f"{recording.source}: {entry[0]}", progress):
-        by[name] = _rms(model.positions(q, qd, torque, step) - truth)[:, samples]
+    for name, predict in each(list(models.items()), lambda entry: f"{recording.source}: {entry[0]}", progress):
+        by[name] = _rms(predict(q, qd, torque, step) - truth)[:, samples]
     ahead = q[:, None] + qd[:, None] * (step * np.arange(count))[:, None]
     by[CONSTANT] = _rms(ahead - truth)[:, samples]
     resting = np.max(np.abs(qd), axis=1) < processing.still_speed
@@ -147,14 +144,6 @@ def _rolled(
         replay_joints=joints,
         replay_strayed=strayed,
     ).made_by(errors)
-
-
-def _starts(size: int, count: int, step: float, cutoff: float | None) -> NDArray[np.intp]:
-    """Samples at which predictions start, away from the ends, which the filter does not get right."""
-    edge = min(round(_SETTLING / cutoff / step), int(_LARGEST_END * size)) if cutoff else 0
-    last = size - count - edge
-    number = min(_STARTS, max(1, int((last - edge) * step / _APART)))
-    return np.linspace(edge, max(last, edge), number).astype(np.intp)
 
 
 def _rms(difference: Array) -> Array:

@@ -78,7 +78,11 @@ def view_of(
     touched = np.zeros((len(picked), robot.n), dtype=bool)  # joints at a limit between the shown times
     if problem is not None:
         touched = np.logical_or.reduceat(room_over_time(problem, motion) < _TOUCHED, picked, axis=0)
-    stand_ins = [shape for shape in _links(robot) if shape.frame not in drawn_links]
+    stand_ins = [
+        Shape(tube.name, tube.link, capsule(np.array(tube.start), np.array(tube.end), tube.radius), _LINK)
+        for tube in tubes(robot, _THICK * cylinder_radius(robot))
+        if tube.link not in drawn_links
+    ]
     height, foot = ground_of(robot, frames, problem.scene if problem is not None else None)
     shapes = [*stand_ins, *meshes, *_axes(robot, touched), *(_surroundings(problem, robot) if problem else ())]
     if payload is not None:
@@ -146,12 +150,6 @@ def _picked(motion: Motion, finer: int = 1) -> NDArray[np.intp]:
     duration = float(motion.t[-1] - motion.t[0])
     count = min(len(motion.t), finer * _MOST, max(int(duration * finer * _RATE) + 1, 2))
     return np.unique(np.linspace(0, len(motion.t) - 1, count).round().astype(np.intp))
-
-
-def _links(robot: Robot) -> list[Shape]:
-    """Tubes along the chain."""
-    bodies = tubes(robot, _THICK * cylinder_radius(robot))
-    return [Shape(b.name, b.link, capsule(np.array(b.start), np.array(b.end), b.radius), _LINK) for b in bodies]
 
 
 def _axes(robot: Robot, touched: NDArray[np.bool_]) -> list[Shape]:

@@ -93,31 +93,25 @@ def looks_of(robot: Robot, colour: Colour) -> tuple[list[Shape], set[int], list[
     """
     links = robot.links.meshes if robot.links is not None else ()
     most = _FACES // max(sum(map(len, links)), 1)
-    shapes: list[Shape] = []
-    drawn, failures = set[int](), dict[str, str]()
+    shapes, failures = list[Shape](), dict[str, str]()
     for number, meshes in enumerate(links):
         own: list[Shape] = []
         try:
             for mesh in meshes:
                 name = f"link {number}/mesh {len(own) + 1}"
                 own.append(Shape(name, number, coarse(_placed(mesh), most), colour))
+            shapes += own
         except InputError as failure:
             failures.setdefault(str(failure), mesh.file)
-            continue
-        shapes += own
-        drawn |= {number} if own else set()
-    notes = [
-        f"links are drawn as capsules where a mesh {reason} (such as {file})" for reason, file in failures.items()
-    ]
-    return shapes, drawn, notes
+    notes = [f"links are capsules where a mesh {reason} (such as {file})" for reason, file in failures.items()]
+    return shapes, {shape.frame for shape in shapes}, notes
 
 
 def _placed(mesh: Mesh) -> Trimesh:
     """Triangles of a file in the link's frame."""
     path = Path(mesh.file)
     if not path.is_file():
-        reason = "is not there: put the description's package beside it, or name it by ROS_PACKAGE_PATH"
-        raise InputError(reason)
+        raise InputError("is not there: put the description's package beside it, or name it by ROS_PACKAGE_PATH")
     if path.stat().st_size > _LARGEST:
         raise InputError(f"is larger than {_LARGEST // 1_000_000} MB")
     try:

@@ -18,7 +18,6 @@ import pytest
 from cyclopts import CycloptsError
 from dynident.apps.commands import BROKEN_PIPE, COMMANDS, entry
 from dynident.apps.commands.entry import application
-from dynident.apps.commands.settings import settings_text
 from dynident.apps.report.blocks import Notes
 from dynident.apps.report.terminal import COLUMNS, print_blocks
 from dynident.apps.report.terminal import LINES as LINES_OF_SCREEN
@@ -326,7 +325,7 @@ def test_a_file_of_options_stands_for_a_command_line(tmp_path: Path) -> None:
 def test_the_file_of_a_run_repeats_it(line: str, tmp_path: Path) -> None:
     words = line.split()
     typed_options, call = parsed(words)
-    text, command = settings_text(call), words[: 2 if words[0] == "robot" else 1]
+    text, command = call.settings_text(), words[: 2 if words[0] == "robot" else 1]
     assert tomllib.loads(text)["command"] == " ".join(command)
     (tmp_path / "run.toml").write_text(text, encoding="utf-8")
     read, _ = parsed([*command, "--config", str(tmp_path / "run.toml")])

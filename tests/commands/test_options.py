@@ -277,6 +277,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--out": "--out other",
     },
     "demo": PAGE | {
+        "--json": "--json a.json",
         "--out": "--out other",
         "--seed": "--seed 1",
         "--trajectories": "--trajectories 4",

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.earlier import of_payload, read_earlier, shown_noise
+from dynident.apps.earlier import read_earlier, shown_noise
 from dynident.apps.results import write_npz
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
@@ -220,15 +220,15 @@ def test_rows_weigh_by_noise_and_independence(tmp_path: Path) -> None:
         np.savez(path, weights=np.array([2.0, 4.0]), **dict(data))
     assert shown_noise(path)[0] == pytest.approx(MEMORY * np.array([0.5, 0.25]))
     for noise in (np.array([2.0, 0.5]), None):
-        information = read_earlier(path, noise)
+        information = read_earlier([path], noise)
         sizes = np.ones(2) if noise is None else noise
         expected = sum(0.8 * f[:, :3].T @ f[:, :3] / s**2 for f, s in zip(factors, sizes, strict=True))
         assert information.columns == ("A", "B", "C")
         assert information.factor.T @ information.factor == pytest.approx(expected)
     with pytest.raises(InputError, match="2 joints, not 3"):
-        read_earlier(path, np.ones(3))
+        read_earlier([path], np.ones(3))
     with pytest.raises(InputError, match="have no payload"):
-        of_payload(read_earlier(path, None), PAYLOAD)
+        read_earlier([path], None, PAYLOAD)
 
 
 def test_json_holds_the_covariance(tmp_path: Path) -> None:
@@ -236,16 +236,16 @@ def test_json_holds_the_covariance(tmp_path: Path) -> None:
     write_json(path, robot_result(result))
     noise = 1.0 / result.estimate.weights
     assert np.ptp(shown_noise(path)[0] / noise) < 1e-12
-    factor = read_earlier(path, noise).factor
+    factor = read_earlier([path], noise).factor
     assert np.linalg.inv(factor.T @ factor) == pytest.approx(result.estimate.covariance)
     with pytest.raises(InputError, match="holds no unweighted rows"):
-        read_earlier(path, None)
+        read_earlier([path], None)
 
 
 def test_payload_with_the_robot_known(tmp_path: Path) -> None:
     path, names = tmp_path / "p.npz", tuple("abcdefghij")
     (factor,) = saved(path, ("ZZ1", *PAYLOAD), 1).factors
-    information = of_payload(read_earlier(path, None), names)
+    information = read_earlier([path], None, names)
     assert information.columns == names
     assert information.factor.T @ information.factor == pytest.approx(0.8 * factor[:, 1:11].T @ factor[:, 1:11])
 
@@ -256,4 +256,4 @@ def test_payload_with_the_robot_known(tmp_path: Path) -> None:
 def test_files_that_are_neither(name: str, words: str, tmp_path: Path) -> None:
     (tmp_path / name).write_text("hello")
     with pytest.raises(InputError, match=words):
-        read_earlier(tmp_path / name, None)
+        read_earlier([tmp_path / name], None)

@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from dynident.apps import live
 from dynident.cli import main
+from dynident.common.errors import InputError
 from dynident.tests.live.conftest import Play, Played
 
 FAST = {"pace": 20.0}
@@ -68,7 +69,7 @@ def test_every_format_is_read_again(name: str, play: Play, tmp_path: Path, capsy
     assert "376 samples, 3 s at 125 Hz" in out
 
 
-@pytest.mark.parametrize(("name", "why"), [("a.txt", "is written as .csv"), ("a", "is written as .csv")])
+@pytest.mark.parametrize(("name", "why"), [("a.txt", "ends in .csv"), ("a", "ends in .csv")])
 def test_a_file_that_cannot_be_written_is_refused_first(name: str, why: str, tmp_path: Path, capsys: Any) -> None:
     assert main(["record", "ur", "--host", "127.0.0.1", "--port", "1", "--out", str(tmp_path / name)]) == 2
     assert why in capsys.readouterr().err
@@ -82,7 +83,7 @@ BEFORE: dict[str, tuple[dict[str, Any], str]] = {
     "another protocol": ({"fault": "another protocol"}, "not RTDE"),
     "not started": ({"fault": "not started"}, "does not start"),
     "no positions": ({"absent": ["actual_q"]}, "has no actual_q"),
-    "another type": ({"fault": "another type"}, "sends timestamp as INT32, which should be DOUBLE"),
+    "another type": ({"fault": "another type"}, "timestamp comes as INT32 in the place of DOUBLE"),
     "cut at once": ({"fault": "cut", "after": 1}, "closed the connection"),
 }
 """Faults before the first sample, and what is said of them."""
@@ -119,7 +120,7 @@ def test_a_name_that_never_resolves(tmp_path: Path, capsys: Any) -> None:
     assert why in line
     assert not list(tmp_path.iterdir())
     begin = time.monotonic()
-    with pytest.raises(live.LinkError, match=why), live.send_program("sec", "robot.invalid"):
+    with pytest.raises(InputError, match=why), live.send_program("sec", "robot.invalid"):
         pass
     assert time.monotonic() - begin < 5.0
 
@@ -131,7 +132,7 @@ def test_a_clock_that_stands_still_ends_by_ours(step: float, why: str, monkeypat
     monkeypatch.setattr(time, "monotonic", lambda: 0.5 * next(ours))
     recorder = live.Recorder(500.0, 3.0)
     kind = np.dtype([(live.TIME, float), (live.POSITION, float, 6)])
-    with pytest.raises(live.LinkError, match=why):
+    with pytest.raises(InputError, match=why):
         deque((recorder.add(np.array([(7.0 + step * k, 6 * (0.0,))], kind)) for k in range(30)), 0)
     assert recorder.count
 

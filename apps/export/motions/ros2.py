@@ -43,9 +43,7 @@ def check_joint_names(names: Sequence[str], n: int) -> tuple[str, ...]:
         or len(set(names)) != n
         or not all(re.fullmatch(r"[A-Za-z0-9_/.-]+", name) for name in names)
     ):
-        raise InputError(
-            f"joint names {', '.join(names)}: {n} different names of letters, digits and _ - / . are needed"
-        )
+        raise InputError(f"joint names {', '.join(names)}: give {n} different ones of letters, digits and _ - / .")
     return names
 
 

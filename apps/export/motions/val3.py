@@ -103,9 +103,7 @@ def check_val3(robot: Robot, via_points: bool, name: str) -> None:
             "VAL3 needs via points, a Fourier motion has none: design with --via-points, or near with --static"
         )
     if not re.fullmatch(r"[A-Za-z]\w{0,14}", name, re.ASCII):
-        raise InputError(
-            f"{name!r} is no VAL3 application's name: a letter, then letters, digits and _, 15 at most"
-        )
+        raise InputError(f"{name!r} is no VAL3 application's name: a letter, then letters, digits, _; 15 at most")
 
 
 def _write(motion: WrittenMotion) -> str:

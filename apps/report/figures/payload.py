@@ -9,13 +9,7 @@ from ....common.arrays import Array
 from ....estimation.fit.covariance import NORMAL95
 from ....estimation.payload.by_joints import JointsMass
 from ....estimation.payload.repeats import Repeats
-from ....estimation.results.payload import (
-    FreeEstimate,
-    PayloadResult,
-    PossibleEstimate,
-    array,
-    bounds,
-)
+from ....estimation.results.payload import FreeEstimate, PayloadResult, PossibleEstimate, array, bounds
 from ..blocks import Drawing
 from .canvas import BLUE, ORANGE, Axes, Figure, legend, matplotlib, panels, plain
 

@@ -140,7 +140,7 @@ def _torques(axis: Axes, prediction: TorquePrediction, joints: Sequence[int]) ->
     curves: list[tuple[str, Sequence[Array], tuple[str, str, float]]]
     curves = [("measured", prediction.measured, (GREY, "-", 2.6))]
     curves += [
-        (label, torques, _CURVES[k % len(_CURVES)]) for k, (label, torques) in enumerate(prediction.curves.items())
+        (label, own, look) for (label, own), look in zip(prediction.curves.items(), cycle(_CURVES), strict=False)
     ]
     ranges = []
     for j in joints:

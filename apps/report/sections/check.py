@@ -84,7 +84,7 @@ def fits_report(fits: RobotFits) -> Report:
         shown = ", ".join(fits.columns[:_MOST]) + (f" and {more} more" if more > 0 else "")
         return Report(fits.source, [Notes([f"{fits.source}: columns {shown}", f"Mend first: {fits.fault}"])])
     fitting = ", ".join(
-        fit.robot if fit.residual is None else f"{fit.robot} ({100 * fit.residual:.3g} %)" for fit in fits.fitting
+        fit.robot + (f" ({100 * fit.residual:.3g} %)" if fit.residual is not None else "") for fit in fits.fitting
     )
     lines = [f"{fits.source}: no --robot is given. It can be of {fitting}: in brackets what the model leaves"]
     if fits.others:
@@ -95,19 +95,19 @@ def fits_report(fits: RobotFits) -> Report:
 
 def check_report(looks: Sequence[Look]) -> Report:
     """Verdict on the logs, then each with its signals."""
-    unusable = [look.path for look in looks if not (look.check and look.check.usable)]
-    text = f"To be mended first: {', '.join(unusable)}." if unusable else "Nothing speaks against using these logs."
-    sections = []
-    for number, look in enumerate(looks, 1):
-        reports = [fits_report(look.fits)] if look.fits else []
-        reports += [log_report(look.check)] if look.check else []
+    sections, unusable = list[Section](), list[str]()
+    for number, (check, fits) in enumerate(looks, 1):
+        reports = [*([fits_report(fits)] if fits else []), *([log_report(check)] if check else [])]
+        path = reports[-1].title
         blocks = [block for report in reports for block in report.first]
         blocks += [block for report in reports for section in report.sections for block in section.blocks]
-        if look.check:
-            stem = re.sub(r"\W+", "_", look.path.replace("\\", "/").rstrip("/").rsplit("/", 1)[-1].split(".")[0])
-            unit = "A" if look.check.currents else "N·m"
-            blocks.append(signals_figure(look.check.working.recording, unit, f"{number:02d}_{stem}"))
-        sections.append(Section(f"log_{number}", look.path, blocks))
+        if check:
+            stem = re.sub(r"\W+", "_", path.replace("\\", "/").rstrip("/").rsplit("/", 1)[-1].split(".")[0])
+            unit = "A" if check.currents else "N·m"
+            blocks.append(signals_figure(check.working.recording, unit, f"{number:02d}_{stem}"))
+        sections.append(Section(f"log_{number}", path, blocks))
+        unusable += [] if check and check.usable else [path]
+    text = f"To be mended first: {', '.join(unusable)}." if unusable else "Nothing speaks against using these logs."
     return Report("A look at recordings", [Banner("do_not_use" if unusable else "use", text)], sections)
 
 
@@ -193,12 +193,12 @@ def _reading_lines(readings: Readings) -> list[str]:
 
 def following_report(change: FollowingChange, robot: Robot) -> Report:
     """Change of each joint's error when a payload was entered, and how both recordings were compared."""
-    (unit, scale), total = _UNITS[change.kind], change.total
+    (unit, scale), total, joints = _UNITS[change.kind], change.total, (*change.joints, change.total)
     rows = []
-    for joint in (*change.joints, total):
-        numbers = [f"{scale * x:.3g}" for x in (joint.before, joint.after)]
+    for joint in joints:
+        before, after = (f"{scale * x:.3g}" for x in (joint.before, joint.after))
         low, high = (f"{100 * x:.1f}" for x in joint.interval)
-        rows.append((joint.name, *numbers, f"{100 * joint.fall:.1f}", f"{low} to {high}", joint.clear))
+        rows.append((joint.name, before, after, f"{100 * joint.fall:.1f}", f"{low} to {high}", joint.clear))
     headings = ("", "before", "after", "fell by %", "95 % interval", "change")
     title = f"Root mean square of the {change.kind} [{unit}; mm or N where a joint slides]"
     least, most = (100 * x for x in total.interval)
@@ -219,33 +219,26 @@ def following_report(change: FollowingChange, robot: Robot) -> Report:
         "The 95 % intervals rest on the spread over blocks of 1 s, each left out in its turn; a change is clear if "
         "the interval does not hold 0.",
     ]
-    figure = _following_figure(change, unit, scale)
-    return Report(
-        f"Before and after a payload was entered: {robot.title or robot.name}",
-        [Banner(level, text), Notes(others), Table(title, headings, rows)],
-        [Section("joints", "Joint by joint", [figure, Notes(compared)])],
-        "how both recordings were compared",
-    )
-
-
-def _following_figure(change: FollowingChange, unit: str, scale: float) -> Drawing:
-    """Root mean square of each joint before and after, in a unit of which ``scale`` make one of SI."""
 
     def draw() -> Figure:
         figure, axes = panels((6.4, 3.2), edges=(0.75, 0.15, 0.35, 0.5))
-        axis, rows = axes[0, 0], (*change.joints, change.total)
-        places = np.arange(len(rows))
-        before, after = (scale * np.array([getattr(row, when) for row in rows]) for when in ("before", "after"))
+        axis, places = axes[0, 0], np.arange(len(joints))
+        before, after = (scale * np.array([getattr(row, when) for row in joints]) for when in ("before", "after"))
         # The interval is that of the share by which it fell.
-        ends = before * (1.0 - np.array([row.interval for row in rows])).T
+        ends = before * (1.0 - np.array([row.interval for row in joints])).T
         reach = np.nan_to_num(np.maximum([after - ends[1], ends[0] - after], 0.0))
         axis.bar(places - 0.2, before, 0.38, color=GREY, label="before")
         axis.bar(places + 0.2, after, 0.38, color=BLUE, hatch="//", label="after", yerr=reach, capsize=3)
-        axis.set_xticks(places, [row.name for row in rows])
+        axis.set_xticks(places, [row.name for row in joints])
         axis.set_ylabel(f"root mean square [{unit}]")
         axis.legend(fontsize=9, frameon=False)
         plain(axis)
         return figure
 
     caption = f"Root mean square of the {change.kind} before and after the number was entered, with 95 % intervals."
-    return Drawing("following", caption, draw)
+    return Report(
+        f"Before and after a payload was entered: {robot.title or robot.name}",
+        [Banner(level, text), Notes(others), Table(title, headings, rows)],
+        [Section("joints", "Joint by joint", [Drawing("following", caption, draw), Notes(compared)])],
+        "how both recordings were compared",
+    )

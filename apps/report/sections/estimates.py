@@ -20,7 +20,7 @@ from ....estimation.results.payload import (
     numbers,
 )
 from ....model import INERTIAL
-from ...numbers import SIX, interval_digits, six, with_interval
+from ...numbers import SIX, interval_digits, rounded, six, with_interval
 from ..blocks import Block, Notes, Section, Table, Text, with_sigma
 from ..figures.payload import methods_figure
 from .evidence import conditioning, residual_text
@@ -88,14 +88,14 @@ def parameters_table(result: PayloadResult) -> Table:
         ends[19:] = array(best.principal_moments_interval95, 3, 2)
     names, units = zip(*_ROWS, strict=True)
     values = zip(_values(best).tolist(), ends.tolist(), strict=True)
-    shown = [with_interval(x, *end) if np.isfinite(x) else ("-", "-") for x, end in values]
+    shown = [with_interval(x, *end) for x, end in values]
     columns: dict[str, Sequence[str]] = {"": names, "unit": units}
     columns[f"method {result.method}"], columns["95 % interval"] = zip(*shown, strict=True)
     digits = [interval_digits(high - low) for low, high in ends]
     for each in result.possible:
         if each is not result.best:
             pairs = zip(_values(each).tolist(), digits, strict=True)
-            columns[f"method {each.method}"] = [_rounded(x, most) for x, most in pairs]
+            columns[f"method {each.method}"] = [rounded(x, most) for x, most in pairs]
     for own in result.free:
         coms = np.fmax(array(own.com_sigma, 3), array(own.com_sigma_robust, 3))
         inertias = np.fmax(array(own.inertia_com_sigma, 3, 3), array(own.inertia_com_sigma_robust, 3, 3))
@@ -116,10 +116,6 @@ def _values(estimate: FreeEstimate | PossibleEstimate) -> Array:
     moments = estimate.principal_moments if isinstance(estimate, PossibleEstimate) else None
     inertia = six(array(estimate.inertia_com, 3, 3))
     return np.concatenate([estimate.ten, array(estimate.com, 3), inertia, array(moments, 3)])
-
-
-def _rounded(value: float, digits: int) -> str:
-    return f"{round(value, digits) + 0.0:.{digits}f}" if np.isfinite(value) else "-"
 
 
 def method_notes(result: PayloadResult) -> list[str]:
@@ -219,7 +215,7 @@ def _short_notes(result: PayloadResult, data: PayloadData) -> list[str]:
     residual, visibility = present(result.relative_residual), present(result.visibility)
     unexplained = array(residual.relative_per_joint, 0) if residual else np.zeros(0)
     own = array(residual.relative if residual else None)
-    joints = " ".join(_rounded(100.0 * ratio, 1) for ratio in unexplained.tolist())
+    joints = " ".join(rounded(100.0 * ratio, 1) for ratio in unexplained.tolist())
     friction, constant = "Friction is the robot's own.", present(result.constant_torques)
     if data.friction == "free":
         offsets = "constant torques are free too."

@@ -141,9 +141,8 @@ def joints_section(
     """Mass [kg] by groups of joints and each joint's share; ``mounting``: number of a known weight, if any."""
     rows = []
     for group in masses:
-        cells: tuple[str, str] = ("not visible", "-")
-        if group.mass is not None:
-            cells = with_interval(group.mass, *array(group.interval95, 2).tolist())
+        ends = array(group.interval95, 2).tolist()
+        cells = ("not visible", "-") if group.mass is None else with_interval(group.mass, *ends)
         share = present(group.share)
         ratio = "-" if share is None else with_sigma(share, float(array(group.share_sigma)))
         rows.append((group.name, "kg", *cells, ratio))
@@ -206,9 +205,7 @@ def excitation_section(make: Callable[[], Excitation | None], labels: Mapping[st
                 x = np.arange(len(names[part]))
                 axis.vlines(x, own[part], whole[part], color="0.6", linewidth=1.0)
                 axis.plot(x, whole[part], "_", color="black", markersize=8, label="its torque")
-                axis.plot(
-                    x, own[part], "o", color=BLUE, markersize=4, label="the part no other parameter can imitate"
-                )
+                axis.plot(x, own[part], "o", color=BLUE, markersize=4, label="what no other parameter imitates")
                 _limit(axis, _GOOD, "relative sigma 10 %")
                 axis.set_xlim(-0.8, size - 0.2)
                 axis.set_ylabel("torque over noise")
@@ -231,57 +228,52 @@ def essential_section(elimination: EliminationDocument | None, title: str) -> Se
     if elimination is None:
         text = "Parameters are eliminated for method 4 only, robot and payload together; it was not used here."
         return Section("essential", heading, [OnPage(lambda: [Text(text)])])
+    text = (
+        f"{elimination.essential} of {len(elimination.path) - 1} parameters essential ({elimination.description}): "
+        f"error's sigma {elimination.sigma_ratio:.4f} times, largest relative sigma "
+        f"{elimination.largest_relative_sigma_percent:.3g} %."
+    )
     lines = [
-        f"{elimination.essential} of {len(elimination.path) - 1} parameters essential "
-        f"({elimination.description}): error's sigma {elimination.sigma_ratio:.4f} times, largest relative "
-        f"sigma {elimination.largest_relative_sigma_percent:.3g} %.",
+        text,
         f"Essential: {', '.join(str(parameter.name) for parameter in elimination.parameters)}.",
         "Their sigmas take the others as zero, by which values lean: intervals are those with all parameters.",
         *(f"  - {warning}" for warning in elimination.warnings),
     ]
-    return Section("essential", heading, [Notes(lines), essential_figure(elimination, title)])
-
-
-def essential_figure(elimination: EliminationDocument, title: str) -> Drawing:
-    """Error ratio and largest relative sigma against the parameters eliminated, in their order.
-
-    Legible without colour: filled markers are steps that were taken, open ones those that were not.
-    """
-    essential, count = elimination.essential, len(elimination.path) - 1
-    text = (
-        f"{essential} of {count} parameters are essential: {elimination.description}. With them the error's "
-        f"standard deviation is {elimination.sigma_ratio:.4f} times that with all; the largest relative standard "
-        f"deviation is {elimination.largest_relative_sigma_percent:.3g} %."
-    )
     caption = (
         "Parameters are eliminated from left to right, each time the one with the largest relative standard "
         "deviation. Filled marks are steps that were taken."
     )
+    drawing = Drawing("essential_path", caption, lambda: _essential_figure(elimination, title), text)
+    return Section("essential", heading, [Notes(lines), drawing])
 
-    def draw() -> Figure:
-        gone, limit = count - essential, present(elimination.limit)
-        ratios = np.array([step.sigma_ratio for step in elimination.path], dtype=float)
-        percents = np.array([step.largest_relative_sigma_percent for step in elimination.path], dtype=float)
-        shown = min(max(int(np.sum(ratios <= _MOST_RATIO)), gone + 2), count)
-        names = ["none", *(str(step.eliminated) for step in elimination.path[1:shown])]
-        edges = (1.0, 0.1, 0.4, 0.4 + 0.07 * max(map(len, names)))
-        figure, axes = panels((max(6.0, 0.19 * shown + 1.5), 5.2), 2, 1, edges)
-        above, below = axes[:, 0]
-        _steps(above, ratios[:shown], gone, "error sigma, ratio\nto all parameters")
-        _steps(below, percents[:shown], gone, "largest relative\nsigma [%]")
-        if limit is not None and elimination.rule == "ratio":
-            _limit(above, limit, f"limit {limit:g}")
-        elif limit is not None:
-            _limit(below, 100.0 * limit, f"limit {100.0 * limit:g} %")
-        above.legend(loc="upper left")
-        log_scale(below)
-        lines_above(above, shown)
-        names_below(below, names, 7)
-        below.set_xlabel("eliminated, in this order")
-        figure.suptitle(f"{title}: {essential} of {count} parameters essential")
-        return figure
 
-    return Drawing("essential_path", caption, draw, text)
+def _essential_figure(elimination: EliminationDocument, title: str) -> Figure:
+    """Error ratio and largest relative sigma against the parameters eliminated, in their order.
+
+    Legible without colour: filled markers are steps that were taken, open ones those that were not.
+    """
+    essential, count, limit = elimination.essential, len(elimination.path) - 1, present(elimination.limit)
+    gone = count - essential
+    ratios = np.array([step.sigma_ratio for step in elimination.path], dtype=float)
+    percents = np.array([step.largest_relative_sigma_percent for step in elimination.path], dtype=float)
+    shown = min(max(int(np.sum(ratios <= _MOST_RATIO)), gone + 2), count)
+    names = ["none", *(str(step.eliminated) for step in elimination.path[1:shown])]
+    edges = (1.0, 0.1, 0.4, 0.4 + 0.07 * max(map(len, names)))
+    figure, axes = panels((max(6.0, 0.19 * shown + 1.5), 5.2), 2, 1, edges)
+    above, below = axes[:, 0]
+    _steps(above, ratios[:shown], gone, "error sigma, ratio\nto all parameters")
+    _steps(below, percents[:shown], gone, "largest relative\nsigma [%]")
+    if limit is not None and elimination.rule == "ratio":
+        _limit(above, limit, f"limit {limit:g}")
+    elif limit is not None:
+        _limit(below, 100.0 * limit, f"limit {100.0 * limit:g} %")
+    above.legend(loc="upper left")
+    log_scale(below)
+    lines_above(above, shown)
+    names_below(below, names, 7)
+    below.set_xlabel("eliminated, in this order")
+    figure.suptitle(f"{title}: {essential} of {count} parameters essential")
+    return figure
 
 
 def _limit(axis: Axes, value: float, label: str) -> None:

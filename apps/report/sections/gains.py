@@ -6,7 +6,16 @@ from ....common.schema import present
 from ....estimation.results.payload import array, numbers
 from ....estimation.results.robot import GainsResult, MountingDocument
 from ..blocks import Banner, Notes, Report, Table
-from .evidence import MEND, VERDICTS, joints_section, reason_blocks, torques_section, verdict_notes, worst_torque
+from .evidence import (
+    MEND,
+    VERDICTS,
+    jackknife,
+    joints_section,
+    reason_blocks,
+    torques_section,
+    verdict_notes,
+    worst_torque,
+)
 
 
 def gains_report(gains: GainsResult, document: str | None = None) -> Report:
@@ -17,9 +26,18 @@ def gains_report(gains: GainsResult, document: str | None = None) -> Report:
     level, made, mounted = gains.judged.level, gains.working, bool(gains.load and gains.load.mountings)
     ask = "" if document or not made else "add --json gains.json, then "
     after = f"Next: {ask}give --drive-gains {document or 'gains.json'} to 'dynident payload'."
+    drives, residual = gains.drive_gains, present(gains.relative_residual)
+    sigma, n = np.sqrt(np.diag(drives.relative_covariance)), len(drives.values)
+    unexplained = array(residual.relative_per_joint if residual else None, n)
+    parts = zip(drives.values, sigma, unexplained, drives.rests_on or ("",) * n, strict=True)
+    rows = [
+        (str(j), f"{value:.3f}", f"{value * ratio:.2g}", f"{100 * ratio:.2g}", f"{100 * left:.1f}", word)
+        for j, (value, ratio, left, word) in enumerate(parts, start=1)
+    ]
+    headings = ("motor", "N·m/A", "sigma", "%", "residual %", "rests on")
     first = [
         Banner(level, f"Verdict: {'use every gain' if level == 'use' else VERDICTS[level]}."),
-        gains_table(gains),
+        Table(f"Drive gains of {gains.robot}", headings, rows),
         Notes([after if level != "do_not_use" else MEND]),
         *reason_blocks(gains.judged),
         Notes(verdict_notes(gains.judged), optional=True),
@@ -38,22 +56,9 @@ def gains_report(gains: GainsResult, document: str | None = None) -> Report:
     return Report(title, first, sections, more, subtitle, _notes(gains, mounted))
 
 
-def gains_table(gains: GainsResult) -> Table:
-    """Gains with standard deviations, what of the current is left unexplained, and what each rests on."""
-    headings = ("motor", "N·m/A", "sigma", "%", "residual %", "rests on")
-    drives, residual = gains.drive_gains, present(gains.relative_residual)
-    sigma, n = np.sqrt(np.diag(drives.relative_covariance)), len(drives.values)
-    unexplained = array(residual.relative_per_joint if residual else None, n)
-    parts = zip(drives.values, sigma, unexplained, drives.rests_on or ("",) * n, strict=True)
-    rows = [
-        (str(j), f"{value:.3f}", f"{value * ratio:.2g}", f"{100 * ratio:.2g}", f"{100 * left:.1f}", word)
-        for j, (value, ratio, left, word) in enumerate(parts, start=1)
-    ]
-    return Table(f"Drive gains of {gains.robot}", headings, rows)
-
-
 def _notes(gains: GainsResult, mounted: bool) -> list[str]:
-    lines, robust, residual, load = list[str](), present(gains.robust), present(gains.relative_residual), gains.load
+    robust, residual, load = present(gains.robust), present(gains.relative_residual), gains.load
+    lines = list[str]()
     if load:
         known, sigma = present(load.known) or {}, float(array(load.mass_sigma))
         mountings = load.mountings or (MountingDocument(1, present(load.identified) or {}),)
@@ -65,21 +70,20 @@ def _notes(gains: GainsResult, mounted: bool) -> list[str]:
                 f"{known.get(f'M_L{number}', np.nan):.4g} kg as given (sigma {sigma:.2g} kg), centre of mass {com} "
                 f"m, {'as given' if f'MX_L{number}' in known else 'estimated'}."
             )
+    unconstrained = " ".join(f"{value:.3f}" for value in array(gains.drive_gains.without_constraints, 0))
     lines += [
         "Every gain goes with the mass as given: 1 % of it is 1 % of each, which no recording shows"
         + (" unless weights differ." if mounted else "."),
         f"Relative residual of the currents: {100 * array(residual.relative if residual else None):.2f} %.",
-        "Without the constraint that robot and payload can exist: "
-        + " ".join(f"{value:.3f}" for value in array(gains.drive_gains.without_constraints, 0))
-        + ".",
+        f"Without the constraint that robot and payload can exist: {unconstrained}.",
     ]
-    disagreement = present(gains.disagreement) or 1.0
-    if disagreement > 1.0:
-        lines.append(f"Every sigma is {disagreement:.2g} times as large as errors alone make it: joints disagree.")
+    if (ratio := present(gains.disagreement) or 1.0) > 1.0:
+        lines.append(f"Every sigma is {ratio:.2g} times as large as errors alone make it: joints disagree.")
     if robust is None or robust.blocks is None:
         return [*lines, f"sigma by the formula for white noise alone: {(robust and robust.unavailable) or ''}"]
-    lines.append(
-        f"sigma: the larger of the formula's and that of a jackknife over {robust.blocks} blocks of "
-        f"{array(robust.block_length):.2g} s or more."
-    )
-    return [*lines, *([robust.warning] if robust.warning else [])]
+    by = jackknife(robust.blocks, float(array(robust.block_length)))
+    return [
+        *lines,
+        f"sigma: the larger of the formula's and that of a {by}.",
+        *([robust.warning] if robust.warning else []),
+    ]

@@ -364,6 +364,4 @@ def second_pose_note(first: Array, second: Array) -> str:
     """Propose a second pose."""
     turns = enumerate(np.degrees(second - first), 1)
     joints = " and ".join(f"joint {j} by {turn:+.0f} deg" for j, turn in turns if abs(turn) > 1.0)
-    return (
-        f"A second wrist pose ({joints}) would tell clearly more: add --second-pose auto if the robot may go there."
-    )
+    return f"A second wrist pose ({joints}) would tell more: add --second-pose auto if the robot may go there."

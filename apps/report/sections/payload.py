@@ -13,7 +13,7 @@ from ....estimation.possible.payload import CONFLICT
 from ....estimation.results.payload import PayloadResult, array
 from ...export.controllers import FORMATS
 from ...export.load import is_flange, load_of
-from ...numbers import SIX, interval_digits, six, with_interval
+from ...numbers import SIX, interval_digits, rounded, six, with_interval
 from ..blocks import Banner, Block, Code, Details, Notes, OnPage, Pair, Report, Section, Table, Text, lines
 from ..figures.payload import flange_figure, repeats_figure, seen
 from . import evidence
@@ -87,10 +87,7 @@ def quantities_table(result: PayloadResult) -> Table:
     names = [f"inertia {'XYZ'[i]}{'XYZ'[j]} at com" for i, j in SIX]
     for name, at in zip(names, SIX, strict=True):
         numbers.append((name, "kg m²", inertia.value[at], inertia.interval95[at], inertia.use))
-    rows = [
-        (name, unit, *(with_interval(float(x), *ends.tolist()) if np.isfinite(x) else ("-", "-")), use)
-        for name, unit, x, ends, use in numbers
-    ]
+    rows = [(name, unit, *with_interval(float(x), *ends.tolist()), use) for name, unit, x, ends, use in numbers]
     headings = ("", "unit", "value", "95 % interval", "use")
     ends_at = ("mass", "centre of mass z")
     return Table(f"Payload in {result.frame}", headings, rows, ends_at, merged=True, spare=names[3:])
@@ -173,9 +170,7 @@ def _numbers(values: Array, intervals: Array) -> str:
     """Numbers with as many digits as the widest of their intervals allows; what is not known is said."""
     widths = np.diff(intervals, axis=1)
     digits = interval_digits(float(np.nanmax(widths, initial=0.0)))
-    return ", ".join(
-        f"{round(x, digits) + 0.0:.{digits}f}" if np.isfinite(x) else "unknown" for x in values.tolist()
-    )
+    return ", ".join(rounded(x, digits, "unknown") for x in values.tolist())
 
 
 def controller_blocks(result: PayloadResult) -> list[Block]:

@@ -119,10 +119,23 @@ def robot_report(result: RobotResult, document: str | None = None) -> Report:
         *evidence.friction_notes(present(result.friction) or ()),
         *evidence.gain_error_notes(result.processing, result.gains),
     ]
+    # What of each joint's torque is not explained, and its friction as far as it was identified.
+    residuals = [estimate.fit.relative_per_joint, *([array(held_out.relative_per_joint, 0)] if held_out else [])]
+    friction, rows = (
+        dict(zip(estimate.names, map(with_sigma, estimate.values, estimate.total_sigma), strict=True)),
+        [],
+    )
+    for j, kind in enumerate(present(result.joints) or ("revolute",) * len(estimate.fit.rows), 1):
+        unit = "N·m" if kind == "revolute" else "N"
+        ratios = [percent(float(relative[j - 1])) for relative in residuals]
+        coulomb, viscous = friction.get(f"FS{j}", "-"), friction.get(f"FV{j}", "-")
+        rows.append((f"joint {j}", *ratios, coulomb, unit, viscous, f"{unit}·s"))
+    fits = ("unexplained", *(["held out"] if held_out else []))
+    headings = ("", *fits, "Coulomb friction", "unit", "viscous friction", "unit")
     first = [
         Banner("do_not_use" if verdict.reasons else "use", f"Verdict: {_BAD if verdict.reasons else _GOOD}"),
         *evidence.reason_blocks(verdict),
-        _joint_table(result),
+        Table(f"Torques of {result.title}", headings, rows),
         Notes(told),
         Notes([*map(rollout_line, rollouts), *notes], optional=True),
         evidence.worst_torque(lambda: made.predictions),
@@ -142,22 +155,6 @@ def robot_report(result: RobotResult, document: str | None = None) -> Report:
     )
     title, more = f"Dynamic parameters of the {result.title}", "every base parameter, residuals, what is essential"
     return Report(title, first, sections, more, "Identified from recordings without payload", data)
-
-
-def _joint_table(result: RobotResult) -> Table:
-    """Tabulate each joint's unexplained torque, and its friction as far as it was identified."""
-    estimate, held_out = result.estimate, result.validation or None
-    residuals = [estimate.fit.relative_per_joint, *([array(held_out.relative_per_joint, 0)] if held_out else [])]
-    friction = dict(zip(estimate.names, map(with_sigma, estimate.values, estimate.total_sigma), strict=True))
-    rows = []
-    for j, kind in enumerate(present(result.joints) or ("revolute",) * len(estimate.fit.rows), 1):
-        unit = "N·m" if kind == "revolute" else "N"
-        ratios = [percent(float(relative[j - 1])) for relative in residuals]
-        coulomb, viscous = friction.get(f"FS{j}", "-"), friction.get(f"FV{j}", "-")
-        rows.append((f"joint {j}", *ratios, coulomb, unit, viscous, f"{unit}·s"))
-    fits = ("unexplained", *(["held out"] if held_out is not None else []))
-    headings = ("", *fits, "Coulomb friction", "unit", "viscous friction", "unit")
-    return Table(f"Torques of {result.title}", headings, rows)
 
 
 def _sigma_notes(estimate: Estimate, why_not: str | None) -> list[str]:

@@ -60,7 +60,7 @@ def test_ros_bag(tmp_path: Path, arm: Robot, signals: Signals, name: str) -> Non
     same(recording, signals)
     file = next(p for p in path.iterdir() if p.suffix in (".mcap", ".db3"))
     same(read_recording(file, arm, None, LogMap(joints=NAMES)), signals)
-    with pytest.raises(InputError, match="no topic '/arm'"):
+    with pytest.raises(InputError, match="no joint states in '/arm'"):
         read_recording(path, arm, None, with_flags(LogMap(), joints=NAMES, topic="/arm"))
     with pytest.raises(InputError, match=r"elbo\.position.* missing \(is it 'elbow\.position'"):
         read_recording(path, arm, None, with_flags(LogMap(), joints=[n.replace("elbow", "elbo") for n in NAMES]))

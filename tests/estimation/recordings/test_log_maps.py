@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from dynident.apps.logs import FilePart, Gears, Quantity, Time, with_flags
 from dynident.apps.logs.columns import Naming
-from dynident.apps.logs.following import Following, following_change, read_following
+from dynident.apps.logs.following import following_change, read_following
 from dynident.apps.logs.map import LogMap, factor, read_log_map
 from dynident.apps.logs.read import read_recording
 from dynident.apps.logs.table import RawLog
@@ -73,7 +73,7 @@ def test_lists_must_be_as_long_as_the_robot(tmp_path: Path, arm: Robot, signals:
     how = LogMap("m.toml", position=Quantity(sign=(1.0, -1.0)))
     with pytest.raises(InputError, match=r"position\.sign has 2 entries, the robot 6"):
         read_recording(path, arm, None, how)
-    with pytest.raises(InputError, match="5 joints, the robot has 6"):
+    with pytest.raises(InputError, match="joints has 5 entries, the robot 6 joints"):
         read_recording(path, arm, None, LogMap(joints=NAMES[:5]))
 
 
@@ -248,8 +248,8 @@ def test_the_interval_is_as_wide_as_chance() -> None:
     widths = []
     for seed in range(20):
         noise = np.random.default_rng(seed).standard_normal((2, *q.shape))
-        before, after = (Following("torque", Recording(t, q, missed)) for missed in noise)
-        low, high = following_change(before, after).total.interval
+        before, after = (Recording(t, q, missed) for missed in noise)
+        low, high = following_change(("torque", before), ("torque", after)).total.interval
         widths.append(np.log(1.0 - low) - np.log(1.0 - high))
     moving = 5 * len(t)
     assert np.mean(widths) == pytest.approx(2.0 * student95(11) / np.sqrt(moving), rel=0.15)

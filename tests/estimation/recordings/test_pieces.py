@@ -109,7 +109,7 @@ def test_an_index_is_named(tmp_path: Path, arm: Robot) -> None:
 
 
 def test_time_with_too_few_digits_is_refused(tmp_path: Path, arm: Robot) -> None:
-    with pytest.raises(InputError, match=r"time stands still in 9\d % of the rows: write it with more digits"):
+    with pytest.raises(InputError, match=r"time stands still in 9\d % of the rows: write more digits"):
         read_recording(log(tmp_path / "a.csv", np.floor(T), without()), arm)
 
 
@@ -142,7 +142,7 @@ def test_what_is_no_trajectory_is_refused(tmp_path: Path) -> None:
     for name, names, rows, words in (
         ("few", header("q", n=5), 5, "column q6 missing"),
         ("some", [*header("q"), "qd1"], 5, "column qd2, qd3"),
-        ("many", header("q", n=7), 5, "column 'q7', but robot 'rx90' has 6 joints"),
+        ("many", header("q", n=7), 5, "column 'q7', robot 'rx90' has 6 joints"),
         ("short", header("q"), 1, "1 rows of numbers"),
     ):
         with pytest.raises(InputError, match=words):

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident import model
-from dynident.apps.rollout.arm import IdentifiedArm, MujocoArm
+from dynident.apps.rollout.arm import IdentifiedArm, mujoco_arm
 from dynident.apps.rollout.rollout import CONSTANT, IDENTIFIED, roll_out_all
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
@@ -63,7 +63,7 @@ def test_mujoco_moves_a_pendulum_alike(pendulum: IdentifiedArm, tmp_path: Path) 
     pytest.importorskip("mujoco")
     torque = np.sin(np.linspace(0.0, 9.0, 101))[None, :, None]
     starts = np.array([[0.3]]), np.array([[0.5]])
-    ours, theirs = (arm.positions(*starts, torque, STEP) for arm in (pendulum, MujocoArm(path, PENDULUM)))
+    ours, theirs = (predict(*starts, torque, STEP) for predict in (pendulum.positions, mujoco_arm(path, PENDULUM)))
     assert np.ptp(ours) > 0.5
     assert np.abs(ours - theirs).max() < 5e-3
 

@@ -19,7 +19,7 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.common.schema import convert
 from dynident.estimation import PayloadResult
-from dynident.model import InertialParameters
+from dynident.model import InertialParameters, Pose
 from dynident.model.inertia import ten_parameters
 from dynident.tests.commands.typed import Ended, typed
 from hypothesis import assume, given, settings
@@ -223,7 +223,7 @@ def test_there_is_a_parser_for_every_format_and_help_names_them_all() -> None:
 @given(body=bodies(), frame=frames())
 def test_parsed_back(name: str, body: InertialParameters, frame: tuple[Array, Array]) -> None:
     R, p = frame
-    load = controller_load(body.moved(R, p)).seen_from(R, p, "flange")
+    load = controller_load(body.moved(R, p)).seen_from(Pose.of(R, p), "flange")
     check(name, load, body)
 
 

@@ -14,7 +14,7 @@ from dynident.apps.logs.read import read_recording
 from dynident.apps.numbers import with_interval
 from dynident.apps.report.blocks import Code, Notes, Report, Section, Table, Text
 from dynident.apps.report.figures.signals import prediction_figure, worst_joint_figure
-from dynident.apps.report.page import Provenance, SourceFile, blocks_html, page_html
+from dynident.apps.report.page import Provenance, blocks_html, page_html
 from dynident.apps.report.sections.payload import controller_line, payload_report
 from dynident.cli import main
 from dynident.estimation import PayloadAnswer, Settings, Verdict, answer_payload, payload_problem
@@ -179,7 +179,7 @@ def evil_prediction() -> TorquePrediction:
 
 def test_files_named_like_scripts_are_harmless() -> None:
     """In tables, captions, descriptions of figures, the command and the title."""
-    files = (SourceFile("with payload", EVIL, "0" * 64),)
+    files = (("with payload", EVIL, "0" * 64),)
     provenance = Provenance(f"dynident payload --loaded {EVIL}", files, {EVIL: EVIL}, {EVIL: EVIL}, DATE)
     shown = Table("plain", ("", EVIL), [(EVIL, EVIL)])
     drawings = [worst_joint_figure(evil_prediction()), prediction_figure(evil_prediction(), "torques_1")]
