@@ -108,11 +108,7 @@ def visibility_of(W: Array, joints: Sequence[int]) -> PayloadVisibility:
 
 
 def payload_visibility(
-    robot: Robot,
-    poses: Sequence[Array],
-    joints: Sequence[int],
-    ranges: Sequence[float],
-    seed: int = 0,
+    robot: Robot, poses: Sequence[Array], joints: Sequence[int], ranges: Sequence[float]
 ) -> PayloadVisibility:
     """Find what the torques of moving joints show of a payload near some poses, the other joints held.
 
@@ -127,7 +123,7 @@ def payload_visibility(
         InputError: for joints that the robot does not have.
     """
     moving = checked_joints(robot, joints)
-    draw, count = np.random.default_rng(seed), _STATES * max(len(moving), 2)
+    draw, count = np.random.default_rng(0), _STATES * max(len(moving), 2)
     q = np.vstack([np.tile(pose, (count, 1)) for pose in poses]).astype(float)
     qd, qdd = np.zeros((2, *q.shape))
     for j, reach in zip(moving, ranges, strict=True):

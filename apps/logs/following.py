@@ -80,10 +80,10 @@ def read_following(
         kind: Missed = "following error" if quantity == "position_reference" else "unpredicted torque"
         error = wanted - recording.q if kind == "following error" else recording.torque - wanted
         recording = replace(recording, torque=error, qd=None, fingerprint="")
-        stretches = pieces(recording.t, robot.processing.cutoff, recording.source)
-        if len(stretches.rows) > 1:
-            raise InputError(f"{naming.raw.path}: {stretches.notes[-1]}: give a log without gaps")
-        return kind, next(cut(recording, stretches))
+        rows, notes = pieces(recording.t, robot.processing.cutoff, recording.source)
+        if len(rows) > 1:
+            raise InputError(f"{naming.raw.path}: {notes[-1]}: give a log without gaps")
+        return kind, next(cut(recording, rows, notes))
     return "torque", read_recording(path, robot, drive_gains, log_map)
 
 

@@ -175,8 +175,8 @@ def read_recordings(
         InputError: names the file, line and column of whatever cannot be used.
     """
     recording, _ = read_beside(path, robot, drive_gains, log_map)
-    stretches = pieces(recording.t, (processing or robot.processing).cutoff, recording.source)
-    return tuple(cut(recording, stretches))
+    cutoff = (processing or robot.processing).cutoff
+    return tuple(cut(recording, *pieces(recording.t, cutoff, recording.source)))
 
 
 def read_recording(

@@ -22,30 +22,6 @@ STOP_RATIO = 1.02
 
 
 @dataclass(frozen=True)
-class EliminationPath:
-    """Backward elimination down to no parameter at all.
-
-    Attributes:
-        order: the parameters, first eliminated first, c.
-        sigma_ratio: error's standard deviation with k parameters eliminated over that with none, shape (c + 1,).
-        largest_relative_sigma: of the parameters that remain then, a fraction, shape (c + 1,); 0 where none does.
-    """
-
-    order: tuple[str, ...]
-    sigma_ratio: Array
-    largest_relative_sigma: Array
-
-    def __post_init__(self) -> None:
-        """Lock the arrays."""
-        for name in ("sigma_ratio", "largest_relative_sigma"):
-            values = np.array(getattr(self, name), dtype=float)
-            if values.shape != (len(self.order) + 1,):
-                raise ValueError(f"{name} must have {len(self.order) + 1} entries, got {values.shape}")
-            values.flags.writeable = False
-            object.__setattr__(self, name, values)
-
-
-@dataclass(frozen=True)
 class SigmaRatio:
     """The paper's rule: end before the error's standard deviation reaches ``limit`` times the first one.
 
@@ -65,10 +41,10 @@ class SigmaRatio:
         """Describe the rule in one line."""
         return f"error's standard deviation below {self.limit:g} times that with all parameters"
 
-    def eliminated(self, path: EliminationPath) -> int:
+    def eliminated(self, sigma_ratio: Array, _: Array) -> int:
         """Count the steps before the first one that reaches the limit; later ones may fall below it again."""
-        over = np.flatnonzero(path.sigma_ratio[1:] >= self.limit)
-        return int(over[0]) if len(over) else len(path.order)
+        over = np.flatnonzero(sigma_ratio[1:] >= self.limit)
+        return int(over[0]) if len(over) else len(sigma_ratio) - 1
 
 
 @dataclass(frozen=True)
@@ -91,27 +67,39 @@ class SigmaBound:
         """Describe the rule in one line."""
         return f"all relative standard deviations within {100.0 * self.limit:g} %"
 
-    def eliminated(self, path: EliminationPath) -> int:
+    def eliminated(self, _: Array, largest_relative_sigma: Array) -> int:
         """Count the steps to the first set within the bound."""
-        return int(np.flatnonzero(path.largest_relative_sigma <= self.limit)[0])
+        return int(np.flatnonzero(largest_relative_sigma <= self.limit)[0])
 
 
 StopRule = SigmaRatio | SigmaBound
-"""Rule that ends elimination."""
+"""Rule that ends elimination: ``eliminated`` counts its steps by the columns of an ``Elimination.path``."""
 
 
 @dataclass(frozen=True)
 class Elimination:
-    """Essential parameters and how they were found.
+    """Essential parameters, and backward elimination down to no parameter at all.
 
     Attributes:
+        order: the parameters, first eliminated first, c.
+        path: with k parameters eliminated, k = 0 .. c, the error's standard deviation over that with none, and the
+            largest relative standard deviation of those that remain, a fraction, 0 where none does; (c + 1) x 2.
         rule: when it ended.
         estimate: of the essential parameters, the others zero; weights as with all parameters.
     """
 
-    path: EliminationPath
+    order: tuple[str, ...]
+    path: Array
     rule: StopRule
     estimate: Estimate
+
+    def __post_init__(self) -> None:
+        """Lock the path and check its shape."""
+        path = np.array(self.path, dtype=float)  # data without noise have infinite ratios
+        if path.shape != (len(self.order) + 1, 2):
+            raise ValueError(f"path must have {len(self.order) + 1} rows of 2, got {path.shape}")
+        path.flags.writeable = False
+        object.__setattr__(self, "path", path)
 
     @property
     def essential(self) -> tuple[str, ...]:
@@ -121,17 +109,17 @@ class Elimination:
     @cached_property
     def eliminated(self) -> tuple[str, ...]:
         """Names of the others, first eliminated first."""
-        return self.path.order[: len(self.path.order) - len(self.essential)]
+        return self.order[: len(self.order) - len(self.essential)]
 
     @property
     def sigma_ratio(self) -> float:
         """Error's standard deviation with the essential parameters over that with all."""
-        return float(self.path.sigma_ratio[len(self.eliminated)])
+        return float(self.path[len(self.eliminated), 0])
 
     @property
     def largest_relative_sigma(self) -> float:
         """Largest relative sigma of the essential parameters, a fraction."""
-        return float(self.path.largest_relative_sigma[len(self.eliminated)])
+        return float(self.path[len(self.eliminated), 1])
 
 
 def eliminate(problem: Equations, estimate: Estimate, rule: StopRule | None = None) -> Elimination:
@@ -165,6 +153,6 @@ def eliminate(problem: Equations, estimate: Estimate, rule: StopRule | None = No
     with np.errstate(over="ignore"):  # data without noise: any elimination is infinitely worse
         ratio = np.sqrt(np.array(variances) / max(variances[0], np.finfo(float).tiny))
     names = tuple(problem.columns[k] for k in order)
-    path = EliminationPath(names, np.append(1.0, ratio[1:]), np.array([*largest, 0.0]))
-    essential = [name for name in problem.columns if name not in names[: rule.eliminated(path)]]
-    return Elimination(path, rule, weighted(problem.select(essential), estimate.weights))
+    path = np.column_stack([np.append(1.0, ratio[1:]), [*largest, 0.0]])
+    essential = [name for name in problem.columns if name not in names[: rule.eliminated(*path.T)]]
+    return Elimination(names, path, rule, weighted(problem.select(essential), estimate.weights))

@@ -13,7 +13,7 @@ from ...model import INERTIAL
 from ...model.drives import SPRING, parameter_kind
 from ..equations.equations import PAYLOAD, Equations, triangular
 from ..possible.cone import ConeProgram, SolverError, solve_cone
-from ..possible.robot import POWERS, DriveRules, link_indices, typical_length
+from ..possible.robot import POWERS, drive_rules, link_indices, typical_length
 from .current_side import CurrentFit, linearised
 from .problem import GainProblem
 
@@ -88,7 +88,7 @@ def _variables(problem: GainProblem, x: Array) -> tuple[Array, Array, Array]:
     robot = np.zeros((len(base.columns), m))
     robot[:, :s] = base.grouping[:, ~spring]
     robot[:, -1] = base.grouping[:, spring].sum(axis=1)  # a spring's torque: its parameter is 1
-    rules = block_diag(DriveRules.of(problem.robot, names, scale[:s]).A, np.zeros((0, len(unknown))), np.eye(1))
+    rules = block_diag(drive_rules(problem.robot, names, scale[:s])[0], np.zeros((0, len(unknown))), np.eye(1))
     # A body whose ten are all known needs no cone: it was checked when it was read.
     open_ones = [body for body, load in zip(payloads, loads, strict=True) if load.free]
     bodies = np.array([*np.eye(s, m)[link_indices(problem.robot, names)], *open_ones])

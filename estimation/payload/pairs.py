@@ -15,7 +15,7 @@ from ...model.motion import Measurement
 from ..equations.observer import known_spring
 from ..signals.alignment import AlignedPair, aligned, best_aligned, check_mismatch
 from ..signals.filtering import grid_rate, measurement
-from ..signals.rows import Pieces, cut, origin, shortest_piece
+from ..signals.rows import cut, origin, shortest_piece
 
 _TRIED = 12
 """Number of combinations of pieces that are aligned in search of the lag."""
@@ -167,5 +167,5 @@ def _within(pieces: _Recordings, low: float, high: float, least: float, partner:
         if rows.stop - rows.start > 1 and piece.t[rows.stop - 1] - piece.t[rows.start] >= least:
             note = f"cut where {Path(origin(partner)).name} lacks rows, so that method 3 compares what both have"
             shorter = rows != slice(0, len(piece.t))
-            return next(cut(piece, Pieces((rows,), (note,) if shorter else ())))
+            return next(cut(piece, [rows], [note] if shorter else []))
     return None

@@ -167,7 +167,7 @@ def solve_constrained_prior(
 def _prior_itself(problem: RobotProgram, z0: Array, limit: float) -> Array | None:
     """Take the prior's links with the drives that suit them best, if that is within the limit."""
     F, d, A, _, bodies = problem.program
-    drives, rows = np.setdiff1d(np.arange(len(z0)), problem.links), len(problem.rules.A)
+    drives, rows = np.setdiff1d(np.arange(len(z0)), problem.links), len(problem.signed) + len(problem.shared)
     room = problem.program.slack(z0)
     if (room[rows:] < -TOLERANCE).any():
         return None  # the prior breaks a bound of the mass
@@ -175,8 +175,7 @@ def _prior_itself(problem: RobotProgram, z0: Array, limit: float) -> Array | Non
     if len(drives):
         part = ConeProgram(F[:, drives], d - F @ z0, A[:rows, drives], room[:rows], bodies[:0, :, drives])
         z[drives] = solve_cone(part, [(1e3, np.inf)]).z
-        signed = list(problem.rules.signed)
-        z[signed] = np.maximum(z[signed], 0.0)
+        z[problem.signed] = np.maximum(z[problem.signed], 0.0)
     return z if float(np.sum((F @ z - d) ** 2)) <= limit else None
 
 

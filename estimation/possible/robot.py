@@ -49,32 +49,26 @@ def link_indices(robot: Robot, standard: Sequence[str]) -> NDArray[np.intp]:
     return np.array([[standard.index(f"{kind}{link}") for kind in INERTIAL] for link in range(1, robot.n + 1)])
 
 
-class DriveRules(NamedTuple):
-    """Rows A z >= 0 in scaled parameters z: drives neither push nor have negative inertia.
+def drive_rules(
+    robot: Robot, standard: Sequence[str], scale: Array
+) -> tuple[Array, tuple[str, ...], list[int], list[tuple[int, int]]]:
+    """Rules A z >= 0 of standard parameters in units of ``scale``: drives neither push nor have negative inertia.
 
-    ``A`` r x N_s, ``texts`` r. ``signed``: indices of parameters that must not be negative, friction and rotor
-    inertias. ``shared``: indices (whole, part) of what coupled drives share: IA_j = K_j^2 JA_j + K_k^2 JA_k is at
-    least IA_k = K_k^2 JA_k, and FV_j and FV_k hold the viscous friction FVM_k of rotor k besides the joint's own.
+    Returns:
+        A, r x N_s; its rows as text, r; indices of parameters that must not be negative, friction and rotor
+        inertias; and indices (whole, part) of what coupled drives share: IA_j = K_j^2 JA_j + K_k^2 JA_k is at least
+        IA_k = K_k^2 JA_k, and FV_j and FV_k hold the viscous friction FVM_k of rotor k besides the joint's own.
     """
-
-    A: Array
-    texts: tuple[str, ...]
-    signed: tuple[int, ...]
-    shared: tuple[tuple[int, int], ...]
-
-    @staticmethod
-    def of(robot: Robot, standard: Sequence[str], scale: Array) -> "DriveRules":
-        """Make the rules of a robot for some standard parameters in units of ``scale``."""
-        pairs: list[tuple[str, str]] = []
-        if robot.coupling is not None:
-            j, k = robot.coupling.joints
-            pairs = [(f"IA{j}", f"IA{k}"), (f"FV{j}", f"FVM{k}"), (f"FV{k}", f"FVM{k}")]
-        shared = tuple((standard.index(whole), standard.index(part)) for whole, part in pairs)
-        signed = tuple(k for k, name in enumerate(standard) if parameter_kind(name) in _NOT_NEGATIVE)
-        units = np.eye(len(standard))
-        rows = [*units[list(signed)], *(units[j] - scale[k] / scale[j] * units[k] for j, k in shared)]
-        texts = *(f"{standard[k]} >= 0" for k in signed), *(f"{whole} >= {part}" for whole, part in pairs)
-        return DriveRules(np.array(rows).reshape(-1, len(standard)), texts, signed, shared)
+    pairs: list[tuple[str, str]] = []
+    if robot.coupling is not None:
+        j, k = robot.coupling.joints
+        pairs = [(f"IA{j}", f"IA{k}"), (f"FV{j}", f"FVM{k}"), (f"FV{k}", f"FVM{k}")]
+    shared = [(standard.index(whole), standard.index(part)) for whole, part in pairs]
+    signed = [k for k, name in enumerate(standard) if parameter_kind(name) in _NOT_NEGATIVE]
+    units = np.eye(len(standard))
+    rows = [*units[signed], *(units[j] - scale[k] / scale[j] * units[k] for j, k in shared)]
+    texts = *(f"{standard[k]} >= 0" for k in signed), *(f"{whole} >= {part}" for whole, part in pairs)
+    return np.array(rows).reshape(-1, len(standard)), texts, signed, shared
 
 
 @dataclass(frozen=True)
@@ -94,8 +88,9 @@ class PossibleRobot(Possible):
 class RobotProgram(NamedTuple):
     """Problem in z = standard parameters / ``scale`` (N_s,).
 
-    ``R`` N_b x N_b whitens base parameters; ``program`` minimises ||R (G x - chi)||, its rows those of ``rules``,
-    then bounds of the total mass, all as in ``texts``; ``links``: indices of each link's ten, n x 10.
+    ``R`` N_b x N_b whitens base parameters; ``program`` minimises ||R (G x - chi)||, its rows those of
+    ``drive_rules`` with their ``signed`` and ``shared`` indices, then bounds of the total mass, all as in
+    ``texts``; ``links``: indices of each link's ten, n x 10.
     """
 
     base: BaseParameters
@@ -103,8 +98,9 @@ class RobotProgram(NamedTuple):
     scale: Array
     R: Array
     program: ConeProgram
-    rules: DriveRules
     texts: tuple[str, ...]
+    signed: list[int]
+    shared: list[tuple[int, int]]
     links: NDArray[np.intp]
 
     @staticmethod
@@ -126,8 +122,11 @@ class RobotProgram(NamedTuple):
         scale = np.array([inertial.get(parameter_kind(name), sizes.get(name, 1.0)) for name in base.standard])
         G = base.grouping * scale
         R = whitening(estimate.covariance, estimate.names, NOISE_FLOOR * np.abs(G).max(axis=1))
-        rules, links = DriveRules.of(robot, base.standard, scale), link_indices(robot, base.standard)
-        A, b, texts = rules.A, np.zeros(len(rules.A)), rules.texts
+        links, (A, texts, signed, shared) = (
+            link_indices(robot, base.standard),
+            drive_rules(robot, base.standard, scale),
+        )
+        b = np.zeros(len(A))
         if total_mass is not None:
             units, bounds = total_mass.rows
             total = np.zeros((len(units), len(scale)))
@@ -138,7 +137,7 @@ class RobotProgram(NamedTuple):
                 for sign, bound in zip(units[:, 9], bounds, strict=True)
             )
         program = ConeProgram(R @ G, R @ estimate.values, A, b, np.eye(len(scale))[links])
-        return RobotProgram(base, estimate, scale, R, program, rules, texts, links)
+        return RobotProgram(base, estimate, scale, R, program, texts, signed, shared, links)
 
     def nearest(self) -> PossibleRobot:
         """Find the nearest base parameters."""
@@ -154,9 +153,8 @@ class RobotProgram(NamedTuple):
             result[link] = lifted(z[link], self.scale[link])
         if (self.program.slack(result) < -TOLERANCE).any():
             raise SolverError("friction, rotor inertia or mass missed by more than rounding")
-        signed = list(self.rules.signed)
-        result[signed] = np.maximum(result[signed], 0.0)
-        for j, k in self.rules.shared:
+        result[self.signed] = np.maximum(result[self.signed], 0.0)
+        for j, k in self.shared:
             result[j] = max(result[j], result[k] * self.scale[k] / self.scale[j] * _ABOVE)
         if float(np.linalg.norm(self.program.R @ (result - z))) > _UNSEEN:
             raise SolverError("constraints missed by more than the data's accuracy")

@@ -151,9 +151,9 @@ class EliminationDocument(Document, frozen=True):
 
         ``labels``: name of a column -> name of the parameter ("MX2" -> "MX2R").
         """
-        path, estimate = elimination.path, elimination.estimate
-        numbers = zip(path.sigma_ratio.tolist(), (100.0 * path.largest_relative_sigma).tolist(), strict=True)
-        names = [None, *(labels.get(name, name) for name in path.order)]
+        order, estimate = elimination.order, elimination.estimate
+        numbers = (elimination.path * [1.0, 100.0]).tolist()
+        names = [None, *(labels.get(name, name) for name in order)]
         return cls.of(
             elimination,
             elimination.rule,
@@ -163,7 +163,7 @@ class EliminationDocument(Document, frozen=True):
             relative_residual=estimate.fit.relative,
             parameters=ParameterDocument.rows(estimate, name=[labels.get(name, name) for name in estimate.names]),
             path=tuple(
-                EliminationStep(name, len(path.order) - k, *pair)
+                EliminationStep(name, len(order) - k, *pair)
                 for k, (name, pair) in enumerate(zip(names, numbers, strict=True))
             ),
             warnings=tuple(warnings),

@@ -49,11 +49,9 @@ class AlignedPair(NamedTuple):
         return tuple(int(j) for j in np.flatnonzero((apart > OFFSET) & (rest < CONSTANT * apart)))
 
 
-def aligned(
-    unloaded: Recording, loaded: Recording, rate: float | None, max_mismatch: float, near: float | None = None
-) -> AlignedPair:
+def aligned(unloaded: Recording, loaded: Recording, rate: float | None, max_mismatch: float) -> AlignedPair:
     """Align recordings of one trajectory as ``best_aligned`` does, refuse others as ``check_mismatch`` does."""
-    pair = best_aligned(unloaded, loaded, rate, near)
+    pair = best_aligned(unloaded, loaded, rate)
     check_mismatch(pair, max_mismatch)
     return pair
 

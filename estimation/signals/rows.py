@@ -7,11 +7,10 @@ used where the robot moves, the speed's sign is known and the filter has settled
 import hashlib
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,13 +96,6 @@ _SHORTEST = 2.0  # s
 _FORGETS = 5.0  # time constants of the filter
 
 
-class Pieces(NamedTuple):
-    """Stretches of a recording that have no gap, as rows, and what to report of the gaps."""
-
-    rows: tuple[slice, ...]
-    notes: tuple[str, ...]
-
-
 def longest_step(t: Array, cutoff: float | None) -> float:
     """Longest time between rows [s] that is no gap: five median steps, or half a period of the cut-off [Hz]."""
     return max(_GAP * typical_step(t), 0.5 / cutoff if cutoff else 0.0)
@@ -119,8 +111,8 @@ def origin(recording: Recording) -> str:
     return _PIECE.sub("", recording.source)
 
 
-def pieces(t: Array, cutoff: float | None, source: str) -> Pieces:
-    """Split a recording at its gaps, by its times.
+def pieces(t: Array, cutoff: float | None, source: str) -> tuple[list[slice], list[str]]:
+    """Split a recording at its gaps, by its times: stretches without one, as rows, and what to report of the gaps.
 
     Args:
         t: times [s], rising, shape (N,).
@@ -141,11 +133,11 @@ def pieces(t: Array, cutoff: float | None, source: str) -> Pieces:
             f"up to {max(lacking):.3g} s): interpolated"
         )
     if not len(gaps):
-        return Pieces((slice(0, len(t)),), tuple(notes))
+        return [slice(0, len(t))], notes
     least = shortest_piece(cutoff)
     every = [slice(start, stop) for start, stop in pairwise([0, *(gaps + 1).tolist(), len(t)])]
     lasts = [float(t[piece.stop - 1] - t[piece.start]) for piece in every]
-    long_enough = tuple(piece for piece, last in zip(every, lasts, strict=True) if last >= least)
+    long_enough = [piece for piece, last in zip(every, lasts, strict=True) if last >= least]
     begins = ", ".join(f"{begin:.4g}" for begin in t[gaps[:3]]) + " s"
     begins += f" and {len(gaps) - 3} more" if len(gaps) > 3 else ""
     worst = float(steps[gaps].max())
@@ -161,14 +153,14 @@ def pieces(t: Array, cutoff: float | None, source: str) -> Pieces:
     short = [last for last in lasts if last < least]
     if short:
         note += f"; {len(short)} shorter than {least:.2g} s left out ({sum(short):.3g} s)"
-    return Pieces(long_enough, (*notes, note))
+    return long_enough, [*notes, note]
 
 
-def cut(recording: Recording, stretches: Pieces) -> Iterator[Recording]:
+def cut(recording: Recording, rows: Sequence[slice], notes: Sequence[str]) -> Iterator[Recording]:
     """Cut a recording into its pieces; a whole one stays as it is."""
-    notes = (f"{Path(recording.source).name}: {note}" for note in stretches.notes)
-    recording = replace(recording, notes=(*recording.notes, *notes))
-    for piece in stretches.rows:
+    told = (f"{Path(recording.source).name}: {note}" for note in notes)
+    recording = replace(recording, notes=(*recording.notes, *told))
+    for piece in rows:
         if piece == slice(0, len(recording.t)):
             yield recording
             continue

@@ -86,7 +86,15 @@ def closed_form_base_parameters(robot: Robot) -> BaseParameters:
     """
     if robot.coupling:
         return _decided_by_rank(robot)
-    names, columns, regroupings = _length_names(robot), standard_columns(robot), moves(robot)
+    lengths: dict[str, float] = {}
+    for number, joint in enumerate(robot.joints, 1):
+        for name, value in zip(joint.names, (joint.d, joint.r), strict=True):
+            if name and not math.isclose(lengths.setdefault(name, value), value):
+                raise InputError(
+                    f"robot {robot.name!r}: joint {number} has length {name!r} = {value:g}, an earlier one "
+                    f"{lengths[name]:g}: give them different names"
+                )
+    columns, regroupings = standard_columns(robot), moves(robot)
     dropped = {f"{move.drop}{move.joint + 1}" for move in regroupings}
     chosen = [k for k, name in enumerate(columns) if name not in dropped]
 
@@ -101,7 +109,7 @@ def closed_form_base_parameters(robot: Robot) -> BaseParameters:
         ]
         return _grouping(regroupings, joints, columns)[chosen]
 
-    terms = _second_degree(grouping, names)
+    terms = _second_degree(grouping, sorted(lengths))
     expressions = [
         _sum_text((product, factors[row, k], name) for product, factors in terms for k, name in enumerate(columns))
         for row in range(len(chosen))
@@ -205,18 +213,6 @@ def _grouping(regroupings: Sequence[Move], joints: Sequence[Joint], columns: Seq
         for name, size in before.named(str(move.joint)).items():
             rows[index[name]] += amount * size
     return rows
-
-
-def _length_names(robot: Robot) -> list[str]:
-    lengths: dict[str, float] = {}
-    for number, joint in enumerate(robot.joints, 1):
-        for name, value in zip(joint.names, (joint.d, joint.r), strict=True):
-            if name and not math.isclose(lengths.setdefault(name, value), value):
-                raise InputError(
-                    f"robot {robot.name!r}: joint {number} has length {name!r} = {value:g}, an earlier one "
-                    f"{lengths[name]:g}: give them different names"
-                )
-    return sorted(lengths)
 
 
 def _second_degree(

@@ -76,9 +76,9 @@ def stacked_regressor(robot: Robot, q: Array, qd: Array, qdd: Array) -> Array:
     return W
 
 
-def leftmost_independent(W: Array, tolerance: float = RANK_TOLERANCE) -> list[int]:
+def leftmost_independent(W: Array) -> list[int]:
     """Indices of the columns of ``W`` that do not depend on those to their left."""
-    return [int(k) for k in np.flatnonzero(left_residuals(W, tolerance) > tolerance)]
+    return [int(k) for k in np.flatnonzero(left_residuals(W) > RANK_TOLERANCE)]
 
 
 def left_residuals(W: Array, tolerance: float = RANK_TOLERANCE) -> Array:

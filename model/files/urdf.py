@@ -36,8 +36,8 @@ _FLANGES = (r"(.*[_-])?tool0", r"(.*[_-])?flange", r"(panda|fer|fr3|fp3)_link8")
 _UNKNOWN = (math.nan,)
 _ZEROS = (0.0, 0.0, 0.0)
 _Element = ElementTree.Element
-_Notes = dict[str, list[str]]
-"""Notes on what was made exact or left out, and where."""
+_Notes = dict[str, dict[str, None]]
+"""Notes on what was made exact or left out, and at which places, each once."""
 
 
 class UrdfJoint(NamedTuple):
@@ -442,7 +442,7 @@ def _limits(element: _Element | None, kind: str, where: str, notes: _Notes) -> L
         raise ValueError(f"{where}: velocity and effort limits must not be negative")
     position = (low, high) if kind != "continuous" and low < high else Limits().position
     if kind in ("revolute", "prismatic") and not low < high:
-        _note(notes, where, f"position limits {low:g} to {high:g} leave no range: not used")
+        notes.setdefault(f"position limits {low:g} to {high:g} leave no range: not used", {})[where] = None
     return Limits(position, speed or math.inf, torque=torque if 0.0 < torque < _UNKNOWN_EFFORT else math.inf)
 
 
@@ -455,15 +455,8 @@ def _pose(element: _Element | None, where: str, notes: _Notes) -> Pose:
         for value, special in zip(values, exact[-1], strict=True):
             # An angle written to seven or more digits is right as it stands.
             if abs(value - special) > (1e-7 if key == "rpy" else 0.0):
-                _note(notes, f"{where} origin {key}", f"{value:.9g} taken as {special:.9g}")
+                notes.setdefault(f"{value:.9g} taken as {special:.9g}", {})[f"{where} origin {key}"] = None
     return Pose.from_rpy(*exact)
-
-
-def _note(notes: _Notes, where: str, text: str) -> None:
-    """Note a thing once for all places that it holds for."""
-    spots = notes.setdefault(text, [])
-    if where not in spots:
-        spots.append(where)
 
 
 def _numbers(element: _Element | None, key: str, default: tuple[float, ...], where: str = "") -> tuple[float, ...]:

@@ -1,5 +1,6 @@
 """The operation list of a CasADi SX function, and the scalar operations it may hold."""
 
+from itertools import accumulate
 from typing import NamedTuple
 
 import casadi as ca
@@ -81,10 +82,8 @@ def read_program(function: ca.Function) -> Program:
     if not function.is_a("SXFunction"):
         raise TypeError(f"{function.name()} is not an SX function: expand() it first")
     sizes = tuple(function.nnz_in(k) for k in range(function.n_in()))
-    rows = [sum(sizes[:k]) for k in range(len(sizes))]
-    offsets = [0]
-    for k in range(function.n_out()):
-        offsets.append(offsets[-1] + function.nnz_out(k))
+    rows = list(accumulate(sizes, initial=0))
+    offsets = list(accumulate(map(function.nnz_out, range(function.n_out())), initial=0))
     register: dict[int, int] = {}
     inputs: dict[int, int] = {}
     constants: dict[int, float] = {}

@@ -358,7 +358,7 @@ def without_rows(recording: Recording, *gaps: tuple[float, float]) -> list[Recor
     for low, high in gaps:
         keep &= (t < low * t[-1]) | (t > high * t[-1])
     rest = Recording(recording.t[keep], recording.q[keep], recording.torque[keep], source=recording.source)
-    return list(cut(rest, pieces(rest.t, SETTINGS.cutoff, rest.source)))
+    return list(cut(rest, *pieces(rest.t, SETTINGS.cutoff, rest.source)))
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ from dynident.model import (
     regressor,
 )
 from dynident.model.base.rank import random_states
+from dynident.model.drives import SPRING
 from dynident.model.kernel.kernel import Kernel
 from dynident.tests.conftest import CROOKED, SCARA
 from dynident.trajectories import (
@@ -38,7 +39,7 @@ from dynident.trajectories import (
 from dynident.trajectories.design.criterion import CRITERIA, Kind
 from dynident.trajectories.design.descent import Lagrangian
 from dynident.trajectories.design.goal import Shape
-from dynident.trajectories.design.information import SPRING, RegressorKernel, regressor_kernel
+from dynident.trajectories.design.information import RegressorKernel, regressor_kernel
 from dynident.trajectories.design.scene import Capsule, HalfSpace
 from dynident.trajectories.design.score import score_of
 from dynident.trajectories.design.search import floor_under

@@ -45,7 +45,10 @@ class Criterion(NamedTuple):
 
     def __call__(self, G: Array, order: float = 1.0) -> ValueSlope:
         """Evaluate value and slope; ``order`` p of the surrogate. Value inf if G is not positive definite."""
-        return self.measure(self, G, order)
+        try:
+            return self.measure(self, G, order)
+        except np.linalg.LinAlgError:
+            return np.inf, np.zeros_like(G)
 
 
 def determinant(criterion: Criterion, G: Array, _: float) -> ValueSlope:
@@ -53,10 +56,7 @@ def determinant(criterion: Criterion, G: Array, _: float) -> ValueSlope:
 
     exp(value / 2) is the geometric mean of their uncertainty.
     """
-    found = _inverted(G)
-    if found is None:
-        return np.inf, np.zeros_like(G)
-    inverse, log_det = found
+    inverse, log_det = _inverted(G)
     if criterion.interest is None:
         return -log_det / len(G), inverse / -len(G)
     # The others estimated as well, the covariance of interest is its block of the inverse: value log det of it, and
@@ -71,10 +71,7 @@ def determinant(criterion: Criterion, G: Array, _: float) -> ValueSlope:
 
 def relative_sigma(criterion: Criterion, G: Array, _: float) -> ValueSlope:
     """Log of the root mean square of sigma_k / reference_k."""
-    found = _inverted(G)
-    if found is None:
-        return np.inf, np.zeros_like(G)
-    inverse, _ = found
+    inverse, _ = _inverted(G)
     own = list(range(len(G)) if criterion.interest is None else criterion.interest)
     reference = np.ones(len(G)) if criterion.reference is None else criterion.reference
     weight = np.zeros(len(G))
@@ -83,17 +80,20 @@ def relative_sigma(criterion: Criterion, G: Array, _: float) -> ValueSlope:
     return 0.5 * float(np.log(total)), -(inverse * weight) @ inverse / (2.0 * total)
 
 
-def _inverted(G: Array) -> tuple[Array, float] | None:
-    """Inverse, and log of the determinant; None of a matrix that is not positive definite."""
-    scale = np.sqrt(np.diag(G))
-    if not ((scale > 0.0) & (scale < np.inf)).all():
-        return None
-    try:
-        factor = np.linalg.cholesky(G / np.outer(scale, scale))
-    except np.linalg.LinAlgError:
-        return None
+def _inverted(G: Array) -> tuple[Array, float]:
+    """Inverse, and log of the determinant."""
+    scale = _sizes(G)
+    factor = np.linalg.cholesky(G / np.outer(scale, scale))
     half = np.linalg.inv(factor) / scale
     return half.T @ half, 2.0 * float(np.log(np.diag(factor) * scale).sum())
+
+
+def _sizes(G: Array) -> Array:
+    """Norms of the columns of W; LinAlgError where one is zero or infinite."""
+    scale = np.sqrt(np.diag(G))
+    if not ((scale > 0.0) & (scale < np.inf)).all():
+        raise np.linalg.LinAlgError("not positive definite")
+    return scale
 
 
 def condition(_: Criterion, G: Array, order: float) -> ValueSlope:
@@ -108,9 +108,7 @@ def condition(_: Criterion, G: Array, order: float) -> ValueSlope:
 
 def scaled_condition(criterion: Criterion, G: Array, order: float) -> ValueSlope:
     """Surrogate of W with its columns scaled to norm 1."""
-    scale = np.sqrt(np.diag(G))
-    if not ((scale > 0.0) & (scale < np.inf)).all():
-        return np.inf, np.zeros_like(G)
+    scale = _sizes(G)
     D = np.outer(scale, scale)
     value, M = condition(criterion, G / D, order)
     # The chain rule through D, whose entries are those of G's diagonal.

@@ -14,13 +14,10 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...model import Robot
-from ...model.drives import smooth_sign
+from ...model.drives import SPRING, smooth_sign
 from ...model.kernel.kernel import Kernel
 from ...model.regressors import own_regressor
 from ..motions.family import Samples
-
-SPRING = "SPRING"
-"""Name of the column of the known spring torque, whose coefficient is -1."""
 
 
 class RegressorKernel:
@@ -32,7 +29,7 @@ class RegressorKernel:
     """
 
     def __init__(self, robot: Robot, columns: Sequence[str]) -> None:
-        """Generate and compile the code; ``SPRING`` may be one of the columns."""
+        """Generate and compile the code; ``SPRING``, a known spring's torque, may be one of the columns."""
         self.columns = tuple(columns)
         own = [name for name in columns if name != SPRING]
         width, spring = ca.SX.sym("width"), ca.SX(robot.n, 1)

@@ -17,13 +17,14 @@ from ...common.errors import InputError
 from ...model import InertialParameters, Robot, base_parameters, standard_columns
 from ...model.base.parameters import BaseParameters
 from ...model.base.rank import base_parameters_of
+from ...model.drives import SPRING
 from ...model.regressors import payload_columns
 from ..motions.family import Family, JointBounds, Samples
 from ..motions.fourier import NearShape
 from ..motions.via_points import ViaPointShape
 from .criterion import CRITERIA, Criterion
 from .goal import ASSUMED_NOISE, Goal, NearGoal, Shape, assumed_noise
-from .information import SPRING, RegressorKernel, regressor_kernel
+from .information import RegressorKernel, regressor_kernel
 from .limits import (
     Limit,
     Penalty,

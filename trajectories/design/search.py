@@ -211,7 +211,10 @@ class _Search:
             self.interrupted = True
 
     def _finish(self, course: Lagrangian) -> None:
-        """Refine a start, then settle it within its limits; where it does not come within them, draw it back."""
+        """Refine a start, then settle it within its limits; where it does not come within them, draw it back.
+
+        That makes it slower and smaller until it keeps all limits; where that never does, it stays as it is.
+        """
         effort, order = self.effort, self.problem.criterion.orders[-1]
         last: float | None = None
 
@@ -230,7 +233,10 @@ class _Search:
             if course.settle() or not gains(FINE_WIDTH, effort.settled, f"settled {turn + 1}"):
                 return
         for x in (course.x, self.found[0]):
-            self.consider(self._drawn_back(x), "drawn back")
+            slower, smaller = _overstepped(score_of(self.problem, x))
+            steps = _MORE ** np.arange(_EASES)
+            eased = (self.problem.family.eased(x, 1.0 + k * (slower - 1.0), smaller**k) for k in steps)
+            self.consider(next((y for y in eased if score_of(self.problem, y).feasible), x), "drawn back")
 
     def _best_start(self, starts: int) -> Lagrangian:
         """Find the most promising of some random starts, improved for a while.
@@ -314,15 +320,6 @@ class _Search:
         if self.effort.by_matrix:
             return by_matrix(counted, x, self.problem.family, iterations, curvature)
         return by_steps(counted, x, self.problem.family, iterations), None
-
-    def _drawn_back(self, x: Array) -> Array:
-        """Make a motion slower and smaller until it keeps all limits; as it is where that never does."""
-        slower, smaller = _overstepped(score_of(self.problem, x))
-        for times in _MORE ** np.arange(_EASES):
-            eased = self.problem.family.eased(x, 1.0 + times * (slower - 1.0), smaller**times)
-            if score_of(self.problem, eased).feasible:
-                return eased
-        return x
 
 
 def _overstepped(score: Score) -> tuple[float, float]:

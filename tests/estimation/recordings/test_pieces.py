@@ -63,7 +63,7 @@ def test_both_sides_of_the_threshold(cutoff: float | None, longest: float, over:
     """Five median steps, or half a period of the cut-off, whichever is longer."""
     assert longest_step(T, cutoff) == pytest.approx(longest)
     t = T + (longest - 0.01 + (1e-3 if over else -1e-3)) * (T >= 9.995)
-    assert len(pieces(t, cutoff, "log").rows) == 1 + over
+    assert len(pieces(t, cutoff, "log")[0]) == 1 + over
 
 
 def test_the_cut_off_that_is_asked_for_counts(tmp_path: Path, arm: Robot) -> None:
