@@ -19,6 +19,7 @@ from ...common.errors import InputError
 from ...common.linear import decomposed
 from ...common.schema import Document, Float, Vector
 from ...model import Motion, Recording, Robot, base_parameters
+from ...model.drives import parameter_kind
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns, regressor_at
 from ..equations.observer import Observer
@@ -38,6 +39,7 @@ _SAME = 0.02  # rad or m: rests that lie closer are of one pose; approaches begi
 _SPEED = 1e-9  # rad/s or m/s: of the approach, whose sign alone counts
 _ROUNDING = 1e-9  # of the largest entry of the payload's regressor
 _COSTS = 2.0  # variance with drift over that without, above which the order does not tell it
+_AT_REST = ("MX", "MY", "MZ", "M", "FS", "FSM", "OFF")  # kinds of parameters that act at rest
 _Indices = NDArray[np.intp]
 
 
@@ -114,7 +116,8 @@ def static_weighing(
 
     without, under_load = joined(-difference * ~of_loaded), joined(difference * of_loaded)
     free, each = robot.with_offsets(True), keep / np.maximum(keep.sum(axis=0), 1)
-    whole, observer = Observer(free, base_parameters(free).columns), observer_of(robot, None)
+    at_rest = [name for name in base_parameters(free).columns if parameter_kind(name) in _AT_REST]
+    whole, observer = Observer(free, at_rest), observer_of(robot, None)
     own = robot_of(reduced(whole.observe_rows(without, keep, 1)))
     path = whole.torques(under_load.motion, own) - whole.torques(without.motion, own)
     change = observer.observe_rows(torque_change(robot, without, under_load, path), keep, 1)
