@@ -138,23 +138,19 @@ def static_weighing(
     scatter, drift = keep.any(axis=0) / weights / np.linalg.norm(difference), None
     if drifting.any():
         slope, step = np.tensordot(drifting, torque, 1), float(np.ptp(order.t)) / (len(order.t) - 1)
-        per = "hour" if order.clocked else "recording"
         as_torque = replace(change, Y=tuple(step * slope[keep[:, j], j] for j in range(robot.n)), shared=())
         as_payload = replace(problem, runs=(replace(problem.runs[0], equations=reduced(as_torque)),))
         mass = as_payload.resolved(as_payload.posed().solved(weights))["M_L"]
         sigma = scatter * np.linalg.norm(drifting) / np.sqrt(np.maximum(keep.sum(axis=0), 1))
         ratio = max(0.0, 1.0 - (1.0 / bare + 1.0 / len(loaded)) / float(difference @ difference))
-        drift = Drift(per, (each * slope).sum(axis=0), (each * side[0] * slope).sum(axis=0), sigma, mass, ratio)
+        drift = Drift(
+            order.unit, (each * slope).sum(axis=0), (each * side[0] * slope).sum(axis=0), sigma, mass, ratio
+        )
     return replace(problem, standing=Standing(len(set(poses)), order.text, scatter, drift))
 
 
 def _poses(every: Sequence[Rests]) -> tuple[_Indices, list[list[_Indices]], tuple[int, ...]]:
-    """Find the rests that all recordings hold, pose after pose.
-
-    Returns:
-        Number of each row's pose, from 0; for each recording, the indices of its rests at this pose from this side;
-        and the numbers of poses, from 1, that are reached from one side only.
-    """
+    """Number the poses of rests that all recordings hold, with each one's rests there, and those of one side only."""
     q, side = every[0].q, every[0].side
     near = np.abs(q[:, None] - q).max(axis=2) < _SAME
     _, poses = np.unique(near.argmax(axis=1), return_inverse=True)
