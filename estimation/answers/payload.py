@@ -16,7 +16,7 @@ from ...common.threads import one_thread
 from ...model import Recording, Robot
 from ...model.files.robot_file import PoseTable
 from ...model.inertia import PayloadSpread, payload_spread
-from ..diagnosis.checks import STILL, allowing, judge_com, judge_inertia, judge_mass
+from ..diagnosis.checks import allowing, judge_com, judge_inertia, judge_mass
 from ..diagnosis.evidence import UNFREED, Agreement, Diagnosis, Evidence, Judged, Weighed
 from ..diagnosis.finding import Verdict
 from ..diagnosis.joints import worst_joint
@@ -132,7 +132,7 @@ class PayloadAnswer(Speaks):
         return {
             "mass": judge_mass(self.mass, wide, self.free.from_scale),
             "centre of mass": judge_com(self.ten, wide),
-            "inertia": STILL if isinstance(self.problem, StaticMotion) else judge_inertia(moments, wide),
+            "inertia": judge_inertia(moments, wide, isinstance(self.problem, StaticMotion)),
         }
 
     @cached_property
@@ -242,7 +242,7 @@ def weigh_at_rest(
     constraints: Sequence[Constraint] = POSSIBLE,
     settings: Settings = DEFAULTS,
 ) -> PayloadResult:
-    """Identify mass and centre of mass from poses that are held, each reached from both sides; else as ``weigh``."""
+    """Identify mass and centre of mass from poses held still, each reached from both sides; else as ``weigh``."""
     check_lists(loaded, unloaded)
     problem = static_weighing(robot, loaded, unloaded, settings)
     settings.progress("estimating")

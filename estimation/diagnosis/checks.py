@@ -49,8 +49,6 @@ ROUNDED = 0.02
 OTHER_WAY = 0.05  # relative difference of a weighing's mass by another way that speaks against all numbers
 CONDITION = 500.0
 """Condition number with columns scaled above which small errors spoil the answer; good motions have 10."""
-STILL = Judged("not visible", "not excited by standing still")
-"""Use of an inertia by a weighing at rest."""
 SWINGS, CLEAR, MATTERS = 3.0, 5.0, 0.02
 """Oscillation of the loaded torque at rest over that without payload, over the median of other frequencies, and
 over the payload's largest torque, above which the payload swings."""
@@ -92,8 +90,10 @@ def judge_com(ten: Array, spread: PayloadSpread) -> Judged:
     return _judged(hidden, vague, f"{1e3 * allowed:.0f} mm", "turn the wrist farther, or weigh the payload")
 
 
-def judge_inertia(moments: Array, spread: PayloadSpread) -> Judged:
+def judge_inertia(moments: Array, spread: PayloadSpread, at_rest: bool = False) -> Judged:
     """Judge the inertia at the centre of mass: each moment to 30 %."""
+    if at_rest:
+        return Judged("not visible", "not excited by standing still")
     relative = dict(zip(("XX", "YY", "ZZ"), spread.moments / np.maximum(moments, 1e-300), strict=True))
     hidden = [name for name, s in zip(relative, spread.moments, strict=True) if not np.isfinite(s)]
     vague = ", ".join(f"{name} {_percent(s)}" for name, s in relative.items() if not s <= INERTIA_SIGMA)

@@ -27,8 +27,8 @@ _Pair = tuple[Recording, Recording, float | None]
 class Order(NamedTuple):
     """Order of R recordings and their times ``t``, those without payload first, (R,), by a clock in hours.
 
-    ``gaps``: by the clock, times of the loaded one of each pair after its partner, over the mean step; none where the
-    payload comes last in all pairs, or first.
+    ``gaps``: by the clock, how much later each loaded one is than its partner, over the mean step; none where the
+    payload comes last in all pairs.
     """
 
     text: str
@@ -48,7 +48,7 @@ class Order(NamedTuple):
             t = np.argsort(places).astype(float)
         text = ", ".join("loaded" if k >= bare else "unloaded" for k in places)
         gaps = (t[bare:] - t[:bare]) * (len(t) - 1) / np.ptp(t) if clocked and 2 * bare == len(t) else t[:0]
-        gaps = gaps[: len(gaps) * bool((gaps < 0.0).any() and (gaps > 0.0).any())]
+        gaps = gaps if (gaps < 0.0).any() else t[:0]
         return Order(
             text + (" by their clock" if clocked else " as given"), "hour" if clocked else "recording", t, gaps
         )

@@ -38,7 +38,7 @@ class Repeats(Document, frozen=True):
     def made(
         cls, sources: Sequence[str], masses: Sequence[float], sigmas: Sequence[float], order: Order | None = None
     ) -> Self:
-        """Compute from the mass of each recording and its standard deviation; a drift changes its sign with gaps."""
+        """Compute from the mass of each recording and its standard deviation; a drift changes sign with gaps."""
         k = np.flatnonzero(np.isfinite(masses))
         seen, own = np.array(masses)[k], np.array(sigmas)[k]
         text, at = (order.text, order.gaps[k]) if order is not None and order.gaps.size else ("", k)

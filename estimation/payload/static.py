@@ -1,11 +1,8 @@
 """A payload weighed standing still, in poses that are each reached from both sides.
 
-A joint's torque at rest is that of gravity and what friction holds, which has the sign of the approach. The loaded
-less the unloaded torque at one pose and side (29) cancels the robot's own gravity: what is left is the payload's, a
-constant torque of each joint, and a Coulomb level of each joint and side. Inertia takes no part.
-
-A drift that is linear in time goes out of recordings in a suitable order, such as unloaded, loaded, loaded,
-unloaded, pose by pose: whatever drifts, offsets, friction or the scale of the torques.
+A joint's torque at rest is that of gravity and of friction, whose sign is the approach's. In the difference (29) at
+one pose and side the robot's gravity cancels: left are the payload's, a constant torque of each joint, and a Coulomb
+level of each joint and side. A drift linear in time, whatever drifts, goes out pose by pose where the order allows.
 """
 
 from collections.abc import Sequence
