@@ -48,7 +48,7 @@ class Order(NamedTuple):
             t = np.argsort(places).astype(float)
         text = ", ".join("loaded" if k >= bare else "unloaded" for k in places)
         gaps = (t[bare:] - t[:bare]) * (len(t) - 1) / np.ptp(t) if clocked and 2 * bare == len(t) else t[:0]
-        gaps = gaps if (gaps < 0.0).any() else t[:0]
+        gaps = gaps if gaps.size and gaps.min() < 0.0 < gaps.max() else t[:0]
         return Order(
             text + (" by their clock" if clocked else " as given"), "hour" if clocked else "recording", t, gaps
         )

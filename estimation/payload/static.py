@@ -1,8 +1,8 @@
 """A payload weighed standing still, in poses that are each reached from both sides.
 
 A joint's torque at rest is that of gravity and of friction, whose sign is the approach's. In the difference (29) at
-one pose and side the robot's gravity cancels: left are the payload's, a constant torque of each joint, and a Coulomb
-level of each joint and side. A drift linear in time, whatever drifts, goes out pose by pose where the order allows.
+one pose and side the robot's gravity cancels: left are the payload's, a constant torque of each joint, and a
+Coulomb level of each joint and side. A drift linear in time goes out pose by pose where the order allows.
 """
 
 from collections.abc import Sequence
@@ -83,7 +83,6 @@ def static_weighing(
     for group in (unloaded, loaded):
         check_recordings(robot, group)
     check_apart(loaded, unloaded)
-    settings.progress("looking for rests")
     every = [rests_of(recording, processing) for recording in recordings]
     poses, index, one_sided = _poses(every)
     if len(set(poses)) < _FEWEST:
@@ -105,7 +104,12 @@ def static_weighing(
     keep = (side == side[0]).all(axis=0) & (side[0] != 0.0)
     keep &= np.abs(W).max(axis=(1, 2)) > _ROUNDING * np.abs(W).max()  # a joint that no weight acts on says nothing
     order, of_loaded = Order.of(loaded, unloaded), np.arange(len(recordings)) >= bare
-    difference, drifting = _weights(order, of_loaded.astype(float))
+    # Weights of the recordings for the difference, drift taken off, and for the drift; as if none where it costs much.
+    A = np.column_stack([np.ones(len(recordings)), of_loaded, order.t - order.t.mean()])
+    plain, parts = decomposed(A[:, :2]).inverse[1], decomposed(A)
+    _, difference, drifting = parts.inverse
+    if len(A) < 3 or parts.rank < 3 or difference @ difference > _COSTS * plain @ plain:
+        difference, drifting = plain, 0.0 * plain
 
     def joined(weights: Array) -> Measurement:
         motion = Motion(np.arange(float(len(poses))), np.tensordot(weights, q, 1), _SPEED * side[0], 0.0 * side[0])
@@ -147,7 +151,7 @@ def static_weighing(
 
 
 def _poses(every: Sequence[Rests]) -> tuple[_Indices, list[list[_Indices]], tuple[int, ...]]:
-    """Number the poses of rests that all recordings hold, with each one's rests there, and those of one side only."""
+    """Number the poses of rests that all recordings hold, find each one's rests there, and poses of one side."""
     q, side = every[0].q, every[0].side
     near = np.abs(q[:, None] - q).max(axis=2) < _SAME
     _, poses = np.unique(near.argmax(axis=1), return_inverse=True)
@@ -158,13 +162,3 @@ def _poses(every: Sequence[Rests]) -> tuple[_Indices, list[list[_Indices]], tupl
     rows = sorted(np.flatnonzero(held).tolist(), key=lambda k: int(poses[k]))
     alone = {int(poses[k]) + 1 for k in rows if not (near[k, rows] & (side[rows] @ side[k] < 0.0)).any()}
     return poses[rows], [[own[k] for k in rows] for own in index], tuple(sorted(alone))
-
-
-def _weights(order: Order, under_load: Array) -> tuple[Array, Array]:
-    """Weigh recordings, (R,), for the difference and the drift; that is 0 where the order does not tell it."""
-    A = np.column_stack([np.ones(len(under_load)), under_load, order.t - order.t.mean()])
-    plain, parts = decomposed(A[:, :2]).inverse[1], decomposed(A)
-    _, weights, slope = parts.inverse
-    if len(A) < 3 or parts.rank < 3 or weights @ weights > _COSTS * plain @ plain:
-        return plain, 0.0 * plain
-    return weights, slope
