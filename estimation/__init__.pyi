@@ -41,8 +41,6 @@ from .payload.result import StandIn as StandIn
 from .payload.short_motion import ShortMotion as ShortMotion
 from .payload.short_motion import difference_weighing as difference_weighing
 from .payload.short_motion import known_robot_weighing as known_robot_weighing
-from .payload.static import StaticMotion as StaticMotion
-from .payload.static import static_weighing as static_weighing
 from .possible.cone import SolverError as SolverError
 from .possible.constraints import CentreOfMassInBox as CentreOfMassInBox
 from .possible.constraints import Constraint as Constraint

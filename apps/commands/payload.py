@@ -153,9 +153,7 @@ def run_weigh(
         settings = setup.settings(progress, friction_change=change, joints=request.moving, gains=gains)
         if request.static:
             for option in ("robot_parameters", "moving"):
-                request.refuse(
-                    option, "is not used with --static: all joints are compared without and with payload"
-                )
+                request.refuse(option, "is not used with --static: recordings are compared, of all joints")
             result = estimation.weigh_at_rest(robot, loaded, unloaded, constraints, settings)
         else:
             result = estimation.weigh(robot, loaded, unloaded, known, constraints, settings)

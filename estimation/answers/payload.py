@@ -222,10 +222,7 @@ def weigh_at_rest(
     constraints: Sequence[Constraint] = POSSIBLE,
     settings: Settings = DEFAULTS,
 ) -> PayloadResult:
-    """Identify mass and centre of mass from poses that are held, each reached from both sides; else as ``weigh``.
-
-    Where some recordings without payload come before those with it and some after them, a drift is taken off.
-    """
+    """Identify mass and centre of mass from poses held still, each reached from both sides; else as ``weigh``."""
     check_lists(loaded, unloaded)
     problem = static_weighing(robot, loaded, unloaded, settings)
     settings.progress("estimating")

@@ -119,8 +119,7 @@ def diagnose(
         description: the robot as it was given, where gains are what is asked for: other readings are then compared
             with gains of their own; the problem's robot by default.
     """
-    still = isinstance(problem, StaticMotion)
-    states = None if still else states_of(problem.source)
+    states = None if isinstance(problem, StaticMotion) else states_of(problem.source)
     system, weights = system_of(problem, states), best.estimate.weights
     effects = effects_of(system, description is not None) if system is not None else ()
     by_joints = payload_by_joints(problem, weights)
@@ -139,7 +138,7 @@ def diagnose(
         tuple(effect for effect in effects if effect.name != "bursts" or matter(effect, best.ten[9], sigma)),
         alternatives(description or problem.robot, states, description is not None),
         found,
-        nominal=None if still else nominal_gravity(problem.robot, states or states_of(problem.source, BLOCKS)),
+        nominal=nominal_gravity(problem.robot, states or states_of(problem.source, BLOCKS)),
     )
 
 

@@ -126,11 +126,8 @@ def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
         dof = max(float(robust.degrees_of_freedom), 1.0)
     except InputError:  # too few blocks
         variance = WITHOUT_BLOCKS**2 * variance
-    variance = np.nan_to_num(variance, nan=np.inf)
-    blind = variance > _BLIND**2 * variance[: len(groups)].min()
-    numbers = [
-        None if np.isnan(value) or hides else float(value) for value, hides in zip(values, blind, strict=True)
-    ]
+    blind = variance > _BLIND**2 * np.nan_to_num(variance[: len(groups)], nan=np.inf).min()
+    numbers = [None if np.isnan(value) else float(value) for value in np.where(blind, np.nan, values)]
     sigmas = np.sqrt(variance).tolist()
     masses = [JointsMass.made(group, numbers[k], sigmas[k], dof) for k, group in enumerate(groups)]
     # The first groups are the single joints, to which the ratios belong.

@@ -25,30 +25,33 @@ _Pair = tuple[Recording, Recording, float | None]
 
 
 class Order(NamedTuple):
-    """Order of R recordings, and their times in hours, those without payload first, (R,).
+    """Order of R recordings and their times ``t``, those without payload first, (R,), by a clock in hours.
 
-    ``clocked``: whether these are by a common clock, else numbers; ``gaps``: times from each recording without
-    payload to the one with it, over the mean time from one recording to the next.
+    ``gaps``: by the clock, how much later each loaded one is than its partner, over the mean step; none where the
+    payload comes last in all pairs.
     """
 
     text: str
+    unit: str
     t: Array
-    clocked: bool
     gaps: Array
 
     @staticmethod
     def of(loaded: Sequence[Recording], unloaded: Sequence[Recording]) -> "Order":
         """Order recordings by their clock, if they share one, else half of those unloaded first and half last."""
-        recordings, bare = [*unloaded, *loaded], len(unloaded)
+        recordings, bare, half = [*unloaded, *loaded], len(unloaded), (len(unloaded) + 1) // 2
         ends = np.array([one.origin + one.t[[0, -1]] for one in recordings])
-        places, half = np.argsort(ends[:, 0], kind="stable"), (bare + 1) // 2
+        places, t = np.argsort(ends[:, 0], kind="stable"), ends.mean(axis=1) / 3600.0
         clocked = bool((ends[places[1:], 0] >= ends[places[:-1], 1]).all())
         if not clocked:
             places = np.array([*range(half), *range(bare, len(recordings)), *range(half, bare)])
-        t = ends.mean(axis=1) / 3600.0 if clocked else np.argsort(places).astype(float)
+            t = np.argsort(places).astype(float)
         text = ", ".join("loaded" if k >= bare else "unloaded" for k in places)
-        gaps = (t[bare:] - t[:bare]) * (len(t) - 1) / np.ptp(t) if 2 * bare == len(t) else np.zeros(0)
-        return Order(text + (" by their clock" if clocked else " as given"), t, clocked, gaps)
+        gaps = (t[bare:] - t[:bare]) * (len(t) - 1) / np.ptp(t) if clocked and 2 * bare == len(t) else t[:0]
+        gaps = gaps if gaps.size and gaps.min() < 0.0 < gaps.max() else t[:0]
+        return Order(
+            text + (" by their clock" if clocked else " as given"), "hour" if clocked else "recording", t, gaps
+        )
 
 
 class PairedMeasurement(NamedTuple):

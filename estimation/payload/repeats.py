@@ -38,15 +38,11 @@ class Repeats(Document, frozen=True):
     def made(
         cls, sources: Sequence[str], masses: Sequence[float], sigmas: Sequence[float], order: Order | None = None
     ) -> Self:
-        """Compute from the mass of each recording and its standard deviation.
-
-        Where by the clock the payload comes first in some pairs, in others last, a drift changes its sign.
-        """
+        """Compute from the mass of each recording and its standard deviation; a drift changes sign with gaps."""
         k = np.flatnonzero(np.isfinite(masses))
         seen, own = np.array(masses)[k], np.array(sigmas)[k]
-        step, sigma, taken_off, at, text = None, None, np.zeros(len(k)), k.astype(float), ""
-        if order is not None and order.clocked and (gaps := order.gaps[k]).size and gaps.min() < 0.0 < gaps.max():
-            at, text = gaps, order.text
+        text, at = (order.text, order.gaps[k]) if order is not None and order.gaps.size else ("", k)
+        step, sigma, taken_off = None, None, np.zeros(len(k))
         if len(k) > (1 if text else 2):  # slope over the recordings' numbers, and its deviation by their scatter
             A = np.column_stack([np.ones(len(k)), at]) / own[:, None]
             parts = decomposed(A)
@@ -80,5 +76,5 @@ def repeats_of(problem: ShortMotion) -> Repeats | None:
                 model = error_model(estimate.estimate)
                 masses[k], sigmas[k] = model["M_L"], float(model.sigma[model.names.index("M_L")])
     source = problem.source
-    order = Order.of(source.loaded, source.unloaded) if len(source.loaded) == len(source.unloaded) else None
+    order = Order.of(source.loaded, source.unloaded)
     return Repeats.made([recording.source for recording in source.loaded], masses, sigmas, order)

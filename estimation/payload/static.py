@@ -1,11 +1,8 @@
 """A payload weighed standing still, in poses that are each reached from both sides.
 
-A joint's torque at rest is that of gravity and what friction holds, which has the sign of the approach. The loaded
-less the unloaded torque at one pose and side (29) cancels the robot's own gravity: what is left is the payload's, a
-constant torque of each joint, and a Coulomb level of each joint and side. Inertia takes no part.
-
-A drift that is linear in time goes out of recordings in a suitable order, such as unloaded, loaded, loaded,
-unloaded, pose by pose: whatever drifts, offsets, friction or the scale of the torques.
+A joint's torque at rest is that of gravity and of friction, whose sign is the approach's. In the difference (29) at
+one pose and side the robot's gravity cancels: left are the payload's, a constant torque of each joint, and a
+Coulomb level of each joint and side. A drift linear in time goes out pose by pose where the order allows.
 """
 
 from collections.abc import Sequence
@@ -19,6 +16,7 @@ from ...common.errors import InputError
 from ...common.linear import decomposed
 from ...common.schema import Document, Float, Vector
 from ...model import Motion, Recording, Robot, base_parameters
+from ...model.drives import parameter_kind
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns, regressor_at
 from ..equations.observer import Observation, Observer
@@ -38,6 +36,7 @@ _SAME = 0.02  # rad or m: rests that lie closer are of one pose; approaches begi
 _SPEED = 1e-9  # rad/s or m/s: of the approach, whose sign alone counts
 _ROUNDING = 1e-9  # of the largest entry of the payload's regressor
 _COSTS = 2.0  # variance with drift over that without, above which the order does not tell it
+_AT_REST = ("MX", "MY", "MZ", "M", "FS", "FSM", "OFF")  # kinds of parameters that act at rest
 _Indices = NDArray[np.intp]
 
 
@@ -84,7 +83,6 @@ def static_weighing(
     for group in (unloaded, loaded):
         check_recordings(robot, group)
     check_apart(loaded, unloaded)
-    settings.progress("looking for rests")
     every = [rests_of(recording, processing) for recording in recordings]
     poses, index, one_sided = _poses(every)
     if len(set(poses)) < _FEWEST:
@@ -106,7 +104,12 @@ def static_weighing(
     keep = (side == side[0]).all(axis=0) & (side[0] != 0.0)
     keep &= np.abs(W).max(axis=(1, 2)) > _ROUNDING * np.abs(W).max()  # a joint that no weight acts on says nothing
     order, of_loaded = Order.of(loaded, unloaded), np.arange(len(recordings)) >= bare
-    difference, drifting = _weights(order, of_loaded.astype(float))
+    # Weights of the recordings for the difference, drift taken off, and for the drift; as if none where it costs much.
+    A = np.column_stack([np.ones(len(recordings)), of_loaded, order.t - order.t.mean()])
+    plain, parts = decomposed(A[:, :2]).inverse[1], decomposed(A)
+    _, difference, drifting = parts.inverse
+    if len(A) < 3 or parts.rank < 3 or difference @ difference > _COSTS * plain @ plain:
+        difference, drifting = plain, 0.0 * plain
 
     def joined(weights: Array) -> Measurement:
         motion = Motion(np.arange(float(len(poses))), np.tensordot(weights, q, 1), _SPEED * side[0], 0.0 * side[0])
@@ -114,7 +117,8 @@ def static_weighing(
 
     without, under_load = joined(-difference * ~of_loaded), joined(difference * of_loaded)
     free, each = robot.with_offsets(True), keep / np.maximum(keep.sum(axis=0), 1)
-    whole, observer = Observer(free, base_parameters(free).columns), observer_of(robot, None)
+    at_rest = [name for name in base_parameters(free).columns if parameter_kind(name) in _AT_REST]
+    whole, observer = Observer(free, at_rest), observer_of(robot, None)
     own = robot_of(reduced(whole.observe_rows(without, keep, 1)))
     path = whole.torques(under_load.motion, own) - whole.torques(without.motion, own)
     change = observer.observe_rows(torque_change(robot, without, under_load, path), keep, 1)
@@ -135,24 +139,20 @@ def static_weighing(
     scatter, drift = keep.any(axis=0) / weights / np.linalg.norm(difference), None
     if drifting.any():
         slope, step = np.tensordot(drifting, torque, 1), float(np.ptp(order.t)) / (len(order.t) - 1)
-        per = "hour" if order.clocked else "recording"
         as_torque = [step * slope[keep[:, j], j] for j in range(robot.n)]
         drifted = Observation.of(change.columns, change.W, as_torque, change.t, change.bandwidth)
         as_payload = replace(problem, runs=(reduced(drifted),))
         mass = as_payload.resolved(as_payload.posed().solved(weights))["M_L"]
         sigma = scatter * np.linalg.norm(drifting) / np.sqrt(np.maximum(keep.sum(axis=0), 1))
         ratio = max(0.0, 1.0 - (1.0 / bare + 1.0 / len(loaded)) / float(difference @ difference))
-        drift = Drift(per, (each * slope).sum(axis=0), (each * side[0] * slope).sum(axis=0), sigma, mass, ratio)
+        drift = Drift(
+            order.unit, (each * slope).sum(axis=0), (each * side[0] * slope).sum(axis=0), sigma, mass, ratio
+        )
     return replace(problem, standing=Standing(len(set(poses)), order.text, scatter, drift))
 
 
 def _poses(every: Sequence[Rests]) -> tuple[_Indices, list[list[_Indices]], tuple[int, ...]]:
-    """Find the rests that all recordings hold, pose after pose.
-
-    Returns:
-        Number of each row's pose, from 0; for each recording, the indices of its rests at this pose from this side;
-        and the numbers of poses, from 1, that are reached from one side only.
-    """
+    """Number the poses of rests that all recordings hold, find each one's rests there, and poses of one side."""
     q, side = every[0].q, every[0].side
     near = np.abs(q[:, None] - q).max(axis=2) < _SAME
     _, poses = np.unique(near.argmax(axis=1), return_inverse=True)
@@ -163,13 +163,3 @@ def _poses(every: Sequence[Rests]) -> tuple[_Indices, list[list[_Indices]], tupl
     rows = sorted(np.flatnonzero(held).tolist(), key=lambda k: int(poses[k]))
     alone = {int(poses[k]) + 1 for k in rows if not (near[k, rows] & (side[rows] @ side[k] < 0.0)).any()}
     return poses[rows], [[own[k] for k in rows] for own in index], tuple(sorted(alone))
-
-
-def _weights(order: Order, under_load: Array) -> tuple[Array, Array]:
-    """Weigh recordings, (R,), for the difference and the drift; that is 0 where the order does not tell it."""
-    A = np.column_stack([np.ones(len(under_load)), under_load, order.t - order.t.mean()])
-    plain, parts = decomposed(A[:, :2]).inverse[1], decomposed(A)
-    _, weights, slope = parts.inverse
-    if len(A) < 3 or parts.rank < 3 or weights @ weights > _COSTS * plain @ plain:
-        return plain, 0.0 * plain
-    return weights, slope

@@ -21,9 +21,8 @@ _BIN, _FASTEST = 0.1, 10.0  # Hz
 class Rests(NamedTuple):
     """R rests of one recording of n joints, each after a motion.
 
-    ``q`` [rad or m], ``torque`` [N·m or N]: means once these have settled; ``side``: direction each joint came in,
-    1 or -1, 0 for one that did not move, all R x n; ``moving``: standard deviation of the torques on the way, (n,);
-    ``held``: torques of each rest but for its beginning, m x n, ``rate`` of them a second.
+    ``q`` [rad or m], ``torque`` [N·m or N]: means once settled, ``side``: direction a joint came in, 1, -1, 0, all
+    R x n; ``moving``: deviation of torques on the way, (n,); ``held``: those at rest, m x n, ``rate`` a second.
     """
 
     q: Array

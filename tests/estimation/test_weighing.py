@@ -221,7 +221,7 @@ def test_a_constant_torque_beyond_the_allowance_is_free(
 
 def test_an_order_that_takes_a_drift_off_leaves_no_scatter() -> None:
     """Unloaded, loaded, loaded, unloaded: the payload comes after its partner, then before it."""
-    order = Order("by their clock", np.arange(4.0), True, np.array([1.0, -1.0]))
+    order = Order("by their clock", "hour", np.arange(4.0), np.array([1.0, -1.0]))
     repeats = Repeats.made("ab", (5.1, 4.9), (0.02, 0.02), order)
     assert repeats.drift_per_recording == pytest.approx(0.1)
     assert (repeats.excess, repeats.drifts) == (1.0, False)

@@ -161,9 +161,8 @@ def sigma_notes(estimates: Sequence[FreeEstimate]) -> list[str]:
         if not first.by_memory:
             length = array(present(first.block_length))
             other = "the block jackknife's standard deviation"
-            source = f"jackknife over {first.blocks} " + (
-                f"blocks of {length:.2g} s or more" if length else "poses"
-            )
+            blocks = f"blocks of {length:.2g} s or more" if length else "poses"
+            source = f"jackknife over {first.blocks} {blocks}"
         lines = [f"± the larger of the formula's (17)-(19) and {other}."]
         ratios = [
             f"method {e.method} {numbers(e.sigma_robust)[-1] / numbers(e.sigma)[-1]:.2f}"

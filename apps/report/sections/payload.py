@@ -132,11 +132,11 @@ def answer_notes(result: PayloadResult) -> list[str]:
             wider = "all intervals are widened by that"
             noted.append(f"They scatter {repeats.excess:.2g} times as much as each says: {wider}.")
     if standing := present(result.standing):
-        seen_drift = "an order that shows no drift: record unloaded, loaded, loaded, unloaded"
+        told = "this order shows no drift: record unloaded, loaded, loaded, unloaded"
         if drift := standing.drift:
-            seen_drift = f"from one to the next drift adds {array(drift.mass):+.2g} kg, which is taken off; it is "
-            seen_drift += f"{100.0 * drift.ratio:.0f} % of the mass's variance"
-        noted.append(f"{standing.poses} poses at rest, {standing.order}: {seen_drift}.")
+            told = f"from one to the next drift adds {array(drift.mass):+.2g} kg, which is taken off"
+            told += f" ({100.0 * drift.ratio:.0f} % of the mass's variance)"
+        noted.append(f"{standing.poses} poses at rest, {standing.order}: {told}.")
     noted += evidence.friction_notes(present(result.friction) or ())
     noted += evidence.gain_error_notes(result.settings, result.gains)
     if not result.short and not (residual and residual.validation):
