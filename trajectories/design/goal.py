@@ -40,6 +40,9 @@ ASSUMED_RATIO = RESIDUAL * MEMORY
 ASSUMED_NOISE = f"assumed, {100 * ASSUMED_RATIO:.2g} % of the torque limits, as real arms have"
 ASSUMED_STICTION = 0.05 * 0.1, "assumed, 5 % of a Coulomb friction of 10 % of the torque limits"
 """Scatter of the torque at rest from one approach to the next over the torque limits, and its source."""
+_CHANGE, _WRIST = 0.033 / 0.05, 3
+"""Change of a joint's constant torque between two recordings over that scatter, 3.3 % of Coulomb friction over 5 %;
+of so many last joints it is free: as a weighing takes it."""
 _PAIR = 2.0  # times the variance: payloads show in the difference of two recordings
 _ALIKE = {"M": 0.01, "MX": 1e-3, "MY": 1e-3, "MZ": 1e-3}
 """Standard deviations that count alike: of the mass 10 g times the shape's ``mass_alike``, of the first moments 1
@@ -178,9 +181,11 @@ class NearGoal:
         mass = self.expected.mass
         scales = {name: _ALIKE.get(parameter_kind(name), _INERTIA / mass) for name in interest}
         alike = {name: scale * (shape.mass_alike if name == payload[9] else mass) for name, scale in scales.items()}
-        earlier, noise = None, np.where(np.isin(np.arange(robot.n), moving), self.noise, np.inf)
-        if self.mass_sigma is not None and payload[9] in names:
-            earlier = Earlier(names, np.array([[float(name == payload[9]) / self.mass_sigma for name in names]]))
+        noise = np.where(np.isin(np.arange(robot.n), moving), self.noise, np.inf)
+        known = {} if self.mass_sigma is None else {payload[9]: self.mass_sigma}
+        if isinstance(shape, StaticShape):
+            known |= {f"OFF{j + 1}": _CHANGE * self.noise[j] for j in range(max(robot.n - _WRIST, 1))}
+        rows = [[float(name == own) / sigma for name in names] for own, sigma in known.items() if own in names]
         return Goal(
             "a",
             names,
@@ -190,7 +195,7 @@ class NearGoal:
             rate=self.rate,
             noise_from=self.noise_from,
             data_length=shape.duration,
-            earlier=earlier,
+            earlier=Earlier(names, np.array(rows)) if rows else None,
             offsets=True,
             paired=True,
         )
@@ -202,16 +207,19 @@ class NearGoal:
 
         Torques of the ``joints`` with these numbers count. The motion is looked at at ``sample_rate`` [Hz], twice
         the rate of independent samples if None; of one through points every approach to a pose that it holds is a
-        sample.
+        sample, and the arm's constant torques change little.
         """
         if held := isinstance(plan, ViaPoints):
             samples, rate = Samples.at_rest(plan.held), self.rate
         else:
             motion = plan.motion(sample_rate or 2.0 * self.rate)
             samples, rate = Samples.of(motion), motion.rate
-        rows, W = [], _payload_kernel(robot).matrix(samples).reshape(robot.n, len(samples.q), -1)
+        kernel, rows = _payload_kernel(robot), []
+        W = kernel.matrix(samples).reshape(robot.n, len(samples.q), -1)
         for joint in joints:
             own = W[joint - 1][held | (np.abs(samples.qd[:, joint - 1]) >= _SLOW)]
+            if held and joint <= max(robot.n - _WRIST, 1):
+                own = np.vstack([own, np.sqrt(_PAIR) / _CHANGE * (np.array(kernel.columns) == f"OFF{joint}")])
             scale = np.sqrt(self.rate / _PAIR / rate) / self.noise[joint - 1]
             rows.append(scale * without(own[:, :10], own[:, 10:]))
         A = np.vstack(rows)

@@ -70,11 +70,7 @@ class StaticShape:
         return self.start[None]
 
     def family(self, robot: Robot, bounds: JointBounds) -> "FreeRests":
-        """Make the family of motions of this shape.
-
-        Raises:
-            InputError: if the robot cannot stand there, or a joint has no room for the approach from both sides.
-        """
+        """Make the family of motions of this shape; refuse ranges without room for an approach from both sides."""
         check_pose(self.start, robot, bounds)
         for joint, room, approach in zip(self.joints, self.high - self.low, self.approach, strict=True):
             if not 0.0 < 2.0 * approach < room:
@@ -114,11 +110,17 @@ class FreeRests:
         self._fixed[1:-1, self._moving] = np.outer(np.tile(_SIDES, shape.count), shape.approach)
 
     def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
-        """Draw random poses, each reached from the one before on a straight line if ``_TRIES`` contain one."""
+        """Draw random poses, each reached from the one before on a straight line if ``_TRIES`` contain one.
+
+        In one draw of two every other is the mirror image of the one before if that can be: gravity then often
+        pulls the other way.
+        """
         x, on_line, before = np.zeros(self.size), np.linspace(0.0, 1.0, 21)[:, None], self.shape.start
-        for k, pose in enumerate(x[:-1].reshape(self.shape.count, -1)):
-            for _ in range(_TRIES):
-                pose[:] = _SPAN * draw.uniform(-1.0, 1.0, len(pose))
+        poses, pairs = x[:-1].reshape(self.shape.count, -1), draw.random() < 0.5
+        for k, pose in enumerate(poses):
+            for trial in range(_TRIES):
+                mirrored = pairs and k % 2 == 1 and trial == 0
+                pose[:] = -poses[k - 1] if mirrored else _SPAN * draw.uniform(-1.0, 1.0, len(pose))
                 q = self._points(x)[4 * k + 2]
                 if clear(before + on_line * (q - before)):
                     break

@@ -99,9 +99,7 @@ def check_val3(robot: Robot, via_points: bool, name: str) -> None:
     """Refuse, before any work is done, a motion, a robot or a name that has no place in a VAL3 application."""
     require_six_turning(robot, "VAL3 jointRx")
     if not via_points:
-        raise InputError(
-            "VAL3 needs via points, a Fourier motion has none: design with --via-points, or near with --static"
-        )
+        raise InputError("VAL3 needs via points, a Fourier motion has none: design --via-points or near --static")
     if not re.fullmatch(r"[A-Za-z]\w{0,14}", name, re.ASCII):
         raise InputError(f"{name!r} is no VAL3 application's name: a letter, then letters, digits, _; 15 at most")
 

@@ -173,12 +173,8 @@ def _course(result: NearResult) -> tuple[str, str, str]:
     """What it is, the options that write it, and how long it takes."""
     plan, shape = result.design.plan, result.shape
     if isinstance(shape, StaticShape):
-        revolute = [result.robot.joints[joint - 1].revolute for joint in shape.joints]
-        moves = zip(np.where(revolute, np.degrees(shape.approach), shape.approach), revolute, strict=True)
-        approach = ", ".join(dict.fromkeys(f"{x:.3g} {'deg' if turns else 'm'}" for x, turns in moves))
         course = (
-            f"{plan.duration:.0f} s: each pose is held {shape.hold:g} s after a move of {approach} from below, and "
-            "again from above."
+            f"{plan.duration:.0f} s: each pose is held {shape.hold:g} s after small moves from below and above."
         )
         return f"{shape.count} poses at rest", "--samples, --ros2, --urscript or --val3", course
     assert isinstance(plan, Fourier)
@@ -199,8 +195,8 @@ def _stiction(result: NearResult, mass: float) -> list[str]:
     scatter = ", ".join(f"{x:.2g}" for x in problem.noise if np.isfinite(x))
     return [
         f"1 sigma is {100.0 * share:.2g} % of the mass.{advice}",
-        f"Torque at rest scatters from approach to approach, {problem.noise_from}: {scatter} N·m or N. A constant "
-        "torque of each joint may differ between both recordings.",
+        f"Torque at rest scatters from approach to approach, {problem.noise_from}: {scatter} N·m or N. Between "
+        "recordings constant torques may change, the arm's by 0.66 times that, the wrist's freely.",
     ]
 
 
