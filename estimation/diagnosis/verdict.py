@@ -124,10 +124,11 @@ def diagnose(
     effects = effects_of(system, description is not None) if system is not None else ()
     by_joints = payload_by_joints(problem, weights)
     sigma = float(best.estimate.sigma[best.indices.index(9)]) if 9 in best.indices else np.inf
+    found = by_states = scales_of_states(system) if system is not None else ()
     if isinstance(problem, LongMotion) and problem.unloaded is not None:
-        found = scales(problem, weights)
-    else:
-        found = scales_of_states(system) if system is not None else ()
+        # By full factors, but what they take off as hypotheses do.
+        falls = [one.fall for one in by_states] or [0.0] * (problem.robot.n + 1)
+        found = tuple(one._replace(fall=fall) for one, fall in zip(scales(problem, weights), falls, strict=False))
     most = max((one.fall for one in found if beyond(one)), default=0.0)
     effects = tuple(effect for effect in effects if effect.name not in ALONE or effect.fall >= most)
     exact, few = np.zeros((problem.robot.n,) * 2), isinstance(problem, ShortMotion)

@@ -346,10 +346,11 @@ MISTAKES: dict[str, tuple[str, Callable[[Robot], Robot], Change]] = {
     "sign of joint 2": ("joint 2 has the sign against gravity", lambda robot: robot, scaled(-1.0, 2)),
     "ceiling": (AGAINST, described(0.0, 0.0, 9.81), same),
     "wall": ("degrees from where the description has gravity", described(9.81, 0.0, 0.0), same),
-    "gravity 9": (r"gravity is 9\.[6-9]", described(0.0, 0.0, -9.0), same),
+    "gravity 9": (r"gravity is 9(\.[6-9]| m)", described(0.0, 0.0, -9.0), same),
+    "gain 2 doubled": ("joint 2 is about 2|joint 2's is [12]", lambda robot: robot, scaled(2.0, 2)),
 }
 """Mistakes in all recordings of any arm: words of the answer, how the robot is described, and what is recorded."""
-GALLERY = ("ur5e", "rx90", "panda", "gp7", "panda", "lift")  # an arm for each; a slide does not show a wall
+GALLERY = ("ur5e", "rx90", "panda", "lift", "panda", "gp7", "gp7")  # an arm for each; a slide does not show a wall
 
 
 @pytest.mark.parametrize(("name", "mistake"), list(zip(GALLERY, MISTAKES, strict=True)))
