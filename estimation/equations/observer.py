@@ -2,6 +2,7 @@
 
 import copy
 import functools
+import itertools
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -41,10 +42,11 @@ class Layout:
     touched: tuple[Indices, ...]
     motors: tuple[tuple[int, ...], ...]
 
-    @property
-    def sizes(self) -> list[int]:
-        """Numbers that an equation of each joint has: its entries, its torque, parts of that."""
-        return [len(own) + 1 + len(others) for own, others in zip(self.touched, self.motors, strict=True)]
+    @functools.cached_property
+    def rows(self) -> tuple[slice, ...]:
+        """Places of each joint's entries, torque and parts of that among what is evaluated."""
+        sizes = [len(own) + 1 + len(others) for own, others in zip(self.touched, self.motors, strict=True)]
+        return tuple(itertools.starmap(slice, itertools.pairwise(itertools.accumulate(sizes, initial=0))))
 
     @property
     def distinct(self) -> int:
@@ -268,35 +270,35 @@ class Observer:
     def only(self, columns: Sequence[str], names: Sequence[str] | None = None) -> "Observer":
         """Make the observer of some of the columns by the same generated code; arguments as when made."""
         part, unique = copy.copy(self), tuple(dict.fromkeys(columns))
-        chosen, touched, start = list[int](), [], 0
-        for size, own in zip(self.layout.sizes, self.layout.touched, strict=True):
-            entries = {self._standard[column]: start + k for k, column in enumerate(own)}
+        chosen, touched = list[int](), []
+        for rows, own in zip(self.layout.rows, self.layout.touched, strict=True):
+            entries = {self._standard[column]: rows.start + k for k, column in enumerate(own)}
             there = [name for name in unique if name in entries]
             touched.append(np.array([unique.index(name) for name in there], dtype=int))
-            chosen += [entries[name] for name in there] + list(range(start + len(own), start + size))
-            start += size
+            chosen += [entries[name] for name in there] + list(range(rows.start + len(own), rows.stop))
         part._standard = unique
         part._chosen = np.array(chosen) if self._chosen is None else self._chosen[chosen]
         index = np.array([unique.index(name) for name in columns])
         part.layout = Layout(tuple(names or columns), index, tuple(touched), self.layout.motors)
         return part
 
-    def stream(self, pieces: Iterable[tuple[Measurement, Mask]], factor: int) -> Iterator[Observation]:
+    def stream(
+        self, pieces: Iterable[tuple[Measurement, Mask]], factor: int
+    ) -> Iterator[tuple[Array, Mask, Array]]:
         """Make equations of one recording that arrives in pieces, each with its rows to use (N x n).
 
         Y and every column of W are filtered and decimated alike.
+
+        Yields:
+            What is evaluated, placed as ``layout.rows`` says, numbers x M; which rows are used, n x M; their times.
         """
-        ends = np.cumsum(self.layout.sizes)
-        decimator, skip, bandwidth = Decimator(int(ends[-1]), factor), 0, noise_bandwidth(factor)
+        decimator, skip = Decimator(self.layout.rows[-1].stop, factor), 0
         waiting = np.empty((self.robot.n + 1, 0))  # times and rows to use that the filter has not given yet
 
-        def made(equations: Array) -> Observation:
+        def made(equations: Array) -> tuple[Array, Mask, Array]:
             nonlocal waiting
-            (t, *keep), waiting = np.hsplit(waiting, [equations.shape[1]])
-            used, joints = [np.flatnonzero(row) for row in keep], np.split(equations, ends[:-1])
-            kept = zip(joints, used, strict=True)
-            rows = tuple(own if len(row) == len(t) else own.take(row, axis=1) for own, row in kept)
-            return Observation(self.layout, rows, tuple(t[row] for row in used), bandwidth)
+            (t, *keep), waiting = waiting[:, : equations.shape[1]], waiting[:, equations.shape[1] :]
+            return equations, np.array(keep, dtype=bool), t
 
         for data, keep in pieces:
             if self.robot.spring is not None:  # its table does not go on beyond its ends
@@ -322,19 +324,22 @@ class Observer:
 
     def observe_rows(self, data: Measurement, keep: Mask, decimate: int) -> Observation:
         """Observe a measurement with the rows to use, N x n, given."""
-        parts = list(self.stream([(data, keep)], decimate))
-        rows = tuple(np.concatenate(own, axis=1) for own in zip(*(part.rows for part in parts), strict=True))
-        t = tuple(np.concatenate(own) for own in zip(*(part.t for part in parts), strict=True))
-        return Observation(self.layout, rows, t, noise_bandwidth(decimate))
+        rows, times = [list[Array]() for _ in self.layout.rows], [list[Array]() for _ in self.layout.rows]
+        for equations, kept, t in self.stream([(data, keep)], decimate):
+            for j, (own, used) in enumerate(zip(self.layout.rows, kept, strict=True)):
+                rows[j].append(equations[own][:, used])
+                times[j].append(t[used])
+        joined = tuple(np.concatenate(parts, axis=1) for parts in rows)
+        return Observation(self.layout, joined, tuple(map(np.concatenate, times)), noise_bandwidth(decimate))
 
     def torques(self, motion: Motion, values: Array) -> Array:
         """Torques of the joints that parameters of these values cause [N·m or N], N x n."""
-        none, ends = Measurement(motion, np.zeros(motion.q.shape)), np.cumsum(self.layout.sizes)[:-1]
+        none = Measurement(motion, np.zeros(motion.q.shape))
         chi, torque = self.layout.values(values), np.empty(motion.q.shape)
         for part in _parts(len(motion.t), 1):
-            joints = np.split(self._evaluated(none, part), ends)
-            for j, (own, touched) in enumerate(zip(joints, self.layout.touched, strict=True)):
-                torque[part, j] = chi[touched] @ own[: len(touched)]
+            equations = self._evaluated(none, part)
+            for j, (own, touched) in enumerate(zip(self.layout.rows, self.layout.touched, strict=True)):
+                torque[part, j] = chi[touched] @ equations[own][: len(touched)]
         if self.robot.coupling is not None and self.robot.coupling.rows == "motor":
             return self.robot.coupling.joint_torques(torque)
         return torque

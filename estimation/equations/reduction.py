@@ -1,6 +1,6 @@
 """Compresses equations by QR, block by block and joint by joint."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from scipy.linalg import lapack
@@ -24,9 +24,10 @@ def recorded(observer: Observer, recordings: Iterable[Used]) -> tuple[Equations,
 
 def reduced(observation: Observation) -> Equations:
     """Reduce the equations of one recording."""
-    parts = range(0, max(own.shape[1] for own in observation.rows), _ROWS)
-    copies = (tuple(own[:, k : k + _ROWS].copy() for own in observation.rows) for k in parts)
-    return _reduced(observation.layout, copies, observation.bandwidth)
+    starts = range(0, max(own.shape[1] for own in observation.rows), _ROWS)
+    copies = ([own[:, k : k + _ROWS].copy() for own in observation.rows] for k in starts)
+    parts = ((rows, [own.shape[1] for own in rows]) for rows in copies)
+    return _reduced(observation.layout, parts, observation.bandwidth)
 
 
 def reduced_pieces(observer: Observer, pieces: Iterable[tuple[Measurement, Mask]], decimate: int = 1) -> Equations:
@@ -36,20 +37,28 @@ def reduced_pieces(observer: Observer, pieces: Iterable[tuple[Measurement, Mask]
         pieces: consecutive pieces, even in time if they are to be decimated, each with its rows to use, N x n.
         decimate: parallel decimation of Y and W.
     """
-    parts = (part.rows for part in observer.stream(pieces, decimate))
-    return _reduced(observer.layout, parts, noise_bandwidth(decimate))
+
+    def parts() -> Iterator[tuple[list[Array], list[int]]]:
+        for equations, keep, _ in observer.stream(pieces, decimate):
+            rows = [equations[own] for own in observer.layout.rows]
+            for own, used in zip(rows, keep, strict=True):
+                if not used.all():
+                    own *= used  # a row of zeros says nothing
+            yield rows, keep.sum(axis=1).tolist()
+
+    return _reduced(observer.layout, parts(), noise_bandwidth(decimate))
 
 
-def _reduced(layout: Layout, parts: Iterable[tuple[Array, ...]], bandwidth: float) -> Equations:
+def _reduced(layout: Layout, parts: Iterable[tuple[list[Array], list[int]]], bandwidth: float) -> Equations:
     """Reduce by QR the columns that each joint's rows touch, spread out at the end.
 
-    ``parts``: rows as of an ``Observation``, which are used up: the QR works where they stand.
+    ``parts``: rows as of an ``Observation``, used up for the QR works where they stand, and how many of them count.
     """
-    factors = [np.zeros((size, size), order="F") for size in layout.sizes]
+    factors = [np.zeros((own.stop - own.start,) * 2, order="F") for own in layout.rows]
     count = np.zeros(len(factors), dtype=int)
-    for part in parts:
-        count += [own.shape[1] for own in part]
-        factors = [_folded(factor, own.T) for factor, own in zip(factors, part, strict=True)]
+    for rows, counted in parts:
+        count += counted
+        factors = [_folded(factor, own.T) for factor, own in zip(factors, rows, strict=True)]
     spread, shared = [], dict[tuple[int, int], Array]()
     for j, (factor, touched, motors) in enumerate(zip(factors, layout.touched, layout.motors, strict=True)):
         own = np.triu(factor)[: len(touched) + 1]  # what stands below is of the others' torques alone
@@ -59,9 +68,8 @@ def _reduced(layout: Layout, parts: Iterable[tuple[Array, ...]], bandwidth: floa
         factor, others = compressed(wide[:, asked], len(motors))
         spread.append(factor)
         shared |= zip(((j, motor) for motor in motors), others.T, strict=True)
-    return Equations(
-        layout.columns, tuple(spread), tuple(count.tolist()), tuple((bandwidth * count).tolist()), shared
-    )
+    effective = tuple((bandwidth * count).tolist())
+    return Equations(layout.columns, tuple(spread), tuple(count.tolist()), effective, shared)
 
 
 def _folded(factor: Array, equations: Array) -> Array:

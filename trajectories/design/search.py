@@ -162,10 +162,6 @@ _FRESH = Effort(160, 150, 60, 4, 8, False)
 """Effort where each descent learns the curvature anew: many numbers, many minima, or a changing surrogate."""
 
 
-class _OutOfTimeError(Exception):
-    """The search has used up its time."""
-
-
 @dataclass
 class _Search:
     """Search from one begin: the best motion so far and its score, and the way to better ones."""
@@ -207,7 +203,7 @@ class _Search:
         """
         try:
             self._finish(self._best_start(starts) if self.begin is None else self._begun(1))
-        except (KeyboardInterrupt, _OutOfTimeError):
+        except (KeyboardInterrupt, TimeoutError):
             self.interrupted = True
 
     def _finish(self, course: Lagrangian) -> None:
@@ -314,7 +310,7 @@ class _Search:
         def counted(y: Array) -> tuple[float, Array]:
             self.evaluations += 1
             if time.process_time() > self.begun + _BUDGET:
-                raise _OutOfTimeError
+                raise TimeoutError("the search has used up its time")
             return function(y)
 
         if self.effort.by_matrix:
