@@ -18,25 +18,23 @@ def attach(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[], 
         package: ``__name__`` of the package.
         file: its ``__file__``.
     """
-    homes: dict[str, str] = {}
-    folders: set[str] = set()
+    homes: dict[str, str | None] = {}  # by name the module that it stands in; None for a module of its own
     public: list[str] = []
     for line in ast.parse(Path(file).with_suffix(".pyi").read_text(encoding="utf-8")).body:
-        if isinstance(line, ast.ImportFrom) and line.module is None:
-            folders.update(name.name for name in line.names)
-        elif isinstance(line, ast.ImportFrom):
-            homes.update(dict.fromkeys((name.name for name in line.names), "." * line.level + str(line.module)))
+        if isinstance(line, ast.ImportFrom):
+            module = "." * line.level + line.module if line.module else None
+            homes.update(dict.fromkeys((name.name for name in line.names), module))
         elif isinstance(line, ast.Assign):
             public = sorted(ast.literal_eval(line.value))
 
     def getter(name: str) -> Any:
-        if name in homes:
-            value = getattr(import_module(homes[name], package), name)
-            setattr(sys.modules[package], name, value)
-            return value
-        if name in folders:
-            return import_module(f".{name}", package)
-        raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        if name not in homes:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        home = homes[name]
+        value = getattr(import_module(home, package), name) if home else import_module(f".{name}", package)
+        setattr(sys.modules[package], name, value)
+        return value
 
-    public = public or sorted(homes)
-    return getter, lambda: sorted({*public, *folders}), public
+    modules = {name for name, home in homes.items() if home is None}
+    public = public or sorted(homes.keys() - modules)
+    return getter, lambda: sorted({*public, *modules}), public

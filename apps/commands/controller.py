@@ -182,12 +182,10 @@ def _differing(shown: live.Samples, load: ControllerLoad) -> str:
     """Name the numbers of the last sample that are not those that were sent; empty where there are none."""
     sent = {live.MASS: [load.mass], live.CENTRE: load.com.tolist(), live.INERTIA: six(load.inertia).tolist()}
     wrong = []
-    for field, numbers in sent.items():
-        if field not in (shown.dtype.names or ()):
-            continue
-        last, bound = shown[field][-1].reshape(-1).tolist(), _CLOSE * (max(map(abs, numbers)) or 1.0)
-        close = (math.isclose(*pair, rel_tol=_CLOSE, abs_tol=bound) for pair in zip(last, numbers, strict=True))
-        if not all(close):
+    for field in sent.keys() & {*(shown.dtype.names or ())}:
+        numbers, last = sent[field], shown[field][-1].reshape(-1).tolist()
+        bound = _CLOSE * (max(map(abs, numbers)) or 1.0)
+        if not all(math.isclose(*pair, rel_tol=_CLOSE, abs_tol=bound) for pair in zip(last, numbers, strict=True)):
             there, target = (", ".join(f"{x:.5g}" for x in row) for row in (last, numbers))
             wrong.append(f"{field} {there} instead of {target}")
-    return "; ".join(wrong)
+    return "; ".join(sorted(wrong))

@@ -111,7 +111,7 @@ def joint_limits(text: str) -> tuple[tuple[float, ...], ...]:
     joints = []
     for part in texts(text):
         ends = part.split(":")
-        checked(ends, 2 <= len(ends) <= 5, part, f"{_LIMITS[:-4]}, such as -170:170:220::300")
+        checked(ends, 2 <= len(ends) <= 5, part, f"{_LIMITS.removesuffix(',..')}, such as -170:170:220::300")
         low, high, *rest = [*ends, "", "", ""][:5]
         bounds = (number(low) if low else -math.inf, number(high) if high else math.inf)
         joints.append((*bounds, *(positive_number(bound) if bound else math.inf for bound in rest)))

@@ -231,13 +231,8 @@ class Quantity(Table, frozen=True):
     def lengths(self) -> Iterator[tuple[str, int]]:
         """Keys of the lists that must have an entry for each joint, and their lengths."""
         columns = self.columns if len(self.columns) > 1 or "{" not in "".join(self.columns) else ()
-        lists = (
-            ("columns", columns),
-            ("unit", self.unit[1:] and self.unit),
-            ("sign", self.sign),
-            ("zero", self.zero),
-        )
-        return ((name, len(values)) for name, values in (*lists, ("rated", self.rated)) if values)
+        lists = {"columns": columns, "unit": self.unit[1:] and self.unit, "sign": self.sign, "zero": self.zero}
+        return ((name, len(values)) for name, values in (lists | {"rated": self.rated}).items())
 
 
 class ToolColumns(Table, frozen=True):
@@ -343,18 +338,13 @@ class LogMap(Table, frozen=True, dict=True):
 
     def check(self, n: int) -> None:
         """Refuse a map for another number of joints."""
-        kinds = (*QUANTITIES, *(kind for kind in REFERENCES if getattr(self, kind)))
-        lists = {
-            f"{REFERENCES.get(kind, kind)}.{key}": size
-            for kind in kinds
-            for key, size in self.quantity(kind).lengths()
-        }
-        lists |= {"joints": len(self.joints) or n, "gear_ratios": len(self.G) or n}
-        for name, size in lists.items():
-            if size != n:
-                raise InputError(
-                    f"{self.source}: {name} has {size} entries, the robot {n} joints: give one for each joint"
-                )
+        sizes = {"joints": len(self.joints), "gear_ratios": len(self.G)}
+        for kind in (*QUANTITIES, *(kind for kind in REFERENCES if getattr(self, kind))):
+            sizes |= {f"{REFERENCES.get(kind, kind)}.{key}": size for key, size in self.quantity(kind).lengths()}
+        for name, size in sizes.items():
+            if size not in (0, n):
+                fault = f"{name} has {size} entries, the robot {n} joints: give one for each joint"
+                raise InputError(f"{self.source}: {fault}")
 
     def si(self, kind: str, raw: Array) -> Array:
         """Columns of a quantity or reference, rows x n, as joint-side SI values."""

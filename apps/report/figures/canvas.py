@@ -2,7 +2,6 @@
 
 import io
 from collections.abc import Callable, Iterable, Sequence
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -104,9 +103,14 @@ def bands(axis: Axes, ranges: Sequence[tuple[float, float]]) -> list[Scale]:
     ``ranges`` are the lowest and highest value of each row, the topmost first; for each row what places its values
     in the panel is returned.
     """
+
+    def scale(floor: int, low: float, high: float) -> Scale:
+        room = 1.0 - 2.0 * _INSET
+        return lambda values: np.asarray(floor + _INSET + room * (values - low) / (high - low))
+
     locator = matplotlib().ticker.MaxNLocator(_NUMBERS, steps=[1, 2, 5, 10])
     floors = range(len(ranges) - 1, -1, -1)
-    scales: list[Scale] = [partial(_placed, floor, *ends) for floor, ends in zip(floors, ranges, strict=True)]
+    scales = [scale(floor, *ends) for floor, ends in zip(floors, ranges, strict=True)]
     ticks = [[float(y) for y in locator.tick_values(*ends) if ends[0] <= y <= ends[1]] for ends in ranges]
     places = {float(scale(y)): y for scale, values in zip(scales, ticks, strict=True) for y in values}
     axis.set_ylim(0.0, float(len(ranges)))
@@ -121,10 +125,6 @@ def bands(axis: Axes, ranges: Sequence[tuple[float, float]]) -> list[Scale]:
     axis.hlines(list(places), 0.0, 1.0, transform=across, **_GRID)
     axis.hlines(floors[:-1], 0.0, 1.0, color="0.3", linewidth=0.8, transform=across)
     return scales
-
-
-def _placed(floor: int, low: float, high: float, values: Array | float) -> Array:
-    return np.asarray(floor + _INSET + (1.0 - 2.0 * _INSET) * (values - low) / (high - low))
 
 
 def save_figure(figure: Figure, path: str | Path, dpi: int = 130) -> None:

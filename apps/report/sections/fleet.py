@@ -93,9 +93,17 @@ def fleet_report(fleet: Fleet) -> Report:
         *([Table("What changed", ("arm", "quantity", "by", "z", "nights before"), rows)] if rows else []),
         Notes(odd, optional=True),
     ]
+    drawings = list[Drawing]()
+    for kind, name, text in _DRAWN:
+        caption = (
+            f"{text}: a line an arm, a panel a quantity, day by day, less the median of the nights before the "
+            "last. The band is what varies anyway (2 sigma); orange is a change."
+        )
+        for k, start in enumerate(range(0, len(arms), _ARMS), 1):
+            drawings.append(Drawing(f"{name}_{k}", caption, partial(_multiples, arms[start : start + _ARMS], kind)))
     sections = [
         Section("arms", "Every arm", [_arms_table(arms)]),
-        Section("multiples", "Day by day", [OnPage(lambda: [Text(_WORDS), *_drawings(arms)])]),
+        Section("multiples", "Day by day", [OnPage(lambda: [Text(_WORDS), *drawings])]),
         *_refused(refused),
     ]
     nights, last = sum(len(arm.days) for arm in arms), max(arm.days[-1] for arm in arms)
@@ -118,19 +126,6 @@ def _arms_table(arms: Sequence[Arm]) -> Table:
         rows.append((arm.name, f"{len(arm.days)}", arm.days[-1], f"{arm.told[-1]:g}", reported, *drift))
     headings = ("arm", "nights", "last", "told [kg]", "less told [kg]", "friction z", "gain z", "payload z")
     return Table("Every arm, by its drift", headings, rows)
-
-
-def _drawings(arms: Sequence[Arm]) -> list[Drawing]:
-    drawings = list[Drawing]()
-    for kind, name, text in _DRAWN:
-        caption = (
-            f"{text}: a line an arm, a panel a quantity, day by day, less the median of the nights before the "
-            "last. The band is what varies anyway (2 sigma); orange is a change."
-        )
-        for k, start in enumerate(range(0, len(arms), _ARMS), 1):
-            draw = partial(_multiples, arms[start : start + _ARMS], kind)
-            drawings.append(Drawing(f"{name}_{k}", caption, draw))
-    return drawings
 
 
 def _multiples(arms: Sequence[Arm], kind: str) -> Figure:
@@ -181,8 +176,7 @@ def _compared_table(compared: Compared, title: str, chosen: Sequence[int]) -> Ta
     rows = []
     for k in chosen:
         low, high = compared.pooled_interval95[k]
-        own = float(np.sqrt(np.mean(compared.sigma[:, k] ** 2)))
-        spread = float(np.std(compared.values[:, k], ddof=1))
+        own, spread = np.sqrt(np.mean(compared.sigma[:, k] ** 2)), np.std(compared.values[:, k], ddof=1)
         values = [f"{compared.values[i, k]:.4g}" for i in range(len(shown))]
         pooled = (f"{compared.pooled[k]:.4g}", f"{low:.4g} to {high:.4g}")
         rows.append((compared.parameters[k], *values, f"{spread:.2g}", f"{own:.2g}", *pooled))
