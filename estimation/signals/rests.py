@@ -52,8 +52,8 @@ def rests_of(recording: Recording, processing: Processing) -> Rests:
         earlier = stop
     if not found:
         raise InputError(
-            f"{recording.source}: no pose is held for {_SHORTEST:g} s after a motion: record the motion that "
-            "'dynident near --static' gives, or weigh without --static"
+            f"{recording.source}: no pose is held for {_SHORTEST:g} s after a motion, all joints slower than "
+            f"{processing.still_speed:g} rad/s or m/s: let it rest, or weigh without --static"
         )
     pose, mean, side = map(np.array, zip(*found, strict=True))
     return Rests(pose, mean, side, torque[~still].std(axis=0), tuple(held), rate)
