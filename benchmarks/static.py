@@ -1,7 +1,6 @@
 """A payload weighed standing still: stiction, drift and coarse currents simulated on every shipped arm.
 
-Eight poses, the best of 60 random sets, each reached from both sides. Friction at rest is the Coulomb level of the
-approach, another one each time by 5 % of itself, which the first half millirad of a move takes up.
+Friction at rest is the Coulomb level of the approach, another one each time, taken up in half a millirad.
 """
 
 import functools
@@ -45,19 +44,17 @@ class Arm(NamedTuple):
             change = scatter / SCATTER * OFFSET_SHARE * LEVEL / np.sqrt(2.0) * draw.standard_normal(n)
             torque = self.torques[kind == "B"] + np.array(limits) * (levels[self.move] * self.friction + change)
             torque *= 1.0 + DRIFT / 3600.0 * (t[:, None] - 0.5 * (len(order) * length - BETWEEN))
-            torque = step * np.round(torque / step)
-            made.append(Recording(t, self.motion.q, torque, None, f"{kind}{k}", gain_sigma=0.0))
-        return tuple([own for own in made if own.source.startswith(kind)] for kind in "BA")
+            made.append(Recording(t, self.motion.q, step * np.round(torque / step), None, kind, gain_sigma=0.0))
+        return tuple([own for own in made if own.source == kind] for kind in "BA")
 
 
 def predicted(robot: Robot, poses: Array) -> float:
     """Sigma of the mass [kg] by two recordings of poses, their approaches and constant torques as simulated."""
-    zero, n = np.zeros(poses.shape), robot.n
-    columns = [payload_columns(robot)[k] for k in (6, 7, 8, 9)]
-    W, level = regressor_at(robot, columns, poses, zero, zero), [LEVEL * x.limits.torque for x in robot.joints]
-    information = np.zeros((4, 4))
-    for j in range(n):  # 2 K approaches, without and with payload; the wrist's constant torques are free
-        noise, change = SCATTER * level[j], OFFSET_SHARE * level[j] if j < n - 3 else np.inf
+    zero, columns = np.zeros(poses.shape), payload_columns(robot)[6:]
+    W, information = regressor_at(robot, columns, poses, zero, zero), np.zeros((4, 4))
+    for j, joint in enumerate(robot.joints):  # 2 K approaches; the wrist's constant torques are free
+        level = LEVEL * joint.limits.torque
+        noise, change = SCATTER * level, OFFSET_SHARE * level if j < robot.n - 3 else np.inf
         mean, K = W[j].mean(axis=1), W.shape[2]
         information += (W[j] @ W[j].T - K * np.outer(mean, mean)) / noise**2
         information += np.outer(mean, mean) / (noise**2 / K + change**2)
@@ -79,15 +76,15 @@ def arm(name: str, sides: tuple[float, ...] = (-1.0, 1.0)) -> Arm:
                 durations.append(max(quickest(step, speed, strong)[0] if step.any() else 0.0, least))
                 points.append(point)
     motion = ViaPoints(np.array(points), np.array(durations)).motion(robot.processing.rate or 250.0)
-    load = 0.5 * robot.rated_payload
-    body = InertialParameters.from_com(load, [0.02, -0.01, 0.08], 0.002 * load * np.eye(3))
+    load, com = 0.5 * robot.rated_payload, [0.02, -0.01, 0.08]
+    body = InertialParameters.from_com(load, com, 0.002 * load * np.eye(3))
     rubs = {name: 0.0 if name[:2] in ("FS", "FL") else value for name, value in robot.parameters.items()}
-    torques = [Simulator(robot).measure(motion, own, rubs).torque for own in (None, body)]
+    bare, loaded = (Simulator(robot).measure(motion, own, rubs).torque for own in (None, body))
     state = np.zeros(motion.q.shape)
     for k, step in enumerate(np.diff(motion.q, axis=0) / PRESLIDING, 1):
         state[k] = np.clip(state[k - 1] + step, -1.0, 1.0)
     starts = np.diff((np.abs(motion.qd) > 1e-9).any(axis=1).astype(int), prepend=0) > 0
-    return Arm(robot, body, motion, (torques[0], torques[1]), state, np.cumsum(starts), predicted(robot, poses))
+    return Arm(robot, body, motion, (bare, loaded), state, np.cumsum(starts), predicted(robot, poses))
 
 
 def weighed(name: str, order: str, seed: int, scatter: float = SCATTER) -> Array:
@@ -96,19 +93,17 @@ def weighed(name: str, order: str, seed: int, scatter: float = SCATTER) -> Array
     loaded, unloaded = own.recordings(order, seed, scatter)
     result, mass = estimation.weigh_at_rest(own.robot, loaded, unloaded), own.payload.mass
     sigma = result.working.model.sigma[result.working.model.names.index("M_L")]
-    mean, low, high = (x - mass for x in (result.mass.value, result.mass.low, result.mass.high))
-    return 100.0 / mass * np.array([mean, sigma, low, high])
+    return 100.0 / mass * np.array([result.mass.value - mass, sigma, *(result.mass.interval95 - mass)])
 
 
 def seen(name: str, seeds: int) -> list[list[str]]:
     """Rows of the table, for two recordings and for four."""
     rows, biases = [], [weighed(name, order, 0, scatter=0.0)[0] for order in ("AB", "ABBA")]
-    for order, bias in zip(("AB", "ABBA"), biases, strict=True):
+    for order, bias, least in zip(("AB", "ABBA"), biases, ("", f"<= {abs(biases[0]) / 5.0:.3f}"), strict=True):
         runs = np.array([weighed(name, order, seed) for seed in range(seeds)])
         error, sigma = rms(runs[:, 0]), 100.0 * arm(name).sigma / arm(name).payload.mass * np.sqrt(2.0 / len(order))
         numbers = [f"{x:.2f}" for x in (error / sigma, error, sigma, np.median(runs[:, 1]))]
         hits = f"{100.0 * held(runs[:, 2:], np.zeros(1)).mean():.0f}"
-        least = "" if order == "AB" else f"<= {abs(biases[0]) / 5.0:.3f}"
         rows.append([f"{name} {order}", "<= 1.3", *numbers, "92 to 99", hits, least, f"{bias:+.3f}"])
     return rows
 
@@ -116,8 +111,8 @@ def seen(name: str, seeds: int) -> list[list[str]]:
 def main() -> None:
     arguments = options(__doc__, arms=tuple(robot_names()), seeds=40, jobs=1)
     rows = each(functools.partial(seen, seeds=arguments.seeds), list(arguments.arms), arguments.jobs)
-    title = f"Mass at rest, {arguments.seeds} seeds, % of half the rated payload: rms over the predicted sigma"
     more = ("rms", "predicted", "told", "intervals, asked", "hold", "bias by drift, asked", "seen")
+    title = f"Mass at rest, {arguments.seeds} seeds, % of half the rated payload: rms over the predicted sigma"
     show(title, [row for both in rows for row in both], *more)
 
 

@@ -104,7 +104,7 @@ def static_weighing(
     keep = (side == side[0]).all(axis=0) & (side[0] != 0.0)
     keep &= np.abs(W).max(axis=(1, 2)) > _ROUNDING * np.abs(W).max()  # a joint that no weight acts on says nothing
     order, of_loaded = Order.of(loaded, unloaded), np.arange(len(recordings)) >= bare
-    # Weights of the recordings for the difference, drift taken off, and for the drift; none where it costs much.
+    # Weights of recordings for the difference less drift, and for the drift; without where that costs too much.
     A = np.column_stack([np.ones(len(recordings)), of_loaded, order.t - order.t.mean()])
     plain, parts = decomposed(A[:, :2]).inverse[1], decomposed(A)
     _, difference, drifting = parts.inverse

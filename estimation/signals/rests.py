@@ -21,8 +21,8 @@ _BIN, _FASTEST = 0.1, 10.0  # Hz
 class Rests(NamedTuple):
     """R rests of one recording of n joints, each after a motion.
 
-    ``q`` [rad or m], ``torque`` [N·m or N]: means once settled, ``side``: direction a joint came in, 1, -1, 0, all
-    R x n; ``moving``: deviation of torques on the way, (n,); ``held``: those at rest, m x n, ``rate`` a second.
+        ``q`` [rad or m], ``torque`` [N·m or N]: means once settled, ``side``: way a joint came, 1, -1 or 0, all R x n;
+    ``moving``: deviation of the torques on the way, (n,); ``held``: those at rest, m x n, ``rate`` a second.
     """
 
     q: Array
@@ -52,8 +52,8 @@ def rests_of(recording: Recording, processing: Processing) -> Rests:
         earlier = stop
     if not found:
         raise InputError(
-            f"{recording.source}: no pose is held for {_SHORTEST:g} s after a motion: record the motion that "
-            "'dynident near --static' gives, or weigh without --static"
+            f"{recording.source}: no pose is held for {_SHORTEST:g} s after a motion, all joints slower than "
+            f"{processing.still_speed:g} rad/s or m/s: let it rest, or weigh without --static"
         )
     pose, mean, side = map(np.array, zip(*found, strict=True))
     return Rests(pose, mean, side, torque[~still].std(axis=0), tuple(held), rate)
