@@ -243,7 +243,7 @@ def _reduced(
     base = base_parameters(robot)
     equations = base_problem(robot, base, [recording], Settings(processing), check=False)
     if currents and robot.coupling is None and robot.spring is None:
-        recording = dataclasses.replace(recording, torque=recording.torque * relative_scales(equations).ratio)
+        recording = dataclasses.replace(recording, torque=recording.torque * relative_scales(equations))
         equations = base_problem(robot, base, [recording], Settings(processing), check=False)
     return recording, equations
 

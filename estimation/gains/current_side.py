@@ -34,17 +34,6 @@ class CurrentFit(NamedTuple):
     degrees_of_freedom: float
 
 
-class RelativeScales(NamedTuple):
-    """Factors by which the joints' signals agree with one joint's.
-
-    A last joint that carries next to nothing has a scale that nothing tells: its ratio is 1, its sigma infinite.
-    """
-
-    ratio: Array  # (n,), 1 at the joint that is held
-    sigma: Array  # of its logarithm, for white noise
-    held: int  # that joint, from 0
-
-
 def current_weights(equations: Equations) -> Array:
     """Weights of the joints: one over the standard deviation of the current's error [1/A], shape (n,).
 
@@ -115,17 +104,17 @@ def gauss_newton(
     return CurrentFit(k, x, covariance, dof)
 
 
-def relative_scales(problem: Equations) -> RelativeScales:
-    """Estimate scales by the links whose parameters several joints' torques show, fitted on the signals' side.
+def relative_scales(problem: Equations) -> Array:
+    """Factors by which the joints' signals agree with one joint's, fitted on the signals' side, shape (n,).
 
+    By the links whose parameters several joints' torques show; 1 for a last joint that carries next to nothing.
     ``problem``: W and any signals proportional to torques, joint by joint; noise counts as white.
     """
     weights, c = current_weights(problem), len(problem.columns)
     anchor = int(np.argmax(problem.torque_norms * weights))
     k, _, covariance, _ = gauss_newton(problem, weights, range(c), np.zeros(c), anchor)
-    sigma = np.sqrt(np.diag(covariance))
-    determined = (k > 0.0) & (sigma < _CLEAR)
-    return RelativeScales(1.0 / np.where(determined, k, 1.0), np.where(determined, sigma, np.inf), anchor)
+    determined = (k > 0.0) & (np.diag(covariance) < _CLEAR**2)
+    return 1.0 / np.where(determined, k, 1.0)
 
 
 def torque_side(

@@ -21,7 +21,7 @@ _BIN, _FASTEST = 0.1, 10.0  # Hz
 class Rests(NamedTuple):
     """R rests of one recording of n joints, each after a motion.
 
-        ``q`` [rad or m], ``torque`` [N·m or N]: means once settled, ``side``: way a joint came, 1, -1 or 0, all R x n;
+    ``q`` [rad or m], ``torque`` [N·m or N]: means once settled, ``side``: way a joint came, 1, -1 or 0, all R x n;
     ``moving``: deviation of the torques on the way, (n,); ``held``: those at rest, m x n, ``rate`` a second.
     """
 
