@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Self
 
 import numpy as np
+from msgspec import UNSET, UnsetType
 
 from ...common.errors import InputError
 from ...common.linear import decomposed
@@ -32,7 +33,7 @@ class Repeats(Document, frozen=True):
     drift_per_recording: float | None  # from one to the next; None with fewer than three
     drift_sigma: float | None
     drifts: bool  # steadily, which a payload does not: the drives warm up, or a gain drifts
-    order: str = ""  # of the recordings, where it takes a drift off that is linear in time
+    order: str | UnsetType = UNSET  # of the recordings, where it takes a drift off that is linear in time
 
     @classmethod
     def made(
@@ -60,7 +61,7 @@ class Repeats(Document, frozen=True):
             drift_sigma=sigma,
             drifts=not text
             and bool(sigma and step and rise_p_value((step / sigma) ** 2, 1, float(len(k) - 2)) < _DRIFTS),
-            order=text,
+            order=text or UNSET,
         )
 
 

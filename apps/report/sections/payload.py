@@ -134,8 +134,7 @@ def answer_notes(result: PayloadResult) -> list[str]:
     if standing := present(result.standing):
         told = "this order shows no drift: record unloaded, loaded, loaded, unloaded"
         if drift := standing.drift:
-            told = f"from one to the next drift adds {array(drift.mass):+.2g} kg, which is taken off"
-            told += f" ({100.0 * drift.ratio:.0f} % of the mass's variance)"
+            told = f"drift adds {array(drift.mass):+.2g} kg from each to the next, taken off ({drift.ratio:.0%})"
         noted.append(f"{standing.poses} poses at rest, {standing.order}: {told}.")
     noted += evidence.friction_notes(present(result.friction) or ())
     noted += evidence.gain_error_notes(result.settings, result.gains)

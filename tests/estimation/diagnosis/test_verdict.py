@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields, replace
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -42,6 +43,7 @@ from dynident.estimation.possible.intervals import NO_INTERVALS
 from dynident.estimation.possible.payload import CONFLICT, Active, Weighing
 from dynident.estimation.signals import alignment
 from dynident.estimation.signals.alignment import AlignedPair
+from dynident.estimation.signals.rests import Rests
 from dynident.model import InertialParameters, Recording, Robot, load_robot
 from dynident.model.inertia import PayloadSpread
 from hypothesis import given
@@ -253,6 +255,17 @@ def drifting(z: float, spread: PayloadSpread | None = None) -> Evidence:
     scatter = 0.01 * np.array([1.0, -2.0, 1.0, 1.0, -2.0, 1.0])  # without a slope of its own
     rise = z * 0.01 * np.sqrt(3.0 / 17.5) * np.arange(6)
     return of_weighing(repeats=Repeats.made("abcdef", (5.0 + rise + scatter).tolist(), (0.01,) * 6), spread=spread)
+
+
+def standing(still: float, swing: float) -> Evidence:
+    """A joint whose torque at rest spreads so far of that on the way, and oscillates so much more with payload."""
+    wave, one = np.sin(2.0 * np.pi * np.arange(200.0) / 100.0)[:, None], np.ones((1, 1))
+    rests = tuple(
+        Rests(one, still * np.array([[-1.0], [1.0]]), one, one[0], (size * wave,), 100.0) for size in (1.0, swing)
+    )
+    parts = {"loaded": SimpleNamespace(torque_norms=one[0], rows=(1,)), "source": SimpleNamespace(unloaded=(0,))}
+    problem: Any = SimpleNamespace(rests=rests, joints=(1,), one_sided=(), robot=SimpleNamespace(n=1), **parts)
+    return Evidence(ROBOT, at_rest=problem)
 
 
 ONE_PERCENT = 2.5758
@@ -530,6 +543,10 @@ SIDES: dict[str, list[tuple[Any, ...]]] = {
     "drift": [
         ("error", "mass drifts", FIVE_PERCENT, drifting),
         ("error", "mass drifts", 2.0 * 1.96, lambda x: drifting(9.0, spread_of(DRIFT / x))),
+    ],
+    "rests": [
+        ("error", "a brake holds", checks.HOLDS, lambda x: standing(x, 1.0), BELOW),
+        ("error", "the payload swings", checks.SWINGS, lambda x: standing(1.0, x)),
     ],
     "alignment": [("warning", "U and L differ by 5.0 mrad", checks.MISMATCH, mismatched)],
     "condition": [("warning", "nearly dependent", checks.CONDITION, lambda x: Evidence(ROBOT, condition=x))],
