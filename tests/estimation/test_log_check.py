@@ -173,11 +173,8 @@ def test_a_joint_that_never_moves_is_named_with_its_parameters(rx90: Robot, wand
     motion = Motion(free.t, np.where(others, free.q, 0.4), free.qd * others, free.qdd * others)
     assert still_joints([recording(motion)]) == (4,)
     assert still_joints([recording(motion), recording(wander(6, 1))]) == ()
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(InputError, match="joint 4 never moves in 11 s: ZZ1R, .* and 14 more cannot be identified"):
         identify(rx90, [Simulator(rx90).record(motion)], Settings(robust=False))
-    for word in ("joint 4 never moves", "FS4", "FV4", "IA4"):
-        assert word in str(caught.value)
-    assert "FS3" not in str(caught.value)
 
 
 def test_what_a_still_joint_hides_is_what_data_do_not_determine(rx90: Robot) -> None:
