@@ -12,7 +12,7 @@ from ...model import Processing, Recording
 from .filtering import measurement
 
 _SHORTEST = 0.6  # s: where a motion only turns round, the arm rests for less
-_SETTLES = 0.5  # of a rest: its first part, in which the torque settles
+_SETTLED = 0.5, 0.8  # of a rest: before, its torque settles; after, the next motion begins
 _TREND = 0.2  # s of a rest after which its torque oscillates only where something swings
 _CAME = 2e-3  # rad or m: a joint that came from less far away did not move
 _BIN, _FASTEST = 0.1, 10.0  # Hz
@@ -42,7 +42,7 @@ def rests_of(recording: Recording, processing: Processing) -> Rests:
     earlier, found, held = 0, list[tuple[Array, ...]](), list[Array]()
     for start, stop in edges[np.diff(edges)[:, 0] >= _SHORTEST * rate].tolist():
         if start > 0:
-            settled = slice(start + int(_SETTLES * (stop - start)), stop)
+            settled = slice(*(start + int(part * (stop - start)) for part in _SETTLED))
             pose = q[settled].mean(axis=0)
             away = (q[earlier:start] - pose)[::-1]
             far = np.abs(away) > _CAME

@@ -22,8 +22,9 @@ def _uncompiled(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize("name", cases(robot_names(), lambda name: name in ("rx90", "ur10e")))
 def test_mass_within_its_interval_on_every_arm(name: str) -> None:
-    error, sigma, low, high = static.weighed(name, "AB", 0)
-    expected = 100.0 * static.arm(name).sigma / static.arm(name).payload.mass
+    arm = static.arm(name, 1)
+    error, sigma, low, high = static.weighed(arm, "AB", 0)
+    expected = 100.0 * arm.sigma / arm.payload.mass
     assert abs(error) < 4.0 * sigma
     assert low < error < high
     assert 0.5 * expected < sigma < 2.5 * expected
@@ -49,7 +50,7 @@ GUARDS: dict[str, tuple[Spoil | None, str]] = {
 @pytest.mark.parametrize("name", ["ur10e", "panda"])
 def test_what_spoils_a_weighing_at_rest_is_named_not_answered(name: str, guard: str) -> None:
     spoil, reason = GUARDS[guard]
-    arm = static.arm(name, sides=(-1.0, 1.0) if spoil else (-1.0, -1.0))
+    arm = static.arm(name, 1, both_sides=spoil is not None)
     loaded, unloaded = arm.recordings("AB", 0)
     if spoil:
         loaded = [replace(own, torque=spoil(arm, own.t, own.torque)) for own in loaded]
@@ -60,9 +61,9 @@ def test_what_spoils_a_weighing_at_rest_is_named_not_answered(name: str, guard: 
 
 @pytest.mark.parametrize("name", ["ur10e", "panda"])
 def test_unloaded_loaded_loaded_unloaded_takes_a_drift_off(name: str) -> None:
-    alone, both = (abs(static.weighed(name, order, 0, scatter=0.0)[0]) for order in ("AB", "ABBA"))
+    arm = static.arm(name, 1)
+    alone, both = (abs(static.weighed(arm, order, 0, scatter=0.0)[0]) for order in ("AB", "ABBA"))
     assert both < alone / 5.0
-    arm = static.arm(name)
     loaded, unloaded = arm.recordings("ABBA", 0)
     standing = weigh_at_rest(arm.robot, loaded, unloaded).standing
     assert standing
