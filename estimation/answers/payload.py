@@ -269,7 +269,7 @@ def answer_payload(
     if isinstance(problem, ShortMotion):
         problem, others = replace(problem, scale=scale), [replace(other, scale=scale) for other in others]
     free, left_out = _identified(problem)
-    repeats = repeats_of(problem) if isinstance(problem, ShortMotion) else None
+    repeats = repeats_of(problem)
     if repeats is not None:  # the scatter of repeated recordings beyond their own
         free = [moved(estimate, factor=repeats.excess) for estimate in free]
     # Errors that are assumed, not known, excuse no joint that disagrees.
@@ -451,6 +451,7 @@ def payload_result(answer: PayloadAnswer) -> PayloadResult:
             "friction": source.choices or UNSET,
             "essential": parts.EliminationDocument.made(steps, answer.warnings, names) if steps else None,
             "left_out": {str(method): reason for method, reason in answer.left_out.items()},
+            "repeats": evidence.repeats or UNSET,
         }
     else:  # quantity by quantity, as far as the verdict on all allows; the residual is the payload's
         every = zip(evidence.judged.values(), uses, strict=True)

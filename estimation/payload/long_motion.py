@@ -21,7 +21,7 @@ from ...model.motion import Measurement
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations, merged
 from ..equations.observer import PATH, Observation, Observer, Used, used
-from ..equations.reduction import recorded
+from ..equations.reduction import recorded, reduced
 from ..fit.blocks import (
     FEWEST,
     SHORTEST,
@@ -74,6 +74,7 @@ class LongMotion(Brief):
     source: Source  # the recordings themselves, in which the verdict looks for causes
     unloaded: Equations | None = None  # W without payload, for methods 1, 2 and 4
     difference: Equations | None = None  # W_L of (29) for method 3, if a pair on one trajectory is there
+    runs: tuple[Equations, ...] = ()  # ``difference`` pair by pair, where there are several in blocks of time
     known: Estimate | None = None  # the robot, identified earlier: for method 1, beside ``unloaded`` too
     settings: Settings = DEFAULTS
     # Payload under whose load friction is, its ten in frame n; zero where none grows with load.
@@ -344,6 +345,9 @@ def long_motion(
         edges["difference"] = edges["loaded"]
         edges["unloaded"] = [ends - pair.lag for ends, pair in zip(edges["loaded"], pairs, strict=True)]
     parts = {name: in_blocks(*load, edges[name], length) for name, load in loads.items()}
+    if len(pairs) > 1:
+        each = zip(loads["difference"][1], edges["difference"], strict=True)
+        parts["runs"] = tuple(in_blocks(reduced(own), [own], [ends], length) for own, ends in each)
     inflation = memory["loaded"].inflation
     if known is not None and not unloaded:
         # By what a known robot leaves of the loaded recordings, payload and friction found with it: all of its

@@ -14,7 +14,7 @@ from ...common.schema import Document
 from ..fit.covariance import birge
 from ..fit.estimate import error_model
 from ..possible.payload import rise_p_value
-from .methods import payload_estimate
+from .methods import PayloadProblem, payload_estimate
 from .pairs import Order
 from .short_motion import ShortMotion
 
@@ -65,17 +65,27 @@ class Repeats(Document, frozen=True):
         )
 
 
-def repeats_of(problem: ShortMotion) -> Repeats | None:
-    """Identify each recording of a short motion singly; None of one recording, or if the mass is the scale's."""
-    if len(problem.runs) < 2 or not problem.visibility.mass_visible:
+def repeats_of(problem: PayloadProblem) -> Repeats | None:
+    """Identify each recording of a short motion singly, or each pair of a long one by method 3.
+
+    None of a single one, of a short motion if the mass is the scale's, of a long one if no order takes a drift off.
+    """
+    source, runs, order = problem.source, problem.runs, Order.of(problem.source.loaded, problem.source.unloaded)
+    each, method = list[PayloadProblem](), 3
+    if isinstance(problem, ShortMotion):
+        method = problem.method
+        if problem.visibility.mass_visible:
+            each = [replace(problem, runs=(run,)) for run in runs]
+    elif order.gaps.size == len(runs):
+        loaded, unloaded = problem.loaded.whole, problem.unloaded and problem.unloaded.whole
+        each = [replace(problem, loaded=loaded, unloaded=unloaded, difference=run) for run in runs]
+    if len(each) < 2:
         return None
-    masses, sigmas = ([float("nan")] * len(problem.runs) for _ in range(2))
-    for k, run in enumerate(problem.runs):
+    masses, sigmas = ([float("nan")] * len(runs) for _ in range(2))
+    for k, own in enumerate(each):
         with suppress(InputError):  # one recording alone may not do
-            estimate = payload_estimate(replace(problem, runs=(run,)), problem.method)
+            estimate = payload_estimate(own, method)
             if not estimate.from_scale and 9 in estimate.indices:
                 model = error_model(estimate.estimate)
                 masses[k], sigmas[k] = model["M_L"], float(model.sigma[model.names.index("M_L")])
-    source = problem.source
-    order = Order.of(source.loaded, source.unloaded)
     return Repeats.made([recording.source for recording in source.loaded], masses, sigmas, order)

@@ -21,6 +21,7 @@ from dynident.estimation import (
     StandIn,
     answer_payload,
     identify,
+    identify_payload,
     payload_estimate,
     payload_problem,
 )
@@ -226,6 +227,28 @@ def test_an_order_that_takes_a_drift_off_leaves_no_scatter() -> None:
     assert repeats.drift_per_recording == pytest.approx(0.1)
     assert (repeats.excess, repeats.drifts) == (1.0, False)
     assert Repeats.made("ab", (5.1, 4.9), (0.02, 0.02)).excess > 5.0
+
+
+def test_the_drift_of_four_recordings_of_every_joint_is_told(rx90: Robot) -> None:
+    """Torques that grow by 5 % in an hour: each pair is wrong by as much, the other way, and both together are not."""
+    motion = random_via_points(rx90, 12, seed=3).motion(100.0)
+    body = InertialParameters.from_com(4.0, [0.02, -0.01, 0.08], 0.01 * np.eye(3))
+    order: dict[str, list[Recording]] = {"A": [], "B": []}
+    for k, kind in enumerate("ABBA"):
+        t = motion.t + k * (motion.t[-1] + 60.0)
+        torque = np.array(Simulator(rx90).measure(motion, body if kind == "B" else None).torque)
+        torque *= 1.0 + 0.05 / 3600.0 * (t[:, None] - 1.5 * motion.t[-1] - 90.0)
+        torque += 0.01 * torque.std(axis=0) * np.random.default_rng(k).standard_normal(torque.shape)
+        order[kind].append(Recording(t, motion.q, torque, None, f"{kind}{k}", gain_sigma=0.0))
+    result = identify_payload(rx90, order["B"], order["A"])
+    repeats = result.repeats
+    assert repeats
+    assert repeats.order == "unloaded, loaded, loaded, unloaded by their clock"
+    first, second = repeats.masses
+    assert first
+    assert second
+    assert first > 4.01 > 3.99 > second
+    assert result.mass.value == pytest.approx(4.0, abs=0.01)
 
 
 def test_repeats_spread_and_drift_as_their_masses_do() -> None:
