@@ -230,7 +230,7 @@ def test_an_order_that_takes_a_drift_off_leaves_no_scatter() -> None:
 
 
 def test_the_drift_of_four_recordings_of_every_joint_is_told(rx90: Robot) -> None:
-    """Torques that grow by 5 % in an hour: each pair is wrong by as much, the other way, and both together are not."""
+    """Torques grow by 5 % in an hour: a pair is wrong by as much, the other way than the second; both are not."""
     motion = random_via_points(rx90, 12, seed=3).motion(100.0)
     body = InertialParameters.from_com(4.0, [0.02, -0.01, 0.08], 0.01 * np.eye(3))
     order: dict[str, list[Recording]] = {"A": [], "B": []}
