@@ -7,7 +7,8 @@ Frame j is reached from frame j-1 by a rotation ``alpha`` about x, a translation
 import hashlib
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
+from functools import partial
 from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
 
@@ -196,6 +197,12 @@ class Robot(Brief):
         object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
         object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
         self.drives.check(len(joints))
+
+    def __reduce__(self) -> tuple[partial["Robot"], tuple[()]]:
+        """Pickle and copy by the fields: read-only mappings cannot be pickled."""
+        own = {part.name: getattr(self, part.name) for part in fields(self)}
+        plain = {name: dict(value) for name, value in own.items() if isinstance(value, MappingProxyType)}
+        return partial(Robot, **own | plain), ()
 
     @property
     def n(self) -> int:

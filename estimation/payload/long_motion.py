@@ -4,7 +4,7 @@
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -88,6 +88,10 @@ class LongMotion(Brief):
         counts = {len(part.blocks) for part in (self.loaded, self.unloaded, self.difference) if part}
         if self.paired and self.loaded.blocks and len(counts) > 1:
             raise ValueError("paired blocks must be as many without and with payload")
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Pickle the fields; what was computed from them is computed again."""
+        return {own.name: getattr(self, own.name) for own in fields(self)}
 
     @property
     def paired(self) -> bool:

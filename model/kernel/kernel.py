@@ -49,6 +49,10 @@ class Kernel:
                 warnings.warn(f"{reason}; NumPy does the work instead", RuntimeWarning, stacklevel=1)
             self._rows = numpy_rows(program)
 
+    def __reduce__(self) -> tuple[type["Kernel"], tuple[ca.Function]]:
+        """Pickle the function; it is compiled, or read from the cache, where it is unpickled."""
+        return Kernel, (self._function,)
+
     @property
     def compiled(self) -> bool:
         """True if compiled code does the work."""

@@ -1,5 +1,6 @@
 """Weighing by a short motion, and pairs of one motion: gaps, paths that differ, what changed in between."""
 
+import pickle
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
@@ -249,6 +250,8 @@ def test_the_drift_of_four_recordings_of_every_joint_is_told(rx90: Robot) -> Non
     assert second
     assert first > 4.01 > 3.99 > second
     assert result.mass.value == pytest.approx(4.0, abs=0.01)
+    # The answer with its problem can be handed to another process.
+    assert pickle.loads(pickle.dumps(result.working)).result.mass.value == result.mass.value
 
 
 def test_repeats_spread_and_drift_as_their_masses_do() -> None:
