@@ -45,7 +45,8 @@ class Arm(NamedTuple):
             change = scatter / SCATTER * OFFSET_SHARE * LEVEL / np.sqrt(2.0) * draw.standard_normal(n)
             torque = self.torques[kind == "B"] + np.array(limits) * (levels[self.move] * self.friction + change)
             torque *= 1.0 + DRIFT / 3600.0 * (t[:, None] - 0.5 * (len(order) * length - BETWEEN))
-            made.append(Recording(t, self.motion.q, step * np.round(torque / step), None, kind, gain_sigma=0.0))
+            torque = step * np.round(torque / step + draw.standard_normal(torque.shape))  # noise of a step besides
+            made.append(Recording(t, self.motion.q, torque, None, kind, gain_sigma=0.0))
         return tuple([own for own in made if own.source == kind] for kind in "BA")
 
 

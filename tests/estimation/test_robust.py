@@ -391,7 +391,7 @@ def pooled(rows: Mapping[str, Sequence[Stated]], kind: str) -> list[float]:
 
 @pytest.mark.long
 def test_intervals_hold_the_truth_under_white_noise() -> None:
-    rows = disc("white", 4, 80)
+    rows = disc("white", 4, 50)
     for kind in ("formula", "jackknife"):
         assert np.all(np.abs(np.array(pooled(rows, kind)) - 0.95) <= 0.02), pooled(rows, kind)
     assert min(pooled(rows, "recommended")) > 0.95
