@@ -217,7 +217,8 @@ def payload() -> Any:
         loaded=SimpleNamespace(equations=130),
     )
     return SimpleNamespace(
-        problem=problem, evidence=evidence(validation=CHECK, repeats=None), estimates=(free,), constrained=(best,), possible=best,
+        problem=problem, evidence=evidence(validation=CHECK, repeats=None),
+        estimates=(free,), constrained=(best,), possible=best,
         recommended=SimpleNamespace(method=3), free=SimpleNamespace(method=3), gains=GAINS, scale=None,
         recommendation=(3, "one path"),
         **quantities(),
