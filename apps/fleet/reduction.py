@@ -161,7 +161,7 @@ def _by(executor: Executor, plan: bytes, logs: Iterable[Log], workers: int) -> I
                 yield future.result()
             except BrokenExecutor:
                 raise
-            except Exception as error:  # of the engine: a worker's own end in a reason
+            except Exception as error:  # told apart by the type's name: Dask is an extra that may not be there
                 if type(error).__name__ != _KILLED:
                     raise BrokenExecutor(f"{type(error).__name__}: {error}") from error
                 yield None

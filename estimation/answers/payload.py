@@ -17,7 +17,7 @@ from ...model import Recording, Robot
 from ...model.files.robot_file import PoseTable
 from ...model.inertia import PayloadSpread, payload_spread
 from ..diagnosis.checks import STILL, allowing, judged
-from ..diagnosis.evidence import UNFREED, Agreement, Evidence
+from ..diagnosis.evidence import UNFREED, Agreement, Evidence, Weighed
 from ..diagnosis.finding import Verdict
 from ..diagnosis.joints import worst_joint
 from ..diagnosis.verdict import allowing as allowing_for
@@ -329,7 +329,8 @@ def answer_payload(
         repeats=repeats,
     )
     if isinstance(problem, ShortMotion):
-        mass = model["M_L"], float(model.sigma[model.names.index("M_L")]), best.from_scale
+        sigma = float(model.sigma[model.names.index("M_L")])
+        mass = Weighed(model["M_L"], sigma, best.from_scale)
         evidence = replace(evidence, weighed=mass, unexplained=best.unexplained(problem.torque_rms))
     else:  # judged by all methods, those without a possible payload among them
         evidence = replace(

@@ -238,8 +238,8 @@ def impossible(evidence: Evidence) -> Iterator[Finding]:
 def sign(evidence: Evidence) -> Iterator[Finding]:
     """Mass that is negative, or none at all. Not {SIGMAS:g} sigma above zero: spoils all."""
     masses = [(f"method {e.method}", e.mass, float(e.estimate.larger_sigma[9])) for e in evidence.estimates]
-    if evidence.weighed is not None and not evidence.weighed[2]:
-        masses.append(("the torque", *evidence.weighed[:2]))
+    if evidence.weighed is not None and not evidence.weighed.from_scale:
+        masses.append(("the torque", evidence.weighed.mass, evidence.weighed.sigma))
     little = [(who, mass, sigma) for who, mass, sigma in masses if not mass > SIGMAS * sigma]
     negative = [entry for entry in little if entry[1] < -SIGMAS * entry[2]]
     texts = ", ".join(f"{mass:.3g} ± {sigma:.2g} kg by {who}" for who, mass, sigma in negative or little)

@@ -78,6 +78,14 @@ class Diagnosis:
         return next((effect for effect in self.effects if effect.name == name), None)
 
 
+class Weighed(NamedTuple):
+    """Mass of a short weighing and its standard deviation [kg], by the torques, else by the scale."""
+
+    mass: float
+    sigma: float
+    from_scale: bool
+
+
 @dataclass(frozen=True)
 class Evidence:
     """Evidence computed from one set of recordings; checks of what a command does not compute are silent."""
@@ -94,8 +102,7 @@ class Evidence:
     estimates: tuple[PayloadEstimate, ...] = ()  # free ones of the methods
     constrained: tuple[ConstrainedPayload, ...] = ()  # the possible payload of each method that has one
     recommended: ConstrainedPayload | None = None
-    weighed: tuple[float, float, bool] | None = None
-    """Mass of a short weighing [kg], by the torques, else by the scale, its deviation, and whether by the scale."""
+    weighed: Weighed | None = None
     unexplained: Array = field(default_factory=lambda: np.zeros(0))
     """Error over torque of each joint of a short weighing, nan where it is at rest, shape (n,)."""
     agreement: tuple[Agreement, ...] = ()  # of a short weighing: the mass by other ways
@@ -123,7 +130,7 @@ class Evidence:
     def mass(self) -> float:
         """The answer's mass [kg]; nan without one."""
         if self.weighed is not None:
-            return self.weighed[0]
+            return self.weighed.mass
         return self.best.mass if self.best is not None else float("nan")
 
     @property

@@ -130,7 +130,7 @@ def sensitive(evidence: Evidence) -> Iterator[Finding]:
     """
     mass, whole = evidence.mass, next((scale for scale in evidence.diagnosis.scales if not scale.where), None)
     weighed = any(payload.result.weighings for payload in evidence.constrained) or pull_of(evidence) is not None
-    weighed = weighed or (evidence.weighed is not None and evidence.weighed[2])
+    weighed = weighed or (evidence.weighed is not None and evidence.weighed.from_scale)
     if whole is None or evidence.spread is None or weighed or not mass > 0.0 or beyond(whole):
         return
     hidden = float(np.clip(NORMAL95 * whole.sigma, *HIDDEN))

@@ -127,8 +127,8 @@ def diagnose(
     found = by_states = scales_of_states(system) if system is not None else ()
     if isinstance(problem, LongMotion) and problem.unloaded is not None:
         # By full factors, but what they take off as hypotheses do.
-        falls = [one.fall for one in by_states] or [0.0] * (problem.robot.n + 1)
-        found = tuple(one._replace(fall=fall) for one, fall in zip(scales(problem, weights), falls, strict=False))
+        falls = {one.where: one.fall for one in by_states}
+        found = tuple(one._replace(fall=falls.get(one.where, 0.0)) for one in scales(problem, weights))
     most = max((one.fall for one in found if beyond(one)), default=0.0)
     effects = tuple(effect for effect in effects if effect.name not in ALONE or effect.fall >= most)
     exact, few = np.zeros((problem.robot.n,) * 2), isinstance(problem, ShortMotion)

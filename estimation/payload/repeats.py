@@ -70,8 +70,10 @@ def repeats_of(problem: PayloadProblem) -> Repeats | None:
 
     None of a single one, of a short motion if the mass is the scale's, of a long one if no order takes a drift off.
     """
-    source, runs, order = problem.source, problem.runs, Order.of(problem.source.loaded, problem.source.unloaded)
-    each, method = list[PayloadProblem](), 3
+    source, runs = problem.source, problem.runs
+    if len(runs) < 2:
+        return None
+    order, each, method = Order.of(source.loaded, source.unloaded), list[PayloadProblem](), 3
     if isinstance(problem, ShortMotion):
         method = problem.method
         if problem.visibility.mass_visible:
@@ -79,7 +81,7 @@ def repeats_of(problem: PayloadProblem) -> Repeats | None:
     elif order.gaps.size == len(runs):
         loaded, unloaded = problem.loaded.whole, problem.unloaded and problem.unloaded.whole
         each = [replace(problem, loaded=loaded, unloaded=unloaded, difference=run) for run in runs]
-    if len(each) < 2:
+    if not each:
         return None
     masses, sigmas = ([float("nan")] * len(runs) for _ in range(2))
     for k, own in enumerate(each):

@@ -103,6 +103,7 @@ def static_weighing(
     W = regressor_at(robot, payload_columns(robot), q[-1], 0.0 * q[-1], 0.0 * q[-1])
     keep = (side == side[0]).all(axis=0) & (side[0] != 0.0)
     keep &= np.abs(W).max(axis=(1, 2)) > _ROUNDING * np.abs(W).max()  # a joint that no weight acts on says nothing
+    keep &= np.isin(np.arange(1, robot.n + 1), settings.joints or range(1, robot.n + 1))
     order, of_loaded = Order.of(loaded, unloaded), np.arange(len(recordings)) >= bare
     # Weights of recordings for the difference less drift, and for the drift; without where that costs too much.
     A = np.column_stack([np.ones(len(recordings)), of_loaded, order.t - order.t.mean()])

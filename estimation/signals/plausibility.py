@@ -17,7 +17,6 @@ _MOVES = 1e-3  # rad or m: a joint that covers less does not move
 _WEAKEST = 1.0  # N·m per cubic metre of reach: the lightest arms carry themselves with a hundred times this
 _STRONGEST = 2e4  # N·m per cubic metre of reach: the strongest arms have a tenth of this
 _OVER_SPEED = 3.0  # times the speed limit: noise and overshoot reach less
-_STILL = 2e-3  # rad/s or m/s: an arm that rests holds its torque
 _MOST_SPEED = 50.0  # rad/s or m/s, for a joint without a limit
 _WINDOW = 0.01  # s: over which a speed is taken, to see past quantisation
 _PLATEAU = 5  # samples in a row at the very extreme
@@ -146,9 +145,10 @@ def _reach(robot: Robot, recording: Recording) -> Iterator[str]:
         )
 
 
-def _saturation(_: Robot, recording: Recording) -> Iterator[str]:
-    """Check that no torque stays at its very extreme while the arm moves: it was cut off."""
-    moves = (np.abs(np.gradient(recording.q, recording.t, axis=0)) > _STILL).any(axis=1)
+def _saturation(robot: Robot, recording: Recording) -> Iterator[str]:
+    """Check that no torque stays at its very extreme while the arm moves: it was cut off; at rest it is held."""
+    speed = np.abs(np.gradient(recording.q, recording.t, axis=0))
+    moves = (speed > robot.processing.still_speed).any(axis=1)
     for extreme in (recording.torque.min(axis=0), recording.torque.max(axis=0)):
         for j, torque in enumerate(recording.torque.T):
             there = moves & (torque == extreme[j])

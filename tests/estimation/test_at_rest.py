@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from dynident.benchmarks import static
 from dynident.common.arrays import Array
-from dynident.estimation import weigh_at_rest
+from dynident.estimation import Settings, weigh_at_rest
 from dynident.model import robot_names
 from dynident.tests.selection import cases
 
@@ -57,6 +57,14 @@ def test_what_spoils_a_weighing_at_rest_is_named_not_answered(name: str, guard: 
     verdict = weigh_at_rest(arm.robot, loaded, unloaded).verdict
     assert verdict.level == "do_not_use"
     assert any(reason in text for text in verdict.reasons)
+
+
+def test_joints_that_are_named_alone_weigh_at_rest() -> None:
+    arm = static.arm("ur10e", 1)
+    loaded, unloaded = arm.recordings("AB", 0)
+    result = weigh_at_rest(arm.robot, loaded, unloaded, settings=Settings(joints=(2, 3, 5)))
+    assert result.joints == (2, 3, 5)
+    assert abs(result.mass.value - arm.payload.mass) < 4.0 * result.mass.sigma
 
 
 @pytest.mark.parametrize("name", ["ur10e", "panda"])

@@ -26,6 +26,7 @@ from dynident.estimation.diagnosis.evidence import (
     Evidence,
     Judged,
     NominalGravity,
+    Weighed,
 )
 from dynident.estimation.diagnosis.finding import Finding, error, verdict_of, warning
 from dynident.estimation.diagnosis.hypotheses import WHERE, WITH_PAYLOAD
@@ -139,7 +140,7 @@ def spread_of(mass: float) -> PayloadSpread:
 def of_weighing(*constrained: ConstrainedPayload, by_joints: ByJoints | None = None, **changed: Any) -> Evidence:
     """Evidence on a short weighing of 5 kg."""
     used = changed.pop("judged", dict.fromkeys(("mass", "centre of mass", "inertia"), Judged("use")))
-    weighed, joints = (changed.pop("mass", 5.0), 0.01, False), by_joints or ByJoints((), ())
+    weighed, joints = Weighed(changed.pop("mass", 5.0), 0.01, False), by_joints or ByJoints((), ())
     more = {"unexplained": np.full(6, 0.1)} | changed
     return evidence_of(constrained=constrained, by_joints=joints, weighed=weighed, judged=used, **more)
 
