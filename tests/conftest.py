@@ -70,8 +70,9 @@ IN_FULL = ("rx90", "tx40", "ur10e", "panda")
 """Shipped robots that go through every test: coupled drives, offsets, seven joints with link-side sensors."""
 ALL_ROBOTS = ("test_pinocchio.py", "test_robot_file.py")
 """Files whose tests take every shipped robot; compiled only for those above, for a compiler's time is long."""
+FEW_STEPS = ("commands", "report", "fleet")
+"""Folders whose tests evaluate many models a few times each: to compile each would take longer."""
 UNCOMPILED = (
-    "test_robot.py",
     "test_design.py",
     "test_gains.py",
     "test_effects.py",
@@ -143,9 +144,11 @@ def _kernels_of_one_kind(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 @pytest.fixture(autouse=True)
-def _without_compiler(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """No compiler for robots that differ from those in full by their lengths and axes alone."""
-    if request.path.name in UNCOMPILED and _is_about(set(model.robot_names()).difference(IN_FULL), request.node):
+def _without_compiler(request: pytest.FixtureRequest, root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No compiler for a few steps, and for robots that differ from those in full by lengths and axes alone."""
+    folder, further = request.path.relative_to(root / "tests").parts[0], {*model.robot_names()}.difference(IN_FULL)
+    few = folder in FEW_STEPS and not request.node.get_closest_marker("many_steps")
+    if few or request.path.name in UNCOMPILED and _is_about(further, request.node):
         monkeypatch.setenv("DYNIDENT_NO_COMPILER", "1")
 
 

@@ -37,7 +37,7 @@ PLAYED = f"--host 127.0.0.1 --port {PORTS['port']}"
 LINES = {
     "weigh": "--robot rx90 --unloaded rx_near_unloaded.csv --loaded rx_near_loaded.csv --json b.json",
     "verify": "--robot rx90 --before before.csv --after after.csv",
-    "payload": f"--robot rx90 {PAIR} --method 3 --json b.json",
+    "payload": f"--robot rx90 {PAIR} --method 4 --json b.json",
     "identify": "--robot rx90 --data rx_arm_unloaded.csv --json b.json",
     "rollout": "--robot rx90 --robot-parameters earlier.json --data rx_arm_loaded.csv --json b.json",
     "gains": f"--robot ur10e {AMPERES} --mass 6.2 equation-rate=25 --json b.json",

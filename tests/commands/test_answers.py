@@ -163,6 +163,7 @@ def test_where_a_recorded_arm_was_is_no_floor(here: Path, channels: tuple[str, .
     assert ("NOT looked at: torque, floor" in " ".join(text.split())) == keeps
 
 
+@pytest.mark.many_steps
 @pytest.mark.parametrize(
     "file", cases(("--val3 app", "--ros2 m.yaml", "--urscript m.script"), lambda file: file.startswith("--val3"))
 )
