@@ -148,7 +148,7 @@ def _without_compiler(request: pytest.FixtureRequest, root: Path, monkeypatch: p
     """No compiler for a few steps, and for robots that differ from those in full by lengths and axes alone."""
     folder, further = request.path.relative_to(root / "tests").parts[0], {*model.robot_names()}.difference(IN_FULL)
     few = folder in FEW_STEPS and not request.node.get_closest_marker("many_steps")
-    if few or request.path.name in UNCOMPILED and _is_about(further, request.node):
+    if few or (request.path.name in UNCOMPILED and _is_about(further, request.node)):
         monkeypatch.setenv("DYNIDENT_NO_COMPILER", "1")
 
 
