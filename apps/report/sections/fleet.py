@@ -9,7 +9,7 @@ import numpy as np
 
 from ...fleet.comparing import CHANCE, CHANGED, FEWEST, Arm, Compared, Drift, Fleet, farness
 from ...fleet.reduction import ReducedDocument
-from ..blocks import Banner, Block, Drawing, Notes, OnPage, Report, Section, Table, Text, lines
+from ..blocks import Block, Drawing, Notes, OnPage, Report, Section, Table, Text, lines
 from ..figures.canvas import BLUE, GREY, ORANGE, Figure, panels
 
 _WORDS = (
@@ -88,7 +88,7 @@ def fleet_report(fleet: Fleet) -> Report:
         ] or [f"No arm differs from its twins beyond {twins.bound:.1f} sigma (chance {CHANCE:g})."]
     headline = f"{len(rows)} changes last night" if rows else "nothing changed last night"
     first: list[Block] = [
-        Banner("do_not_use" if rows else "use", f"{len(arms)} arms: {headline}."),
+        Text(f"{len(arms)} arms: {headline}.", "do_not_use" if rows else "use"),
         Notes(notes),
         *([Table("What changed", ("arm", "quantity", "by", "z", "nights before"), rows)] if rows else []),
         Notes(odd, optional=True),
