@@ -17,8 +17,8 @@ from ...common.errors import InputError, printable
 from .. import live
 from ..export import controllers
 from ..export.load import read_load
+from ..extras import extra
 from ..numbers import six
-from ..parquet import pyarrow_for
 from . import values
 from .entry import CONTROLLER, SETTING, command
 from .progress import note, quiet, status, withheld
@@ -59,7 +59,7 @@ def run_record(
         port: Its port of RTDE (default: 30004).
     """
     if out.lower().endswith(".parquet"):  # before anything is recorded that cannot be written
-        pyarrow_for(f"{out}: Parquet", "install dynident[logs], or write .csv")
+        extra("pyarrow", f"{out}: Parquet needs pyarrow: install dynident[logs], or write .csv")
     fault = ""
     with live.Client(host, port) as client:
         client.start(live.FIELDS, rate)

@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
 from cyclopts import Parameter
@@ -18,7 +17,7 @@ from ...model.motion import Measurement
 from .. import logs
 from .. import view as views
 from ..export.motion import WrittenMotion, design_head
-from ..export.motions.val3 import check_val3, val3_replay
+from ..export.motions.val3 import val3_replay
 from ..logs.map import read_log_map
 from ..logs.read import read_recording
 from ..report.documents import JudgedMotion, as_recorded, design_document, planned
@@ -117,9 +116,7 @@ def run(
     robot = arm.load()
     problem, reference, labels = build_request(limits.of(robot), request.shape(robot), goal)
     robot, kind = problem.robot, problem.criterion.kind
-    files.check_robot(robot)
-    if files.val3:
-        check_val3(robot, not request.fourier, Path(files.val3).name)
+    files.check_robot(robot, not request.fourier)
 
     def words(best: float | None) -> str:
         text = None if best is None else criterion_text(kind, best)
@@ -128,10 +125,9 @@ def run(
     design = best_motion(problem, request.seed, request.starts, words)
     floor = floor_of(problem, design.score.value, request.seed) if request.bound else None
     judged = JudgedMotion.of(design)._replace(reference=reference, labels=labels, floor=floor)
-    head, name = design_head(design, judged.learnt), Path(files.val3 or "").name
-    written = WrittenMotion(robot, design.plan, problem.bounds, head, name=name)
+    written = WrittenMotion(robot, design.plan, problem.bounds, design_head(design, judged.learnt))
     if files.val3:  # what a controller would make of the via points if its profiles are trapezoidal
-        profile = val3_replay(written).motion(_REPLAY_RATE)
+        profile = val3_replay(files.asked(written)["val3"][1]).motion(_REPLAY_RATE)
         judged = judged._replace(replay=trajectories.score_motion(problem, profile))
     estimated = () if problem.payloads is not None else ("val3",)
     files.check_replays(limits.whole(problem), written, *estimated)

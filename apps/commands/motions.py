@@ -23,6 +23,7 @@ from ..export import motions
 from ..export.motion import WrittenMotion
 from ..export.motions.ros2 import check_joint_names
 from ..export.motions.urscript import CONTROLLER_RATE, check_urscript
+from ..export.motions.val3 import check_val3
 from . import values
 from .entry import GOAL, LIMITS, SETTING, Options
 from .options import PageOptions, RobotOptions
@@ -355,12 +356,14 @@ class MotionFiles(PageOptions):
     val3: values.NewFolder | None = None
     """VAL3 application of via points, best with --segments trapezoid; made if missing."""
 
-    def check_robot(self, robot: model.Robot) -> None:
+    def check_robot(self, robot: model.Robot, via_points: bool) -> None:
         """Refuse what a format has no place for, before the search."""
         if self.ros2:
             check_joint_names(self.joint_names, robot.n)
         if self.urscript:
             check_urscript(robot, self.controller_rate)
+        if self.val3:
+            check_val3(robot, via_points, Path(self.val3).name)
 
     def asked(self, written: WrittenMotion) -> dict[str, tuple[str, WrittenMotion]]:
         """The formats asked for by name: where each is to be written, and the motion at its rate."""
@@ -371,7 +374,8 @@ class MotionFiles(PageOptions):
             "urscript": (self.urscript, replace(written, rate=self.controller_rate)),
         }
         if self.val3:  # the application's database, which the rest of it stands beside
-            files["val3"] = (str(Path(self.val3) / f"{written.name}.dtx"), written)
+            name = Path(self.val3).name
+            files["val3"] = (str(Path(self.val3) / f"{name}.dtx"), replace(written, name=name))
         return {name: (path, motion) for name, (path, motion) in files.items() if path}
 
     def check_replays(self, problem: trajectories.DesignProblem, written: WrittenMotion, *estimated: str) -> None:
@@ -381,11 +385,12 @@ class MotionFiles(PageOptions):
         formats is ``estimated``, too roughly to refuse a motion for.
         """
         for name, (_, motion) in self.asked(written).items():
-            if name in estimated or (replay := motions.FORMATS[name].replay) is None:
+            form = motions.FORMATS[name]
+            if name in estimated or form.replay is None:
                 continue
-            run = replay(motion)
-            for limit in trajectories.missed_on_replay(problem, run.plan, _REPLAY_RATE):
-                raise InputError(f"as {run.text} the motion does not keep its limits ({limit}): {run.advice}")
+            for limit in trajectories.missed_on_replay(problem, form.replay(motion), _REPLAY_RATE):
+                does, advice = form.replayed
+                raise InputError(f"as {does} the motion does not keep its limits ({limit}): {advice}")
 
     def write(self, written: WrittenMotion) -> None:
         """Write a motion with its head in the formats asked for."""

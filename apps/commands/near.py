@@ -17,7 +17,6 @@ from ...trajectories.motions.fourier import check_pose
 from .. import view as views
 from ..export import motions
 from ..export.motion import WrittenMotion
-from ..export.motions.val3 import check_val3
 from ..report.blocks import Report
 from ..report.documents import FIGURE_RATE, NearResult, near_document
 from ..report.sections.motion import near_head, near_report, second_pose_note, visibility_table
@@ -144,10 +143,7 @@ def run(
 ) -> None:
     """Visibility first, then the design."""
     robot = arm.load()
-    files.check_robot(robot)
-    application = Path(files.val3 or "").name
-    if files.val3:
-        check_val3(robot, options.static, application)
+    files.check_robot(robot, options.static)
     limited = limits.of(robot)
     robot, bounds, payload = limited.robot, limited.bounds, limited.loads.heaviest
     options = options.bounded_by(payload)
@@ -193,7 +189,7 @@ def run(
             )
     result = NearResult(design, shape, visibility, goal.predicted(robot, design.plan, shape.joints), ladder)
     hints = [second_pose_note(result.poses[0], hint)] if hint is not None else []
-    written = WrittenMotion(robot, design.plan, bounds, near_head(result, 1.0), name=application)
+    written = WrittenMotion(robot, design.plan, bounds, near_head(result, 1.0))
     files.check_replays(limits.whole(design.problem), written, "val3")
     shown = near_report(result, options.expected, hints, samples)
     files.give(shown, lambda: near_document(result), {})

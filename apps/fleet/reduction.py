@@ -17,6 +17,7 @@ from ...common.schema import Document
 from ...estimation import Settings
 from ...estimation.answers.identification import identify
 from ...model import Robot
+from ..extras import extra
 from ..logs.read import read_recordings
 from .store import Log, Recipe, RefusedDocument, Store, Stored, packed, same_time, unpacked
 
@@ -211,10 +212,7 @@ def dask_executor(address: str) -> Iterator[tuple[Executor, int]]:
     Raises:
         InputError: if Dask is not installed, no scheduler answers, or it has no workers.
     """
-    try:
-        import distributed
-    except ModuleNotFoundError:
-        raise InputError("--cluster needs Dask: pip install 'dynident[fleet]'") from None
+    distributed = extra("distributed", "--cluster needs Dask: pip install 'dynident[fleet]'")
     try:
         client = distributed.Client(address, timeout=10, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:

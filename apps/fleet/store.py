@@ -20,9 +20,9 @@ from ...estimation.equations.equations import Equations
 from ...estimation.fit.drive_gains import Gains
 from ...estimation.fit.estimate import Estimate
 from ...model import BaseParameters, Processing, Robot
+from ..extras import parquet_bytes, parquet_rows
 from ..logs.map import LogMap
 from ..logs.read import SUFFIXES
-from ..parquet import parquet_bytes, parquet_rows
 
 _Kind = TypeVar("_Kind")
 

@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from msgspec import field
@@ -78,15 +78,8 @@ class Remark(Document, frozen=True):
     text: str = field(name="words")
 
 
-class Understood(NamedTuple):
-    """Reading of a log: its robot, and its signals in SI units, joint side."""
-
-    robot: Robot
-    recording: Recording
-
-
 class LogReport(Result, frozen=True, kw_only=True, dict=True):
-    """Contents and faults of a log; ``working`` is how it was read."""
+    """Contents and faults of a log; ``working``: the robot, and the log's signals in SI units, joint side."""
 
     source: str
     notes: tuple[str, ...]
@@ -104,7 +97,7 @@ class LogReport(Result, frozen=True, kw_only=True, dict=True):
         """The robot, the log, and what was found in a line."""
         counts = [sum(remark.severity == kind for remark in self.findings) for kind in ("error", "warning")]
         summary = f"{counts[0]} errors, {counts[1]} warnings" if any(counts) else "nothing to mend"
-        robot = f"{self.working.robot.name}, " if self.working is not None else ""
+        robot = f"{self.working[0].name}, " if self.working is not None else ""
         return f"{robot}{self.source}, {summary}"
 
     def completed(self, findings: Iterable[Finding], **facts: Any) -> "LogReport":
@@ -122,7 +115,7 @@ def check_log(
     """Look at a recording, which may be wrong in any way; its torques may be ``currents`` [A] of unknown gain."""
     processing = processing or robot.processing
     check = LogReport(source=recording.source, notes=tuple(recording.notes), currents=currents)
-    check = check.made_by(Understood(robot, recording)).completed(map(error, out_of_range(robot, recording)))
+    check = check.made_by((robot, recording)).completed(map(error, out_of_range(robot, recording)))
     try:
         motion = measurement(recording, processing).motion
     except InputError as refusal:

@@ -13,6 +13,7 @@ from ...model import BaseParameters, Robot, forward_dynamics_base
 from ...model.drives import smooth_sign
 from ...model.dynamics import SMOOTHING, dry_friction_names, runge_kutta, smooth_dry_friction, stable_steps
 from ...model.kernel.kernel import Kernel
+from ..extras import extra
 
 _STEP = 1e-3
 """s: the longest step of the integration."""
@@ -165,10 +166,7 @@ def _half_steps(here: Array, after: Array, count: int, step: float) -> Array:
 
 def mujoco_arm(path: str | Path, robot: Robot) -> Predict:
     """Make a prediction by MJCF or URDF; the model's first n joints are taken for the robot's, in order."""
-    try:
-        import mujoco
-    except ImportError:
-        raise InputError(f"{path}: to move it needs MuJoCo: pip install 'dynident[simulators]'") from None
+    mujoco = extra("mujoco", f"{path}: to move it needs MuJoCo: pip install 'dynident[simulators]'")
     if not Path(path).is_file():
         raise InputError(f"{path}: no such file")
     try:

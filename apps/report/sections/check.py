@@ -33,7 +33,7 @@ _UNITS = {"following error": ("mrad", 1e3), "unpredicted torque": ("N·m", 1.0),
 
 def log_report(check: LogReport) -> Report:
     """Reading of a log, motion of its joints and findings; then steps of the signals and excitation."""
-    recording, time = check.working.recording, check.time
+    (robot, recording), time = check.working, check.time
     kind = "currents [A] of unknown gain" if check.currents else "torques [N·m or N]"
     speeds = "with speeds" if recording.qd is not None else "without speeds (taken from positions)"
     reading = [f"{recording.source}: positions [rad or m], {kind}, {speeds}, joint side"]
@@ -56,7 +56,7 @@ def log_report(check: LogReport) -> Report:
     mend = f"Mend first: {worst[0]}." if worst else last
     load, unit = ("current", "A") if check.currents else ("torque", "N·m")
     motion, steps = list[tuple[str, ...]](), list[tuple[str, ...]]()
-    for j, (joint, facts) in enumerate(zip(check.working.robot.joints, check.joints, strict=False), 1):
+    for j, (joint, facts) in enumerate(zip(robot.joints, check.joints, strict=False), 1):
         ratio = f"{100 * facts.speed / joint.limits.speed:.0f} %" if np.isfinite(joint.limits.speed) else ""
         position, torque = "{:.3f} to {:.3f}".format(*facts.position), "{:.4g} to {:.4g}".format(*facts.torque)
         motion.append((str(j), "yes" if facts.moves else "no", position, f"{facts.speed:.3g}", ratio, torque))
@@ -104,7 +104,7 @@ def check_report(looks: Sequence[Look]) -> Report:
         if check:
             stem = re.sub(r"\W+", "_", path.replace("\\", "/").rstrip("/").rsplit("/", 1)[-1].split(".")[0])
             unit = "A" if check.currents else "N·m"
-            blocks.append(signals_figure(check.working.recording, unit, f"{number:02d}_{stem}"))
+            blocks.append(signals_figure(check.working[1], unit, f"{number:02d}_{stem}"))
         sections.append(Section(f"log_{number}", path, blocks))
         unusable += [] if check and check.usable else [path]
     text = f"To be mended first: {', '.join(unusable)}." if unusable else "Nothing speaks against using these logs."
