@@ -44,7 +44,7 @@ def run_record(
     *,
     seconds: values.Seconds = 30.0,
     rate: _Rate | None = None,
-    out: Annotated[str, values.Writes("file", live.SUFFIXES), Parameter(metavar="F")],
+    out: Annotated[str, values.Named("file", endings=live.SUFFIXES), Parameter(metavar="F")],
     host: _Host,
     port: _Port = live.PORT,
 ) -> None:

@@ -27,7 +27,7 @@ from .entry import MOTION, SEARCH, SETTING, Options, command
 from .motions import GoalOptions, LimitOptions, MotionFiles, RehearsedRobotOptions, best_motion, in_si
 from .options import PageOptions, ViewOptions
 from .progress import note, status
-from .values import Count, Positions, Reads, Seconds, Seed, number, numbers, positive_number, whole, word
+from .values import Count, Named, Positions, Seconds, Seed, number, numbers, positive_number, whole, word
 
 _SEARCH = Parameter(group=SEARCH)
 _REPLAY_RATE = 500.0  # Hz
@@ -35,12 +35,13 @@ _PLANNED_RATE = 250.0  # Hz: at which a planned motion is looked at, at least
 _ZERO = 1e-9  # SI units: what standard parameters leave where they cancel
 
 _Planned = Annotated[
-    str, Reads("motion"), Parameter(metavar="LOG", help="A log, or a CSV of t, q and perhaps qd, qdd.")
+    str, Named("input", "motion"), Parameter(metavar="LOG", help="A log, or a CSV of t, q and perhaps qd, qdd.")
 ]
 
 
 class _Request(Options, group=MOTION):
     belongs: ClassVar = {"ramp": ("segments", ("trapezoid",))}
+    instead: ClassVar = {"via_points": "fourier"}
 
     via_points: Annotated[int, word(partial(whole, least=3), "N")] = 14
     """Number of points (default: 14)."""
@@ -74,7 +75,6 @@ class _Request(Options, group=MOTION):
             if self.segment_durations is not None:
                 self.refuse("max_duration", "has no effect: segment-durations fixes the duration, leave it out")
         else:
-            self.refuse("via_points", "and --fourier: give one of them")
             for name in ("rest", "max_duration", "segments", "ramp", "segment_durations"):
                 self.refuse(name, "belongs to --via-points: --fourier takes --duration")
         super().check()

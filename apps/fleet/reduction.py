@@ -67,7 +67,11 @@ def reduce_fleet(
     recipe = recipe or Recipe(robot.processing)
     plan, target = packed((robot, recipe)), Store.made(store, robot, recipe)
     before = {log.file: log for log in target.logs()}
-    given = sorted((_written(log if isinstance(log, Log) else Log(log)) for log in logs), key=lambda log: log.file)
+    given = [log if isinstance(log, Log) else Log(log) for log in logs]
+    for k, log in enumerate(given):  # a store can hold no other path
+        if (name := encodable(log.file)) != log.file:
+            given[k] = Log(name, wrong="its path is not UTF-8: rename the file or folder")
+    given.sort(key=lambda log: log.file)
     now = {log.file: log for log in _keyed(given, recipe, before.values())}
     missing = [log for log in now.values() if not log.wrong and not target.path(log.key).exists()]
     results: Iterator[_Done | None] = (reduce_log(plan, log) for log in missing)
@@ -94,12 +98,6 @@ def reduce_fleet(
     refused = tuple(RefusedDocument(log.file, log.wrong) for log in now.values() if log.wrong)
     new = sum(not now[log.file].wrong for log in missing)
     return ReducedDocument(str(target.root), new, len(now) - len(refused) - new, refused, lost)
-
-
-def _written(log: Log) -> Log:
-    """A log whose path a store can hold; one that it cannot is refused."""
-    name = encodable(log.file)
-    return log if name == log.file else Log(name, wrong="its path is not UTF-8: rename the file or folder")
 
 
 def _keyed(logs: Sequence[Log], recipe: Recipe, held: Iterable[Log]) -> Iterator[Log]:

@@ -23,7 +23,7 @@ from ...estimation.fit.own_equations import base_problem, with_friction
 from ...estimation.fit.settings import Settings
 from ...estimation.gains.current_side import relative_scales
 from ...estimation.payload.long_motion import Source
-from ...estimation.results.parts import Number, Result
+from ...estimation.results.parts import Number, ParameterDocument, Result
 from ...estimation.signals.filtering import measurement
 from ...estimation.signals.plausibility import implausible, out_of_range, still_joints
 from ...estimation.signals.rows import moving_parts
@@ -63,14 +63,6 @@ class JointFacts(Document, frozen=True):
     saturated: float  # share of the samples at the torque's own extreme
 
 
-class Excited(Document, frozen=True):
-    """A base parameter as this log alone shows it: its estimate and relative standard deviation [%]."""
-
-    name: str
-    value: float
-    relative_sigma_percent: float
-
-
 class Remark(Document, frozen=True):
     """Something that speaks against a log, or is worth knowing."""
 
@@ -88,7 +80,7 @@ class LogReport(Result, frozen=True, kw_only=True, dict=True):
     findings: tuple[Remark, ...] = ()  # worst first
     time: TimeFacts | None = None  # None where it is too short to be filtered
     joints: tuple[JointFacts, ...] = ()
-    excitation: tuple[Excited, ...] = ()  # by base parameter; empty where they cannot be estimated
+    excitation: tuple[ParameterDocument, ...] = ()  # by base parameter; empty where they cannot be estimated
     relative_residual: Number = None  # of the robot's model on this log; None without it
     condition_number_scaled: Number = None  # of the observation matrix, columns scaled to norm 1
 
@@ -175,9 +167,10 @@ def check_log(
             "alone: small ones always are; for others move faster and over a wider range"
         )
         found.append(note(text))
+    seen = zip(base_parameters(robot).names, estimate.values.tolist(), sigmas.tolist(), strict=True)
     return check.completed(
         found,
-        excitation=tuple(map(Excited, base_parameters(robot).names, estimate.values.tolist(), sigmas.tolist())),
+        excitation=tuple(ParameterDocument(x, name, relative_sigma_percent=sigma) for name, x, sigma in seen),
         relative_residual=estimate.fit.relative,
         condition_number_scaled=equations.condition_numbers()[1],
     )

@@ -63,7 +63,7 @@ def log_report(check: LogReport) -> Report:
         sizes = (f"{step:.2g}" if step > 0.0 else "" for step in (facts.position_step, facts.torque_step))
         steps.append((str(j), *sizes, f"{100 * facts.saturated:.2f} %"))
     headings = ("joint", "moves", "position", "speed", "of limit", f"{load} {unit}")
-    sigma = [(entry.name, f"{entry.relative_sigma_percent:.3g} %") for entry in check.excitation]
+    sigma = [(str(row.name), f"{row.relative_sigma_percent:.3g} %") for row in check.excitation]
     tables = (
         Table("Steps of the signals", ("joint", "step of position", f"of {load}", f"{load} at extreme"), steps),
         Table("Excitation: each base parameter from this log", ("", "relative sigma"), sigma),
