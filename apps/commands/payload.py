@@ -112,6 +112,7 @@ def run(
 
 class _Weigh(_Compared):
     needs: ClassVar = {"friction_change": ("robot_parameters",)}  # a difference of torques frees friction
+    instead: ClassVar = dict.fromkeys(("robot_parameters", "moving"), "static")
 
     moving: values.Joints | None = None
     """Joints that move; seen by default."""
@@ -143,8 +144,6 @@ def run_weigh(
         known = stored.estimate if stored else None
         settings = setup.settings(progress, request, joints=request.moving, gains=gains)
         if request.static:
-            for option in ("robot_parameters", "moving"):
-                request.refuse(option, "is not used with --static: recordings are compared, of all joints")
             result = estimation.weigh_at_rest(robot, loaded, unloaded, constraints, settings)
         else:
             result = estimation.weigh(robot, loaded, unloaded, known, constraints, settings)

@@ -367,7 +367,7 @@ def near_document(result: NearResult) -> NearDocument:
         kind: dict[str, Any] = {"near": NearMotion.of(shape, plan), "rehearsal_s": plan.slowed(0.1).duration}
     else:
         learnt = score_samples(problem, Samples.at_rest(result.poses)).learnt
-        kind = {"static": NearMotion.of(shape, result)}
+        kind = {"static": NearMotion.of(result, shape)}
     return NearDocument.of(
         *(learnt, plan, design, problem.criterion, problem, problem.goal),
         **_of_motion(problem, score),

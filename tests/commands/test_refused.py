@@ -123,7 +123,7 @@ LINES = {
         "--val3 app": "Fourier motion has none",
         "sample-rate=100": "has no effect without --samples",
         "--poses 9": "--poses has no effect without --static",
-        "--static --duration 9": "--duration is for a motion that does not rest",
+        "--static --duration 9": "--duration and --static: give one of them",
         "--static --poses 5": "5 poses: give 6 to 12",
         "--static hold=0.5": "0.5 s at rest: give 1 to 10",
         "--static --range 2": "joint 2 has 4 deg of room in its range: none for a pose and 3 deg to either side",
