@@ -17,7 +17,7 @@ from ...common.progress import each, silent
 from .. import logs
 from ..fleet.comparing import arm_of, excess, fleet_of, side_by_side, widened
 from ..fleet.reduction import dask_executor, reduce_fleet
-from ..fleet.store import Recipe, RefusedDocument, Store, catalog, found_logs
+from ..fleet.store import Recipe, Store, catalog, found_logs
 from ..report.sections.fleet import compared_report, fleet_report, reduced_report
 from .entry import command
 from .options import GainOptions, PageOptions, ProcessingOptions, ResultOptions, RobotOptions
@@ -70,8 +70,7 @@ def run_report(store: _Store, *, files: PageOptions) -> None:
     """Run ``fleet report``."""
     opened = Store.opened(store)
     every = opened.logs()
-    refused = [RefusedDocument(log.file, log.wrong) for log in every if log.wrong]
-    logs = sorted((log for log in every if not log.wrong), key=lambda log: log.arm or "")
+    logs = sorted((log for log in every if not log.reason), key=lambda log: log.arm or "")
     if not logs:
         raise InputError(f"{opened.root}: no recording in it")
     arms, done = [], 0
@@ -80,7 +79,7 @@ def run_report(store: _Store, *, files: PageOptions) -> None:
             arms.append(arm_of([opened.read(log.key) for log in own]))
             done += len(arms[-1].days)
             progress("reading nights", done / len(logs))
-    told = fleet_of(arms, refused)
+    told = fleet_of(arms, [log for log in every if log.reason])
     files.give(fleet_report(told), lambda: told, {"robot": told.arms[0]})
 
 

@@ -28,7 +28,7 @@ from ...estimation.results.parts import Number
 from ...model.drives import parameter_kind
 from ...model.friction import is_friction
 from ...model.regressors import payload_columns
-from .store import RefusedDocument, Stored
+from .store import Log, Stored
 
 TINY = np.finfo(float).tiny ** 0.25
 """No standard deviation of anything measured is smaller."""
@@ -203,10 +203,10 @@ class Fleet(Worked, frozen=True):
     changed: tuple[Series, ...]
     last: tuple[Series, ...]
     odd: tuple[OddDocument, ...]
-    refused: tuple[RefusedDocument, ...]
+    refused: tuple[Log, ...]
 
 
-def fleet_of(arms: Sequence[Arm], refused: Sequence[RefusedDocument] = ()) -> Fleet:
+def fleet_of(arms: Sequence[Arm], refused: Sequence[Log] = ()) -> Fleet:
     """Compare each arm's last night with those before, and arms with each other; ``refused``: logs left out."""
     arms = sorted(arms, key=lambda arm: arm.name)
     names, last = tuple(arm.name for arm in arms), tuple(line for arm in arms for line in arm.series)

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...fleet.comparing import CHANCE, CHANGED, FEWEST, Arm, Compared, Drift, Fleet, farness
 from ...fleet.reduction import ReducedDocument
+from ...fleet.store import Log
 from ..blocks import Block, Drawing, Notes, OnPage, Report, Section, Table, Text, lines
 from ..figures.canvas import BLUE, GREY, ORANGE, Figure, panels
 
@@ -40,28 +41,28 @@ _LINES = 12  # recordings that have a column of their own
 
 def reduced_report(reduced: ReducedDocument) -> Report:
     """Count the recordings in the store, and list what was refused, and why."""
-    total, refused = reduced.new + reduced.known, [(bad.file, bad.reason) for bad in reduced.refused]
+    total, refused = reduced.new + reduced.known, reduced.refused
     told = [
         f"{total} recordings in {reduced.store}: {reduced.new} reduced now, {reduced.known} there before.",
         f"{len(refused)} logs refused{':' if refused else '.'}",
     ]
     first: list[Block] = [
         Notes(told),
-        Notes([f"{PurePath(file).name}: {reason}" for file, reason in refused], optional=True),
+        Notes([f"{PurePath(log.file).name}: {log.reason}" for log in refused], optional=True),
     ]
     return Report("The store", first, _refused(refused), "all that was refused")
 
 
-def _refused(refused: Sequence[tuple[str, str]]) -> list[Section]:
-    table = Table("Refused", ("log", "why"), refused)
-    return [Section("refused", "Logs that were refused", [table])] if refused else []
+def _refused(logs: Sequence[Log]) -> list[Section]:
+    table = Table("Refused", ("log", "why"), [(log.file, log.reason) for log in logs])
+    return [Section("refused", "Logs that were refused", [table])] if logs else []
 
 
 def fleet_report(fleet: Fleet) -> Report:
     """Changes of the last night, the clearest first; then a line an arm, and small multiples."""
     arms: Sequence[Arm]
     twins: Compared | None
-    (arms, twins), refused = fleet.working, [(bad.file, bad.reason) for bad in fleet.refused]
+    (arms, twins), refused = fleet.working, fleet.refused
     few = [arm.name for arm in arms if len(arm.days) <= FEWEST]
     more = " and more" if len(few) > 6 else ""
     notes = lines(
