@@ -11,7 +11,7 @@ from ....model.drives import parameter_kind
 from ....model.friction import LAWS
 from ....model.inertia import PayloadSpread, payload_spread
 from ....model.visibility import PayloadVisibility
-from ....trajectories import DesignProblem, Fourier, Scene, Score, StaticShape
+from ....trajectories import DesignProblem, Fourier, NearShape, Scene, Score, StaticShape
 from ....trajectories.design.problem import BALL
 from ....trajectories.design.score import Learnt, holding_torques
 from ...export.motion import assumed_line, rests_on
@@ -72,7 +72,7 @@ def design_report(judged: JudgedMotion) -> Report:
     conditions = {"cond": learnt.condition_number, "cond-scaled": learnt.condition_number_scaled}
     reached = float(np.log(conditions[kind])) if kind in conditions else score.value
     assumed = assumed_notes(problem.robot, *rests_on(problem))
-    after = [f"Next: add {writers}, run it, then 'dynident check LOG'."] * (judged.design is not None)
+    after = [f"Next: add {writers}, run it, then 'dynident check LOG'."] if judged.design is not None else []
     first: list[Block] = [
         _motion_banner(judged.title, score),
         _limits_table(score),
@@ -82,16 +82,16 @@ def design_report(judged: JudgedMotion) -> Report:
         *([_how_to_run(score.duration, writers, "payload")] if after else []),
     ]
     recorded = f"{length:g} s of data, the motion repeated" if length else "recorded once"
-    condition, scaled, log_det = (
-        f"{x:.4g}" if np.isfinite(x) else "rank-deficient" for x in (*conditions.values(), learnt.log_det)
-    )
     together = [
         ("duration", f"{score.duration:.4g}", f"s; {recorded}"),
         ("parameters", str(len(problem.names)), f"criterion {kind}"),
-        ("condition number", condition, "of W in SI units, as identify will see it"),
-        ("the same, scaled", scaled, "columns scaled to norm 1"),
-        ("log det", log_det, "of the information matrix"),
     ]
+    for name, x, remark in (
+        ("condition number", learnt.condition_number, "of W in SI units, as identify will see it"),
+        ("the same, scaled", learnt.condition_number_scaled, "columns scaled to norm 1"),
+        ("log det", learnt.log_det, "of the information matrix"),
+    ):
+        together.append((name, f"{x:.4g}" if np.isfinite(x) else "rank-deficient", remark))
     sigma, reference, labels = learnt.sigma, judged.reference, judged.labels
     known, relative = bool(np.isfinite(list(sigma.values())).all()), learnt.relative_sigma(reference)
     shown = list(sigma)
@@ -124,18 +124,12 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
     robot, problem, score = result.robot, result.design.problem, result.design.score
     title, joints = robot.title or robot.name, ", ".join(map(str, result.shape.joints))
     position = ", ".join(f"{1e3 * x:g}" for x in expected.com)
-    kind, writers, command = "Motion", "--samples, --ros2 or --urscript", "weigh"
-    (brakes_note, brakes), course, noted = _brakes(problem, score), _course(result), [noise_line(problem)]
-    if isinstance(result.shape, StaticShape):
-        kind, writers = f"{result.shape.count} poses at rest", "--samples, --ros2, --urscript or --val3"
-        command, share = "weigh --static", result.spread.mass / expected.mass
-        tip = f" Above {100 * _STATIC_MOST:g} % a motion tells more: leave --static out." * (share > _STATIC_MOST)
-        scatter = ", ".join(f"{x:.2g}" for x in problem.noise if np.isfinite(x))
-        noted = [
-            f"1 sigma is {100.0 * share:.2g} % of the mass.{tip}",
-            f"Torque at rest scatters from approach to approach, {problem.noise_from}: {scatter} N·m or N. Between "
-            "recordings constant torques may change, the arm's by 0.66 times that, the wrist's freely.",
-        ]
+    kind, writers, course = _course(result)
+    brakes_note, brakes = _brakes(problem, score)
+    if isinstance(result.shape, NearShape):
+        noted, command = [noise_line(problem)], "weigh"
+    else:
+        noted, command = _stiction(result, expected.mass), "weigh --static"
     notes = [
         *hints,
         course,
@@ -153,7 +147,12 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
         _motion_banner(f"{kind} of joints {joints} of {title}", score),
         _spread_table(f"Predicted for {expected.mass:g} kg at ({position}) mm", result.spread),
         *([Table(ladder, headings, rungs)] if rungs else []),
-        Notes([*noted, f"Next: add {writers}, run it without and with the payload, then 'dynident {command}'."]),
+        Notes(
+            [
+                *noted,
+                f"Next: add {writers}, run it without and with the payload, then 'dynident {command}'.",
+            ]
+        ),
         Notes(notes, optional=True),
         OnPage(lambda: [_limits_table(score)]),
         _how_to_run(result.design.plan.duration, writers, command),
@@ -170,11 +169,14 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
     return Report(f"Motion that weighs a payload: {title}", first, sections, more)
 
 
-def _course(result: NearResult) -> str:
-    """How long it takes, and the slower runs before it."""
+def _course(result: NearResult) -> tuple[str, str, str]:
+    """What it is, the options that write it, and how long it takes."""
     plan, shape = result.design.plan, result.shape
     if isinstance(shape, StaticShape):
-        return f"{plan.duration:.0f} s: each pose is held {shape.hold:g} s after small moves from below and above."
+        course = (
+            f"{plan.duration:.0f} s: each pose is held {shape.hold:g} s after small moves from below and above."
+        )
+        return f"{shape.count} poses at rest", "--samples, --ros2, --urscript or --val3", course
     assert isinstance(plan, Fourier)
     periods = "one period" if plan.repeats == 1 else f"{plan.repeats} periods"
     two = f", at {len(plan.poses)} poses, {plan.transfer:.1f} s from one to the other" * bool(plan.transfer)
@@ -182,18 +184,28 @@ def _course(result: NearResult) -> str:
     before = f"the rehearsal, once at a tenth of the speed, takes {plan.slowed(0.1).duration:.0f} s"
     if result.ladder:
         before = f"the slower runs before it take {slower} s" if slower else "the first run may be at full speed"
-    return f"{plan.duration:.1f} s: {periods} of {plan.period:.2f} s{two}; {before}."
+    course = f"{plan.duration:.1f} s: {periods} of {plan.period:.2f} s{two}; {before}."
+    return "Motion", "--samples, --ros2 or --urscript", course
+
+
+def _stiction(result: NearResult, mass: float) -> list[str]:
+    """What standing still tells of the mass, and the scatter of torques at rest that it rests on."""
+    problem, share = result.design.problem, result.spread.mass / mass
+    advice = f" Above {100 * _STATIC_MOST:g} % a motion tells more: leave --static out." * (share > _STATIC_MOST)
+    scatter = ", ".join(f"{x:.2g}" for x in problem.noise if np.isfinite(x))
+    return [
+        f"1 sigma is {100.0 * share:.2g} % of the mass.{advice}",
+        f"Torque at rest scatters from approach to approach, {problem.noise_from}: {scatter} N·m or N. Between "
+        "recordings constant torques may change, the arm's by 0.66 times that, the wrist's freely.",
+    ]
 
 
 def _motion_banner(title: str, score: Score) -> Text:
     names = dict.fromkeys(limit.name for limit in score.limits)
     missing = [kind for kind in _KINDS if not any(name.startswith(kind) for name in names)]
     missed = dict.fromkeys(limit.name for limit in score.limits if str(limit) in score.violations)
-    level, keeps = "use", "keeps every limit"
-    if missing:
-        level, keeps = "mass_and_com_only", "keeps every limit that was checked"
-    if not score.feasible:
-        level, keeps = "do_not_use", f"does NOT keep {', '.join(missed)}"
+    level, text = "mass_and_com_only" if missing else "use", f"every limit{' that was checked' * bool(missing)}"
+    keeps = f"keeps {text}" if score.feasible else f"does NOT keep {', '.join(missed)}"
     scene = score.problem.scene or Scene()
     radii = {body.radius for body in scene.bodies if body.link and body.name != BALL}
     tubes = f" as tubes of {1e3 * max(radii):.0f} mm radius" if len(radii) == 1 else ""
@@ -202,6 +214,7 @@ def _motion_banner(title: str, score: Score) -> Text:
     unseen += ["floor"] * (not any("floor" in surface.name for surface in scene.surfaces))
     unseen += [*["payload"] * (score.problem.payloads is None), "cables and cell"]
     clear = f" Looked at: {' and '.join(looked)}." * bool(looked)
+    level = level if score.feasible else "do_not_use"
     return Text(f"{title}: {keeps}.{clear} NOT looked at: {', '.join(unseen)}.", level)
 
 
