@@ -66,10 +66,11 @@ class Table:
 
 
 class Text(NamedTuple):
-    """A paragraph; by its look a "heading", which pages alone have, or a verdict, by the verdict's level."""
+    """A paragraph; a heading within a section, which pages alone have; or a verdict, by its ``level``."""
 
     words: str
-    look: str = ""
+    heading: bool = False
+    level: str = ""
 
 
 class Notes(NamedTuple):

@@ -73,7 +73,7 @@ def printed(blocks: Sequence[Block]) -> Iterator[Table | Text | Notes]:
     for block in blocks:
         if isinstance(block, Pair):
             yield from printed((*block.left, *block.right))
-        elif isinstance(block, Table | Notes) or (isinstance(block, Text) and block.look != "heading"):
+        elif isinstance(block, Table | Notes) or (isinstance(block, Text) and not block.heading):
             yield block
 
 

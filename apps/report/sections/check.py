@@ -108,7 +108,7 @@ def check_report(looks: Sequence[Look]) -> Report:
         sections.append(Section(f"log_{number}", path, blocks))
         unusable += [] if check and check.usable else [path]
     text = f"To be mended first: {', '.join(unusable)}." if unusable else "Nothing speaks against using these logs."
-    return Report("A look at recordings", [Text(text, "do_not_use" if unusable else "use")], sections)
+    return Report("A look at recordings", [Text(text, level="do_not_use" if unusable else "use")], sections)
 
 
 def readings_report(robot: Robot, poses: Sequence[PoseCheck], readings: Readings | None) -> Report:
@@ -119,7 +119,7 @@ def readings_report(robot: Robot, poses: Sequence[PoseCheck], readings: Readings
     faithful = readings_agree(poses, readings)
     text = "agrees with the recordings" if faithful else "does NOT agree with the recordings as they are read"
     first: list[Block] = [
-        Text(f"The robot's description {text}.", "use" if faithful else "do_not_use"),
+        Text(f"The robot's description {text}.", level="use" if faithful else "do_not_use"),
         Notes(_kinematics_lines(poses, readings), optional=True),
     ]
     tables: list[Block] = []
@@ -238,7 +238,7 @@ def following_report(change: FollowingChange, robot: Robot) -> Report:
     caption = f"Root mean square of the {change.kind} before and after the number was entered, with 95 % intervals."
     return Report(
         f"Before and after a payload was entered: {robot.title or robot.name}",
-        [Text(text, level), Notes(others), Table(title, headings, rows)],
+        [Text(text, level=level), Notes(others), Table(title, headings, rows)],
         [Section("joints", "Joint by joint", [Drawing("following", caption, draw), Notes(compared)])],
         "how both recordings were compared",
     )

@@ -39,7 +39,7 @@ def reason_blocks(verdict: Verdict) -> list[Block]:
     """The reasons for the verdict."""
     reasons = [f"  - {reason}" for reason in verdict.reasons]
     nothing = Notes(["No check found anything against the numbers."], optional=True)
-    return [Text("Reasons for the verdict", "heading"), Notes(reasons, optional=True) if reasons else nothing]
+    return [Text("Reasons for the verdict", heading=True), Notes(reasons, optional=True) if reasons else nothing]
 
 
 def verdict_notes(verdict: Verdict) -> list[str]:
@@ -107,7 +107,7 @@ def worst_torque(predictions: Predictions) -> OnPage:
 
     def drawn() -> list[Block]:
         shown = min(predictions(), key=lambda each: (not each.held_out, not each.loaded), default=None)
-        return [Text("The worst joint", "heading"), worst_joint_figure(shown)] if shown else []
+        return [Text("The worst joint", heading=True), worst_joint_figure(shown)] if shown else []
 
     return OnPage(drawn)
 

@@ -89,7 +89,7 @@ def fleet_report(fleet: Fleet) -> Report:
         ] or [f"No arm differs from its twins beyond {twins.bound:.1f} sigma (chance {CHANCE:g})."]
     headline = f"{len(rows)} changes last night" if rows else "nothing changed last night"
     first: list[Block] = [
-        Text(f"{len(arms)} arms: {headline}.", "do_not_use" if rows else "use"),
+        Text(f"{len(arms)} arms: {headline}.", level="do_not_use" if rows else "use"),
         Notes(notes),
         *([Table("What changed", ("arm", "quantity", "by", "z", "nights before"), rows)] if rows else []),
         Notes(odd, optional=True),

@@ -36,7 +36,7 @@ def gains_report(gains: GainsResult, document: str | None = None) -> Report:
     ]
     headings = ("motor", "N·m/A", "sigma", "%", "residual %", "rests on")
     first = [
-        Text(f"Verdict: {'use every gain' if level == 'use' else VERDICTS[level]}.", level),
+        Text(f"Verdict: {'use every gain' if level == 'use' else VERDICTS[level]}.", level=level),
         Table(f"Drive gains of {gains.robot}", headings, rows),
         Notes([after if level != "do_not_use" else MEND]),
         *reason_blocks(gains.judged),

@@ -215,7 +215,7 @@ def _motion_banner(title: str, score: Score) -> Text:
     unseen += [*["payload"] * (score.problem.payloads is None), "cables and cell"]
     clear = f" Looked at: {' and '.join(looked)}." * bool(looked)
     level = level if score.feasible else "do_not_use"
-    return Text(f"{title}: {keeps}.{clear} NOT looked at: {', '.join(unseen)}.", level)
+    return Text(f"{title}: {keeps}.{clear} NOT looked at: {', '.join(unseen)}.", level=level)
 
 
 def _how_to_run(duration: float, writers: str, command: str) -> OnPage:
@@ -227,7 +227,7 @@ def _how_to_run(duration: float, writers: str, command: str) -> OnPage:
         "same program.",
         f"Look at each recording by 'dynident check LOG', then 'dynident {command} --unloaded A --loaded B'.",
     ]
-    return OnPage(lambda: [Text("How to run it", "heading"), Notes(steps)])
+    return OnPage(lambda: [Text("How to run it", heading=True), Notes(steps)])
 
 
 def _brakes(problem: DesignProblem, score: Score) -> tuple[list[str], list[Table]]:

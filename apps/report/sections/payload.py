@@ -63,13 +63,13 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
         line = f"Its own format: {'' if document or not made else 'add --json P.json, then '}{export}."
         to_do = [f"For the controller: {controller_line(result)}", line]
     controller: list[Block] = [
-        Text("What to type into the controller", "heading"),
+        Text("What to type into the controller", heading=True),
         Notes(to_do),
         OnPage(lambda: controller_blocks(result)),
         *([flange_figure(best, result.inertia.use == "use", is_flange(result.frame))] if best else []),
     ]
     first: list[Block] = [
-        Text(f"Verdict: {evidence.VERDICTS[level]} (method {method}, {METHOD_NAMES[method]}).", level),
+        Text(f"Verdict: {evidence.VERDICTS[level]} (method {method}, {METHOD_NAMES[method]}).", level=level),
         Pair(controller, [quantities_table(result)]),
         *evidence.reason_blocks(result.verdict),
         Notes([*answer_notes(result), *notes], optional=True),

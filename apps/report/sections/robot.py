@@ -133,7 +133,7 @@ def robot_report(result: RobotResult, document: str | None = None) -> Report:
     fits = ("unexplained", *(["held out"] if held_out else []))
     headings = ("", *fits, "Coulomb friction", "unit", "viscous friction", "unit")
     first = [
-        Text(*((f"Verdict: {_BAD}", "do_not_use") if verdict.reasons else (f"Verdict: {_GOOD}", "use"))),
+        Text(f"Verdict: {_BAD if verdict.reasons else _GOOD}", level="do_not_use" if verdict.reasons else "use"),
         *evidence.reason_blocks(verdict),
         Table(f"Torques of {result.title}", headings, rows),
         Notes(told),
