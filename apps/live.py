@@ -22,7 +22,7 @@ import numpy as np
 from ..common.arrays import Array
 from ..common.errors import InputError
 from ..common.files import write_bytes
-from .parquet import parquet_bytes
+from .extras import parquet_bytes
 
 PORT, SCRIPT_PORT = 30004, 30002
 """Ports of RTDE, and of the secondary client interface, which takes scripts."""

@@ -17,8 +17,8 @@ from ...common.errors import InputError, printable
 from .. import live
 from ..export import controllers
 from ..export.load import read_load
+from ..extras import extra
 from ..numbers import six
-from ..parquet import pyarrow_for
 from . import values
 from .entry import CONTROLLER, SETTING, command
 from .progress import note, quiet, status, withheld
@@ -44,7 +44,7 @@ def run_record(
     *,
     seconds: values.Seconds = 30.0,
     rate: _Rate | None = None,
-    out: Annotated[str, values.Writes("file", live.SUFFIXES), Parameter(metavar="F")],
+    out: Annotated[str, values.Named("file", endings=live.SUFFIXES), Parameter(metavar="F")],
     host: _Host,
     port: _Port = live.PORT,
 ) -> None:
@@ -59,7 +59,7 @@ def run_record(
         port: Its port of RTDE (default: 30004).
     """
     if out.lower().endswith(".parquet"):  # before anything is recorded that cannot be written
-        pyarrow_for(f"{out}: Parquet", "install dynident[logs], or write .csv")
+        extra("pyarrow", f"{out}: Parquet needs pyarrow: install dynident[logs], or write .csv")
     fault = ""
     with live.Client(host, port) as client:
         client.start(live.FIELDS, rate)

@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
 from cyclopts import Parameter
@@ -18,7 +17,7 @@ from ...model.motion import Measurement
 from .. import logs
 from .. import view as views
 from ..export.motion import WrittenMotion, design_head
-from ..export.motions.val3 import check_val3, val3_replay
+from ..export.motions.val3 import val3_replay
 from ..logs.map import read_log_map
 from ..logs.read import read_recording
 from ..report.documents import JudgedMotion, as_recorded, design_document, planned
@@ -28,7 +27,7 @@ from .entry import MOTION, SEARCH, SETTING, Options, command
 from .motions import GoalOptions, LimitOptions, MotionFiles, RehearsedRobotOptions, best_motion, in_si
 from .options import PageOptions, ViewOptions
 from .progress import note, status
-from .values import Count, Positions, Reads, Seconds, Seed, number, numbers, positive_number, whole, word
+from .values import Count, Named, Positions, Seconds, Seed, number, numbers, positive_number, whole, word
 
 _SEARCH = Parameter(group=SEARCH)
 _REPLAY_RATE = 500.0  # Hz
@@ -36,12 +35,13 @@ _PLANNED_RATE = 250.0  # Hz: at which a planned motion is looked at, at least
 _ZERO = 1e-9  # SI units: what standard parameters leave where they cancel
 
 _Planned = Annotated[
-    str, Reads("motion"), Parameter(metavar="LOG", help="A log, or a CSV of t, q and perhaps qd, qdd.")
+    str, Named("input", "motion"), Parameter(metavar="LOG", help="A log, or a CSV of t, q and perhaps qd, qdd.")
 ]
 
 
 class _Request(Options, group=MOTION):
     belongs: ClassVar = {"ramp": ("segments", ("trapezoid",))}
+    instead: ClassVar = {"via_points": "fourier"}
 
     via_points: Annotated[int, word(partial(whole, least=3), "N")] = 14
     """Number of points (default: 14)."""
@@ -75,7 +75,6 @@ class _Request(Options, group=MOTION):
             if self.segment_durations is not None:
                 self.refuse("max_duration", "has no effect: segment-durations fixes the duration, leave it out")
         else:
-            self.refuse("via_points", "and --fourier: give one of them")
             for name in ("rest", "max_duration", "segments", "ramp", "segment_durations"):
                 self.refuse(name, "belongs to --via-points: --fourier takes --duration")
         super().check()
@@ -117,9 +116,7 @@ def run(
     robot = arm.load()
     problem, reference, labels = build_request(limits.of(robot), request.shape(robot), goal)
     robot, kind = problem.robot, problem.criterion.kind
-    files.check_robot(robot)
-    if files.val3:
-        check_val3(robot, not request.fourier, Path(files.val3).name)
+    files.check_robot(robot, not request.fourier)
 
     def words(best: float | None) -> str:
         text = None if best is None else criterion_text(kind, best)
@@ -128,10 +125,9 @@ def run(
     design = best_motion(problem, request.seed, request.starts, words)
     floor = floor_of(problem, design.score.value, request.seed) if request.bound else None
     judged = JudgedMotion.of(design)._replace(reference=reference, labels=labels, floor=floor)
-    head, name = design_head(design, judged.learnt), Path(files.val3 or "").name
-    written = WrittenMotion(robot, design.plan, problem.bounds, head, name=name)
+    written = WrittenMotion(robot, design.plan, problem.bounds, design_head(design, judged.learnt))
     if files.val3:  # what a controller would make of the via points if its profiles are trapezoidal
-        profile = val3_replay(written).motion(_REPLAY_RATE)
+        profile = val3_replay(files.asked(written)["val3"][1]).motion(_REPLAY_RATE)
         judged = judged._replace(replay=trajectories.score_motion(problem, profile))
     estimated = () if problem.payloads is not None else ("val3",)
     files.check_replays(limits.whole(problem), written, *estimated)

@@ -11,7 +11,7 @@ from dataclasses import MISSING, dataclass, fields, is_dataclass
 from difflib import get_close_matches
 from itertools import chain
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, TypeVar, dataclass_transform, get_args, get_type_hints
+from typing import Annotated, Any, ClassVar, dataclass_transform, get_args, get_type_hints
 
 from cyclopts import UNSET, App, Argument, CoercionError, CycloptsError, Group, Parameter, Token
 from cyclopts import ArgumentCollection as Arguments
@@ -22,7 +22,7 @@ from ...common.errors import InputError
 from ...common.files import is_device, keeping, place_of
 from . import ANSWERED, BAD_INPUT, COMMANDS, DO_NOT_USE
 from .progress import Manner, speaking, version_lines
-from .values import Reads, Writes
+from .values import Named
 
 MOTION = Group.create_ordered("motion")
 GOAL = Group.create_ordered("what to learn")
@@ -38,7 +38,6 @@ SETTING = Parameter(show=False)
 """A key of the settings file (``--config``): rarely changed, and no option; docs/settings.md has all."""
 
 _HEAD = "# Options of a run, repeated by: dynident "
-_Mark = TypeVar("_Mark", Reads, Writes)
 _ASKING = {"--help", "-h", "--version"}
 
 
@@ -54,6 +53,8 @@ class Options:
     """Options, and those of which one must be given for them to have an effect."""
     belongs: ClassVar[Mapping[str, tuple[str, tuple[str | None, ...]]]] = {}
     """Options, the one that chooses, and the choices with which they count; None stands for no choice."""
+    instead: ClassVar[Mapping[str, str]] = {}
+    """Options, and those in whose place they stand: not both may be given."""
 
     def __init_subclass__(cls, group: Group | None = None) -> None:
         """Make the class a dataclass whose fields cyclopts takes for options of the command."""
@@ -68,6 +69,9 @@ class Options:
         for option, needed in self.needs.items():
             if not any(map(self.has, needed)):
                 self.refuse(option, f"has no effect without {' or '.join(map(self.shown, needed))}")
+        for option, other in self.instead.items():
+            if self.has(other):
+                self.refuse(option, f"and {self.shown(other)}: give one of them")
         for option, (chooser, choices) in self.belongs.items():
             if (choice := getattr(self, chooser)) not in choices:
                 known = " or ".join(filter(None, choices))
@@ -92,7 +96,9 @@ class Options:
 class TerminalOptions(Options, group=TERMINAL):
     """Settings file, and how much is printed."""
 
-    config: Annotated[str | None, Reads("options"), Parameter(metavar="TOML")] = None
+    instead: ClassVar = {"quiet": "verbose"}
+
+    config: Annotated[str | None, Named("input", "options"), Parameter(metavar="TOML")] = None
     """Options and rarer settings (docs/settings.md) from a file, as every report writes one; what is typed goes
     first."""
     quiet: bool = False
@@ -109,11 +115,11 @@ class Call:
     command: str  # its name, "robot show"
     arguments: Arguments  # every option, with the words that it was given
 
-    def named(self, kind: type[_Mark]) -> Iterator[tuple[str, _Mark, str]]:
-        """Paths that options name: the option, its mark, and the path."""
+    def named(self, *, reads: bool) -> Iterator[tuple[str, Named, str]]:
+        """Paths of inputs, or of what is written: the option that names it, its mark, and the path."""
         for argument in self.arguments:
             for mark in marks(argument.field_info.annotation):
-                if isinstance(mark, kind):
+                if isinstance(mark, Named) and (mark.kind == "input") is reads:
                     for token in argument.tokens:
                         yield shown_name(argument), mark, token.value
 
@@ -180,14 +186,12 @@ def command(run: Callable[..., bool | None]) -> Callable[..., int]:
 
     def called(*arguments: Any, terminal: TerminalOptions, **options: Any) -> int:
         call = CALL.get()
-        if terminal.quiet and terminal.verbose:
-            raise InputError("--quiet and the setting verbose: give one of them")
         check_paths(call)
-        for part in options.values():
+        for part in (terminal, *options.values()):
             if isinstance(part, Options):
                 part.check()
         manner: Manner = "quiet" if terminal.quiet else "verbose" if terminal.verbose else "plain"
-        with keeping([path for _, _, path in call.named(Reads)]), speaking(manner, call.command):
+        with keeping([path for _, _, path in call.named(reads=True)]), speaking(manner, call.command):
             return DO_NOT_USE if run(*arguments, **options) is False else ANSWERED
 
     called.__doc__, called.__annotations__ = run.__doc__, {part.name: part.annotation for part in parts}
@@ -256,10 +260,10 @@ def shown_name(argument: Argument) -> str:
 def check_paths(call: Call) -> None:
     """Refuse what cannot be written, or would overwrite an input or another output, before any work is done."""
     # A shipped robot's name is no file; folders may hold what several options write.
-    read = ((place_of(path), name) for name, _, path in call.named(Reads) if path)
+    read = ((place_of(path), name) for name, _, path in call.named(reads=True) if path)
     owners = {place: name for place, name in read if place.exists()}
     folders: dict[Path, str] = {}
-    for name, mark, path in chain(call.named(Writes), _beside_report(call)):
+    for name, mark, path in chain(call.named(reads=False), _beside_report(call)):
         if (mark.kind, path) == ("stream", "-"):
             continue
         place = place_of(path)
@@ -341,7 +345,7 @@ def _unknown(words: Sequence[str], arguments: Arguments) -> str:
     return ""
 
 
-def _beside_report(call: Call) -> Iterator[tuple[str, Writes, str]]:
+def _beside_report(call: Call) -> Iterator[tuple[str, Named, str]]:
     """The file beside a report, as ``Call.named`` tells files that are written."""
     for page in call.given("--report"):
         if (path := call.settings_file(page)) is None:
@@ -351,4 +355,4 @@ def _beside_report(call: Call) -> Iterator[tuple[str, Writes, str]]:
                 f"--report {page!r}: {path} beside it would be overwritten, which holds no options of a "
                 "run: move it, or give the report another name"
             )
-        yield "--report's options", Writes("file"), str(path)
+        yield "--report's options", Named("file"), str(path)

@@ -17,9 +17,9 @@ from ...common.progress import each, silent
 from .. import logs
 from ..fleet.comparing import arm_of, excess, fleet_of, side_by_side, widened
 from ..fleet.reduction import dask_executor, reduce_fleet
-from ..fleet.store import Recipe, RefusedDocument, Store, catalog, found_logs
+from ..fleet.store import Recipe, Store, catalog, found_logs
 from ..report.sections.fleet import compared_report, fleet_report, reduced_report
-from .entry import Options, command
+from .entry import command
 from .options import GainOptions, PageOptions, ProcessingOptions, ResultOptions, RobotOptions
 from .progress import note, status
 from .values import LOG, Count, DataFiles, NewFolder
@@ -28,37 +28,37 @@ _Store = Annotated[str, Parameter(metavar="STORE", help="The --store of 'dyniden
 _Logs = Annotated[DataFiles, Parameter(help="Recordings of one robot without payload.")]
 
 
-class _Reduce(Options):
-    store: NewFolder
-    """Folder of the reduced recordings."""
-    pattern: Annotated[str, Parameter(metavar="PATH")] = ""
-    """Ends of paths, such as '{arm}/{day}.csv', or with {payload} (reported, kg); * stands for anything else."""
-    workers: Count = 1
-    """Processes of this machine (default: 1, this one)."""
-    cluster: Annotated[str | None, Parameter(metavar="ADDRESS")] = None
-    """A Dask scheduler, tcp://host:8786, whose workers do it."""
-
-
 @command
 def run_reduce(
     data: Annotated[tuple[str, ...], LOG, Parameter(help="Logs without payload: files, folders, globs.")],
     *,
     arm: RobotOptions,
-    request: _Reduce,
+    store: NewFolder,
+    pattern: Annotated[str, Parameter(metavar="PATH")] = "",
+    workers: Count = 1,
+    cluster: Annotated[str | None, Parameter(metavar="ADDRESS")] = None,
     drives: GainOptions,
     processing: ProcessingOptions,
     files: ResultOptions,
 ) -> bool:
-    """Run ``fleet reduce``."""
+    """Run ``fleet reduce``.
+
+    Args:
+        store: Folder of the reduced recordings.
+        pattern: Ends of paths, such as '{arm}/{day}.csv', or with {payload} (reported, kg); * stands for anything
+            else.
+        workers: Processes of this machine (default: 1, this one).
+        cluster: A Dask scheduler, tcp://host:8786, whose workers do it.
+    """
     setup = processing.setup(arm.load())
-    entries = catalog(found_logs(data), request.pattern)
+    entries = catalog(found_logs(data), pattern)
     gains = drives.errors(setup, [], [])
     gains = replace(gains, notes=()) if gains is not None else None  # notes speak of single recordings
     recipe = Recipe(setup.processing, setup.gains, gains, setup.log_map)
-    cluster = dask_executor(request.cluster) if request.cluster else nullcontext(request.workers)
-    with status("reducing") as progress, cluster as workers:
+    executor = dask_executor(cluster) if cluster else nullcontext(workers)
+    with status("reducing") as progress, executor as able:
         told = partial(progress, "reducing")
-        reduced = reduce_fleet(entries, setup.robot, request.store, recipe, workers, told)
+        reduced = reduce_fleet(entries, setup.robot, store, recipe, able, told)
     if reduced.workers_lost:
         note(f"workers were lost {reduced.workers_lost} times and replaced: nothing is lost, nothing counts twice")
     files.give(reduced_report(reduced), lambda: reduced, {})
@@ -70,8 +70,7 @@ def run_report(store: _Store, *, files: PageOptions) -> None:
     """Run ``fleet report``."""
     opened = Store.opened(store)
     every = opened.logs()
-    refused = [RefusedDocument(log.file, log.wrong) for log in every if log.wrong]
-    logs = sorted((log for log in every if not log.wrong), key=lambda log: log.arm or "")
+    logs = sorted((log for log in every if not log.reason), key=lambda log: log.arm or "")
     if not logs:
         raise InputError(f"{opened.root}: no recording in it")
     arms, done = [], 0
@@ -80,7 +79,7 @@ def run_report(store: _Store, *, files: PageOptions) -> None:
             arms.append(arm_of([opened.read(log.key) for log in own]))
             done += len(arms[-1].days)
             progress("reading nights", done / len(logs))
-    told = fleet_of(arms, refused)
+    told = fleet_of(arms, [log for log in every if log.reason])
     files.give(fleet_report(told), lambda: told, {"robot": told.arms[0]})
 
 

@@ -23,11 +23,12 @@ from ..export import motions
 from ..export.motion import WrittenMotion
 from ..export.motions.ros2 import check_joint_names
 from ..export.motions.urscript import CONTROLLER_RATE, check_urscript
+from ..export.motions.val3 import check_val3
 from . import values
 from .entry import GOAL, LIMITS, SETTING, Options
 from .options import PageOptions, RobotOptions
 from .progress import note, status
-from .values import Names, NewFile, Reads, Seconds, Share, checked, number, numbers, positive_number, share, word
+from .values import Named, Names, NewFile, Seconds, Share, checked, number, numbers, positive_number, share, word
 
 _REPLAY_RATE = 1000.0  # Hz: at which controllers' own curves are looked at, and at their turns
 
@@ -66,7 +67,7 @@ _Noise = Annotated[tuple[_Level | None, float | None], word(_noise, "S|S1,S2,..[
 _Columns = Annotated[tuple[str, ...], word(values.names_list, "NAME,..|payload")]
 _Acceleration = Annotated[_Level, word(_acceleration, "A|A1,A2,..")]
 _Torques = Annotated[str | tuple[float, ...], word(partial(values.numbers_or, "none"), "T|T1,T2,..")]
-_Heaviest = Annotated[str, Reads("heaviest payload"), Parameter(metavar="KG[@X,Y,Z]|TOML")]
+_Heaviest = Annotated[str, Named("input", "heaviest payload"), Parameter(metavar="KG[@X,Y,Z]|TOML")]
 _Region = Annotated[tuple[tuple[float, ...], bool], word(_region, "R|A,B,C|box:A,B,C")]
 _Rate = Annotated[float, word(positive_number, "HZ")]
 
@@ -90,16 +91,12 @@ class RehearsedRobotOptions(RobotOptions):
 class NoiseOptions(Options, group=GOAL):
     """Torque noise of a recording: told, what an earlier one shows, or assumed."""
 
+    instead: ClassVar = {"like": "torque_noise"}
+
     torque_noise: _Noise | None = None
     """Sigma per joint [N·m or N], or 10% of the limits; @HZ: independent samples a second (default: 10)."""
-    like: Annotated[str | None, Reads("like"), Parameter(metavar="JSON")] = None
+    like: Annotated[str | None, Named("input", "like"), Parameter(metavar="JSON")] = None
     """Noise as an earlier recording of the arm shows it: --json of identify or payload."""
-
-    def check(self) -> None:
-        """Refuse two sources."""
-        super().check()
-        if self.torque_noise is not None:
-            self.refuse("like", "and --torque-noise: give one of them")
 
     def noise(
         self,
@@ -145,7 +142,7 @@ class GoalOptions(NoiseOptions):
     """Parameters to be estimated (default: base), or the payload's ten, the robot being known."""
     parameters: Annotated[Names | None, SETTING] = None
     """Parameters that count, for criteria d and a (default: all)."""
-    data_from: tuple[Annotated[str, Reads("earlier data"), Parameter(metavar="F")], ...] = ()
+    data_from: tuple[Annotated[str, Named("input", "earlier data"), Parameter(metavar="F")], ...] = ()
     """Earlier data: --npz of identify or payload, or --json of identify (d and a); repeatable."""
     data_length: Annotated[Seconds | None, SETTING] = None
     """Length of the recording to come [s]."""
@@ -225,6 +222,9 @@ class Limited(NamedTuple):
 class LimitOptions(Options, group=LIMITS):
     """Limits of the joints, the robot's parameters for its torques, and the scene."""
 
+    needs: ClassVar = {"within": ("heaviest_payload",)}
+    instead: ClassVar = {"no_floor": "scene"}  # which names its own floor
+
     speed_override: Annotated[float, word(number, "SHARE")] = 1.0
     """Share of the speed limits (default: 1)."""
     acceleration: Annotated[_Acceleration | None, SETTING] = None
@@ -239,18 +239,10 @@ class LimitOptions(Options, group=LIMITS):
     """Torque limits hold for every payload up to --heaviest-payload in a ball, ellipsoid or box there [m]."""
     torque_margin: Annotated[Share, SETTING] = 0.0
     """Share of the torque limits that stays free, such as 10%."""
-    scene: Annotated[str | None, Reads("scene"), Parameter(metavar="TOML"), SETTING] = None
+    scene: Annotated[str | None, Named("input", "scene"), Parameter(metavar="TOML"), SETTING] = None
     """File of floor, walls, and bodies that keep clear of each other, in the place of those assumed."""
     no_floor: bool = False
     """No floor at the base's height, as for an arm on a pedestal (nor the wall or ceiling it hangs from)."""
-
-    def check(self) -> None:
-        """Refuse a region of payloads of which none is named, and floors twice."""
-        super().check()
-        if self.scene is not None and self.no_floor:
-            raise InputError("--no-floor has no effect with a scene, which names its own floor: leave it out")
-        if self.heaviest_payload is None:
-            self.refuse("within", "needs --heaviest-payload KG[@X,Y,Z]: the largest mass there")
 
     def of(self, robot: model.Robot) -> Limited:
         """A robot with these limits, its parameters from ``--robot-parameters``, or a stand-in."""
@@ -355,12 +347,14 @@ class MotionFiles(PageOptions):
     val3: values.NewFolder | None = None
     """VAL3 application of via points, best with --segments trapezoid; made if missing."""
 
-    def check_robot(self, robot: model.Robot) -> None:
+    def check_robot(self, robot: model.Robot, via_points: bool) -> None:
         """Refuse what a format has no place for, before the search."""
         if self.ros2:
             check_joint_names(self.joint_names, robot.n)
         if self.urscript:
             check_urscript(robot, self.controller_rate)
+        if self.val3:
+            check_val3(robot, via_points, Path(self.val3).name)
 
     def asked(self, written: WrittenMotion) -> dict[str, tuple[str, WrittenMotion]]:
         """The formats asked for by name: where each is to be written, and the motion at its rate."""
@@ -371,7 +365,8 @@ class MotionFiles(PageOptions):
             "urscript": (self.urscript, replace(written, rate=self.controller_rate)),
         }
         if self.val3:  # the application's database, which the rest of it stands beside
-            files["val3"] = (str(Path(self.val3) / f"{written.name}.dtx"), written)
+            name = Path(self.val3).name
+            files["val3"] = (str(Path(self.val3) / f"{name}.dtx"), replace(written, name=name))
         return {name: (path, motion) for name, (path, motion) in files.items() if path}
 
     def check_replays(self, problem: trajectories.DesignProblem, written: WrittenMotion, *estimated: str) -> None:
@@ -381,11 +376,12 @@ class MotionFiles(PageOptions):
         formats is ``estimated``, too roughly to refuse a motion for.
         """
         for name, (_, motion) in self.asked(written).items():
-            if name in estimated or (replay := motions.FORMATS[name].replay) is None:
+            form = motions.FORMATS[name]
+            if name in estimated or form.replay is None:
                 continue
-            run = replay(motion)
-            for limit in trajectories.missed_on_replay(problem, run.plan, _REPLAY_RATE):
-                raise InputError(f"as {run.text} the motion does not keep its limits ({limit}): {run.advice}")
+            for limit in trajectories.missed_on_replay(problem, form.replay(motion), _REPLAY_RATE):
+                does, advice = form.replayed
+                raise InputError(f"as {does} the motion does not keep its limits ({limit}): {advice}")
 
     def write(self, written: WrittenMotion) -> None:
         """Write a motion with its head in the formats asked for."""

@@ -17,7 +17,6 @@ from ...trajectories.motions.fourier import check_pose
 from .. import view as views
 from ..export import motions
 from ..export.motion import WrittenMotion
-from ..export.motions.val3 import check_val3
 from ..report.blocks import Report
 from ..report.documents import FIGURE_RATE, NearResult, near_document
 from ..report.sections.motion import near_head, near_report, second_pose_note, visibility_table
@@ -40,6 +39,7 @@ class NearOptions(Options, group=MOTION):
     """Pose, moving joints, ranges and time, and knowledge of the payload."""
 
     needs: ClassVar = dict.fromkeys(("poses", "hold", "approach"), ("static",))
+    instead: ClassVar = dict.fromkeys(("second_pose", "duration", "ladder"), "static")
 
     pose: values.Positions
     """Pose of the arm [deg or m]."""
@@ -67,12 +67,6 @@ class NearOptions(Options, group=MOTION):
     """Seed of the random starts (default: 0)."""
     starts: Annotated[values.Count | None, SETTING] = None
     """Random starts of the search (default: 1, with --static 6)."""
-
-    def check(self) -> None:
-        """Refuse options of the other kind of motion."""
-        super().check()
-        for option in ("second_pose", "duration", "ladder") if self.static else ():
-            self.refuse(option, "is for a motion that does not rest: leave it out, or --static")
 
     def bounded_by(self, payload: PayloadBounds | None) -> NearOptions:
         """These options with an expected mass no heavier than every payload within bounds."""
@@ -144,24 +138,20 @@ def run(
 ) -> None:
     """Visibility first, then the design."""
     robot = arm.load()
-    files.check_robot(robot)
-    application = Path(files.val3 or "").name
-    if files.val3:
-        check_val3(robot, options.static, application)
+    files.check_robot(robot, options.static)
     limited = limits.of(robot)
     robot, bounds, payload = limited.robot, limited.bounds, limited.loads.heaviest
     options = options.bounded_by(payload)
-    knowledge, hint = (options.expected, options.mass[1]), None
+    stiction = [trajectories.ASSUMED_STICTION] if options.static else []
+    sigma, rate, source = noise.noise(robot, bounds, *stiction)
+    goal = trajectories.NearGoal(sigma, rate, options.expected, options.mass[1], source)
     if options.static:
         files.refuse("rehearsal", "has no effect with --static: run it at a low speed override first")
         if noise.torque_noise is not None and noise.torque_noise[1] is not None:
             raise InputError("--torque-noise: at rest each approach is one sample: leave @HZ out")
-        sigma, _, source = noise.noise(robot, bounds, trajectories.ASSUMED_STICTION)
-        goal = trajectories.NearGoal(sigma, 1.0 / options.hold, *knowledge, source)
+        goal, hint = replace(goal, rate=1.0 / options.hold), None
         shape: trajectories.NearShape | trajectories.StaticShape = _static_shape(options, robot, bounds)
     else:
-        sigma, rate, source = noise.noise(robot, bounds)
-        goal = trajectories.NearGoal(sigma, rate, *knowledge, source)
         shape, hint = _shape(options, robot, goal, bounds)
     visibility = shape.visibility(robot)
     try:
@@ -193,7 +183,7 @@ def run(
             )
     result = NearResult(design, shape, visibility, goal.predicted(robot, design.plan, shape.joints), ladder)
     hints = [second_pose_note(result.poses[0], hint)] if hint is not None else []
-    written = WrittenMotion(robot, design.plan, bounds, near_head(result, 1.0), name=application)
+    written = WrittenMotion(robot, design.plan, bounds, near_head(result, 1.0))
     files.check_replays(limits.whole(design.problem), written, "val3")
     shown = near_report(result, options.expected, hints, samples)
     files.give(shown, lambda: near_document(result), {})

@@ -28,7 +28,7 @@ from ..report.terminal import print_blocks, print_report
 from . import values
 from .entry import CALL, FILES, KNOWN, LOGS, SETTING, Options, about
 from .progress import note, quiet, status
-from .values import Reads, number, numbers, texts, word
+from .values import Named, number, numbers, texts, word
 
 if TYPE_CHECKING:
     from ..report.blocks import Report
@@ -45,7 +45,7 @@ _Texts = Annotated[tuple[str, ...], word(texts, "A,B,..")]
 _Units = Annotated[tuple[str, ...], word(texts, "q=deg,..")]
 _Signs = Annotated[tuple[float, ...], word(numbers, "1,-1,..")]
 _given_or_file = partial(values.numbers_or, ".json")
-_Gains = Annotated[tuple[float, ...] | str, Reads("drive gains"), word(_given_or_file, "K|K1,K2,..|JSON")]
+_Gains = Annotated[tuple[float, ...] | str, Named("input", "drive gains"), word(_given_or_file, "K|K1,K2,..|JSON")]
 _Errors = Annotated[tuple[tuple[float, ...], float], word(values.gain_errors, "2%|S1,S2,..%|common=1%")]
 _Box = Annotated[tuple[float, ...], word(partial(numbers, count=6), "X0,X1,Y0,Y1,Z0,Z1")]
 _Ellipsoid = Annotated[tuple[float, ...], word(partial(numbers, count=6), "X,Y,Z,A,B,C")]
@@ -124,10 +124,12 @@ class Setup:
                 note(text)
         return recordings
 
-    def settings(self, progress: Progress, **asked: Any) -> estimation.Settings:
-        """Settings of an estimation with what is asked for; where that is None, the default counts."""
+    def settings(self, progress: Progress, request: object = None, **more: Any) -> estimation.Settings:
+        """Settings of an estimation as a request has them by their names; where one is None, the default counts."""
+        names = (entry.name for entry in fields(estimation.Settings))
+        asked = {name: getattr(request, name, None) for name in names} | more
         given = {name: value for name, value in asked.items() if value is not None}
-        return estimation.Settings(self.processing, progress=progress, **given)
+        return estimation.Settings(self.processing, **{"progress": progress, **given})
 
     def in_words(self) -> dict[str, str]:
         """Robot and processing for the report."""
@@ -363,7 +365,7 @@ class PageOptions(ResultOptions):
         """Write page and figures, as far as they were asked for; ``settings_text``: of processing."""
         if self.report:
             call = CALL.get()
-            named = ((mark.role, path) for _, mark, path in call.named(Reads) if mark.role != "options")
+            named = ((mark.role, path) for _, mark, path in call.named(reads=True) if mark.role != "options")
             files = [(role, path, checksum(path)) for role, path in named if Path(path).is_file()]
             write_report(
                 self.report, shown, Provenance(shlex.join(["dynident", *call.words]), files, settings_text)

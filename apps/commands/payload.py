@@ -94,16 +94,7 @@ def run(
     gains = drives.errors(setup, loaded, unloaded, stored)
     with status("reading") as progress, _constraints_solved():
         methods = None if request.method == "all" else (int(request.method),)
-        settings = setup.settings(
-            progress,
-            methods=methods,
-            gains=gains,
-            essential=request.essential,
-            friction=request.friction,
-            friction_change=request.friction_change,
-            free_friction=request.free_friction,
-            scale_sigma=request.scale_sigma,
-        )
+        settings = setup.settings(progress, request, methods=methods, gains=gains)
         known = stored.estimate if stored else None
         problem = estimation.payload_problem(setup.robot, loaded, unloaded, known, settings)
         progress("estimating")
@@ -121,6 +112,7 @@ def run(
 
 class _Weigh(_Compared):
     needs: ClassVar = {"friction_change": ("robot_parameters",)}  # a difference of torques frees friction
+    instead: ClassVar = dict.fromkeys(("robot_parameters", "moving"), "static")
 
     moving: values.Joints | None = None
     """Joints that move; seen by default."""
@@ -149,11 +141,9 @@ def run_weigh(
     loaded, unloaded = setup.read(request.loaded), setup.read(request.unloaded)
     gains = drives.errors(setup, loaded, unloaded, stored)
     with status("reading") as progress, _constraints_solved():
-        change, known = request.friction_change, stored.estimate if stored else None
-        settings = setup.settings(progress, friction_change=change, joints=request.moving, gains=gains)
+        known = stored.estimate if stored else None
+        settings = setup.settings(progress, request, joints=request.moving, gains=gains)
         if request.static:
-            for option in ("robot_parameters", "moving"):
-                request.refuse(option, "is not used with --static: recordings are compared, of all joints")
             result = estimation.weigh_at_rest(robot, loaded, unloaded, constraints, settings)
         else:
             result = estimation.weigh(robot, loaded, unloaded, known, constraints, settings)

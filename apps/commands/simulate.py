@@ -27,9 +27,9 @@ from .entry import SETTING, Options, command
 from .motions import RehearsedRobotOptions
 from .options import ViewOptions, print_lines
 from .progress import status
-from .values import NewFolder, PayloadFile, Reads, Seed, Share, levels, number, share, where, word
+from .values import Named, NewFolder, PayloadFile, Seed, Share, levels, number, share, where, word
 
-_Trajectory = Annotated[str, Reads("trajectories"), Parameter(metavar="CSV")]
+_Trajectory = Annotated[str, Named("input", "trajectories"), Parameter(metavar="CSV")]
 
 _SHARE = 0.08
 _POINTS = 16
@@ -110,14 +110,8 @@ def run(*, arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) ->
     truth = f"{folder / 'truth.toml'}: what is true of them"
     print_lines(*lines, truth, *assumed_notes(experiment.robot, *SIMULATED))
 
-    def scene() -> views.View:
-        shown = None
-        if payload is not None:  # known exactly
-            com = payload.com
-            shown = views.ShownPayload(payload.mass, com, np.column_stack([com, com]), payload.inertia_com)
-        return views.view_of(robot, experiment.runs[-1].exact.motion, payload=shown)
-
-    view.write_view(scene)
+    shown = (np.column_stack([payload.com] * 2), payload) if payload is not None else None  # known exactly
+    view.write_view(lambda: views.view_of(robot, experiment.runs[-1].exact.motion, payload=shown))
 
 
 def _references(

@@ -27,17 +27,12 @@ _COUNTS = 1_000_000
 _Value = TypeVar("_Value")
 
 
-class Reads(NamedTuple):
-    """Marks an option that names a file to read, and what it is for."""
+class Named(NamedTuple):
+    """Marks an option that names a file to read, or what is written; "-" is the standard output."""
 
-    role: str
-
-
-class Writes(NamedTuple):
-    """Marks an option that names what is written: a file, a folder, or a file or "-" for standard output."""
-
-    kind: Literal["file", "folder", "stream"]
-    endings: tuple[str, ...] = ()  # that its name may have; any by default
+    kind: Literal["input", "file", "folder", "stream"]
+    role: str = ""  # of an input: what it is for
+    endings: tuple[str, ...] = ()  # that the name of what is written may have; any by default
 
 
 def checked(value: _Value, good: bool, text: str, words: str) -> _Value:
@@ -254,16 +249,16 @@ Essential = Annotated[StopRule, word(stop_rule, "RATIO|PERCENT")]
 
 LOG = Parameter(metavar="LOG")
 SEVERAL = Parameter(consume_multiple=True)
-DataFiles = Annotated[tuple[Annotated[str, Reads("without payload"), LOG], ...], SEVERAL]
-LoadedFiles = Annotated[tuple[Annotated[str, Reads("with payload"), LOG], ...], SEVERAL]
-HeldOutFiles = Annotated[tuple[Annotated[str, Reads("held out"), LOG], ...], SEVERAL]
-RobotFile = Annotated[str, Reads("robot"), Parameter(metavar="NAME|FILE")]
-RobotParametersFile = Annotated[str, Reads("robot's parameters"), Parameter(metavar="JSON")]
-LogMapFile = Annotated[str, Reads("log map"), Parameter(metavar="TOML")]
-PayloadFile = Annotated[str, Reads("payload"), Parameter(metavar="TOML")]
-PayloadResultFile = Annotated[str, Reads("payload"), Parameter(metavar="PAYLOAD.json")]
-NewFile = Annotated[str, Writes("file"), Parameter(metavar="F")]
-NewDrawing = Annotated[str, Writes("file", (".png", ".svg", ".pdf")), Parameter(metavar="F")]
-NewFolder = Annotated[str, Writes("folder"), Parameter(metavar="DIR")]
-NewPage = Annotated[str, Writes("file"), Parameter(metavar="F.html")]
-Stream = Annotated[str, Writes("stream"), word(path_or_dash, "F")]
+DataFiles = Annotated[tuple[Annotated[str, Named("input", "without payload"), LOG], ...], SEVERAL]
+LoadedFiles = Annotated[tuple[Annotated[str, Named("input", "with payload"), LOG], ...], SEVERAL]
+HeldOutFiles = Annotated[tuple[Annotated[str, Named("input", "held out"), LOG], ...], SEVERAL]
+RobotFile = Annotated[str, Named("input", "robot"), Parameter(metavar="NAME|FILE")]
+RobotParametersFile = Annotated[str, Named("input", "robot's parameters"), Parameter(metavar="JSON")]
+LogMapFile = Annotated[str, Named("input", "log map"), Parameter(metavar="TOML")]
+PayloadFile = Annotated[str, Named("input", "payload"), Parameter(metavar="TOML")]
+PayloadResultFile = Annotated[str, Named("input", "payload"), Parameter(metavar="PAYLOAD.json")]
+NewFile = Annotated[str, Named("file"), Parameter(metavar="F")]
+NewDrawing = Annotated[str, Named("file", endings=(".png", ".svg", ".pdf")), Parameter(metavar="F")]
+NewFolder = Annotated[str, Named("folder"), Parameter(metavar="DIR")]
+NewPage = Annotated[str, Named("file"), Parameter(metavar="F.html")]
+Stream = Annotated[str, Named("stream"), word(path_or_dash, "F")]

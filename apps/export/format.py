@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pkgutil import iter_modules
-from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from ...common.errors import printable
 
@@ -13,14 +13,6 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 _ASCII = str.maketrans({"±": "+-", "·": " ", "ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue"})
-
-
-class Replay(NamedTuple):
-    """A motion as a controller runs it, what the controller does, and advice where that does not keep a limit."""
-
-    plan: "Plan"
-    text: str
-    advice: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,6 +32,7 @@ class Format(Generic[T]):
         comment: what goes before and after a line of the head.
         beside: further files that belong to the text, by name.
         replay: what a controller makes of a motion's file, by its own interpolation.
+        replayed: that in words, and advice where it does not keep a limit.
     """
 
     title: str
@@ -53,7 +46,8 @@ class Format(Generic[T]):
     first_line: str = ""
     comment: tuple[str, str] = ("# ", "")
     beside: Callable[[T], Mapping[str, str]] = lambda value: {}
-    replay: Callable[[T], Replay] | None = None
+    replay: Callable[[T], "Plan"] | None = None
+    replayed: tuple[str, str] = ("", "")
     name: str = ""
 
     def text(self, value: T) -> str:

@@ -8,6 +8,7 @@ nights before.
 
 from collections import Counter
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -18,15 +19,16 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.schema import Document, Matrix, Vector, Worked
 from ...estimation.equations.equations import PAYLOAD, Equations, merged
-from ...estimation.fit.covariance import jackknife, student95
+from ...estimation.fit.covariance import student95
 from ...estimation.fit.estimate import Estimate
 from ...estimation.fit.least_squares import weighted
 from ...estimation.fit.linear_problem import LinearProblem
+from ...estimation.payload.methods import jackknifed
 from ...estimation.results.parts import Number
 from ...model.drives import parameter_kind
 from ...model.friction import is_friction
 from ...model.regressors import payload_columns
-from .store import RefusedDocument, Stored
+from .store import Log, Stored
 
 TINY = np.finfo(float).tiny ** 0.25
 """No standard deviation of anything measured is smaller."""
@@ -201,10 +203,10 @@ class Fleet(Worked, frozen=True):
     changed: tuple[Series, ...]
     last: tuple[Series, ...]
     odd: tuple[OddDocument, ...]
-    refused: tuple[RefusedDocument, ...]
+    refused: tuple[Log, ...]
 
 
-def fleet_of(arms: Sequence[Arm], refused: Sequence[RefusedDocument] = ()) -> Fleet:
+def fleet_of(arms: Sequence[Arm], refused: Sequence[Log] = ()) -> Fleet:
     """Compare each arm's last night with those before, and arms with each other; ``refused``: logs left out."""
     arms = sorted(arms, key=lambda arm: arm.name)
     names, last = tuple(arm.name for arm in arms), tuple(line for arm in arms for line in arm.series)
@@ -287,10 +289,8 @@ def compared_by(equations: Equations) -> tuple[Estimate, Array]:
     estimate, blocks, sigma = weighted(equations), len(equations.blocks), None
     if blocks > 1:
         robust = weighted(equations, equations.joint_weights(estimate.values))
-        try:
-            problem = LinearProblem(equations, equations.columns)
-            left = problem.without_blocks(robust.weights, [(b, -1) for b in range(blocks)])
-        except InputError:
-            return estimate, excess(estimate, None)
-        sigma = jackknife([left], robust.values, equations.blocks.length).sigma
+        with suppress(InputError):
+            every = [[(b, -1) for b in range(blocks)]]
+            posed = LinearProblem(equations, equations.columns)
+            sigma = jackknifed(posed, robust, every, equations.blocks.length).sigma
     return estimate, excess(estimate, sigma)

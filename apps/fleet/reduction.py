@@ -17,8 +17,9 @@ from ...common.schema import Document
 from ...estimation import Settings
 from ...estimation.answers.identification import identify
 from ...model import Robot
+from ..extras import extra
 from ..logs.read import read_recordings
-from .store import Log, Recipe, RefusedDocument, Store, Stored, packed, same_time, unpacked
+from .store import Log, Recipe, Store, Stored, packed, same_time, unpacked
 
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 _AHEAD = 3  # logs that wait for each worker
@@ -35,7 +36,7 @@ class ReducedDocument(Document, frozen=True):
     store: str
     new: int
     known: int
-    refused: tuple[RefusedDocument, ...]
+    refused: tuple[Log, ...]
     workers_lost: int
 
 
@@ -66,9 +67,13 @@ def reduce_fleet(
     recipe = recipe or Recipe(robot.processing)
     plan, target = packed((robot, recipe)), Store.made(store, robot, recipe)
     before = {log.file: log for log in target.logs()}
-    given = sorted((_written(log if isinstance(log, Log) else Log(log)) for log in logs), key=lambda log: log.file)
+    given = [log if isinstance(log, Log) else Log(log) for log in logs]
+    for k, log in enumerate(given):  # a store can hold no other path
+        if (name := encodable(log.file)) != log.file:
+            given[k] = Log(name, reason="its path is not UTF-8: rename the file or folder")
+    given.sort(key=lambda log: log.file)
     now = {log.file: log for log in _keyed(given, recipe, before.values())}
-    missing = [log for log in now.values() if not log.wrong and not target.path(log.key).exists()]
+    missing = [log for log in now.values() if not log.reason and not target.path(log.key).exists()]
     results: Iterator[_Done | None] = (reduce_log(plan, log) for log in missing)
     if isinstance(workers, tuple):
         results = _by(workers[0], plan, missing, workers[1])
@@ -82,7 +87,7 @@ def reduce_fleet(
                 continue
             log, content = result
             now[log.file] = log
-            if not log.wrong:
+            if not log.reason:
                 write_bytes(target.path(log.key), content)
             done += 1
             progress(done / len(missing))
@@ -90,24 +95,18 @@ def reduce_fleet(
         lost_after = f"the workers were lost after {done} of {len(missing)} recordings ({error})"
         raise InputError(f"{lost_after}: run it again, what is done is kept") from None
     target.finish((before | now).values())
-    refused = tuple(RefusedDocument(log.file, log.wrong) for log in now.values() if log.wrong)
-    new = sum(not now[log.file].wrong for log in missing)
+    refused = tuple(log for log in now.values() if log.reason)
+    new = sum(not now[log.file].reason for log in missing)
     return ReducedDocument(str(target.root), new, len(now) - len(refused) - new, refused, lost)
-
-
-def _written(log: Log) -> Log:
-    """A log whose path a store can hold; one that it cannot is refused."""
-    name = encodable(log.file)
-    return log if name == log.file else Log(name, wrong="its path is not UTF-8: rename the file or folder")
 
 
 def _keyed(logs: Sequence[Log], recipe: Recipe, held: Iterable[Log]) -> Iterator[Log]:
     """Logs with the names of their equations, or with what speaks against them; ``held``: what the store has."""
     files = {log.file for log in logs}
-    earlier = [log for log in held if not log.wrong and log.file not in files]
+    earlier = [log for log in held if not log.reason and log.file not in files]
     twice, first_files = same_time([*earlier, *logs]), {log.sha256: log.file for log in earlier}
     for log in logs:
-        wrong, digest = log.wrong or twice.get(log.file, ""), ""
+        wrong, digest = log.reason or twice.get(log.file, ""), ""
         if not wrong:
             try:
                 digest = checksum(log.file)
@@ -115,7 +114,7 @@ def _keyed(logs: Sequence[Log], recipe: Recipe, held: Iterable[Log]) -> Iterator
                 wrong = getattr(error, "strerror", None) or str(error)
         if digest and (first := first_files.setdefault(digest, log.file)) != log.file:
             wrong = f"holds the same bytes as {first}: a recording counts once"
-        known = replace(log, wrong=wrong, sha256=digest)
+        known = replace(log, reason=wrong, sha256=digest)
         yield known if wrong else replace(known, key=recipe.key(known))
 
 
@@ -129,18 +128,18 @@ def reduce_log(plan: bytes, log: Log) -> _Done:
     robot, recipe = _unpacked(plan)
     try:
         if checksum(log.file) != log.sha256:
-            return replace(log, wrong="changed while it was reduced: run it again"), b""
+            return replace(log, reason="changed while it was reduced: run it again"), b""
         pieces = read_recordings(log.file, robot, recipe.drive_gains, recipe.log_map, recipe.processing)
         if wrong := log.other_day(pieces[0].origin):
-            return replace(log, wrong=wrong), b""
+            return replace(log, reason=wrong), b""
         # Nights are compared parameter by parameter: the terms of friction are the same in all.
         settings = Settings(recipe.processing, friction=robot.drives.friction, gains=recipe.gains)
         result = identify(robot, pieces, settings)
         return log, Stored(log, robot, result.base, result.problem).parquet(result.estimate)
     except (InputError, OSError) as error:
-        return replace(log, wrong=" ".join(str(error).split())), b""
+        return replace(log, reason=" ".join(str(error).split())), b""
     except Exception as fault:  # one bad log stops nobody; it is named, and so is the fault
-        return replace(log, wrong=f"a fault of ours, please report it: {type(fault).__name__}: {fault}"), b""
+        return replace(log, reason=f"a fault of ours, please report it: {type(fault).__name__}: {fault}"), b""
 
 
 def _by(executor: Executor, plan: bytes, logs: Iterable[Log], workers: int) -> Iterator[_Done | None]:
@@ -165,7 +164,7 @@ def _by(executor: Executor, plan: bytes, logs: Iterable[Log], workers: int) -> I
                 if type(error).__name__ != _KILLED:
                     raise BrokenExecutor(f"{type(error).__name__}: {error}") from error
                 yield None
-                yield replace(log, wrong=KILLS), b""
+                yield replace(log, reason=KILLS), b""
 
 
 def _by_processes(plan: bytes, logs: Sequence[Log], workers: int) -> Iterator[_Done | None]:
@@ -186,7 +185,7 @@ def _by_processes(plan: bytes, logs: Sequence[Log], workers: int) -> Iterator[_D
                     try:
                         yield alone.submit(reduce_log, plan, log).result()
                     except BrokenExecutor:
-                        yield replace(log, wrong=KILLS), b""
+                        yield replace(log, reason=KILLS), b""
                 del left[log.key]
 
 
@@ -211,10 +210,7 @@ def dask_executor(address: str) -> Iterator[tuple[Executor, int]]:
     Raises:
         InputError: if Dask is not installed, no scheduler answers, or it has no workers.
     """
-    try:
-        import distributed
-    except ModuleNotFoundError:
-        raise InputError("--cluster needs Dask: pip install 'dynident[fleet]'") from None
+    distributed = extra("distributed", "--cluster needs Dask: pip install 'dynident[fleet]'")
     try:
         client = distributed.Client(address, timeout=10, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:

@@ -20,9 +20,9 @@ from ...estimation.equations.equations import Equations
 from ...estimation.fit.drive_gains import Gains
 from ...estimation.fit.estimate import Estimate
 from ...model import BaseParameters, Processing, Robot
+from ..extras import parquet_bytes, parquet_rows
 from ..logs.map import LogMap
 from ..logs.read import SUFFIXES
-from ..parquet import parquet_bytes, parquet_rows
 
 _Kind = TypeVar("_Kind")
 
@@ -35,7 +35,7 @@ _AGAIN = "run 'dynident fleet reduce' again, what is done is kept"
 
 
 class Log(Document, frozen=True):
-    """A log and what is known of it; ``wrong``: why it cannot be used.
+    """A log and what is known of it; ``reason``: why it is refused, if it is.
 
     ``sha256`` of its bytes and ``key``, the name of its equations in a store, once they are known.
     """
@@ -44,7 +44,7 @@ class Log(Document, frozen=True):
     arm: str | None = None
     day: str | None = None
     payload: str | None = None
-    wrong: str = ""
+    reason: str = ""
     sha256: str = ""
     key: str = ""
 
@@ -118,9 +118,9 @@ def catalog(logs: Sequence[str], pattern: str = "") -> tuple[Log, ...]:
         match = ending.search(Path(path).as_posix())
         log = Log(path, **(match.groupdict() if match else {}))
         wrong = log.misdescribed if match else f"its path does not end in {pattern}"
-        found.append(msgspec.structs.replace(log, wrong=wrong))
-    if all(log.wrong for log in found):
-        raise InputError(f"--pattern {pattern!r}: no log's path ends so; {logs[0]}: {found[0].wrong}")
+        found.append(msgspec.structs.replace(log, reason=wrong))
+    if all(log.reason for log in found):
+        raise InputError(f"--pattern {pattern!r}: no log's path ends so; {logs[0]}: {found[0].reason}")
     return tuple(found)
 
 
@@ -128,7 +128,7 @@ def same_time(logs: Iterable[Log]) -> dict[str, str]:
     """Find logs of one arm at one time: path -> what is wrong with it."""
     owners, wrong = dict[object, str](), dict[str, str]()
     for log in logs:
-        known = not log.wrong and log.arm is not None and log.day is not None
+        known = not log.reason and log.arm is not None and log.day is not None
         if known and (owner := owners.setdefault((log.arm, log.day), log.file)) != log.file:
             wrong[log.file] = f"{owner} is of arm {log.arm!r} at {log.day} too: give times, or another name"
     return wrong
@@ -204,13 +204,6 @@ def _made(kind: Any, value: Any) -> Any:
     return np.frombuffer(content, "<f8").reshape(shape, order=order)
 
 
-class RefusedDocument(Document, frozen=True):
-    """A log that is not in the store, and why."""
-
-    file: str
-    reason: str
-
-
 @dataclass(frozen=True)
 class Store:
     """A folder of reduced recordings of one type of robot, made by one recipe; each file is written in one step."""
@@ -255,7 +248,7 @@ class Store:
         return self.root / "recordings" / f"{key}.parquet"
 
     def logs(self) -> tuple[Log, ...]:
-        """The logs, by name, ``wrong`` where one was refused; none as long as the store was never finished."""
+        """The logs, by name, with a ``reason`` where refused; none as long as the store was never finished."""
         if not self.index.exists():
             return ()
         with naming(self.index, f"delete it and {_AGAIN}"):

@@ -12,8 +12,9 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ..extras import extra
 from .map import Layout
-from .table import RawLog, extra, reading
+from .table import RawLog, reading
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _MATRIX, _COMPRESSED = 14, 15
@@ -104,7 +105,7 @@ def _check_tags(content: memoryview, order: str, depth: int) -> None:
 
 
 def _version_7(path: Path) -> RawLog:
-    h5py = extra("h5py", "a MAT file of version 7.3")
+    h5py = extra("h5py", "reading a MAT file of version 7.3 needs h5py: install dynident[logs]")
     arrays: dict[str, Any] = {}
     objects: dict[str, str] = {}
 
@@ -125,8 +126,8 @@ def _version_7(path: Path) -> RawLog:
 
 def parquet_log(path: Path, layout: Layout) -> RawLog:
     """Open a Parquet file; a list of numbers is a column for each of them."""
-    parquet = extra("pyarrow.parquet", "a Parquet file")
-    arrow = extra("pyarrow", "a Parquet file")
+    needed = "reading a Parquet file needs pyarrow: install dynident[logs]"
+    arrow, parquet = extra("pyarrow", needed), extra("pyarrow.parquet", needed)
     types = arrow.types
 
     def is_list(kind: Any) -> bool:

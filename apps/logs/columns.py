@@ -179,11 +179,6 @@ class Naming:
             return replace(NAMED, prefixes=known.prefixes, joints=known.joints)
         return known
 
-    @property
-    def is_plain(self) -> bool:
-        """True where the columns are those of a log that follows the documentation."""
-        return self.known.columns is PLAIN.columns
-
     def columns(self, kind: str) -> tuple[str, ...]:
         """Names that the columns of a quantity or reference must have, one for each joint."""
         named = listed(self.log_map.quantity(kind).columns)
@@ -288,7 +283,7 @@ def _check_layout(naming: Naming) -> list[str]:
     raw, robot, known = naming.raw, naming.robot, naming.known
     if known.columns is NAMED.columns:
         return []
-    if not naming.is_plain:
+    if known.columns is not PLAIN.columns:
         if known.size > robot.n and not known.by_name and not known.more:
             raise InputError(
                 f"{raw.path}: holds {known.size} joints ({known.title}), but robot {robot.name!r} has {robot.n}: "
@@ -323,7 +318,8 @@ def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]
                 "(dynident gains identifies them, dynident check estimates them by the weight of the links)"
             )
         # The controller's own prediction does not stand in the place of a measured torque.
-        computed = () if naming.is_plain or naming.holds("torque") else naming.columns("torque_reference")
+        plain = naming.known.columns is PLAIN.columns
+        computed = () if plain or naming.holds("torque") else naming.columns("torque_reference")
         if computed and there >= set(computed):
             fault = f"{computed[0]} and so on are what the controller computes, not what was measured"
             raise InputError(f"{path}: {fault}: record {currents[0]} and so on as well")

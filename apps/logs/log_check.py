@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from msgspec import field
@@ -23,7 +23,7 @@ from ...estimation.fit.own_equations import base_problem, with_friction
 from ...estimation.fit.settings import Settings
 from ...estimation.gains.current_side import relative_scales
 from ...estimation.payload.long_motion import Source
-from ...estimation.results.parts import Number, Result
+from ...estimation.results.parts import Number, ParameterDocument, Result
 from ...estimation.signals.filtering import measurement
 from ...estimation.signals.plausibility import implausible, out_of_range, still_joints
 from ...estimation.signals.rows import moving_parts
@@ -63,14 +63,6 @@ class JointFacts(Document, frozen=True):
     saturated: float  # share of the samples at the torque's own extreme
 
 
-class Excited(Document, frozen=True):
-    """A base parameter as this log alone shows it: its estimate and relative standard deviation [%]."""
-
-    name: str
-    value: float
-    relative_sigma_percent: float
-
-
 class Remark(Document, frozen=True):
     """Something that speaks against a log, or is worth knowing."""
 
@@ -78,15 +70,8 @@ class Remark(Document, frozen=True):
     text: str = field(name="words")
 
 
-class Understood(NamedTuple):
-    """Reading of a log: its robot, and its signals in SI units, joint side."""
-
-    robot: Robot
-    recording: Recording
-
-
 class LogReport(Result, frozen=True, kw_only=True, dict=True):
-    """Contents and faults of a log; ``working`` is how it was read."""
+    """Contents and faults of a log; ``working``: the robot, and the log's signals in SI units, joint side."""
 
     source: str
     notes: tuple[str, ...]
@@ -95,7 +80,7 @@ class LogReport(Result, frozen=True, kw_only=True, dict=True):
     findings: tuple[Remark, ...] = ()  # worst first
     time: TimeFacts | None = None  # None where it is too short to be filtered
     joints: tuple[JointFacts, ...] = ()
-    excitation: tuple[Excited, ...] = ()  # by base parameter; empty where they cannot be estimated
+    excitation: tuple[ParameterDocument, ...] = ()  # by base parameter; empty where they cannot be estimated
     relative_residual: Number = None  # of the robot's model on this log; None without it
     condition_number_scaled: Number = None  # of the observation matrix, columns scaled to norm 1
 
@@ -104,7 +89,7 @@ class LogReport(Result, frozen=True, kw_only=True, dict=True):
         """The robot, the log, and what was found in a line."""
         counts = [sum(remark.severity == kind for remark in self.findings) for kind in ("error", "warning")]
         summary = f"{counts[0]} errors, {counts[1]} warnings" if any(counts) else "nothing to mend"
-        robot = f"{self.working.robot.name}, " if self.working is not None else ""
+        robot = f"{self.working[0].name}, " if self.working is not None else ""
         return f"{robot}{self.source}, {summary}"
 
     def completed(self, findings: Iterable[Finding], **facts: Any) -> "LogReport":
@@ -122,7 +107,7 @@ def check_log(
     """Look at a recording, which may be wrong in any way; its torques may be ``currents`` [A] of unknown gain."""
     processing = processing or robot.processing
     check = LogReport(source=recording.source, notes=tuple(recording.notes), currents=currents)
-    check = check.made_by(Understood(robot, recording)).completed(map(error, out_of_range(robot, recording)))
+    check = check.made_by((robot, recording)).completed(map(error, out_of_range(robot, recording)))
     try:
         motion = measurement(recording, processing).motion
     except InputError as refusal:
@@ -182,9 +167,10 @@ def check_log(
             "alone: small ones always are; for others move faster and over a wider range"
         )
         found.append(note(text))
+    seen = zip(base_parameters(robot).names, estimate.values.tolist(), sigmas.tolist(), strict=True)
     return check.completed(
         found,
-        excitation=tuple(map(Excited, base_parameters(robot).names, estimate.values.tolist(), sigmas.tolist())),
+        excitation=tuple(ParameterDocument(x, name, relative_sigma_percent=sigma) for name, x, sigma in seen),
         relative_residual=estimate.fit.relative,
         condition_number_scaled=equations.condition_numbers()[1],
     )

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Literal
@@ -101,6 +101,7 @@ class Layout(Table, frozen=True):
     skip: _Count = field(default=0, name="skip_lines")  # before the header, or the numbers where names are given
     per_row: _Count = field(default=0, name="numbers_per_row")  # of a sample in a file of one number a line
     topic: str = ""  # of a ROS bag; empty where there is only one with joint states
+    name: str = ""  # of the file within a log that is a folder
 
     def __post_init__(self) -> None:
         """Refuse layouts without a meaning."""
@@ -111,12 +112,6 @@ class Layout(Table, frozen=True):
             raise ValueError(f"numbers_per_row is {self.per_row}, but {len(self.names)} names are given")
         if repeated(self.names):
             raise ValueError(f"name {repeated(self.names)!r} is given twice")
-
-
-class FilePart(Layout, frozen=True, kw_only=True):
-    """One of several files that together make a log: ``name`` within the folder, and its layout."""
-
-    name: str
 
 
 class Time(Table, frozen=True):
@@ -228,11 +223,11 @@ class Quantity(Table, frozen=True):
             factors = factors * values
         return factors
 
-    def lengths(self) -> Iterator[tuple[str, int]]:
-        """Keys of the lists that must have an entry for each joint, and their lengths."""
+    def lengths(self, kind: str) -> dict[str, int]:
+        """Lengths of the lists that must have an entry for each joint, by their keys."""
         columns = self.columns if len(self.columns) > 1 or "{" not in "".join(self.columns) else ()
         lists = {"columns": columns, "unit": self.unit[1:] and self.unit, "sign": self.sign, "zero": self.zero}
-        return ((name, len(values)) for name, values in (lists | {"rated": self.rated}).items())
+        return {f"{kind}.{key}": len(values) for key, values in (lists | {"rated": self.rated}).items()}
 
 
 class ToolColumns(Table, frozen=True):
@@ -293,7 +288,7 @@ class LogMap(Table, frozen=True, dict=True):
     source: str = field(default="log map", name="title")
     joints: Texts = ()
     layout: Layout = field(default=Layout(), name="file")
-    files: tuple[FilePart, ...] = ()
+    files: tuple[Layout, ...] = ()
     time: Time = Time()
     motor: Gears | None = None
     pose: ToolColumns | None = None
@@ -315,6 +310,9 @@ class LogMap(Table, frozen=True, dict=True):
             raise ValueError("motor side without gear ratios: give [motor] gear_ratios")
         if len(set(self.joints)) != len(self.joints):
             raise ValueError("a joint is named twice")
+        for number, part in enumerate(self.files, start=1):
+            if not part.name:
+                raise WrongKeyError(f"files[{number}].name", "missing: must be a text")
 
     @cached_property
     def G(self) -> Array:  # noqa: N802  the paper's (8): q_r = G q
@@ -340,7 +338,7 @@ class LogMap(Table, frozen=True, dict=True):
         """Refuse a map for another number of joints."""
         sizes = {"joints": len(self.joints), "gear_ratios": len(self.G)}
         for kind in (*QUANTITIES, *(kind for kind in REFERENCES if getattr(self, kind))):
-            sizes |= {f"{REFERENCES.get(kind, kind)}.{key}": size for key, size in self.quantity(kind).lengths()}
+            sizes |= self.quantity(kind).lengths(REFERENCES.get(kind, kind))
         for name, size in sizes.items():
             if size not in (0, n):
                 fault = f"{name} has {size} entries, the robot {n} joints: give one for each joint"

@@ -11,8 +11,9 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ..extras import extra
 from .map import Layout
-from .table import RawLog, extra, reading
+from .table import RawLog, reading
 
 _FRANKA, _DYNAMIC = "franka_msgs/msg/FrankaRobotState", "control_msgs/msg/DynamicJointState"
 _TYPES = (_FRANKA, "sensor_msgs/msg/JointState", _DYNAMIC)
@@ -24,6 +25,7 @@ _DEFINITIONS = {
 }
 """Of messages that neither a bag without definitions nor the library knows."""
 _FIELDS = ("position", "velocity", "effort", "torque", "current")
+_NEEDED = "reading a ROS bag needs rosbags: install dynident[logs]"
 _LOOK = 200  # messages that are looked at for the names of joints
 
 
@@ -97,7 +99,7 @@ def _rows(
 @contextmanager
 def _reader(path: Path) -> Iterator[Any]:
     """An open bag."""
-    highlevel, typesys = extra("rosbags.highlevel", "a ROS bag"), extra("rosbags.typesys", "a ROS bag")
+    highlevel, typesys = (extra(f"rosbags.{part}", _NEEDED) for part in ("highlevel", "typesys"))
     store = typesys.get_typestore(typesys.Stores.LATEST)
     for name, text in _DEFINITIONS.items():
         store.register(typesys.get_types_from_msg(text, name))

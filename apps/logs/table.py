@@ -3,9 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -57,12 +55,3 @@ def reading(path: Path, kind: str, remedy: str = "save or copy it again") -> Ite
     except Exception as error:  # of the library, of databases and of archives within, where a byte is wrong
         reason = " ".join(str(error).split())[:200] or type(error).__name__
         raise InputError(f"{path}: not {kind}, or a damaged one ({reason}): {remedy}") from None
-
-
-def extra(module: str, content: str) -> Any:
-    """Import a library that only some formats need, of the extra ``dynident[logs]``."""
-    try:
-        return import_module(module)
-    except ImportError:
-        package = module.split(".")[0]
-        raise InputError(f"reading {content} needs {package}: install dynident[logs]") from None

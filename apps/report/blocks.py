@@ -66,10 +66,11 @@ class Table:
 
 
 class Text(NamedTuple):
-    """A paragraph, or a heading within a section, which pages alone have."""
+    """A paragraph; a heading within a section, which pages alone have; or a verdict, by its ``level``."""
 
     words: str
     heading: bool = False
+    level: str = ""
 
 
 class Notes(NamedTuple):
@@ -77,13 +78,6 @@ class Notes(NamedTuple):
 
     lines: Sequence[str]
     optional: bool = False
-
-
-class Banner(NamedTuple):
-    """The verdict: its level, and what it says."""
-
-    level: str
-    words: str
 
 
 class Pair(NamedTuple):
@@ -100,19 +94,13 @@ class Code(NamedTuple):
     text: str
 
 
-class Details(NamedTuple):
-    """Blocks of a page below a summary, to be opened."""
-
-    summary: str
-    blocks: Sequence[Block]
-    opened: bool = False
-
-
 @dataclass(frozen=True, eq=False)
 class OnPage:
-    """Blocks that only a page shows: they are made when there is one."""
+    """Blocks that only a page shows: they are made when there is one; below a summary, if any, to be opened."""
 
     make: Callable[[], Sequence[Block]]
+    summary: str = ""
+    opened: bool = False
 
     @cached_property
     def blocks(self) -> Sequence[Block]:
@@ -135,7 +123,7 @@ class Drawing:
         return self.draw()
 
 
-Block = Table | Text | Notes | Banner | Pair | Code | Details | OnPage | Drawing
+Block = Table | Text | Notes | Pair | Code | OnPage | Drawing
 
 
 class Section(NamedTuple):
@@ -175,7 +163,7 @@ def _within(blocks: Iterable[Block]) -> Iterator[Block]:
         yield block
         if isinstance(block, Pair):
             yield from _within((*block.left, *block.right))
-        elif isinstance(block, Details | OnPage):
+        elif isinstance(block, OnPage):
             yield from _within(block.blocks)
 
 

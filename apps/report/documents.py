@@ -220,30 +220,26 @@ class DesignDocument(_MotionAnswer, frozen=True, kw_only=True):
 
 
 class NearMotion(Document, frozen=True):
-    """A motion near a pose or two; ranges to either side [rad or m]."""
+    """A motion near a pose or two, with ranges to either side, or poses at rest, each held after small moves.
+
+    Ranges and moves in rad or m.
+    """
 
     poses: Matrix
     joints: tuple[int, ...]
-    ranges: Vector
-    period: float = field(name="period_s")
-    repeats: int
-    transfer: float = field(name="transfer_s")
-
-
-class StaticMotion(Document, frozen=True):
-    """Poses at rest, each held after a small move from below and another from above [rad or m]."""
-
-    poses: Matrix
-    joints: tuple[int, ...]
-    approach: Vector
-    hold: float = field(name="hold_s")
+    ranges: Vector | UnsetType = UNSET
+    period: float | UnsetType = field(default=UNSET, name="period_s")
+    repeats: int | UnsetType = UNSET
+    transfer: float | UnsetType = field(default=UNSET, name="transfer_s")
+    approach: Vector | UnsetType = UNSET
+    hold: float | UnsetType = field(default=UNSET, name="hold_s")
 
 
 class NearDocument(_MotionAnswer, frozen=True, kw_only=True):
     """A motion near a pose, or poses at rest: what they show of a payload, how well, their limits."""
 
     near: NearMotion | UnsetType = UNSET
-    static: StaticMotion | UnsetType = UNSET
+    static: NearMotion | UnsetType = UNSET
     visibility: VisibilityDocument
     predicted_sigma: PayloadSpread
     rehearsal_s: float | UnsetType = UNSET
@@ -371,7 +367,7 @@ def near_document(result: NearResult) -> NearDocument:
         kind: dict[str, Any] = {"near": NearMotion.of(shape, plan), "rehearsal_s": plan.slowed(0.1).duration}
     else:
         learnt = score_samples(problem, Samples.at_rest(result.poses)).learnt
-        kind = {"static": StaticMotion.of(shape, result)}
+        kind = {"static": NearMotion.of(result, shape)}
     return NearDocument.of(
         *(learnt, plan, design, problem.criterion, problem, problem.goal),
         **_of_motion(problem, score),

@@ -89,7 +89,7 @@ def plain(answer: object) -> dict[str, Any]:
     if isinstance(result, JudgedMotion):
         document = design_document(result)
     elif isinstance(result, LogReport):
-        document = check_document(result.working.robot, [(result, None)])
+        document = check_document(result.working[0], [(result, None)])
     values: dict[str, Any] = json.loads(json_text(document))
     return values
 
@@ -127,7 +127,7 @@ def write_report(answer: object, path: str | Path) -> None:
         recordings = [*source.unloaded, *source.loaded] if source else []
         recordings += getattr(working, "held_out", ())
     elif isinstance(result, LogReport):
-        recordings = [working.recording]
+        recordings = [working[1]]
     paths = dict.fromkeys(recording.source for recording in recordings)
     files = [("recording", name, checksum(name)) for name in paths if Path(name).is_file()]
     page.write_report(path, report, page.Provenance(f"python {sys.argv[0] or '(interactive)'}", files))

@@ -16,7 +16,7 @@ from rich.table import Table as Grid
 from rich.text import Text as Line
 
 from ...common.errors import printable
-from .blocks import Banner, Block, Notes, Pair, Report, Table, Text
+from .blocks import Block, Notes, Pair, Report, Table, Text
 
 LINES, COLUMNS = 25, 80
 """A screen."""
@@ -68,12 +68,12 @@ def _screen(report: Report, details: bool, width: int) -> list[str]:
     return [line for lines in shown for line in lines]
 
 
-def printed(blocks: Sequence[Block]) -> Iterator[Table | Text | Notes | Banner]:
+def printed(blocks: Sequence[Block]) -> Iterator[Table | Text | Notes]:
     """Blocks that are text; figures, headings and what is to be copied are for pages."""
     for block in blocks:
         if isinstance(block, Pair):
             yield from printed((*block.left, *block.right))
-        elif isinstance(block, Table | Notes | Banner) or (isinstance(block, Text) and not block.heading):
+        elif isinstance(block, Table | Notes) or (isinstance(block, Text) and not block.heading):
             yield block
 
 
@@ -91,7 +91,7 @@ def _print(lines: Sequence[str], stream: IO[str] | None) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
-def _lines(block: Table | Text | Notes | Banner, width: int, first: bool = False) -> list[str]:
+def _lines(block: Table | Text | Notes, width: int, first: bool = False) -> list[str]:
     """Lines of a block; on the ``first`` screen without spare rows and what is shown there as far as it fits."""
     if isinstance(block, Table):
         return _table_lines(block, width, block.spare if first else ())

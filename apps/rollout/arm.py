@@ -13,6 +13,7 @@ from ...model import BaseParameters, Robot, forward_dynamics_base
 from ...model.drives import smooth_sign
 from ...model.dynamics import SMOOTHING, dry_friction_names, runge_kutta, smooth_dry_friction, stable_steps
 from ...model.kernel.kernel import Kernel
+from ..extras import extra
 
 _STEP = 1e-3
 """s: the longest step of the integration."""
@@ -93,7 +94,7 @@ class IdentifiedArm:
         with np.errstate(all="ignore"):  # a start that diverges ends as nan and is counted as such
             for k in range(0, samples, _AT_ONCE):
                 part = np.arange(k, min(k + _AT_ONCE, samples))
-                halves = _half_steps(path[:, part], path[:, np.minimum(part + 1, samples - 1)], 2 * count, step)
+                halves = _half_steps(path[:, [*part, min(part[-1] + 1, samples - 1)]], 2 * count, step)
                 out = self._step.chain(
                     x, *(halves[h : len(halves) - 2 + h : 2] for h in range(3)), shared
                 ).swapaxes(1, 2)
@@ -144,31 +145,23 @@ class IdentifiedArm:
         return mobilities
 
 
-def _half_steps(here: Array, after: Array, count: int, step: float) -> Array:
-    """A path between M samples and those after them, S x M x 3 n each, ``count`` times a sample and at the end.
+def _half_steps(path: Array, count: int, step: float) -> Array:
+    """A path of M + 1 samples, S x (M + 1) x 3 n, ``count`` times a sample and at the end: (M count + 1) x S x 3 n.
 
     Torques are linear; positions and speeds follow Hermite's cubic: a controller as stiff as this would feel the
-    corners of a path made of straight lines. Gives (M count + 1) x S x 3 n.
+    corners of a path made of straight lines.
     """
-    share = (np.arange(count) / count)[None, :, None, None]
-    # Samples first, then the parts of each: M x count x S x n.
-    (torque, q, qd), (torque_after, q_after, qd_after) = (
-        np.split(path.swapaxes(0, 1)[:, None], 3, axis=3) for path in (here, after)
-    )
-    rise = q_after - q
-    cubic, square = step * (qd + qd_after) - 2.0 * rise, 3.0 * rise - step * (2.0 * qd + qd_after)
-    along = q + share * (step * qd + share * (square + share * cubic))
-    speed = qd + share * (2.0 * square + 3.0 * share * cubic) / step
-    between = np.concatenate([torque + share * (torque_after - torque), along, speed], axis=3)
-    return np.concatenate([between.reshape(-1, *between.shape[2:]), after[:, -1][None]])
+    from scipy.interpolate import CubicHermiteSpline, make_interp_spline
+
+    torque, q, qd = np.split(path.swapaxes(0, 1), 3, axis=2)
+    t = np.arange(len(q))
+    fine, along = np.linspace(0.0, t[-1], count * t[-1] + 1), CubicHermiteSpline(t, q, step * qd)
+    return np.concatenate([make_interp_spline(t, torque, 1)(fine), along(fine), along(fine, 1) / step], axis=2)
 
 
 def mujoco_arm(path: str | Path, robot: Robot) -> Predict:
     """Make a prediction by MJCF or URDF; the model's first n joints are taken for the robot's, in order."""
-    try:
-        import mujoco
-    except ImportError:
-        raise InputError(f"{path}: to move it needs MuJoCo: pip install 'dynident[simulators]'") from None
+    mujoco = extra("mujoco", f"{path}: to move it needs MuJoCo: pip install 'dynident[simulators]'")
     if not Path(path).is_file():
         raise InputError(f"{path}: no such file")
     try:

@@ -1,4 +1,3 @@
-from .moving import ShownPayload as ShownPayload
 from .moving import View as View
 from .moving import view_of as view_of
 from .moving import view_of_answer as view_of_answer

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...estimation import PayloadResult
-from ...model import Motion, Pose, Recording, Robot
+from ...model import InertialParameters, Motion, Pose, Recording, Robot
 from ...model.frames import frames_at
 from ...model.kinematics import point_at
 from ...model.stand_in import cylinder_radius
@@ -26,6 +26,8 @@ _BALL, _CENTRE, _INERTIA, _PATH = (240, 180, 60), (220, 40, 30), (60, 160, 90), 
 _LITTLE, _MUCH, _FOOT = (200, 210, 230), (200, 30, 60), (150, 150, 150)
 _LEVEL = 1e-6  # of a unit normal: what a floor may lie off the base's plane
 _TOUCHED = 0.02  # of a limit: a joint nearer to one is marked
+ShownPayload = tuple[Array, InertialParameters | None]
+"""Of a payload in its frame the 95 % interval of its centre of mass [m], 3 x 2, and it itself where it is known."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,20 +55,10 @@ class View:
     ground: float = 0.0
 
 
-@dataclass(frozen=True, eq=False)
-class ShownPayload:
-    """A payload in its frame: mass [kg], centre of mass [m], its 95 % interval (3, 2), inertia there (3, 3)."""
-
-    mass: float
-    com: Array
-    com_interval: Array
-    inertia: Array | None
-
-
 def view_of(
     robot: Robot, motion: Motion, *, problem: DesignProblem | None = None, payload: ShownPayload | None = None
 ) -> View:
-    """The arm along a motion, or at its single sample.
+    """The arm along a motion, or at its single sample, with a payload.
 
     Of a ``problem`` scene, limits and payloads are shown too, and what each second teaches.
     """
@@ -86,13 +78,14 @@ def view_of(
     height, foot = ground_of(robot, frames, problem.scene if problem is not None else None)
     shapes = [*stand_ins, *meshes, *_axes(robot, touched), *(_surroundings(problem, robot) if problem else ())]
     if payload is not None:
-        low, high = payload.com_interval.T
-        if np.isfinite(payload.com_interval).all():
+        interval, body = payload
+        low, high = interval.T
+        if np.isfinite(interval).all():
             ball = ellipsoid(0.5 * (low + high), np.diag(0.5 * (high - low)))
             shapes.append(Shape("centre of mass, 95 %", robot.n + 1, ball, _CENTRE))
-        if payload.inertia is not None:
-            body = ellipsoid(payload.com, inertia_axes(payload.mass, payload.inertia))
-            shapes.append(Shape("ellipsoid of inertia", robot.n + 1, body, _INERTIA, 0.3))
+        if body is not None:
+            solid = ellipsoid(body.com, inertia_axes(body.mass, body.inertia_com))
+            shapes.append(Shape("ellipsoid of inertia", robot.n + 1, solid, _INERTIA, 0.3))
     shapes += foot
     drawn = _picked(motion, _FINER)
     position = point_at(robot, robot.flange.p, motion.q[drawn])[0].T
@@ -119,9 +112,8 @@ def view_of(
 def view_of_answer(robot: Robot, recording: Recording, result: PayloadResult) -> View:
     """The arm along a recording, with the payload that was identified; its inertia where that may be used."""
     still = np.zeros_like(recording.q)
-    inertia = result.inertia.value if result.best is not None and result.verdict.level == "use" else None
-    payload = ShownPayload(float(result.mass), result.com.value, result.com.interval95, inertia)
-    return view_of(robot, Motion(recording.t, recording.q, still, still), payload=payload)
+    body = result.best.body if result.best is not None and result.verdict.level == "use" else None
+    return view_of(robot, Motion(recording.t, recording.q, still, still), payload=(result.com.interval95, body))
 
 
 def ground_of(robot: Robot, frames: Sequence[tuple[Pose, ...]], scene: Scene | None) -> tuple[float, list[Shape]]:

@@ -14,7 +14,8 @@ import numpy as np
 
 from ...common.errors import InputError
 from ...common.files import write_text
-from ..export.rotation import quaternion
+from ..extras import extra
+from ..numbers import quaternion
 
 if TYPE_CHECKING:
     from .moving import View
@@ -25,11 +26,7 @@ _STILL = 1e-9  # m and of a turn: what moves less is not written again
 
 def require_viewer() -> Any:
     """The library of views; where it is not installed, a refusal says what to install."""
-    try:
-        import viser
-    except ImportError:
-        raise InputError("--view needs the extra view: pip install 'dynident[view]'") from None
-    return viser
+    return extra("viser", "--view needs the extra view: pip install 'dynident[view]'")
 
 
 def open_view(view: View) -> str:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from cyclopts.argument import Argument
 from dynident.apps.commands import COMMANDS
 from dynident.apps.commands.entry import Call, application, marks, shown_name
-from dynident.apps.commands.values import Writes
+from dynident.apps.commands.values import Named
 from dynident.cli import main
 from dynident.tests.frozen.freeze import settings
 from dynident.tests.frozen.inputs import filed
@@ -109,7 +109,7 @@ def written(name: str) -> list[tuple[str, str]]:
         (shown_name(argument), mark.kind)
         for argument in arguments(name)
         for mark in marks(argument.field_info.annotation)
-        if isinstance(mark, Writes)
+        if isinstance(mark, Named) and mark.kind != "input"
     ]
 
 

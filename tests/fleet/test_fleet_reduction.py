@@ -33,10 +33,10 @@ from dynident.tests.frozen.inputs import unpack
 
 def test_good_ones_are_in_and_each_wrong_one_is_named(store: Path) -> None:
     opened = Store.opened(store)
-    good = [log for log in opened.logs() if not log.wrong]
+    good = [log for log in opened.logs() if not log.reason]
     assert [log.file for log in good] == sorted(GOOD)
     assert [opened.read(log.key).log.arm for log in good] == ["a", "a", "b"]
-    refused = {log.file: log.wrong for log in opened.logs() if log.wrong}
+    refused = {log.file: log.reason for log in opened.logs() if log.reason}
     assert sorted(refused) == ["b/2026-01-02.csv", "b/2026-01-03.csv", "b/2026-13-01.csv", "other.csv",
                                "turned/2026-01-01.csv"]  # fmt: skip
     assert "the same bytes as a/2026-01-01.csv" in refused["b/2026-01-02.csv"]
@@ -54,12 +54,12 @@ def test_other_programs_read_what_each_recording_says(store: Path) -> None:
     assert list(table["arm"]) == ["a", "a", "b"]
     stored = Store.opened(store)
     for log in stored.logs():
-        if not log.wrong:
+        if not log.reason:
             estimate, row = weighted(stored.read(log.key).equations), table.loc[log.file]
             assert tuple(row["parameters"]) == estimate.names
             np.testing.assert_allclose(row["values"], estimate.values, rtol=1e-9)
             np.testing.assert_allclose(row["sigma"], estimate.sigma, rtol=1e-9)
-    assert list(pandas.read_parquet(store / "logs.parquet")["wrong"] == "").count(True) == 3
+    assert list(pandas.read_parquet(store / "logs.parquet")["reason"] == "").count(True) == 3
 
 
 def test_a_lost_run_started_again_ends_in_the_same_store(store: Path, tmp_path: Path) -> None:
@@ -109,8 +109,8 @@ def test_another_robot_or_recipe_needs_another_store(store: Path) -> None:
 def test_logs_of_one_arm_at_one_time_are_named() -> None:
     logs = [Log(f"{name}.csv", "a", "2026-01-01") for name in "xy"]
     assert same_time(logs) == {"y.csv": "x.csv is of arm 'a' at 2026-01-01 too: give times, or another name"}
-    (laden,) = [log for log in catalog(["a/2.csv", "a/much.csv"], "{arm}/{payload}.csv") if log.wrong]
-    assert laden.wrong == "payload 'much' is no number"
+    (laden,) = [log for log in catalog(["a/2.csv", "a/much.csv"], "{arm}/{payload}.csv") if log.reason]
+    assert laden.reason == "payload 'much' is no number"
 
 
 @pytest.mark.parametrize(

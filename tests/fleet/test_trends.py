@@ -7,7 +7,7 @@ from typing import cast
 import numpy as np
 import pytest
 from dynident.apps.fleet.comparing import CHANGED, FEWEST, MASS, Fleet, Series, arm_of, fleet_of, side_by_side
-from dynident.apps.fleet.store import Log, RefusedDocument, Stored
+from dynident.apps.fleet.store import Log, Stored
 from dynident.apps.logs.read import read_recording
 from dynident.apps.report.page import Provenance, write_report
 from dynident.apps.report.sections.fleet import fleet_report
@@ -49,7 +49,7 @@ def history(recording: Stored) -> Fleet:
             log = Log(f"{arm}{night}", arm, f"2026-01-{night + 1:02d}", mass)
             nights.append(drawn(recording, now_values, noise, draw, log))
         arms.append(arm_of(nights[::-1]))
-    return fleet_of(arms, [RefusedDocument("bad.csv", "time runs back")])
+    return fleet_of(arms, [Log("bad.csv", reason="time runs back")])
 
 
 def test_what_changed_is_named_and_nothing_else(history: Fleet) -> None:

@@ -4,8 +4,8 @@ Source: Technical reference manual, RAPID Instructions, Functions and Data types
 at docs.ros.org/en/noetic/api/abb_rapid_msgs/html/msg/LoadData.html and yumpu.com/en/document/view/5679047.
 """
 
+from ...numbers import principal_axes, quaternion
 from ..load import ControllerLoad, listed, load_format, number
-from ..rotation import principal_axes, quaternion
 
 
 def _write(load: ControllerLoad) -> str:

@@ -10,8 +10,8 @@ import math
 import numpy as np
 
 from ....model import Pose
+from ...numbers import principal_axes
 from ..load import ControllerLoad, load_format, number
-from ..rotation import principal_axes
 
 _TURNS = 4  # decimals of angles [deg] of a rounded inertia
 

@@ -5,8 +5,8 @@ reference, body/inertial.
 """
 
 from ....common.errors import InputError
+from ...numbers import principal_axes
 from ..load import ControllerLoad, load_format
-from ..rotation import principal_axes
 from ..xml import COMMENT, element, mjcf_inertial, xml_text
 
 _LEAST = 1e-15  # MuJoCo's mjMINVAL: no moment of inertia may be smaller

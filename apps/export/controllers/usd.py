@@ -7,8 +7,8 @@ units.
 
 import math
 
+from ...numbers import principal_axes, quaternion
 from ..load import ControllerLoad, listed, load_format, number
-from ..rotation import principal_axes, quaternion
 
 
 def _digits(load: ControllerLoad) -> int | None:

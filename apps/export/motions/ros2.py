@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from ....common.errors import InputError
 from ....trajectories import SampledTrajectory
-from ..format import Format, Replay
+from ..format import Format
 from ..motion import DENSER, WrittenMotion, listed, motion_head
 
 _SECOND = 1_000_000_000
@@ -47,11 +47,10 @@ def check_joint_names(names: Sequence[str], n: int) -> tuple[str, ...]:
     return names
 
 
-def _replay(motion: WrittenMotion) -> Replay:
+def _replay(motion: WrittenMotion) -> SampledTrajectory:
     # Quintics between points with speeds and accelerations (control.ros.org, Trajectory Representation).
     points = motion.sampled()
-    curve = SampledTrajectory(points.t, points.q, points.qd, points.qdd, "--ros2")
-    return Replay(curve, "ROS 2 joins the samples", DENSER)
+    return SampledTrajectory(points.t, points.q, points.qd, points.qdd, "--ros2")
 
 
 FORMAT = Format(
@@ -62,4 +61,5 @@ FORMAT = Format(
     ready=lambda motion: replace(motion, joint_names=check_joint_names(motion.joint_names, motion.robot.n)),
     remarks=("trajectory_msgs/msg/JointTrajectory; be at the first point before it starts.",),
     replay=_replay,
+    replayed=("ROS 2 joins the samples", DENSER),
 )

@@ -12,7 +12,7 @@ import numpy as np
 from ....common.errors import InputError
 from ....model import Robot
 from ....trajectories import SampledTrajectory
-from ..format import Format, Replay
+from ..format import Format
 from ..motion import DENSER, WrittenMotion, listed, motion_head, require_six_turning
 
 CONTROLLER_RATE = 500.0
@@ -45,12 +45,11 @@ def _ready(motion: WrittenMotion) -> WrittenMotion:
     return motion
 
 
-def _replay(motion: WrittenMotion) -> Replay:
+def _replay(motion: WrittenMotion) -> SampledTrajectory:
     """servoj follows positions alone; they are joined by the smoothest curve that rests at both ends."""
     # It stands in the first pose before, and in the last one afterwards.
     t = np.arange(-1, len(motion.cycles()) + 1) / motion.rate
-    curve = SampledTrajectory(t, motion.plan.at(t)[0], source="--urscript")
-    return Replay(curve, "URScript joins the samples", DENSER)
+    return SampledTrajectory(t, motion.plan.at(t)[0], source="--urscript")
 
 
 def check_urscript(robot: Robot, rate: float) -> None:
@@ -83,4 +82,5 @@ FORMAT = Format(
     write=_write,
     ready=_ready,
     replay=_replay,
+    replayed=("URScript joins the samples", DENSER),
 )

@@ -16,7 +16,7 @@ from ....common.errors import InputError
 from ....model import Robot, forward_kinematics
 from ....trajectories import PointToPoint, Trapezoid, ViaPoints, plan_point_to_point
 from ....trajectories.motions.point_to_point import plan_stops
-from ..format import Format, Replay, plain
+from ..format import Format, plain
 from ..motion import WrittenMotion, motion_head, require_six_turning
 from ..xml import COMMENT, FIRST, element, xml_text
 
@@ -183,8 +183,8 @@ FORMAT = Format(
     first_line=FIRST,
     comment=COMMENT,
     beside=_beside,
-    replay=lambda motion: Replay(
-        val3_replay(motion),
+    replay=val3_replay,
+    replayed=(
         "VAL3 may move from point to point",
         "design with --segments trapezoid, or leave more room by the setting torque-margin",
     ),

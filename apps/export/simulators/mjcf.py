@@ -11,7 +11,7 @@ from xml.etree.ElementTree import Element
 
 from ....estimation.possible.whole_robot import Labelled, WholeRobot
 from ....model import Pose
-from ...numbers import exact
+from ...numbers import exact, quaternion
 from ..format import Format
 from ..robot import (
     drive_attributes,
@@ -23,7 +23,6 @@ from ..robot import (
     moved_links,
     robot_head,
 )
-from ..rotation import quaternion
 from ..xml import COMMENT, FIRST, element, mjcf_inertial, xml_text
 
 DRIVE = {"armature": "armature", "damping": "damping", "friction": "frictionloss"}

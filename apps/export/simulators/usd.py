@@ -14,10 +14,9 @@ from collections.abc import Iterable, Mapping
 
 from ....estimation.possible.whole_robot import Labelled, WholeRobot
 from ....model import Pose
-from ...numbers import exact
+from ...numbers import exact, principal_axes, quaternion
 from ..format import Format
 from ..robot import MovedLink, drive_value, fields, flange_of, gravity_of, link_marks, moved_links, robot_head
-from ..rotation import principal_axes, quaternion
 
 
 def _write(whole: WholeRobot) -> str:

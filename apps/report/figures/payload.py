@@ -71,13 +71,11 @@ def joints_figure(
         reach = 1.1 * min(float(reaches.max()), max(6.0 * float(np.median(reaches)), 0.1 * abs(mass)))
         left.set_xlim(mass - reach, mass + reach)
         joints = [group for group in masses if len(group.joints) == 1]
-        shares, sigmas = (
-            np.array([array(x) for x in each], dtype=float)
-            for each in ([group.share for group in joints], [group.share_sigma for group in joints])
-        )
+        pairs = [[array(group.share), array(group.share_sigma)] for group in joints]
+        shares, sigmas = np.array(pairs, dtype=float).reshape(-1, 2).T
         both = np.stack([shares - 2.0 * sigmas, shares + 2.0 * sigmas], axis=1)
-        agreed = np.array([1.0, np.nan, np.nan])
-        _interval_rows(right, [group.name for group in joints], shares, both, agreed, "not determined")
+        alike = np.array([1.0, np.nan, np.nan])
+        _interval_rows(right, [group.name for group in joints], shares, both, alike, "not determined")
         right.set_ylim(left.get_ylim())
         for axis, title in ((left, "mass [kg]"), (right, "share of the others' payload")):
             axis.set_title(title, fontsize=10)
@@ -100,16 +98,16 @@ def methods_figure(result: PayloadResult) -> Drawing:
 
     def draw() -> Figure:
         filled, opened = values(result.possible), values(free[each.method] for each in result.possible)
-        ends = np.array(
-            [[bounds(each.interval95)[9], *1e3 * array(each.com_interval95, 3, 2)] for each in result.possible]
+        intervals = (
+            [bounds(each.interval95)[9], *1e3 * array(each.com_interval95, 3, 2)] for each in result.possible
         )
+        ends = np.array(list(intervals))
         best = result.possible.index(result.best) if result.best is not None else None
         size, edges = (9.0, 0.42 * len(filled) + 1.35), (0.85, 0.1, 0.3, 0.6)
         figure, (axes,) = panels(size, 1, 4, edges, (0.25, 0.0), sharey=True)
         names = [f"method {each.method}" for each in result.possible]
-        for k, (axis, title) in enumerate(
-            zip(axes, ("mass [kg]", *(f"centre of mass {axis} [mm]" for axis in "xyz")), strict=True)
-        ):
+        titles = ("mass [kg]", *(f"centre of mass {axis} [mm]" for axis in "xyz"))
+        for k, (axis, title) in enumerate(zip(axes, titles, strict=True)):
             agreed = np.full(3, np.nan) if best is None else np.array([filled[best, k], *ends[best, k]])
             _interval_rows(axis, names, filled[:, k], ends[:, k], agreed)
             look: dict[str, Any] = {"color": "black", "fillstyle": "none", "markersize": 5, "linestyle": "none"}

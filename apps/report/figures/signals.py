@@ -137,11 +137,8 @@ def words_of(prediction: TorquePrediction) -> str:
 
 
 def _torques(axis: Axes, prediction: TorquePrediction, joints: Sequence[int]) -> None:
-    curves: list[tuple[str, Sequence[Array], tuple[str, str, float]]]
-    curves = [("measured", prediction.measured, (GREY, "-", 2.6))]
-    curves += [
-        (label, own, look) for (label, own), look in zip(prediction.curves.items(), cycle(_CURVES), strict=False)
-    ]
+    predicted = zip(prediction.curves.items(), cycle(_CURVES), strict=False)
+    curves = [("measured", prediction.measured, (GREY, "-", 2.6)), *((*own, look) for own, look in predicted)]
     ranges = []
     for j in joints:
         values = np.concatenate([torques[j] for _, torques, _ in curves])

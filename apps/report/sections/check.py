@@ -11,7 +11,7 @@ from ....estimation.diagnosis.kinematics import PoseCheck, Readings
 from ....model import Pose, Robot
 from ...logs.following import FollowingChange
 from ...logs.log_check import LogReport, RobotFits
-from ..blocks import Banner, Block, Drawing, Notes, OnPage, Report, Section, Table
+from ..blocks import Block, Drawing, Notes, OnPage, Report, Section, Table, Text
 from ..documents import Look
 from ..figures.canvas import BLUE, GREY, Figure, panels, plain
 from ..figures.signals import signals_figure
@@ -33,7 +33,7 @@ _UNITS = {"following error": ("mrad", 1e3), "unpredicted torque": ("N·m", 1.0),
 
 def log_report(check: LogReport) -> Report:
     """Reading of a log, motion of its joints and findings; then steps of the signals and excitation."""
-    recording, time = check.working.recording, check.time
+    (robot, recording), time = check.working, check.time
     kind = "currents [A] of unknown gain" if check.currents else "torques [N·m or N]"
     speeds = "with speeds" if recording.qd is not None else "without speeds (taken from positions)"
     reading = [f"{recording.source}: positions [rad or m], {kind}, {speeds}, joint side"]
@@ -56,14 +56,14 @@ def log_report(check: LogReport) -> Report:
     mend = f"Mend first: {worst[0]}." if worst else last
     load, unit = ("current", "A") if check.currents else ("torque", "N·m")
     motion, steps = list[tuple[str, ...]](), list[tuple[str, ...]]()
-    for j, (joint, facts) in enumerate(zip(check.working.robot.joints, check.joints, strict=False), 1):
+    for j, (joint, facts) in enumerate(zip(robot.joints, check.joints, strict=False), 1):
         ratio = f"{100 * facts.speed / joint.limits.speed:.0f} %" if np.isfinite(joint.limits.speed) else ""
         position, torque = "{:.3f} to {:.3f}".format(*facts.position), "{:.4g} to {:.4g}".format(*facts.torque)
         motion.append((str(j), "yes" if facts.moves else "no", position, f"{facts.speed:.3g}", ratio, torque))
         sizes = (f"{step:.2g}" if step > 0.0 else "" for step in (facts.position_step, facts.torque_step))
         steps.append((str(j), *sizes, f"{100 * facts.saturated:.2f} %"))
     headings = ("joint", "moves", "position", "speed", "of limit", f"{load} {unit}")
-    sigma = [(entry.name, f"{entry.relative_sigma_percent:.3g} %") for entry in check.excitation]
+    sigma = [(str(row.name), f"{row.relative_sigma_percent:.3g} %") for row in check.excitation]
     tables = (
         Table("Steps of the signals", ("joint", "step of position", f"of {load}", f"{load} at extreme"), steps),
         Table("Excitation: each base parameter from this log", ("", "relative sigma"), sigma),
@@ -104,11 +104,11 @@ def check_report(looks: Sequence[Look]) -> Report:
         if check:
             stem = re.sub(r"\W+", "_", path.replace("\\", "/").rstrip("/").rsplit("/", 1)[-1].split(".")[0])
             unit = "A" if check.currents else "N·m"
-            blocks.append(signals_figure(check.working.recording, unit, f"{number:02d}_{stem}"))
+            blocks.append(signals_figure(check.working[1], unit, f"{number:02d}_{stem}"))
         sections.append(Section(f"log_{number}", path, blocks))
         unusable += [] if check and check.usable else [path]
     text = f"To be mended first: {', '.join(unusable)}." if unusable else "Nothing speaks against using these logs."
-    return Report("A look at recordings", [Banner("do_not_use" if unusable else "use", text)], sections)
+    return Report("A look at recordings", [Text(text, level="do_not_use" if unusable else "use")], sections)
 
 
 def readings_report(robot: Robot, poses: Sequence[PoseCheck], readings: Readings | None) -> Report:
@@ -119,7 +119,7 @@ def readings_report(robot: Robot, poses: Sequence[PoseCheck], readings: Readings
     faithful = readings_agree(poses, readings)
     text = "agrees with the recordings" if faithful else "does NOT agree with the recordings as they are read"
     first: list[Block] = [
-        Banner("use" if faithful else "do_not_use", f"The robot's description {text}."),
+        Text(f"The robot's description {text}.", level="use" if faithful else "do_not_use"),
         Notes(_kinematics_lines(poses, readings), optional=True),
     ]
     tables: list[Block] = []
@@ -238,7 +238,7 @@ def following_report(change: FollowingChange, robot: Robot) -> Report:
     caption = f"Root mean square of the {change.kind} before and after the number was entered, with 95 % intervals."
     return Report(
         f"Before and after a payload was entered: {robot.title or robot.name}",
-        [Banner(level, text), Notes(others), Table(title, headings, rows)],
+        [Text(text, level=level), Notes(others), Table(title, headings, rows)],
         [Section("joints", "Joint by joint", [Drawing("following", caption, draw), Notes(compared)])],
         "how both recordings were compared",
     )

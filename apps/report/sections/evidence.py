@@ -19,7 +19,7 @@ from ....estimation.results.parts import EliminationDocument, ProcessingDocument
 from ....estimation.results.payload import PayloadData, array
 from ....estimation.results.robot import RobotResult
 from ...numbers import percent, with_interval
-from ..blocks import Block, Details, Drawing, Notes, OnPage, Section, Table, Text, with_sigma
+from ..blocks import Block, Drawing, Notes, OnPage, Section, Table, Text, with_sigma
 from ..figures.canvas import BLUE, Axes, Figure, legend, lines_above, log_scale, names_below, panels, plain
 from ..figures.payload import joints_figure
 from ..figures.signals import prediction_figure, words_of, worst_joint_figure
@@ -217,7 +217,7 @@ def excitation_section(make: Callable[[], Excitation | None], labels: Mapping[st
 
         figure = Drawing("excitation", caption, draw, f"{caption} {known}")
         headings = ("", "torque over noise", "its own part", "share", "relative sigma")
-        return [Text(text), figure, Details("Numbers", [Table("Excitation", headings, rows)])]
+        return [Text(text), figure, OnPage(lambda: [Table("Excitation", headings, rows)], "Numbers")]
 
     return Section("excitation", "Excitation of each parameter", [OnPage(shown)])
 

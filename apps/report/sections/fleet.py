@@ -9,7 +9,8 @@ import numpy as np
 
 from ...fleet.comparing import CHANCE, CHANGED, FEWEST, Arm, Compared, Drift, Fleet, farness
 from ...fleet.reduction import ReducedDocument
-from ..blocks import Banner, Block, Drawing, Notes, OnPage, Report, Section, Table, Text, lines
+from ...fleet.store import Log
+from ..blocks import Block, Drawing, Notes, OnPage, Report, Section, Table, Text, lines
 from ..figures.canvas import BLUE, GREY, ORANGE, Figure, panels
 
 _WORDS = (
@@ -40,28 +41,28 @@ _LINES = 12  # recordings that have a column of their own
 
 def reduced_report(reduced: ReducedDocument) -> Report:
     """Count the recordings in the store, and list what was refused, and why."""
-    total, refused = reduced.new + reduced.known, [(bad.file, bad.reason) for bad in reduced.refused]
+    total, refused = reduced.new + reduced.known, reduced.refused
     told = [
         f"{total} recordings in {reduced.store}: {reduced.new} reduced now, {reduced.known} there before.",
         f"{len(refused)} logs refused{':' if refused else '.'}",
     ]
     first: list[Block] = [
         Notes(told),
-        Notes([f"{PurePath(file).name}: {reason}" for file, reason in refused], optional=True),
+        Notes([f"{PurePath(log.file).name}: {log.reason}" for log in refused], optional=True),
     ]
     return Report("The store", first, _refused(refused), "all that was refused")
 
 
-def _refused(refused: Sequence[tuple[str, str]]) -> list[Section]:
-    table = Table("Refused", ("log", "why"), refused)
-    return [Section("refused", "Logs that were refused", [table])] if refused else []
+def _refused(logs: Sequence[Log]) -> list[Section]:
+    table = Table("Refused", ("log", "why"), [(log.file, log.reason) for log in logs])
+    return [Section("refused", "Logs that were refused", [table])] if logs else []
 
 
 def fleet_report(fleet: Fleet) -> Report:
     """Changes of the last night, the clearest first; then a line an arm, and small multiples."""
     arms: Sequence[Arm]
     twins: Compared | None
-    (arms, twins), refused = fleet.working, [(bad.file, bad.reason) for bad in fleet.refused]
+    (arms, twins), refused = fleet.working, fleet.refused
     few = [arm.name for arm in arms if len(arm.days) <= FEWEST]
     more = " and more" if len(few) > 6 else ""
     notes = lines(
@@ -88,7 +89,7 @@ def fleet_report(fleet: Fleet) -> Report:
         ] or [f"No arm differs from its twins beyond {twins.bound:.1f} sigma (chance {CHANCE:g})."]
     headline = f"{len(rows)} changes last night" if rows else "nothing changed last night"
     first: list[Block] = [
-        Banner("do_not_use" if rows else "use", f"{len(arms)} arms: {headline}."),
+        Text(f"{len(arms)} arms: {headline}.", level="do_not_use" if rows else "use"),
         Notes(notes),
         *([Table("What changed", ("arm", "quantity", "by", "z", "nights before"), rows)] if rows else []),
         Notes(odd, optional=True),

@@ -5,7 +5,7 @@ import numpy as np
 from ....common.schema import present
 from ....estimation.results.payload import array, numbers
 from ....estimation.results.robot import GainsResult, MountingDocument
-from ..blocks import Banner, Notes, Report, Table
+from ..blocks import Notes, Report, Table, Text
 from .evidence import (
     MEND,
     VERDICTS,
@@ -36,7 +36,7 @@ def gains_report(gains: GainsResult, document: str | None = None) -> Report:
     ]
     headings = ("motor", "N·m/A", "sigma", "%", "residual %", "rests on")
     first = [
-        Banner(level, f"Verdict: {'use every gain' if level == 'use' else VERDICTS[level]}."),
+        Text(f"Verdict: {'use every gain' if level == 'use' else VERDICTS[level]}.", level=level),
         Table(f"Drive gains of {gains.robot}", headings, rows),
         Notes([after if level != "do_not_use" else MEND]),
         *reason_blocks(gains.judged),

@@ -15,7 +15,7 @@ from ....trajectories import DesignProblem, Fourier, NearShape, Scene, Score, St
 from ....trajectories.design.problem import BALL
 from ....trajectories.design.score import Learnt, holding_torques
 from ...export.motion import assumed_line, rests_on
-from ..blocks import Banner, Block, Notes, OnPage, Report, Section, Table, Text, lines
+from ..blocks import Block, Notes, OnPage, Report, Section, Table, Text, lines
 from ..documents import JudgedMotion, NearResult
 from ..figures.motion import motion_figure, sigma_figure
 from .robot import assumed_notes
@@ -200,7 +200,7 @@ def _stiction(result: NearResult, mass: float) -> list[str]:
     ]
 
 
-def _motion_banner(title: str, score: Score) -> Banner:
+def _motion_banner(title: str, score: Score) -> Text:
     names = dict.fromkeys(limit.name for limit in score.limits)
     missing = [kind for kind in _KINDS if not any(name.startswith(kind) for name in names)]
     missed = dict.fromkeys(limit.name for limit in score.limits if str(limit) in score.violations)
@@ -215,7 +215,7 @@ def _motion_banner(title: str, score: Score) -> Banner:
     unseen += [*["payload"] * (score.problem.payloads is None), "cables and cell"]
     clear = f" Looked at: {' and '.join(looked)}." * bool(looked)
     level = level if score.feasible else "do_not_use"
-    return Banner(level, f"{title}: {keeps}.{clear} NOT looked at: {', '.join(unseen)}.")
+    return Text(f"{title}: {keeps}.{clear} NOT looked at: {', '.join(unseen)}.", level=level)
 
 
 def _how_to_run(duration: float, writers: str, command: str) -> OnPage:

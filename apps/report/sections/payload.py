@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from ....estimation.results.payload import PayloadResult, array
 from ...export.controllers import FORMATS
 from ...export.load import is_flange, load_of
 from ...numbers import SIX, interval_digits, rounded, six, with_interval
-from ..blocks import Banner, Block, Code, Details, Notes, OnPage, Pair, Report, Section, Table, Text, lines
+from ..blocks import Block, Code, Notes, OnPage, Pair, Report, Section, Table, Text, lines
 from ..figures.payload import flange_figure, repeats_figure, seen
 from . import evidence
 from .estimates import data_notes, methods_section
@@ -68,7 +69,7 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
         *([flange_figure(best, result.inertia.use == "use", is_flange(result.frame))] if best else []),
     ]
     first: list[Block] = [
-        Banner(level, f"Verdict: {evidence.VERDICTS[level]} (method {method}, {METHOD_NAMES[method]})."),
+        Text(f"Verdict: {evidence.VERDICTS[level]} (method {method}, {METHOD_NAMES[method]}).", level=level),
         Pair(controller, [quantities_table(result)]),
         *evidence.reason_blocks(result.verdict),
         Notes([*answer_notes(result), *notes], optional=True),
@@ -190,13 +191,15 @@ def controller_blocks(result: PayloadResult) -> list[Block]:
         return [Text(where), Code("controller-plain", controller_line(result))]
     load = replace(at_flange, reasons=())  # which stand beside it
     maker = next((form for word, form in _MAKERS.items() if word in result.title.lower()), "")
-    opened, formats = list[Block](), list[Block]()
-    for form in _SHOWN:
+
+    def written(form: str) -> list[Block]:
         try:
-            block: Block = Code(f"controller-{form}", FORMATS[form].text(load).rstrip("\n"))
+            return [Code(f"controller-{form}", FORMATS[form].text(load).rstrip("\n"))]
         except InputError as error:
-            block = Text(f"This controller would refuse it: {error}.")
-        (opened if form == maker else formats).append(Details(FORMATS[form].title, [block], form == maker))
-    more = ", ".join(form for form in FORMATS if form not in _SHOWN)
-    formats.append(Text(f"'dynident export --to' also writes {more}."))
-    return [*opened, Details("Other controllers and files" if maker else "Controllers and files", formats)]
+            return [Text(f"This controller would refuse it: {error}.")]
+
+    every = {form: OnPage(partial(written, form), FORMATS[form].title, form == maker) for form in _SHOWN}
+    own = [every.pop(maker)] if maker else []
+    more = Text(f"'dynident export --to' also writes {', '.join(form for form in FORMATS if form not in _SHOWN)}.")
+    title = "Other controllers and files" if maker else "Controllers and files"
+    return [*own, OnPage(lambda: [*every.values(), more], title)]

@@ -17,7 +17,7 @@ from ....model.frames import frames_at
 from ....model.friction import PAPER, term_names
 from ....model.robot import SOURCED
 from ...numbers import percent
-from ..blocks import Banner, Block, Notes, Report, Section, Table, lines, with_sigma
+from ..blocks import Block, Notes, Report, Section, Table, Text, lines, with_sigma
 from . import evidence
 from .rollout import rollout_line, rollout_section
 
@@ -133,7 +133,7 @@ def robot_report(result: RobotResult, document: str | None = None) -> Report:
     fits = ("unexplained", *(["held out"] if held_out else []))
     headings = ("", *fits, "Coulomb friction", "unit", "viscous friction", "unit")
     first = [
-        Banner("do_not_use" if verdict.reasons else "use", f"Verdict: {_BAD if verdict.reasons else _GOOD}"),
+        Text(f"Verdict: {_BAD if verdict.reasons else _GOOD}", level="do_not_use" if verdict.reasons else "use"),
         *evidence.reason_blocks(verdict),
         Table(f"Torques of {result.title}", headings, rows),
         Notes(told),

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dynident.apps.logs import FilePart, Gears, Quantity, Time, with_flags
+from dynident.apps.logs import Gears, Layout, Quantity, Time, with_flags
 from dynident.apps.logs.columns import Naming
 from dynident.apps.logs.following import following_change, read_following
 from dynident.apps.logs.map import LogMap, factor, read_log_map
@@ -25,7 +25,7 @@ def test_files_side_by_side_must_fit(tmp_path: Path, arm: Robot, signals: Signal
     np.savetxt(tmp_path / "a.csv", signals["q"], delimiter=",")
     np.savetxt(tmp_path / "b.csv", signals["tau"][:-1], delimiter=",")
     names = {kind: tuple(f"{kind}{j}" for j in range(1, 7)) for kind in ("q", "tau")}
-    parts = (FilePart(name="a.csv", names=names["q"]), FilePart(name="b.csv", names=names["tau"]))
+    parts = (Layout(name="a.csv", names=names["q"]), Layout(name="b.csv", names=names["tau"]))
     how = LogMap(files=parts, time=Time(rate=100.0))
     with pytest.raises(InputError, match=r"a\.csv, b\.csv have not the same number of rows"):
         read_recording(tmp_path, arm, None, how)

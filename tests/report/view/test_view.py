@@ -2,14 +2,13 @@
 
 import sys
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import casadi as ca
 import numpy as np
 import pytest
-from dynident.apps.view.moving import ShownPayload, view_of
+from dynident.apps.view.moving import view_of
 from dynident.apps.view.shapes import Shape, box, capsule, coarse, ellipsoid, inertia_axes, plane
 from dynident.apps.view.viser_page import html_of
 from dynident.cli import main
@@ -21,12 +20,8 @@ from dynident.model.kinematics import link_frames
 from dynident.tests.conftest import PRISMATIC
 
 DRAW = np.random.default_rng(3)
-PAYLOAD = ShownPayload(
-    4.0,
-    np.array([0.01, 0.02, 0.1]),
-    np.array([[0.0, 0.02], [0.017, 0.023], [0.09, 0.112]]),
-    np.diag([0.03, 0.02, 0.01]),
-)
+BODY = InertialParameters.from_com(4.0, [0.01, 0.02, 0.1], [0.03, 0.02, 0.01])
+PAYLOAD = np.array([[0.0, 0.02], [0.017, 0.023], [0.09, 0.112]]), BODY
 
 
 def motion(robot: Robot, count: int = 5) -> Motion:
@@ -111,7 +106,7 @@ def test_the_payloads_ellipsoids_are_to_scale() -> None:
     axes = inertia_axes(3.0, body.inertia_com)
     second = 3.0 / 5.0 * axes @ axes.T
     assert np.allclose(np.trace(second) * np.eye(3) - second, body.inertia_com, atol=1e-12)
-    unknown = replace(PAYLOAD, com_interval=np.full((3, 2), np.nan), inertia=None)
+    unknown = np.full((3, 2), np.nan), None
     names = [
         shape.name for shape in view_of(load_robot("ur10e"), motion(load_robot("ur10e"), 2), payload=unknown).shapes
     ]

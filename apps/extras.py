@@ -1,36 +1,38 @@
-"""Tables as Parquet, by pyarrow, which is an extra."""
+"""Packages that only some formats need, and tables as Parquet, by one of them."""
 
 from collections.abc import Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from ..common.errors import InputError
 from ..common.files import opened
 
+_PARQUET = "Parquet needs pyarrow: pip install 'dynident[fleet]'"
 
-def pyarrow_for(purpose: str, advice: str) -> Any:
-    """The package; where it is not installed, a refusal says what needs it and what to do."""
+
+def extra(module: str, refusal: str) -> Any:
+    """Import a module; where its package is not installed, the refusal says what needs it and what to do."""
     try:
-        import pyarrow.parquet
+        return import_module(module)
     except ImportError:
-        raise InputError(f"{purpose} needs pyarrow: {advice}") from None
-    return pyarrow
+        raise InputError(refusal) from None
 
 
 def parquet_bytes(columns: Mapping[str, Any]) -> bytes:
     """A table as the content of a file; the same for the same table."""
-    pyarrow = pyarrow_for("Parquet", "pip install 'dynident[fleet]'")
+    pyarrow, parquet = extra("pyarrow", _PARQUET), extra("pyarrow.parquet", _PARQUET)
     stream = pyarrow.BufferOutputStream()
-    pyarrow.parquet.write_table(pyarrow.table(dict(columns)), stream, compression="zstd")
+    parquet.write_table(pyarrow.table(dict(columns)), stream, compression="zstd")
     return bytes(stream.getvalue())
 
 
 def parquet_rows(path: Path, columns: Sequence[str] | None = None) -> list[dict[str, Any]]:
     """Rows of a file's table; all its columns by default."""
-    pyarrow = pyarrow_for("Parquet", "pip install 'dynident[fleet]'")
+    pyarrow, parquet = extra("pyarrow", _PARQUET), extra("pyarrow.parquet", _PARQUET)
     try:
         with opened(path) as stream:
-            table = pyarrow.parquet.read_table(pyarrow.BufferReader(stream.read()), columns=columns)
+            table = parquet.read_table(pyarrow.BufferReader(stream.read()), columns=columns)
         rows: list[dict[str, Any]] = table.to_pylist()
     except (pyarrow.ArrowException, ValueError, OSError) as error:
         raise InputError(f"{path}: cannot be read as Parquet ({' '.join(str(error).split())})") from None
