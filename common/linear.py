@@ -13,8 +13,7 @@ from .arrays import Array
 
 RANK_TOLERANCE = 1e-8
 """Columns, scaled to norm 1, are dependent if a singular value is below this fraction of the largest."""
-_ROUNDING = 1e-12
-"""Fraction of a column's norm in all rows, below which it is rounding in some of them."""
+_ROUNDING = 1e-12  # fraction of a column's norm in all rows, below which it is rounding in some of them
 
 
 class Decomposition(NamedTuple):

@@ -13,8 +13,7 @@ from .drives import SPRING, DriveState, Sign, drive_terms, parameter_kind
 from .kinematics import ZERO, FrameChange, Vector, add, cross, dot
 from .robot import INERTIAL, Robot
 
-_TOGETHER = 1024
-"""States that are treated together by NumPy: their wrenches stay near the processor."""
+_TOGETHER = 1024  # states that are treated together by NumPy: their wrenches stay near the processor
 
 
 def standard_columns(robot: Robot) -> tuple[str, ...]:

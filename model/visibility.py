@@ -29,15 +29,10 @@ _STRONG = 6.0  # rad/s^2 or m/s^2
 
 @dataclass(frozen=True)
 class PayloadVisibility:
-    """Visibility of a payload in the torques of some joints.
+    """Visibility of a payload in the torques of some joints."""
 
-    Attributes:
-        joints: numbers of the joints whose torques count.
-        base: what the torques show: some of ``INERTIAL``, and what is grouped into them.
-    """
-
-    joints: tuple[int, ...]
-    base: BaseParameters
+    joints: tuple[int, ...]  # numbers of the joints whose torques count
+    base: BaseParameters  # what the torques show: some of ``INERTIAL``, and what is grouped into them
 
     @property
     def rank(self) -> int:

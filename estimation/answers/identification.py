@@ -40,10 +40,8 @@ from ..results import parts
 from ..results.robot import RobotData, RobotResult
 from .system import ObservationSystem, TorquePrediction, joined, robot_predictions
 
-_UNLIKELY = 0.01
-"""Largest p-value at which the data contradict everything possible with these zeros."""
-_ZERO = 1e-2
-"""Fraction of its own standard deviation within which an eliminated base parameter is kept at zero."""
+_UNLIKELY = 0.01  # largest p-value at which the data contradict everything possible with these zeros
+_ZERO = 1e-2  # fraction of its own standard deviation within which an eliminated base parameter is kept at zero
 
 
 def impossible_payload(elimination: Elimination) -> tuple[str, ...]:

@@ -43,19 +43,14 @@ class Anchor(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """Equations cut in blocks of time, stacked; together they are the whole.
+    """Equations cut in blocks of time, stacked; together they are the whole."""
 
-    Attributes:
-        factors: per joint, B x k x (c + 1): the blocks' own, rows of zeros below the shorter ones.
-        rows: number of equations, B x n.
-        effective_rows: number of those with independent noise, B x n.
-        length: shortest length of a block [s], unless a whole recording is shorter.
-    """
-
+    # per joint, B x k x (c + 1): the blocks' own, rows of zeros below the shorter ones
     factors: tuple[Array, ...] = ()
-    rows: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    rows: Array = field(default_factory=lambda: np.zeros((0, 0)))  # number of equations, B x n
+    # number of those with independent noise, B x n
     effective_rows: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    length: float = 0.0
+    length: float = 0.0  # shortest length of a block [s], unless a whole recording is shorter
 
     def __len__(self) -> int:
         """Number of blocks."""

@@ -62,20 +62,14 @@ class Layout:
 
 @dataclass(frozen=True, eq=False)
 class Observation:
-    """The equations of one recording, row by row.
+    """The equations of one recording, row by row."""
 
-    Attributes:
-        layout: what the rows hold.
-        rows: per joint, entries of W that are not zero, torque [N·m or N] (known torques, such as a spring's, are
-            already moved there), and parts of it that are not of its own motor; numbers of an equation x r_j.
-        t: per joint, time of the rows [s], shape (r_j,).
-        bandwidth: fraction of the frequency range that white noise fills; 1 without decimation.
-    """
-
-    layout: Layout
+    layout: Layout  # what the rows hold
+    # per joint, entries of W that are not zero, torque [N·m or N] (known torques, such as a spring's, are already
+    # moved there), and parts of it that are not of its own motor; numbers of an equation x r_j
     rows: tuple[Array, ...]
-    t: tuple[Array, ...]
-    bandwidth: float
+    t: tuple[Array, ...]  # per joint, time of the rows [s], shape (r_j,)
+    bandwidth: float  # fraction of the frequency range that white noise fills; 1 without decimation
 
     @staticmethod
     def of(

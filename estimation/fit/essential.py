@@ -78,20 +78,14 @@ StopRule = SigmaRatio | SigmaBound
 
 @dataclass(frozen=True)
 class Elimination:
-    """Essential parameters, and backward elimination down to no parameter at all.
+    """Essential parameters, and backward elimination down to no parameter at all."""
 
-    Attributes:
-        order: the parameters, first eliminated first, c.
-        path: with k parameters eliminated, k = 0 .. c, the error's standard deviation over that with none, and the
-            largest relative standard deviation of those that remain, a fraction, 0 where none does; (c + 1) x 2.
-        rule: when it ended.
-        estimate: of the essential parameters, the others zero; weights as with all parameters.
-    """
-
-    order: tuple[str, ...]
+    order: tuple[str, ...]  # the parameters, first eliminated first, c
+    # with k parameters eliminated, k = 0 .. c, the error's standard deviation over that with none, and the largest
+    # relative standard deviation of those that remain, a fraction, 0 where none does; (c + 1) x 2
     path: Array
-    rule: StopRule
-    estimate: Estimate
+    rule: StopRule  # when it ended
+    estimate: Estimate  # of the essential parameters, the others zero; weights as with all parameters
 
     def __post_init__(self) -> None:
         """Lock the path and check its shape."""

@@ -16,17 +16,11 @@ from .drive_gains import Gains
 
 @dataclass(frozen=True)
 class Fit:
-    """Fit of a model to torques.
+    """Fit of a model to torques."""
 
-    Attributes:
-        error_norms: per joint, norm of Y_j - W_j chi [N·m or N].
-        torque_norms: per joint, norm of Y_j.
-        rows: per joint, number of equations.
-    """
-
-    error_norms: Array
-    torque_norms: Array
-    rows: tuple[int, ...]
+    error_norms: Array  # per joint, norm of Y_j - W_j chi [N·m or N]
+    torque_norms: Array  # per joint, norm of Y_j
+    rows: tuple[int, ...]  # per joint, number of equations
 
     def __post_init__(self) -> None:
         """Lock the norms and check that there is one for each joint."""

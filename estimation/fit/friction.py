@@ -18,15 +18,12 @@ from ..equations.observer import Observer
 from .blocks import weighted_solution
 from .linear_problem import LinearProblem, left_out
 
-_PASSES = 10
-"""Largest number of passes: the load is known after one, and each leaves its error times FL."""
-_SETTLED = 1e-3
-"""Fraction of a standard deviation: a smaller change of every parameter ends the passes."""
+_PASSES = 10  # largest number of passes: the load is known after one, and each leaves its error times FL
+_SETTLED = 1e-3  # fraction of a standard deviation: a smaller change of every parameter ends the passes
 _SURE = 2.0
 """Standard errors by which the error on held-out blocks must fall: of 750 joints of simulated arms without such
 friction 3 kept a term by 2; by 1 every fiftieth did."""
-_OWN = 0.02
-"""Part of a term's column that no other column can imitate, below which the data do not tell it apart."""
+_OWN = 0.02  # part of a term's column that no other column can imitate, below which the data do not tell it apart
 
 
 Held = TypeVar("Held")

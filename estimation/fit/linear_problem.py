@@ -23,10 +23,8 @@ from ..equations.equations import Equations, checked, compressed, triangular
 from .covariance import formula, sandwich
 from .estimate import Estimate, fit
 
-_HELD = 1e-6
-"""Fraction of a direction that the other blocks must hold: differences then keep ten digits."""
-_AT_ONCE = 16
-"""Number of blocks that are worked on together: few enough for little memory."""
+_HELD = 1e-6  # fraction of a direction that the other blocks must hold: differences then keep ten digits
+_AT_ONCE = 16  # number of blocks that are worked on together: few enough for little memory
 
 
 class LeftOut(NamedTuple):
@@ -181,27 +179,19 @@ class _Triangle(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class LinearProblem:
-    """Equations and the roles of their columns; a column without a role is free, estimated with the wanted ones.
+    """Equations and the roles of their columns; a column without a role is free, estimated with the wanted ones."""
 
-    Attributes:
-        equations: in all the columns.
-        wanted: the parameters that are asked for.
-        fixed: parameters known from elsewhere, group by group.
-        soft: parameters that are near zero: one more equation for each.
-        prior: parameters near values that are known: as many equations more.
-        shown: equations in the same columns on whose torques the fit is judged; all by default.
-        own_torque: judge the fit on the wanted parameters' own torque, that of all others taken off.
-        parts: the equations without each block of time, where they are not the sum of their blocks; what is fixed
-            then comes from no blocks.
-    """
-
-    equations: Equations
-    wanted: tuple[str, ...]
-    fixed: tuple[Known, ...] = ()
+    equations: Equations  # in all the columns
+    wanted: tuple[str, ...]  # the parameters that are asked for
+    fixed: tuple[Known, ...] = ()  # parameters known from elsewhere, group by group
+    # parameters that are near zero: one more equation for each
     soft: Mapping[str, SoftPrior] = field(default_factory=dict)
-    prior: Known | None = None
+    prior: Known | None = None  # parameters near values that are known: as many equations more
+    # equations in the same columns on whose torques the fit is judged; all by default
     shown: Equations | None = None
-    own_torque: bool = False
+    own_torque: bool = False  # judge the fit on the wanted parameters' own torque, that of all others taken off
+    # the equations without each block of time, where they are not the sum of their blocks; what is fixed then comes
+    # from no blocks
     parts: tuple[Equations, ...] = ()
     _triangles: dict[bytes, _Triangle] = field(default_factory=dict, init=False, repr=False)
 

@@ -25,8 +25,7 @@ from ..fit.linear_problem import Known, SoftPrior
 
 FREE = "free "
 """Beginning of the names of what is estimated anew in each recording, besides the payload."""
-_LEVEL = "held "
-"""Beginning of the names of the values that constant torques have by their prior."""
+_LEVEL = "held "  # beginning of the names of the values that constant torques have by their prior
 
 OFFSET_SHARE = 0.033
 """Standard deviation of the change between two recordings over a joint's Coulomb friction.
@@ -37,12 +36,10 @@ sqrt(2) more.
 """
 _WRIST = 3
 """Number of last joints, always free: their torque shifts the centre of mass, and the TX40's scatter by 17 %."""
-_CONTRADICTED = 1e-3
-"""Probability of what the recordings say, below which the constant torques are free."""
+_CONTRADICTED = 1e-3  # probability of what the recordings say, below which the constant torques are free
 _FEWEST_LEFT = 6
 """Number of rows of a joint beyond its free columns; fewer may be fitted exactly, and show no errors."""
-_HIDDEN = 1e-6
-"""Fraction of a friction in undetermined directions above which it is not known."""
+_HIDDEN = 1e-6  # fraction of a friction in undetermined directions above which it is not known
 
 
 def free_columns(columns: Sequence[str]) -> list[str]:

@@ -26,15 +26,12 @@ from ..equations.observer import PATH
 from ..fit.estimate import Estimate
 from ..fit.linear_problem import Known, LinearProblem, SoftPrior
 
-_UNSURE = 0.25
-"""Fraction of the path's correction that may be wrong (1 sigma)."""
-_SMALL = 1e-3
-"""Smallest singular value over the largest, columns scaled, that recordings without payload show."""
+_UNSURE = 0.25  # fraction of the path's correction that may be wrong (1 sigma)
+_SMALL = 1e-3  # smallest singular value over the largest, columns scaled, that recordings without payload show
 _OFFSETS = 0.012
 """Standard deviation of a constant torque's change, as a fraction of the arm's largest Coulomb friction: 0.2 N·m on
 a UR10e."""
-_NONE = 1e-9
-"""Fraction of the arm's largest friction below which a joint has none."""
+_NONE = 1e-9  # fraction of the arm's largest friction below which a joint has none
 _SCALE = "scale under load"
 
 

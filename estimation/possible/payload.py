@@ -82,27 +82,19 @@ class Weighing(Document, frozen=True):
 
 @dataclass(frozen=True)
 class Possible:
-    """A payload, or the links of a robot, that can exist.
+    """A payload, or the links of a robot, that can exist."""
 
-    Attributes:
-        free: the unconstrained estimate with the covariance by which distance and p-value go.
-        values: the constrained parameters: of a payload all ten in the order of ``PAYLOAD``, eliminated ones zero;
-            of a robot its base parameters in the order of ``free.names``.
-        chi2_rise: of these values, squared distance from the free ones by their covariance, plus soft terms.
-        active: what holds the estimate back, largest multiplier first.
-        bodies: the payload alone, or one robot's links; each can exist.
-        status: of the solver; without a solve "free" if the free estimate holds every constraint, "repaired" if
-            it does but for an eigenvalue of rounding size (exact data), "prior" if a prior itself will do.
-        constraints: of a payload.
-    """
-
-    free: Estimate
+    free: Estimate  # the unconstrained estimate with the covariance by which distance and p-value go
+    # the constrained parameters: of a payload all ten in the order of ``PAYLOAD``, eliminated ones zero; of a robot
+    # its base parameters in the order of ``free.names``
     values: Array
-    chi2_rise: float
-    active: tuple[Active, ...]
-    bodies: tuple[InertialParameters, ...]
+    chi2_rise: float  # of these values, squared distance from the free ones by their covariance, plus soft terms
+    active: tuple[Active, ...]  # what holds the estimate back, largest multiplier first
+    bodies: tuple[InertialParameters, ...]  # the payload alone, or one robot's links; each can exist
+    # of the solver; without a solve "free" if the free estimate holds every constraint, "repaired" if it does but
+    # for an eigenvalue of rounding size (exact data), "prior" if a prior itself will do
     status: str
-    constraints: tuple[Constraint, ...] = ()
+    constraints: tuple[Constraint, ...] = ()  # of a payload
 
     def __post_init__(self) -> None:
         """Lock the values."""
@@ -154,10 +146,8 @@ def rise_p_value(chi2: float, k: int, degrees_of_freedom: float) -> float:
 
 POSSIBLE = (PossibleBody("payload"),)
 """Constraints of every payload."""
-_NO_MULTIPLIER = 1e-7
-"""Multiplier below which it is rounding."""
-_DEPENDENT = 1e-13
-"""Smallest eigenvalue of a correlation matrix that counts as of full rank."""
+_NO_MULTIPLIER = 1e-7  # multiplier below which it is rounding
+_DEPENDENT = 1e-13  # smallest eigenvalue of a correlation matrix that counts as of full rank
 NOISE_FLOOR = 3e-7
 """Noise floor in the body's own size: a solver accurate to 1e-8 cannot weigh finer errors; no recording has any."""
 TOLERANCE = 1e-6

@@ -35,8 +35,7 @@ thousand times the size of each parameter. Where the search stops short of its e
 """
 _ABOVE = 1.0 + 4.0 * np.finfo(float).eps
 """Factor by which a larger number is above a smaller one, whatever rounding a change of scale leaves."""
-_UNSEEN = 1e-3
-"""Standard deviations by which a repair may change a number."""
+_UNSEEN = 1e-3  # standard deviations by which a repair may change a number
 
 
 def typical_length(robot: Robot) -> float:

@@ -22,8 +22,7 @@ from ..fit.estimate import Estimate, error_model
 from .robot import POWERS, typical_length
 
 _ROUNDING = 1e-9
-_NOTHING = 1e-12
-"""Fraction of a gradient's largest entry below which it is a rotation's rounding."""
+_NOTHING = 1e-12  # fraction of a gradient's largest entry below which it is a rotation's rounding
 
 
 class Origin(NamedTuple):

@@ -56,10 +56,8 @@ def _at_end(step: Array, further: Array, rise: Array, beyond: Array) -> Array:
 _ORDER = 4  # of the Butterworth filter on positions and speeds
 _MOST_OVERSAMPLING = 1.25  # of the mean recorded rate: interpolated samples are not measurements
 _FEWEST = 30  # samples
-_BRIEF = 1.0
-"""Duration [s] below which the filter errs at both ends, and a higher cut-off helps little."""
-_SHORTEST = 0.1
-"""Duration [s] below which a recording shows no motion, whatever the cut-off."""
+_BRIEF = 1.0  # duration [s] below which the filter errs at both ends, and a higher cut-off helps little
+_SHORTEST = 0.1  # duration [s] below which a recording shows no motion, whatever the cut-off
 _MOVES = 1e-3  # rad or m: rms of a joint that moves
 _MOST_LOST = 0.01  # of a joint's rms motion: good cut-offs change it by 1e-3 and less
 _ENDS = 1.5  # periods of the cut-off by which an end is mirrored where a motion was cut

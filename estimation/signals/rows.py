@@ -88,8 +88,7 @@ def moving_parts(motion: Motion, still_speed: float) -> Mask:
     return mask
 
 
-_PIECE = re.compile(r"( \(\S+ to \S+ s\))+$")
-"""Pattern of the name that ``cut`` gives to a piece of a file."""
+_PIECE = re.compile(r"( \(\S+ to \S+ s\))+$")  # pattern of the name that ``cut`` gives to a piece of a file
 _GAP = 5.0  # median steps
 _LOST = 1.5  # median steps: a longer one lacks rows
 _SHORTEST = 2.0  # s

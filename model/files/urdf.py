@@ -36,8 +36,7 @@ _FLANGES = (r"(.*[_-])?tool0", r"(.*[_-])?flange", r"(panda|fer|fr3|fp3)_link8")
 _UNKNOWN = (math.nan,)
 _ZEROS = (0.0, 0.0, 0.0)
 _Element = ElementTree.Element
-_Notes = dict[str, dict[str, None]]
-"""Notes on what was made exact or left out, and at which places, each once."""
+_Notes = dict[str, dict[str, None]]  # notes on what was made exact or left out, and at which places, each once
 
 
 class UrdfJoint(NamedTuple):
@@ -63,25 +62,16 @@ class UrdfJoint(NamedTuple):
 
 
 class Urdf(NamedTuple):
-    """Links and joints of one file.
+    """Links and joints of one file."""
 
-    Attributes:
-        name: of the robot.
-        source: the file, for messages.
-        links: every link's body in its own frame, None where the file gives none.
-        joints: in the order of the file.
-        children: of every link, the joints that it carries.
-        notes: what was made exact or left out.
-        meshes: of every link, in its own frame.
-    """
-
-    name: str
-    source: str
+    name: str  # of the robot
+    source: str  # the file, for messages
+    # every link's body in its own frame, None where the file gives none
     links: Mapping[str, InertialParameters | None]
-    joints: tuple[UrdfJoint, ...]
-    children: Mapping[str, Sequence[UrdfJoint]]
-    notes: tuple[str, ...]
-    meshes: Mapping[str, tuple[Mesh, ...]]
+    joints: tuple[UrdfJoint, ...]  # in the order of the file
+    children: Mapping[str, Sequence[UrdfJoint]]  # of every link, the joints that it carries
+    notes: tuple[str, ...]  # what was made exact or left out
+    meshes: Mapping[str, tuple[Mesh, ...]]  # of every link, in its own frame
 
     def fixed_to(self, link: str, pose: Pose) -> list[tuple[str, Pose]]:
         """List a link and all that is fixed to it, with their frames where the link's is at ``pose``."""

@@ -157,19 +157,12 @@ class Samples(NamedTuple):
 
 
 class Pieces(NamedTuple):
-    """Pieces of a motion, one after the other.
+    """Pieces of a motion, one after the other."""
 
-    Attributes:
-        start: position at the beginning of each [rad or m], K x n.
-        coefficients: of the basis [rad or m], K x m x n.
-        durations: [s], shape (K,).
-        basis: in unit time, zero in q at s = 0.
-    """
-
-    start: Array
-    coefficients: Array
-    durations: Array
-    basis: Callable[[Array], Factors]
+    start: Array  # position at the beginning of each [rad or m], K x n
+    coefficients: Array  # of the basis [rad or m], K x m x n
+    durations: Array  # [s], shape (K,)
+    basis: Callable[[Array], Factors]  # in unit time, zero in q at s = 0
 
     def at(self, t: Array) -> tuple[Array, Array, Array]:
         """Position, speed and acceleration at times [s], each (N, n); at rest before 0 and after the last one."""
