@@ -52,13 +52,14 @@ class Decomposition(NamedTuple):
         return np.asarray(np.sum(self.null**2, axis=1))
 
 
-def decomposed(A: Array, whole: Array | None = None) -> Decomposition:
+def decomposed(A: Array, whole: Array | None = None, tolerance: float = RANK_TOLERANCE) -> Decomposition:
     """Singular value decomposition of a matrix with its columns scaled to norm 1.
 
     Args:
         A: N x c; no rows and no columns are allowed.
         whole: norms of the columns of a larger matrix, of which A is some rows. A column that is next to nothing
             beside them is rounding, and counts as zero.
+        tolerance: largest ratio of a singular value to the largest one that calls a direction undetermined.
     """
     sizes = np.linalg.norm(A, axis=0)
     if whole is not None:
@@ -67,7 +68,7 @@ def decomposed(A: Array, whole: Array | None = None) -> Decomposition:
     sizes[sizes == 0.0] = 1.0
     rows, columns = A.shape
     U, singular, Vt = np.linalg.svd(A / sizes, full_matrices=rows < columns)
-    r = int(np.sum(singular > RANK_TOLERANCE * singular.max(initial=0.0)))
+    r = int(np.sum(singular > tolerance * singular.max(initial=0.0)))
     return Decomposition(sizes, U[:, :r], singular[:r], Vt[:r].T, Vt[r:].T)
 
 

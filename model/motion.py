@@ -64,13 +64,6 @@ class Measurement:
         samples, joints = self.motion.t.shape, self.motion.q.shape
         freeze_fields(self, torque=joints, spring_before=samples, path=joints)
 
-    def between(self, start: int, stop: int) -> "Measurement":
-        """Take the samples from ``start`` to before ``stop``."""
-        part, motion = slice(start, stop), self.motion
-        before, path = (None if array is None else array[part] for array in (self.spring_before, self.path))
-        own = Motion(motion.t[part], motion.q[part], motion.qd[part], motion.qdd[part])
-        return Measurement(own, self.torque[part], before, path)
-
 
 @dataclass(frozen=True, repr=False)
 class Recording(Brief):

@@ -34,7 +34,7 @@ from ..payload.long_motion import Source, check_blocks
 from ..payload.methods import jackknifed
 from ..possible.cone import SolverError
 from ..possible.payload import rise_p_value, solve_constrained
-from ..possible.prior import has_prior, robot_prior, solve_constrained_prior
+from ..possible.prior import robot_prior, solve_constrained_prior
 from ..possible.robot import PossibleRobot, solve_constrained_base
 from ..results import parts
 from ..results.robot import RobotData, RobotResult
@@ -143,10 +143,9 @@ class Identification(Speaks):
     @cached_property
     def possible(self) -> PossibleRobot | None:
         """The nearest robot that can exist, by a prior where the robot's file has one; None where none is found."""
-        try:
-            prior = robot_prior(self.robot) if has_prior(self.robot) else None
-        except InputError:  # links of CAD often cannot exist
-            prior = None
+        prior = None
+        with suppress(InputError):  # there is none, or links of CAD that cannot exist
+            prior = robot_prior(self.robot)
         with suppress(SolverError):
             if prior is not None:
                 return solve_constrained_prior(self.robot, self.base, self.estimate, prior)

@@ -87,14 +87,6 @@ class Elimination:
     rule: StopRule  # when it ended
     estimate: Estimate  # of the essential parameters, the others zero; weights as with all parameters
 
-    def __post_init__(self) -> None:
-        """Lock the path and check its shape."""
-        path = np.array(self.path, dtype=float)  # data without noise have infinite ratios
-        if path.shape != (len(self.order) + 1, 2):
-            raise ValueError(f"path must have {len(self.order) + 1} rows of 2, got {path.shape}")
-        path.flags.writeable = False
-        object.__setattr__(self, "path", path)
-
     @property
     def essential(self) -> tuple[str, ...]:
         """Names of the essential parameters, in the problem's order."""
@@ -148,5 +140,6 @@ def eliminate(problem: Equations, estimate: Estimate, rule: StopRule | None = No
         ratio = np.sqrt(np.array(variances) / max(variances[0], np.finfo(float).tiny))
     names = tuple(problem.columns[k] for k in order)
     path = np.column_stack([np.append(1.0, ratio[1:]), [*largest, 0.0]])
+    path.setflags(write=False)
     essential = [name for name in problem.columns if name not in names[: rule.eliminated(*path.T)]]
     return Elimination(names, path, rule, weighted(problem.select(essential), estimate.weights))

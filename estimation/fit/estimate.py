@@ -147,11 +147,6 @@ class Estimate(Brief):
         """Value of one parameter."""
         return float(self.values[self.names.index(name)])
 
-    def select(self, names: Sequence[str]) -> tuple[Array, Array]:
-        """Values (k,) and covariance k x k of some of the parameters."""
-        indices = [self.names.index(name) for name in names]
-        return self.values[indices], self.covariance[np.ix_(indices, indices)]
-
     def part(self, names: Sequence[str]) -> "Estimate":
         """Take some of the parameters, in the order given."""
         return self.mapped(np.eye(len(self.names))[[self.names.index(name) for name in names]], names)

@@ -152,11 +152,6 @@ class LongMotion(Brief):
         """True if a robot known earlier is corrected by these recordings: its friction is of another day."""
         return self.known is not None and bool(self.friction)
 
-    @property
-    def robot_prior(self) -> Known:
-        """Prior of a robot known earlier, by the covariance that its errors really have."""
-        return prior_of(self.known, self.inflation, self.loaded)
-
     @cached_property
     def friction(self) -> Mapping[str, SoftPrior]:
         """Frictions of the robot that may be others under load, and how far."""

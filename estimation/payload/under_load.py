@@ -19,6 +19,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.linear import decomposed
 from ...model.drives import joint_of, parameter_kind
 from ...model.friction import is_friction
 from ..equations.equations import PAYLOAD, Equations
@@ -42,12 +43,7 @@ def robot_of(unloaded: Equations) -> Array:
     """
     rms = unloaded.torque_norms / np.sqrt(np.maximum(unloaded.rows, 1))
     factor = unloaded.stacked(np.divide(1.0, rms, out=np.zeros_like(rms), where=rms > 0.0))
-    W, Y = factor[:, :-1], factor[:, -1]
-    scale = np.linalg.norm(W, axis=0)
-    scale[scale == 0.0] = 1.0
-    U, singular, V = np.linalg.svd(W / scale, full_matrices=False)
-    significant = singular > _SMALL * singular.max(initial=0.0)
-    values = (V[significant].T @ ((U[:, significant].T @ Y) / singular[significant])) / scale
+    values = decomposed(factor[:, :-1], tolerance=_SMALL).solution(factor[:, -1])
     return np.where([is_friction(name) for name in unloaded.columns], 0.0, values)
 
 

@@ -157,11 +157,7 @@ def cone_solver(
         settings.presolve_enable = False
         settings.chordal_decomposition_enable = False
         settings.equilibrate_enable = False
-    there = matrix.T != 0.0
-    starts = np.append(0, np.cumsum(there.sum(axis=1)))
-    # Compressed columns without the detour by coordinates.
-    sparse = csc_matrix((matrix.T[there], np.nonzero(there)[1], starts), matrix.shape)
     sizes = [(kind, () if kind == "Exponential" else (size,)) for kind, size in cones if size]
     kinds = [getattr(clarabel, f"{kind}ConeT")(*size) for kind, size in sizes]
     no_squares = csc_matrix((len(cost), len(cost)))
-    return clarabel.DefaultSolver(no_squares, cost, sparse, right, kinds, settings)
+    return clarabel.DefaultSolver(no_squares, cost, csc_matrix(matrix), right, kinds, settings)

@@ -161,15 +161,8 @@ class WholeRobot:
         links = self.robot.links
         return ("base_link" if links is None else links.base, *(link.link for link in self.links))
 
-    def negative(self) -> tuple[str, ...]:
-        """Names of numbers that no drive can have, as a description may hold them: ``joint1 damping``."""
-        return self._signed(lambda label: label.value < 0.0)
-
-    def at_bound(self) -> tuple[str, ...]:
-        """Numbers of drives at the bound of what can exist: ``joint3 armature``."""
-        return self._signed(lambda label: label.bound)
-
-    def _signed(self, chosen: Callable[[Labelled], bool]) -> tuple[str, ...]:
+    def signed(self, chosen: Callable[[Labelled], bool]) -> tuple[str, ...]:
+        """Names of the chosen numbers of drives among those that are not negative: ``joint1 damping``."""
         drives = (*zip(self.joint_names, self.drives, strict=True), ("coupled drive", self.coupled))
         there = ((name, quantity, drive) for name, drive in drives for quantity in SIGNED if quantity in drive)
         return tuple(f"{name} {quantity}" for name, quantity, drive in there if chosen(drive[quantity]))

@@ -97,7 +97,7 @@ def measurement(recording: Recording, processing: Processing) -> Measurement:
             f"motion of joint {j + 1}: {reason}"
         )
     qd = slopes(q, step) if even.qd is None else lowpass(even.qd, step, processing.cutoff, recording.source, ends)
-    _made[key] = Measurement(Motion(even.t, *map(_locked, (q, qd, slopes(qd, step)))), even.torque)
+    _made[key] = Measurement(Motion(even.t, q, qd, slopes(qd, step)), even.torque)
     finalize(recording, _made.pop, key, None)
     return _made[key]
 
@@ -118,7 +118,7 @@ def resampled(recording: Recording, rate: float | None) -> Recording:
     mean = float(times[-1] - times[0]) / (count - 1)
     step = 1.0 / rate if rate else mean
     if abs(mean / step - 1.0) < 1e-6 and (np.abs(np.diff(times) - mean) < _EVEN * mean).all():
-        return replace(recording, t=_locked(times[0] + mean * np.arange(count)))
+        return replace(recording, t=times[0] + mean * np.arange(count))
     if mean / step > _MOST_OVERSAMPLING:
         raise InputError(
             f"{recording.source}: was recorded at {1 / mean:.4g} Hz; {rate:g} Hz would only interpolate: lower rate"
@@ -128,14 +128,7 @@ def resampled(recording: Recording, rate: float | None) -> Recording:
         raise InputError(
             f"{recording.source}: {count} samples at {1 / step:g} Hz are too few: raise rate, record longer"
         )
-    return on_grid(recording, _locked(times[0] + step * np.arange(count)))
-
-
-def _locked(array: Array) -> Array:
-    """Lock an array that no one changes any more, so that a motion need not copy it."""
-    if array.flags.writeable:
-        array.setflags(write=False)
-    return array
+    return on_grid(recording, times[0] + step * np.arange(count))
 
 
 def on_grid(recording: Recording, t: Array) -> Recording:
@@ -143,7 +136,7 @@ def on_grid(recording: Recording, t: Array) -> Recording:
     times = np.clip(t, recording.t[0], recording.t[-1])
 
     def there(values: Array) -> Array:  # one joint after the other, which takes less memory
-        return _locked(np.hstack([MonotoneCubic(recording.t, own[:, None])(times) for own in values.T]))
+        return np.hstack([MonotoneCubic(recording.t, own[:, None])(times) for own in values.T])
 
     speeds = there(recording.qd) if recording.qd is not None else None
     return replace(recording, t=t, q=there(recording.q), torque=there(recording.torque), qd=speeds)
