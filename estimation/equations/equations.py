@@ -29,16 +29,12 @@ _NOISE_FLOOR = 1e-12
 
 
 class Anchor(NamedTuple):
-    """Equation of an eliminated column: its parameter is ``level``, with ``stiffness``.
-
-    ``column``: which; ``joint``: among whose rows (from 0) the equation stands; ``stiffness``: its weight in units
-    of those rows; ``level``: the new column's name.
-    """
+    """Equation of an eliminated column: its parameter is ``level``, with ``stiffness``."""
 
     column: str
-    joint: int
-    stiffness: float
-    level: str
+    joint: int  # among whose rows (from 0) it stands
+    stiffness: float  # its weight in units of those rows
+    level: str  # name of a new column
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,17 +17,13 @@ Cone = tuple[Literal["Zero", "Nonnegative", "SecondOrder", "PSDTriangle", "Expon
 
 
 class ConeProgram(NamedTuple):
-    """Program to minimise ||R z - d|| under constraints.
+    """Program to minimise ||R z - d|| with A z + b >= 0, and bodies of positive semidefinite pseudo-inertia."""
 
-    ``R`` k x n, ``d`` (k,); A z + b >= 0 with ``A`` r x n, ``b`` (r,); ``bodies``: maps p x 10 x n from z to the
-    ten of each body whose pseudo-inertia must be positive semidefinite.
-    """
-
-    R: Array
-    d: Array
-    A: Array
-    b: Array
-    bodies: Array
+    R: Array  # k x n
+    d: Array  # (k,)
+    A: Array  # r x n
+    b: Array  # (r,)
+    bodies: Array  # maps from z to the ten of each body, p x 10 x n
 
     def slack(self, z: Array) -> Array:
         """Slack A z + b, shape (r,)."""
@@ -35,15 +31,12 @@ class ConeProgram(NamedTuple):
 
 
 class ConeSolution(NamedTuple):
-    """Solution ``z`` (n,), ``norm`` = ||R z - d||, and how fast it falls as constraints are relaxed.
+    """Solution, and how fast its norm falls as constraints are relaxed."""
 
-    ``row_multipliers`` (r,): by A z + b >= -e; ``body_multipliers`` (p,): by J >= -e times identity.
-    """
-
-    z: Array
-    norm: float
-    row_multipliers: Array
-    body_multipliers: Array
+    z: Array  # (n,)
+    norm: float  # ||R z - d||
+    row_multipliers: Array  # by A z + b >= -e, (r,)
+    body_multipliers: Array  # by J >= -e times identity, (p,)
 
 
 _MEANING = {

@@ -155,19 +155,14 @@ TOLERANCE = 1e-6
 
 
 class ScaledProblem(NamedTuple):
-    """Problem in z = x / (M l^2, M l, M), for the parameters that were not eliminated.
+    """Problem in z = x / (M l^2, M l, M) of the parameters that are left: chi2 = ||R z - d||^2 + floor."""
 
-    ``constraints``: among them ``PossibleBody``; ``select`` n x 10 picks the parameters, ``scale`` (n,);
-    chi2 = ||R z - d||^2 + ``floor`` with R and d of ``program``, n x n and (n,), its minimum at ``centre`` (n,);
-    the program's rows have a largest entry of 1 and come constraint by constraint.
-    """
-
-    constraints: tuple[Constraint, ...]
-    select: Array
-    scale: Array
-    centre: Array
+    constraints: tuple[Constraint, ...]  # among them ``PossibleBody``
+    select: Array  # picks the parameters, n x 10
+    scale: Array  # (n,)
+    centre: Array  # minimum of chi2, (n,)
     floor: float
-    program: ConeProgram
+    program: ConeProgram  # R n x n; its rows have a largest entry of 1 and come constraint by constraint
 
     @staticmethod
     def of(estimate: Estimate, constraints: Sequence[Constraint]) -> "ScaledProblem":

@@ -76,17 +76,13 @@ SIGNED = ("armature", "damping", "friction")
 
 
 class Labelled(NamedTuple):
-    """Number with its origin and its standard deviation.
-
-    ``sigma`` and ``interval`` (95 %) are the data's; None where they do not determine the number. ``bound``:
-    whether it stands at the bound of what can exist, which data alone would pass.
-    """
+    """Number with its origin and its standard deviation, the data's where they determine it."""
 
     value: float
     origin: Origin = Origin()
     sigma: float | None = None
-    interval: tuple[float, float] | None = None
-    bound: bool = False
+    interval: tuple[float, float] | None = None  # 95 %
+    bound: bool = False  # whether it stands at the bound of what can exist, which data alone would pass
 
     @property
     def mark(self) -> Literal["data", "rule", "prior"]:
@@ -97,16 +93,12 @@ class Labelled(NamedTuple):
 
 
 class LinkNumbers(NamedTuple):
-    """Numbers of one link.
-
-    ``body`` in the link's own frame; ``numbers``: its ``BODY_NUMBERS`` (mass alone if it has none);
-    ``parameters``: its standard ones and its drive's, in the modified DH frame.
-    """
+    """Numbers of one link."""
 
     link: str
-    body: InertialParameters
-    numbers: dict[str, Labelled]
-    parameters: dict[str, Labelled]
+    body: InertialParameters  # in the link's own frame
+    numbers: dict[str, Labelled]  # its ``BODY_NUMBERS`` (mass alone if it has none)
+    parameters: dict[str, Labelled]  # its standard ones and its drive's, in the modified DH frame
 
     @property
     def moments(self) -> Array:
