@@ -10,8 +10,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.linear import least_squares
 from ..equations.equations import Blocks, Equations
-from ..equations.observer import Observation
-from ..equations.reduction import reduced
+from ..equations.observer import Observation, reduced
 
 _WINDOW = 5.0  # lags summed, in autocorrelation times
 _TIMES = 5.0  # autocorrelation times a block holds

@@ -18,8 +18,7 @@ from ...common.brief import Brief
 from ...common.linear import decomposed, least_squares
 from ...model.drives import joint_of
 from ..equations.equations import PAYLOAD, Anchor, Equations, merged
-from ..equations.observer import Observation
-from ..equations.reduction import reduced
+from ..equations.observer import Observation, reduced
 from ..fit.blocks import Remembered, weighted_solution
 from ..fit.linear_problem import Known, SoftPrior
 

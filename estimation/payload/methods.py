@@ -24,11 +24,10 @@ from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate, fit
 from ..fit.least_squares import weighted
 from ..fit.linear_problem import LinearProblem, SoftPrior, left_out
-from .long_motion import LongMotion, prior_of
+from .long_motion import LongMotion, known_path, prior_of, with_scale
 from .result import PayloadEstimate, frame_change, in_payload_frame
 from .short_motion import ShortMotion
 from .static import StaticMotion
-from .under_load import known_path, with_scale
 
 PayloadProblem = LongMotion | ShortMotion
 

@@ -18,7 +18,7 @@ from ...common.linear import decomposed
 from ...common.schema import Document
 from ..equations.observer import Observation, Used
 from ..fit.blocks import inflation
-from ..signals.decimation import decimated
+from ..signals.filtering import decimated
 from ..signals.rows import Mask
 
 RIPPLE_CHANCE = 0.05

@@ -16,13 +16,11 @@ from ...model.motion import Measurement
 from ...model.regressors import payload_columns
 from ...model.visibility import PayloadVisibility, check_mass_visible, friction_columns, visibility_of
 from ..equations.equations import PAYLOAD, Equations, merged
-from ..equations.observer import PATH, Observation, Observer, Used
-from ..equations.reduction import reduced
+from ..equations.observer import PATH, Observation, Observer, Used, reduced
 from ..fit.blocks import block_edges, block_length, in_blocks, remembered
 from ..fit.estimate import Estimate
-from ..fit.friction import under_own_load
 from ..fit.linear_problem import Known, LinearProblem
-from ..fit.own_equations import check_lengths, filtered
+from ..fit.own_equations import check_lengths, filtered, under_own_load
 from ..fit.settings import DEFAULTS, Settings
 from ..possible.constraints import KnownMass
 from ..signals.alignment import aligned
@@ -30,11 +28,20 @@ from ..signals.filtering import grid_rate, measurement
 from ..signals.plausibility import check_apart, check_recordings, without_dead
 from ..signals.rows import Mask, inner_samples, least_speed, moving_parts
 from .constant_torques import FREE, HeldFriction, coulomb_friction, free_columns, friction_prior, offset_prior
-from .long_motion import Source, check_blocks, check_known, measured_part, prior_of, stored_robot
+from .long_motion import (
+    Source,
+    check_blocks,
+    check_known,
+    friction_changes,
+    known_path,
+    measured_part,
+    prior_of,
+    robot_of,
+    stored_robot,
+)
 from .pairs import torque_change
 from .result import in_payload_frame
 from .ripple import Wave, ripple_of
-from .under_load import friction_changes, known_path, robot_of
 
 SLOW = 0.03
 """Speed [rad/s or m/s] of a joint below which rows are not used; the sign of its friction is not sure there."""
