@@ -29,19 +29,12 @@ PATH = "path"
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """Arrangement of equations: whose entries each joint's rows hold, and what stands behind its torque.
+    """Arrangement of equations: whose entries each joint's rows hold, and what stands behind its torque."""
 
-    Attributes:
-        columns: names of the columns of W, c.
-        index: of each among the distinct ones, for columns may repeat, shape (c,).
-        touched: per joint, the distinct columns that are not zero.
-        motors: per joint, whose parts of its torque follow: other motors (from 0), ``NO_MOTOR`` for a spring.
-    """
-
-    columns: tuple[str, ...]
-    index: Indices
-    touched: tuple[Indices, ...]
-    motors: tuple[tuple[int, ...], ...]
+    columns: tuple[str, ...]  # names of the columns of W, c
+    index: Indices  # of each among the distinct ones, for columns may repeat, shape (c,)
+    touched: tuple[Indices, ...]  # per joint, the distinct columns that are not zero
+    motors: tuple[tuple[int, ...], ...]  # per joint, whose parts follow: motors (from 0), ``NO_MOTOR`` for a spring
 
     @functools.cached_property
     def rows(self) -> tuple[slice, ...]:

@@ -97,16 +97,6 @@ class Elimination:
         """Names of the others, first eliminated first."""
         return self.order[: len(self.order) - len(self.essential)]
 
-    @property
-    def sigma_ratio(self) -> float:
-        """Error's standard deviation with the essential parameters over that with all."""
-        return float(self.path[len(self.eliminated), 0])
-
-    @property
-    def largest_relative_sigma(self) -> float:
-        """Largest relative sigma of the essential parameters, a fraction."""
-        return float(self.path[len(self.eliminated), 1])
-
 
 def eliminate(problem: Equations, estimate: Estimate, rule: StopRule | None = None) -> Elimination:
     """Find the essential parameters of a problem.

@@ -11,11 +11,11 @@ from msgspec import UNSET, UnsetType
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...common.linear import least_squares, without
+from ...common.linear import decomposed, without
 from ...common.progress import Progress, each, silent
 from ...common.schema import Document
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
-from ...model.base.rank import leftmost_independent, random_states, stacked_regressor
+from ...model.base.rank import random_states, stacked_regressor
 from ...model.drives import joint_of, parameter_kind
 from ...model.friction import Friction, terms_of
 from ...model.motion import Measurement
@@ -265,9 +265,5 @@ def hidden_by(robot: Robot, base: BaseParameters, still: Sequence[int]) -> tuple
     W = stacked_regressor(robot, q, qd, qdd)[:, list(base.chosen)]
     # A joint that stands still holds any torque within its friction: its rows say nothing.
     moving = np.concatenate([np.full(len(q), j + 1 not in still) for j in range(robot.n)])
-    W = W[moving]
-    independent = leftmost_independent(W)
-    unseen = [k for k in range(W.shape[1]) if k not in independent]
-    solution = least_squares(W[:, independent], W[:, unseen])
-    mixed = {independent[k] for k in np.flatnonzero((np.abs(solution) > 1e-6).any(axis=1))}
-    return tuple(base.names[k] for k in sorted(mixed | set(unseen)))
+    hidden = decomposed(W[moving]).hidden
+    return tuple(name for name, part in zip(base.names, hidden, strict=True) if part > 1e-12)

@@ -200,13 +200,9 @@ class ScaledProblem(NamedTuple):
         """Ten parameters in SI units, (10,) or k x 10."""
         return np.asarray((z * self.scale) @ self.select)
 
-    def lowest(self, z: Array) -> float:
-        """Smallest eigenvalue of the scaled pseudo-inertia."""
-        return lowest_eigenvalue(z @ self.select)
-
     def holds(self, z: Array, rounding: float = 0.0) -> bool:
         """True if z keeps every constraint, but for that much of an eigenvalue."""
-        return bool((self.program.slack(z) >= 0.0).all()) and self.lowest(z) >= -rounding
+        return bool((self.program.slack(z) >= 0.0).all()) and lowest_eigenvalue(z @ self.select) >= -rounding
 
     def repaired(self, z: Array) -> Array:
         """Move z by rounding, so that no eigenvalue is negative; eliminated parameters stay zero."""
@@ -221,7 +217,7 @@ class ScaledProblem(NamedTuple):
         slacks, prices = np.split(self.program.slack(z), ends), np.split(solution.row_multipliers, ends)
         for constraint, slack, price in zip(self.constraints, slacks, prices, strict=True):
             if isinstance(constraint, PossibleBody):
-                slack, price = np.array([self.lowest(z)]), solution.body_multipliers
+                slack, price = np.array([lowest_eigenvalue(z @ self.select)]), solution.body_multipliers
             holding = float(price[price > np.maximum(slack, _NO_MULTIPLIER)].sum())
             if holding > 0.0:  # d chi2 = 2 norm d norm
                 active.append(Active(constraint.description, 2.0 * solution.norm * holding, constraint))

@@ -40,25 +40,17 @@ _Notes = dict[str, dict[str, None]]  # notes on what was made exact or left out,
 
 
 class UrdfJoint(NamedTuple):
-    """Joint of a URDF file.
-
-    Attributes:
-        name, kind, parent, child: as written.
-        origin: the child's frame in the parent's at the zero position.
-        axis: in the child's frame.
-        friction: viscous FV [N·m·s/rad or N·s/m] and dry FS [N·m or N], as far as they are given.
-        mimics: the joint it follows, empty for a joint of its own.
-    """
+    """Joint of a URDF file."""
 
     name: str
     kind: str
     parent: str
     child: str
-    origin: Pose
-    axis: tuple[float, ...]
+    origin: Pose  # the child's frame in the parent's at the zero position
+    axis: tuple[float, ...]  # in the child's frame
     limits: Limits
-    friction: Mapping[str, float]
-    mimics: str
+    friction: Mapping[str, float]  # FV [N·m·s/rad or N·s/m] and FS [N·m or N], as far as they are given
+    mimics: str  # the joint it follows, empty for a joint of its own
 
 
 class Urdf(NamedTuple):

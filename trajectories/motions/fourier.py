@@ -195,20 +195,14 @@ class FreeSeries:
     """Family of Fourier series of a fixed period about poses; q, qd and qdd are linear in x.
 
     x holds, for each pose and joint that moves, weights of functions that begin and end at rest; then, where the
-    middle is free, how far q0 is from it.
-
-    Attributes:
-        poses: where each series begins, or the middle of the range where q0 is free, poses x n.
-        moving: indices of the joints that move; the others stay at rest.
-        ranges: how far each of them goes to either side [rad or m].
-        period, repeats, transfer: as of a ``Fourier``.
+    middle is free, how far q0 is from it. Periods, repeats and transfer are as of a ``Fourier``.
     """
 
     shape: FourierShape | NearShape
     bounds: JointBounds
-    poses: Array
-    moving: list[int]
-    ranges: Array
+    poses: Array  # where each series begins, or the middle of the range where q0 is free, poses x n
+    moving: list[int]  # indices of the joints that move; the others stay at rest
+    ranges: Array  # how far each of them goes to either side [rad or m]
     period: float
     repeats: int = 1
     transfer: float = 0.0
