@@ -15,8 +15,7 @@ import numpy as np
 from dynident.benchmarks.regressor import pinocchio_loop
 from dynident.benchmarks.shared import options, show
 from dynident.estimation.equations.equations import Equations
-from dynident.estimation.equations.observer import Observer
-from dynident.estimation.equations.reduction import reduced_pieces
+from dynident.estimation.equations.observer import Observer, reduced_pieces
 from dynident.estimation.fit.least_squares import weighted
 from dynident.model import Motion, base_parameters, load_robot
 from dynident.model.base.rank import random_states

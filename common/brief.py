@@ -7,10 +7,8 @@ from typing import Any, cast
 import msgspec
 import numpy as np
 
-_LONGEST = 600
-"""Largest length of a ``repr``: eight lines of a screen."""
-_FEW = 3
-"""Largest size of an array whose numbers are shown."""
+_LONGEST = 600  # largest length of a ``repr``: eight lines of a screen
+_FEW = 3  # largest size of an array whose numbers are shown
 
 
 class _Short(Repr):

@@ -5,20 +5,15 @@ norm 1 first, nearly the best of all scalings (van der Sluis 1969), and calls a 
 singular value is below ``RANK_TOLERANCE`` of the largest: one convention for the whole house.
 """
 
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .arrays import Array
 
 RANK_TOLERANCE = 1e-8
 """Columns, scaled to norm 1, are dependent if a singular value is below this fraction of the largest."""
-_ROUNDING = 1e-12
-"""Fraction of a column's norm in all rows, below which it is rounding in some of them."""
-_CLEAR = 1e-4
-"""Fraction of a column that those before it do not explain, above which it is clearly independent of them."""
+_ROUNDING = 1e-12  # fraction of a column's norm in all rows, below which it is rounding in some of them
 
 
 class Decomposition(NamedTuple):
@@ -57,13 +52,14 @@ class Decomposition(NamedTuple):
         return np.asarray(np.sum(self.null**2, axis=1))
 
 
-def decomposed(A: Array, whole: Array | None = None) -> Decomposition:
+def decomposed(A: Array, whole: Array | None = None, tolerance: float = RANK_TOLERANCE) -> Decomposition:
     """Singular value decomposition of a matrix with its columns scaled to norm 1.
 
     Args:
         A: N x c; no rows and no columns are allowed.
         whole: norms of the columns of a larger matrix, of which A is some rows. A column that is next to nothing
             beside them is rounding, and counts as zero.
+        tolerance: largest ratio of a singular value to the largest one that calls a direction undetermined.
     """
     sizes = np.linalg.norm(A, axis=0)
     if whole is not None:
@@ -72,7 +68,7 @@ def decomposed(A: Array, whole: Array | None = None) -> Decomposition:
     sizes[sizes == 0.0] = 1.0
     rows, columns = A.shape
     U, singular, Vt = np.linalg.svd(A / sizes, full_matrices=rows < columns)
-    r = int(np.sum(singular > RANK_TOLERANCE * singular.max(initial=0.0)))
+    r = int(np.sum(singular > tolerance * singular.max(initial=0.0)))
     return Decomposition(sizes, U[:, :r], singular[:r], Vt[:r].T, Vt[r:].T)
 
 
@@ -117,39 +113,12 @@ def is_covariance(C: Array) -> bool:
 
 def rank(A: Array) -> int:
     """Number of independent columns."""
-    A = _there(A)
-    return A.shape[1] if independent(A, np.asarray(np.linalg.qr(A, mode="r"))) else decomposed(A).rank
+    return decomposed(A).rank
 
 
 def without(W: Array, columns: Array) -> Array:
     """Take off W, N x c, all that some columns, N x k, can explain of it."""
-    columns = _there(columns)
-    U, R = np.linalg.qr(columns)
-    if not independent(columns, R):
-        U = decomposed(columns).range
+    U = decomposed(columns).range
     rest = W - U @ (U.T @ W)
     # Orthogonalised twice: what is nearly explained would otherwise be rounding.
     return np.asarray(rest - U @ (U.T @ rest))
-
-
-def _there(A: Array) -> Array:
-    """Columns that are not zero."""
-    return A[:, A.any(axis=0)]
-
-
-def independent(A: Array, R: Array) -> bool:
-    """True if all columns are clearly independent of those before them, by the triangle R of their QR."""
-    k = A.shape[1]
-    sizes = np.abs(R.diagonal()[:k])
-    return len(R) >= k and bool((sizes > _CLEAR * np.sqrt(np.einsum("ij,ij->j", A, A))).all())
-
-
-def upper(R: Array) -> Array:
-    """Set the entries of R below its diagonal to zero, in place."""
-    R[_below(*R.shape)] = 0.0
-    return R
-
-
-@lru_cache(maxsize=64)
-def _below(rows: int, columns: int) -> NDArray[np.bool_]:
-    return np.tri(rows, columns, -1, dtype=bool)

@@ -28,8 +28,7 @@ _FUNCTIONS: dict[str, Callable[..., ca.Function]] = {
     "base_regressor": base_regressor,
     "payload_regressor": payload_regressor,
 }
-_OF_BASE = ("inverse_dynamics_base", "base_regressor")
-"""Functions that are made for base parameters."""
+_OF_BASE = ("inverse_dynamics_base", "base_regressor")  # functions that are made for base parameters
 
 _MEANING = {
     "q": "joint positions [rad or m]",

@@ -31,8 +31,7 @@ class Law(NamedTuple):
     loaded: bool = False
 
 
-_TINY = 1e-16
-"""Added to a speed under a root, whose derivative at rest is infinite."""
+_TINY = 1e-16  # added to a speed under a root, whose derivative at rest is infinite
 LAWS = {
     "FS": Law("Coulomb", "N·m or N", lambda v, sign, load, own: sign),
     "FV": Law("viscous", "N·m·s or N·s/m", lambda v, sign, load, own: v),

@@ -20,18 +20,12 @@ ZERO: Vector = (0.0, 0.0, 0.0)
 
 
 class FrameChange(NamedTuple):
-    """Frame j in frame j-1.
+    """Frame j in frame j-1."""
 
-    Attributes:
-        c, s: cosine and sine of the angle about z.
-        alpha: cosine and sine of the angle about x.
-        origin: origin of frame j in frame j-1 [m].
-    """
-
-    c: Any
-    s: Any
-    alpha: tuple[float, float]
-    origin: Vector
+    c: Any  # cosine of the angle about z
+    s: Any  # its sine
+    alpha: tuple[float, float]  # cosine and sine of the angle about x
+    origin: Vector  # of frame j in frame j-1 [m]
 
     @staticmethod
     def of(joint: Joint, q: Any, lib: Any = ca) -> "FrameChange":

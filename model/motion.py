@@ -10,10 +10,8 @@ from ..common.arrays import Array, freeze_fields
 from ..common.brief import Brief
 
 _SLOW = {True: 0.05, False: 0.02}  # rad/s where a joint turns, m/s where it slides
-_OVERSAMPLING = 1.25
-"""Largest grid rate over a recording's mean rate: samples in between are not measurements."""
-_SLOWEST = 1e-12
-"""Lowest rate [Hz] of which samples in a period can be counted."""
+_OVERSAMPLING = 1.25  # largest grid rate over a recording's mean rate: samples in between are not measurements
+_SLOWEST = 1e-12  # lowest rate [Hz] of which samples in a period can be counted
 
 
 @dataclass(frozen=True, repr=False)
@@ -50,32 +48,21 @@ class Motion(Brief):
 
 @dataclass(frozen=True)
 class Measurement:
-    """A motion and the joint torques measured on it.
-
-    Attributes:
-        torque: joint torques [N·m or N], shape (N, n).
-        spring_before: of a difference of two recordings, the torque of a known spring in the one that was
-            subtracted [N·m], shape (N,); None for one recording, and where there is no such spring.
-        path: of a difference of two recordings, what the robot itself needs more on the second path [N·m or N],
-            shape (N, n); None where that was not worked out.
-    """
+    """A motion and the joint torques measured on it."""
 
     motion: Motion
-    torque: Array
+    torque: Array  # joint torques [N·m or N], shape (N, n)
+    # of a difference of two recordings, the torque of a known spring in the one that was subtracted [N·m], shape
+    # (N,); None for one recording, and where there is no such spring
     spring_before: Array | None = None
+    # of a difference of two recordings, what the robot itself needs more on the second path [N·m or N], shape (N,
+    # n); None where that was not worked out
     path: Array | None = None
 
     def __post_init__(self) -> None:
         """Lock the arrays and check their shapes."""
         samples, joints = self.motion.t.shape, self.motion.q.shape
         freeze_fields(self, torque=joints, spring_before=samples, path=joints)
-
-    def between(self, start: int, stop: int) -> "Measurement":
-        """Take the samples from ``start`` to before ``stop``."""
-        part, motion = slice(start, stop), self.motion
-        before, path = (None if array is None else array[part] for array in (self.spring_before, self.path))
-        own = Motion(motion.t[part], motion.q[part], motion.qd[part], motion.qdd[part])
-        return Measurement(own, self.torque[part], before, path)
 
 
 @dataclass(frozen=True, repr=False)

@@ -13,9 +13,6 @@ from .drives import SPRING, DriveState, Sign, drive_terms, parameter_kind
 from .kinematics import ZERO, FrameChange, Vector, add, cross, dot
 from .robot import INERTIAL, Robot
 
-_TOGETHER = 1024
-"""States that are treated together by NumPy: their wrenches stay near the processor."""
-
 
 def standard_columns(robot: Robot) -> tuple[str, ...]:
     """Names of the standard parameters, link by link in the order of (6), coupled friction last."""
@@ -124,15 +121,12 @@ def regressor_at(
         qdd: accelerations, N x n.
         load: torques that the gears carry [N·m or N], N x n, for friction that depends on them; zero by default.
     """
-    W = np.zeros((robot.n, len(columns), len(q)))
-    drives, carried = replace(robot.drives, offsets=True), np.zeros(q.shape) if load is None else load
-    for start in range(0, len(q), _TOGETHER):
-        part = slice(start, start + _TOGETHER)
-        state = DriveState(q[part].T, qd[part].T, qdd[part].T, carried[part].T)
-        terms = inertial_terms(robot, state, np) | drive_terms(drives, state, np.sign)
-        for k, name in enumerate(columns):
-            for row, values in terms[name].items():
-                W[row, k, part] = values
+    W, carried = np.zeros((robot.n, len(columns), len(q))), np.zeros(q.shape) if load is None else load
+    state = DriveState(q.T, qd.T, qdd.T, carried.T)
+    terms = inertial_terms(robot, state, np) | drive_terms(replace(robot.drives, offsets=True), state, np.sign)
+    for k, name in enumerate(columns):
+        for row, values in terms[name].items():
+            W[row, k] = values
     return W
 
 

@@ -29,15 +29,10 @@ _STRONG = 6.0  # rad/s^2 or m/s^2
 
 @dataclass(frozen=True)
 class PayloadVisibility:
-    """Visibility of a payload in the torques of some joints.
+    """Visibility of a payload in the torques of some joints."""
 
-    Attributes:
-        joints: numbers of the joints whose torques count.
-        base: what the torques show: some of ``INERTIAL``, and what is grouped into them.
-    """
-
-    joints: tuple[int, ...]
-    base: BaseParameters
+    joints: tuple[int, ...]  # numbers of the joints whose torques count
+    base: BaseParameters  # what the torques show: some of ``INERTIAL``, and what is grouped into them
 
     @property
     def rank(self) -> int:
@@ -159,3 +154,16 @@ def checked_joints(robot: Robot, joints: Sequence[int]) -> list[int]:
         numbers = ", ".join(map(str, joints)) or "none"
         raise InputError(f"joints {numbers}: give different numbers from 1 to {robot.n}")
     return [joint - 1 for joint in joints]
+
+
+def check_mass_visible(visibility: PayloadVisibility, mass_known: bool, when: str) -> None:
+    """Refuse joints whose torques do not hold the mass, unless it is known."""
+    if visibility.mass_visible or mass_known:
+        return
+    joints = ", ".join(map(str, visibility.joints))
+    sums = visibility.combination("M")
+    why = f"they show it only in {sums}" if sums else "they do not contain it"
+    raise InputError(
+        f"mass not visible {when}: the torques of joint {joints} alone leave it undetermined ({why}); let another "
+        "joint move, or weigh the payload and give --mass KG+-KG"
+    )

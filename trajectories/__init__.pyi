@@ -1,3 +1,4 @@
+from ..model.visibility import check_mass_visible as check_mass_visible
 from .design.full_trajectory import REHEARSAL as REHEARSAL
 from .design.full_trajectory import Rung as Rung
 from .design.full_trajectory import missed_on_replay as missed_on_replay
@@ -11,7 +12,6 @@ from .design.goal import Goal as Goal
 from .design.goal import NearGoal as NearGoal
 from .design.goal import Shape as Shape
 from .design.goal import assumed_noise as assumed_noise
-from .design.goal import check_mass_visible as check_mass_visible
 from .design.goal import second_pose as second_pose
 from .design.payloads import PayloadSet as PayloadSet
 from .design.problem import DesignProblem as DesignProblem

@@ -13,7 +13,7 @@ from ... import model, trajectories
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import write_text
-from ...trajectories.motions.fourier import check_pose
+from ...trajectories.motions.family import check_pose
 from .. import view as views
 from ..export import motions
 from ..export.motion import WrittenMotion

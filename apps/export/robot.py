@@ -57,13 +57,13 @@ def _numbers_notes(whole: WholeRobot) -> Iterator[str]:
         f"Least principal moment of inertia: {least.moments[0]:.3g} kg m^2 ({least.link}); nearest to the edge of "
         f"the possible: {edge.link}, A + B - C is {100.0 * edge.margin:.2g} % of the sum."
     )
-    if at_bound := whole.at_bound():
+    if at_bound := whole.signed(lambda label: label.bound):
         yield (
             f"At their bound, zero: {', '.join(at_bound)}. Torques hardly show it, but a simulated motion runs "
             "away where a joint moves without the rotor or friction that it has in truth: record that joint faster "
             "or longer, or enter what its maker says."
         )
-    if negative := whole.negative():
+    if negative := whole.signed(lambda label: label.value < 0.0):
         yield f"Negative in the source, which no drive is, and written as zero: {', '.join(negative)}."
     drives = whole.robot.drives
     if not drives.rotor_inertia:

@@ -12,16 +12,16 @@ from msgspec.structs import replace
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.schema import Document
+from ...estimation.diagnosis.engine import relative_scales
 from ...estimation.diagnosis.evidence import Evidence
 from ...estimation.diagnosis.finding import Finding, Severity, error, note, warning
 from ...estimation.diagnosis.nominal import nominal_gravity
-from ...estimation.diagnosis.states import BLOCKS, states_of
+from ...estimation.diagnosis.states import BLOCKS, States, states_of
 from ...estimation.diagnosis.verdict import robot_verdict
 from ...estimation.equations.equations import Equations
 from ...estimation.fit.least_squares import weighted
 from ...estimation.fit.own_equations import base_problem, with_friction
 from ...estimation.fit.settings import Settings
-from ...estimation.gains.current_side import relative_scales
 from ...estimation.payload.long_motion import Source
 from ...estimation.results.parts import Number, ParameterDocument, Result
 from ...estimation.signals.filtering import measurement
@@ -227,11 +227,10 @@ def _reduced(
 ) -> tuple[Recording, Equations]:
     """Reduce one recording to equations; currents first become torques in one unknown unit."""
     base = base_parameters(robot)
-    equations = base_problem(robot, base, [recording], Settings(processing), check=False)
     if currents and robot.coupling is None and robot.spring is None:
-        recording = dataclasses.replace(recording, torque=recording.torque * relative_scales(equations))
-        equations = base_problem(robot, base, [recording], Settings(processing), check=False)
-    return recording, equations
+        states = States.of(recording, processing)
+        recording = dataclasses.replace(recording, torque=recording.torque / relative_scales(robot, states))
+    return recording, base_problem(robot, base, [recording], Settings(processing), check=False)
 
 
 class RobotFit(Document, frozen=True):

@@ -134,7 +134,6 @@ def answer_gains(problem: GainProblem) -> GainsResult:
             estimates=(own,),
             gained=None if k else disagreement * logarithms.larger_sigma,
             weights=() if k else weights,
-            compared=each.source.compared,
             diagnosis=replace(diagnosis, alternatives=()) if k else diagnosis,
         )
         for k, (each, own, diagnosis) in enumerate(zip(posed, identified, diagnoses, strict=True))

@@ -25,25 +25,22 @@ from ..equations.observer import Observer
 from ..fit.drive_gains import Gains, usual_gains
 from ..fit.essential import Elimination, eliminate
 from ..fit.estimate import Estimate, Fit, error_model, fit
-from ..fit.friction import TermChoice
 from ..fit.least_squares import Excitation, excitation, weighted
 from ..fit.linear_problem import LinearProblem
-from ..fit.own_equations import base_problem, with_friction
+from ..fit.own_equations import TermChoice, base_problem, with_friction
 from ..fit.settings import DEFAULTS, Settings
 from ..payload.long_motion import Source, check_blocks
 from ..payload.methods import jackknifed
 from ..possible.cone import SolverError
 from ..possible.payload import rise_p_value, solve_constrained
-from ..possible.prior import has_prior, robot_prior, solve_constrained_prior
+from ..possible.prior import robot_prior, solve_constrained_prior
 from ..possible.robot import PossibleRobot, solve_constrained_base
 from ..results import parts
 from ..results.robot import RobotData, RobotResult
 from .system import ObservationSystem, TorquePrediction, joined, robot_predictions
 
-_UNLIKELY = 0.01
-"""Largest p-value at which the data contradict everything possible with these zeros."""
-_ZERO = 1e-2
-"""Fraction of its own standard deviation within which an eliminated base parameter is kept at zero."""
+_UNLIKELY = 0.01  # largest p-value at which the data contradict everything possible with these zeros
+_ZERO = 1e-2  # fraction of its own standard deviation within which an eliminated base parameter is kept at zero
 
 
 def impossible_payload(elimination: Elimination) -> tuple[str, ...]:
@@ -145,10 +142,9 @@ class Identification(Speaks):
     @cached_property
     def possible(self) -> PossibleRobot | None:
         """The nearest robot that can exist, by a prior where the robot's file has one; None where none is found."""
-        try:
-            prior = robot_prior(self.robot) if has_prior(self.robot) else None
-        except InputError:  # links of CAD often cannot exist
-            prior = None
+        prior = None
+        with suppress(InputError):  # there is none, or links of CAD that cannot exist
+            prior = robot_prior(self.robot)
         with suppress(SolverError):
             if prior is not None:
                 return solve_constrained_prior(self.robot, self.base, self.estimate, prior)

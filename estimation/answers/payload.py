@@ -319,7 +319,6 @@ def answer_payload(
         source=None if at_rest else problem.source,
         at_rest=at_rest,
         diagnosis=diagnosis,
-        compared=problem.source.compared,
         parameters=own,
         validation=validation,
         constrained=tuple(constrained),

@@ -304,7 +304,7 @@ def new_zeros(evidence: Evidence) -> Iterator[Finding]:
 
     Over 2 mrad, all else by under 10 mrad and a fifth of it: spoils all.
     """
-    for pair in evidence.compared:
+    for pair in evidence.source.compared if evidence.source is not None else ():
         for j in pair.new_zeros:
             yield error(
                 f"q{j + 1} of {pair.loaded.source} differs from that of {pair.unloaded.source} by a constant "

@@ -28,6 +28,7 @@ _RANK = 1e-10  # of the largest eigenvalue: squares of columns, scaled to norm 1
 _REMAINS = 1e-6  # fraction of a direction that the other blocks must determine
 _NOTHING = 1e-20  # of the largest column's square: rounding
 _STEPS = 6  # of Gauss-Newton for gains
+_ROUNDS = 5  # of such steps for signals of any scale
 _GAIN = 0.3  # longest step of a gain's reciprocal, and how near to 1 it is thought to be
 _ROWS = 2 * BLOCKS  # of a joint: a few rows fit exactly, and would count for infinitely much
 _CHANCE = 1e-6  # probability at which few blocks count as ``BLOCKS`` do, by which thresholds were chosen
@@ -177,6 +178,18 @@ class System:
         gram = self.grams(self.states.block, [columns]).sum(axis=0)[first:, first:]
         root = _whitening(gram[: c - first, : c - first] + self.prior[first:, first:])
         return np.asarray((root @ (root.T @ gram[: c - first, c - first : -1]))[: len(PAYLOAD)])
+
+
+def relative_scales(robot: Robot, states: States) -> Array:
+    """Scales of the joints' signals, (n,), by the links that several joints move; over them they are to one scale.
+
+    From round to round each is near the one before.
+    """
+    scales = np.ones(robot.n)
+    for _ in range(_ROUNDS):
+        system = System.of(robot, replace(states, torque=states.torque / scales))
+        scales *= system.fit(system.weights, True).scales
+    return scales
 
 
 @dataclass(frozen=True, eq=False)

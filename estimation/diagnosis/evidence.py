@@ -94,7 +94,6 @@ class Evidence:
     source: Source | None = None  # the recordings, in which causes are searched
     diagnosis: Diagnosis = Diagnosis()
     pairs: tuple[AlignedPair, ...] = ()  # recordings of one motion without and with payload
-    compared: tuple[AlignedPair, ...] = ()  # the same, whether of one motion or not
     condition: float | None = None  # number of the equations without payload, columns scaled to norm 1
     parameters: Estimate | None = None  # the robot's own, where they were identified or stored
     validation: Fit | None = None  # of those, on recordings that were held out

@@ -184,20 +184,28 @@ def _change(effect: Effect, _: Evidence) -> Finding:
     )
 
 
-def _weights(system: System, free: Sequence[str], directions: Array) -> tuple[Array, Array, list[Array]]:
-    """Torques of links and payload, n x k x N, of the payload alone, and free parameters' columns, by gravities."""
-    robot, states = system.robot, system.states
+def _rigid(
+    system: System, robot: Robot, q: Array, qd: Array, qdd: Array, free: Sequence[str] = ()
+) -> tuple[Array, Array, list[Array]]:
+    """Torques of links and payload on a motion, n x N, of the payload alone, and columns of free parameters."""
     rigid = [k for k, name in enumerate(system.names) if parameter_kind(name) in INERTIAL]
-    load = payload_columns(robot) if states.loaded.any() else ()
+    load = payload_columns(robot) if system.states.loaded.any() else ()
     names = tuple(dict.fromkeys([*(system.names[k] for k in rigid), *load, *free]))
     ten = frame_change(robot.flange) @ system.values[system.payload] if load else np.zeros(0)
-    own, carried, columns, still = [], [], list[Array](), np.zeros(states.q.shape)
-    for x, y, z in np.linalg.norm(robot.gravity) * directions:
-        W = regressor_at(replace(robot, gravity=(float(x), float(y), float(z))), names, states.q, still, still)
-        carried.append(np.einsum("jcn,c->jn", W[:, list(map(names.index, load))], ten) * states.loaded)
-        own.append(np.einsum("jcn,c->jn", W[:, : len(rigid)], system.values[rigid]) + carried[-1])
-        columns = columns or [W[:, names.index(name)] for name in free]
-    return np.stack(own, axis=1), np.stack(carried, axis=1), columns
+    W = regressor_at(robot, names, q, qd, qdd)
+    carried = np.einsum("jcn,c->jn", W[:, list(map(names.index, load))], ten) * system.states.loaded
+    own = np.einsum("jcn,c->jn", W[:, : len(rigid)], system.values[rigid]) + carried
+    return own, carried, [W[:, names.index(name)] for name in free]
+
+
+def _weights(system: System, free: Sequence[str], directions: Array) -> tuple[Array, Array, list[Array]]:
+    """Those of ``_rigid`` at rest, n x k x N, by gravities."""
+    still, each = np.zeros(system.states.q.shape), []
+    for x, y, z in (np.linalg.norm(system.robot.gravity) * directions).tolist():
+        turned = replace(system.robot, gravity=(x, y, z))
+        each.append(_rigid(system, turned, system.states.q, still, still, free))
+    own, carried, columns = zip(*each, strict=True)
+    return np.stack(own, axis=1), np.stack(carried, axis=1), columns[0]
 
 
 def tilt(system: System) -> Sought | None:
@@ -277,15 +285,9 @@ def _compensated(effect: Effect, evidence: Evidence) -> Finding:
 def zero(system: System) -> Sought:
     """Column of each turning joint's zero: how the torque of links and payload changes with its position."""
     robot, states = system.robot, system.states
-    rigid = [k for k, name in enumerate(system.names) if parameter_kind(name) in INERTIAL]
-    load = payload_columns(robot) if states.loaded.any() else ()
-    names = tuple(dict.fromkeys([*(system.names[k] for k in rigid), *load]))
-    ten = frame_change(robot.flange) @ system.values[system.payload] if load else np.zeros(0)
 
     def torque(q: Array) -> Array:
-        W = regressor_at(robot, names, q, states.qd, states.qdd)
-        carried = np.einsum("jcn,c->jn", W[:, list(map(names.index, load))], ten) * states.loaded
-        return np.asarray(np.einsum("jcn,c->jn", W[:, : len(rigid)], system.values[rigid]) + carried)
+        return _rigid(system, robot, q, states.qd, states.qdd)[0]
 
     turning = [j for j, joint in enumerate(robot.joints) if joint.revolute]
     still, turns = torque(states.q), _TURN * np.eye(robot.n)

@@ -15,7 +15,7 @@ from ..fit.covariance import NORMAL95
 from ..fit.drive_gains import Gains
 from ..fit.estimate import error_model
 from ..payload.by_joints import payload_by_joints
-from ..payload.long_motion import LongMotion
+from ..payload.long_motion import LongMotion, prior_of
 from ..payload.methods import PayloadProblem
 from ..payload.result import PayloadEstimate, moved
 from ..payload.short_motion import ShortMotion
@@ -151,7 +151,9 @@ def system_of(problem: PayloadProblem, states: States | None) -> System | None:
     changes = {name: role.weight for name, role in roles.items()}
     if isinstance(problem, ShortMotion):  # there all friction is free
         changes = dict.fromkeys(friction_columns(problem.robot.with_offsets(True)), 0.0) | changes
-    return System.of(problem.robot, states, changes, None if problem.source.unloaded else problem.robot_prior)
+    alone = not problem.source.unloaded
+    known = prior_of(problem.known, problem.inflation, problem.loaded) if alone else None
+    return System.of(problem.robot, states, changes, known)
 
 
 def allowing(estimate: PayloadEstimate, diagnosis: Diagnosis, gains: Gains | None = None) -> PayloadEstimate:

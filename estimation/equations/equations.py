@@ -15,16 +15,7 @@ from scipy.linalg import lapack
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import write_bytes
-from ...common.linear import (
-    RANK_TOLERANCE,
-    condition_numbers,
-    decomposed,
-    independent,
-    rank,
-    scaled,
-    upper,
-    without,
-)
+from ...common.linear import condition_numbers, decomposed, rank, without
 from ...model import INERTIAL
 
 SHARED = "shared"
@@ -38,33 +29,24 @@ _NOISE_FLOOR = 1e-12
 
 
 class Anchor(NamedTuple):
-    """Equation of an eliminated column: its parameter is ``level``, with ``stiffness``.
-
-    ``column``: which; ``joint``: among whose rows (from 0) the equation stands; ``stiffness``: its weight in units
-    of those rows; ``level``: the new column's name.
-    """
+    """Equation of an eliminated column: its parameter is ``level``, with ``stiffness``."""
 
     column: str
-    joint: int
-    stiffness: float
-    level: str
+    joint: int  # among whose rows (from 0) it stands
+    stiffness: float  # its weight in units of those rows
+    level: str  # name of a new column
 
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """Equations cut in blocks of time, stacked; together they are the whole.
+    """Equations cut in blocks of time, stacked; together they are the whole."""
 
-    Attributes:
-        factors: per joint, B x k x (c + 1): the blocks' own, rows of zeros below the shorter ones.
-        rows: number of equations, B x n.
-        effective_rows: number of those with independent noise, B x n.
-        length: shortest length of a block [s], unless a whole recording is shorter.
-    """
-
+    # per joint, B x k x (c + 1): the blocks' own, rows of zeros below the shorter ones
     factors: tuple[Array, ...] = ()
-    rows: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    rows: Array = field(default_factory=lambda: np.zeros((0, 0)))  # number of equations, B x n
+    # number of those with independent noise, B x n
     effective_rows: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    length: float = 0.0
+    length: float = 0.0  # shortest length of a block [s], unless a whole recording is shorter
 
     def __len__(self) -> int:
         """Number of blocks."""
@@ -192,10 +174,10 @@ class Equations:
                     row[list(columns).index(anchor.column)] = anchor.stiffness
                     row[len(self.columns) + k] = -anchor.stiffness
                     rows = np.vstack([rows, row])
-            left, parts, count = _eliminated(rows, len(gone), len(others))
+            left, parts = compressed(without(rows[:, len(gone) :], rows[:, : len(gone)]), len(others))
             factors.append(left)
             shared |= zip(others, parts.T, strict=True)
-            ranks.append(rank(factor[:, gone]) if anchors else count)
+            ranks.append(rank(factor[:, gone]))
         return Equations(
             (*(self.columns[k] for k in rest), *(anchor.level for anchor in anchors)),
             tuple(factors),
@@ -338,7 +320,7 @@ def compressed(rows: Array, extra: int = 0) -> tuple[Array, Array]:
     width = rows.shape[1] - extra
     if len(rows) > width:
         # What stands below is of the last columns alone.
-        rows = upper(lapack.dgeqrf(rows)[0][:width])
+        rows = np.triu(lapack.dgeqrf(rows)[0][:width])
     return rows[:, :width], rows[:, width:]
 
 
@@ -362,13 +344,7 @@ def checked(factor: Array, columns: tuple[str, ...], rows: int, effective_rows: 
             f"{rows} equations for {c} parameters: fewer samples than parameters; record longer or decimate less"
         )
     R = triangular(factor)
-    W, clear = scaled(R[:, :c]), False
-    if len(W) >= c and not np.any(np.tril(W, -1)):
-        # LAPACK's estimate, next to free of cost, is rarely off by more than 3; the 1-norm's condition is within c
-        # of the 2-norm's.
-        reciprocal, failed = lapack.dtrcon(W[:c])
-        clear = not failed and reciprocal > 10.0 * c * RANK_TOLERANCE
-    undetermined = np.zeros((c, 0)) if clear else decomposed(R[:, :c]).null
+    undetermined = decomposed(R[:, :c]).null
     if undetermined.size:
         weight = np.abs(undetermined).max(axis=1)
         named = [name for name, w in zip(columns, weight, strict=True) if w > 0.05]
@@ -382,30 +358,6 @@ def checked(factor: Array, columns: tuple[str, ...], rows: int, effective_rows: 
             "longer, 20 s or more"
         )
     return R
-
-
-def _eliminated(rows: Array, gone: int, extra: int) -> tuple[Array, Array, int]:
-    """Triangular factor of some columns less what the first explain, the last ones with it, and the first's rank.
-
-    Of clearly independent columns one QR of all that are not zero says it.
-
-    Args:
-        rows: N x (gone + c + extra).
-        gone: number of columns that are taken out.
-        extra: number of the last columns, which take no part in the factor.
-    """
-    off, remaining = rows[:, :gone], rows[:, gone:]
-    off, width = off[:, off.any(axis=0)], remaining.shape[1] - extra
-    if not len(rows):
-        return remaining[:, :width], remaining[:, width:], 0
-    there = [k for k in range(remaining.shape[1]) if k >= width - 1 or remaining[:, k].any()]  # torques always
-    k, c = off.shape[1], len(there) - extra
-    R = upper(lapack.dgeqrf(np.column_stack([off, remaining[:, there]]))[0][: k + c])
-    if not independent(off, R):
-        return *compressed(without(remaining, off), extra), rank(off)
-    factor = np.zeros((len(R) - k, remaining.shape[1]))
-    factor[:, there] = R[k:, k:]
-    return factor[:, :width], factor[:, width:], k
 
 
 def merged(parts: Iterable[Equations]) -> Equations:

@@ -1,4 +1,4 @@
-"""The observation system Y = W chi + rho of (14), joint by joint as in (15), made from measurements."""
+"""The observation system Y = W chi + rho of (14), joint by joint (15), made from measurements, reduced by QR."""
 
 import copy
 import functools
@@ -10,6 +10,7 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import lapack
 
 from ...common.arrays import Array
 from ...common.linear import without
@@ -17,9 +18,9 @@ from ...model import Motion, Processing, Robot, Spring
 from ...model.kernel.kernel import Kernel
 from ...model.motion import Measurement
 from ...model.regressors import load_expression, regressor_expression
-from ..signals.decimation import Decimator, noise_bandwidth
+from ..signals.filtering import Decimator, noise_bandwidth
 from ..signals.rows import Mask, used_rows
-from .equations import NO_MOTOR
+from .equations import NO_MOTOR, Equations, compressed, merged
 
 Indices = NDArray[np.intp]
 PATH = "path"
@@ -28,19 +29,12 @@ PATH = "path"
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """Arrangement of equations: whose entries each joint's rows hold, and what stands behind its torque.
+    """Arrangement of equations: whose entries each joint's rows hold, and what stands behind its torque."""
 
-    Attributes:
-        columns: names of the columns of W, c.
-        index: of each among the distinct ones, for columns may repeat, shape (c,).
-        touched: per joint, the distinct columns that are not zero.
-        motors: per joint, whose parts of its torque follow: other motors (from 0), ``NO_MOTOR`` for a spring.
-    """
-
-    columns: tuple[str, ...]
-    index: Indices
-    touched: tuple[Indices, ...]
-    motors: tuple[tuple[int, ...], ...]
+    columns: tuple[str, ...]  # names of the columns of W, c
+    index: Indices  # of each among the distinct ones, for columns may repeat, shape (c,)
+    touched: tuple[Indices, ...]  # per joint, the distinct columns that are not zero
+    motors: tuple[tuple[int, ...], ...]  # per joint, whose parts follow: motors (from 0), ``NO_MOTOR`` for a spring
 
     @functools.cached_property
     def rows(self) -> tuple[slice, ...]:
@@ -62,20 +56,14 @@ class Layout:
 
 @dataclass(frozen=True, eq=False)
 class Observation:
-    """The equations of one recording, row by row.
+    """The equations of one recording, row by row."""
 
-    Attributes:
-        layout: what the rows hold.
-        rows: per joint, entries of W that are not zero, torque [N·m or N] (known torques, such as a spring's, are
-            already moved there), and parts of it that are not of its own motor; numbers of an equation x r_j.
-        t: per joint, time of the rows [s], shape (r_j,).
-        bandwidth: fraction of the frequency range that white noise fills; 1 without decimation.
-    """
-
-    layout: Layout
+    layout: Layout  # what the rows hold
+    # per joint, entries of W that are not zero, torque [N·m or N] (known torques, such as a spring's, are already
+    # moved there), and parts of it that are not of its own motor; numbers of an equation x r_j
     rows: tuple[Array, ...]
-    t: tuple[Array, ...]
-    bandwidth: float
+    t: tuple[Array, ...]  # per joint, time of the rows [s], shape (r_j,)
+    bandwidth: float  # fraction of the frequency range that white noise fills; 1 without decimation
 
     @staticmethod
     def of(
@@ -362,3 +350,77 @@ def _parts(samples: int, factor: int) -> Iterator[slice]:
     """Divide samples into stretches that stay in the processor's cache, long against the decimation filter."""
     size = max(_PART, 64 * factor if factor > 1 else 0)
     return (slice(start, start + size) for start in range(0, samples, size))
+
+
+_ROWS = 1024  # per QR: the rows and the factor stay in the processor's cache
+_PANEL = 8  # columns that the QR takes at once
+
+
+def recorded(observer: Observer, recordings: Iterable[Used]) -> tuple[Equations, list[Observation]]:
+    """Reduce all recordings of one load, and keep the equations of each."""
+    each = [observer.observe_rows(*recording) for recording in recordings]
+    return merged(map(reduced, each)), each
+
+
+def reduced(observation: Observation) -> Equations:
+    """Reduce the equations of one recording."""
+    starts = range(0, max(own.shape[1] for own in observation.rows), _ROWS)
+    copies = ([own[:, k : k + _ROWS].copy() for own in observation.rows] for k in starts)
+    parts = ((rows, [own.shape[1] for own in rows]) for rows in copies)
+    return _reduced(observation.layout, parts, observation.bandwidth)
+
+
+def reduced_pieces(observer: Observer, pieces: Iterable[tuple[Measurement, Mask]], decimate: int = 1) -> Equations:
+    """Reduce one recording that arrives in pieces, however long it is: its equations are never held whole.
+
+    Args:
+        pieces: consecutive pieces, even in time if they are to be decimated, each with its rows to use, N x n.
+        decimate: parallel decimation of Y and W.
+    """
+
+    def parts() -> Iterator[tuple[list[Array], list[int]]]:
+        for equations, keep, _ in observer.stream(pieces, decimate):
+            rows = [equations[own] for own in observer.layout.rows]
+            for own, used in zip(rows, keep, strict=True):
+                if not used.all():
+                    own *= used  # a row of zeros says nothing
+            yield rows, keep.sum(axis=1).tolist()
+
+    return _reduced(observer.layout, parts(), noise_bandwidth(decimate))
+
+
+def _reduced(layout: Layout, parts: Iterable[tuple[list[Array], list[int]]], bandwidth: float) -> Equations:
+    """Reduce by QR the columns that each joint's rows touch, spread out at the end.
+
+    ``parts``: rows as of an ``Observation``, used up for the QR works where they stand, and how many of them count.
+    """
+    factors = [np.zeros((own.stop - own.start,) * 2, order="F") for own in layout.rows]
+    count = np.zeros(len(factors), dtype=int)
+    for rows, counted in parts:
+        count += counted
+        factors = [_folded(factor, own.T) for factor, own in zip(factors, rows, strict=True)]
+    spread, shared = [], dict[tuple[int, int], Array]()
+    for j, (factor, touched, motors) in enumerate(zip(factors, layout.touched, layout.motors, strict=True)):
+        own = np.triu(factor)[: len(touched) + 1]  # what stands below is of the others' torques alone
+        wide = np.zeros((len(own), layout.distinct + 1 + len(motors)))
+        wide[:, touched], wide[:, layout.distinct :] = own[:, : len(touched)], own[:, len(touched) :]
+        asked = [*layout.index, *range(layout.distinct, wide.shape[1])]
+        factor, others = compressed(wide[:, asked], len(motors))
+        spread.append(factor)
+        shared |= zip(((j, motor) for motor in motors), others.T, strict=True)
+    effective = tuple((bandwidth * count).tolist())
+    return Equations(layout.columns, tuple(spread), tuple(count.tolist()), effective, shared)
+
+
+def _folded(factor: Array, equations: Array) -> Array:
+    """R of a factor with more rows below it; both are Fortran-ordered, and overwritten.
+
+    LAPACK's QR of a triangle above a rectangle: faster than a QR of both as one matrix.
+    """
+    if len(equations):
+        factor, _, _, failed = lapack.dtpqrt(
+            0, min(_PANEL, len(factor)), factor, equations, overwrite_a=1, overwrite_b=1
+        )
+        if failed:
+            raise ValueError(f"QR: LAPACK refuses argument {-failed}")
+    return factor

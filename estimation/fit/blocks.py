@@ -10,8 +10,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.linear import least_squares
 from ..equations.equations import Blocks, Equations
-from ..equations.observer import Observation
-from ..equations.reduction import reduced
+from ..equations.observer import Observation, reduced
 
 _WINDOW = 5.0  # lags summed, in autocorrelation times
 _TIMES = 5.0  # autocorrelation times a block holds
@@ -90,15 +89,11 @@ def _mean_product(grids: Sequence[tuple[Array, Array]], lag: int) -> float:
 
 
 class Remembered(NamedTuple):
-    """Memory of the recordings of one load.
+    """Memory of the recordings of one load."""
 
-    ``memory``: longest autocorrelation time among the joints' residuals [s]; ``spans``: times of the first and the
-    last row of each recording [s], shape (2,); ``inflation``: of each joint's errors, by their memory.
-    """
-
-    memory: float
-    spans: tuple[Array, ...]
-    inflation: tuple[float, ...]
+    memory: float  # longest autocorrelation time among the joints' residuals [s]
+    spans: tuple[Array, ...]  # times of the first and the last row of each recording [s], shape (2,)
+    inflation: tuple[float, ...]  # of each joint's errors, by their memory
 
     @staticmethod
     def of(recordings: Sequence[Observation], values: Array) -> "Remembered":

@@ -39,21 +39,13 @@ def few_blocks(degrees_of_freedom: float) -> float:
 
 @dataclass(frozen=True, repr=False)
 class RobustCovariance(Brief):
-    """Covariance of the estimation error whatever the memory of the noise, if shorter than a block.
+    """Covariance of the estimation error whatever the memory of the noise, if shorter than a block."""
 
-    Attributes:
-        covariance: c x c.
-        blocks: number of blocks that were left out in turn.
-        degrees_of_freedom: of Student's t for intervals.
-        block_length: shortest length of a block [s], unless a whole recording is shorter; 0 for poses at rest.
-        by_memory: whether it is the sandwich, blocks being too few for a jackknife.
-    """
-
-    covariance: Array
-    blocks: int
-    degrees_of_freedom: int
-    block_length: float
-    by_memory: bool = False
+    covariance: Array  # c x c
+    blocks: int  # number of blocks that were left out in turn
+    degrees_of_freedom: int  # of Student's t for intervals
+    block_length: float  # shortest length of a block [s], unless a whole recording is shorter; 0 for poses at rest
+    by_memory: bool = False  # whether it is the sandwich, blocks being too few for a jackknife
 
     def __post_init__(self) -> None:
         """Lock the array."""

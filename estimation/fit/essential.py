@@ -78,28 +78,14 @@ StopRule = SigmaRatio | SigmaBound
 
 @dataclass(frozen=True)
 class Elimination:
-    """Essential parameters, and backward elimination down to no parameter at all.
+    """Essential parameters, and backward elimination down to no parameter at all."""
 
-    Attributes:
-        order: the parameters, first eliminated first, c.
-        path: with k parameters eliminated, k = 0 .. c, the error's standard deviation over that with none, and the
-            largest relative standard deviation of those that remain, a fraction, 0 where none does; (c + 1) x 2.
-        rule: when it ended.
-        estimate: of the essential parameters, the others zero; weights as with all parameters.
-    """
-
-    order: tuple[str, ...]
+    order: tuple[str, ...]  # the parameters, first eliminated first, c
+    # with k parameters eliminated, k = 0 .. c, the error's standard deviation over that with none, and the largest
+    # relative standard deviation of those that remain, a fraction, 0 where none does; (c + 1) x 2
     path: Array
-    rule: StopRule
-    estimate: Estimate
-
-    def __post_init__(self) -> None:
-        """Lock the path and check its shape."""
-        path = np.array(self.path, dtype=float)  # data without noise have infinite ratios
-        if path.shape != (len(self.order) + 1, 2):
-            raise ValueError(f"path must have {len(self.order) + 1} rows of 2, got {path.shape}")
-        path.flags.writeable = False
-        object.__setattr__(self, "path", path)
+    rule: StopRule  # when it ended
+    estimate: Estimate  # of the essential parameters, the others zero; weights as with all parameters
 
     @property
     def essential(self) -> tuple[str, ...]:
@@ -110,16 +96,6 @@ class Elimination:
     def eliminated(self) -> tuple[str, ...]:
         """Names of the others, first eliminated first."""
         return self.order[: len(self.order) - len(self.essential)]
-
-    @property
-    def sigma_ratio(self) -> float:
-        """Error's standard deviation with the essential parameters over that with all."""
-        return float(self.path[len(self.eliminated), 0])
-
-    @property
-    def largest_relative_sigma(self) -> float:
-        """Largest relative sigma of the essential parameters, a fraction."""
-        return float(self.path[len(self.eliminated), 1])
 
 
 def eliminate(problem: Equations, estimate: Estimate, rule: StopRule | None = None) -> Elimination:
@@ -154,5 +130,6 @@ def eliminate(problem: Equations, estimate: Estimate, rule: StopRule | None = No
         ratio = np.sqrt(np.array(variances) / max(variances[0], np.finfo(float).tiny))
     names = tuple(problem.columns[k] for k in order)
     path = np.column_stack([np.append(1.0, ratio[1:]), [*largest, 0.0]])
+    path.setflags(write=False)
     essential = [name for name in problem.columns if name not in names[: rule.eliminated(*path.T)]]
     return Elimination(names, path, rule, weighted(problem.select(essential), estimate.weights))

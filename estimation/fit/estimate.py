@@ -16,17 +16,11 @@ from .drive_gains import Gains
 
 @dataclass(frozen=True)
 class Fit:
-    """Fit of a model to torques.
+    """Fit of a model to torques."""
 
-    Attributes:
-        error_norms: per joint, norm of Y_j - W_j chi [N·m or N].
-        torque_norms: per joint, norm of Y_j.
-        rows: per joint, number of equations.
-    """
-
-    error_norms: Array
-    torque_norms: Array
-    rows: tuple[int, ...]
+    error_norms: Array  # per joint, norm of Y_j - W_j chi [N·m or N]
+    torque_norms: Array  # per joint, norm of Y_j
+    rows: tuple[int, ...]  # per joint, number of equations
 
     def __post_init__(self) -> None:
         """Lock the norms and check that there is one for each joint."""
@@ -152,11 +146,6 @@ class Estimate(Brief):
     def __getitem__(self, name: str) -> float:
         """Value of one parameter."""
         return float(self.values[self.names.index(name)])
-
-    def select(self, names: Sequence[str]) -> tuple[Array, Array]:
-        """Values (k,) and covariance k x k of some of the parameters."""
-        indices = [self.names.index(name) for name in names]
-        return self.values[indices], self.covariance[np.ix_(indices, indices)]
 
     def part(self, names: Sequence[str]) -> "Estimate":
         """Take some of the parameters, in the order given."""

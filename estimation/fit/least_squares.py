@@ -17,16 +17,11 @@ class Excitation:
 
     The relative standard deviation of a parameter is 1 / ``independent``: with all others known it would be
     1 / ``signal``.
-
-    Attributes:
-        names: of the parameters, c.
-        signal: norm of the parameter's torque, |chi_k| ||W_k|| over the noise, shape (c,).
-        independent: the same of its part that no combination of the others can imitate, |chi_k| / sigma_k.
     """
 
-    names: tuple[str, ...]
-    signal: Array
-    independent: Array
+    names: tuple[str, ...]  # of the parameters, c
+    signal: Array  # norm of the parameter's torque, |chi_k| ||W_k|| over the noise, shape (c,)
+    independent: Array  # the same of its part that no combination of the others can imitate, |chi_k| / sigma_k
 
     def __post_init__(self) -> None:
         """Lock the arrays."""

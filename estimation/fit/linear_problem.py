@@ -23,22 +23,16 @@ from ..equations.equations import Equations, checked, compressed, triangular
 from .covariance import formula, sandwich
 from .estimate import Estimate, fit
 
-_HELD = 1e-6
-"""Fraction of a direction that the other blocks must hold: differences then keep ten digits."""
-_AT_ONCE = 16
-"""Number of blocks that are worked on together: few enough for little memory."""
+_HELD = 1e-6  # fraction of a direction that the other blocks must hold: differences then keep ten digits
+_AT_ONCE = 16  # number of blocks that are worked on together: few enough for little memory
 
 
 class LeftOut(NamedTuple):
-    """Solutions without each of B blocks, and last the whole one, for m right-hand sides.
+    """Solutions without each of B blocks, and last the whole one, for m right-hand sides."""
 
-    ``values``: (B + 1) x c x m; ``covariance``: for errors of variance 1, (B + 1) x c x c; ``variance``: of the
-    weighted errors, (B + 1) x m.
-    """
-
-    values: Array
-    covariance: Array
-    variance: Array
+    values: Array  # (B + 1) x c x m
+    covariance: Array  # for errors of variance 1, (B + 1) x c x c
+    variance: Array  # of the weighted errors, (B + 1) x m
 
 
 _Solution = tuple[Array, Array, Array]
@@ -106,23 +100,19 @@ def _downdated(root: Array, whole: _Solution, rows: Array) -> tuple[Array, _Solu
 
 
 class Known(NamedTuple):
-    """Parameters known from elsewhere, and how sure they are: fixed, or a prior that the recordings correct.
-
-    ``covariance``: part of the formula's, c x c; of a prior of full rank; ``lasting``: what no block of time shows
-    of it, zero where the blocks hold the recordings that the parameters come from; ``degrees_of_freedom``;
-    ``gain_sensitivity``: gives derivatives by the relative error of each motor's torque, c x n, None where they
-    are not known; ``left_out``: gives the values without each of the blocks that they come from, B x c, none by
-    default; ``inflation`` of a prior as of ``SoftPrior``.
-    """
+    """Parameters known from elsewhere, and how sure they are: fixed, or a prior that the recordings correct."""
 
     names: tuple[str, ...]
     values: Array
-    covariance: Array
-    lasting: Array
+    covariance: Array  # part of the formula's, c x c; of a prior of full rank
+    lasting: (
+        Array  # what no block of time shows of it, zero where the blocks hold the recordings that it comes from
+    )
     degrees_of_freedom: float = float("inf")
+    # Derivatives by the relative error of each motor's torque, c x n, None where they are not known.
     gain_sensitivity: Callable[[], Array | None] = lambda: None
-    left_out: Callable[[], Array | None] = lambda: None
-    inflation: float = 1.0
+    left_out: Callable[[], Array | None] = lambda: None  # values without each of the blocks they come from, B x c
+    inflation: float = 1.0  # of a prior as of ``SoftPrior``
 
     def part(self, names: Sequence[str]) -> "Known":
         """Take some of the parameters."""
@@ -150,14 +140,10 @@ class Known(NamedTuple):
 
 
 class SoftPrior(NamedTuple):
-    """Prior on a parameter near zero.
+    """Prior on a parameter near zero: one more equation."""
 
-    ``sigma``: its standard deviation; ``inflation``: by how much the memory of the errors raises the variance that
-    white noise would give what the recordings say of it. One more equation counts for as much as that allows.
-    """
-
-    sigma: float
-    inflation: float = 1.0
+    sigma: float  # standard deviation
+    inflation: float = 1.0  # of the variance of what the recordings say of it, by the memory of their errors
 
     @property
     def weight(self) -> float:
@@ -166,42 +152,30 @@ class SoftPrior(NamedTuple):
 
 
 class _Triangle(NamedTuple):
-    """Triangle of weighted equations: ``R`` of the unknown columns and the torque, the ``inverse`` of its first c.
+    """Triangle of weighted equations, and their solution."""
 
-    ``values``: of the unknown parameters, (c,); ``influences``: how they move with each known group, but for the
-    sign: P = W_L^+ W; ``by_torques``: how they move with each motor's torque, c x n.
-    """
-
-    R: Array
-    inverse: Array
-    values: Array
-    influences: tuple[Array, ...]
-    by_torques: Array
+    R: Array  # of the unknown columns and the torque
+    inverse: Array  # of its first c columns
+    values: Array  # of the unknown parameters, (c,)
+    influences: tuple[Array, ...]  # how they move with each known group, but for the sign: P = W_L^+ W
+    by_torques: Array  # how they move with each motor's torque, c x n
 
 
 @dataclass(frozen=True, eq=False)
 class LinearProblem:
-    """Equations and the roles of their columns; a column without a role is free, estimated with the wanted ones.
+    """Equations and the roles of their columns; a column without a role is free, estimated with the wanted ones."""
 
-    Attributes:
-        equations: in all the columns.
-        wanted: the parameters that are asked for.
-        fixed: parameters known from elsewhere, group by group.
-        soft: parameters that are near zero: one more equation for each.
-        prior: parameters near values that are known: as many equations more.
-        shown: equations in the same columns on whose torques the fit is judged; all by default.
-        own_torque: judge the fit on the wanted parameters' own torque, that of all others taken off.
-        parts: the equations without each block of time, where they are not the sum of their blocks; what is fixed
-            then comes from no blocks.
-    """
-
-    equations: Equations
-    wanted: tuple[str, ...]
-    fixed: tuple[Known, ...] = ()
+    equations: Equations  # in all the columns
+    wanted: tuple[str, ...]  # the parameters that are asked for
+    fixed: tuple[Known, ...] = ()  # parameters known from elsewhere, group by group
+    # parameters that are near zero: one more equation for each
     soft: Mapping[str, SoftPrior] = field(default_factory=dict)
-    prior: Known | None = None
+    prior: Known | None = None  # parameters near values that are known: as many equations more
+    # equations in the same columns on whose torques the fit is judged; all by default
     shown: Equations | None = None
-    own_torque: bool = False
+    own_torque: bool = False  # judge the fit on the wanted parameters' own torque, that of all others taken off
+    # the equations without each block of time, where they are not the sum of their blocks; what is fixed then comes
+    # from no blocks
     parts: tuple[Equations, ...] = ()
     _triangles: dict[bytes, _Triangle] = field(default_factory=dict, init=False, repr=False)
 

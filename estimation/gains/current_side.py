@@ -22,7 +22,6 @@ _ENOUGH = 1e-9  # relative change of a gain
 _ROUNDS = 3  # of weights for the start
 _SPREAD = 10.0  # of gains about their median, as far as weights go
 _FLOOR = 1e-9  # of the current: data without noise still need finite weights
-_CLEAR = 0.2  # standard deviation of a scale's logarithm up to which the recording determines it
 
 
 class CurrentFit(NamedTuple):
@@ -30,7 +29,7 @@ class CurrentFit(NamedTuple):
 
     k: Array  # A/(N·m), shape (n,)
     x: Array  # all parameters, shape (c,)
-    covariance: Array  # of ln K by the free fit, n x n, for white noise, zero where a gain was fixed
+    covariance: Array  # of ln K by the free fit, n x n, for white noise
     degrees_of_freedom: float
 
 
@@ -50,46 +49,40 @@ def current_weights(equations: Equations) -> Array:
     return 1.0 / np.array(sigma)
 
 
-def gauss_newton(
-    equations: Equations, weights: Array, free: Sequence[int], known: Array, anchor: int | None = None
-) -> CurrentFit:
+def gauss_newton(equations: Equations, weights: Array, free: Sequence[int], known: Array) -> CurrentFit:
     """Minimise sum_j w_j^2 ||i_j - k_j W_j x||^2.
 
     Args:
         equations: factors of [W i].
         weights: per joint [1/A].
         free: indices of the unknown parameters among the columns.
-        known: the others' values, zero at the free ones, shape (c,).
-        anchor: a joint (from 0) whose gain is 1; the logarithms of the others are then thought to be 0 with a
-            standard deviation of 1, so that what a recording does not tell stays there. None where known
-            parameters set the scale.
+        known: the others' values, which set the scale, zero at the free ones, shape (c,).
     """
-    n, c, factors = len(weights), len(free), equations.factors
-    moving = [j for j in range(n) if j != anchor]
-    k, x = torque_side(factors, free, known, anchor)
-    for _ in range(_ROUNDS if anchor is None else 0):
+    c, factors = len(free), equations.factors
+    k, x = torque_side(factors, free, known)
+    for _ in range(_ROUNDS):
         # Each joint weighted by the errors of its torque: else a disturbance of the arm's joints outweighs all that
         # the wrist's say.
         middle = float(np.median(np.abs(k)))
         size = weights * np.clip(np.abs(k), middle / _SPREAD, middle * _SPREAD)
-        k, x = torque_side([w * factor for w, factor in zip(size, factors, strict=True)], free, known, None)
-    step = np.full(c + len(moving), np.inf)
+        k, x = torque_side([w * factor for w, factor in zip(size, factors, strict=True)], free, known)
+    step = np.full(c + len(k), np.inf)
     for _ in range(_MOST):
-        J, error = linearised(factors, weights, k, x, free, anchor)
+        J, error = linearised(factors, weights, k, x, free)
         parts = decomposed(J)
-        if np.abs(step[c:] / k[moving]).max() < _ENOUGH:
+        if np.abs(step[c:] / k).max() < _ENOUGH:
             break
-        if parts.null.size:  # the gains of the moving joints stand last
+        if parts.null.size:  # the gains stand last
             missing = np.abs(parts.null[c:]).max(axis=1)
-            joints = [str(j + 1) for j, weight in zip(moving, missing, strict=True) if weight > 1e-3]
+            joints = [str(j) for j, weight in enumerate(missing, 1) if weight > 1e-3]
             unknown = f"the gain of joint {', '.join(joints)}" if joints else "the robot's parameters"
             raise InputError(
                 f"the recordings do not determine {unknown}: move more joints, faster and over a wider range"
             )
         step = parts.solution(error)
-        step *= min(1.0, _LONGEST / np.abs(step[c:] / k[moving]).max())
+        step *= min(1.0, _LONGEST / np.abs(step[c:] / k).max())
         x[free] += step[:c]
-        k[moving] += step[c:]
+        k += step[c:]
     else:
         raise InputError(
             "the drive gains do not settle: check units, signs and order of the currents, and that the arm touched "
@@ -98,39 +91,16 @@ def gauss_newton(
     dof = sum(equations.effective_rows) - J.shape[1]
     if dof <= 0.0:
         raise InputError(f"too few samples for {J.shape[1]} unknowns: record longer")
-    covariance = np.zeros((n, n))
-    own = parts.covariance[c:, c:] / np.outer(k[moving], k[moving])
-    covariance[np.ix_(moving, moving)] = float(error @ error) / dof * own
-    return CurrentFit(k, x, covariance, dof)
+    return CurrentFit(k, x, float(error @ error) / dof * parts.covariance[c:, c:] / np.outer(k, k), dof)
 
 
-def relative_scales(problem: Equations) -> Array:
-    """Factors by which the joints' signals agree with one joint's, fitted on the signals' side, shape (n,).
-
-    By the links whose parameters several joints' torques show; 1 for a last joint that carries next to nothing.
-    ``problem``: W and any signals proportional to torques, joint by joint; noise counts as white.
-    """
-    weights, c = current_weights(problem), len(problem.columns)
-    anchor = int(np.argmax(problem.torque_norms * weights))
-    k, _, covariance, _ = gauss_newton(problem, weights, range(c), np.zeros(c), anchor)
-    determined = (k > 0.0) & (np.diag(covariance) < _CLEAR**2)
-    return 1.0 / np.where(determined, k, 1.0)
-
-
-def torque_side(
-    factors: Sequence[Array], free: Sequence[int], known: Array, anchor: int | None
-) -> tuple[Array, Array]:
+def torque_side(factors: Sequence[Array], free: Sequence[int], known: Array) -> tuple[Array, Array]:
     """Solve on the torque side for k, x of K_j i_j = W_j x, linear in K and x."""
     c = len(free)
     by_x, by_K = np.vstack([factor[:, free] for factor in factors]), (-factor[:, -1:] for factor in factors)
     A, b = np.hstack([by_x, block_diag(*by_K)]), -np.concatenate([factor[:, :-1] @ known for factor in factors])
-    if anchor is not None:
-        b = b - A[:, c + anchor]
-        A[:, c + anchor] = 0.0
     solution = least_squares(A, b)
     K = solution[c:]
-    if anchor is not None:
-        K[K <= 0.0], K[anchor] = 1.0, 1.0
     if not (np.abs(K) > 1e-12 * np.abs(K).max()).all():
         raise InputError("the payload does not show in the currents: is it in the loaded recording?")
     x = known.copy()
@@ -139,20 +109,12 @@ def torque_side(
 
 
 def linearised(
-    factors: Sequence[Array], weights: Array, k: Array, x: Array, free: Sequence[int], anchor: int | None = None
+    factors: Sequence[Array], weights: Array, k: Array, x: Array, free: Sequence[int]
 ) -> tuple[Array, Array]:
-    """Jacobian of the predicted currents by the free x and k, and the currents' errors, both weighted.
-
-    With an anchor without its gain, and with a row each for the prior of the others.
-    """
+    """Jacobian of the predicted currents by the free x and k, and the currents' errors, both weighted."""
     torques = [factor[:, :-1] @ x for factor in factors]
     by_x = [w * own * factor[:, free] for factor, w, own in zip(factors, weights, k, strict=True)]
     by_k = [(w * torque)[:, None] for w, torque in zip(weights, torques, strict=True)]
     J = np.hstack([np.vstack(by_x), block_diag(*by_k)])
     parts = zip(factors, weights, k, torques, strict=True)
-    errors = np.concatenate([w * (factor[:, -1] - own * torque) for factor, w, own, torque in parts])
-    if anchor is None:
-        return J, errors
-    J, own = np.delete(J, len(free) + anchor, axis=1), np.delete(k, anchor)
-    prior = np.eye(len(own), J.shape[1], len(free)) / own[:, None]
-    return np.vstack([J, prior]), np.append(errors, -np.log(own))
+    return J, np.concatenate([w * (factor[:, -1] - own * torque) for factor, w, own, torque in parts])

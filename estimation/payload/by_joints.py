@@ -24,8 +24,7 @@ from .short_motion import ShortMotion
 
 _BLURRED = 0.05
 """Fraction of noise in the torque that the other joints' payload predicts, above which a ratio says nothing."""
-_HIDDEN = 1e-6
-"""Fraction of the mass in undetermined directions above which it is not visible."""
+_HIDDEN = 1e-6  # fraction of the mass in undetermined directions above which it is not visible
 _BLIND = 1e3
 """Standard deviation over the best group's above which a mass is not visible: one joint at rest hardly shows it."""
 WITHOUT_BLOCKS = 4.0

@@ -18,15 +18,13 @@ from ...common.brief import Brief
 from ...common.linear import decomposed, least_squares
 from ...model.drives import joint_of
 from ..equations.equations import PAYLOAD, Anchor, Equations, merged
-from ..equations.observer import Observation
-from ..equations.reduction import reduced
-from ..fit.blocks import Remembered
+from ..equations.observer import Observation, reduced
+from ..fit.blocks import Remembered, weighted_solution
 from ..fit.linear_problem import Known, SoftPrior
 
 FREE = "free "
 """Beginning of the names of what is estimated anew in each recording, besides the payload."""
-_LEVEL = "held "
-"""Beginning of the names of the values that constant torques have by their prior."""
+_LEVEL = "held "  # beginning of the names of the values that constant torques have by their prior
 
 OFFSET_SHARE = 0.033
 """Standard deviation of the change between two recordings over a joint's Coulomb friction.
@@ -37,12 +35,10 @@ sqrt(2) more.
 """
 _WRIST = 3
 """Number of last joints, always free: their torque shifts the centre of mass, and the TX40's scatter by 17 %."""
-_CONTRADICTED = 1e-3
-"""Probability of what the recordings say, below which the constant torques are free."""
+_CONTRADICTED = 1e-3  # probability of what the recordings say, below which the constant torques are free
 _FEWEST_LEFT = 6
 """Number of rows of a joint beyond its free columns; fewer may be fitted exactly, and show no errors."""
-_HIDDEN = 1e-6
-"""Fraction of a friction in undetermined directions above which it is not known."""
+_HIDDEN = 1e-6  # fraction of a friction in undetermined directions above which it is not known
 
 
 def free_columns(columns: Sequence[str]) -> list[str]:
@@ -98,8 +94,7 @@ def friction_prior(observations: Sequence[Observation], sigmas: Mapping[str, flo
     """
     left = [one.eliminate(free_columns(one.columns)) for one in observations]
     problem = merged(map(reduced, left)).select(PAYLOAD)
-    weights = problem.joint_weights(_shortest(problem, np.ones(len(problem.rows)))[0])
-    values, _ = _shortest(problem, weights)
+    values = weighted_solution(problem)
     noise, spare = problem.error_norms(values) / np.sqrt(np.maximum(problem.rows, 1)), np.array(problem.rows)
     for one in observations:
         names = one.columns
@@ -124,19 +119,16 @@ def offset_prior(observations: Sequence[Observation], coulomb: Array) -> HeldFri
     weights = np.divide(1.0, weighty, out=np.zeros(n), where=weighty > 0.0)
     free = HeldFriction({}, np.zeros(n), np.ones(n))
     factors = [reduced(one) for one in observations]
-    squares = [
-        _shortest(merged(map(each.friction_free, factors)).select(PAYLOAD), weights)[1] for each in (prior, free)
-    ]
+    squares = [_left(merged(map(each.friction_free, factors)).select(PAYLOAD), weights) for each in (prior, free)]
     count = len(prior.joints)
     contradicted = count > 0 and chdtrc(count, max(squares[0] - squares[1], 0.0)) < _CONTRADICTED
     return free if contradicted else prior
 
 
-def _shortest(problem: Equations, weights: Array) -> tuple[Array, float]:
-    """Find the shortest least-squares solution, of which only the residual is used, and its sum of squares."""
+def _left(problem: Equations, weights: Array) -> float:
+    """Sum of squares that the least-squares solution leaves."""
     factor = problem.stacked(weights)
-    values = least_squares(factor[:, :-1], factor[:, -1])
-    return values, float(np.sum((factor[:, -1] - factor[:, :-1] @ values) ** 2))
+    return float(np.sum((factor[:, -1] - factor[:, :-1] @ least_squares(factor[:, :-1], factor[:, -1])) ** 2))
 
 
 def coulomb_friction(problem: Equations) -> Array:
@@ -147,8 +139,7 @@ def coulomb_friction(problem: Equations) -> Array:
     """
     n = len(problem.rows)
     hidden = decomposed(problem.stacked()[:, :-1]).hidden
-    weights = problem.joint_weights(_shortest(problem, np.ones(n))[0])
-    values, _ = _shortest(problem, weights)
+    values = weighted_solution(problem)
     levels = np.zeros(n)
     for j in range(n):
         name = f"FS{j + 1}"

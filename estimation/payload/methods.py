@@ -24,11 +24,10 @@ from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate, fit
 from ..fit.least_squares import weighted
 from ..fit.linear_problem import LinearProblem, SoftPrior, left_out
-from .long_motion import LongMotion
+from .long_motion import LongMotion, known_path, prior_of, with_scale
 from .result import PayloadEstimate, frame_change, in_payload_frame
 from .short_motion import ShortMotion
 from .static import StaticMotion
-from .under_load import known_path, with_scale
 
 PayloadProblem = LongMotion | ShortMotion
 
@@ -45,7 +44,8 @@ def from_robot(motion: LongMotion) -> LinearProblem:
     free_friction = motion.settings.free_friction
     if motion.corrected and not free_friction:
         loaded, changes = under_load(motion, motion.friction)
-        return LinearProblem(loaded, PAYLOAD, soft=changes, prior=motion.robot_prior)
+        prior = prior_of(motion.known, motion.inflation, motion.loaded)
+        return LinearProblem(loaded, PAYLOAD, soft=changes, prior=prior)
     loaded, scale = under_load(motion, {})
     robot = motion.robot_known
     rigid = [name for name in robot.names if not is_friction(name)]

@@ -17,8 +17,7 @@ from ..signals.alignment import AlignedPair, aligned, best_aligned, check_mismat
 from ..signals.filtering import grid_rate, measurement
 from ..signals.rows import cut, origin, shortest_piece
 
-_TRIED = 12
-"""Number of combinations of pieces that are aligned in search of the lag."""
+_TRIED = 12  # number of combinations of pieces that are aligned in search of the lag
 _Recordings = tuple[Recording, ...]
 _Pair = tuple[Recording, Recording, float | None]
 """Recordings without and with payload, and the lag where it is known [s]."""

@@ -18,8 +18,7 @@ from .methods import PayloadProblem, payload_estimate
 from .pairs import Order
 from .short_motion import ShortMotion
 
-_DRIFTS = 0.05
-"""Probability below which a trend is called a drift."""
+_DRIFTS = 0.05  # probability below which a trend is called a drift
 
 
 class Repeats(Document, frozen=True):

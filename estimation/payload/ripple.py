@@ -18,7 +18,7 @@ from ...common.linear import decomposed
 from ...common.schema import Document
 from ..equations.observer import Observation, Used
 from ..fit.blocks import inflation
-from ..signals.decimation import decimated
+from ..signals.filtering import decimated
 from ..signals.rows import Mask
 
 RIPPLE_CHANCE = 0.05
@@ -118,13 +118,8 @@ class _Search(NamedTuple):
 
         0 where its sine and cosine hardly stand out.
         """
-        # exp(i wave position) of evenly spaced waves: each is the one before, turned by the same angle.
-        turning = np.empty((len(waves), len(self.position)), dtype=complex)
-        turning[0] = np.exp(1j * waves[0] * self.position)
-        further = np.exp(1j * (waves[1] - waves[0]) * self.position) if len(waves) > 1 else turning[0]
-        for k in range(1, len(waves)):
-            np.multiply(turning[k - 1], further, out=turning[k])
-        sines, cosines = self._seen(turning.imag), self._seen(turning.real)
+        turns = np.outer(waves, self.position)
+        sines, cosines = self._seen(np.sin(turns)), self._seen(np.cos(turns))
         passed = np.sum(sines**2 + cosines**2, axis=0) > _PASSED**2 * len(left)
         s, c = _less(sines, Q), _less(cosines, Q)
         ss, cc, sc = (np.sum(product, axis=0) for product in (s * s, c * c, s * c))

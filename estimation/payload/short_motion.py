@@ -14,15 +14,13 @@ from ...model import BaseParameters, Motion, Processing, Recording, Robot, base_
 from ...model.drives import parameter_kind
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
-from ...model.visibility import PayloadVisibility, friction_columns, visibility_of
+from ...model.visibility import PayloadVisibility, check_mass_visible, friction_columns, visibility_of
 from ..equations.equations import PAYLOAD, Equations, merged
-from ..equations.observer import PATH, Observation, Observer, Used
-from ..equations.reduction import reduced
+from ..equations.observer import PATH, Observation, Observer, Used, reduced
 from ..fit.blocks import block_edges, block_length, in_blocks, remembered
 from ..fit.estimate import Estimate
-from ..fit.friction import under_own_load
 from ..fit.linear_problem import Known, LinearProblem
-from ..fit.own_equations import check_lengths, filtered
+from ..fit.own_equations import check_lengths, filtered, under_own_load
 from ..fit.settings import DEFAULTS, Settings
 from ..possible.constraints import KnownMass
 from ..signals.alignment import aligned
@@ -30,11 +28,20 @@ from ..signals.filtering import grid_rate, measurement
 from ..signals.plausibility import check_apart, check_recordings, without_dead
 from ..signals.rows import Mask, inner_samples, least_speed, moving_parts
 from .constant_torques import FREE, HeldFriction, coulomb_friction, free_columns, friction_prior, offset_prior
-from .long_motion import Source, check_blocks, check_known, measured_part, prior_of, stored_robot
+from .long_motion import (
+    Source,
+    check_blocks,
+    check_known,
+    friction_changes,
+    known_path,
+    measured_part,
+    prior_of,
+    robot_of,
+    stored_robot,
+)
 from .pairs import torque_change
 from .result import in_payload_frame
 from .ripple import Wave, ripple_of
-from .under_load import friction_changes, known_path, robot_of
 
 SLOW = 0.03
 """Speed [rad/s or m/s] of a joint below which rows are not used; the sign of its friction is not sure there."""
@@ -93,11 +100,6 @@ class ShortMotion(Brief):
         """True if a robot known earlier is corrected by these recordings: its friction is of another day."""
         return self.known is not None and bool(self.held.held)
 
-    @property
-    def robot_prior(self) -> Known:
-        """Prior of a robot known earlier, by the covariance that its errors really have."""
-        return prior_of(self.known, self.inflation, self.loaded)
-
     @cached_property
     def visibility(self) -> PayloadVisibility:
         """Visibility of the payload in all recordings together."""
@@ -128,7 +130,7 @@ class ShortMotion(Brief):
             equations,
             wanted,
             fixed,
-            prior=self.robot_prior if self.corrected else None,
+            prior=prior_of(self.known, self.inflation, self.loaded) if self.corrected else None,
             # Against the robot's torque the payload's own is what the joints of a short motion are compared by.
             own_torque=True,
             parts=tuple(map(shown, self.without_each)),
@@ -161,17 +163,8 @@ class ShortMotion(Brief):
     @property
     def needed_scale(self) -> KnownMass | None:
         """Scale that is needed where torques do not show the mass; else it takes no part in the free estimate."""
-        if self.visibility.mass_visible:
-            return None
-        if self.scale is None:
-            joints = ", ".join(map(str, self.visibility.joints))
-            sums = self.visibility.combination("M")
-            why = f"only in {sums}" if sums else "not at all"
-            raise InputError(
-                f"mass not visible: the torques of joint {joints} show it {why}; move another joint as well, or "
-                "weigh the payload and give --mass KG+-KG"
-            )
-        return self.scale
+        check_mass_visible(self.visibility, self.scale is not None, "by this motion")
+        return None if self.visibility.mass_visible else self.scale
 
     def resolved(self, estimate: Estimate) -> Estimate:
         """Determine parameters from those posed; a ``needed_scale`` makes others follow from sums.

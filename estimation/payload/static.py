@@ -19,17 +19,15 @@ from ...model import Motion, Recording, Robot, base_parameters
 from ...model.drives import parameter_kind
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns, regressor_at
-from ..equations.observer import Observation, Observer
-from ..equations.reduction import reduced
+from ..equations.observer import Observation, Observer, reduced
 from ..fit.blocks import in_blocks
 from ..fit.settings import DEFAULTS, Settings
 from ..signals.plausibility import check_apart, check_recordings, without_dead
 from ..signals.rests import Rests, rests_of
 from .constant_torques import offset_prior
-from .long_motion import Source
+from .long_motion import Source, robot_of
 from .pairs import Order, torque_change
 from .short_motion import ShortMotion, observer_of
-from .under_load import robot_of
 
 _FEWEST = 4  # poses: fewer leave nothing to judge mass and first moments by
 _SAME = 0.02  # rad or m: rests that lie closer are of one pose; approaches begin twice as far away

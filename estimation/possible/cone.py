@@ -17,17 +17,13 @@ Cone = tuple[Literal["Zero", "Nonnegative", "SecondOrder", "PSDTriangle", "Expon
 
 
 class ConeProgram(NamedTuple):
-    """Program to minimise ||R z - d|| under constraints.
+    """Program to minimise ||R z - d|| with A z + b >= 0, and bodies of positive semidefinite pseudo-inertia."""
 
-    ``R`` k x n, ``d`` (k,); A z + b >= 0 with ``A`` r x n, ``b`` (r,); ``bodies``: maps p x 10 x n from z to the
-    ten of each body whose pseudo-inertia must be positive semidefinite.
-    """
-
-    R: Array
-    d: Array
-    A: Array
-    b: Array
-    bodies: Array
+    R: Array  # k x n
+    d: Array  # (k,)
+    A: Array  # r x n
+    b: Array  # (r,)
+    bodies: Array  # maps from z to the ten of each body, p x 10 x n
 
     def slack(self, z: Array) -> Array:
         """Slack A z + b, shape (r,)."""
@@ -35,15 +31,12 @@ class ConeProgram(NamedTuple):
 
 
 class ConeSolution(NamedTuple):
-    """Solution ``z`` (n,), ``norm`` = ||R z - d||, and how fast it falls as constraints are relaxed.
+    """Solution, and how fast its norm falls as constraints are relaxed."""
 
-    ``row_multipliers`` (r,): by A z + b >= -e; ``body_multipliers`` (p,): by J >= -e times identity.
-    """
-
-    z: Array
-    norm: float
-    row_multipliers: Array
-    body_multipliers: Array
+    z: Array  # (n,)
+    norm: float  # ||R z - d||
+    row_multipliers: Array  # by A z + b >= -e, (r,)
+    body_multipliers: Array  # by J >= -e times identity, (p,)
 
 
 _MEANING = {
@@ -157,11 +150,7 @@ def cone_solver(
         settings.presolve_enable = False
         settings.chordal_decomposition_enable = False
         settings.equilibrate_enable = False
-    there = matrix.T != 0.0
-    starts = np.append(0, np.cumsum(there.sum(axis=1)))
-    # Compressed columns without the detour by coordinates.
-    sparse = csc_matrix((matrix.T[there], np.nonzero(there)[1], starts), matrix.shape)
     sizes = [(kind, () if kind == "Exponential" else (size,)) for kind, size in cones if size]
     kinds = [getattr(clarabel, f"{kind}ConeT")(*size) for kind, size in sizes]
     no_squares = csc_matrix((len(cost), len(cost)))
-    return clarabel.DefaultSolver(no_squares, cost, sparse, right, kinds, settings)
+    return clarabel.DefaultSolver(no_squares, cost, csc_matrix(matrix), right, kinds, settings)

@@ -29,12 +29,9 @@ WIDENING = 1.2
 """Factor on t^2, by simulation: with 1 instead, intervals at an active constraint hold the truth in 91 to 93 %."""
 THIN = 2.0
 """The same for the inertia of a body thin in two directions: with 1.2, intervals of a point's hold 87 to 100 %."""
-_ROUNDS = 10
-"""Largest number of linearisations of a number that is not linear; fewer where nothing is gained."""
-_GAIN = 1e-4
-"""Gain, as a fraction of the way so far, below which it is none."""
-_STEPS: Array = np.linspace(0.125, 1.0, 8)
-"""Fractions of the way to a new point that are tried."""
+_ROUNDS = 10  # largest number of linearisations of a number that is not linear; fewer where nothing is gained
+_GAIN = 1e-4  # gain, as a fraction of the way so far, below which it is none
+_STEPS: Array = np.linspace(0.125, 1.0, 8)  # fractions of the way to a new point that are tried
 _NEXT_TO_NOTHING = 1e-3
 """Fraction of the upper end: where the lower one is smaller, it is zero, and the payload may weigh nothing."""
 _NOT_NEGATIVE = [0, 3, 5, 9]  # XX, YY, ZZ, M
@@ -106,18 +103,12 @@ class Intervals:
 
     Centre of mass and inertia are infinitely uncertain where the data allow a payload without mass. All are nan
     where constraints contradict the data: however short, no interval would mean anything.
-
-    Attributes:
-        parameters: of the ten, 10 x 2.
-        com: of the centre of mass [m], 3 x 2.
-        inertia_com: of the inertia at the centre of mass in the frame's axes [kg m^2], 3 x 3 x 2.
-        principal_moments: of its eigenvalues in rising order [kg m^2], 3 x 2.
     """
 
-    parameters: Array
-    com: Array
-    inertia_com: Array
-    principal_moments: Array
+    parameters: Array  # of the ten, 10 x 2
+    com: Array  # of the centre of mass [m], 3 x 2
+    inertia_com: Array  # of the inertia at the centre of mass in the frame's axes [kg m^2], 3 x 3 x 2
+    principal_moments: Array  # of its eigenvalues in rising order [kg m^2], 3 x 2
 
     def __post_init__(self) -> None:
         """Lock the arrays."""

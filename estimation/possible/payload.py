@@ -82,27 +82,19 @@ class Weighing(Document, frozen=True):
 
 @dataclass(frozen=True)
 class Possible:
-    """A payload, or the links of a robot, that can exist.
+    """A payload, or the links of a robot, that can exist."""
 
-    Attributes:
-        free: the unconstrained estimate with the covariance by which distance and p-value go.
-        values: the constrained parameters: of a payload all ten in the order of ``PAYLOAD``, eliminated ones zero;
-            of a robot its base parameters in the order of ``free.names``.
-        chi2_rise: of these values, squared distance from the free ones by their covariance, plus soft terms.
-        active: what holds the estimate back, largest multiplier first.
-        bodies: the payload alone, or one robot's links; each can exist.
-        status: of the solver; without a solve "free" if the free estimate holds every constraint, "repaired" if
-            it does but for an eigenvalue of rounding size (exact data), "prior" if a prior itself will do.
-        constraints: of a payload.
-    """
-
-    free: Estimate
+    free: Estimate  # the unconstrained estimate with the covariance by which distance and p-value go
+    # the constrained parameters: of a payload all ten in the order of ``PAYLOAD``, eliminated ones zero; of a robot
+    # its base parameters in the order of ``free.names``
     values: Array
-    chi2_rise: float
-    active: tuple[Active, ...]
-    bodies: tuple[InertialParameters, ...]
+    chi2_rise: float  # of these values, squared distance from the free ones by their covariance, plus soft terms
+    active: tuple[Active, ...]  # what holds the estimate back, largest multiplier first
+    bodies: tuple[InertialParameters, ...]  # the payload alone, or one robot's links; each can exist
+    # of the solver; without a solve "free" if the free estimate holds every constraint, "repaired" if it does but
+    # for an eigenvalue of rounding size (exact data), "prior" if a prior itself will do
     status: str
-    constraints: tuple[Constraint, ...] = ()
+    constraints: tuple[Constraint, ...] = ()  # of a payload
 
     def __post_init__(self) -> None:
         """Lock the values."""
@@ -154,10 +146,8 @@ def rise_p_value(chi2: float, k: int, degrees_of_freedom: float) -> float:
 
 POSSIBLE = (PossibleBody("payload"),)
 """Constraints of every payload."""
-_NO_MULTIPLIER = 1e-7
-"""Multiplier below which it is rounding."""
-_DEPENDENT = 1e-13
-"""Smallest eigenvalue of a correlation matrix that counts as of full rank."""
+_NO_MULTIPLIER = 1e-7  # multiplier below which it is rounding
+_DEPENDENT = 1e-13  # smallest eigenvalue of a correlation matrix that counts as of full rank
 NOISE_FLOOR = 3e-7
 """Noise floor in the body's own size: a solver accurate to 1e-8 cannot weigh finer errors; no recording has any."""
 TOLERANCE = 1e-6
@@ -165,19 +155,14 @@ TOLERANCE = 1e-6
 
 
 class ScaledProblem(NamedTuple):
-    """Problem in z = x / (M l^2, M l, M), for the parameters that were not eliminated.
+    """Problem in z = x / (M l^2, M l, M) of the parameters that are left: chi2 = ||R z - d||^2 + floor."""
 
-    ``constraints``: among them ``PossibleBody``; ``select`` n x 10 picks the parameters, ``scale`` (n,);
-    chi2 = ||R z - d||^2 + ``floor`` with R and d of ``program``, n x n and (n,), its minimum at ``centre`` (n,);
-    the program's rows have a largest entry of 1 and come constraint by constraint.
-    """
-
-    constraints: tuple[Constraint, ...]
-    select: Array
-    scale: Array
-    centre: Array
+    constraints: tuple[Constraint, ...]  # among them ``PossibleBody``
+    select: Array  # picks the parameters, n x 10
+    scale: Array  # (n,)
+    centre: Array  # minimum of chi2, (n,)
     floor: float
-    program: ConeProgram
+    program: ConeProgram  # R n x n; its rows have a largest entry of 1 and come constraint by constraint
 
     @staticmethod
     def of(estimate: Estimate, constraints: Sequence[Constraint]) -> "ScaledProblem":
@@ -215,13 +200,9 @@ class ScaledProblem(NamedTuple):
         """Ten parameters in SI units, (10,) or k x 10."""
         return np.asarray((z * self.scale) @ self.select)
 
-    def lowest(self, z: Array) -> float:
-        """Smallest eigenvalue of the scaled pseudo-inertia."""
-        return lowest_eigenvalue(z @ self.select)
-
     def holds(self, z: Array, rounding: float = 0.0) -> bool:
         """True if z keeps every constraint, but for that much of an eigenvalue."""
-        return bool((self.program.slack(z) >= 0.0).all()) and self.lowest(z) >= -rounding
+        return bool((self.program.slack(z) >= 0.0).all()) and lowest_eigenvalue(z @ self.select) >= -rounding
 
     def repaired(self, z: Array) -> Array:
         """Move z by rounding, so that no eigenvalue is negative; eliminated parameters stay zero."""
@@ -236,7 +217,7 @@ class ScaledProblem(NamedTuple):
         slacks, prices = np.split(self.program.slack(z), ends), np.split(solution.row_multipliers, ends)
         for constraint, slack, price in zip(self.constraints, slacks, prices, strict=True):
             if isinstance(constraint, PossibleBody):
-                slack, price = np.array([self.lowest(z)]), solution.body_multipliers
+                slack, price = np.array([lowest_eigenvalue(z @ self.select)]), solution.body_multipliers
             holding = float(price[price > np.maximum(slack, _NO_MULTIPLIER)].sum())
             if holding > 0.0:  # d chi2 = 2 norm d norm
                 active.append(Active(constraint.description, 2.0 * solution.norm * holding, constraint))

@@ -29,15 +29,11 @@ _TRIED = ((0.1, 1e-10), (1.0, 1e-10), (10.0, 1e-10), (1e3, 1e-10), (0.1, 1e-8), 
 
 @dataclass(frozen=True)
 class RobotPrior:
-    """Prior of a robot: links as they are thought to be.
+    """Prior of a robot: links as they are thought to be."""
 
-    Attributes:
-        bodies: one per link, in its own frame; each has some extent (positive definite pseudo-inertia).
-        source: where they come from, in text.
-    """
-
+    # one per link, in its own frame; each has some extent (positive definite pseudo-inertia)
     bodies: tuple[InertialParameters, ...]
-    source: str
+    source: str  # where they come from, in text
 
     def __post_init__(self) -> None:
         """Refuse a link from which no distance can be measured."""

@@ -35,8 +35,7 @@ thousand times the size of each parameter. Where the search stops short of its e
 """
 _ABOVE = 1.0 + 4.0 * np.finfo(float).eps
 """Factor by which a larger number is above a smaller one, whatever rounding a change of scale leaves."""
-_UNSEEN = 1e-3
-"""Standard deviations by which a repair may change a number."""
+_UNSEEN = 1e-3  # standard deviations by which a repair may change a number
 
 
 def typical_length(robot: Robot) -> float:
@@ -86,22 +85,17 @@ class PossibleRobot(Possible):
 
 
 class RobotProgram(NamedTuple):
-    """Problem in z = standard parameters / ``scale`` (N_s,).
-
-    ``R`` N_b x N_b whitens base parameters; ``program`` minimises ||R (G x - chi)||, its rows those of
-    ``drive_rules`` with their ``signed`` and ``shared`` indices, then bounds of the total mass, all as in
-    ``texts``; ``links``: indices of each link's ten, n x 10.
-    """
+    """Problem in z = standard parameters / ``scale``."""
 
     base: BaseParameters
     estimate: Estimate
-    scale: Array
-    R: Array
-    program: ConeProgram
-    texts: tuple[str, ...]
-    signed: list[int]
+    scale: Array  # (N_s,)
+    R: Array  # whitens base parameters, N_b x N_b
+    program: ConeProgram  # minimises ||R (G x - chi)||, its rows ``drive_rules``, then bounds of the total mass
+    texts: tuple[str, ...]  # on the rows
+    signed: list[int]  # as of ``drive_rules``
     shared: list[tuple[int, int]]
-    links: NDArray[np.intp]
+    links: NDArray[np.intp]  # indices of each link's ten, n x 10
 
     @staticmethod
     def of(robot: Robot, base: BaseParameters, estimate: Estimate, total_mass: MassBounds | None) -> "RobotProgram":

@@ -22,8 +22,7 @@ from ..fit.estimate import Estimate, error_model
 from .robot import POWERS, typical_length
 
 _ROUNDING = 1e-9
-_NOTHING = 1e-12
-"""Fraction of a gradient's largest entry below which it is a rotation's rounding."""
+_NOTHING = 1e-12  # fraction of a gradient's largest entry below which it is a rotation's rounding
 
 
 class Origin(NamedTuple):
@@ -77,17 +76,13 @@ SIGNED = ("armature", "damping", "friction")
 
 
 class Labelled(NamedTuple):
-    """Number with its origin and its standard deviation.
-
-    ``sigma`` and ``interval`` (95 %) are the data's; None where they do not determine the number. ``bound``:
-    whether it stands at the bound of what can exist, which data alone would pass.
-    """
+    """Number with its origin and its standard deviation, the data's where they determine it."""
 
     value: float
     origin: Origin = Origin()
     sigma: float | None = None
-    interval: tuple[float, float] | None = None
-    bound: bool = False
+    interval: tuple[float, float] | None = None  # 95 %
+    bound: bool = False  # whether it stands at the bound of what can exist, which data alone would pass
 
     @property
     def mark(self) -> Literal["data", "rule", "prior"]:
@@ -98,16 +93,12 @@ class Labelled(NamedTuple):
 
 
 class LinkNumbers(NamedTuple):
-    """Numbers of one link.
-
-    ``body`` in the link's own frame; ``numbers``: its ``BODY_NUMBERS`` (mass alone if it has none);
-    ``parameters``: its standard ones and its drive's, in the modified DH frame.
-    """
+    """Numbers of one link."""
 
     link: str
-    body: InertialParameters
-    numbers: dict[str, Labelled]
-    parameters: dict[str, Labelled]
+    body: InertialParameters  # in the link's own frame
+    numbers: dict[str, Labelled]  # its ``BODY_NUMBERS`` (mass alone if it has none)
+    parameters: dict[str, Labelled]  # its standard ones and its drive's, in the modified DH frame
 
     @property
     def moments(self) -> Array:
@@ -162,15 +153,8 @@ class WholeRobot:
         links = self.robot.links
         return ("base_link" if links is None else links.base, *(link.link for link in self.links))
 
-    def negative(self) -> tuple[str, ...]:
-        """Names of numbers that no drive can have, as a description may hold them: ``joint1 damping``."""
-        return self._signed(lambda label: label.value < 0.0)
-
-    def at_bound(self) -> tuple[str, ...]:
-        """Numbers of drives at the bound of what can exist: ``joint3 armature``."""
-        return self._signed(lambda label: label.bound)
-
-    def _signed(self, chosen: Callable[[Labelled], bool]) -> tuple[str, ...]:
+    def signed(self, chosen: Callable[[Labelled], bool]) -> tuple[str, ...]:
+        """Names of the chosen numbers of drives among those that are not negative: ``joint1 damping``."""
         drives = (*zip(self.joint_names, self.drives, strict=True), ("coupled drive", self.coupled))
         there = ((name, quantity, drive) for name, drive in drives for quantity in SIGNED if quantity in drive)
         return tuple(f"{name} {quantity}" for name, quantity, drive in there if chosen(drive[quantity]))

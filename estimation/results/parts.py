@@ -153,13 +153,17 @@ class EliminationDocument(Document, frozen=True):
         """
         order, estimate = elimination.order, elimination.estimate
         numbers = (elimination.path * [1.0, 100.0]).tolist()
-        names = [None, *(labels.get(name, name) for name in order)]
+        names, (ratio, largest) = (
+            [None, *(labels.get(name, name) for name in order)],
+            numbers[len(elimination.eliminated)],
+        )
         return cls.of(
             elimination,
             elimination.rule,
             rule="ratio" if isinstance(elimination.rule, SigmaRatio) else "sigma",
             essential=len(elimination.essential),
-            largest_relative_sigma_percent=100.0 * elimination.largest_relative_sigma,
+            sigma_ratio=ratio,
+            largest_relative_sigma_percent=largest,
             relative_residual=estimate.fit.relative,
             parameters=ParameterDocument.rows(estimate, name=[labels.get(name, name) for name in estimate.names]),
             path=tuple(

@@ -18,7 +18,7 @@ from ...model import INERTIAL, InertialParameters, Pose
 from ..diagnosis.evidence import Agreement
 from ..diagnosis.finding import Verdict
 from ..fit.drive_gains import Gains
-from ..fit.friction import TermChoice
+from ..fit.own_equations import TermChoice
 from ..payload.by_joints import JointsMass
 from ..payload.methods import PREFERRED
 from ..payload.repeats import Repeats

@@ -17,7 +17,7 @@ from ..diagnosis.finding import Verdict
 from ..fit.covariance import RobustCovariance
 from ..fit.drive_gains import Fingerprints, Gains
 from ..fit.estimate import Estimate, Fit
-from ..fit.friction import TermChoice
+from ..fit.own_equations import TermChoice
 from . import parts
 
 

@@ -24,21 +24,15 @@ CHANGING = 0.01
 
 
 class AlignedPair(NamedTuple):
-    """Two recordings of one trajectory on the same even time.
-
-    ``lag`` [s]: what the loaded recording's clock shows more than the unloaded one's at the same point of the
-    trajectory. ``max_mismatch`` and ``rms_mismatch`` [rad or m]: remaining differences of position, the largest of
-    all, and root mean square of the joint that differs most. ``constant`` and ``changing`` [rad or m], (n,): mean
-    of loaded less unloaded positions, and root mean square of what differs besides.
-    """
+    """Two recordings of one trajectory on the same even time, and how far their positions differ [rad or m]."""
 
     unloaded: Recording
     loaded: Recording
-    lag: float
-    max_mismatch: float
-    rms_mismatch: float
-    constant: tuple[float, ...] = ()
-    changing: tuple[float, ...] = ()
+    lag: float  # what the loaded recording's clock shows more at the same point of the trajectory [s]
+    max_mismatch: float  # largest difference of all
+    rms_mismatch: float  # root mean square of the joint that differs most
+    constant: tuple[float, ...] = ()  # mean of loaded less unloaded positions, (n,)
+    changing: tuple[float, ...] = ()  # root mean square of what differs besides, (n,)
 
     @property
     def new_zeros(self) -> tuple[int, ...]:

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import cache
 from weakref import finalize
 
 import numpy as np
@@ -56,10 +57,8 @@ def _at_end(step: Array, further: Array, rise: Array, beyond: Array) -> Array:
 _ORDER = 4  # of the Butterworth filter on positions and speeds
 _MOST_OVERSAMPLING = 1.25  # of the mean recorded rate: interpolated samples are not measurements
 _FEWEST = 30  # samples
-_BRIEF = 1.0
-"""Duration [s] below which the filter errs at both ends, and a higher cut-off helps little."""
-_SHORTEST = 0.1
-"""Duration [s] below which a recording shows no motion, whatever the cut-off."""
+_BRIEF = 1.0  # duration [s] below which the filter errs at both ends, and a higher cut-off helps little
+_SHORTEST = 0.1  # duration [s] below which a recording shows no motion, whatever the cut-off
 _MOVES = 1e-3  # rad or m: rms of a joint that moves
 _MOST_LOST = 0.01  # of a joint's rms motion: good cut-offs change it by 1e-3 and less
 _ENDS = 1.5  # periods of the cut-off by which an end is mirrored where a motion was cut
@@ -99,7 +98,7 @@ def measurement(recording: Recording, processing: Processing) -> Measurement:
             f"motion of joint {j + 1}: {reason}"
         )
     qd = slopes(q, step) if even.qd is None else lowpass(even.qd, step, processing.cutoff, recording.source, ends)
-    _made[key] = Measurement(Motion(even.t, *map(_locked, (q, qd, slopes(qd, step)))), even.torque)
+    _made[key] = Measurement(Motion(even.t, q, qd, slopes(qd, step)), even.torque)
     finalize(recording, _made.pop, key, None)
     return _made[key]
 
@@ -120,7 +119,7 @@ def resampled(recording: Recording, rate: float | None) -> Recording:
     mean = float(times[-1] - times[0]) / (count - 1)
     step = 1.0 / rate if rate else mean
     if abs(mean / step - 1.0) < 1e-6 and (np.abs(np.diff(times) - mean) < _EVEN * mean).all():
-        return replace(recording, t=_locked(times[0] + mean * np.arange(count)))
+        return replace(recording, t=times[0] + mean * np.arange(count))
     if mean / step > _MOST_OVERSAMPLING:
         raise InputError(
             f"{recording.source}: was recorded at {1 / mean:.4g} Hz; {rate:g} Hz would only interpolate: lower rate"
@@ -130,14 +129,7 @@ def resampled(recording: Recording, rate: float | None) -> Recording:
         raise InputError(
             f"{recording.source}: {count} samples at {1 / step:g} Hz are too few: raise rate, record longer"
         )
-    return on_grid(recording, _locked(times[0] + step * np.arange(count)))
-
-
-def _locked(array: Array) -> Array:
-    """Lock an array that no one changes any more, so that a motion need not copy it."""
-    if array.flags.writeable:
-        array.setflags(write=False)
-    return array
+    return on_grid(recording, times[0] + step * np.arange(count))
 
 
 def on_grid(recording: Recording, t: Array) -> Recording:
@@ -145,7 +137,7 @@ def on_grid(recording: Recording, t: Array) -> Recording:
     times = np.clip(t, recording.t[0], recording.t[-1])
 
     def there(values: Array) -> Array:  # one joint after the other, which takes less memory
-        return _locked(np.hstack([MonotoneCubic(recording.t, own[:, None])(times) for own in values.T]))
+        return np.hstack([MonotoneCubic(recording.t, own[:, None])(times) for own in values.T])
 
     speeds = there(recording.qd) if recording.qd is not None else None
     return replace(recording, t=t, q=there(recording.q), torque=there(recording.torque), qd=speeds)
@@ -198,3 +190,75 @@ def lowpass(
 def slopes(values: Array, step: float) -> Array:
     """Central differences of values (N, k) that are ``step`` [s] apart, one-sided at the ends."""
     return np.asarray(np.gradient(values, step, axis=0))
+
+
+_HALF = 10  # decimated samples that the filter reaches to either side
+_CUTOFF = 0.8  # of the new Nyquist frequency
+_GROUP = 8  # decimated samples computed by one matrix product: few zeros in it, few products
+
+
+@cache
+def _taps(factor: int) -> Array:
+    """Coefficients of the low-pass filter, 20 * factor + 1, symmetric, sum 1 (Hamming window)."""
+    lags = np.arange(-_HALF * factor, _HALF * factor + 1) if factor > 1 else np.zeros(1)
+    taps = np.sinc(_CUTOFF / factor * lags) * np.hamming(len(lags))
+    return np.asarray(taps / taps.sum())
+
+
+@cache
+def _band(factor: int) -> Array:
+    """Matrix that turns a stretch of samples into _GROUP decimated ones: one product instead of many filters."""
+    taps = _taps(factor)
+    band = np.zeros(((_GROUP - 1) * factor + len(taps), _GROUP))
+    for k in range(_GROUP):
+        band[k * factor : k * factor + len(taps), k] = taps
+    return band
+
+
+def noise_bandwidth(factor: int) -> float:
+    """Fraction of the new frequency range that white noise still fills after decimation.
+
+    r decimated rows hold as much independent noise as ``noise_bandwidth * r`` white ones: within the filter's pass
+    band, where the columns of W live, the noise has the density of white noise, but its variance, which is what
+    residuals show, is smaller by this factor.
+    """
+    return float(factor * np.sum(_taps(factor) ** 2))
+
+
+class Decimator:
+    """Low-pass and keep every k-th sample, block by block, without delay.
+
+    The filter has finite length: a recording cut into blocks gives what it gives in one piece. Beyond the ends of a
+    recording everything counts as zero, in Y as in W; the same linear operation on both keeps Y = W chi.
+    """
+
+    def __init__(self, rows: int, factor: int) -> None:
+        """Prepare for ``rows`` signals; ``factor`` 1 passes them through."""
+        self._factor = factor
+        self._reach = _HALF * factor if factor > 1 else 0
+        self._held = np.zeros((rows, self._reach))
+
+    def push(self, signals: Array) -> Array:
+        """Take the next samples, rows x N; give the decimated samples that are complete, rows x M."""
+        if self._factor == 1:
+            return signals
+        waiting = np.concatenate([self._held, signals], axis=1)
+        width = 2 * self._reach + 1
+        count = max(0, (waiting.shape[1] - width) // self._factor + 1)
+        self._held = waiting[:, count * self._factor :]
+        result = np.empty((len(waiting), count))
+        for start in range(0, count, _GROUP):
+            outputs = min(_GROUP, count - start)
+            used = waiting[:, start * self._factor : (start + outputs - 1) * self._factor + width]
+            result[:, start : start + outputs] = used @ _band(self._factor)[: used.shape[1], :outputs]
+        return result
+
+    def finish(self) -> Array:
+        """Give the samples that still waited for the end of the recording."""
+        return self.push(np.zeros((len(self._held), self._reach)))
+
+
+def decimated(signals: Array, factor: int) -> Array:
+    """Decimate whole signals, rows x N, to rows x ceil(N / factor)."""
+    decimator = Decimator(len(signals), factor)
+    return np.concatenate([decimator.push(signals), decimator.finish()], axis=1) if factor > 1 else signals

@@ -19,18 +19,14 @@ _BIN, _FASTEST = 0.1, 10.0  # Hz
 
 
 class Rests(NamedTuple):
-    """R rests of one recording of n joints, each after a motion.
+    """R rests of one recording of n joints, each after a motion."""
 
-    ``q`` [rad or m], ``torque`` [N·m or N]: means once settled, ``side``: way a joint came, 1, -1 or 0, all R x n;
-    ``moving``: deviation of the torques on the way, (n,); ``held``: those at rest, m x n, ``rate`` a second.
-    """
-
-    q: Array
-    torque: Array
-    side: Array
-    moving: Array
-    held: tuple[Array, ...]
-    rate: float
+    q: Array  # mean position once settled [rad or m], R x n
+    torque: Array  # mean torque once settled [N·m or N], R x n
+    side: Array  # way a joint came, 1, -1 or 0, R x n
+    moving: Array  # deviation of the torques on the way, (n,)
+    held: tuple[Array, ...]  # torques at rest, m x n
+    rate: float  # of those [Hz]
 
 
 def rests_of(recording: Recording, processing: Processing) -> Rests:

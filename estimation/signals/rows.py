@@ -88,8 +88,7 @@ def moving_parts(motion: Motion, still_speed: float) -> Mask:
     return mask
 
 
-_PIECE = re.compile(r"( \(\S+ to \S+ s\))+$")
-"""Pattern of the name that ``cut`` gives to a piece of a file."""
+_PIECE = re.compile(r"( \(\S+ to \S+ s\))+$")  # pattern of the name that ``cut`` gives to a piece of a file
 _GAP = 5.0  # median steps
 _LOST = 1.5  # median steps: a longer one lacks rows
 _SHORTEST = 2.0  # s
@@ -178,6 +177,5 @@ def cut(recording: Recording, rows: Sequence[slice], notes: Sequence[str]) -> It
 
 
 def typical_step(t: Array) -> float:
-    """Median time between rows [s]; of a long log that of a million rows all over it."""
-    every = max(1, len(t) // 1_000_000)
-    return float(np.median(t[1::every] - t[:-1:every])) if len(t) > 1 else 0.0
+    """Median time between rows [s]."""
+    return float(np.median(np.diff(t))) if len(t) > 1 else 0.0

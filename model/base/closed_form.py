@@ -48,32 +48,20 @@ from ..robot import INERTIAL, Joint, Robot
 from .parameters import BaseParameters
 from .rank import base_parameters
 
-_ZERO = 1e-9
-"""Cosine, sine or length that is rounding: nearly special geometry was snapped when the robot was made."""
-_ROUNDING = 1e-12
-"""Factor of a parameter that comes from rounded sines and cosines."""
-_SAME = 1e-6
-"""Relative and absolute difference of two groupings that are the same."""
-_Monomial = tuple[str, ...]
-"""Factors of a product of lengths in alphabetical order: D3^2 is ("D3", "D3")."""
+_ZERO = 1e-9  # cosine, sine or length that is rounding: nearly special geometry was snapped when the robot was made
+_ROUNDING = 1e-12  # factor of a parameter that comes from rounded sines and cosines
+_SAME = 1e-6  # relative and absolute difference of two groupings that are the same
+_Monomial = tuple[str, ...]  # factors of a product of lengths in alphabetical order: D3^2 is ("D3", "D3")
 
 
 class Move(NamedTuple):
-    """Application of one rule: parameter ``drop`` of a joint is grouped away.
+    """Application of one rule: parameter ``drop`` of a joint is grouped away."""
 
-    Attributes:
-        rule: the rule's name.
-        joint: index from 0.
-        drop: kind of the parameter that goes ("YY").
-        change: what has no effect on the torques when added to the joint's parameters, by kind.
-        to_parent: whether link j-1 has to lose the same body.
-    """
-
-    rule: str
-    joint: int
-    drop: str
-    change: dict[str, float]
-    to_parent: bool
+    rule: str  # the rule's name
+    joint: int  # index from 0
+    drop: str  # kind of the parameter that goes ("YY")
+    change: dict[str, float]  # what has no effect on the torques when added to the joint's parameters, by kind
+    to_parent: bool  # whether link j-1 has to lose the same body
 
 
 def closed_form_base_parameters(robot: Robot) -> BaseParameters:

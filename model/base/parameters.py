@@ -12,8 +12,7 @@ from ...common.brief import Brief
 from ..regressors import regressor
 from ..robot import Robot
 
-_ROUNDING = 1e-10
-"""Factor in a grouping below which it is rounding."""
+_ROUNDING = 1e-10  # factor in a grouping below which it is rounding
 
 
 @dataclass(frozen=True, repr=False)

@@ -39,8 +39,7 @@ class JointAxis:
             raise ValueError("an axis needs a direction")
 
 
-_Line = tuple[Array, Array]
-"""Axis as its direction, of length 1, and a point on it."""
+_Line = tuple[Array, Array]  # axis as its direction, of length 1, and a point on it
 
 
 def modified_dh(axes: Sequence[JointAxis], flange: Pose) -> Robot:

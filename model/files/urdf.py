@@ -36,52 +36,34 @@ _FLANGES = (r"(.*[_-])?tool0", r"(.*[_-])?flange", r"(panda|fer|fr3|fp3)_link8")
 _UNKNOWN = (math.nan,)
 _ZEROS = (0.0, 0.0, 0.0)
 _Element = ElementTree.Element
-_Notes = dict[str, dict[str, None]]
-"""Notes on what was made exact or left out, and at which places, each once."""
+_Notes = dict[str, dict[str, None]]  # notes on what was made exact or left out, and at which places, each once
 
 
 class UrdfJoint(NamedTuple):
-    """Joint of a URDF file.
-
-    Attributes:
-        name, kind, parent, child: as written.
-        origin: the child's frame in the parent's at the zero position.
-        axis: in the child's frame.
-        friction: viscous FV [N·m·s/rad or N·s/m] and dry FS [N·m or N], as far as they are given.
-        mimics: the joint it follows, empty for a joint of its own.
-    """
+    """Joint of a URDF file."""
 
     name: str
     kind: str
     parent: str
     child: str
-    origin: Pose
-    axis: tuple[float, ...]
+    origin: Pose  # the child's frame in the parent's at the zero position
+    axis: tuple[float, ...]  # in the child's frame
     limits: Limits
-    friction: Mapping[str, float]
-    mimics: str
+    friction: Mapping[str, float]  # FV [N·m·s/rad or N·s/m] and FS [N·m or N], as far as they are given
+    mimics: str  # the joint it follows, empty for a joint of its own
 
 
 class Urdf(NamedTuple):
-    """Links and joints of one file.
+    """Links and joints of one file."""
 
-    Attributes:
-        name: of the robot.
-        source: the file, for messages.
-        links: every link's body in its own frame, None where the file gives none.
-        joints: in the order of the file.
-        children: of every link, the joints that it carries.
-        notes: what was made exact or left out.
-        meshes: of every link, in its own frame.
-    """
-
-    name: str
-    source: str
+    name: str  # of the robot
+    source: str  # the file, for messages
+    # every link's body in its own frame, None where the file gives none
     links: Mapping[str, InertialParameters | None]
-    joints: tuple[UrdfJoint, ...]
-    children: Mapping[str, Sequence[UrdfJoint]]
-    notes: tuple[str, ...]
-    meshes: Mapping[str, tuple[Mesh, ...]]
+    joints: tuple[UrdfJoint, ...]  # in the order of the file
+    children: Mapping[str, Sequence[UrdfJoint]]  # of every link, the joints that it carries
+    notes: tuple[str, ...]  # what was made exact or left out
+    meshes: Mapping[str, tuple[Mesh, ...]]  # of every link, in its own frame
 
     def fixed_to(self, link: str, pose: Pose) -> list[tuple[str, Pose]]:
         """List a link and all that is fixed to it, with their frames where the link's is at ``pose``."""

@@ -199,8 +199,7 @@ def aligned_empty(shape: tuple[int, ...]) -> Array:
     return room[start : start + size].reshape(shape)
 
 
-_WIDTH = 90
-"""Largest length of expressions that are written where they are used, if only once."""
+_WIDTH = 90  # largest length of expressions that are written where they are used, if only once
 _PLAIN = r"[\w.]+(\[\d+\])?"
 """Pattern of operands that need no parentheses: a name, an entry of an array or a plain number."""
 

@@ -14,8 +14,7 @@ from .program import OPERATIONS, Program, read_program
 
 NumpyRows = Callable[[Sequence[Array], Array], None]
 """Function of the inputs, and of the array of entries x N that it fills."""
-_BLOCK = 4096
-"""Samples per block: what is at work stays in the processor's cache."""
+_BLOCK = 4096  # samples per block: what is at work stays in the processor's cache
 
 
 class Kernel:

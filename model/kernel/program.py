@@ -56,21 +56,13 @@ class Step(NamedTuple):
 
 
 class Program(NamedTuple):
-    """Operations that compute a function's outputs, one sample at a time.
+    """Operations that compute a function's outputs, one sample at a time."""
 
-    Attributes:
-        inputs: value index -> row of the stacked inputs (all inputs one below the other).
-        constants: value index -> number.
-        steps: operations in order.
-        outputs: value index of each non-zero output, in CasADi's order, outputs one below the other.
-        input_sizes: size of each input.
-    """
-
-    inputs: dict[int, int]
-    constants: dict[int, float]
-    steps: tuple[Step, ...]
-    outputs: tuple[int, ...]
-    input_sizes: tuple[int, ...]
+    inputs: dict[int, int]  # value index -> row of the stacked inputs (all inputs one below the other)
+    constants: dict[int, float]  # value index -> number
+    steps: tuple[Step, ...]  # operations in order
+    outputs: tuple[int, ...]  # value index of each non-zero output, in CasADi's order, outputs one below the other
+    input_sizes: tuple[int, ...]  # size of each input
 
 
 def read_program(function: ca.Function) -> Program:

@@ -14,11 +14,10 @@ from dynident.estimation import PAYLOAD, Settings, identify, payload_problem, ro
 from dynident.estimation.answers.identification import identification_system
 from dynident.estimation.answers.system import payload_system
 from dynident.estimation.equations.equations import Equations, merged
-from dynident.estimation.equations.observer import Observer, used
-from dynident.estimation.equations.reduction import recorded, reduced, reduced_pieces
+from dynident.estimation.equations.observer import Observer, recorded, reduced, reduced_pieces, used
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.payload.methods import combined
-from dynident.estimation.signals.decimation import noise_bandwidth
+from dynident.estimation.signals.filtering import noise_bandwidth
 from dynident.estimation.signals.rows import moving_parts
 from dynident.model import InertialParameters, Motion, Processing, Recording, base_parameters, load_robot
 from dynident.model.motion import Measurement

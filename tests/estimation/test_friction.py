@@ -27,9 +27,9 @@ from dynident.estimation.fit.covariance import student95
 from dynident.estimation.fit.estimate import Fit, fit
 from dynident.estimation.fit.linear_problem import SoftPrior
 from dynident.estimation.fit.own_equations import base_problem
+from dynident.estimation.payload.long_motion import friction_changes, with_scale
 from dynident.estimation.payload.methods import METHODS, combined, from_robot, global_fit
 from dynident.estimation.payload.short_motion import known_robot_weighing
-from dynident.estimation.payload.under_load import friction_changes, with_scale
 from dynident.estimation.results.payload import PayloadResult, Quantity
 from dynident.estimation.results.robot import RobotResult
 from dynident.model import Drives, InertialParameters, Recording, Robot, load_robot

@@ -11,8 +11,7 @@ from dynident.common.linear import RANK_TOLERANCE
 from dynident.estimation import PAYLOAD, Estimate, Identification, Settings, SigmaBound, SigmaRatio, identify
 from dynident.estimation.answers.identification import impossible_payload
 from dynident.estimation.equations.equations import Equations, checked, merged
-from dynident.estimation.equations.observer import Observation, Observer
-from dynident.estimation.equations.reduction import reduced
+from dynident.estimation.equations.observer import Observation, Observer, reduced
 from dynident.estimation.fit.essential import Elimination, eliminate
 from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.fit.least_squares import excitation, weighted

@@ -12,8 +12,7 @@ from dynident import model
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Estimate, MassBounds, PossibleBody
-from dynident.estimation.equations.observer import Observer, used
-from dynident.estimation.equations.reduction import recorded
+from dynident.estimation.equations.observer import Observer, recorded, used
 from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.possible.cone import ConeProgram, solve_cone

@@ -12,8 +12,7 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Identification, LongMotion, Settings, identify, payload_estimate, payload_problem
 from dynident.estimation.equations.equations import Blocks, Equations, merged
-from dynident.estimation.equations.observer import Observation, Observer
-from dynident.estimation.equations.reduction import reduced
+from dynident.estimation.equations.observer import Observation, Observer, reduced
 from dynident.estimation.fit import blocks
 from dynident.estimation.fit.blocks import autocorrelation_time, block_edges
 from dynident.estimation.fit.covariance import Rule, jackknife

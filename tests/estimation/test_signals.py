@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from dynident.common.errors import InputError
 from dynident.estimation.signals.alignment import aligned
-from dynident.estimation.signals.decimation import Decimator, decimated, noise_bandwidth
-from dynident.estimation.signals.filtering import measurement, resampled
+from dynident.estimation.signals.filtering import Decimator, decimated, measurement, noise_bandwidth, resampled
 from dynident.estimation.signals.rows import inner_samples, used_rows
 from dynident.model import Motion, Processing, Recording
 from hypothesis import given, settings

@@ -23,24 +23,16 @@ ValueSlope = tuple[float, Array]
 
 
 class Criterion(NamedTuple):
-    """Criterion that is to be made small, and rules by which it is searched for.
-
-    Attributes:
-        measure: value and slope by the criterion, G and the order p.
-        weighted: whether the joints' torque noise weights the rows of W.
-        orders: p of the surrogate, one after the other; 1 where there is none.
-        usual_starts: random starts of a search, which ends at one of many local optima.
-        reference: values that standard deviations are relative to, shape (c,); for "a".
-        interest: indices of the parameters that count for "d" and "a", the others being estimated besides
-            them; None for all.
-    """
+    """Criterion that is to be made small, and rules by which it is searched for."""
 
     kind: Kind
+    # value and slope by the criterion, G and the order p
     measure: Callable[["Criterion", Array, float], ValueSlope]
-    weighted: bool
-    orders: tuple[float, ...]
-    usual_starts: int
-    reference: Array | None = None
+    weighted: bool  # whether the joints' torque noise weights the rows of W
+    orders: tuple[float, ...]  # p of the surrogate, one after the other; 1 where there is none
+    usual_starts: int  # random starts of a search, which ends at one of many local optima
+    reference: Array | None = None  # values that standard deviations are relative to, shape (c,); for "a"
+    # indices of the parameters that count for "d" and "a", the others being estimated besides them; None for all
     interest: Sequence[int] | None = None
 
     def __call__(self, G: Array, order: float = 1.0) -> ValueSlope:

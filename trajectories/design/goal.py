@@ -18,7 +18,7 @@ from ...model.base.rank import leftmost_independent
 from ...model.drives import parameter_kind
 from ...model.inertia import PayloadSpread, payload_spread
 from ...model.regressors import payload_columns
-from ...model.visibility import PayloadVisibility, friction_columns, visibility_of
+from ...model.visibility import check_mass_visible, friction_columns, visibility_of
 from ..motions.family import Family, JointBounds, Plan, Samples
 from ..motions.fourier import FourierShape, NearShape
 from ..motions.rests import StaticShape
@@ -236,19 +236,6 @@ class NearGoal:
 def assumed_noise(robot: Robot, ratio: float = ASSUMED_RATIO) -> Array:
     """Torque errors where none are told [N·m or N], a ratio of the limits, shape (n,); inf without limits."""
     return ratio * np.array([joint.limits.torque for joint in robot.joints])
-
-
-def check_mass_visible(visibility: PayloadVisibility, mass_known: bool, when: str) -> None:
-    """Refuse joints whose torques do not hold the mass, unless it is known."""
-    if visibility.mass_visible or mass_known:
-        return
-    joints = ", ".join(map(str, visibility.joints))
-    sums = visibility.combination("M")
-    why = f"they show it only in {sums}" if sums else "they do not contain it"
-    raise InputError(
-        f"mass not visible {when}: the torques of joint {joints} alone leave it undetermined ({why}); let another "
-        "joint move, or weigh the payload and give --mass KG+-KG"
-    )
 
 
 def second_pose(

@@ -35,26 +35,17 @@ Penalty = Callable[[State, State], float]
 
 @dataclass(frozen=True, eq=False)
 class Limit:
-    """Limit of one kind.
+    """Limit of one kind, the interval of each column."""
 
-    Attributes:
-        kind: what it takes to know it: one state by itself, torques, the whole motion, or where bodies are.
-        labels: what each column belongs to ("joint 3").
-        low, high: the interval of each column.
-        middle, unit: the value in SI units is middle + y * unit, per column.
-        values: y of a motion, rows per sample (one row for the motion as a whole), a column for each label.
-        pullback: adds what a slope in the values of a state means for samples and entries.
-    """
-
-    kind: Literal["state", "torque", "duration", "clearance"]
+    kind: Literal["state", "torque", "duration", "clearance"]  # what it takes to know it
     name: str
-    labels: tuple[str, ...]
+    labels: tuple[str, ...]  # what each column belongs to ("joint 3")
     low: Array
     high: Array
-    middle: Array
+    middle: Array  # the value in SI units is middle + y * unit
     unit: Array
-    values: Callable[[State], Array]
-    pullback: Callable[[State, Array, State], None]
+    values: Callable[[State], Array]  # y of a motion, a row per sample, or one for the motion as a whole
+    pullback: Callable[[State, Array, State], None]  # adds what a slope in the values means for samples and entries
 
 
 def joint_labels(n: int) -> tuple[str, ...]:

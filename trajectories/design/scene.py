@@ -63,11 +63,6 @@ class Capsule(Table, frozen=True):
         if not 0.0 <= self.radius < math.inf or self.link < 0:
             raise InputError(f"body {self.name!r}: link {self.link} and radius {self.radius:g} m are not possible")
 
-    @property
-    def sphere(self) -> bool:
-        """True if both ends are the same."""
-        return self.end is None or self.end == self.start
-
 
 class HalfSpace(Table, frozen=True):
     """Floor or wall: bodies stay where ``normal`` · p >= ``offset``.
@@ -219,15 +214,12 @@ def _functions(robot: Robot, scene: Scene) -> tuple[ca.Function, ca.Function, tu
     for body in scene.bodies:
         R, p = frames[body.link]
         first, last = (p + R @ ca.SX(list(end)) for end in (body.start, body.end or body.start))
-        axes[body.name] = first, first if body.sphere else last
+        sphere = body.end in (None, body.start)
+        axes[body.name] = first, first if sphere else last
         for surface in scene.surfaces:
             if body.link > 0 and (body.name, surface.name) not in scene.may_touch:
                 normal = np.array(surface.normal) / np.linalg.norm(surface.normal)
-                ends = (
-                    {body.name: first}
-                    if body.sphere
-                    else {f"{body.name}, start,": first, f"{body.name}, end,": last}
-                )
+                ends = {body.name: first} if sphere else {f"{body.name}, start,": first, f"{body.name}, end,": last}
                 for label, end in ends.items():
                     height = ca.dot(ca.SX(normal.tolist()), end) - surface.offset
                     distances[f"{label} to {surface.name}"] = height - body.radius

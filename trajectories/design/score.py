@@ -24,21 +24,13 @@ TOLERANCE = 1e-9
 
 
 class Learnt(NamedTuple):
-    """Information that data give of a goal's parameters.
+    """Information that data give of a goal's parameters."""
 
-    Attributes:
-        log_det: log det of the information matrix (d); -inf if it is singular.
-        condition_number: of W in SI units, rows unweighted; inf if W has not full rank.
-        condition_number_scaled: of W with its columns scaled to norm 1.
-        sigma: predicted standard deviation of each parameter; inf if W has not full rank.
-        covariance: of the parameters in the order of ``sigma``; None if W has not full rank.
-    """
-
-    log_det: float
-    condition_number: float
-    condition_number_scaled: float
-    sigma: dict[str, float]
-    covariance: Array | None = None
+    log_det: float  # log det of the information matrix (d); -inf if it is singular
+    condition_number: float  # of W in SI units, rows unweighted; inf if W has not full rank
+    condition_number_scaled: float  # of W with its columns scaled to norm 1
+    sigma: dict[str, float]  # predicted standard deviation of each parameter; inf if W has not full rank
+    covariance: Array | None = None  # of the parameters in the order of ``sigma``; None if W has not full rank
 
     def relative_sigma(self, reference: Mapping[str, float]) -> dict[str, float]:
         """Predicted standard deviations relative to reference values other than zero."""

@@ -136,24 +136,15 @@ def solve_design(
 
 
 class Effort(NamedTuple):
-    """Effort of a search: when it ends.
+    """Effort of a search: when it ends."""
 
-    Attributes:
-        first: iterations from a start, shared by the surrogate's orders.
-        refined: iterations of each stage after that.
-        settled: iterations of each turn of settling.
-        stages: of refinement; the last has the fine sign.
-        turns: of settling at most.
-        by_matrix: whether descents go on from the curvature that the last one has learnt, kept as a matrix.
-        gain: of the criterion, a stage that gains less is the last of its kind; None where a better may follow.
-    """
-
-    first: int
-    refined: int
-    settled: int
-    stages: int
-    turns: int
-    by_matrix: bool
+    first: int  # iterations from a start, shared by the surrogate's orders
+    refined: int  # iterations of each stage after that
+    settled: int  # iterations of each turn of settling
+    stages: int  # of refinement; the last has the fine sign
+    turns: int  # of settling at most
+    by_matrix: bool  # whether descents go on from the curvature that the last one has learnt, kept as a matrix
+    # of the criterion, a stage that gains less is the last of its kind; None where a better may follow
     gain: float | None = None
 
 

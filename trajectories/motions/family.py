@@ -114,16 +114,22 @@ class JointBounds:
         """Half of the position range [rad or m]."""
         return np.asarray(0.5 * (self.high - self.low))
 
-    def checked_start(self, start: Sequence[float] | None) -> Array | None:
-        """Check a start pose [rad or m], shape (n,), against the limits; None for anywhere."""
-        if start is None:
-            return None
-        pose = np.asarray(start, dtype=float)
-        if pose.shape != self.low.shape or not ((pose >= self.low) & (pose <= self.high)).all():
-            raise InputError(
-                f"the start pose needs {len(self.low)} positions within the limits, got {pose.tolist()}"
-            )
-        return pose
+
+def check_pose(pose: Array, robot: Robot, bounds: JointBounds) -> None:
+    """Refuse a pose [rad or m] that is not within the limits."""
+    if pose.shape == (robot.n,) and ((pose >= bounds.low) & (pose <= bounds.high)).all():
+        return
+    shown, ranges = f"of {len(pose)} numbers", ""
+    if len(pose) == robot.n:
+        scales = np.array([180.0 / np.pi if joint.revolute else 1.0 for joint in robot.joints])
+        shown = ", ".join(f"{x:g}" for x in scales * pose)
+        ends = zip(pose, bounds.low, bounds.high, scales, strict=True)
+        ranges = ", ".join(
+            f" (joint {j}: {scale * low:.4g} to {scale * high:.4g})"
+            for j, (x, low, high, scale) in enumerate(ends, 1)
+            if not low <= x <= high
+        )
+    raise InputError(f"the pose {shown} must be {robot.n} positions within the limits of {robot.name}{ranges}")
 
 
 class Samples(NamedTuple):
@@ -157,19 +163,12 @@ class Samples(NamedTuple):
 
 
 class Pieces(NamedTuple):
-    """Pieces of a motion, one after the other.
+    """Pieces of a motion, one after the other."""
 
-    Attributes:
-        start: position at the beginning of each [rad or m], K x n.
-        coefficients: of the basis [rad or m], K x m x n.
-        durations: [s], shape (K,).
-        basis: in unit time, zero in q at s = 0.
-    """
-
-    start: Array
-    coefficients: Array
-    durations: Array
-    basis: Callable[[Array], Factors]
+    start: Array  # position at the beginning of each [rad or m], K x n
+    coefficients: Array  # of the basis [rad or m], K x m x n
+    durations: Array  # [s], shape (K,)
+    basis: Callable[[Array], Factors]  # in unit time, zero in q at s = 0
 
     def at(self, t: Array) -> tuple[Array, Array, Array]:
         """Position, speed and acceleration at times [s], each (N, n); at rest before 0 and after the last one."""

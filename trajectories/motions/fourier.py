@@ -16,7 +16,7 @@ from ...common.brief import Brief
 from ...common.errors import InputError
 from ...model import Robot
 from ...model.visibility import PayloadVisibility, checked_joints, payload_visibility
-from .family import LONGEST, Clear, Factors, Grid, JointBounds, Pieces, Plan, Samples, everywhere
+from .family import LONGEST, Clear, Factors, Grid, JointBounds, Pieces, Plan, Samples, check_pose, everywhere
 from .via_points import QUINTIC, quickest
 
 _MOST = 50  # harmonics: a search takes half an hour then
@@ -124,8 +124,8 @@ class FourierShape:
 
     def family(self, robot: Robot, bounds: JointBounds) -> "FreeSeries":
         """Make the family of motions of this shape: about a middle that is free, or from a start within limits."""
-        start = bounds.checked_start(self.start)
-        about = bounds.middle if start is None else start
+        about = bounds.middle if self.start is None else np.asarray(self.start, dtype=float)
+        check_pose(about, robot, bounds)
         ranges = np.maximum(bounds.high - about, about - bounds.low)
         return FreeSeries(self, bounds, about[None], list(range(robot.n)), ranges, self.duration)
 
@@ -184,23 +184,6 @@ class NearShape:
         return payload_visibility(robot, list(self.poses), self.joints, self.ranges.tolist())
 
 
-def check_pose(pose: Array, robot: Robot, bounds: JointBounds) -> None:
-    """Refuse a pose [rad or m] that is not within the limits."""
-    if pose.shape == (robot.n,) and ((pose > bounds.low) & (pose < bounds.high)).all():
-        return
-    shown, ranges = f"of {len(pose)} numbers", ""
-    if len(pose) == robot.n:
-        scales = np.array([180.0 / np.pi if joint.revolute else 1.0 for joint in robot.joints])
-        shown = ", ".join(f"{x:g}" for x in scales * pose)
-        ends = zip(pose, bounds.low, bounds.high, scales, strict=True)
-        ranges = ", ".join(
-            f" (joint {j}: {scale * low:.4g} to {scale * high:.4g})"
-            for j, (x, low, high, scale) in enumerate(ends, 1)
-            if not low < x < high
-        )
-    raise InputError(f"the pose {shown} must be {robot.n} positions within the limits of {robot.name}{ranges}")
-
-
 @lru_cache(maxsize=64)
 def _grid(harmonics: int, samples: int) -> Grid:
     """Even times of one period."""
@@ -212,20 +195,14 @@ class FreeSeries:
     """Family of Fourier series of a fixed period about poses; q, qd and qdd are linear in x.
 
     x holds, for each pose and joint that moves, weights of functions that begin and end at rest; then, where the
-    middle is free, how far q0 is from it.
-
-    Attributes:
-        poses: where each series begins, or the middle of the range where q0 is free, poses x n.
-        moving: indices of the joints that move; the others stay at rest.
-        ranges: how far each of them goes to either side [rad or m].
-        period, repeats, transfer: as of a ``Fourier``.
+    middle is free, how far q0 is from it. Periods, repeats and transfer are as of a ``Fourier``.
     """
 
     shape: FourierShape | NearShape
     bounds: JointBounds
-    poses: Array
-    moving: list[int]
-    ranges: Array
+    poses: Array  # where each series begins, or the middle of the range where q0 is free, poses x n
+    moving: list[int]  # indices of the joints that move; the others stay at rest
+    ranges: Array  # how far each of them goes to either side [rad or m]
     period: float
     repeats: int = 1
     transfer: float = 0.0

@@ -13,8 +13,7 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import Robot
 from ...model.visibility import PayloadVisibility, visibility_in_states
-from .family import Clear, JointBounds, Samples, everywhere
-from .fourier import check_pose
+from .family import Clear, JointBounds, Samples, check_pose, everywhere
 from .via_points import ViaPoints, quickest
 
 _POSES = 6, 12  # fewer leave no spread to judge them by, more take longer than a motion that tells more

@@ -16,7 +16,7 @@ from ...common.arrays import Array, freeze_fields
 from ...common.brief import Brief
 from ...common.errors import InputError
 from ...model import Motion, Robot
-from .family import LONGEST, Clear, Factors, Grid, JointBounds, Pieces, Plan, Samples, everywhere
+from .family import LONGEST, Clear, Factors, Grid, JointBounds, Pieces, Plan, Samples, check_pose, everywhere
 
 _MOST = 500  # points: a search takes half an hour then
 _TRIES = 200  # to find a point that can be reached
@@ -231,6 +231,8 @@ class ViaPointShape:
 
     def family(self, robot: Robot, bounds: JointBounds) -> "FreeViaPoints":
         """Make the family of motions of this shape."""
+        if self.start is not None:
+            check_pose(np.asarray(self.start, dtype=float), robot, bounds)
         return FreeViaPoints(bounds, self)
 
 
@@ -243,9 +245,9 @@ class FreeViaPoints:
     """
 
     def __init__(self, bounds: JointBounds, shape: ViaPointShape) -> None:
-        """Lay out x for a start, where one is given, within limits."""
+        """Lay out x for a start, where one is given."""
         self.shape, self._bounds, self.reach = shape, bounds, (bounds.low, bounds.high)
-        self._start, self.free_duration = bounds.checked_start(shape.start), shape.fixed is None
+        self._start, self.free_duration = shape.start, shape.fixed is None
         self._first, n, moves = int(shape.start is not None), len(bounds.low), shape.count - 1
         self._fixed = np.broadcast_to(np.asarray(1.0 if shape.fixed is None else shape.fixed), (moves,))
         inner = (shape.count - 2) * n if shape.passing else 0
@@ -333,7 +335,7 @@ class FreeViaPoints:
         p, v, a, log_T = np.split(eased, self._splits)
         p *= ratio
         if self._start is not None:
-            start = (self._start - self._bounds.middle) / self._bounds.half
+            start = (np.array(self._start) - self._bounds.middle) / self._bounds.half
             p += (1.0 - ratio) * np.tile(start, self.shape.count - 1)
         v *= smaller / slower
         a *= smaller / slower**2 if self.free_duration else ratio

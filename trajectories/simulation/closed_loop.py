@@ -324,19 +324,13 @@ def inertia_matrices(robot: Robot, count: int) -> Array:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SimulatedRun(Brief):
-    """Simulated run: what was recorded, and what is known of it.
-
-    Attributes:
-        exact: the motion and the motor torques without errors of measurement.
-        friction: dry friction averaged over the motion, by parameter [N·m or N].
-        tracking_error: largest distance from the reference, per joint [rad or m].
-    """
+    """Simulated run: what was recorded, and what is known of it."""
 
     task: Task
     recording: Recording
-    exact: Measurement
-    friction: dict[str, float]
-    tracking_error: Array
+    exact: Measurement  # the motion and the motor torques without errors of measurement
+    friction: dict[str, float]  # dry friction averaged over the motion, by parameter [N·m or N]
+    tracking_error: Array  # largest distance from the reference, per joint [rad or m]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

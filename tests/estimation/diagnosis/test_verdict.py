@@ -372,7 +372,7 @@ def apart(constant: float, changing: float = 0.0, second: float = 0.0) -> Eviden
     pair = AlignedPair(
         bare, heavy, 0.0, 0.1, 0.1, (0.0, 0.0, constant, 0.0, 0.0, 0.0), (0.0, 0.0, changing, second, 0.0, 0.0)
     )
-    return Evidence(ROBOT, compared=(pair,))
+    return Evidence(ROBOT, Source((), (), ROBOT.processing, (pair,)))
 
 
 def weighing_arm(ratio: float, *others: float, explained: float = 0.9, sigma: float = 0.1) -> Evidence:
