@@ -16,7 +16,7 @@ _SLOWEST = 1e-12
 """Lowest rate [Hz] of which samples in a period can be counted."""
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Motion(Brief):
     """A joint motion on a uniform or uneven time grid.
 
@@ -48,8 +48,8 @@ class Motion(Brief):
         return (len(self.t) - 1) / float(self.t[-1] - self.t[0])
 
 
-@dataclass(frozen=True)
-class Measurement:
+@dataclass(frozen=True, eq=False, repr=False)
+class Measurement(Brief):
     """A motion and the joint torques measured on it.
 
     Attributes:
@@ -78,7 +78,7 @@ class Measurement:
         return Measurement(own, self.torque[part], before, path)
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Recording(Brief):
     """Recording of a controller: uneven time, positions, perhaps speeds, torques; not yet filtered.
 

@@ -10,8 +10,9 @@ import numpy as np
 
 from ..common.arrays import Array
 from .drives import SPRING, DriveState, Sign, drive_terms, parameter_kind
+from .inertia import INERTIAL
 from .kinematics import ZERO, FrameChange, Vector, add, cross, dot
-from .robot import INERTIAL, Robot
+from .robot import Robot
 
 _TOGETHER = 1024
 """States that are treated together by NumPy: their wrenches stay near the processor."""
@@ -19,11 +20,7 @@ _TOGETHER = 1024
 
 def standard_columns(robot: Robot) -> tuple[str, ...]:
     """Names of the standard parameters, link by link in the order of (6), coupled friction last."""
-    names: list[str] = []
-    for joint in range(1, robot.n + 1):
-        names += [f"{kind}{joint}" for kind in INERTIAL]
-        names += robot.drives.names(joint)
-    return (*names, *robot.drives.coupling_names())
+    return robot.standard
 
 
 def payload_columns(robot: Robot) -> tuple[str, ...]:

@@ -9,13 +9,18 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
+from itertools import chain
 from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
 
+import numpy as np
+
+from ..common.arrays import Array
 from ..common.brief import Brief
-from ..common.errors import holds_control
+from ..common.errors import InputError, holds_control
 from .drives import Coupling, Drives, Spring
 from .friction import Friction, term_names, terms_of
+from .inertia import INERTIAL, InertialParameters
 from .motion import Processing
 from .pose import Pose
 
@@ -38,9 +43,6 @@ SOURCED = {
 """Parts of a description that have a source (where numbers stand, or "assumed: .." and how), as text."""
 ASSUMED = "assumed"
 """Beginning of the source of a number that no source gives."""
-
-INERTIAL = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
-"""The ten inertial parameters of a body, in the order of (6)."""
 
 
 @dataclass(frozen=True)
@@ -208,6 +210,34 @@ class Robot(Brief):
     def n(self) -> int:
         """Number of joints."""
         return len(self.joints)
+
+    @property
+    def standard(self) -> tuple[str, ...]:
+        """Names of the standard parameters, link by link in the order of (6), coupled friction last."""
+        links = ((*(f"{kind}{j}" for kind in INERTIAL), *self.drives.names(j)) for j in range(1, self.n + 1))
+        return (*chain.from_iterable(links), *self.drives.coupling_names())
+
+    def chi(
+        self, parameters: Mapping[str, float] | None = None, payload: InertialParameters | None = None
+    ) -> Array:
+        """Order standard parameters as ``standard``, shape (N_s,): the description's, unless others are given.
+
+        Args:
+            payload: in its own frame, added to the last link's.
+
+        Raises:
+            InputError: if some are missing.
+        """
+        values = dict(self.parameters if parameters is None else parameters)
+        if missing := [name for name in self.standard if name not in values]:
+            raise InputError(
+                f"robot {self.name!r} cannot be simulated: its description lacks {', '.join(missing[:6])}"
+                f"{' and more' if len(missing) > 6 else ''}; add a [parameters] table, or use with_stand_in"
+            )
+        if payload is not None:
+            for name, value in payload.moved(self.flange.R, self.flange.p).named(str(self.n)).items():
+                values[name] += value
+        return np.array([values[name] for name in self.standard])
 
     @property
     def fingerprint(self) -> str:

@@ -120,7 +120,7 @@ def _too_far(body: str, gone: Sequence[str], chi2: float, p_value: float) -> tup
     )
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Identification(Speaks):
     """Base parameters of a robot, estimated, and what they come from."""
 

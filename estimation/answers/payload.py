@@ -69,7 +69,7 @@ _BY_LEVEL = {
 """Most that may be done with mass, centre of mass and inertia, by the verdict."""
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PayloadAnswer(Speaks):
     """Payload estimates with what is needed to judge them; of a short motion as far as it shows the payload."""
 

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from ...common.arrays import Array
+from ...common.brief import Brief
 from ...common.errors import InputError
 from ..equations.equations import Equations
 from .estimate import Estimate
@@ -76,8 +77,8 @@ StopRule = SigmaRatio | SigmaBound
 """Rule that ends elimination: ``eliminated`` counts its steps by the columns of an ``Elimination.path``."""
 
 
-@dataclass(frozen=True)
-class Elimination:
+@dataclass(frozen=True, eq=False, repr=False)
+class Elimination(Brief):
     """Essential parameters, and backward elimination down to no parameter at all.
 
     Attributes:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...common.arrays import Array, freeze_fields
 from ...common.brief import Brief
@@ -14,8 +15,8 @@ from .covariance import RobustCovariance, student95
 from .drive_gains import Gains
 
 
-@dataclass(frozen=True)
-class Fit:
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit(Brief):
     """Fit of a model to torques.
 
     Attributes:
@@ -50,7 +51,7 @@ def fit(problem: Equations, values: Array) -> Fit:
     return Fit(problem.error_norms(values), problem.torque_norms, problem.rows)
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Estimate(Brief):
     """Parameters with their covariance.
 
@@ -86,6 +87,30 @@ class Estimate(Brief):
             raise ValueError("gain_covariance needs gain_sensitivity")
         freeze_fields(self, values=(c,), covariance=(c, c), weights=(None,))
         freeze_fields(self, gain_sensitivity=(c, n), gain_covariance=(n, n))
+
+    @staticmethod
+    def from_values(
+        names: Sequence[str],
+        values: ArrayLike,
+        covariance: ArrayLike,
+        degrees_of_freedom: float = float("inf"),
+    ) -> "Estimate":
+        """Make an estimate of one's own: a robot's base parameters, or a payload's ten in the order of ``PAYLOAD``.
+
+        Args:
+            covariance: of the errors, c x c; or their variances, shape (c,).
+
+        Raises:
+            InputError: if they do not fit each other.
+        """
+        x, C = np.asarray(values, dtype=float), np.asarray(covariance, dtype=float)
+        C = np.diag(C) if C.ndim == 1 else C
+        if x.shape != (len(names),) or C.shape != (len(names),) * 2:
+            raise InputError(f"{len(names)} names, values {x.shape} and covariance {C.shape} do not fit each other")
+        none = np.zeros(0)
+        unknown = Fit(none, none, ())
+        S = np.zeros((len(names), 0))  # errors of drive gains are in the covariance, as far as they are known
+        return Estimate(tuple(names), x, C, degrees_of_freedom, unknown, none, gain_sensitivity=S)
 
     @cached_property
     def sigma(self) -> Array:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from ...common.brief import Brief
 from ...common.progress import Progress, silent
 from ...model import Processing, Robot
 from ...model.friction import Friction
@@ -22,8 +23,8 @@ class Candidates:
     terms: tuple[Friction, ...] = (Friction("FL"), Friction("FR"))
 
 
-@dataclass(frozen=True)
-class Settings:
+@dataclass(frozen=True, eq=False, repr=False)
+class Settings(Brief):
     """Settings of an estimation.
 
     Attributes:

@@ -61,7 +61,7 @@ class Source(NamedTuple):
         return () if self.why_no_pair else self.compared
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class LongMotion(Brief):
     """Reduced equations of recordings in which every joint moves.
 

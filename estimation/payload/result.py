@@ -25,7 +25,7 @@ _SIZE = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
 _FORM = re.compile(rf"(box|cylinder):({_SIZE}(?:x{_SIZE})*)")
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PayloadEstimate(Brief):
     """Payload estimated by one method: all ten parameters, or those that a short motion determines."""
 
@@ -91,7 +91,7 @@ def moved(
     return replace(estimate, estimate=replace(own, values=values, covariance=covariance, robust=robust))
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ConstrainedPayload(Brief):
     """Payload nearest to one method's estimate among those that keep the constraints.
 

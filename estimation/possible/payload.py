@@ -16,6 +16,7 @@ from scipy.linalg import solve_triangular
 from scipy.special import chdtrc, fdtrc
 
 from ...common.arrays import Array, freeze_fields
+from ...common.brief import Brief
 from ...common.errors import InputError
 from ...common.linear import rank
 from ...common.schema import Document, Float
@@ -80,8 +81,8 @@ class Weighing(Document, frozen=True):
         return self.p_value < CONFLICT
 
 
-@dataclass(frozen=True)
-class Possible:
+@dataclass(frozen=True, eq=False, repr=False)
+class Possible(Brief):
     """A payload, or the links of a robot, that can exist.
 
     Attributes:

@@ -71,7 +71,7 @@ def drive_rules(
     return np.array(rows).reshape(-1, len(standard)), texts, signed, shared
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class PossibleRobot(Possible):
     """Base parameters of a robot whose links can exist, and one such robot.
 

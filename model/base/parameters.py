@@ -16,7 +16,7 @@ _ROUNDING = 1e-10
 """Factor in a grouping below which it is rounding."""
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class BaseParameters(Brief):
     """The minimal parameters chi of (13).
 

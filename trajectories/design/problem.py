@@ -19,6 +19,7 @@ from ...model.base.parameters import BaseParameters
 from ...model.base.rank import base_parameters_of
 from ...model.drives import SPRING
 from ...model.regressors import payload_columns
+from ...model.stand_in import completed
 from ..motions.family import Family, JointBounds, Samples
 from ..motions.fourier import NearShape
 from ..motions.via_points import ViaPointShape
@@ -230,8 +231,8 @@ class DesignProblem(Brief):
         )
 
 
-@dataclass(frozen=True)
-class Loads:
+@dataclass(frozen=True, eq=False, repr=False)
+class Loads(Brief):
     """Loads: parameters that torque limits are computed from.
 
     Attributes:
@@ -263,7 +264,7 @@ def build_design(
     loads: Loads | None = None,
     scene: Scene | None = None,
 ) -> DesignProblem:
-    """Build the problem; ``solve_design`` solves it.
+    """Build the problem; ``solve_design`` solves it. What the robot's description lacks is assumed, with a warning.
 
     Args:
         shape: of the motion; 14 via points if None.
@@ -275,6 +276,8 @@ def build_design(
     Raises:
         InputError: if something is missing or does not fit; if the parameters cannot be told apart.
     """
+    if bounds is None or (loads is None and np.isfinite(bounds.torque).any()):
+        robot = completed(robot)
     shape, goal, bounds = shape or ViaPointShape(), goal or Goal(), bounds or JointBounds.of(robot)
     family, loads = shape.family(robot, bounds), loads or Loads(robot.parameters)
     if isinstance(goal, NearGoal):

@@ -13,6 +13,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.brief import Brief
 from ...common.errors import InputError
 from ...model import Motion, Robot
 
@@ -46,8 +47,8 @@ def sample_count(duration: float, rate: float) -> int:
     return int(duration * rate * (1.0 + _END)) + 1
 
 
-@dataclass(frozen=True)
-class JointBounds:
+@dataclass(frozen=True, eq=False, repr=False)
+class JointBounds(Brief):
     """Limits of all joints, each of shape (n,).
 
     Attributes:

@@ -40,7 +40,7 @@ def _from_offset(b: Array, period: float) -> Array:
     return np.asarray(-period / (2.0 * np.pi) * (b / np.arange(1, b.shape[-1] + 1)).sum(axis=-1))
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Fourier(Plan, Brief):
     """Motion along equal periods of a Fourier series at one or two poses, at rest before and after each.
 
@@ -130,8 +130,8 @@ class FourierShape:
         return FreeSeries(self, bounds, about[None], list(range(robot.n)), ranges, self.duration)
 
 
-@dataclass(frozen=True, eq=False)
-class NearShape:
+@dataclass(frozen=True, eq=False, repr=False)
+class NearShape(Brief):
     """Shape of a motion about one pose or two.
 
     Attributes:

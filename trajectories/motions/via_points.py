@@ -150,7 +150,7 @@ def _segments(p: Array, v: Array, a: Array, T: Array, segment: Segment = QUINTIC
     return Pieces(p[:-1], C, T, segment.basis)
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ViaPoints(Plan, Brief):
     """Motion through via points: the durations between them, and the speeds and accelerations there.
 
