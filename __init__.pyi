@@ -1,6 +1,10 @@
 from .apps.logs import read_recording as read_recording
 from .common.errors import InputError as InputError
+from .estimation import Equations as Equations
+from .estimation import Estimate as Estimate
+from .estimation import Settings as Settings
 from .estimation import answer_payload as answer_payload
+from .estimation.answers.identification import equations as equations
 from .estimation import identify as identify
 from .estimation import identify_gains as identify_gains
 from .estimation import identify_payload as identify_payload

@@ -10,6 +10,7 @@ import numpy as np
 
 _LONGEST = 600
 """Largest length of a ``repr``: eight lines of a screen."""
+_BY_IDENTITY: Any = object.__eq__
 _FEW = 3
 """Largest size of an array whose numbers are shown."""
 
@@ -77,6 +78,6 @@ def same(a: Any, b: Any) -> bool:
         return a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
     if isinstance(a, tuple | list):
         return len(a) == len(b) and all(map(same, a, b))
-    if type(a).__eq__ is object.__eq__ and hasattr(a, "__dict__"):  # what was computed of one alone is left out
+    if type(a).__eq__ is _BY_IDENTITY and hasattr(a, "__dict__"):  # what was computed of one alone is left out
         return same(*({name: vars(x)[name] for name in vars(a).keys() & vars(b).keys()} for x in (a, b)))
     return bool(a == b) or bool(a != a and b != b)

@@ -12,7 +12,7 @@ from ..common.arrays import Array
 from .drives import SPRING, DriveState, Sign, drive_terms, parameter_kind
 from .inertia import INERTIAL
 from .kinematics import ZERO, FrameChange, Vector, add, cross, dot
-from .robot import Robot
+from .robot import Robot, check_robot
 
 _TOGETHER = 1024
 """States that are treated together by NumPy: their wrenches stay near the processor."""
@@ -20,6 +20,7 @@ _TOGETHER = 1024
 
 def standard_columns(robot: Robot) -> tuple[str, ...]:
     """Names of the standard parameters, link by link in the order of (6), coupled friction last."""
+    check_robot(robot)
     return robot.standard
 
 

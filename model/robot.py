@@ -298,6 +298,12 @@ class Robot(Brief):
         return replace(self, drives=replace(self.drives, coupling=replace(self.coupling, coulomb=form)))
 
 
+def check_robot(robot: object) -> None:
+    """Refuse what is no robot, such as its name."""
+    if not isinstance(robot, Robot):
+        raise InputError(f"a robot is needed, not {robot!r:.60}: give load_robot(name or path)")
+
+
 def snapped(value: float, angle: bool) -> float:
     """Take an angle [rad] near a multiple of 90 degrees as that multiple, a tiny length [m] as zero."""
     special = round(value / (math.pi / 2)) * (math.pi / 2) if angle else 0.0

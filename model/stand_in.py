@@ -16,7 +16,7 @@ from .dynamics import gravity, mass_matrix
 from .inertia import INERTIAL, InertialParameters
 from .kinematics import FrameChange
 from .regressors import standard_columns
-from .robot import ASSUMED, SOURCED, Robot
+from .robot import ASSUMED, SOURCED, Robot, check_robot
 
 SPEED = {"revolute": np.pi / 3.0, "prismatic": 0.1}
 """Speed limit where a description has none [rad/s or m/s]: slower than every shipped arm."""
@@ -208,6 +208,7 @@ def completed(robot: Robot) -> Robot:
     Raises:
         InputError: if it lacks parameters that nothing stands in for.
     """
+    check_robot(robot)
     limits = [x for joint in robot.joints for x in (*joint.limits.position, joint.limits.speed)]
     limits += [joint.limits.acceleration for joint in robot.joints]
     if robot.parameters.keys() >= set(standard_columns(robot)) and np.isfinite(limits).all():

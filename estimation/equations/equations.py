@@ -140,8 +140,8 @@ class Equations(Brief):
         W, Y, joint = np.asarray(W, dtype=float), np.asarray(Y, dtype=float), np.asarray(joint)
         if W.shape != (len(Y), len(names)) or joint.shape != Y.shape or not len(Y) or joint.min() < 1:
             raise InputError(
-                f"W {W.shape}, Y {Y.shape}, joint {joint.shape} and {len(names)} names do not fit: give r x c, r, r "
-                "numbers from 1, and c"
+                f"W {W.shape}, Y {Y.shape}, joint {joint.shape} and {len(names)} names do not fit: give r x c, r, "
+                "r joints from 1, and c"
             )
         rows = [joint == j for j in range(1, int(joint.max()) + 1)]
         counts = [int(own.sum()) for own in rows]

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -49,6 +50,18 @@ class Fit(Brief):
 def fit(problem: Equations, values: Array) -> Fit:
     """Compare parameters with a problem's torques; for cross validation, with another recording's."""
     return Fit(problem.error_norms(values), problem.torque_norms, problem.rows)
+
+
+class Parameter(NamedTuple):
+    """Parameter as tables show it: value, standard deviation and the ends of its 95 % interval, SI units.
+
+    ``sigma``: the larger of the formula's (19) and the robust one, with the errors of the drive gains.
+    """
+
+    value: float
+    sigma: float
+    low: float
+    high: float
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -173,6 +186,23 @@ class Estimate(Brief):
         if robust is None:
             return self._interval(student95(self.degrees_of_freedom), np.hypot(self.sigma, by_gains))
         return self._interval(robust.quantile95, np.hypot(robust.sigma, by_gains))
+
+    def table(self, labels: Sequence[str], asked: str = "") -> dict[str, Parameter]:
+        """Parameters by other names, those in tables; by its own name too the one that is ``asked`` for.
+
+        Raises:
+            InputError: if there is no such one.
+        """
+        given = (self.interval95_with_gains, self.robust_interval95, self.interval95)
+        ends = next(interval for interval in given if interval is not None)
+        rows = np.column_stack([self.values, self.total_sigma, ends]).tolist()
+        parameters = [Parameter(*row) for row in rows]
+        table = dict(zip(labels, parameters, strict=True))
+        if asked and asked not in table:
+            if asked not in self.names:
+                raise InputError(f"no parameter {asked!r}: there are {', '.join(labels)}")
+            table[asked] = parameters[self.names.index(asked)]
+        return table
 
     def __getitem__(self, name: str) -> float:
         """Value of one parameter."""

@@ -19,8 +19,6 @@ from ..possible.constraints import Constraint
 from ..possible.intervals import NO_INTERVALS, Intervals, profile_intervals
 from ..possible.payload import CONFLICT, POSSIBLE, Active, Possible, solve_constrained, tested
 
-METHOD_NAMES = {1: "known-robot", 2: "change", 3: "difference", 4: "global"}
-"""Short names of the paper's methods, by number."""
 _SIZE = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
 _FORM = re.compile(rf"(box|cylinder):({_SIZE}(?:x{_SIZE})*)")
 

@@ -255,6 +255,6 @@ class SlowLimit(Limit):
 
 def slow_limit(kernel: RegressorKernel, limit: Limit, speed: float) -> Limit:
     """Limit the torque at a fraction of the speed, besides."""
-    own = [getattr(limit, field.name) for field in fields(Limit)]
-    own[1] = f"{limit.name} at {100.0 * speed:g} % of the speed"
-    return SlowLimit(*own, kernel=kernel, fast=limit, speed=speed)
+    own: dict[str, Any] = {field.name: getattr(limit, field.name) for field in fields(Limit)}
+    own["name"] = f"{limit.name} at {100.0 * speed:g} % of the speed"
+    return SlowLimit(**own, kernel=kernel, fast=limit, speed=speed)

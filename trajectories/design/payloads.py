@@ -283,5 +283,5 @@ def payload_limit(
     name, labels = f"torque with any payload up to {payloads.mass:g} kg", joint_labels(n) * 2
     low, high = np.concatenate([-none, -bound]), np.concatenate([bound, none])
     ten = tuple(kernel.columns.index(name) for name in columns)
-    limit = "torque", name, labels, low, high, np.zeros(2 * n), unit
-    return PayloadLimit(*limit, kernel, chi, root, payloads, ten)
+    middle = np.zeros(2 * n)
+    return PayloadLimit("torque", name, labels, low, high, middle, unit, kernel, chi, root, payloads, ten)

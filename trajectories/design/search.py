@@ -88,6 +88,11 @@ class Design(Speaks):
         """Information of the motion: log det, both condition numbers and predicted standard deviations."""
         return self.score.learnt
 
+    @cached_property
+    def gap(self) -> float:
+        """Distance to the floor under any motion, as in ``Floor.gap``; it takes about as long as the search."""
+        return floor_under(self.problem, self.score.value).gap
+
     @property
     def feasible(self) -> bool:
         """True if all limits are met; ``score.violations`` and ``missed`` name those that are not."""
@@ -397,6 +402,7 @@ class Floor(Document, frozen=True):
     dual: float | None = field(name="dual_value")
 
 
+@one_thread()
 def floor_under(
     problem: DesignProblem, reached: float, *, states: int = 0, seed: int = 0, effort: int = 3
 ) -> Floor:
