@@ -46,8 +46,10 @@ class Brief:
         return hash(type(self))
 
     def __repr__(self) -> str:
-        """Name the type and its fields, each cut, empty ones left out."""
+        """Name the type and its fields, each cut; empty ones and those at their default are left out."""
+        usual: dict[str, Any] = {x.name: x.default for x in fields(self)} if is_dataclass(self) else {}
         said = [(name, getattr(self, name)) for name in field_names(self)]
+        said = [(name, value) for name, value in said if name not in usual or not same(value, usual[name])]
         parts = [f"{name}={_SHORT.repr(value)}" for name, value in said if not _silent(value)]
         text = f"{type(self).__name__}({', '.join(parts)})"
         return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 5]} ...)"
@@ -59,9 +61,9 @@ def _silent(value: Any) -> bool:
 
 
 def field_names(value: Any) -> tuple[str, ...]:
-    """Names of the fields of a dataclass or Struct; none of anything else."""
+    """Names of the fields of a dataclass or Struct that count; none of anything else."""
     structs: tuple[str, ...] = getattr(value, "__struct_fields__", ())
-    return structs or (tuple(field.name for field in fields(value)) if is_dataclass(value) else ())
+    return structs or (tuple(x.name for x in fields(value) if x.compare) if is_dataclass(value) else ())
 
 
 def same(a: Any, b: Any) -> bool:

@@ -4,6 +4,8 @@ Frame j is reached from frame j-1 by a rotation ``alpha`` about x, a translation
 ``theta`` about z and a translation ``r`` along z; the joint turns about or slides along z of frame j.
 """
 
+from __future__ import annotations
+
 import hashlib
 import math
 from collections.abc import Mapping, Sequence
@@ -200,7 +202,7 @@ class Robot(Brief):
         object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
         self.drives.check(len(joints))
 
-    def __reduce__(self) -> tuple[partial["Robot"], tuple[()]]:
+    def __reduce__(self) -> tuple[partial[Robot], tuple[()]]:
         """Pickle and copy by the fields: read-only mappings cannot be pickled."""
         own = {part.name: getattr(self, part.name) for part in fields(self)}
         plain = {name: dict(value) for name, value in own.items() if isinstance(value, MappingProxyType)}
@@ -269,20 +271,20 @@ class Robot(Brief):
             if self.sources.get(name, "").startswith(ASSUMED)
         }
 
-    def with_offsets(self, offsets: bool) -> "Robot":
+    def with_offsets(self, offsets: bool) -> Robot:
         """Copy the robot with or without a constant friction offset per joint; FA gives way to it."""
         friction = tuple(term for term in self.drives.friction if not offsets or term.kind != "FA")
         return replace(self, drives=replace(self.drives, offsets=offsets, friction=friction))
 
-    def with_friction(self, terms: Sequence[Friction]) -> "Robot":
+    def with_friction(self, terms: Sequence[Friction]) -> Robot:
         """Copy the robot with other terms of friction."""
         return replace(self, drives=replace(self.drives, friction=tuple(terms)))
 
-    def of_parameters(self, names: Sequence[str]) -> "Robot":
+    def of_parameters(self, names: Sequence[str]) -> Robot:
         """Copy the robot with the terms of friction that parameters of an earlier identification are of."""
         return self.with_friction(terms_of(names, self.drives.friction, self.n))
 
-    def for_currents(self) -> "Robot":
+    def for_currents(self) -> Robot:
         """Copy the robot whose equations each hold one motor's torque, a spring's torque as a column."""
         drives = self.drives
         if drives.coupling is not None:
@@ -291,7 +293,7 @@ class Robot(Brief):
             drives = replace(drives, spring=replace(drives.spring, column=True))
         return replace(self, drives=drives)
 
-    def with_coulomb(self, form: Literal["sum", "paper"]) -> "Robot":
+    def with_coulomb(self, form: Literal["sum", "paper"]) -> Robot:
         """Copy the robot with the coupled Coulomb friction as the sum (dual) or as the paper prints it."""
         if self.coupling is None:
             raise ValueError(f"robot {self.name!r} has no coupled drives")

@@ -1,5 +1,7 @@
 """Answers on a payload: estimates by every method that can be used, quantities with intervals, and a verdict."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace

@@ -1,5 +1,7 @@
 """Estimates: names, values, covariance, and how well the torques are explained."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -33,6 +35,11 @@ class Fit(Brief):
     def __post_init__(self) -> None:
         """Lock the norms and check that there is one for each joint."""
         freeze_fields(self, error_norms=(len(self.rows),), torque_norms=(len(self.rows),))
+
+    @property
+    def known(self) -> bool:
+        """False of values that came with no equations."""
+        return sum(self.rows) > 0
 
     @property
     def relative(self) -> float:
@@ -107,7 +114,7 @@ class Estimate(Brief):
         values: ArrayLike,
         covariance: ArrayLike,
         degrees_of_freedom: float = float("inf"),
-    ) -> "Estimate":
+    ) -> Estimate:
         """Make an estimate of one's own: a robot's base parameters, or a payload's ten in the order of ``PAYLOAD``.
 
         Args:
@@ -213,11 +220,11 @@ class Estimate(Brief):
         indices = [self.names.index(name) for name in names]
         return self.values[indices], self.covariance[np.ix_(indices, indices)]
 
-    def part(self, names: Sequence[str]) -> "Estimate":
+    def part(self, names: Sequence[str]) -> Estimate:
         """Take some of the parameters, in the order given."""
         return self.mapped(np.eye(len(self.names))[[self.names.index(name) for name in names]], names)
 
-    def mapped(self, T: Array, names: Sequence[str] | None = None, shift: Array | None = None) -> "Estimate":
+    def mapped(self, T: Array, names: Sequence[str] | None = None, shift: Array | None = None) -> Estimate:
         """Transform to other parameters T x + shift, with all their covariances.
 
         Args:

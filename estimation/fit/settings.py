@@ -1,5 +1,7 @@
 """Settings of an estimation: processing of recordings, and what is allowed for."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 

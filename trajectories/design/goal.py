@@ -3,6 +3,8 @@
 A motion near a pose is to tell of a payload, together with constant torques and friction that change by the day.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product

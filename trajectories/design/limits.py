@@ -6,9 +6,8 @@ one adjoint takes them on.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
-from functools import cached_property
-from typing import Any, Generic, Literal, NamedTuple, TypeVar
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -17,8 +16,6 @@ from ...common.brief import Brief
 from ...common.schema import Document
 from ..motions.family import JointBounds, Samples
 from .information import RegressorKernel
-
-_Value = TypeVar("_Value")
 
 
 class State(NamedTuple):
@@ -32,6 +29,7 @@ class State(NamedTuple):
     width: float = 0.0
 
 
+_Value = TypeVar("_Value")
 Penalty = Callable[[State, State], float]
 """Function that evaluates terms which limits add to a criterion in a state; slopes are added to the second one."""
 
@@ -45,6 +43,9 @@ class Limit(Brief):
         labels: what each column belongs to ("joint 3").
         low, high: the interval of each column.
         middle, unit: the value in SI units is middle + y * unit, per column.
+        made: function and arguments that made it, by which it is compared, copied and pickled.
+        values: y of a motion, rows per sample (one row for the motion as a whole), a column for each label.
+        pullback: adds what a slope in the values of a state means for samples and entries.
     """
 
     kind: Literal["state", "torque", "duration", "clearance"]
@@ -54,14 +55,17 @@ class Limit(Brief):
     high: Array
     middle: Array
     unit: Array
+    made: tuple[Callable[..., "Limit"], tuple[Any, ...]]
+    values: Callable[[State], Array] = field(compare=False)
+    pullback: Callable[[State, Array, State], None] = field(compare=False)
 
-    def values(self, state: State) -> Array:
-        """Evaluate y of a motion, rows per sample (one row for the motion as a whole), a column for each label."""
-        raise NotImplementedError
+    def __reduce__(self) -> tuple[Callable[..., "Limit"], tuple[Any, ...]]:
+        """Make it anew, with the same ends."""
+        return _again, (*self.made, self.low, self.high)
 
-    def pullback(self, state: State, slope: Array, into: State) -> None:
-        """Add what a slope in the values of a state means for samples and entries."""
-        raise NotImplementedError
+
+def _again(make: Callable[..., Limit], arguments: tuple[Any, ...], low: Array, high: Array) -> Limit:
+    return replace(make(*arguments), low=low, high=high)
 
 
 def joint_labels(n: int) -> tuple[str, ...]:
@@ -76,85 +80,57 @@ def state_limits(bounds: JointBounds, reach: tuple[Array, Array] | None = None) 
     the samples.
     """
     v, a = bounds.speed, bounds.acceleration
-    position = StateLimit.between("position", *(reach or (bounds.low, bounds.high)))
-    return position, StateLimit.between("speed", -v, v), StateLimit.between("acceleration", -a, a)
+    position = _state_limit("position", *(reach or (bounds.low, bounds.high)))
+    return position, _state_limit("speed", -v, v), _state_limit("acceleration", -a, a)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class StateLimit(Limit):
-    """Limit of positions, speeds or accelerations; of k equal parts of the samples, each its own, (k, n)."""
+def _state_limit(name: str, low: Array, high: Array) -> Limit:
+    index = ("position", "speed", "acceleration").index(name) + 1
+    low, high = np.atleast_2d(low, high)
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
 
-    centres: Array
-    halves: Array
+    def each(parts: Array, samples: int) -> Array:
+        return parts if len(parts) == 1 else np.repeat(parts, samples // len(parts), axis=0)
 
-    @staticmethod
-    def between(name: str, low: Array, high: Array) -> "StateLimit":
-        """Make the limit of what ``name`` says."""
-        low, high = np.atleast_2d(low, high)
-        middle, half = 0.5 * (low + high), 0.5 * (high - low)
-        unit = np.ones(low.shape[1])
-        # In messages the first part stands for all; each sample is judged by its own.
-        return StateLimit(
-            "state", name, joint_labels(len(unit)), -unit, unit, middle[0], half[0], centres=middle, halves=half
-        )
+    def values(state: State) -> Array:
+        x = state.samples[index]
+        return np.asarray((x - each(middle, len(x))) / each(half, len(x)))
 
-    def values(self, state: State) -> Array:
-        """Compute the distance from the middle, in halves of the range."""
-        x = state.samples[self._index]
-        return np.asarray((x - _each(self.centres, len(x))) / _each(self.halves, len(x)))
+    def pullback(_: State, slope: Array, into: State) -> None:
+        into.samples[index][...] += slope / each(half, len(slope))
 
-    def pullback(self, _: State, slope: Array, into: State) -> None:
-        """Add the slope in what is limited."""
-        into.samples[self._index][...] += slope / _each(self.halves, len(slope))
-
-    @property
-    def _index(self) -> int:
-        return ("position", "speed", "acceleration").index(self.name) + 1
-
-
-def _each(parts: Array, samples: int) -> Array:
-    return parts if len(parts) == 1 else np.repeat(parts, samples // len(parts), axis=0)
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class TorqueLimit(Limit):
-    """Limit of torques W chi of one load."""
-
-    kernel: RegressorKernel
-    chi: Array
-
-    def values(self, state: State) -> Array:
-        """Compute torques over their limits."""
-        return self.kernel.torque(state.entries, self.chi) / self.unit
-
-    def pullback(self, _: State, slope: Array, into: State) -> None:
-        """Add the slope in the entries."""
-        self.kernel.torque_slope(slope / self.unit, self.chi, into.entries)
+    unit, made = np.ones(low.shape[1]), (_state_limit, (name, low, high))
+    # In messages the first part stands for all; each sample is judged by its own.
+    return Limit("state", name, joint_labels(len(unit)), -unit, unit, middle[0], half[0], made, values, pullback)
 
 
 def torque_limit(kernel: RegressorKernel, chi: Array, torque: Array, load: str = "") -> Limit:
     """Limit the torque of each joint, over its limit (infinite where there is none), tau = W chi, for one load."""
     finite, n = np.isfinite(torque), len(torque)
     unit, high, name = np.where(finite, torque, 1.0), np.where(finite, 1.0, np.inf), f"torque {load}".strip()
-    return TorqueLimit("torque", name, joint_labels(n), -high, high, np.zeros(n), unit, kernel, chi)
 
+    def values(state: State) -> Array:
+        return kernel.torque(state.entries, chi) / unit
 
-class DurationLimit(Limit):
-    """Limit of the time that the whole motion takes."""
+    def pullback(_: State, slope: Array, into: State) -> None:
+        kernel.torque_slope(slope / unit, chi, into.entries)
 
-    def values(self, state: State) -> Array:
-        """Compute the time over its limit, 1 x 1."""
-        return np.asarray(state.samples.weight.sum() / self.unit)[None]
-
-    def pullback(self, _: State, slope: Array, into: State) -> None:
-        """Add the slope in the samples' times."""
-        into.samples.weight[...] += slope[0, 0] / self.unit[0]
+    made = torque_limit, (kernel, chi, torque, load)
+    return Limit("torque", name, joint_labels(n), -high, high, np.zeros(n), unit, made, values, pullback)
 
 
 def duration_limit(duration: float) -> Limit:
     """Limit the time that the whole motion may take [s]."""
     low, high, middle, unit = np.array([[-np.inf], [1.0], [0.0], [duration]])
-    return DurationLimit("duration", "duration", ("motion",), low, high, middle, unit)
+
+    def values(state: State) -> Array:
+        return np.asarray(state.samples.weight.sum() / unit)[None]
+
+    def pullback(_: State, slope: Array, into: State) -> None:
+        into.samples.weight[...] += slope[0, 0] / duration
+
+    made = duration_limit, (duration,)
+    return Limit("duration", "duration", ("motion",), low, high, middle, unit, made, values, pullback)
 
 
 class LimitCheck(Document, frozen=True):
@@ -200,61 +176,38 @@ def check(limit: Limit, state: State) -> LimitCheck:
     return LimitCheck(limit.name, limit.labels[int(column)], *shown, missed * unit, missed, -beyond)
 
 
-class Latest(Generic[_Value]):
-    """Function of a state that keeps its last value until another one comes: slopes are asked for after values."""
+def latest(compute: Callable[[State], _Value]) -> Callable[[State], _Value]:
+    """Keep a function's last value until another state comes: slopes are asked for after values."""
+    last: list[tuple[State, _Value]] = []
 
-    def __init__(self, compute: Callable[[State], _Value]) -> None:
-        """Keep nothing yet."""
-        self._compute, self._last = compute, list[tuple[State, _Value]]()
+    def kept(state: State) -> _Value:
+        if not last or last[0][0] is not state:
+            last[:] = [(state, compute(state))]
+        return last[0][1]
 
-    def __call__(self, state: State) -> _Value:
-        """Compute the value, or give the last one."""
-        if not self._last or self._last[0][0] is not state:
-            self._last[:] = [(state, self._compute(state))]
-        return self._last[0][1]
-
-    def __reduce__(self) -> tuple[type["Latest[Any]"], tuple[Callable[[State], _Value]]]:
-        """Pickle and copy the function without its last value."""
-        return Latest, (self._compute,)
+    return kept
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class SlowLimit(Limit):
-    """Limit of a torque at a fraction of the speed: speeds shrink by it, accelerations by its square.
+def slow_limit(kernel: RegressorKernel, limit: Limit, speed: float) -> Limit:
+    """Limit the torque at a fraction of the speed: speeds shrink by it, accelerations by its square.
 
     What dynamic forces help to lift has to be held without them: a limit may be active in the slow run alone.
     """
 
-    kernel: RegressorKernel
-    fast: Limit
-    speed: float
-
-    @cached_property
-    def _slowed(self) -> Latest[State]:
-        return Latest(self.slowed)
-
-    def slowed(self, state: State) -> State:
-        """Evaluate the slow run."""
-        (weight, q, qd, qdd), speed = state.samples, self.speed
+    @latest
+    def slowed(state: State) -> State:
+        weight, q, qd, qdd = state.samples
         slow, width = Samples(weight / speed, q, speed * qd, speed**2 * qdd), speed * state.width
-        return State(slow, self.kernel.entries(slow, width), width)
+        return State(slow, kernel.entries(slow, width), width)
 
-    def values(self, state: State) -> Array:
-        """Evaluate the limit in the slow run."""
-        return self.fast.values(self._slowed(state))
-
-    def pullback(self, state: State, slope: Array, into: State) -> None:
-        """Add the slopes of the slow run."""
-        slow = self._slowed(state)
+    def pullback(state: State, slope: Array, into: State) -> None:
+        slow = slowed(state)
         slopes = State(Samples.zeros(slow.samples), np.zeros_like(slow.entries))
-        self.fast.pullback(slow, slope, slopes)
-        by_state = self.kernel.state_slope(slow.samples, slow.width, slopes.entries)
+        limit.pullback(slow, slope, slopes)
+        by_state = kernel.state_slope(slow.samples, slow.width, slopes.entries)
         for part, by, power in zip(into.samples[1:], by_state, (0, 1, 2), strict=True):
-            part += self.speed**power * by
+            part += speed**power * by
 
-
-def slow_limit(kernel: RegressorKernel, limit: Limit, speed: float) -> Limit:
-    """Limit the torque at a fraction of the speed, besides."""
-    own: dict[str, Any] = {field.name: getattr(limit, field.name) for field in fields(Limit)}
-    own["name"] = f"{limit.name} at {100.0 * speed:g} % of the speed"
-    return SlowLimit(**own, kernel=kernel, fast=limit, speed=speed)
+    name = f"{limit.name} at {100.0 * speed:g} % of the speed"
+    values, made = (lambda state: limit.values(slowed(state))), (slow_limit, (kernel, limit, speed))
+    return replace(limit, name=name, made=made, values=values, pullback=pullback)

@@ -29,7 +29,7 @@ from ...common.errors import InputError
 from ...model import Pose
 from ...model.kernel.kernel import Kernel
 from .information import RegressorKernel
-from .limits import Latest, Limit, State, joint_labels
+from .limits import Limit, State, joint_labels, latest
 
 _SWEEPS = 4  # of Jacobi's rotations: a 3 x 3 matrix is then diagonal to rounding
 _NEWTON = 8  # steps: with seven, rows of the shipped arms were bounded to 1e-12, with eight to rounding
@@ -206,82 +206,57 @@ def _largest_in_cube(Q: ca.SX, b: ca.SX) -> tuple[ca.SX, list[ca.SX]]:
     return value, point
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class PayloadLimit(Limit):
-    """Limit of the torques of a set of payloads.
-
-    Where the worst body is unique, the slope of the largest torque is that of the worst body's torque (Danskin's
-    envelope theorem). The first n values are the largest torques, bounded above alone, the others the smallest,
-    bounded below alone.
-
-    Attributes:
-        kernel: holds the payload's columns, c in all.
-        chi: coefficients of the robot's own torque in the kernel's columns, shape (c,).
-        root: C = root root' is the covariance of chi, c x r; r = 0 where it is taken as exact.
-        payloads: in the last link's frame.
-        ten: the kernel's columns of the payload.
-    """
-
-    kernel: RegressorKernel
-    chi: Array
-    root: Array
-    payloads: PayloadSet
-    ten: tuple[int, ...]
-
-    @functools.cached_property
-    def _extremes(self) -> Latest[Array]:
-        return Latest(self.extremes)
-
-    @functools.cached_property
-    def _doubt(self) -> Latest[tuple[Array, list[Array]]]:
-        return Latest(self.doubt)
-
-    def extremes(self, state: State) -> Array:
-        """Compute largest and smallest torques with their bodies."""
-        return self.payloads.extremes(self.kernel.dense(state.entries)[:, :, list(self.ten)].reshape(-1, 10))
-
-    def doubt(self, state: State) -> tuple[Array, list[Array]]:
-        """Compute standard deviations of the robot's own torques, and their parts."""
-        spread = [self.root[names].T @ state.entries[part] for part, names in self.kernel.parts]
-        return np.stack([np.sqrt((part**2).sum(axis=0)) for part in spread], axis=1), spread
-
-    def values(self, state: State) -> Array:
-        """Compute largest, then smallest torques over their limits."""
-        own, doubtful = self.kernel.torque(state.entries, self.chi), _SIGMAS * self._doubt(state)[0]
-        largest, smallest = (torque.reshape(own.T.shape).T for torque in self._extremes(state)[:, 0])
-        return np.asarray(np.hstack([own + doubtful + largest, own - doubtful + smallest]) / self.unit)
-
-    def pullback(self, state: State, slope: Array, into: State) -> None:
-        """Add the slopes in the entries."""
-        up, down = np.split(slope / self.unit, 2, axis=1)
-        self.kernel.torque_slope(up + down, self.chi, into.entries)
-        if self.root.shape[1]:
-            sizes, spread = self._doubt(state)
-            for j, (part, names) in enumerate(self.kernel.parts):
-                size = np.where(sizes[:, j] > 0.0, sizes[:, j], 1.0) / _SIGMAS
-                into.entries[part] += self.root[names] @ spread[j] * ((up - down)[:, j] / size)
-        for weight, extreme in zip((up, down), self._extremes(state)[:, 1:], strict=True):
-            if weight.any():
-                bodies = np.zeros((len(self.kernel.columns), weight.shape[1], len(weight)))
-                bodies[list(self.ten)] = extreme.reshape(10, weight.shape[1], -1)
-                self.kernel.torque_slope(weight, bodies, into.entries)
-
-
 def payload_limit(
     kernel: RegressorKernel, chi: Array, root: Array, torque: Array, payloads: PayloadSet, columns: Sequence[str]
 ) -> Limit:
     """Limit largest and smallest torque of each joint, over its limit, of all payloads of a set.
 
+    Where the worst body is unique, the slope of the largest torque is that of the worst body's torque (Danskin's
+    envelope theorem). The first n values are the largest torques, bounded above alone, the others the smallest,
+    bounded below alone.
+
     Args:
-        kernel, chi, root, payloads: as of ``PayloadLimit``.
+        kernel: holds the payload's columns, c in all.
+        chi: coefficients of the robot's own torque in the kernel's columns, shape (c,).
+        root: C = root root' is the covariance of chi, c x r; r = 0 where it is taken as exact.
         torque: limits [N·m or N], shape (n,), infinite where there is none.
+        payloads: in the last link's frame.
         columns: names of the payload's ten columns.
     """
     n, finite = len(torque), np.isfinite(torque)
     unit = np.tile(np.where(finite, torque, 1.0), 2)
     none, bound = np.full(n, np.inf), np.where(finite, 1.0, np.inf)
+    ten = [kernel.columns.index(name) for name in columns]
+
+    @latest
+    def extremes(state: State) -> Array:
+        return payloads.extremes(kernel.dense(state.entries)[:, :, ten].reshape(-1, 10))
+
+    @latest
+    def doubt(state: State) -> tuple[Array, list[Array]]:
+        spread = [root[names].T @ state.entries[part] for part, names in kernel.parts]
+        return np.stack([np.sqrt((part**2).sum(axis=0)) for part in spread], axis=1), spread
+
+    def values(state: State) -> Array:
+        own, doubtful = kernel.torque(state.entries, chi), _SIGMAS * doubt(state)[0]
+        largest, smallest = (torque.reshape(own.T.shape).T for torque in extremes(state)[:, 0])
+        return np.asarray(np.hstack([own + doubtful + largest, own - doubtful + smallest]) / unit)
+
+    def pullback(state: State, slope: Array, into: State) -> None:
+        up, down = np.split(slope / unit, 2, axis=1)
+        kernel.torque_slope(up + down, chi, into.entries)
+        if root.shape[1]:
+            sizes, spread = doubt(state)
+            for j, (part, names) in enumerate(kernel.parts):
+                size = np.where(sizes[:, j] > 0.0, sizes[:, j], 1.0) / _SIGMAS
+                into.entries[part] += root[names] @ spread[j] * ((up - down)[:, j] / size)
+        for weight, extreme in zip((up, down), extremes(state)[:, 1:], strict=True):
+            if weight.any():
+                bodies = np.zeros((len(kernel.columns), n, len(weight)))
+                bodies[ten] = extreme.reshape(10, n, -1)
+                kernel.torque_slope(weight, bodies, into.entries)
+
     name, labels = f"torque with any payload up to {payloads.mass:g} kg", joint_labels(n) * 2
     low, high = np.concatenate([-none, -bound]), np.concatenate([bound, none])
-    ten = tuple(kernel.columns.index(name) for name in columns)
-    middle = np.zeros(2 * n)
-    return PayloadLimit("torque", name, labels, low, high, middle, unit, kernel, chi, root, payloads, ten)
+    made = payload_limit, (kernel, chi, root, torque, payloads, columns)
+    return Limit("torque", name, labels, low, high, np.zeros(2 * n), unit, made, values, pullback)

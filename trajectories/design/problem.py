@@ -3,6 +3,8 @@
 It is built from a robot, the shape of its motion, a goal and what stands in the way.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -129,7 +131,7 @@ class DesignProblem(Brief):
         """True if a motion has to keep torque limits."""
         return bool(self.of_kind("torque"))
 
-    def with_torque_share(self, part: float) -> "DesignProblem":
+    def with_torque_share(self, part: float) -> DesignProblem:
         """Pose the same problem with only a part of the torque limits."""
         limits = (
             replace(limit, low=part * limit.low, high=part * limit.high) if limit.kind == "torque" else limit
@@ -137,7 +139,7 @@ class DesignProblem(Brief):
         )
         return replace(self, limits=tuple(limits))
 
-    def with_slow_torques(self, speed: float) -> "DesignProblem":
+    def with_slow_torques(self, speed: float) -> DesignProblem:
         """Require besides that the same way keeps the torque limits at a fraction of the speed."""
         slow = (slow_limit(self.kernel, limit, speed) for limit in self.of_kind("torque"))
         return replace(self, limits=(*self.limits, *slow))

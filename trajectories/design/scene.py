@@ -8,7 +8,6 @@ have slopes everywhere but where two axes cross; slopes come from CasADi through
 import functools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar
 
@@ -190,37 +189,24 @@ def usual_scene(robot: Robot, poses: Array, floor: bool = True) -> Scene | None:
     return Scene(bodies, surfaces, kept) if kept or surfaces else None
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class ClearanceLimit(Limit):
-    """Limit of the distances in a scene."""
-
-    robot: Robot
-    scene: Scene
-
-    @functools.cached_property
-    def _kernels(self) -> tuple[Kernel, Kernel]:
-        distance, adjoint, _ = _functions(self.robot, self.scene)
-        return Kernel(distance), Kernel(adjoint)
-
-    def values(self, state: State) -> Array:
-        """Compute the distances."""
-        return np.asarray(self._kernels[0](state.samples.q).T / self.unit)
-
-    def pullback(self, state: State, slope: Array, into: State) -> None:
-        """Add the slopes in the positions."""
-        into.samples.q[...] += self._kernels[1](state.samples.q, slope / self.unit).T
-
-
 def clearance(robot: Robot, scene: Scene) -> Limit:
     """Limit the distances in the scene, a column per pair; values in units of 0.1 m.
 
     Raises:
         InputError: if the scene names a link that the robot does not have, or nothing could collide.
     """
-    *_, labels = _functions(robot, scene)
+    *functions, labels = _functions(robot, scene)
+    distance, adjoint = map(Kernel, functions)
     unit, low, high = (np.full(len(labels), value) for value in (_UNIT, scene.clearance / _UNIT, np.inf))
-    middle = np.zeros(len(labels))
-    return ClearanceLimit("clearance", "clearance", labels, low, high, middle, unit, robot, scene)
+
+    def values(state: State) -> Array:
+        return np.asarray(distance(state.samples.q).T / unit)
+
+    def pullback(state: State, slope: Array, into: State) -> None:
+        into.samples.q[...] += adjoint(state.samples.q, slope / unit).T
+
+    middle, made = np.zeros(len(labels)), (clearance, (robot, scene))
+    return Limit("clearance", "clearance", labels, low, high, middle, unit, made, values, pullback)
 
 
 @functools.lru_cache(maxsize=16)

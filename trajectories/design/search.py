@@ -5,6 +5,8 @@ A motion visits states (q, qd, qdd), and its information matrix is a weighted me
 of states within the limits, continuity ignored, is an optimal experimental design; no motion is better.
 """
 
+from __future__ import annotations
+
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
