@@ -1,5 +1,8 @@
 from .apps.logs import read_recording as read_recording
 from .common.errors import InputError as InputError
+from .estimation import Equations as Equations
+from .estimation import Estimate as Estimate
+from .estimation import Settings as Settings
 from .estimation import answer_payload as answer_payload
 from .estimation import identify as identify
 from .estimation import identify_gains as identify_gains
@@ -7,6 +10,7 @@ from .estimation import identify_payload as identify_payload
 from .estimation import payload_problem as payload_problem
 from .estimation import weigh as weigh
 from .estimation import weigh_at_rest as weigh_at_rest
+from .estimation.answers.identification import equations as equations
 from .model import InertialParameters as InertialParameters
 from .model import Recording as Recording
 from .model import Robot as Robot

@@ -1,13 +1,15 @@
-"""Values whose ``repr`` is short whatever they hold."""
+"""Values that compare by what they hold, and whose ``repr`` is short whatever that is."""
 
-from dataclasses import fields
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
 from reprlib import Repr
-from typing import Any, cast
+from typing import Any
 
 import msgspec
 import numpy as np
 
 _LONGEST = 600  # largest length of a ``repr``: eight lines of a screen
+_BY_IDENTITY: Any = object.__eq__
 _FEW = 3  # largest size of an array whose numbers are shown
 
 
@@ -29,14 +31,23 @@ _SHORT = _Short()
 
 
 class Brief:
-    """Base class of frozen values: ``repr`` names the fields that say something, each cut."""
+    """Base class of frozen values, arrays among their fields: compared by all, shown by what says something."""
 
     __slots__ = ()
 
+    def __eq__(self, other: object) -> bool:
+        """Compare all fields, arrays by their numbers; nan is the same as nan."""
+        return same(self, other) if type(self) is type(other) else NotImplemented
+
+    def __hash__(self) -> int:
+        """Hash by the type alone: arrays have no hash, and such values are seldom keys."""
+        return hash(type(self))
+
     def __repr__(self) -> str:
-        """Name the type and its fields, empty ones left out."""
-        names: Any = getattr(self, "__struct_fields__", None) or [field.name for field in fields(cast(Any, self))]
-        said = [(name, getattr(self, name)) for name in names]
+        """Name the type and its fields, each cut; empty ones and those at their default are left out."""
+        usual: dict[str, Any] = {x.name: x.default for x in fields(self)} if is_dataclass(self) else {}
+        said = [(name, getattr(self, name)) for name in field_names(self)]
+        said = [(name, value) for name, value in said if name not in usual or not same(value, usual[name])]
         parts = [f"{name}={_SHORT.repr(value)}" for name, value in said if not _silent(value)]
         text = f"{type(self).__name__}({', '.join(parts)})"
         return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 5]} ...)"
@@ -45,3 +56,28 @@ class Brief:
 def _silent(value: Any) -> bool:
     """True for a value that says nothing: none, or an empty text or list."""
     return value is None or value is msgspec.UNSET or (isinstance(value, str | tuple | dict) and not value)
+
+
+def field_names(value: Any) -> tuple[str, ...]:
+    """Names of the fields of a dataclass or Struct that count; none of anything else."""
+    structs: tuple[str, ...] = getattr(value, "__struct_fields__", ())
+    return structs or (tuple(x.name for x in fields(value) if x.compare) if is_dataclass(value) else ())
+
+
+def same(a: Any, b: Any) -> bool:
+    """True if two values of whatever types hold the same numbers and texts."""
+    if a is b:
+        return True
+    if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
+        return a.shape == b.shape and bool(np.all((a == b) | ((a != a) & (b != b))))
+    if type(a) is not type(b):
+        return bool(a == b)
+    if names := field_names(a):
+        return all(same(getattr(a, name), getattr(b, name)) for name in names)
+    if isinstance(a, Mapping):
+        return a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
+    if isinstance(a, tuple | list):
+        return len(a) == len(b) and all(map(same, a, b))
+    if type(a).__eq__ is _BY_IDENTITY and hasattr(a, "__dict__"):  # what was computed of one alone is left out
+        return same(*({name: vars(x)[name] for name in vars(a).keys() & vars(b).keys()} for x in (a, b)))
+    return bool(a == b) or bool(a != a and b != b)

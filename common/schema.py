@@ -141,6 +141,7 @@ _NUMBERS: dict[Any, Any] = {_Row: tuple[float | None, ...], _Rows: tuple[tuple[f
 class Table(Brief, msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Base class of the tables of a file; ``advice`` says of a key what no type tells."""
 
+    __hash__ = msgspec.Struct.__hash__
     advice: ClassVar[Mapping[str, str]] = {}
 
 

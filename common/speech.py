@@ -8,8 +8,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, ClassVar
 
+from .brief import Brief
 
-class Speaks:
+
+class Speaks(Brief):
     """Base class of the results of whole questions.
 
     ``str`` gives the screen that the command prints, ``repr`` one line, a notebook the first block of the report.

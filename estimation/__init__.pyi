@@ -17,13 +17,16 @@ from .diagnosis.kinematics import ToolPoses as ToolPoses
 from .diagnosis.kinematics import check_pose as check_pose
 from .diagnosis.kinematics import rank_readings as rank_readings
 from .equations.equations import PAYLOAD as PAYLOAD
+from .equations.equations import Equations as Equations
 from .fit.drive_gains import Gains as Gains
 from .fit.essential import SigmaBound as SigmaBound
 from .fit.essential import SigmaRatio as SigmaRatio
 from .fit.essential import StopRule as StopRule
 from .fit.estimate import Estimate as Estimate
+from .fit.estimate import Parameter as Parameter
 from .fit.least_squares import weighted as weighted
 from .fit.settings import FRICTION_CHANGE as FRICTION_CHANGE
+from .fit.settings import METHOD_NAMES as METHOD_NAMES
 from .fit.settings import Candidates as Candidates
 from .fit.settings import Settings as Settings
 from .gains.known_load import KnownLoad as KnownLoad
@@ -36,7 +39,6 @@ from .payload.methods import essential_combined as essential_combined
 from .payload.methods import payload_estimate as payload_estimate
 from .payload.methods import selected as selected
 from .payload.methods import with_robust as with_robust
-from .payload.result import METHOD_NAMES as METHOD_NAMES
 from .payload.result import StandIn as StandIn
 from .payload.short_motion import ShortMotion as ShortMotion
 from .payload.short_motion import difference_weighing as difference_weighing
@@ -48,6 +50,7 @@ from .possible.constraints import InEllipsoid as InEllipsoid
 from .possible.constraints import KnownMass as KnownMass
 from .possible.constraints import MassBounds as MassBounds
 from .possible.constraints import PossibleBody as PossibleBody
+from .possible.intervals import profile_intervals as profile_intervals
 from .possible.payload import build_constrained as build_constrained
 from .possible.payload import solve_constrained as solve_constrained
 from .possible.prior import BUDGET as BUDGET
@@ -56,6 +59,7 @@ from .possible.prior import has_prior as has_prior
 from .possible.prior import robot_prior as robot_prior
 from .possible.prior import solve_constrained_prior as solve_constrained_prior
 from .possible.robot import PossibleRobot as PossibleRobot
+from .possible.robot import build_constrained_base as build_constrained_base
 from .possible.robot import solve_constrained_base as solve_constrained_base
 from .possible.whole_robot import WholeRobot as WholeRobot
 from .possible.whole_robot import whole_robot as whole_robot
@@ -68,6 +72,7 @@ __all__ = [
     "PAYLOAD",
     "Candidates",
     "CentreOfMassInBox",
+    "Equations",
     "Estimate",
     "Gains",
     "GainsResult",
@@ -76,9 +81,11 @@ __all__ = [
     "KnownMass",
     "LongMotion",
     "MassBounds",
+    "Parameter",
     "PayloadAnswer",
     "PayloadResult",
     "PossibleBody",
+    "PossibleRobot",
     "RobotResult",
     "Settings",
     "ShortMotion",
@@ -88,13 +95,17 @@ __all__ = [
     "Verdict",
     "answer_payload",
     "build_constrained",
+    "build_constrained_base",
     "identify",
     "identify_gains",
     "identify_payload",
     "payload_estimate",
     "payload_problem",
+    "profile_intervals",
     "robot_prior",
     "solve_constrained",
+    "solve_constrained_base",
     "weigh",
     "weigh_at_rest",
+    "weighted",
 ]

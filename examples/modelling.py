@@ -13,20 +13,20 @@ from dynident.model import (
     gravity,
     inverse_dynamics,
     mass_matrix,
-    standard_columns,
 )
 
 robot = load_robot("rx90")
 
 # Which parameters have an effect of their own, and what each groups: by rank and by rules.
 rules = closed_form_base_parameters(robot)
-print(f"{robot.name}: {len(standard_columns(robot))} standard, {len(rules.columns)} base parameters")
-print("the same by rank:", base_parameters(robot).columns == rules.columns)
+print(f"{robot.name}: {len(robot.standard)} standard, {len(rules.columns)} base parameters")
+rank = base_parameters(robot)
+print("the same by rank:", rules.columns == rank.columns and np.allclose(rules.grouping, rank.grouping))
 for line in rules.groupings(symbolic=True)[:4]:
     print("  ", line)
 
 # The dynamics with the description's own parameters.
-chi = np.array([robot.parameters[name] for name in standard_columns(robot)])
+chi = robot.chi()
 q, qd, qdd = np.full(6, 0.3), np.full(6, 0.5), np.full(6, 1.0)
 torque = np.array(inverse_dynamics(robot)(q, qd, qdd, chi)).ravel()
 acceleration = np.array(forward_dynamics(robot)(q, qd, torque, chi)).ravel()

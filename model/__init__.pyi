@@ -9,6 +9,7 @@ from .base.closed_form import closed_form_base_parameters as closed_form_base_pa
 from .base.parameters import BaseParameters as BaseParameters
 from .base.parameters import base_regressor as base_regressor
 from .base.rank import base_parameters as base_parameters
+from .codegen import code_names as code_names
 from .codegen import generate_code as generate_code
 from .drives import Coupling as Coupling
 from .drives import Drives as Drives
@@ -20,6 +21,7 @@ from .dynamics import forward_dynamics_base as forward_dynamics_base
 from .dynamics import gravity as gravity
 from .dynamics import inverse_dynamics as inverse_dynamics
 from .dynamics import inverse_dynamics_base as inverse_dynamics_base
+from .dynamics import inverse_dynamics_slopes as inverse_dynamics_slopes
 from .dynamics import mass_matrix as mass_matrix
 from .files.payload_file import read_payload as read_payload
 from .files.reframe import JointAxis as JointAxis
@@ -33,17 +35,18 @@ from .frames import with_tool as with_tool
 from .friction import PAPER as PAPER
 from .friction import Friction as Friction
 from .friction import friction_terms as friction_terms
+from .inertia import INERTIAL as INERTIAL
 from .inertia import InertialParameters as InertialParameters
 from .kinematics import forward_kinematics as forward_kinematics
 from .motion import Motion as Motion
 from .motion import Processing as Processing
 from .motion import Recording as Recording
+from .numpy_code import generate_numpy as generate_numpy
 from .pose import Pose as Pose
 from .regressors import payload_regressor as payload_regressor
 from .regressors import regressor as regressor
 from .regressors import standard_columns as standard_columns
 from .regressors import standard_regressor as standard_regressor
-from .robot import INERTIAL as INERTIAL
 from .robot import Joint as Joint
 from .robot import Limits as Limits
 from .robot import Robot as Robot

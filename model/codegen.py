@@ -78,13 +78,9 @@ def generate_code(robot: Robot, name: str, folder: str | Path) -> tuple[Path, ..
         about += [" *", " * These are base parameters; R marks those that others are grouped in:"]
         groupings = zip(base.names, base.groupings(), strict=True)
         about += [line for column, text in groupings if column.endswith("R") for line in _comment(text)]
-    # The example has the robot's own parameters; where its file has none, a unit mass and inertia.
-    standard = standard_columns(robot)
-    unit = {column: float(parameter_kind(column) in ("XX", "YY", "ZZ", "M", "IA")) for column in standard}
-    known = unit | dict(robot.parameters)
+    known = known_parameters(robot)
     chi = base.value(known).tolist() if base else [known[column] for column in columns]
-    plain = re.sub(r"[^A-Za-z0-9_]", "_", robot.name)
-    symbol = f"{plain if plain[:1].isalpha() else f'robot_{plain}'}_{name}"
+    symbol = f"{symbol_of(robot)}_{name}"
     source = [f'#include "{symbol}.h"', "", "#include <math.h>", "", _declaration(function, symbol), "{"]
     source += [*(f"  {line}" for line in c_body(function)), "}", ""]
     texts = {
@@ -97,6 +93,18 @@ def generate_code(robot: Robot, name: str, folder: str | Path) -> tuple[Path, ..
     for file, text in texts.items():
         write_text(folder / file, text)
     return tuple(folder / file for file in texts)
+
+
+def symbol_of(robot: Robot) -> str:
+    """Name of a robot as programs may have it."""
+    name = re.sub(r"[^A-Za-z0-9_]", "_", robot.name)
+    return name if name[:1].isalpha() else f"robot_{name}"
+
+
+def known_parameters(robot: Robot) -> dict[str, float]:
+    """Parameters of the robot's description; a unit mass and inertia where it has none."""
+    units = ("XX", "YY", "ZZ", "M", "IA")
+    return {name: robot.parameters.get(name, float(parameter_kind(name) in units)) for name in robot.standard}
 
 
 def _declaration(function: ca.Function, symbol: str) -> str:

@@ -111,16 +111,17 @@ class Spring:
                     f"table ({angles[0]:.3f} to {angles[-1]:.3f} rad): extend the table"
                 )
             return np.asarray(np.interp(q, angles, torques))
-        return np.asarray(self._law(q, np))
+        return np.asarray(self.law(q, np))
 
     def torque_symbol(self, q: ca.SX) -> ca.SX:
         """Torque of the spring as an expression; a table goes on linearly beyond its ends."""
         if self.table:
             angles, torques = zip(*self.table, strict=True)
             return ca.pw_lin(q, list(angles), list(torques))
-        return ca.SX(self._law(q, ca))
+        return ca.SX(self.law(q, ca))
 
-    def _law(self, q: Any, lib: Any) -> Any:
+    def law(self, q: Any, lib: Any) -> Any:
+        """Evaluate the geometric law by the functions of ``lib``."""
         a, b = self.arms
         psi = q - self.zero
         stretched = lib.sqrt(a * a + b * b + 2.0 * a * b * lib.cos(psi))

@@ -13,9 +13,10 @@ import casadi as ca
 
 from .base.parameters import BaseParameters
 from .drives import DriveState, Sign, drive_terms, parameter_kind, smooth_sign
+from .inertia import INERTIAL
 from .kinematics import ZERO, FrameChange, Vector, add, cross
 from .regressors import link_wrenches, standard_columns
-from .robot import INERTIAL, Robot
+from .robot import Robot
 
 _STEPS = 5
 SMOOTHING = 0.01
@@ -23,13 +24,13 @@ SMOOTHING = 0.01
 _STABLE = 2.0  # largest rate times step; Runge-Kutta's limit on the real axis is 2.78
 
 
-def inverse_dynamics(robot: Robot, sign: Sign = ca.sign) -> ca.Function:
+def inverse_dynamics(robot: Robot, smooth: float = 0.0) -> ca.Function:
     """``inverse_dynamics(q, qd, qdd, chi) -> Gamma`` (1), n x 1.
 
     Gamma is what the motors must give: the torque of a spring is already taken off.
 
     Args:
-        sign: what stands for the sign in dry friction, such as ``smooth_sign``.
+        smooth: width w of tanh(qd / w), which stands for the sign in dry friction [rad/s or m/s]; 0 for the sign.
     """
     q, qd, qdd, chi = _symbols(robot)
     value = _parameter_values(robot, chi)
@@ -38,13 +39,30 @@ def inverse_dynamics(robot: Robot, sign: Sign = ca.sign) -> ca.Function:
         row = robot.spring.joint - 1
         load[row] -= robot.spring.torque_symbol(q[row])
     torque = ca.SX(load)
-    for name, rows in drive_terms(robot.drives, DriveState(q, qd, qdd, load), sign).items():
+    for name, rows in drive_terms(robot.drives, DriveState(q, qd, qdd, load), _sign(smooth)).items():
         for row, factor in rows.items():
             torque[row] += factor * value[name]
     return _function("inverse_dynamics", {"q": q, "qd": qd, "qdd": qdd, "chi": chi}, torque, "Gamma")
 
 
-def inverse_dynamics_base(robot: Robot, base: BaseParameters, sign: Sign = ca.sign) -> ca.Function:
+def _sign(smooth: float) -> Sign:
+    return smooth_sign(smooth) if smooth > 0.0 else ca.sign
+
+
+def inverse_dynamics_slopes(robot: Robot, smooth: float = SMOOTHING) -> ca.Function:
+    """``inverse_dynamics_slopes(q, qd, qdd, chi) -> by_q, by_qd, by_qdd``, each n x n: the torques' Jacobians.
+
+    Args:
+        smooth: as of ``inverse_dynamics``; with 0 dry friction has no slope.
+    """
+    q, qd, qdd, chi = _symbols(robot)
+    torque = inverse_dynamics(robot, smooth)(q, qd, qdd, chi)
+    slopes = [ca.cse(ca.jacobian(torque, x)) for x in (q, qd, qdd)]
+    names = ["q", "qd", "qdd", "chi"], ["by_q", "by_qd", "by_qdd"]
+    return ca.Function("inverse_dynamics_slopes", [q, qd, qdd, chi], slopes, *names)
+
+
+def inverse_dynamics_base(robot: Robot, base: BaseParameters, smooth: float = 0.0) -> ca.Function:
     """``inverse_dynamics_base(q, qd, qdd, chi) -> Gamma`` with chi the base parameters, N_b x 1.
 
     The same algorithm with the eliminated parameters at zero: base parameters in the place of the standard
@@ -54,7 +72,7 @@ def inverse_dynamics_base(robot: Robot, base: BaseParameters, sign: Sign = ca.si
     chi = ca.SX.sym("chi", len(base.columns))
     value = dict(zip(base.columns, ca.vertsplit(chi), strict=True))
     standard = ca.vertcat(*(value.get(name, ca.SX(0)) for name in base.standard))
-    torque = inverse_dynamics(robot, sign)(q, qd, qdd, standard)
+    torque = inverse_dynamics(robot, smooth)(q, qd, qdd, standard)
     return _function("inverse_dynamics_base", {"q": q, "qd": qd, "qdd": qdd, "chi": chi}, torque, "Gamma")
 
 
@@ -96,14 +114,14 @@ def forward_dynamics(robot: Robot) -> ca.Function:
     return _forward(robot, inverse_dynamics(robot), q, qd, chi, "forward_dynamics")
 
 
-def forward_dynamics_base(robot: Robot, base: BaseParameters, sign: Sign = ca.sign) -> ca.Function:
+def forward_dynamics_base(robot: Robot, base: BaseParameters, smooth: float = 0.0) -> ca.Function:
     """``forward_dynamics_base(q, qd, Gamma, chi) -> qdd`` with chi the base parameters, N_b x 1.
 
     Motion is as determined by the base parameters as torque is: A and the rest are the same in them.
     """
     q, qd, _, _ = _symbols(robot)
     chi = ca.SX.sym("chi", len(base.columns))
-    return _forward(robot, inverse_dynamics_base(robot, base, sign), q, qd, chi, "forward_dynamics_base")
+    return _forward(robot, inverse_dynamics_base(robot, base, smooth), q, qd, chi, "forward_dynamics_base")
 
 
 def _forward(robot: Robot, inverse: ca.Function, q: ca.SX, qd: ca.SX, chi: ca.SX, name: str) -> ca.Function:

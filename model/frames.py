@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from ..common.errors import InputError
-from .inertia import InertialParameters
+from .inertia import INERTIAL, InertialParameters
 from .pose import Pose, check_metres
-from .robot import INERTIAL, Joint, Robot
+from .robot import Joint, Robot
 
 MOUNTS = {"floor": (0.0, 0.0, 0.0), "wall": (0.0, 90.0, 0.0), "ceiling": (180.0, 0.0, 0.0)}
 """Roll, pitch, yaw [deg] of the base in the world (z up); on the wall the base's x axis points down."""

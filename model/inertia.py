@@ -8,9 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..common.arrays import Array, frozen_array
+from ..common.brief import Brief
 from ..common.errors import InputError
 from ..common.schema import Document, Float, Matrix, Vector
-from .robot import INERTIAL
+
+INERTIAL = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
+"""The ten inertial parameters of a body, in the order of (6)."""
 
 _ROWS, _COLUMNS = np.triu_indices(3)
 _ONCE: Array = np.where(_ROWS == _COLUMNS, 0.5, 1.0)
@@ -25,8 +28,8 @@ def skew(v: ArrayLike) -> Array:
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
-@dataclass(frozen=True)
-class InertialParameters:
+@dataclass(frozen=True, eq=False)
+class InertialParameters(Brief):
     """Inertial parameters of a body: Khalil's ten, about the origin and in the axes of its frame.
 
     Attributes:

@@ -1,5 +1,7 @@
 """Motions and measurements, read-only arrays, one row a sample; and the settings of recordings' processing."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -14,7 +16,7 @@ _OVERSAMPLING = 1.25  # largest grid rate over a recording's mean rate: samples 
 _SLOWEST = 1e-12  # lowest rate [Hz] of which samples in a period can be counted
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Motion(Brief):
     """A joint motion on a uniform or uneven time grid.
 
@@ -46,8 +48,8 @@ class Motion(Brief):
         return (len(self.t) - 1) / float(self.t[-1] - self.t[0])
 
 
-@dataclass(frozen=True)
-class Measurement:
+@dataclass(frozen=True, eq=False, repr=False)
+class Measurement(Brief):
     """A motion and the joint torques measured on it."""
 
     motion: Motion
@@ -64,8 +66,15 @@ class Measurement:
         samples, joints = self.motion.t.shape, self.motion.q.shape
         freeze_fields(self, torque=joints, spring_before=samples, path=joints)
 
+    def between(self, start: int, stop: int) -> Measurement:
+        """Take the samples from ``start`` to before ``stop``."""
+        part, motion = slice(start, stop), self.motion
+        before, path = (None if array is None else array[part] for array in (self.spring_before, self.path))
+        own = Motion(motion.t[part], motion.q[part], motion.qd[part], motion.qdd[part])
+        return Measurement(own, self.torque[part], before, path)
 
-@dataclass(frozen=True, repr=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Recording(Brief):
     """Recording of a controller: uneven time, positions, perhaps speeds, torques; not yet filtered.
 

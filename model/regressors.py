@@ -10,17 +10,15 @@ import numpy as np
 
 from ..common.arrays import Array
 from .drives import SPRING, DriveState, Sign, drive_terms, parameter_kind
+from .inertia import INERTIAL
 from .kinematics import ZERO, FrameChange, Vector, add, cross, dot
-from .robot import INERTIAL, Robot
+from .robot import Robot, check_robot
 
 
 def standard_columns(robot: Robot) -> tuple[str, ...]:
     """Names of the standard parameters, link by link in the order of (6), coupled friction last."""
-    names: list[str] = []
-    for joint in range(1, robot.n + 1):
-        names += [f"{kind}{joint}" for kind in INERTIAL]
-        names += robot.drives.names(joint)
-    return (*names, *robot.drives.coupling_names())
+    check_robot(robot)
+    return robot.standard
 
 
 def payload_columns(robot: Robot) -> tuple[str, ...]:

@@ -4,18 +4,25 @@ Frame j is reached from frame j-1 by a rotation ``alpha`` about x, a translation
 ``theta`` about z and a translation ``r`` along z; the joint turns about or slides along z of frame j.
 """
 
+from __future__ import annotations
+
 import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
+from itertools import chain
 from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
 
+import numpy as np
+
+from ..common.arrays import Array
 from ..common.brief import Brief
-from ..common.errors import holds_control
+from ..common.errors import InputError, holds_control
 from .drives import Coupling, Drives, Spring
 from .friction import Friction, term_names, terms_of
+from .inertia import INERTIAL, InertialParameters
 from .motion import Processing
 from .pose import Pose
 
@@ -38,9 +45,6 @@ SOURCED = {
 """Parts of a description that have a source (where numbers stand, or "assumed: .." and how), as text."""
 ASSUMED = "assumed"
 """Beginning of the source of a number that no source gives."""
-
-INERTIAL = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
-"""The ten inertial parameters of a body, in the order of (6)."""
 
 
 @dataclass(frozen=True)
@@ -198,7 +202,7 @@ class Robot(Brief):
         object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
         self.drives.check(len(joints))
 
-    def __reduce__(self) -> tuple[partial["Robot"], tuple[()]]:
+    def __reduce__(self) -> tuple[partial[Robot], tuple[()]]:
         """Pickle and copy by the fields: read-only mappings cannot be pickled."""
         own = {part.name: getattr(self, part.name) for part in fields(self)}
         plain = {name: dict(value) for name, value in own.items() if isinstance(value, MappingProxyType)}
@@ -208,6 +212,34 @@ class Robot(Brief):
     def n(self) -> int:
         """Number of joints."""
         return len(self.joints)
+
+    @property
+    def standard(self) -> tuple[str, ...]:
+        """Names of the standard parameters, link by link in the order of (6), coupled friction last."""
+        links = ((*(f"{kind}{j}" for kind in INERTIAL), *self.drives.names(j)) for j in range(1, self.n + 1))
+        return (*chain.from_iterable(links), *self.drives.coupling_names())
+
+    def chi(
+        self, parameters: Mapping[str, float] | None = None, payload: InertialParameters | None = None
+    ) -> Array:
+        """Order standard parameters as ``standard``, shape (N_s,): the description's, unless others are given.
+
+        Args:
+            payload: in its own frame, added to the last link's.
+
+        Raises:
+            InputError: if some are missing.
+        """
+        values = dict(self.parameters if parameters is None else parameters)
+        if missing := [name for name in self.standard if name not in values]:
+            raise InputError(
+                f"robot {self.name!r} cannot be simulated: its description lacks {', '.join(missing[:6])}"
+                f"{' and more' if len(missing) > 6 else ''}; add a [parameters] table, or use with_stand_in"
+            )
+        if payload is not None:
+            for name, value in payload.moved(self.flange.R, self.flange.p).named(str(self.n)).items():
+                values[name] += value
+        return np.array([values[name] for name in self.standard])
 
     @property
     def fingerprint(self) -> str:
@@ -239,20 +271,20 @@ class Robot(Brief):
             if self.sources.get(name, "").startswith(ASSUMED)
         }
 
-    def with_offsets(self, offsets: bool) -> "Robot":
+    def with_offsets(self, offsets: bool) -> Robot:
         """Copy the robot with or without a constant friction offset per joint; FA gives way to it."""
         friction = tuple(term for term in self.drives.friction if not offsets or term.kind != "FA")
         return replace(self, drives=replace(self.drives, offsets=offsets, friction=friction))
 
-    def with_friction(self, terms: Sequence[Friction]) -> "Robot":
+    def with_friction(self, terms: Sequence[Friction]) -> Robot:
         """Copy the robot with other terms of friction."""
         return replace(self, drives=replace(self.drives, friction=tuple(terms)))
 
-    def of_parameters(self, names: Sequence[str]) -> "Robot":
+    def of_parameters(self, names: Sequence[str]) -> Robot:
         """Copy the robot with the terms of friction that parameters of an earlier identification are of."""
         return self.with_friction(terms_of(names, self.drives.friction, self.n))
 
-    def for_currents(self) -> "Robot":
+    def for_currents(self) -> Robot:
         """Copy the robot whose equations each hold one motor's torque, a spring's torque as a column."""
         drives = self.drives
         if drives.coupling is not None:
@@ -261,11 +293,17 @@ class Robot(Brief):
             drives = replace(drives, spring=replace(drives.spring, column=True))
         return replace(self, drives=drives)
 
-    def with_coulomb(self, form: Literal["sum", "paper"]) -> "Robot":
+    def with_coulomb(self, form: Literal["sum", "paper"]) -> Robot:
         """Copy the robot with the coupled Coulomb friction as the sum (dual) or as the paper prints it."""
         if self.coupling is None:
             raise ValueError(f"robot {self.name!r} has no coupled drives")
         return replace(self, drives=replace(self.drives, coupling=replace(self.coupling, coulomb=form)))
+
+
+def check_robot(robot: object) -> None:
+    """Refuse what is no robot, such as its name."""
+    if not isinstance(robot, Robot):
+        raise InputError(f"a robot is needed, not {robot!r:.60}: give load_robot(name or path)")
 
 
 def snapped(value: float, angle: bool) -> float:

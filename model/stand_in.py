@@ -1,6 +1,7 @@
 """Nominal parameters and limits: what a robot's description lacks is assumed, from its mass on, and called so."""
 
 import math
+import warnings
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -12,10 +13,10 @@ from ..common.arrays import Array
 from ..common.errors import InputError
 from .drives import joint_of, parameter_kind
 from .dynamics import gravity, mass_matrix
-from .inertia import InertialParameters
+from .inertia import INERTIAL, InertialParameters
 from .kinematics import FrameChange
 from .regressors import standard_columns
-from .robot import ASSUMED, INERTIAL, Robot
+from .robot import ASSUMED, SOURCED, Robot, check_robot
 
 SPEED = {"revolute": np.pi / 3.0, "prismatic": 0.1}
 """Speed limit where a description has none [rad/s or m/s]: slower than every shipped arm."""
@@ -199,6 +200,24 @@ def nominal_bodies(robot: Robot) -> tuple[dict[str, float], str]:
 def rehearsed(robot: Robot) -> Robot:
     """Complete the robot ``with_stand_in`` where that has what it starts from, else ``with_assumed_limits``."""
     return with_stand_in(robot) if can_stand_in(robot) else with_assumed_limits(robot)
+
+
+def completed(robot: Robot) -> Robot:
+    """Complete a robot that lacks parameters or limits as ``rehearsed``, and warn of what was assumed.
+
+    Raises:
+        InputError: if it lacks parameters that nothing stands in for.
+    """
+    check_robot(robot)
+    limits = [x for joint in robot.joints for x in (*joint.limits.position, joint.limits.speed)]
+    limits += [joint.limits.acceleration for joint in robot.joints]
+    if robot.parameters.keys() >= set(standard_columns(robot)) and np.isfinite(limits).all():
+        return robot
+    whole = with_stand_in(robot)
+    new = {name: rule for name, rule in whole.assumed().items() if robot.sources.get(name) != whole.sources[name]}
+    rules = "; ".join(f"{SOURCED[name]}: {rule}" for name, rule in new.items())
+    warnings.warn(f"robot {robot.name!r}: assumed, as its description lacks them: {rules}", stacklevel=4)
+    return whole
 
 
 def missing_inertial(robot: Robot) -> list[str]:

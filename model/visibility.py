@@ -17,8 +17,9 @@ from ..common.linear import without
 from .base.parameters import BaseParameters
 from .base.rank import base_parameters_of
 from .drives import parameter_kind
+from .inertia import INERTIAL
 from .regressors import payload_columns, regressor_at, standard_columns
-from .robot import INERTIAL, Robot
+from .robot import Robot
 
 Shown = Literal["yes", "no", "only with a known mass", "only in combination"]
 """Way in which a parameter can be seen."""

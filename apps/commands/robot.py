@@ -22,7 +22,7 @@ from ..export.robot import robot_notes, stored_whole_robot
 from ..report.documents import robot_check_document
 from ..report.figures.motion import save_drawing
 from ..report.sections.check import readings_agree, readings_report
-from ..report.sections.robot import robot_description
+from ..report.sections.robot import base_description, robot_description
 from ..report.terminal import print_blocks
 from . import values
 from .entry import SETTING, Options, about, command
@@ -42,7 +42,7 @@ TEMPLATE = Path(__file__).with_name("robot_template.toml")
 
 _Logs = Annotated[values.DataFiles, Parameter(help="Recording without payload.")]
 _LIMITS = "LOW:HIGH[:SPEED[:ACCELERATION[:TORQUE]]],.."
-_Function = Annotated[str, Parameter(metavar="NAME", help="Such as base_regressor.")]
+_Function = Annotated[str, Parameter(metavar="NAME", help="What C computes, such as base_regressor.")]
 
 
 def run_list() -> None:
@@ -56,6 +56,7 @@ def run_show(
     *,
     arm: FramedRobotOptions,
     at: Annotated[Positions | None, Parameter(help="Positions to draw [deg or m] (default: 0).")] = None,
+    base: Annotated[bool, Parameter(help="Its base parameters, and what is grouped in each.")] = False,
     drawing: Annotated[NewDrawing | None, Parameter(help="Write a stick figure: .png, .svg or .pdf.")] = None,
     view: ViewOptions,
 ) -> None:
@@ -64,7 +65,7 @@ def run_show(
     at = at or (0.0,) * robot.n
     with about("--at"):
         q = in_si(at, robot)[None]
-    print_blocks(robot_description(model.stand_in.rehearsed(robot)))
+    print_blocks(base_description(robot) if base else robot_description(model.stand_in.rehearsed(robot)))
     if drawing:
         draw(robot, drawing, at)
     still = model.Motion(np.zeros(1), q, np.zeros_like(q), np.zeros_like(q))
@@ -303,12 +304,23 @@ def run_export(*, arm: RobotOptions, bodies: _Bodies) -> bool:
 
 
 @command
-def run_codegen(*, robot: RobotOptions, function: _Function, out: values.NewFolder) -> None:
+def run_codegen(
+    *,
+    robot: RobotOptions,
+    function: _Function | None = None,
+    language: Literal["c", "numpy"] = "c",
+    out: values.NewFolder,
+) -> None:
     """Run ``codegen``.
 
     Args:
+        language: Of the code: c, one function; or numpy, one file of regressor and dynamics.
         out: Folder of the files, made if missing.
     """
-    for path in model.generate_code(robot.load(), function, out):
+    if (language == "c") != (function is not None):
+        needed = f"of C is one of {', '.join(model.code_names())}" if language == "c" else "is for C: leave it out"
+        raise InputError(f"--function: {needed}")
+    arm = robot.load()
+    for path in (model.generate_numpy(arm, out),) if function is None else model.generate_code(arm, function, out):
         if not quiet():
             print(printable(str(path)))

@@ -79,8 +79,10 @@ def summary(answer: object, details: bool) -> str:
 
 
 def first_block(answer: object) -> str:
-    """The first screen as HTML."""
-    return page.blocks_html(list(printed(_report(answer).first)))
+    """The first screen as HTML, with the first figure where there are recordings to draw."""
+    report, result = _report(answer), _result(answer)
+    drawings = [] if getattr(result, "working", result) is None else report.drawings()[:1]
+    return f'<div style="max-width: 60em">{page.blocks_html([*printed(report.first), *drawings])}</div>'
 
 
 def plain(answer: object) -> dict[str, Any]:

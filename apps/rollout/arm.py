@@ -10,7 +10,6 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import BaseParameters, Robot, forward_dynamics_base
-from ...model.drives import smooth_sign
 from ...model.dynamics import SMOOTHING, dry_friction_names, runge_kutta, smooth_dry_friction, stable_steps
 from ...model.kernel.kernel import Kernel
 from ..extras import extra
@@ -44,7 +43,7 @@ class IdentifiedArm:
         dry = dry_friction_names(robot)
         self._level = np.array([values[base.columns.index(name)] if name in base.columns else 0.0 for name in dry])
         self._chi, self._friction = values, smooth_dry_friction(robot, SMOOTHING)
-        self._forward = forward_dynamics_base(robot, base, smooth_sign(SMOOTHING))
+        self._forward = forward_dynamics_base(robot, base, SMOOTHING)
         self._step = Kernel(self._integration_step(n))
 
     def _integration_step(self, n: int) -> ca.Function:

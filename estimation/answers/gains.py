@@ -1,5 +1,7 @@
 """Drive gains of a problem: free, of possible bodies, with covariances, and whether to use them."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -30,7 +32,7 @@ from ..payload.methods import payload_estimate
 from ..results.parts import ProcessingDocument, ResidualDocument, RobustDocument
 from ..results.payload import named
 from ..results.robot import GainsResult, GainsTable, LoadDocument, MountingDocument
-from .payload import check_lists
+from ..signals.plausibility import check_given
 from .system import DRAWN, TorquePrediction, payload_predictions
 
 
@@ -72,7 +74,7 @@ def identify_gains(
     Raises:
         InputError: if the recordings do not determine the gains.
     """
-    check_lists(loaded, unloaded)
+    check_given(robot, loaded, unloaded)
     return answer_gains(gain_problem(robot, unloaded, loaded, load, mounting, settings))
 
 

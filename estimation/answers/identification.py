@@ -4,15 +4,19 @@ Elimination takes a small parameter as zero. That is harmless for torques, but a
 XX = 0 says that all mass lies on the x axis, and ZZ6 = 0 while YZ6 is not that link 6 cannot exist.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from msgspec import UNSET
+from numpy.typing import NDArray
 
+from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.speech import Speaks
 from ...common.threads import one_thread
@@ -22,11 +26,12 @@ from ..diagnosis.finding import Verdict
 from ..diagnosis.verdict import robot_verdict
 from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import Observer
+from ..fit.blocks import weighted_solution
 from ..fit.drive_gains import Gains, usual_gains
 from ..fit.essential import Elimination, eliminate
-from ..fit.estimate import Estimate, Fit, error_model, fit
-from ..fit.least_squares import Excitation, excitation, weighted
-from ..fit.linear_problem import LinearProblem
+from ..fit.estimate import Estimate, Fit, Parameter, error_model, fit
+from ..fit.least_squares import Excitation, excitation
+from ..fit.linear_problem import Known, LinearProblem
 from ..fit.own_equations import TermChoice, base_problem, with_friction
 from ..fit.settings import DEFAULTS, Settings
 from ..payload.long_motion import Source, check_blocks
@@ -37,9 +42,11 @@ from ..possible.prior import robot_prior, solve_constrained_prior
 from ..possible.robot import PossibleRobot, solve_constrained_base
 from ..results import parts
 from ..results.robot import RobotData, RobotResult
+from ..signals.plausibility import check_given
 from .system import ObservationSystem, TorquePrediction, joined, robot_predictions
 
 _UNLIKELY = 0.01  # largest p-value at which the data contradict everything possible with these zeros
+_FIXED = 1e-6  # standard deviation of a parameter that is fixed, as a fraction of it
 _ZERO = 1e-2  # fraction of its own standard deviation within which an eliminated base parameter is kept at zero
 
 
@@ -117,7 +124,7 @@ def _too_far(body: str, gone: Sequence[str], chi2: float, p_value: float) -> tup
     )
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Identification(Speaks):
     """Base parameters of a robot, estimated, and what they come from."""
 
@@ -150,6 +157,15 @@ class Identification(Speaks):
                 return solve_constrained_prior(self.robot, self.base, self.estimate, prior)
             return solve_constrained_base(self.robot, self.base, self.estimate)
         return None
+
+    @cached_property
+    def parameters(self) -> dict[str, Parameter]:
+        """Base parameters by their names in tables, as ``RobotResult.parameters``."""
+        return self.estimate.table(self.base.names)
+
+    def __getitem__(self, name: str) -> Parameter:
+        """One base parameter by its name, "MX2R" or "MX2"."""
+        return self.estimate.table(self.base.names, name)[name]
 
     @property
     def essential(self) -> tuple[str, ...]:
@@ -203,22 +219,26 @@ def identify(
     Raises:
         InputError: if the recordings cannot determine the parameters.
     """
+    check_given(robot, recordings, validation)
     settings.progress("base parameters")
     robot, choices = with_friction(robot, recordings, settings)
     base = base_parameters(robot)
     problem = base_problem(robot, base, recordings, settings)
     gains = settings.gains or usual_gains(robot, recordings)
     covariance = gains.covariance(len(problem.factors)) if gains is not None else None
-    estimate = replace(weighted(problem), gain_covariance=covariance)
-    elimination, reason = eliminate(problem, estimate, settings.essential), ""
+    posed = LinearProblem(problem, problem.columns, prior=_prior(base, robot, settings.prior))
+    estimate = replace(posed.estimate(), gain_covariance=covariance)
+    elimination, reason = eliminate(problem, estimate, settings.essential, posed.prior), ""
     part = replace(elimination.estimate, gain_covariance=covariance)
     if settings.robust:
         settings.progress("leaving out blocks")
         each = [(b, -1) for b in range(len(problem.blocks))]
 
         def over_blocks(one: Estimate) -> Estimate:
-            posed = LinearProblem(problem.select(one.names), one.names)
-            return replace(one, robust=jackknifed(posed, one, [each], problem.blocks.length))
+            part = posed.part(one.names)
+            robust = jackknifed(part, one, [each], problem.blocks.length)
+            # No block shows the errors of a prior.
+            return replace(one, robust=replace(robust, covariance=robust.covariance + part.lasting(one.weights)))
 
         try:
             check_blocks(len(each))
@@ -241,6 +261,22 @@ def identify(
     )
 
 
+def _prior(base: BaseParameters, robot: Robot, given: Estimate | None) -> Known | None:
+    """Pose what is known of some base parameters, by their columns or their names in tables."""
+    if given is None:
+        return None
+    columns = dict(zip(base.names, base.columns, strict=True)) | {name: name for name in base.columns}
+    if unknown := [name for name in given.names if name not in columns]:
+        raise InputError(
+            f"prior: {', '.join(unknown)} is no base parameter: give some of {', '.join(base.columns)}"
+        )
+    floor = _FIXED * np.maximum(np.abs(given.values), _FIXED)
+    C = given.covariance + np.diag(floor**2)
+    exact = np.zeros((len(C), robot.n))
+    names = tuple(columns[name] for name in given.names)
+    return Known(names, given.values, C, C, given.degrees_of_freedom, lambda: exact)
+
+
 def held_out_fit(
     robot: Robot, base: BaseParameters, estimate: Estimate, recordings: Sequence[Recording], settings: Settings
 ) -> Fit:
@@ -254,6 +290,36 @@ def identification_system(result: Identification) -> ObservationSystem:
     observer = Observer(result.robot, result.base.columns).at(result.estimate.values)
     recordings = [(observer, recording, False) for recording in result.recordings]
     return joined(recordings, result.estimate.weights, result.problem, result.processing)
+
+
+class Rows(NamedTuple):
+    """Equations Y = W chi + rho, recording by recording, in each joint by joint, in each by time.
+
+    ``W``: observation matrix, r x c; ``Y``: torques [N·m or N], (r,); ``joint``: number of each row's joint, from
+    1, (r,); ``t``: time in its recording [s], (r,).
+    """
+
+    W: Array
+    Y: Array
+    joint: NDArray[np.int64]
+    t: Array
+
+
+@one_thread()
+def equations(robot: Robot, recordings: Sequence[Recording], settings: Settings = DEFAULTS) -> Rows:
+    """Filter and decimate recordings of one load to equations in ``base_parameters(robot).columns``.
+
+    Friction is the robot's own: ``robot.with_friction`` gives it other terms.
+
+    Raises:
+        InputError: if the recordings cannot be used.
+    """
+    check_given(robot, recordings)
+    base, processing = base_parameters(robot), settings.processing_of(robot)
+    reduced = base_problem(robot, base, recordings, replace(settings, robust=False))
+    observer = Observer(robot, base.columns).at(weighted_solution(reduced))  # friction under their own load
+    system = joined([(observer, one, False) for one in recordings], np.ones(robot.n), reduced, processing)
+    return Rows(system.W, system.Y, system.joint, system.t)
 
 
 def robot_result(

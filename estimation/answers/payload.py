@@ -1,5 +1,7 @@
 """Answers on a payload: estimates by every method that can be used, quantities with intervals, and a verdict."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -57,6 +59,7 @@ from ..results import parts
 from ..results import payload as documents
 from ..results.payload import PayloadResult
 from ..results.robot import RobotResult
+from ..signals.plausibility import check_given
 from .identification import held_out_fit, impossible_payload, impossible_robot
 from .system import TorquePrediction, payload_predictions, robot_predictions
 
@@ -69,7 +72,7 @@ _BY_LEVEL = {
 """Most that may be done with mass, centre of mass and inertia, by the verdict."""
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PayloadAnswer(Speaks):
     """Payload estimates with what is needed to judge them; of a short motion as far as it shows the payload."""
 
@@ -172,7 +175,7 @@ def identify_payload(
         InputError: if the recordings cannot be used, or show no payload.
         SolverError: if no body that holds the constraints comes near the data.
     """
-    check_lists(loaded, unloaded)
+    check_given(robot, loaded, unloaded)
     robot, stored = _described(robot, known)
     problem = payload_problem(robot, loaded, unloaded, stored, settings)
     return answer_payload(problem, constraints=constraints).result
@@ -199,7 +202,7 @@ def weigh(
         InputError: if the recordings cannot be used, or nothing shows the mass.
         SolverError: if no body that holds the constraints comes near the data.
     """
-    check_lists(loaded, unloaded)
+    check_given(robot, loaded, unloaded)
     problems, (robot, stored) = [], _described(robot, known)
     if unloaded:
         problems.append(difference_weighing(robot, loaded, unloaded, settings))
@@ -223,16 +226,10 @@ def weigh_at_rest(
     settings: Settings = DEFAULTS,
 ) -> PayloadResult:
     """Identify mass and centre of mass from poses held still, each reached from both sides; else as ``weigh``."""
-    check_lists(loaded, unloaded)
+    check_given(robot, loaded, unloaded)
     problem = static_weighing(robot, loaded, unloaded, settings)
     settings.progress("estimating")
     return answer_payload(problem, constraints=constraints).result
-
-
-def check_lists(*groups: Sequence[Recording]) -> None:
-    """Refuse a recording where a list of them is meant."""
-    if any(isinstance(group, Recording) for group in groups):
-        raise InputError("a single recording: give a list of recordings, [recording]")
 
 
 def _described(robot: Robot, known: RobotResult | Estimate | None) -> tuple[Robot, Estimate | None]:
@@ -366,7 +363,7 @@ def answer_payload(
 def _identified(problem: PayloadProblem) -> tuple[list[PayloadEstimate], dict[int, str]]:
     """Estimate by each method, those asked for or all that can be used, and say why there is none of a method."""
     if asked := problem.settings.methods:
-        return [payload_estimate(problem, method) for method in asked], {}
+        return [payload_estimate(problem, int(method)) for method in asked], {}
     estimates, left_out, usable = list[PayloadEstimate](), dict[int, str](), usable_methods(problem)
     for method in usable:
         try:

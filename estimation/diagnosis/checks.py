@@ -166,6 +166,7 @@ def residual(evidence: Evidence) -> Iterator[Finding]:
     fit = evidence.parameters.fit
     fits = [("the model" if evidence.of_robot else "the robot's model without payload", fit)]
     fits += [(f"method {estimate.method}", estimate.estimate.fit) for estimate in evidence.modelled]
+    fits = [(subject, own) for subject, own in fits if own.known]
     yield from next((found for subject, own in fits if (found := list(fit_findings(own, evidence, subject)))), [])
     apart = [e for e in evidence.modelled if e.estimate.fit.relative > LOADED_RATIO * max(fit.relative, 0.01)]
     if apart:

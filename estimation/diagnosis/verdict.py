@@ -92,7 +92,7 @@ def causes(evidence: Evidence, contradicted: bool) -> list[Finding]:
     """
     fits = [estimate.estimate.fit for estimate in evidence.modelled]
     fits += [evidence.parameters.fit] if evidence.parameters is not None else []
-    suspicious = any(np.nanmax(checks.relative_per_joint(fit, evidence)) > SUSPICIOUS for fit in fits)
+    suspicious = any(np.nanmax(checks.relative_per_joint(fit, evidence)) > SUSPICIOUS for fit in fits if fit.known)
     if evidence.source is None or not (contradicted or suspicious):
         return []
     return likely_causes(evidence.robot, states_of(evidence.source), contradicted, evidence.gained is not None)

@@ -10,9 +10,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.linalg import lapack
 
 from ...common.arrays import Array
+from ...common.brief import Brief
 from ...common.errors import InputError
 from ...common.files import write_bytes
 from ...common.linear import condition_numbers, decomposed, rank, without
@@ -37,8 +39,8 @@ class Anchor(NamedTuple):
     level: str  # name of a new column
 
 
-@dataclass(frozen=True, eq=False)
-class Blocks:
+@dataclass(frozen=True, eq=False, repr=False)
+class Blocks(Brief):
     """Equations cut in blocks of time, stacked; together they are the whole."""
 
     # per joint, B x k x (c + 1): the blocks' own, rows of zeros below the shorter ones
@@ -82,8 +84,8 @@ def _stack(parts: Sequence[Array]) -> Array:
     return np.concatenate([np.pad(part, ((0, 0), (0, most - part.shape[1]), (0, 0))) for part in parts])
 
 
-@dataclass(frozen=True)
-class Equations:
+@dataclass(frozen=True, eq=False, repr=False)
+class Equations(Brief):
     """Triangular factors that hold all an estimator can learn from Y = W chi + rho.
 
     Attributes:
@@ -103,6 +105,30 @@ class Equations:
     effective_rows: tuple[float, ...]
     shared: Mapping[tuple[int, int], Array] = field(default_factory=dict)
     blocks: Blocks = Blocks()
+
+    @staticmethod
+    def from_arrays(W: ArrayLike, Y: ArrayLike, joint: ArrayLike, names: Sequence[str]) -> "Equations":
+        """Compress equations of one's own, their errors taken as independent.
+
+        Args:
+            W: observation matrix, r x c.
+            Y: torques [N·m or N], shape (r,).
+            joint: number of each row's joint, from 1, shape (r,).
+            names: of the c parameters.
+
+        Raises:
+            InputError: if they do not fit each other.
+        """
+        W, Y, joint = np.asarray(W, dtype=float), np.asarray(Y, dtype=float), np.asarray(joint)
+        if W.shape != (len(Y), len(names)) or joint.shape != Y.shape or not len(Y) or joint.min() < 1:
+            raise InputError(
+                f"W {W.shape}, Y {Y.shape}, joint {joint.shape} and {len(names)} names do not fit: give r x c, r, "
+                "r joints from 1, and c"
+            )
+        rows = [joint == j for j in range(1, int(joint.max()) + 1)]
+        counts = [int(own.sum()) for own in rows]
+        factors = (triangular(np.column_stack([W[own], Y[own]])) for own in rows)
+        return Equations(tuple(names), tuple(factors), tuple(counts), tuple(map(float, counts)))
 
     def transformed(
         self, M: Array, names: Sequence[str], shift: Array | None = None, joints: Sequence[int] | None = None

@@ -37,7 +37,7 @@ def few_blocks(degrees_of_freedom: float) -> float:
     return student95(degrees_of_freedom) / NORMAL95
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class RobustCovariance(Brief):
     """Covariance of the estimation error whatever the memory of the noise, if shorter than a block."""
 

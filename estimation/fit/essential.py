@@ -12,10 +12,11 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from ...common.arrays import Array
+from ...common.brief import Brief
 from ...common.errors import InputError
 from ..equations.equations import Equations
 from .estimate import Estimate
-from .least_squares import weighted
+from .linear_problem import Known, LinearProblem
 
 STOP_RATIO = 1.02
 """Limit of the paper: the error's standard deviation over that with all parameters."""
@@ -76,8 +77,8 @@ StopRule = SigmaRatio | SigmaBound
 """Rule that ends elimination: ``eliminated`` counts its steps by the columns of an ``Elimination.path``."""
 
 
-@dataclass(frozen=True)
-class Elimination:
+@dataclass(frozen=True, eq=False, repr=False)
+class Elimination(Brief):
     """Essential parameters, and backward elimination down to no parameter at all."""
 
     order: tuple[str, ...]  # the parameters, first eliminated first, c
@@ -98,15 +99,18 @@ class Elimination:
         return self.order[: len(self.order) - len(self.essential)]
 
 
-def eliminate(problem: Equations, estimate: Estimate, rule: StopRule | None = None) -> Elimination:
+def eliminate(
+    problem: Equations, estimate: Estimate, rule: StopRule | None = None, prior: Known | None = None
+) -> Elimination:
     """Find the essential parameters of a problem.
 
     Args:
         estimate: its weighted estimate; the weights stay as they are.
         rule: when to end; the paper's by default.
+        prior: of some of the parameters.
     """
-    rule = rule or SigmaRatio()
-    R, c = problem.stacked(estimate.weights), len(problem.columns)
+    rule, posed = rule or SigmaRatio(), LinearProblem(problem, problem.columns, prior=prior)
+    R, c = posed.triangle(estimate.weights).R, len(problem.columns)
     T = solve_triangular(R[:c, :c], np.eye(c))
     x, squares, rows = T @ R[:c, c], float(np.sum(R[c:, c] ** 2)), sum(problem.effective_rows)
     order, largest, variances = list[int](), list[float](), [squares / (rows - c)]
@@ -132,4 +136,4 @@ def eliminate(problem: Equations, estimate: Estimate, rule: StopRule | None = No
     path = np.column_stack([np.append(1.0, ratio[1:]), [*largest, 0.0]])
     path.setflags(write=False)
     essential = [name for name in problem.columns if name not in names[: rule.eliminated(*path.T)]]
-    return Elimination(names, path, rule, weighted(problem.select(essential), estimate.weights))
+    return Elimination(names, path, rule, posed.part(essential).estimate(estimate.weights))

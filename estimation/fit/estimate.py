@@ -1,10 +1,14 @@
 """Estimates: names, values, covariance, and how well the torques are explained."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...common.arrays import Array, freeze_fields
 from ...common.brief import Brief
@@ -14,8 +18,8 @@ from .covariance import RobustCovariance, student95
 from .drive_gains import Gains
 
 
-@dataclass(frozen=True)
-class Fit:
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit(Brief):
     """Fit of a model to torques."""
 
     error_norms: Array  # per joint, norm of Y_j - W_j chi [N·m or N]
@@ -25,6 +29,11 @@ class Fit:
     def __post_init__(self) -> None:
         """Lock the norms and check that there is one for each joint."""
         freeze_fields(self, error_norms=(len(self.rows),), torque_norms=(len(self.rows),))
+
+    @property
+    def known(self) -> bool:
+        """False of values that came with no equations."""
+        return sum(self.rows) > 0
 
     @property
     def rms(self) -> Array:
@@ -49,7 +58,19 @@ def fit(problem: Equations, values: Array) -> Fit:
     return Fit(problem.error_norms(values), problem.torque_norms, problem.rows)
 
 
-@dataclass(frozen=True, repr=False)
+class Parameter(NamedTuple):
+    """Parameter as tables show it: value, standard deviation and the ends of its 95 % interval, SI units.
+
+    ``sigma``: the larger of the formula's (19) and the robust one, with the errors of the drive gains.
+    """
+
+    value: float
+    sigma: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Estimate(Brief):
     """Parameters with their covariance.
 
@@ -85,6 +106,30 @@ class Estimate(Brief):
             raise ValueError("gain_covariance needs gain_sensitivity")
         freeze_fields(self, values=(c,), covariance=(c, c), weights=(None,))
         freeze_fields(self, gain_sensitivity=(c, n), gain_covariance=(n, n))
+
+    @staticmethod
+    def from_values(
+        names: Sequence[str],
+        values: ArrayLike,
+        covariance: ArrayLike,
+        degrees_of_freedom: float = float("inf"),
+    ) -> Estimate:
+        """Make an estimate of one's own: a robot's base parameters, or a payload's ten in the order of ``PAYLOAD``.
+
+        Args:
+            covariance: of the errors, c x c; or their variances, shape (c,).
+
+        Raises:
+            InputError: if they do not fit each other.
+        """
+        x, C = np.asarray(values, dtype=float), np.asarray(covariance, dtype=float)
+        C = np.diag(C) if C.ndim == 1 else C
+        if x.shape != (len(names),) or C.shape != (len(names),) * 2:
+            raise InputError(f"{len(names)} names, values {x.shape} and covariance {C.shape} do not fit each other")
+        none = np.zeros(0)
+        unknown = Fit(none, none, ())
+        S = np.zeros((len(names), 0))  # errors of drive gains are in the covariance, as far as they are known
+        return Estimate(tuple(names), x, C, degrees_of_freedom, unknown, none, gain_sensitivity=S)
 
     @cached_property
     def sigma(self) -> Array:
@@ -148,15 +193,37 @@ class Estimate(Brief):
             return self._interval(student95(self.degrees_of_freedom), np.hypot(self.sigma, by_gains))
         return self._interval(robust.quantile95, np.hypot(robust.sigma, by_gains))
 
+    def table(self, labels: Sequence[str], asked: str = "") -> dict[str, Parameter]:
+        """Parameters by other names, those in tables; by its own name too the one that is ``asked`` for.
+
+        Raises:
+            InputError: if there is no such one.
+        """
+        given = (self.interval95_with_gains, self.robust_interval95, self.interval95)
+        ends = next(interval for interval in given if interval is not None)
+        rows = np.column_stack([self.values, self.total_sigma, ends]).tolist()
+        parameters = [Parameter(*row) for row in rows]
+        table = dict(zip(labels, parameters, strict=True))
+        if asked and asked not in table:
+            if asked not in self.names:
+                raise InputError(f"no parameter {asked!r}: there are {', '.join(labels)}")
+            table[asked] = parameters[self.names.index(asked)]
+        return table
+
     def __getitem__(self, name: str) -> float:
         """Value of one parameter."""
         return float(self.values[self.names.index(name)])
 
-    def part(self, names: Sequence[str]) -> "Estimate":
+    def select(self, names: Sequence[str]) -> tuple[Array, Array]:
+        """Values (k,) and covariance k x k of some of the parameters."""
+        indices = [self.names.index(name) for name in names]
+        return self.values[indices], self.covariance[np.ix_(indices, indices)]
+
+    def part(self, names: Sequence[str]) -> Estimate:
         """Take some of the parameters, in the order given."""
         return self.mapped(np.eye(len(self.names))[[self.names.index(name) for name in names]], names)
 
-    def mapped(self, T: Array, names: Sequence[str] | None = None, shift: Array | None = None) -> "Estimate":
+    def mapped(self, T: Array, names: Sequence[str] | None = None, shift: Array | None = None) -> Estimate:
         """Transform to other parameters T x + shift, with all their covariances.
 
         Args:

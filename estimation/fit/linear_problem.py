@@ -151,7 +151,7 @@ class SoftPrior(NamedTuple):
         return float(np.sqrt(self.inflation)) / self.sigma
 
 
-class _Triangle(NamedTuple):
+class Triangle(NamedTuple):
     """Triangle of weighted equations, and their solution."""
 
     R: Array  # of the unknown columns and the torque
@@ -177,7 +177,16 @@ class LinearProblem:
     # the equations without each block of time, where they are not the sum of their blocks; what is fixed then comes
     # from no blocks
     parts: tuple[Equations, ...] = ()
-    _triangles: dict[bytes, _Triangle] = field(default_factory=dict, init=False, repr=False)
+    _triangles: dict[bytes, Triangle] = field(default_factory=dict, init=False, repr=False)
+
+    def part(self, names: Sequence[str]) -> "LinearProblem":
+        """Pose the problem in some of the parameters, the others zero."""
+        own, prior = [], self.prior
+        if prior is not None:
+            own = [name for name in prior.names if name in names]
+        return LinearProblem(
+            self.equations.select(names), tuple(names), prior=prior.part(own) if prior and own else None
+        )
 
     @cached_property
     def unknown(self) -> Equations:
@@ -191,11 +200,11 @@ class LinearProblem:
         """Weights of the joints by their errors in the ordinary solution, (n,); a prior counts as it stands."""
         if self.prior is not None:
             return replace(self, fixed=self.given, prior=None).weights()
-        return self.unknown.joint_weights(self._triangle(np.ones(len(self.equations.factors))).values)
+        return self.unknown.joint_weights(self.triangle(np.ones(len(self.equations.factors))).values)
 
     def values(self, weights: Array) -> Array:
         """Solve for the wanted values with given weights; linear in the torques."""
-        return self._triangle(weights).values[self._indices]
+        return self.triangle(weights).values[self._indices]
 
     def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
         """Solve without a block of these equations and one of those that known parameters come from.
@@ -233,7 +242,7 @@ class LinearProblem:
             InputError: if the equations leave a parameter undetermined.
         """
         weights = self.weights() if weights is None else weights
-        triangle, c = self._triangle(weights), len(self.unknown.columns)
+        triangle, c = self.triangle(weights), len(self.unknown.columns)
         dof = self._rows[1] - c
         covariance = formula(triangle.inverse, float(np.sum(triangle.R[c:, c] ** 2)), dof)
         value = dict(zip(self.unknown.columns, triangle.values.tolist(), strict=True))
@@ -260,7 +269,7 @@ class LinearProblem:
 
     def lasting(self, weights: Array) -> Array:
         """Between-session covariance of the wanted parameters, by fixed and prior ones: no block shows it."""
-        total, triangle = np.zeros((len(self.wanted), len(self.wanted))), self._triangle(weights)
+        total, triangle = np.zeros((len(self.wanted), len(self.wanted))), self.triangle(weights)
         for group, influence in zip(self.fixed, triangle.influences, strict=True):
             P = influence[self._indices]
             total += P @ group.lasting @ P.T
@@ -278,7 +287,7 @@ class LinearProblem:
             weights: of the joints.
             inflation: of each joint's errors, by their memory, n.
         """
-        unknown, triangle = self.unknown, self._triangle(weights)
+        unknown, triangle = self.unknown, self.triangle(weights)
         freedom = max(1.0 - len(unknown.columns) / max(self._rows[0], 1), 1e-3)
         errors = unknown.error_norms(triangle.values) / np.sqrt(np.maximum(unknown.rows, 1) * freedom)
         sizes = weights**2 * errors * np.sqrt(np.asarray(inflation))
@@ -321,7 +330,7 @@ class LinearProblem:
             by_gains.append(root @ own if own is not None else np.zeros((len(root), by_gains[0].shape[1])))
         return np.vstack([np.zeros((0, c)), *rows]), levels, np.array(inflation), np.vstack(by_gains)
 
-    def _triangle(self, weights: Array) -> _Triangle:
+    def triangle(self, weights: Array) -> Triangle:
         """Decompose the weighted equations of all joints, prior rows below; once for given weights."""
         if (key := weights.tobytes()) in self._triangles:
             return self._triangles[key]
@@ -334,7 +343,7 @@ class LinearProblem:
         R, c = checked(R, self.unknown.columns, *self._rows), len(self.unknown.columns)
         solved = solve_triangular(R[:c, :c], np.column_stack([np.eye(c), extra[:c]]))
         inverse, *influences, by_torques = np.split(solved, c + np.cumsum([0, *sizes]), axis=1)
-        triangle = _Triangle(R, inverse, inverse @ R[:c, c], tuple(influences), by_torques)
+        triangle = Triangle(R, inverse, inverse @ R[:c, c], tuple(influences), by_torques)
         self._triangles[key] = triangle
         return triangle
 
@@ -351,7 +360,7 @@ class LinearProblem:
         parameters were identified with the same drives, so with the same errors; None where theirs are not known.
         """
         own = [group.gain_sensitivity() for group in self.given]
-        triangle = self._triangle(weights)
+        triangle = self.triangle(weights)
         total = triangle.by_torques
         for influence, derivatives in zip(triangle.influences, own, strict=False):
             if derivatives is not None:

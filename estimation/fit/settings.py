@@ -1,13 +1,21 @@
 """Settings of an estimation: processing of recordings, and what is allowed for."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+from ...common.brief import Brief
+from ...common.errors import InputError
 from ...common.progress import Progress, silent
 from ...model import Processing, Robot
 from ...model.friction import Friction
 from .drive_gains import Gains
 from .essential import StopRule
+from .estimate import Estimate
 
+METHOD_NAMES = {1: "known-robot", 2: "change", 3: "difference", 4: "global"}
+"""Short names of the paper's methods, by number."""
 FRICTION_CHANGE = 0.10
 """Standard deviation of Coulomb and viscous friction from one recording to another, as a fraction of it.
 
@@ -22,8 +30,8 @@ class Candidates:
     terms: tuple[Friction, ...] = (Friction("FL"), Friction("FR"))
 
 
-@dataclass(frozen=True)
-class Settings:
+@dataclass(frozen=True, eq=False, repr=False)
+class Settings(Brief):
     """Settings of an estimation.
 
     Attributes:
@@ -33,12 +41,13 @@ class Settings:
         friction_change: with ``robust``, by which fraction the friction of loaded recordings may differ from the
             robot's own (1 sigma); 0 takes it as the same.
         free_friction: method 1: estimate friction anew under load.
-        methods: of a long motion, by number; all that can be used by default.
+        methods: of a long motion, by number or name; all that can be used by default.
         joints: of a short motion, the numbers of those that move; seen in the recordings by default.
         gains: how sure the drive gains are; what the recordings say of it by default, else the usual errors.
         scale_sigma: by which fraction the scale of the loaded torques may differ from that without payload (1
             sigma); methods 1 and 4 alone know of it.
         friction: its terms, instead of the robot's; by default those that the data show.
+        prior: base parameters known before ``identify``, ``Estimate.from_values``; variances next to zero fix them.
         progress: called with what is worked on.
     """
 
@@ -47,12 +56,23 @@ class Settings:
     essential: StopRule | None = None
     friction_change: float = FRICTION_CHANGE
     free_friction: bool = False
-    methods: tuple[int, ...] | None = None
+    methods: Sequence[int | str] | None = None
     joints: tuple[int, ...] | None = None
     gains: Gains | None = None
     scale_sigma: float = 0.0
     friction: tuple[Friction, ...] | Candidates = Candidates()
+    prior: Estimate | None = None
     progress: Progress = silent
+
+    def __post_init__(self) -> None:
+        """Take methods by their numbers; refuse others."""
+        if self.methods is not None:
+            numbers = {name: number for number, name in METHOD_NAMES.items()}
+            methods = tuple(numbers.get(str(method), method) for method in self.methods)
+            if isinstance(self.methods, str) or not set(methods) <= METHOD_NAMES.keys():
+                known = ", ".join(f"{number} or {name!r}" for number, name in METHOD_NAMES.items())
+                raise InputError(f"methods {self.methods!r}: give a list of {known}")
+            object.__setattr__(self, "methods", methods)
 
     def processing_of(self, robot: Robot) -> Processing:
         """Choose the processing asked for, else the robot's own."""

@@ -16,6 +16,8 @@ the arm weighs more than its payload. Where it is asked for, it is one more unkn
 be sure.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
@@ -44,13 +46,13 @@ from ..fit.blocks import (
     remembered,
     weighted_solution,
 )
-from ..fit.estimate import Estimate, error_model
+from ..fit.estimate import Estimate, Fit, error_model
 from ..fit.least_squares import weighted
 from ..fit.linear_problem import Known, LinearProblem, SoftPrior, left_out
 from ..fit.own_equations import TermChoice, check_lengths, check_moving, filtered, under_own_load, with_friction
 from ..fit.settings import DEFAULTS, Settings
 from ..signals.alignment import AlignedPair
-from ..signals.plausibility import check_apart, check_recordings, without_dead
+from ..signals.plausibility import check_apart, check_given, check_recordings, without_dead
 from .pairs import PairedMeasurement, cut_alike, side_by_side, torque_change
 
 
@@ -71,7 +73,7 @@ class Source(NamedTuple):
         return () if self.why_no_pair else self.compared
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class LongMotion(Brief):
     """Reduced equations of recordings in which every joint moves.
 
@@ -225,7 +227,13 @@ def check_known(robot: Robot, base: BaseParameters, known: Estimate | None) -> N
 
 
 def measured_part(known: Estimate, robot: Robot) -> Estimate:
-    """Take a robot known earlier in the base parameters that are left where joints' torques are not measured."""
+    """Take a robot known earlier in the base parameters that are left where joints' torques are not measured.
+
+    Values of the user's own, which come with no equations, owe nothing to the errors of any joint's gain.
+    """
+    if not known.fit.rows:
+        S, none = np.zeros((len(known.values), robot.n)), np.zeros(robot.n)
+        known = replace(known, fit=Fit(none, none, (0,) * robot.n), gain_sensitivity=S)
     base = base_parameters(robot)
     if not robot.drives.unmeasured or not set(known.names) <= set(base.standard):
         return known
@@ -268,6 +276,7 @@ def payload_problem(
     Raises:
         InputError: if a recording cannot be used.
     """
+    check_given(robot, loaded, unloaded)
     processing, progress, choices = settings.processing_of(robot), settings.progress, tuple[TermChoice, ...]()
     robot = without_dead(robot, [*loaded, *unloaded])
     if known is not None:

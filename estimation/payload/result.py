@@ -19,13 +19,11 @@ from ..possible.constraints import Constraint
 from ..possible.intervals import NO_INTERVALS, Intervals, profile_intervals
 from ..possible.payload import CONFLICT, POSSIBLE, Active, Possible, solve_constrained, tested
 
-METHOD_NAMES = {1: "known-robot", 2: "change", 3: "difference", 4: "global"}
-"""Short names of the paper's methods, by number."""
 _SIZE = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
 _FORM = re.compile(rf"(box|cylinder):({_SIZE}(?:x{_SIZE})*)")
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PayloadEstimate(Brief):
     """Payload estimated by one method: all ten parameters, or those that a short motion determines."""
 
@@ -91,7 +89,7 @@ def moved(
     return replace(estimate, estimate=replace(own, values=values, covariance=covariance, robust=robust))
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ConstrainedPayload(Brief):
     """Payload nearest to one method's estimate among those that keep the constraints.
 

@@ -1,5 +1,7 @@
 """Prior knowledge of a body, as small values that can be combined."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar

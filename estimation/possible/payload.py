@@ -16,6 +16,7 @@ from scipy.linalg import solve_triangular
 from scipy.special import chdtrc, fdtrc
 
 from ...common.arrays import Array, freeze_fields
+from ...common.brief import Brief
 from ...common.errors import InputError
 from ...common.linear import rank
 from ...common.schema import Document, Float
@@ -80,8 +81,8 @@ class Weighing(Document, frozen=True):
         return self.p_value < CONFLICT
 
 
-@dataclass(frozen=True)
-class Possible:
+@dataclass(frozen=True, eq=False, repr=False)
+class Possible(Brief):
     """A payload, or the links of a robot, that can exist."""
 
     free: Estimate  # the unconstrained estimate with the covariance by which distance and p-value go
@@ -324,15 +325,22 @@ def build_constrained(estimate: Estimate, constraints: Sequence[Constraint] = PO
     Raises:
         InputError: if the covariance does not determine every parameter.
     """
+    scaled = ScaledProblem.of(estimate, constraints)
+    problem, values, (inertia,) = posed(scaled.program, scaled.scale)
+    return problem, values, inertia
+
+
+def posed(program: ConeProgram, scale: Array) -> tuple[Any, Any, list[Any]]:
+    """Pose a program in CVXPY: the problem, its parameters in SI units, and the pseudo-inertias of its bodies."""
     import cvxpy  # slow to import
 
-    scaled = ScaledProblem.of(estimate, constraints)
-    z = cvxpy.Variable(len(estimate.names), name="scaled_parameters")
-    to_entries = PSEUDO_INERTIA.reshape(10, 16).T @ scaled.select.T
-    rules = [cvxpy.reshape(to_entries @ z, (4, 4), order="C") >> 0]
-    R, d, A, b, _ = scaled.program
-    if len(A):
-        rules.append(A @ z + b >= 0)
-    problem = cvxpy.Problem(cvxpy.Minimize(cvxpy.norm(R @ z - d)), rules)
-    values = cvxpy.multiply(scaled.scale, z)
-    return problem, values, cvxpy.reshape(to_entries @ values, (4, 4), order="C")
+    z, entries = cvxpy.Variable(len(scale), name="scaled_parameters"), PSEUDO_INERTIA.reshape(10, 16).T
+    x = cvxpy.multiply(scale, z)
+    scaled, inertias = (
+        [cvxpy.reshape(entries @ body @ parameters, (4, 4), order="C") for body in program.bodies]
+        for parameters in (z, x)
+    )
+    rules = [inertia >> 0 for inertia in scaled]
+    if len(program.A):
+        rules.append(program.A @ z + program.b >= 0)
+    return cvxpy.Problem(cvxpy.Minimize(cvxpy.norm(program.R @ z - program.d)), rules), x, inertias

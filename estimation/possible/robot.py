@@ -5,9 +5,11 @@ which *some* robot exists whose every link can exist and whose drives neither pu
 standard parameters themselves stay undetermined (26 directions on the RX90) and are not a result.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +22,7 @@ from ...model.drives import parameter_kind
 from ..fit.estimate import Estimate, error_model
 from .cone import ConeProgram, SolverError, solve_cone
 from .constraints import MassBounds, lowest_eigenvalue
-from .payload import NOISE_FLOOR, TOLERANCE, Active, Possible, lifted, whitening
+from .payload import NOISE_FLOOR, TOLERANCE, Active, Possible, lifted, posed, whitening
 
 _NOT_NEGATIVE = ("IA", "FV", "FS", "FL", "FVM", "FSM")
 POWERS = {**dict.fromkeys(INERTIAL[:6], 2), **dict.fromkeys(INERTIAL[6:9], 1), "M": 0, "IA": 2}
@@ -70,7 +72,7 @@ def drive_rules(
     return np.array(rows).reshape(-1, len(standard)), texts, signed, shared
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class PossibleRobot(Possible):
     """Base parameters of a robot whose links can exist, and one such robot.
 
@@ -98,7 +100,7 @@ class RobotProgram(NamedTuple):
     links: NDArray[np.intp]  # indices of each link's ten, n x 10
 
     @staticmethod
-    def of(robot: Robot, base: BaseParameters, estimate: Estimate, total_mass: MassBounds | None) -> "RobotProgram":
+    def of(robot: Robot, base: BaseParameters, estimate: Estimate, total_mass: MassBounds | None) -> RobotProgram:
         """Scale an estimate of all base parameters; raises InputError if it is not one."""
         if estimate.names != base.columns:
             raise InputError(
@@ -204,6 +206,23 @@ def solve_constrained_base(
         SolverError: for anything but a clean solve.
     """
     return RobotProgram.of(robot, base, error_model(estimate), total_mass).nearest()
+
+
+def build_constrained_base(
+    robot: Robot, base: BaseParameters, estimate: Estimate, total_mass: MassBounds | None = None
+) -> tuple[Any, dict[str, Any], list[Any]]:
+    """Build the problem of ``solve_constrained_base`` in CVXPY, not solved yet, as ``build_constrained`` does.
+
+    Returns:
+        The ``cvxpy.Problem``; the standard parameters by name and the pseudo-inertia of each link, 4 x 4, all
+        expressions in SI units. What no torque shows of them is left to your own terms.
+
+    Raises:
+        InputError: if the estimate is not of these parameters, or its covariance does not determine them.
+    """
+    made = RobotProgram.of(robot, base, error_model(estimate), total_mass)
+    problem, x, inertias = posed(made.program, made.scale)
+    return problem, {name: x[k] for k, name in enumerate(base.standard)}, inertias
 
 
 def hidden_directions(base: BaseParameters) -> tuple[str, ...]:

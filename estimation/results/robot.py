@@ -16,7 +16,7 @@ from ..diagnosis.evidence import KNOWN_WELL
 from ..diagnosis.finding import Verdict
 from ..fit.covariance import RobustCovariance
 from ..fit.drive_gains import Fingerprints, Gains
-from ..fit.estimate import Estimate, Fit
+from ..fit.estimate import Estimate, Fit, Parameter
 from ..fit.own_equations import TermChoice
 from . import parts
 
@@ -190,6 +190,19 @@ class RobotResult(parts.Result, frozen=True, kw_only=True, dict=True):
     def drive_gains(self) -> tuple[float, ...] | None:
         """Torque per current [N·m/A] with which currents were read; None for torques."""
         return present(self.processing.drive_gains) or None
+
+    @cached_property
+    def parameters(self) -> dict[str, Parameter]:
+        """Base parameters by their names in tables: ``result.parameters["MX2R"].sigma``."""
+        return self.estimate.table(self._labels)
+
+    def __getitem__(self, name: str) -> Parameter:
+        """One base parameter by its name, "MX2R" or "MX2"."""
+        return self.estimate.table(self._labels, name)[name]
+
+    @property
+    def _labels(self) -> list[str]:
+        return [row.name or name for row, name in zip(self.base_parameters, self.columns, strict=True)]
 
     @cached_property
     def estimate(self) -> Estimate:

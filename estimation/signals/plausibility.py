@@ -8,6 +8,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import Recording, Robot
+from ...model.robot import check_robot
 
 _MOST_TURNS = 4 * np.pi  # rad: no arm's joint goes further from zero
 _BEYOND_LIMITS = 0.1  # of the range
@@ -22,6 +23,24 @@ _WINDOW = 0.01  # s: over which a speed is taken, to see past quantisation
 _PLATEAU = 5  # samples in a row at the very extreme
 _PLATEAU_SHARE = 0.01  # of the recording at the extreme
 _PLATEAU_EXCESS = 20.0  # times as many samples as another level has: coarse numbers repeat everywhere
+
+
+def check_given(robot: Robot, *groups: object) -> None:
+    """Refuse what is no robot, no list of recordings, or of another number of joints."""
+    check_robot(robot)
+    for group in groups:
+        if isinstance(group, Recording):
+            raise InputError("a single recording: give a list of recordings, [recording]")
+        if not isinstance(group, Sequence) or isinstance(group, str):
+            raise InputError(f"recordings: give a list of them, not {group!r:.60}")
+        for recording in group:
+            if not isinstance(recording, Recording):
+                raise InputError(f"{recording!r:.60} is no recording: give read_recording(path, robot)")
+            if (n := recording.q.shape[1]) != robot.n:
+                raise InputError(
+                    f"{recording.source} is of {n} joints, robot {robot.name!r} has {robot.n}: give the robot that "
+                    "was recorded"
+                )
 
 
 def check_recordings(robot: Robot, recordings: Sequence[Recording]) -> None:

@@ -9,6 +9,9 @@ seen from frame j-1 at q = 0.
   are parallel to it.
 - Prismatic j: the inertia matrix goes to link j-1. j < r1: MXj, MYj and MZj have no effect. r1 < j < r2: parallel
   to r1, MZj has none, MXj and MYj go to link j-1; else the first moment along the axis of r1 has none.
+- Coupled drives: IAk, FVMk and FSMk of rotor k, which turns with joints j and k, are base parameters of their own,
+  whatever k is; but where j = k-1 is r1, or r2 orthogonal to it, and both axes are one direction, IAk goes into ZZk
+  while ZZj loses it.
 - Rotors: IA of r1 goes into ZZ of r1, IA of r2 into ZZ of r2 if and only if the two axes are orthogonal. For a
   prismatic j before r2 whose axis is parallel to every earlier revolute axis and orthogonal to every earlier
   prismatic one: if orthogonal to gravity, IAj goes into Mj while link j-1 loses a mass IAj; else that combination
@@ -21,7 +24,7 @@ smallest case is two orthogonal prismatic joints, the second horizontal. With jo
 
 M1, IA1, M2 and IA2 have three combinations only: M1R = M1 - IA2, IA1 and M2R = M2 + IA2.
 
-The rules hold for any non-zero gravity and for drives that are not coupled; rank.py covers the rest.
+The rules hold for any non-zero gravity and for coupled drives of joints that turn; rank.py covers the rest.
 The geometry is taken as exact: from the angles that are snapped to a multiple of 90 degrees (1e-4 rad) up to
 about 3e-3 rad from one, effects of the angle squared can be too small for QR to see.
 """
@@ -40,17 +43,15 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ..drives import parameter_kind
 from ..frames import frames_at
-from ..inertia import InertialParameters
+from ..inertia import INERTIAL, InertialParameters
 from ..kinematics import FrameChange
 from ..pose import Pose
 from ..regressors import standard_columns
-from ..robot import INERTIAL, Joint, Robot
+from ..robot import Joint, Robot
 from .parameters import BaseParameters
-from .rank import base_parameters
 
 _ZERO = 1e-9  # cosine, sine or length that is rounding: nearly special geometry was snapped when the robot was made
 _ROUNDING = 1e-12  # factor of a parameter that comes from rounded sines and cosines
-_SAME = 1e-6  # relative and absolute difference of two groupings that are the same
 _Monomial = tuple[str, ...]  # factors of a product of lengths in alphabetical order: D3^2 is ("D3", "D3")
 
 
@@ -67,13 +68,9 @@ class Move(NamedTuple):
 def closed_form_base_parameters(robot: Robot) -> BaseParameters:
     """Base parameters of a serial robot by the rules above, with symbolic expressions.
 
-    Coupled drives are decided by QR; rows that are the same without the coupling keep their expression.
-
     Raises:
-        InputError: without gravity, or if one name stands for two lengths.
+        InputError: without gravity, if one name stands for two lengths, or for coupled drives that no rule covers.
     """
-    if robot.coupling:
-        return _decided_by_rank(robot)
     lengths: dict[str, float] = {}
     for number, joint in enumerate(robot.joints, 1):
         for name, value in zip(joint.names, (joint.d, joint.r), strict=True):
@@ -106,10 +103,10 @@ def closed_form_base_parameters(robot: Robot) -> BaseParameters:
 
 
 def moves(robot: Robot) -> list[Move]:
-    """List all applications of the rules to a robot without coupled drives, tip to base.
+    """List all applications of the rules to a robot, tip to base.
 
     Raises:
-        InputError: without gravity.
+        InputError: without gravity, or for coupled drives that no rule covers.
     """
     if not any(robot.gravity):
         raise InputError(
@@ -125,11 +122,16 @@ def moves(robot: Robot) -> list[Move]:
     # Every revolute axis on the way has to coincide: two offsets may cancel at q = 0 only.
     apart = turns & ~_lie_along(origins - origins[min(r1, n - 1)], axes[min(r1, n - 1)])
     gravity = np.array(robot.gravity) / math.hypot(*robot.gravity)
+    # Of coupled drives rotor k turns with both joints.
+    coupled = [joint - 1 for joint in robot.coupling.joints] if robot.coupling else [n, n]
+    beside = _beside(robot, coupled, axes, [r1, r2] if r2 < n and orthogonal[r2, r1] else [r1])
     about_gravity = np.logical_and.accumulate(_lie_along(axes, gravity) & ~apart)
     regroupings: list[Move] = []
     for j in reversed(range(n)):
         if turns[j]:
             rotor = "r1" if j == r1 else "r2" if j == r2 and orthogonal[j, r1] else ""
+            if j == coupled[1]:
+                rotor = "beside" if beside else ""
             rules = _revolute(j, j < r2, bool(about_gravity[j]), rotor)
         else:
             rules = _prismatic(j, None if j < r1 else frames[j].R.T @ axes[r1], j < r2)
@@ -154,7 +156,19 @@ def _revolute(j: int, before_r2: bool, about_gravity: bool, rotor: str) -> Itera
     for kind in ("MX", "MY") if before_r2 and about_gravity else ():
         yield Move("revolute about gravity: no MX, MY", j, kind, {kind: 1.0}, False)
     if rotor:
-        yield Move(f"rotor of {rotor} into ZZ", j, "IA", {"IA": 1.0, "ZZ": -1.0}, False)
+        yield Move(f"rotor of {rotor} into ZZ", j, "IA", {"IA": 1.0, "ZZ": -1.0}, rotor == "beside")
+
+
+def _beside(robot: Robot, coupled: Sequence[int], axes: Array, first: Sequence[int]) -> bool:
+    """True if rotor k of coupled drives acts like ZZ of link k less ZZ of link j: joints next to each other."""
+    if not robot.coupling:
+        return False
+    (a, b), turns = sorted(coupled), [joint.revolute for joint in robot.joints]
+    follows = a in first and not any(turns[a + 1 : b])
+    alike = follows and bool(axes[a] @ axes[b] > 1.0 - _ZERO)
+    if not (turns[a] and turns[b]) or (follows and coupled[1] == a) or (alike and b > a + 1):
+        raise InputError(f"robot {robot.name!r} has coupled drives that no rule covers: use base_parameters")
+    return alike
 
 
 def _prismatic(j: int, r1: Array | None, before_r2: bool) -> Iterator[Move]:
@@ -252,22 +266,3 @@ def _sum_text(terms: Iterable[tuple[_Monomial, float, str]]) -> str:
             written.append(bracket if name == names[0] else name if power == 1 else f"{name}^{power}")
         text += f" {'-' if factor < 0 else '+'} {'*'.join(written)}"
     return ("-" if text.startswith(" -") else "") + text[3:]
-
-
-def _decided_by_rank(robot: Robot) -> BaseParameters:
-    decided = base_parameters(robot)
-    rules = closed_form_base_parameters(replace(robot, drives=replace(robot.drives, coupling=None)))
-    here = [decided.standard.index(name) for name in rules.standard]
-    written = dict(zip(rules.columns, zip(rules.grouping, rules.expressions, strict=True), strict=True))
-    texts = []
-    for name, row in zip(decided.columns, decided.grouping, strict=True):
-        row_by_rules, text = written.get(name, (None, ""))
-        coupled = np.delete(row, here)
-        same = row_by_rules is not None and _equal(row[here], row_by_rules) and _equal(coupled, 0.0 * coupled)
-        own = (((), factor, column) for column, factor in zip(decided.standard, row, strict=True))
-        texts.append(text if same else _sum_text(own))
-    return replace(decided, expressions=tuple(texts))
-
-
-def _equal(left: Array, right: Array) -> bool:
-    return bool(np.allclose(left, right, rtol=_SAME, atol=_SAME))

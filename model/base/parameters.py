@@ -1,5 +1,7 @@
 """Base parameters: combinations of standard parameters that torques determine, and their regressors (13)."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -15,7 +17,7 @@ from ..robot import Robot
 _ROUNDING = 1e-10  # factor in a grouping below which it is rounding
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class BaseParameters(Brief):
     """The minimal parameters chi of (13).
 

@@ -8,7 +8,7 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import RANK_TOLERANCE
 from ..regressors import standard_columns, standard_regressor
-from ..robot import Robot
+from ..robot import Robot, check_robot
 from .parameters import BaseParameters
 
 STATES_PER_JOINT = 12
@@ -24,6 +24,7 @@ def base_parameters(robot: Robot, seed: int = 0) -> BaseParameters:
     into them. This finds the same names as Khalil's closed-form rules. They are kept: a command asks for those of
     one robot several times.
     """
+    check_robot(robot)
     count = STATES_PER_JOINT * robot.n
     W = stacked_regressor(robot, *random_states(robot, count, seed))
     for joint in robot.drives.unmeasured:

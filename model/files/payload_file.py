@@ -10,9 +10,8 @@ from msgspec import Meta, defstruct, structs
 
 from ...common.errors import InputError
 from ...common.schema import Table, at, convert, naming, read_toml
-from ..inertia import InertialParameters
+from ..inertia import INERTIAL, InertialParameters
 from ..pose import check_metres
-from ..robot import INERTIAL
 
 _Bounded = Annotated[float, Meta(ge=-1e6, le=1e6)]
 Three = tuple[_Bounded, _Bounded, _Bounded]

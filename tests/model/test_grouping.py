@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from dynident import model
 from dynident.common.errors import InputError
+from dynident.model.base import closed_form
 from dynident.model.base.parameters import BaseParameters
 from dynident.model.base.rank import leftmost_independent, random_states, stacked_regressor
 from dynident.model.regressors import payload_columns
@@ -130,15 +131,47 @@ def test_prismatic_rotor_beyond_the_first_joint() -> None:
     check(compare(model.Robot("two slides", joints)))
 
 
-@pytest.mark.parametrize("name", ["rx90", "tx40"])
-def test_coupled_drives_are_decided_by_rank(name: str) -> None:
-    robot = model.load_robot(name)
-    base = model.closed_form_base_parameters(robot)
-    assert base.decided_by == "QR"
-    assert base.names == model.base_parameters(robot).names
-    assert model.closed_form_base_parameters(serial(name)).decided_by == "closed form"
+def coupled(robot: model.Robot, j: int, k: int) -> model.Robot:
+    return replace(robot, drives=model.Drives(coupling=model.Coupling((j, k))))
+
+
+TURN, FOLD = model.Joint(d=0.3), model.Joint(alpha=radians(-90))
+PLANAR = model.Robot("planar", (model.Joint(), FOLD, TURN, TURN))
+SMALL = [
+    robot for robot in map(random_robot, range(40)) if 2 < robot.n < 6 and all(j.revolute for j in robot.joints)
+]
+
+
+@pytest.mark.parametrize(
+    "robot",
+    [
+        *map(model.load_robot, ("rx90", "tx40")),
+        *(coupled(PLANAR, j, k) for j, k in ((1, 2), (2, 3), (3, 4), (4, 3), (1, 3))),
+        coupled(model.Robot("flat", (TURN, TURN, FOLD)), 1, 2),
+        *(coupled(robot, j, j + 1) for robot in SMALL for j in range(1, robot.n)),
+    ],
+    ids=lambda robot: f"{robot.name} {robot.coupling.joints}",
+)
+def test_coupled_drives_by_rules_and_by_rank(robot: model.Robot) -> None:
+    rules, rank = model.closed_form_base_parameters(robot), model.base_parameters(robot)
+    assert (rules.decided_by, rank.decided_by) == ("closed form", "QR")
+    assert rules.names == rank.names
+    assert rules.grouping == pytest.approx(rank.grouping, abs=1e-6)
+
+
+@pytest.mark.parametrize("pair", [(2, 1), (3, 2)])
+def test_coupled_drives_that_no_rule_covers(pair: tuple[int, int]) -> None:
+    with pytest.raises(InputError, match="no rule covers: use base_parameters"):
+        model.closed_form_base_parameters(coupled(PLANAR, *pair))
+
+
+def test_a_broken_rule_is_seen_by_rank(monkeypatch: pytest.MonkeyPatch) -> None:
+    robot, whole = model.load_robot("rx90"), closed_form.moves(model.load_robot("rx90"))
     with pytest.raises(InputError, match="coupled drives"):
         local_transfer_base_parameters(robot)
+    for rule in {move.rule for move in whole}:
+        monkeypatch.setattr(closed_form, "moves", lambda _, rule=rule: [m for m in whole if m.rule != rule])
+        assert model.closed_form_base_parameters(robot).columns != model.base_parameters(robot).columns
 
 
 def test_nearly_vertical_gravity_is_snapped() -> None:

@@ -24,7 +24,6 @@ from dynident.trajectories import (
 from dynident.trajectories.design.full_trajectory import REHEARSAL
 from dynident.trajectories.design.payloads import unit_point
 from dynident.trajectories.design.score import check_held
-from dynident.trajectories.simulation.simulator import parameter_vector
 
 
 def dense(function: Any, *states: Array) -> Array:
@@ -58,7 +57,7 @@ def own_torque(robot: Robot, motion: Motion) -> Array:
     """Torque without payload by Newton and Euler, (N, n)."""
     from dynident.model import inverse_dynamics
 
-    chi = parameter_vector(robot, robot.parameters, None)
+    chi = robot.chi()
     kernel = Kernel(inverse_dynamics(robot))
     torque = np.zeros(motion.q.shape)
     torque[:, kernel.rows] = kernel(motion.q, motion.qd, motion.qdd, chi).T

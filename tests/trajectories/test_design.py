@@ -44,7 +44,6 @@ from dynident.trajectories.design.scene import Capsule, HalfSpace
 from dynident.trajectories.design.score import score_of
 from dynident.trajectories.design.search import floor_under
 from dynident.trajectories.motions.family import Samples
-from dynident.trajectories.simulation.simulator import parameter_vector
 
 ROBOT = load_robot("rx90")
 TORQUE = (300.0, 300.0, 120.0, 50.0, 40.0, 20.0)
@@ -128,7 +127,7 @@ def test_a_spring_is_part_of_the_torque() -> None:
     state = task.state(x, 0.0)
     limit = next(limit for limit in task.limits if limit.name == "torque")
     kernel = Kernel(inverse_dynamics(robot))
-    expected = kernel(samples.q, samples.qd, samples.qdd, parameter_vector(robot, robot.parameters)).T
+    expected = kernel(samples.q, samples.qd, samples.qdd, robot.chi()).T
     assert np.allclose(limit.values(state) * 50.0, expected, rtol=1e-8, atol=1e-8)
 
 
@@ -154,7 +153,7 @@ def torques(robot: Robot, design: Design, payload: InertialParameters | None) ->
     """By the recursive Newton-Euler algorithm, not by the regressor."""
     motion = design.motion(1000.0)
     kernel = Kernel(inverse_dynamics(robot))
-    return kernel(motion.q, motion.qd, motion.qdd, parameter_vector(robot, robot.parameters, payload)).T
+    return kernel(motion.q, motion.qd, motion.qdd, robot.chi(payload=payload)).T
 
 
 @pytest.fixture(scope="module")

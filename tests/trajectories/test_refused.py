@@ -109,7 +109,7 @@ REFUSED: dict[str, Callable[[], object]] = {
     "does not have: it has 6": lambda: clearance(RX90, Scene((Capsule("c", 9, 0.1),))),
     "nothing in the scene can collide": lambda: clearance(RX90, Scene((Capsule("c", 3, 0.1),))),
     # Simulations.
-    "'ur10e' cannot be simulated: its description lacks XX1": lambda: simulated(UR10E),
+    "'ur10e': its description lacks XX1": lambda: simulated(replace(UR10E, mass=None)),
     "not positive definite": lambda: simulated(replace(RX90, parameters=dict.fromkeys(RX90.parameters, 0.0))),
     "controller loses joint": lambda: simulated(controller=Controller(0.1, 0.1, 0.0, feed_forward=0.0)),
     "gains must be positive": lambda: Controller(position=0.0),

@@ -3,6 +3,8 @@
 A motion near a pose is to tell of a payload, together with constant torques and friction that change by the day.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
@@ -11,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...common.arrays import Array
+from ...common.brief import Brief
 from ...common.errors import InputError
 from ...common.linear import decomposed, without
 from ...model import InertialParameters, Robot, base_parameters, standard_columns
@@ -56,8 +59,8 @@ _LOOKED = 200.0  # samples of each of them
 _HELPS = 0.75  # of the uncertainty with one pose: above it a second pose is not worth leaving the range
 
 
-@dataclass(frozen=True)
-class Earlier:
+@dataclass(frozen=True, eq=False, repr=False)
+class Earlier(Brief):
     """Information of earlier recordings: R of a QR decomposition of their observation matrix.
 
     For "d" and "a" the rows of W are divided by the joints' torque noise, for condition numbers they are not.
@@ -71,8 +74,8 @@ class Earlier:
     factor: Array
 
 
-@dataclass(frozen=True)
-class Goal:
+@dataclass(frozen=True, eq=False, repr=False)
+class Goal(Brief):
     """Parameters to be learnt, and how their uncertainty is measured.
 
     Attributes:
@@ -141,8 +144,8 @@ class Goal:
         return names
 
 
-@dataclass(frozen=True, eq=False)
-class NearGoal:
+@dataclass(frozen=True, eq=False, repr=False)
+class NearGoal(Brief):
     """Goal of a motion near a pose: a payload seen in noisy torques of the joints that the motion moves.
 
     They move all the time as a ``NearShape`` says, or stand still as a ``StaticShape`` does, where each approach to

@@ -6,7 +6,7 @@ in q, qd and qdd at about the cost of a few evaluations. W'W itself is never dif
 """
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import casadi as ca
@@ -30,7 +30,7 @@ class RegressorKernel:
 
     def __init__(self, robot: Robot, columns: Sequence[str]) -> None:
         """Generate and compile the code; ``SPRING``, a known spring's torque, may be one of the columns."""
-        self.columns = tuple(columns)
+        self._robot, self.columns = robot, tuple(columns)
         own = [name for name in columns if name != SPRING]
         width, spring = ca.SX.sym("width"), ca.SX(robot.n, 1)
         (q, qd, qdd, _), exact = own_regressor(robot, own)
@@ -48,6 +48,10 @@ class RegressorKernel:
         ends = np.searchsorted(self._smooth.columns, np.arange(robot.n + 1))
         self.parts = tuple((slice(int(a), int(b)), self._smooth.rows[a:b]) for a, b in pairwise(ends))
         self._blocks = tuple(np.ix_(own, own) for _, own in self.parts)
+
+    def __reduce__(self) -> tuple[Callable[..., "RegressorKernel"], tuple[Robot, tuple[str, ...]]]:
+        """Pickle and copy by what it is made from: code is compiled, or kept already, where it is used."""
+        return regressor_kernel, (self._robot, self.columns)
 
     def entries(self, samples: Samples, width: float) -> Array:
         """Evaluate the non-zero entries on N samples, (entries, N); ``width`` 0 for the exact sign."""
@@ -99,5 +103,7 @@ class RegressorKernel:
         return W
 
 
-regressor_kernel = functools.lru_cache(maxsize=16)(RegressorKernel)
-"""Kernel of a robot and its columns, a tuple, made once."""
+@functools.lru_cache(maxsize=16)
+def regressor_kernel(robot: Robot, columns: tuple[str, ...]) -> RegressorKernel:
+    """Make the kernel of a robot and its columns, once."""
+    return RegressorKernel(robot, columns)

@@ -6,12 +6,13 @@ one adjoint takes them on.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple, TypeVar
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal, NamedTuple, TypeVar
 
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.brief import Brief
 from ...common.schema import Document
 from ..motions.family import JointBounds, Samples
 from .information import RegressorKernel
@@ -33,8 +34,8 @@ Penalty = Callable[[State, State], float]
 """Function that evaluates terms which limits add to a criterion in a state; slopes are added to the second one."""
 
 
-@dataclass(frozen=True, eq=False)
-class Limit:
+@dataclass(frozen=True, eq=False, repr=False)
+class Limit(Brief):
     """Limit of one kind, the interval of each column."""
 
     kind: Literal["state", "torque", "duration", "clearance"]  # what it takes to know it
@@ -44,8 +45,21 @@ class Limit:
     high: Array
     middle: Array  # the value in SI units is middle + y * unit
     unit: Array
-    values: Callable[[State], Array]  # y of a motion, a row per sample, or one for the motion as a whole
-    pullback: Callable[[State, Array, State], None]  # adds what a slope in the values means for samples and entries
+    made: tuple[
+        Callable[..., "Limit"], tuple[Any, ...]
+    ]  # function and arguments, by which it is copied and pickled
+    # y of a motion, a row per sample, or one for the motion as a whole
+    values: Callable[[State], Array] = field(compare=False)
+    # adds what a slope in the values means for samples and entries
+    pullback: Callable[[State, Array, State], None] = field(compare=False)
+
+    def __reduce__(self) -> tuple[Callable[..., "Limit"], tuple[Any, ...]]:
+        """Make it anew, with the same ends."""
+        return _again, (*self.made, self.low, self.high)
+
+
+def _again(make: Callable[..., Limit], arguments: tuple[Any, ...], low: Array, high: Array) -> Limit:
+    return replace(make(*arguments), low=low, high=high)
 
 
 def joint_labels(n: int) -> tuple[str, ...]:
@@ -79,9 +93,9 @@ def _state_limit(name: str, low: Array, high: Array) -> Limit:
     def pullback(_: State, slope: Array, into: State) -> None:
         into.samples[index][...] += slope / each(half, len(slope))
 
-    unit = np.ones(low.shape[1])
+    unit, made = np.ones(low.shape[1]), (_state_limit, (name, low, high))
     # In messages the first part stands for all; each sample is judged by its own.
-    return Limit("state", name, joint_labels(len(unit)), -unit, unit, middle[0], half[0], values, pullback)
+    return Limit("state", name, joint_labels(len(unit)), -unit, unit, middle[0], half[0], made, values, pullback)
 
 
 def torque_limit(kernel: RegressorKernel, chi: Array, torque: Array, load: str = "") -> Limit:
@@ -95,7 +109,8 @@ def torque_limit(kernel: RegressorKernel, chi: Array, torque: Array, load: str =
     def pullback(_: State, slope: Array, into: State) -> None:
         kernel.torque_slope(slope / unit, chi, into.entries)
 
-    return Limit("torque", name, joint_labels(n), -high, high, np.zeros(n), unit, values, pullback)
+    made = torque_limit, (kernel, chi, torque, load)
+    return Limit("torque", name, joint_labels(n), -high, high, np.zeros(n), unit, made, values, pullback)
 
 
 def duration_limit(duration: float) -> Limit:
@@ -108,7 +123,8 @@ def duration_limit(duration: float) -> Limit:
     def pullback(_: State, slope: Array, into: State) -> None:
         into.samples.weight[...] += slope[0, 0] / duration
 
-    return Limit("duration", "duration", ("motion",), low, high, middle, unit, values, pullback)
+    made = duration_limit, (duration,)
+    return Limit("duration", "duration", ("motion",), low, high, middle, unit, made, values, pullback)
 
 
 class LimitCheck(Document, frozen=True):
@@ -187,4 +203,5 @@ def slow_limit(kernel: RegressorKernel, limit: Limit, speed: float) -> Limit:
             part += speed**power * by
 
     name = f"{limit.name} at {100.0 * speed:g} % of the speed"
-    return replace(limit, name=name, values=lambda state: limit.values(slowed(state)), pullback=pullback)
+    values, made = (lambda state: limit.values(slowed(state))), (slow_limit, (kernel, limit, speed))
+    return replace(limit, name=name, made=made, values=values, pullback=pullback)

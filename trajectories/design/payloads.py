@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...common.arrays import Array, freeze_fields
+from ...common.brief import Brief
 from ...common.errors import InputError
 from ...model import Pose
 from ...model.kernel.kernel import Kernel
@@ -40,8 +41,8 @@ Region = Literal["ball", "cube"]
 """Region that holds a body: an ellipsoid or a box along its axes."""
 
 
-@dataclass(frozen=True, eq=False)
-class PayloadSet:
+@dataclass(frozen=True, eq=False, repr=False)
+class PayloadSet(Brief):
     """Set of every body of at most a mass within an ellipsoid or a box, and of no body at all.
 
     Attributes:
@@ -257,4 +258,5 @@ def payload_limit(
 
     name, labels = f"torque with any payload up to {payloads.mass:g} kg", joint_labels(n) * 2
     low, high = np.concatenate([-none, -bound]), np.concatenate([bound, none])
-    return Limit("torque", name, labels, low, high, np.zeros(2 * n), unit, values, pullback)
+    made = payload_limit, (kernel, chi, root, torque, payloads, columns)
+    return Limit("torque", name, labels, low, high, np.zeros(2 * n), unit, made, values, pullback)

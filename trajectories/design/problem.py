@@ -3,6 +3,8 @@
 It is built from a robot, the shape of its motion, a goal and what stands in the way.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -19,6 +21,7 @@ from ...model.base.parameters import BaseParameters
 from ...model.base.rank import base_parameters_of
 from ...model.drives import SPRING
 from ...model.regressors import payload_columns
+from ...model.stand_in import completed
 from ..motions.family import Family, JointBounds, Samples
 from ..motions.fourier import NearShape
 from ..motions.via_points import ViaPointShape
@@ -128,7 +131,7 @@ class DesignProblem(Brief):
         """True if a motion has to keep torque limits."""
         return bool(self.of_kind("torque"))
 
-    def with_torque_share(self, part: float) -> "DesignProblem":
+    def with_torque_share(self, part: float) -> DesignProblem:
         """Pose the same problem with only a part of the torque limits."""
         limits = (
             replace(limit, low=part * limit.low, high=part * limit.high) if limit.kind == "torque" else limit
@@ -136,7 +139,7 @@ class DesignProblem(Brief):
         )
         return replace(self, limits=tuple(limits))
 
-    def with_slow_torques(self, speed: float) -> "DesignProblem":
+    def with_slow_torques(self, speed: float) -> DesignProblem:
         """Require besides that the same way keeps the torque limits at a fraction of the speed."""
         slow = (slow_limit(self.kernel, limit, speed) for limit in self.of_kind("torque"))
         return replace(self, limits=(*self.limits, *slow))
@@ -230,8 +233,8 @@ class DesignProblem(Brief):
         )
 
 
-@dataclass(frozen=True)
-class Loads:
+@dataclass(frozen=True, eq=False, repr=False)
+class Loads(Brief):
     """Loads: parameters that torque limits are computed from.
 
     Attributes:
@@ -263,7 +266,7 @@ def build_design(
     loads: Loads | None = None,
     scene: Scene | None = None,
 ) -> DesignProblem:
-    """Build the problem; ``solve_design`` solves it.
+    """Build the problem; ``solve_design`` solves it. What the robot's description lacks is assumed, with a warning.
 
     Args:
         shape: of the motion; 14 via points if None.
@@ -275,6 +278,8 @@ def build_design(
     Raises:
         InputError: if something is missing or does not fit; if the parameters cannot be told apart.
     """
+    if bounds is None or (loads is None and np.isfinite(bounds.torque).any()):
+        robot = completed(robot)
     shape, goal, bounds = shape or ViaPointShape(), goal or Goal(), bounds or JointBounds.of(robot)
     family, loads = shape.family(robot, bounds), loads or Loads(robot.parameters)
     if isinstance(goal, NearGoal):

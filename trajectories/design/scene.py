@@ -200,7 +200,8 @@ def clearance(robot: Robot, scene: Scene) -> Limit:
     def pullback(state: State, slope: Array, into: State) -> None:
         into.samples.q[...] += adjoint(state.samples.q, slope / unit).T
 
-    return Limit("clearance", "clearance", labels, low, high, np.zeros(len(labels)), unit, values, pullback)
+    middle, made = np.zeros(len(labels)), (clearance, (robot, scene))
+    return Limit("clearance", "clearance", labels, low, high, middle, unit, made, values, pullback)
 
 
 @functools.lru_cache(maxsize=16)

@@ -5,6 +5,8 @@ A motion visits states (q, qd, qdd), and its information matrix is a weighted me
 of states within the limits, continuity ignored, is an optimal experimental design; no motion is better.
 """
 
+from __future__ import annotations
+
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -87,6 +89,11 @@ class Design(Speaks):
     def learnt(self) -> Learnt:
         """Information of the motion: log det, both condition numbers and predicted standard deviations."""
         return self.score.learnt
+
+    @cached_property
+    def gap(self) -> float:
+        """Distance to the floor under any motion, as in ``Floor.gap``; it takes about as long as the search."""
+        return floor_under(self.problem, self.score.value).gap
 
     @property
     def feasible(self) -> bool:
@@ -388,6 +395,7 @@ class Floor(Document, frozen=True):
     dual: float | None = field(name="dual_value")
 
 
+@one_thread()
 def floor_under(
     problem: DesignProblem, reached: float, *, states: int = 0, seed: int = 0, effort: int = 3
 ) -> Floor:

@@ -6,6 +6,8 @@ of these equations, so that every x satisfies them. Such a series moves all join
 it, or some joints near one given pose or two.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
 
@@ -40,7 +42,7 @@ def _from_offset(b: Array, period: float) -> Array:
     return np.asarray(-period / (2.0 * np.pi) * (b / np.arange(1, b.shape[-1] + 1)).sum(axis=-1))
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Fourier(Plan, Brief):
     """Motion along equal periods of a Fourier series at one or two poses, at rest before and after each.
 
@@ -92,7 +94,7 @@ class Fourier(Plan, Brief):
         start = np.repeat(self.poses, self.repeats + ways, axis=0)
         return Pieces(start, coefficients.reshape(len(start), -1, n), durations, basis)
 
-    def slowed(self, speed: float) -> "Fourier":
+    def slowed(self, speed: float) -> Fourier:
         """Slow one period down to a fraction of the speed, the same way: to be watched before the real run."""
         slow = replace(self, a=self.a * speed, b=self.b * speed, period=self.period / speed)
         return replace(slow, repeats=1, transfer=self.transfer / speed)
@@ -122,7 +124,7 @@ class FourierShape:
                 f"{LONGEST:g} s"
             )
 
-    def family(self, robot: Robot, bounds: JointBounds) -> "FreeSeries":
+    def family(self, robot: Robot, bounds: JointBounds) -> FreeSeries:
         """Make the family of motions of this shape: about a middle that is free, or from a start within limits."""
         about = bounds.middle if self.start is None else np.asarray(self.start, dtype=float)
         check_pose(about, robot, bounds)
@@ -130,8 +132,8 @@ class FourierShape:
         return FreeSeries(self, bounds, about[None], list(range(robot.n)), ranges, self.duration)
 
 
-@dataclass(frozen=True, eq=False)
-class NearShape:
+@dataclass(frozen=True, eq=False, repr=False)
+class NearShape(Brief):
     """Shape of a motion about one pose or two.
 
     Attributes:
@@ -159,7 +161,7 @@ class NearShape:
         for pose in self.poses:
             check_pose(pose, robot, bounds)
 
-    def family(self, robot: Robot, bounds: JointBounds) -> "FreeSeries":
+    def family(self, robot: Robot, bounds: JointBounds) -> FreeSeries:
         """Make the family of motions of this shape: the duration divided among poses, periods and ways between.
 
         Raises:

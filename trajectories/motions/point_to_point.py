@@ -18,7 +18,7 @@ from .family import Factors, Pieces, Plan
 _STRETCH = 1.02  # steps in which moves too short for their ramps are made longer
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PointToPoint(Plan, Brief):
     """Motion through points by synchronised moves.
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...common.arrays import Array
+from ...common.brief import Brief
 from ...common.errors import InputError
 from ...model import Robot
 from ...model.visibility import PayloadVisibility, visibility_in_states
@@ -29,8 +30,8 @@ _STATES = 60  # random ones, for what can be seen at rest
 _SIDES = np.array([-1.0, 0.0, 1.0, 0.0])  # of a pose, by approaches: from below, there, from above, there
 
 
-@dataclass(frozen=True, eq=False)
-class StaticShape:
+@dataclass(frozen=True, eq=False, repr=False)
+class StaticShape(Brief):
     """Shape of a motion that stands still in some poses, each reached from below and from above.
 
     Attributes:

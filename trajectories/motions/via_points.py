@@ -5,6 +5,8 @@ T v0, T^2 a0, T^2 a1 and T v1 of the states at its ends, and the step p1 - p0. T
 joint that stays put does so exactly.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import pairwise
@@ -150,7 +152,7 @@ def _segments(p: Array, v: Array, a: Array, T: Array, segment: Segment = QUINTIC
     return Pieces(p[:-1], C, T, segment.basis)
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ViaPoints(Plan, Brief):
     """Motion through via points: the durations between them, and the speeds and accelerations there.
 
@@ -229,7 +231,7 @@ class ViaPointShape:
                 f"fixed durations {seconds}: {self.count} via points need {moves} positive ones [s], or one for all"
             )
 
-    def family(self, robot: Robot, bounds: JointBounds) -> "FreeViaPoints":
+    def family(self, robot: Robot, bounds: JointBounds) -> FreeViaPoints:
         """Make the family of motions of this shape."""
         if self.start is not None:
             check_pose(np.asarray(self.start, dtype=float), robot, bounds)

@@ -25,14 +25,13 @@ from ...model import (
     mass_matrix,
     standard_columns,
 )
-from ...model.drives import smooth_sign
 from ...model.dynamics import SMOOTHING, dry_friction_names, runge_kutta, smooth_dry_friction, stable_steps
 from ...model.kernel.kernel import Kernel
 from ...model.motion import Measurement
-from ...model.stand_in import poses_in_range, rotor_inertias, with_rotors
+from ...model.stand_in import completed, poses_in_range, rotor_inertias, with_rotors
 from ..motions.family import Plan, sample_count
 from .disturbances import Disturbances, draw_friction, draw_robot_errors, no_disturbances, record
-from .simulator import Simulator, parameter_vector
+from .simulator import Simulator
 
 _POSES = 200  # over which a joint's inertia is averaged
 _TIMES = 2000  # of each reference, at which a payload's torque is looked at
@@ -153,7 +152,7 @@ class ClosedLoop:
         Raises:
             InputError: if the robot's description lacks standard parameters, or its links cannot exist.
         """
-        parameter_vector(robot, robot.parameters)  # refuses a robot that lacks some
+        robot = completed(robot)
         self._controller = controller or Controller()
         self.robot, self.rate = robot, self._controller.rate
         self._rotors = np.zeros(robot.n)
@@ -240,7 +239,7 @@ class ClosedLoop:
 
     def _parameters(self, payload: InertialParameters | None) -> Array:
         """Values of the base parameters, dry friction left out."""
-        vector = parameter_vector(self._plant, self._plant.parameters, payload)
+        vector = self._plant.chi(payload=payload)
         values = dict(zip(standard_columns(self._plant), vector, strict=True)) | dict.fromkeys(self._dry, 0.0)
         return self._base.value(values)
 
@@ -263,7 +262,7 @@ def integration_step(robot: Robot, base: BaseParameters, waves: int) -> ca.Funct
     h, kp, kv, ki, J, amplitude, w, phases = ca.vertsplit(
         settings, np.cumsum([0, 1, 1, 1, 1, n, n, waves, n * waves]).tolist()
     )
-    forward, dry = forward_dynamics_base(robot, base, smooth_sign(SMOOTHING)), dry_friction_names(robot)
+    forward, dry = forward_dynamics_base(robot, base, SMOOTHING), dry_friction_names(robot)
     own = ca.SX(chi)
     apart = [k for k, name in enumerate(dry) if name in base.columns]  # the others are grouped, as constant
     own[[base.columns.index(dry[k]) for k in apart]] = level[apart]
@@ -318,7 +317,7 @@ def mean_inertia(robot: Robot) -> Array:
 
 def inertia_matrices(robot: Robot, count: int) -> Array:
     """Inertia matrices, count x n x n, at ``poses_in_range``."""
-    A, chi = mass_matrix(robot), parameter_vector(robot, robot.parameters)
+    A, chi = mass_matrix(robot), robot.chi()
     return np.array([np.array(A(q, chi)) for q in poses_in_range(robot, count)])
 
 

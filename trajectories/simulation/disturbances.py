@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.brief import Brief
 from ...common.recursion import Section
 from ...model import Motion, Recording, Robot
 from ...model.dynamics import dry_friction_names
@@ -14,8 +15,8 @@ _AFTER_DECIMATION = 0.28  # of white noise at 250 Hz, through the filter of a de
 _ROBOT, _RUN, _RECORDING = 0, 1, 2  # what a random stream belongs to
 
 
-@dataclass(frozen=True)
-class Disturbances:
+@dataclass(frozen=True, eq=False, repr=False)
+class Disturbances(Brief):
     """Levels of all that stands between a robot's model and its recordings.
 
     Ripple and the level of dry friction act on the moving robot; the rest on what its controller writes down.

@@ -1,16 +1,19 @@
 """Simulated recordings: a robot with known parameters moves, and its controller writes down what it sees."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...common.arrays import Array
-from ...common.errors import InputError
-from ...model import InertialParameters, Motion, Recording, Robot, inverse_dynamics, standard_columns
+from ...common.brief import Brief
+from ...model import InertialParameters, Motion, Recording, Robot, inverse_dynamics
 from ...model.kernel.kernel import Kernel
 from ...model.motion import Measurement
+from ...model.stand_in import completed
 
 RX90_NOISE = (24.0, 30.0, 10.8, 5.1, 6.6, 2.3)
 """White torque noise per joint at 250 Hz [N·m] that leaves residuals like those behind the paper's Table 2."""
@@ -22,18 +25,27 @@ def _torque_code(robot: Robot) -> Kernel:
     return Kernel(inverse_dynamics(robot))
 
 
-class Simulator:
-    """Simulates recordings by the inverse dynamics of one robot with known parameters."""
+@dataclass(frozen=True, repr=False)
+class Simulator(Brief):
+    """Simulates recordings by the inverse dynamics of one robot with known parameters.
 
-    def __init__(self, robot: Robot) -> None:
-        """Generate the code.
+    Attributes:
+        robot: by its description; what that lacks is completed ``with_stand_in``, and a warning says by what.
+    """
+
+    robot: Robot
+
+    def __post_init__(self) -> None:
+        """Complete the robot.
 
         Raises:
-            InputError: if the robot's description lacks standard parameters.
+            InputError: if the robot's description lacks standard parameters that nothing stands in for.
         """
-        parameter_vector(robot, robot.parameters)  # refuses a robot that lacks some
-        self.robot = robot
-        self._kernel = _torque_code(robot)
+        object.__setattr__(self, "robot", completed(self.robot))
+
+    @property
+    def _kernel(self) -> Kernel:
+        return _torque_code(self.robot)
 
     def measure(
         self,
@@ -42,7 +54,7 @@ class Simulator:
         parameters: Mapping[str, float] | None = None,
     ) -> Measurement:
         """Compute exact joint torques [N·m or N] on a motion; ``parameters``: of a twin, else the robot's own."""
-        chi = parameter_vector(self.robot, parameters or self.robot.parameters, payload)
+        chi = self.robot.chi(parameters, payload)
         torque = np.zeros(motion.q.shape)
         torque[:, self._kernel.rows] = self._kernel(motion.q, motion.qd, motion.qdd, chi).T
         return Measurement(motion, torque)
@@ -70,25 +82,3 @@ class Simulator:
         if noise is not None:
             torque += np.asarray(noise) * np.random.default_rng(seed).standard_normal(torque.shape)
         return Recording(motion.t, motion.q, torque, None, source, gain_sigma=0.0)
-
-
-def parameter_vector(
-    robot: Robot, parameters: Mapping[str, float], payload: InertialParameters | None = None
-) -> Array:
-    """Order standard parameters as ``standard_columns``, a payload in its own frame added to the last link's.
-
-    Raises:
-        InputError: if some are missing.
-    """
-    values, columns = dict(parameters), standard_columns(robot)
-    missing = [name for name in columns if name not in values]
-    if missing:
-        raise InputError(
-            f"robot {robot.name!r} cannot be simulated: its description lacks {', '.join(missing[:6])}"
-            f"{' and more' if len(missing) > 6 else ''}; add a [parameters] table"
-        )
-    if payload is not None:
-        moved = payload.moved(robot.flange.R, robot.flange.p)
-        for name, value in moved.named(str(robot.n)).items():
-            values[name] += value
-    return np.array([values[name] for name in columns])

@@ -2,6 +2,7 @@
 
 import io
 from collections.abc import Callable, Iterable, Sequence
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -35,6 +36,17 @@ def matplotlib() -> Any:
     return matplotlib
 
 
+@cache
+def _shown() -> Any:
+    class Shown(matplotlib().figure.Figure):  # type: ignore[misc]
+        """Figure that a notebook shows, whatever backend it has chosen."""
+
+        def _repr_svg_(self) -> str:
+            return svg_text(self, "figure")
+
+    return Shown
+
+
 def panels(
     size: tuple[float, float],
     rows: int = 1,
@@ -53,7 +65,7 @@ def panels(
     high = (height - above - below + gaps[1]) / rows - gaps[1]
     grid = {"left": left / width, "right": 1.0 - right / width, "wspace": gaps[0] / wide}
     grid |= {"top": 1.0 - above / height, "bottom": below / height, "hspace": gaps[1] / high}
-    figure = matplotlib().figure.Figure(figsize=size)
+    figure = _shown()(figsize=size)
     return figure, figure.subplots(rows, columns, squeeze=False, gridspec_kw=grid, **options)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from ....common.arrays import Array
 from ....common.errors import InputError
 from ....common.schema import present
-from ....estimation.payload.result import METHOD_NAMES
+from ....estimation.fit.settings import METHOD_NAMES
 from ....estimation.possible.payload import CONFLICT
 from ....estimation.results.payload import PayloadResult, array
 from ...export.controllers import FORMATS

@@ -11,7 +11,7 @@ from ....estimation.fit.estimate import Estimate
 from ....estimation.possible.payload import CONFLICT
 from ....estimation.results.payload import array
 from ....estimation.results.robot import RobotResult
-from ....model import INERTIAL, Robot
+from ....model import INERTIAL, Robot, base_parameters
 from ....model.drives import parameter_kind
 from ....model.frames import frames_at
 from ....model.friction import PAPER, term_names
@@ -70,6 +70,16 @@ def robot_description(robot: Robot) -> list[Block]:
     lines += [f"Note: {note}" for note in robot.snapped]
     title = f"{robot.title or robot.name}: modified DH (Khalil-Kleinfinger), degrees and m"
     return [Table(title, _HEADINGS, rows), Notes(lines)]
+
+
+def base_description(robot: Robot) -> list[Block]:
+    """Base parameters, what is grouped in each, and standard parameters that no motion shows."""
+    base = base_parameters(robot)
+    rows = [tuple(line.split(" = ", 1)) for line in base.groupings()]
+    counted = f"{len(base.columns)} base parameters of {len(base.standard)} standard ones"
+    hidden = ", ".join(base.unidentifiable)
+    notes = lines(f"Without effect on any torque: {hidden}." if hidden else "")
+    return [Table(f"{robot.title or robot.name}: {counted}", ("", "grouping"), rows), Notes(notes)]
 
 
 def assumed_notes(robot: Robot, *parts: str) -> list[str]:
