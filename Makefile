@@ -26,7 +26,7 @@ lint: .venv/installed-dev
 	$(BIN)/lint-imports --no-cache
 
 docs: .venv/installed-docs
-	$(BIN)/mkdocs build --strict
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
 # Within an hour on two cores; DYNIDENT_DATA names the folder of real recordings, without which their parts are left out.
 bench: .venv/installed-test

@@ -1,10 +1,12 @@
 """The README and the documentation stay true: every block does what the page says, every link leads somewhere."""
 
+import json
 import os
 import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from dynident.apps.commands import COMMANDS
@@ -100,6 +102,27 @@ def test_every_example_is_run_by_a_page() -> None:
         if f"is made by `python -m dynident.examples.{example.stem} " in texts:
             continue
         assert f"python examples/{example.name}\n" in commands
+
+
+NOTEBOOKS: dict[str, Callable[[dict[str, Any]], bool]] = {
+    "engineer": lambda seen: seen["weighed"].mass.low < 2.5 < seen["weighed"].mass.high,
+    "researcher": lambda seen: abs(seen["found"].mass - 7.025) < 0.3 and seen["found"].physically_consistent,
+    "maintainer": lambda seen: seen["acme"].text(seen["load_of"](seen["result"], "x")).count("PAYLOAD 1.50") == 1,
+}
+"""Notebooks by name, and what must be true of what their cells leave."""
+
+
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_notebook_does_what_it_says(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    monkeypatch.chdir(tmp_path / "examples")
+    monkeypatch.setenv("DYNIDENT_NO_COMPILER", "1")
+    seen: dict[str, Any] = {"__name__": "__main__"}
+    for cell in json.loads(Path(f"{name}.ipynb").read_text(encoding="utf-8"))["cells"]:
+        if cell["cell_type"] == "code":
+            assert not cell["outputs"], "outputs grow stale: clear them"
+            exec(compile("".join(cell["source"]), name, "exec"), seen)
+    assert NOTEBOOKS[name](seen)
 
 
 def test_the_page_on_the_method_shows_pieces_of_its_example() -> None:
