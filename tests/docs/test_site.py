@@ -9,7 +9,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 import pytest
-from dynident.tests.docs.pages import ROOT
+from dynident.tests.docs.pages import ROOT, pages
 
 pytestmark = pytest.mark.long
 API = sorted((ROOT / "docs/api").glob("*.md"))
@@ -27,7 +27,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_every_page_is_built(site: Path) -> None:
-    for page in (ROOT / "docs").rglob("*.md"):
+    for page in pages()[1:]:
         name = page.relative_to(ROOT / "docs").with_suffix(".html")
         assert len((site / name).read_text(encoding="utf-8")) > 2000, name
 
