@@ -93,13 +93,15 @@ def test_commands_in_the_text_exist(page: Path) -> None:
 def test_every_page_is_in_the_table_of_contents() -> None:
     listed = set(re.findall(r"([\w/-]+\.md)", (ROOT / "mkdocs.yml").read_text(encoding="utf-8")))
     assert listed == {page.relative_to(ROOT / "docs").as_posix() for page in PAGES if page.name != "README.md"}
+    doors = set(re.findall(r"\((how-to/[\w-]+\.md)\)", (ROOT / "docs/index.md").read_text(encoding="utf-8")))
+    assert doors == {name for name in listed if name.startswith("how-to/")}, "the front page leads to each how-to"
 
 
 def test_every_example_is_run_by_a_page() -> None:
     commands = "".join(block.text for page in RUN for block in blocks(page) if block.language == "console")
     texts = "".join(page.read_text(encoding="utf-8") for page in PAGES)
     for example in sorted((ROOT / "examples").glob("*.py")):
-        if f"is made by `python -m dynident.examples.{example.stem} " in texts:
+        if example.stem == "__init__" or f"`python -m dynident.examples.{example.stem} --out docs`" in texts:
             continue
         assert f"python examples/{example.name}\n" in commands
 
