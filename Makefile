@@ -8,7 +8,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet install --no-com
 # The root folder is the package itself, and may have a name that is no package's ("my-dynident"): tests start below.
 PYTEST := OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest tests -c pyproject.toml --rootdir=tests -n auto --dist worksteal
 
-.PHONY: demo test test-all lint docs bench clean
+.PHONY: demo test test-all test-lowest test-newest lint docs bench clean
 
 demo: .venv/installed
 	$(BIN)/dynident demo
@@ -19,6 +19,18 @@ test: .venv/installed-test
 test-all: .venv/installed-test
 	$(PYTEST) --durations=40
 
+# The short tests with the lowest versions of what pyproject.toml names, and with the newest, each in a folder of its
+# own; uv chooses the versions. Old versions warn of what is newer than they are.
+test-lowest: OLDEST := --resolution lowest-direct
+test-lowest: IGNORED := -W ignore::DeprecationWarning
+test-lowest: TRIED ?= 3.11
+test-newest: TRIED ?= 3.13
+test-lowest test-newest: .venv/bin/python
+	$(PIP) uv
+	$(BIN)/uv venv --quiet --clear --python $(TRIED) .venv/$@
+	$(BIN)/uv pip install --quiet --python .venv/$@ $(OLDEST) --editable '.[test]'
+	$(subst $(BIN),.venv/$@/bin,$(PYTEST)) -m "not long" $(IGNORED)
+
 lint: .venv/installed-dev
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
@@ -26,13 +38,13 @@ lint: .venv/installed-dev
 	$(BIN)/lint-imports --no-cache
 
 docs: .venv/installed-docs
-	$(BIN)/mkdocs build --strict
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
 # Within an hour on two cores; DYNIDENT_DATA names the folder of real recordings, without which their parts are left out.
 bench: .venv/installed-test
 	@for name in regressor streaming constrained constant_torques fleet hoses payload_sets \
 	  weigh static design promised coverage peers; do \
-	  echo "== $$name"; OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/$$name.py || exit 1; done
+	  echo "== $$name"; OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks $$name || exit 1; done
 
 clean:
 	rm -rf .venv build dist site *.egg-info

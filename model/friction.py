@@ -32,13 +32,20 @@ class Law(NamedTuple):
 
 
 _TINY = 1e-16  # added to a speed under a root, whose derivative at rest is infinite
+
+
+def _abs(value: Any) -> Any:
+    """Absolute value; the expressions of CasADi before 3.8 know no ``abs``."""
+    return ca.fabs(value) if isinstance(value, (ca.SX, ca.MX)) else abs(value)
+
+
 LAWS = {
     "FS": Law("Coulomb", "N·m or N", lambda v, sign, load, own: sign),
     "FV": Law("viscous", "N·m·s or N·s/m", lambda v, sign, load, own: v),
-    "FL": Law("load", "1", lambda v, sign, load, own: abs(load) * sign, loaded=True),
-    "FR": Law("root", "N·m/(rad/s)^.5 or N/(m/s)^.5", lambda v, sign, load, own: (abs(v) + _TINY) ** 0.5 * sign),
+    "FL": Law("load", "1", lambda v, sign, load, own: _abs(load) * sign, loaded=True),
+    "FR": Law("root", "N·m/(rad/s)^.5 or N/(m/s)^.5", lambda v, sign, load, own: (_abs(v) + _TINY) ** 0.5 * sign),
     "FB": Law("Stribeck", "N·m or N", lambda v, sign, load, own: math.e ** (-((v / own) ** 2)) * sign),
-    "FA": Law("asymmetric Coulomb", "N·m or N", lambda v, sign, load, own: abs(sign)),
+    "FA": Law("asymmetric Coulomb", "N·m or N", lambda v, sign, load, own: _abs(sign)),
 }
 """The built-in terms: (2), then load FL |tau| sign(qd), root FR sqrt|qd| sign(qd), Stribeck FB exp(-(qd/speed)^2)
 sign(qd), and FA |sign(qd)|, by which Coulomb friction differs from one direction to the other."""

@@ -15,7 +15,7 @@ from dynident.model import Recording, base_parameters, load_robot, robot_names
 from dynident.trajectories import random_via_points
 
 ROOT = Path(__file__).parents[1]
-ROOMS = ("common", "model", "estimation", "trajectories", "apps")
+ROOMS = ("common", "model", "estimation", "trajectories", "apps", "examples")
 FILES = sorted([*ROOT.glob("*.py"), *(path for room in ROOMS for path in (ROOT / room).rglob("*.py"))])
 PACKAGES = sorted({"dynident", *(".".join(("dynident", *path.parent.relative_to(ROOT).parts)) for path in FILES)})
 
@@ -33,7 +33,7 @@ def test_every_package_is_listed() -> None:
 def test_every_part_is_seen_as_one_package() -> None:
     """Type checker and documentation find the parts below one name, and no way leads back to where they began."""
     links = {path.name: path.resolve() for path in (ROOT / ".typing/dynident").iterdir()}
-    rooms = {name.split(".")[1] for name in PACKAGES if "." in name} | {"tests", "benchmarks", "examples"}
+    rooms = {name.split(".")[1] for name in PACKAGES if "." in name} | {"tests", "benchmarks"}
     files = {path.name for path in ROOT.glob("*.py*") if path.is_file() and path.suffix != ".toml"}
     assert links == {name: (ROOT / name).resolve() for name in rooms | files | {"py.typed"}}
 

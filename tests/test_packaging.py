@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+import tarfile
 import tomllib
 import venv
 import zipfile
@@ -34,15 +35,20 @@ def run(*command: str | Path, cwd: Path | None = None) -> str:
 
 
 @pytest.fixture(scope="module")
-def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Built from the sdist, so that it needs nothing that the sdist lacks, of a copy: building leaves files."""
+def sdist(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Built of a copy: building leaves files."""
     folder = tmp_path_factory.mktemp("built")
-    away = shutil.ignore_patterns(".*", "build", "dist", "*.egg-info", "__pycache__", "docs", "demo")
+    away = shutil.ignore_patterns(".*", "build", "dist", "*.egg-info", "__pycache__", "site", "demo")
     shutil.copytree(ROOT, folder / "dynident", ignore=away)
     code = f"from setuptools import build_meta as b; print(b.build_sdist({str(folder)!r}))"
-    sdist = run(sys.executable, "-c", code, cwd=folder / "dynident").splitlines()[-1]
-    run(*PIP, "wheel", "--no-build-isolation", *OFFLINE, "--wheel-dir", folder, folder / sdist)
-    (archive,) = folder.glob("*-py3-none-any.whl")  # pure Python: one wheel for every system
+    return folder / run(sys.executable, "-c", code, cwd=folder / "dynident").splitlines()[-1]
+
+
+@pytest.fixture(scope="module")
+def wheel(sdist: Path) -> Path:
+    """Built from the sdist, so that it needs nothing that the sdist lacks."""
+    run(*PIP, "wheel", "--no-build-isolation", *OFFLINE, "--wheel-dir", sdist.parent, sdist)
+    (archive,) = sdist.parent.glob("*-py3-none-any.whl")  # pure Python: one wheel for every system
     return archive
 
 
@@ -55,6 +61,15 @@ def shipped() -> set[str]:
         for glob in ("*.py", *data["*"], *data.get(package, ())):
             files |= {f"dynident/{path.relative_to(ROOT).as_posix()}" for path in folder.glob(glob)}
     return files
+
+
+@pytest.mark.long
+def test_the_sdist_holds_all_that_belongs_to_the_work(sdist: Path) -> None:
+    with tarfile.open(sdist) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
+    for folder in ("tests", "docs", "examples", "benchmarks"):
+        files = {path for path in (ROOT / folder).rglob("*.*") if path.is_file() and path.suffix != ".pyc"}
+        assert {path.relative_to(ROOT).as_posix() for path in files} <= names
 
 
 @pytest.mark.long
@@ -76,7 +91,8 @@ def test_the_wheel_is_installed(wheel: Path, tmp_path: Path) -> None:
     packages = Path(sysconfig.get_path("purelib", "venv", {"base": str(home), "platbase": str(home)}))
     dependencies = {sysconfig.get_path("purelib"), sysconfig.get_path("platlib")}
     (packages / "dependencies.pth").write_text("\n".join(sorted(dependencies)) + "\n", encoding="utf-8")
-    files = sorted(name for name in shipped() if name.endswith(".py"))
+    scripts = "dynident/examples/"  # which do their work when they are imported
+    files = sorted(name for name in shipped() if name.endswith(".py") and not name.startswith(scripts))
     modules = [name.removesuffix(".py").removesuffix("/__init__").replace("/", ".") for name in files]
     printed = run(programs / "python", "-c", IMPORT_ALL, *modules, cwd=tmp_path)
     assert Path(printed.split(" [")[0]).is_relative_to(home)

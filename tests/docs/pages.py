@@ -44,8 +44,9 @@ class Block:
 
 
 def pages() -> list[Path]:
-    """The README and every page."""
-    return [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+    """The README and every page of the site, to which the paper does not belong."""
+    docs = ROOT / "docs"
+    return [ROOT / "README.md", *sorted({*docs.rglob("*.md")} - {*docs.glob("paper/*")})]
 
 
 def blocks(page: Path) -> list[Block]:

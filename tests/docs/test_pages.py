@@ -1,10 +1,12 @@
 """The README and the documentation stay true: every block does what the page says, every link leads somewhere."""
 
+import json
 import os
 import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from dynident.apps.commands import COMMANDS
@@ -91,15 +93,38 @@ def test_commands_in_the_text_exist(page: Path) -> None:
 def test_every_page_is_in_the_table_of_contents() -> None:
     listed = set(re.findall(r"([\w/-]+\.md)", (ROOT / "mkdocs.yml").read_text(encoding="utf-8")))
     assert listed == {page.relative_to(ROOT / "docs").as_posix() for page in PAGES if page.name != "README.md"}
+    doors = set(re.findall(r"\((how-to/[\w-]+\.md)\)", (ROOT / "docs/index.md").read_text(encoding="utf-8")))
+    assert doors == {name for name in listed if name.startswith("how-to/")}, "the front page leads to each how-to"
 
 
 def test_every_example_is_run_by_a_page() -> None:
     commands = "".join(block.text for page in RUN for block in blocks(page) if block.language == "console")
     texts = "".join(page.read_text(encoding="utf-8") for page in PAGES)
     for example in sorted((ROOT / "examples").glob("*.py")):
-        if f"is made by `python -m dynident.examples.{example.stem} " in texts:
+        if example.stem == "__init__" or f"`python -m dynident.examples.{example.stem} --out docs`" in texts:
             continue
         assert f"python examples/{example.name}\n" in commands
+
+
+NOTEBOOKS: dict[str, Callable[[dict[str, Any]], bool]] = {
+    "engineer": lambda seen: seen["weighed"].mass.low < 2.5 < seen["weighed"].mass.high,
+    "researcher": lambda seen: abs(seen["found"].mass - 7.025) < 0.3 and seen["found"].physically_consistent,
+    "maintainer": lambda seen: seen["acme"].text(seen["load_of"](seen["result"], "x")).count("PAYLOAD 1.50") == 1,
+}
+"""Notebooks by name, and what must be true of what their cells leave."""
+
+
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_notebook_does_what_it_says(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    monkeypatch.chdir(tmp_path / "examples")
+    monkeypatch.setenv("DYNIDENT_NO_COMPILER", "1")
+    seen: dict[str, Any] = {"__name__": "__main__"}
+    for cell in json.loads(Path(f"{name}.ipynb").read_text(encoding="utf-8"))["cells"]:
+        if cell["cell_type"] == "code":
+            assert not cell["outputs"], "outputs grow stale: clear them"
+            exec(compile("".join(cell["source"]), name, "exec"), seen)
+    assert NOTEBOOKS[name](seen)
 
 
 def test_the_page_on_the_method_shows_pieces_of_its_example() -> None:

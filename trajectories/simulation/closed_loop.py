@@ -300,7 +300,7 @@ def steps_per_sample(robot: Robot, controller: Controller, inertia: Array) -> in
             "definite: correct the inertias in its description"
         )
     # Rates of A qdd = -D qd: the eigenvalues of A^-1 D.
-    fastest = float(np.abs(np.linalg.eigvals(np.linalg.solve(matrices, damping))).max())
+    fastest = float(np.abs(np.linalg.eigvals(np.linalg.inv(matrices) @ damping)).max())
     steps = max(_FEWEST, stable_steps(fastest, 1.0 / controller.rate))
     if steps > _FINEST:
         raise InputError(
