@@ -125,11 +125,11 @@ class NoiseOptions(Options, group=GOAL):
                     "--torque-noise, or --arm-mass KG for a stand-in"
                 )
         elif isinstance(level, float):
-            sigma, source = level * bounds.torque, f"as told, {100 * level:g} % of the torque limits"
+            sigma, source = level * bounds.torque, f"as given, {100 * level:g} % of the torque limits"
             if not np.isfinite(sigma).all():
                 raise InputError("--torque-noise in percent needs a torque limit of every joint: --torque-limits")
         else:
-            sigma, source = np.array(values.each_joint(level, robot.n, "--torque-noise")), "as told"
+            sigma, source = np.array(values.each_joint(level, robot.n, "--torque-noise")), "as given"
         if sigma.shape != (robot.n,) or not (sigma > 0.0).all():
             option = "--torque-noise" if self.like is None else self.like
             raise InputError(f"{option}: robot {robot.name!r} needs {robot.n} positive numbers")

@@ -210,7 +210,7 @@ def new_robot(sheet: _Sheet) -> tuple[model.Robot, tuple[float, ...]]:
             robot,
             name=name,
             joints=tuple(joints),
-            payload_frame="the bare flange: origin on its face, z out of it",
+            payload_frame="the flange frame: origin on the flange face, z outwards",
             rated_payload=math.inf if sheet.rated_payload is None else sheet.rated_payload,
             mass=sheet.mass,
             processing=model.Processing(cutoff=10.0, decimate=5, slow_speed=slow_speed),

@@ -107,7 +107,7 @@ def run(*, arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) ->
         f"{file}: {run.exact.motion.t[-1]:.1f} s, tracking error at most {1e3 * run.tracking_error.max():.2f} mrad"
         for file, run in files.items()
     ]
-    truth = f"{folder / 'truth.toml'}: what is true of them"
+    truth = f"{folder / 'truth.toml'}: the true parameters"
     print_lines(*lines, truth, *assumed_notes(experiment.robot, *SIMULATED))
 
     def scene() -> views.View:

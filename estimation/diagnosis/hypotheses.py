@@ -125,7 +125,7 @@ def _delayed(effect: Effect, evidence: Evidence) -> Finding:
     {SLIP:g} m off without it, else the inertia. Delays come out a third too small; all joints share one.
     """
     text = (
-        f"the torques{effect.where} {'lag' if effect.size > 0.0 else 'lead'} position by about "
+        f"the torques{effect.where} {'lag' if effect.size > 0.0 else 'lead'} the positions by "
         f"{1e3 * abs(effect.size):.0f} ± {1e3 * effect.sigma:.1g} ms or more: check the log's time stamps"
     )
     if evidence.of_robot:
@@ -159,8 +159,8 @@ def _slip(effect: Effect, _: Evidence) -> Finding:
     The centre of mass in the second half of the loaded recordings {SLIP:g} m and {SLIP_Z:g} sigma off: spoils all.
     """
     return error(
-        f"the centre of mass moves by {1e3 * effect.size:.0f} ± {1e3 * effect.sigma:.1g} mm half way through the "
-        "recordings with payload: did it slip?",
+        f"the centre of mass moves by {1e3 * effect.size:.0f} ± {1e3 * effect.sigma:.1g} mm halfway through the "
+        "recordings with payload: did the payload slip?",
         "centre of mass",
     )
 
@@ -178,8 +178,8 @@ def _change(effect: Effect, _: Evidence) -> Finding:
     From some moment on the payload is {CHANGE:.0%} and {CHANGE_Z:g} sigma larger or smaller: spoils all.
     """
     return error(
-        f"the mass changes: the payload {'grows' if effect.size > 0.0 else 'shrinks'} after {effect.where} of the "
-        "recordings with payload: was it taken up or put down, or does a torque drift?",
+        f"the mass {'grows' if effect.size > 0.0 else 'shrinks'} after {effect.where} of the recordings with "
+        "payload: was the payload picked up or put down, or does a torque drift?",
         "mass",
     )
 
@@ -231,8 +231,8 @@ def _weight(effect: Effect, evidence: Evidence) -> Finding:
     """
     usual = float(np.linalg.norm(evidence.robot.gravity))
     return error(
-        f"gravity is {usual * (1.0 + effect.size):.3g} ± {usual * effect.sigma:.1g} m/s² by the torques, "
-        f"{usual:.4g} by the robot's description: correct gravity there"
+        f"the torques show a gravity of {usual * (1.0 + effect.size):.3g} ± {usual * effect.sigma:.1g} m/s², but "
+        f"the robot's description says {usual:.4g}: correct it there"
     )
 
 
@@ -248,8 +248,8 @@ def earth(evidence: Evidence) -> Iterator[Finding]:
     more = EARTH / usual - 1.0
     if abs(more) > WEIGHT and abs(effect.size - more) < abs(effect.size):
         yield error(
-            f"gravity is {usual:.4g} m/s² by the robot's description, {EARTH:g} on Earth, and "
-            f"{usual * (1.0 + effect.size):.3g} ± {usual * effect.sigma:.1g} by the torques: correct gravity there"
+            f"the robot's description has a gravity of {usual:.4g} m/s², but Earth's is {EARTH:g} and the torques "
+            f"show {usual * (1.0 + effect.size):.3g} ± {usual * effect.sigma:.1g}: correct the description"
         )
 
 
@@ -269,8 +269,8 @@ def _compensated(effect: Effect, evidence: Evidence) -> Finding:
     mass = evidence.mass + effect.change[9]
     part = f"{100 * effect.size * evidence.mass / mass:.0f} %" if mass > evidence.mass else "a part"
     return error(
-        f"the torques hold the payload's inertia, but not {part} of its weight: is a payload entered in the "
-        "controller, which compensates it? Set none, and record again"
+        f"the torques show the payload's inertia but lack {part} of its weight: if a payload is set in the "
+        "controller, which compensates for it, remove it and record again"
     )
 
 
@@ -298,9 +298,9 @@ def _zero(effect: Effect, _: Evidence) -> Finding:
     By over {ZERO_DEGREES:g} degrees and {ZERO_Z:g} sigma, if nothing else takes off more: spoils all.
     """
     return error(
-        f"the zero of q{effect.where} is off: it reads {np.degrees(abs(effect.size)):.0f} ± "
-        f"{np.degrees(effect.sigma):.1g} degrees too {'small' if effect.size > 0.0 else 'large'} by the torques: "
-        "correct the log's zero, or the robot's description"
+        f"the zero of q{effect.where} is off: by the torques it reads {np.degrees(abs(effect.size)):.0f} ± "
+        f"{np.degrees(effect.sigma):.1g} degrees too {'small' if effect.size > 0.0 else 'large'}. Correct the "
+        "zero in a log map, or the robot's description"
     )
 
 
@@ -320,8 +320,8 @@ def _gain(effect: Effect, _: Evidence) -> Finding:
     By over {GAIN:.0%} and {GAIN_Z:g} sigma, if nothing else takes off more: spoils all.
     """
     return error(
-        f"the torques are not to one scale: joint {effect.where}'s is {1.0 + effect.size:.2f} ± {effect.sigma:.1g} "
-        "times what goes with those of the joints beside it: check its drive gain and unit, and theirs (currents, "
+        f"the torques do not share one scale: joint {effect.where}'s is {1.0 + effect.size:.2f} ± "
+        f"{effect.sigma:.1g} times what the neighbouring joints imply: check the drive gains and units (currents, "
         "motor-side torques or percent given as torque?)"
     )
 
@@ -347,12 +347,12 @@ def _tilt(effect: Effect, evidence: Evidence) -> Finding:
     degrees.
     """
     text = (
-        f"gravity leans by {np.degrees(effect.size):.1f} ± {np.degrees(effect.sigma):.1g} degrees from the robot's "
-        "description (is the base level?)"
+        f"gravity is tilted by {np.degrees(effect.size):.1f} ± {np.degrees(effect.sigma):.1g} degrees from the "
+        "robot's description (is the base level?)"
     )
     if effect.size > STEEP:
-        return error(f"{text}: correct gravity in the robot's file, or the mounting")
-    left = "the robot's parameters hold that" if evidence.of_robot else "the payload is corrected for it"
+        return error(f"{text}: correct gravity in the robot's file, or --mount")
+    left = "the robot's parameters absorb it" if evidence.of_robot else "the payload is corrected for it"
     return note(f"{text}: {left}")
 
 
@@ -407,13 +407,13 @@ def _pull(effect: Effect, evidence: Evidence) -> Finding:
     force = [f"{stiffness:.3g} ± {sigma:.1g} N/m"] if abs(stiffness) > sigma else []
     force += [f"{sideways:.2g} N to the side"] if effect.z(*_ACROSS) > 1.0 else []
     force += [f"{up:.2g} ± {up_sigma:.1g} N up"] if abs(up) > up_sigma else []
-    what = f"{effect.where} something pulls at the flange ({', '.join(force)}), a hose or cable?".strip()
-    remedy = "take it off, or fasten it so that it does not pull, and record again"
+    what = f"{effect.where} something pulls at the flange ({', '.join(force)}), perhaps a hose or cable".strip()
+    remedy = "remove it or fasten it along the arm, and record again"
     if evidence.of_robot:
-        return note(f"{what}: the robot's parameters hold that: {remedy}")
+        return note(f"{what}, and the robot's parameters absorb it: {remedy}")
     mass, sigma = evidence.mass + effect.change[9], np.sqrt(effect.effect[9] @ effect.covariance @ effect.effect[9])
     both = np.hypot(sigma, evidence.spread.mass if evidence.spread is not None else 0.0)
-    told = f" without it the mass would be {mass:.3g} ± {both:.1g} kg" if np.isfinite([mass, both]).all() else ""
+    told = f"; without it the mass would be {mass:.3g} ± {both:.1g} kg" if np.isfinite([mass, both]).all() else ""
     against = error if spoils(evidence, effect.change, 2.0 * float(sigma)) else warning
     return against(f"{what}{told}: {remedy}")
 
@@ -467,9 +467,9 @@ def _bursts(effect: Effect, evidence: Evidence) -> Finding:
     them differs by over {MOVED:.1%} and 2 sigma.
     """
     return note(
-        f"{effect.size:.0f} of {effect.sigma:.0f} stretches of {STRETCH:.2g} s have outstanding residuals "
-        f"(contact, a hose, a shock?): without them the mass is {evidence.mass + effect.change[9]:.3g} kg; the "
-        "intervals reach both",
+        f"{effect.size:.0f} of {effect.sigma:.0f} stretches of {STRETCH:.2g} s have large residuals (contact, a "
+        f"hose, a shock?); without them the mass is {evidence.mass + effect.change[9]:.3g} kg, and the intervals "
+        "cover both",
         "mass",
     )
 
