@@ -123,7 +123,7 @@ def other_readings(evidence: Evidence) -> list[Finding]:
 
     A robot takes {ROBOT:.0%} (and z > {ROBOT_Z:g}) off the squared residuals, and more than one further friction
     column a joint does on the robot as described; a turned joint {TURNED:.0%} (z > {TURNED_Z:g}), no gravity
-    {WEIGHTLESS:.0%}: spoils all. Within {ALIKE:.0%} a note says that the data do not tell two robots apart.
+    {WEIGHTLESS:.0%}: do not use. Within {ALIKE:.0%} a note says that the data do not tell two robots apart.
     """
     found, pull = sorted(evidence.diagnosis.alternatives, key=lambda a: -a.fall), pull_of(evidence)
     least = BESIDE_PULL * pull.fall if pull is not None else 0.0

@@ -86,7 +86,7 @@ def judged(ten: Array, moments: Array, spread: PayloadSpread, from_scale: bool =
     parts = [spread.mass / max(abs(ten[9]), 1e-300), *(spread.moments / np.maximum(moments, 1e-300))]
     mass, *texts = (f"{100 * part:.0f} %" if part < 10.0 else "over 1000 %" for part in parts)
     inertia = zip(_MOMENTS, texts, parts[1:], strict=True)
-    wide = " and ".join(f"{text} of {name}" for name, text, part in inertia if not part <= INERTIA_SIGMA)
+    wide = ", ".join(f"{text} of {name}" for name, text, part in inertia if not part <= INERTIA_SIGMA)
     vague = {
         "mass": f"is {mass} (limit {100 * MASS_SIGMA:.0f} %); move joint 2 or 3, use a wider range, record longer, "
         "or weigh the payload",
@@ -148,7 +148,7 @@ def fit_findings(fit: Fit, evidence: Evidence, subject: str) -> Iterator[Finding
 
 
 def too_short(evidence: Evidence) -> Iterator[Finding]:
-    """Recordings too short to judge by. Under {SHORTEST:g} s in all, without or with payload: spoils all, alone."""
+    """Recordings that are too short. Under {SHORTEST:g} s in all, without or with payload: do not use."""
     kinds = (evidence.source.unloaded, evidence.source.loaded) if evidence.source is not None else ()
     seconds = min((sum(float(np.ptp(one.t)) for one in own) for own in kinds if own), default=SHORTEST)
     if seconds < SHORTEST:
@@ -158,8 +158,8 @@ def too_short(evidence: Evidence) -> Iterator[Finding]:
 def residual(evidence: Evidence) -> Iterator[Finding]:
     """Residual without payload, and with it.
 
-    All joints over {RESIDUAL:.0%}, one joint over {JOINT_RESIDUAL:.0%}, with payload over {LOADED_RATIO:g} times
-    that without: spoils all.
+    Over {RESIDUAL:.0%} for all joints, over {JOINT_RESIDUAL:.0%} for one, or with payload over {LOADED_RATIO:g}
+    times that without: do not use.
     """
     if evidence.parameters is None:
         return
@@ -180,8 +180,8 @@ def residual(evidence: Evidence) -> Iterator[Finding]:
 def validation(evidence: Evidence) -> Iterator[Finding]:
     """Residual of the robot's model on held-out recordings.
 
-    Over {VALIDATION:.0%}: spoils all; over {VALIDATION_RATIO:g} times the fit's, {VALIDATION_FLOOR:.0%} and what
-    white noise explains: the inertia.
+    Over {VALIDATION:.0%}: do not use; over {VALIDATION_RATIO:g} times the fit's, {VALIDATION_FLOOR:.0%} and what
+    white noise explains: not the inertia.
     """
     held_out = evidence.validation
     if evidence.parameters is None or held_out is None:
@@ -200,7 +200,7 @@ def validation(evidence: Evidence) -> Iterator[Finding]:
 def friction(evidence: Evidence) -> Iterator[Finding]:
     """Friction that drives its joint instead of braking.
 
-    Coulomb friction, with that by load, over {DRIVEN_SIGMAS:g} sigma below zero: spoils all; viscous: noted.
+    Coulomb and load-dependent friction over {DRIVEN_SIGMAS:g} sigma below zero: do not use. Viscous: a note.
     """
     fitted = evidence.parameters
     if fitted is None:
@@ -227,7 +227,7 @@ def friction(evidence: Evidence) -> Iterator[Finding]:
 
 
 def impossible(evidence: Evidence) -> Iterator[Finding]:
-    """Parameters that no robot has. p below {CONFLICT:g}: spoils single numbers, beside anything else all."""
+    """Parameters that no physical robot has. p below {CONFLICT:g}: a warning; with any other sign, do not use."""
     if evidence.possible is not None and evidence.possible < CONFLICT:
         yield warning(
             f"no physical robot can have these parameters (p {evidence.possible:.2g}): check the robot's "
@@ -237,7 +237,7 @@ def impossible(evidence: Evidence) -> Iterator[Finding]:
 
 
 def sign(evidence: Evidence) -> Iterator[Finding]:
-    """Mass that is negative, or none at all. Not {SIGMAS:g} sigma above zero: spoils all."""
+    """Mass that is negative or zero. Less than {SIGMAS:g} sigma above zero: do not use."""
     masses = [(f"method {e.method}", e.mass, float(e.estimate.larger_sigma[9])) for e in evidence.estimates]
     if evidence.weighed is not None and not evidence.weighed.from_scale:
         masses.append(("the torque", evidence.weighed.mass, evidence.weighed.sigma))
@@ -260,7 +260,7 @@ def measured(evidence: Evidence) -> Iterator[Finding]:
     """Mass, centre of mass and inertia that are not measured well enough.
 
     Sigma of the mass over {MASS_SIGMA:.0%}, of the centre of mass over {COM_FLOOR:g} m and over {COM_SIGMA:g} of
-    the payload's own size: spoils all; of a moment at the centre of mass over {INERTIA_SIGMA:.0%}: the inertia.
+    the payload's own size: do not use; of a moment at the centre of mass over {INERTIA_SIGMA:.0%}: not the inertia.
     """
     for quantity, judged in evidence.judged.items():
         if judged.use not in ("use", "weighed"):
@@ -269,9 +269,9 @@ def measured(evidence: Evidence) -> Iterator[Finding]:
 
 
 def methods_apart(evidence: Evidence) -> Iterator[Finding]:
-    """Masses of the methods that do not go together.
+    """Methods that disagree about the mass.
 
-    Spread over {MASS_SPREAD:.0%}, or two by {METHODS_APART:.0%} and {SIGMAS:g} sigma: spoils all.
+    All within more than {MASS_SPREAD:.0%}, or two apart by {METHODS_APART:.0%} and {SIGMAS:g} sigma: do not use.
     """
     masses = [e.mass for e in evidence.estimates] or [0.0]
     mean = abs(float(np.mean(masses)))
@@ -288,9 +288,9 @@ def methods_apart(evidence: Evidence) -> Iterator[Finding]:
 
 
 def unexplained(evidence: Evidence) -> Iterator[Finding]:
-    """Torque that neither payload, friction nor the recording without payload explain (`weigh`).
+    """Torque that payload, friction and the recording without payload leave unexplained (`weigh`).
 
-    Over {JOINT_RESIDUAL:.0%} of a joint's: spoils all.
+    Over {JOINT_RESIDUAL:.0%} of a joint's torque: do not use.
     """
     left = evidence.unexplained
     joints = ", ".join(str(j) for j, relative in enumerate(left, 1) if relative > JOINT_RESIDUAL)
@@ -304,7 +304,7 @@ def unexplained(evidence: Evidence) -> Iterator[Finding]:
 def new_zeros(evidence: Evidence) -> Iterator[Finding]:
     """Positions of a pair that differ by a constant.
 
-    Over 2 mrad, all else by under 10 mrad and a fifth of it: spoils all.
+    By over 2 mrad, and otherwise by less than 10 mrad and a fifth of that: do not use.
     """
     for pair in evidence.compared:
         for j in pair.new_zeros:
@@ -315,7 +315,7 @@ def new_zeros(evidence: Evidence) -> Iterator[Finding]:
 
 
 def other_ways(evidence: Evidence) -> Iterator[Finding]:
-    """The mass by other ways (`weigh`). Over {OTHER_WAY:.0%} off: spoils all."""
+    """Cross-checks of the mass (`weigh`). Over {OTHER_WAY:.0%} off: do not use."""
     mass = evidence.mass
     for way in evidence.agreement:
         if way.name != UNFREED and abs(way.mass - mass) > OTHER_WAY * abs(mass):
@@ -325,7 +325,7 @@ def other_ways(evidence: Evidence) -> Iterator[Finding]:
 def drift(evidence: Evidence) -> Iterator[Finding]:
     """A mass that changes steadily from recording to recording (`weigh`).
 
-    A trend with p below 0.05 that leaves the mass's interval: spoils all; noted within.
+    A trend with p below 0.05 that leaves the mass's interval: do not use. Within it: a note.
     """
     repeats = evidence.repeats
     if repeats is None or not repeats.drifts:
@@ -344,7 +344,7 @@ def rests(evidence: Evidence) -> Iterator[Finding]:
 
     Torque at rest that oscillates over {SWINGS:g} times as far as without payload, {CLEAR:g} times as far as at
     other frequencies and {MATTERS:.0%} of the payload's torque, or varies by under {HOLDS:.0%} of what it does on
-    the way there: spoils all.
+    the way there: do not use.
     """
     if (problem := evidence.at_rest) is None:
         return
@@ -372,9 +372,9 @@ def rests(evidence: Evidence) -> Iterator[Finding]:
 
 
 def alignment(evidence: Evidence) -> Iterator[Finding]:
-    """Pairs that method 3 takes for one motion, although their positions differ.
+    """Pairs whose positions differ, so that method 3 does not fit.
 
-    Over {MISMATCH:g} rad (rms): spoils the inertia.
+    Over {MISMATCH:g} rad (rms): not the inertia.
     """
     worst = max(evidence.pairs, key=lambda pair: pair.rms_mismatch, default=None)
     if worst is not None and worst.rms_mismatch > MISMATCH:
@@ -385,7 +385,7 @@ def alignment(evidence: Evidence) -> Iterator[Finding]:
 
 
 def condition(evidence: Evidence) -> Iterator[Finding]:
-    """Nearly dependent equations. Condition number over {CONDITION:g} with columns scaled: spoils the inertia."""
+    """Nearly dependent equations. Condition number over {CONDITION:g} with columns scaled: not the inertia."""
     if evidence.condition is not None and evidence.condition > CONDITION:
         yield warning(
             f"the equations are nearly dependent (condition number {evidence.condition:.0f}, columns scaled): "
@@ -394,9 +394,9 @@ def condition(evidence: Evidence) -> Iterator[Finding]:
 
 
 def weights_apart(evidence: Evidence) -> Iterator[Finding]:
-    """Nominal masses of weights that contradict one another: each only sets the scale of all gains (`gains`).
+    """Known weights whose masses contradict each other (`gains`).
 
-    By {APART:.0%} and {APART_SIGMAS:g} sigma: spoils all.
+    By {APART:.0%} and {APART_SIGMAS:g} sigma: do not use.
     """
 
     apart = []
@@ -418,7 +418,7 @@ def weights_apart(evidence: Evidence) -> Iterator[Finding]:
 
 
 def known_gains(evidence: Evidence) -> Iterator[Finding]:
-    """Gains that are hardly shown (`gains`). None known to {KNOWN_WELL:.0%}: spoils all; some not: those."""
+    """Gains that are not well determined (`gains`). Over {KNOWN_WELL:.0%}: do not use these gains."""
     sigma = evidence.gained if evidence.gained is not None else np.zeros(0)
     vague = [(str(j), f"{100 * s:.2g}") for j, s in enumerate(sigma, 1) if not s <= KNOWN_WELL]
     if not vague:
@@ -432,7 +432,7 @@ def known_gains(evidence: Evidence) -> Iterator[Finding]:
 
 
 def rating(evidence: Evidence) -> Iterator[Finding]:
-    """A mass beyond what the arm carries. With all of its interval, and by over {ROUNDED:.0%}: spoils all."""
+    """A mass above the rated payload. With its whole interval, and by over {ROUNDED:.0%}: do not use."""
     rated, sigma = evidence.robot.rated_payload, evidence.spread.mass if evidence.spread is not None else 0.0
     if evidence.mass - NORMAL95 * sigma > (1.0 + ROUNDED) * rated:
         source = "assumed" if evidence.robot.assumed("rated_payload") else "data sheet"
@@ -444,9 +444,9 @@ def rating(evidence: Evidence) -> Iterator[Finding]:
 
 
 def conflicts(evidence: Evidence) -> Iterator[Finding]:
-    """Constraints and weighed masses that contradict the data, and bounds that hold the answer back.
+    """Constraints and weighed masses that contradict the data, and answers on a bound.
 
-    p below 0.01 by the robust variance: spoils all; an answer held at a bound that was given: the inertia.
+    p below 0.01 by the robust variance: do not use. An answer on a bound that you gave: not the inertia.
     """
     findings: dict[str, Finding] = {}
     for payload in evidence.constrained:

@@ -121,8 +121,8 @@ def torque_delay(system: System) -> Sought:
 def _delayed(effect: Effect, evidence: Evidence) -> Finding:
     """Torques that are late or early.
 
-    By over {LATE:g} s and {LATE_Z:g} sigma: spoils all where the mass is {MOVED:.1%}, or the centre of mass
-    {SLIP:g} m off without it, else the inertia. Delays come out a third too small; all joints share one.
+    By over {LATE:g} s and {LATE_Z:g} sigma: do not use where the mass is {MOVED:.1%}, or the centre of mass
+    {SLIP:g} m off without it, else not the inertia. Delays come out a third too small; all joints share one.
     """
     text = (
         f"the torques{effect.where} {'lag' if effect.size > 0.0 else 'lead'} the positions by "
@@ -156,7 +156,7 @@ def slip(system: System) -> Sought | None:
 def _slip(effect: Effect, _: Evidence) -> Finding:
     """A payload that slips.
 
-    The centre of mass in the second half of the loaded recordings {SLIP:g} m and {SLIP_Z:g} sigma off: spoils all.
+    The centre of mass in the second half of the loaded recordings {SLIP:g} m and {SLIP_Z:g} sigma off: do not use.
     """
     return error(
         f"the centre of mass moves by {1e3 * effect.size:.0f} ± {1e3 * effect.sigma:.1g} mm halfway through the "
@@ -175,7 +175,7 @@ def change(system: System) -> Sought:
 def _change(effect: Effect, _: Evidence) -> Finding:
     """A payload that is taken up or put down, or torques that drift.
 
-    From some moment on the payload is {CHANGE:.0%} and {CHANGE_Z:g} sigma larger or smaller: spoils all.
+    From some moment on the payload is {CHANGE:.0%} and {CHANGE_Z:g} sigma larger or smaller: do not use.
     """
     return error(
         f"the mass {'grows' if effect.size > 0.0 else 'shrinks'} after {effect.where} of the recordings with "
@@ -225,9 +225,9 @@ def weight(system: System) -> Sought | None:
 
 
 def _weight(effect: Effect, evidence: Evidence) -> Finding:
-    """Gravity of another size than described.
+    """Gravity of another magnitude than described.
 
-    By over {WEIGHT:.0%} and {WEIGHT_Z:g} sigma: spoils all.
+    By over {WEIGHT:.0%} and {WEIGHT_Z:g} sigma: do not use.
     """
     usual = float(np.linalg.norm(evidence.robot.gravity))
     return error(
@@ -237,9 +237,9 @@ def _weight(effect: Effect, evidence: Evidence) -> Finding:
 
 
 def earth(evidence: Evidence) -> Iterator[Finding]:
-    """Gravity of the description whose size is not Earth's.
+    """A described gravity that is not Earth's.
 
-    By over {WEIGHT:.0%}, and by the torques no nearer than Earth's: spoils all.
+    By over {WEIGHT:.0%}, if the torques are closer to Earth's: do not use.
     """
     effect = evidence.diagnosis.effect("weight")
     if effect is None or BY_NAME["weight"].stands_out(effect):
@@ -262,9 +262,9 @@ def compensated(system: System) -> Sought | None:
 
 
 def _compensated(effect: Effect, evidence: Evidence) -> Finding:
-    """A part of the payload's weight that the torques do not hold, as its inertia shows.
+    """A part of the payload's weight that is missing from the torques, compared with its inertia.
 
-    By over {LIGHT:.0%} of it and {LIGHT_Z:g} sigma, if nothing else takes off more: spoils all.
+    Over {LIGHT:.0%} of it and {LIGHT_Z:g} sigma, if nothing else explains more: do not use.
     """
     mass = evidence.mass + effect.change[9]
     part = f"{100 * effect.size * evidence.mass / mass:.0f} %" if mass > evidence.mass else "a part"
@@ -293,9 +293,9 @@ def zero(system: System) -> Sought:
 
 
 def _zero(effect: Effect, _: Evidence) -> Finding:
-    """A joint whose zero is elsewhere.
+    """A joint with a wrong zero.
 
-    By over {ZERO_DEGREES:g} degrees and {ZERO_Z:g} sigma, if nothing else takes off more: spoils all.
+    By over {ZERO_DEGREES:g} degrees and {ZERO_Z:g} sigma, if nothing else explains more: do not use.
     """
     return error(
         f"the zero of q{effect.where} is off: by the torques it reads {np.degrees(abs(effect.size)):.0f} ± "
@@ -315,9 +315,9 @@ def gain(system: System) -> Sought | None:
 
 
 def _gain(effect: Effect, _: Evidence) -> Finding:
-    """A joint's torque on another scale than those of the joints beside it, which carry the same links.
+    """A joint's torque with another scale than those of its neighbours, which carry the same links.
 
-    By over {GAIN:.0%} and {GAIN_Z:g} sigma, if nothing else takes off more: spoils all.
+    By over {GAIN:.0%} and {GAIN_Z:g} sigma, if nothing else explains more: do not use.
     """
     return error(
         f"the torques do not share one scale: joint {effect.where}'s is {1.0 + effect.size:.2f} ± "
@@ -343,8 +343,8 @@ def tilt_correction(lean: Effect, method: int) -> tuple[Array, Array]:
 def _tilt(effect: Effect, evidence: Evidence) -> Finding:
     """A base that is not as described.
 
-    Gravity leans by over {STEEP_DEGREES:g} degrees and {TILT_Z:g} sigma: spoils all; noted from {TILT_DEGREES:g}
-    degrees.
+    Gravity tilted by over {STEEP_DEGREES:g} degrees and {TILT_Z:g} sigma: do not use. From {TILT_DEGREES:g}
+    degrees: a note.
     """
     text = (
         f"gravity is tilted by {np.degrees(effect.size):.1f} ± {np.degrees(effect.sigma):.1g} degrees from the "
@@ -399,8 +399,8 @@ def _pull(effect: Effect, evidence: Evidence) -> Finding:
     """A hose or cable that pulls at the flange.
 
     A force over {PULL:.1%} of the payload's weight and {PULL_Z:g} sigma, or {ALONG_Z:g} sigma of stiffness and
-    upward force with payload alone: spoils all where the mass may be {MOVED:.1%} (2 sigma), or the centre of mass
-    {SLIP:g} m off without it, else the inertia. Delays come out a third too small; all joints share one.
+    upward force with payload alone: do not use where the mass may be {MOVED:.1%} (2 sigma), or the centre of mass
+    {SLIP:g} m off without it, else not the inertia. Delays come out a third too small; all joints share one.
     """
     (stiffness, *_, up), (sigma, *_, up_sigma) = effect.values, np.sqrt(np.diag(effect.covariance))
     sideways = float(np.linalg.norm(effect.values[list(_ACROSS)]))
@@ -461,7 +461,7 @@ def matter(bursts: Effect, mass: float, sigma: float) -> bool:
 
 
 def _bursts(effect: Effect, evidence: Evidence) -> Finding:
-    """Stretches of time in which something else acts.
+    """Stretches of time with large residuals.
 
     Stretches of {STRETCH:g} s with over {BURST:g} times the median's squared residual: noted where the mass without
     them differs by over {MOVED:.1%} and 2 sigma.

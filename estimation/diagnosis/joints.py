@@ -25,12 +25,12 @@ USEFUL = 0.10
 
 
 def joints(evidence: Evidence) -> list[Finding]:
-    """Joints that show another payload than the others: drive gains, friction.
+    """Joints that measure different payloads, because of drive gains or friction.
 
-    A share {SHARE:.0%}, a mass {WRONG:.0%} (and {SIGMAS:g} sigma) off, two masses {NOTABLE:.0%} and
-    {NOTABLE_SIGMAS:g} sigma apart. Every interval grows by the disagreement (Birge), and all is spoilt only where
-    the mass's is then over {USEFUL:.0%}, or where leaving the joint out moves the mass out of it; else the inertia.
-    Noted from a growth of {TOGETHER:g}.
+    A ratio off by {SHARE:.0%}, a mass by {WRONG:.0%} (and {SIGMAS:g} sigma), two masses apart by {NOTABLE:.0%} and
+    {NOTABLE_SIGMAS:g} sigma. Every interval grows by the disagreement (Birge). Do not use if that of the mass is
+    then over {USEFUL:.0%}, or if leaving the joint out moves the mass out of it; else not the inertia. A note if
+    the intervals grow by more than {TOGETHER:g}.
     """
     view, mass, factor = evidence.diagnosis.by_joints, evidence.mass, evidence.diagnosis.disagreement
     # Standard deviations from few blocks, which are uncertain themselves, are wider, as Student's t is.

@@ -88,10 +88,10 @@ def _scales(added: Added, n: int) -> tuple[Effect, ...]:
 
 
 def scale(evidence: Evidence) -> Iterator[Finding]:
-    """Loaded torques, all or one joint's, on another scale than the unloaded ones.
+    """Loaded torques with another scale than the unloaded ones, all or one joint's.
 
-    All by {SCALE:.0%} and {SCALE_Z:g} sigma, one joint's by {JOINT_SCALE:.0%} and {JOINT_SCALE_Z:g} sigma, and by
-    more sigma than a pull: spoils all. Both are named where the data hardly distinguish them.
+    All by {SCALE:.0%} and {SCALE_Z:g} sigma, or one joint's by {JOINT_SCALE:.0%} and {JOINT_SCALE_Z:g} sigma, and
+    more clearly than a pull: do not use. Both are named if the data hardly distinguish them.
     """
     found, pull = sorted(evidence.diagnosis.scales, key=_z, reverse=True), pull_of(evidence)
     off = [scale for scale in found if beyond(scale)]
@@ -122,9 +122,9 @@ def beyond(scale: Effect, joint_z: float = JOINT_SCALE_Z) -> bool:
 
 
 def sensitive(evidence: Evidence) -> Iterator[Finding]:
-    """Mass that an error of the loaded torques' scale, too small to be seen, takes out of its interval.
+    """Mass that an unnoticed scale error of the loaded torques would move out of its interval.
 
-    An error of 1.96 sigma, {HIDDEN[0]:.0%} to {HIDDEN[1]:.0%}, moves it by over {SENSITIVE:.0%}: spoils all if
+    An error of 1.96 sigma, {HIDDEN[0]:.0%} to {HIDDEN[1]:.0%}, moves it by over {SENSITIVE:.0%}: do not use if
     intervals grow by over {TOGETHER:g} (Birge), else noted; not where the scale is seen to be another one,
     something pulls at the flange, or the payload was weighed.
     """
@@ -149,7 +149,7 @@ def sensitive(evidence: Evidence) -> Iterator[Finding]:
 def motors_apart(evidence: Evidence) -> Iterator[Finding]:
     """Currents of one motor with payload on another scale than without (`gains`).
 
-    By over {JOINT_SCALE:.0%} and {OWN_SCALE_Z:g} sigma: spoils its gain.
+    By over {JOINT_SCALE:.0%} and {OWN_SCALE_Z:g} sigma: not its gain.
     """
     off = [scale for scale in evidence.diagnosis.scales if scale.where and beyond(scale, OWN_SCALE_Z)]
     worst = max((scale for scale in off if _z(scale) <= JOINT_SCALE_Z), key=_z, default=None)

@@ -406,5 +406,5 @@ def test_a_log_of_no_robot_says_what_is_in_it(here: Path) -> None:
     (here / "log.csv").write_text("t,x,y\n" + "".join(f"{0.01 * k},1,2\n" for k in range(100)))
     ended = typed("check log.csv --details")
     assert ended.status == 1
-    assert "columns t, x, y Mend first:" in ended.text
+    assert "columns t, x, y Fix first:" in ended.text
     assert "missing" in ended.out

@@ -167,7 +167,7 @@ def controller_line(result: PayloadResult) -> str:
         return f"{line}, inertia about it ({', '.join(f'{x:.4f}' for x in np.diag(moved))}) kg m², ASSUMED"
     if inertia.use == "use" and result.best is not None:
         numbers = _numbers(six(moved), inertia.interval95.reshape(9, 2))
-        return f"{line}, inertia about it (XX YY ZZ XY XZ YZ) ({numbers}) kg m²"
+        return f"{line}, inertia about it XX YY ZZ XY XZ YZ ({numbers}) kg m²"
     return f"{line}, inertia zero"
 
 

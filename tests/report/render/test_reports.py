@@ -221,9 +221,13 @@ def answer(short_logs: Path) -> PayloadAnswer:
 @pytest.mark.parametrize(
     ("level", "sentence", "uses"),
     [
-        ("use", "Verdict: use mass, centre of mass and inertia (", ["use", "use", "use"]),
-        ("mass_and_com_only", "Verdict: use mass and centre of mass (", ["use", "use", "not measured well enough"]),
-        ("do_not_use", "Verdict: do not use (", ["do not use"] * 3),
+        ("use", "Verdict: use mass, centre of mass and inertia (", ["yes", "yes, all three", "yes, all six"]),
+        (
+            "mass_and_com_only",
+            "Verdict: use mass and centre of mass, not",
+            ["yes", "yes, all three", "no: too uncertain"],
+        ),
+        ("do_not_use", "Verdict: do not use these numbers (", ["no"] * 3),
     ],
 )
 def test_verdict_quantity_by_quantity(level: Any, sentence: str, uses: list[str], answer: PayloadAnswer) -> None:
