@@ -354,9 +354,9 @@ def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
 def unknown(known: Collection[str], key: str) -> str:
     """Say that a key is none of those known, and which of them may be meant."""
     near = get_close_matches(key, known, 1)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
-    listed = f"; known here: {', '.join(sorted(known))}" if len(known) < _MANY else ""
-    return f"unknown{listed}{hint}"
+    hint = f": did you mean {near[0]!r}?" if near else ""
+    listed = f"{'' if near else ';'} known here: {', '.join(sorted(known))}" if len(known) < _MANY else ""
+    return f"unknown{hint}{listed}"
 
 
 def _fields(table: type[Table]) -> dict[str, Any]:

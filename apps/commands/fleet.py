@@ -24,19 +24,19 @@ from .options import GainOptions, PageOptions, ProcessingOptions, ResultOptions,
 from .progress import note, status
 from .values import LOG, Count, DataFiles, NewFolder
 
-_Store = Annotated[str, Parameter(metavar="STORE", help="The --store of 'dynident fleet reduce'.")]
+_Store = Annotated[str, Parameter(metavar="STORE", help="The folder given to 'dynident fleet reduce --store'.")]
 _Logs = Annotated[DataFiles, Parameter(help="Recordings of one robot without payload.")]
 
 
 class _Reduce(Options):
     store: NewFolder
-    """Folder of the reduced recordings."""
+    """Folder for the reduced recordings."""
     pattern: Annotated[str, Parameter(metavar="PATH")] = ""
-    """Ends of paths, such as '{arm}/{day}.csv', or with {payload} (reported, kg); * stands for anything else."""
+    """Meaning of the end of each path: {arm}, {day}, {payload} (set in the controller, kg), * for the rest."""
     workers: Count = 1
-    """Processes of this machine (default: 1, this one)."""
+    """Number of processes (default: 1)."""
     cluster: Annotated[str | None, Parameter(metavar="ADDRESS")] = None
-    """A Dask scheduler, tcp://host:8786, whose workers do it."""
+    """Address of a Dask scheduler, such as tcp://host:8786, whose workers do the work."""
 
 
 @command

@@ -75,7 +75,7 @@ class RehearsedRobotOptions(RobotOptions):
     """A robot to plan or simulate with, which may need a stand-in."""
 
     arm_mass: values.Kilograms | None = None
-    """Mass of the whole arm, for a stand-in where its file tells neither mass nor bodies of links."""
+    """Mass of the whole arm, if its file has neither a mass nor link bodies."""
 
     def load(self) -> model.Robot:
         """The robot with the mass that was given."""
@@ -91,9 +91,10 @@ class NoiseOptions(Options, group=GOAL):
     """Torque noise of a recording: told, what an earlier one shows, or assumed."""
 
     torque_noise: _Noise | None = None
-    """Sigma per joint [N·m or N], or 10% of the limits; @HZ: independent samples a second (default: 10)."""
+    """Torque noise, 1 sigma per joint [N·m or N], or 10% of the limits; @HZ: independent samples a second
+    (default: 10)."""
     like: Annotated[str | None, Reads("like"), Parameter(metavar="JSON")] = None
-    """Noise as an earlier recording of the arm shows it: --json of identify or payload."""
+    """Take the torque noise from an earlier recording: the --json file of identify or payload."""
 
     def check(self) -> None:
         """Refuse two sources."""
@@ -142,13 +143,13 @@ class GoalOptions(NoiseOptions):
     criterion: Annotated[Literal["d", "a", "cond", "cond-scaled"], Parameter(show_choices=False)] = "d"
     """d: information (default); a: relative sigma; cond: condition number; cond-scaled: columns scaled."""
     columns: _Columns | None = None
-    """Parameters to be estimated (default: base), or the payload's ten, the robot being known."""
+    """Parameters to be identified: the robot's (base, default), or the payload's ten with a known robot."""
     parameters: Annotated[Names | None, SETTING] = None
-    """Parameters that count, for criteria d and a (default: all)."""
+    """Parameters that count in criteria d and a (default: all)."""
     data_from: tuple[Annotated[str, Reads("earlier data"), Parameter(metavar="F")], ...] = ()
     """Earlier data: --npz of identify or payload, or --json of identify (d and a); repeatable."""
     data_length: Annotated[Seconds | None, SETTING] = None
-    """Length of the recording to come [s]."""
+    """Length of the planned recording [s]."""
 
     @property
     def payload_only(self) -> bool:
@@ -226,23 +227,23 @@ class LimitOptions(Options, group=LIMITS):
     """Limits of the joints, the robot's parameters for its torques, and the scene."""
 
     speed_override: Annotated[float, word(number, "SHARE")] = 1.0
-    """Share of the speed limits (default: 1)."""
+    """Fraction of the speed limits to use (default: 1)."""
     acceleration: Annotated[_Acceleration | None, SETTING] = None
-    """Limit of the accelerations [deg/s² or m/s²], or 3x: three times the speed limit per second."""
+    """Acceleration limits [deg/s² or m/s²], or 3x: three times the speed limit per second."""
     torque_limits: _Torques | None = None
-    """[N·m or N], or none: not even those of the robot's file."""
+    """Torque limits [N·m or N], or none to ignore even those of the robot's file."""
     robot_parameters: values.RobotParametersFile | None = None
-    """The --json of 'dynident identify': for torques and relative sigma."""
+    """The --json file of 'dynident identify', for torques and relative sigma."""
     heaviest_payload: _Heaviest | None = None
-    """Torque limits hold without it and with it."""
+    """Keep the torque limits without this payload and with it."""
     within: _Region | None = None
-    """Torque limits hold for every payload up to --heaviest-payload in a ball, ellipsoid or box there [m]."""
+    """Keep them for every payload up to --heaviest-payload within this ball, ellipsoid or box [m]."""
     torque_margin: Annotated[Share, SETTING] = 0.0
-    """Share of the torque limits that stays free, such as 10%."""
+    """Fraction of the torque limits to leave free, such as 10%."""
     scene: Annotated[str | None, Reads("scene"), Parameter(metavar="TOML"), SETTING] = None
-    """File of floor, walls, and bodies that keep clear of each other, in the place of those assumed."""
+    """File of floor, walls and bodies to keep clear of each other, instead of those assumed."""
     no_floor: bool = False
-    """No floor at the base's height, as for an arm on a pedestal (nor the wall or ceiling it hangs from)."""
+    """Ignore the floor at the height of the base (or the wall or ceiling it is mounted on)."""
 
     def check(self) -> None:
         """Refuse a region of payloads of which none is named, and floors twice."""
@@ -341,19 +342,19 @@ class MotionFiles(PageOptions):
     }
 
     samples: Annotated[NewFile | None, Parameter(metavar="F.csv")] = None
-    """Samples of the motion: t, q, qd, qdd."""
+    """Write samples of the motion: t, q, qd, qdd."""
     ros2: Annotated[NewFile | None, Parameter(metavar="F.yaml")] = None
-    """JointTrajectory of ROS 2."""
+    """Write a ROS 2 JointTrajectory."""
     joint_names: Annotated[Names, SETTING] = ()
     """Names of the joints for --ros2 (default: joint_1, ..)."""
     urscript: NewFile | None = None
-    """servoj program."""
+    """Write a servoj program for Universal Robots."""
     controller_rate: Annotated[_Rate, SETTING] = CONTROLLER_RATE
-    """Cycles a second of the controller for --urscript [Hz]: 500 (default) or 125."""
+    """Rate of the controller for --urscript [Hz]: 500 (default) or 125."""
     sample_rate: Annotated[_Rate, SETTING] = 250.0
     """Samples a second in files [Hz] (default: 250)."""
     val3: values.NewFolder | None = None
-    """VAL3 application of via points, best with --segments trapezoid; made if missing."""
+    """Write a VAL3 application with the via points, best with --segments trapezoid; created if missing."""
 
     def check_robot(self, robot: model.Robot) -> None:
         """Refuse what a format has no place for, before the search."""

@@ -82,12 +82,12 @@ def share(text: str) -> float:
         value = number(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
     except ValueError:
         value = math.nan
-    return checked(value, 0.0 <= value < 1.0, text, "a share: write 2% or 0.02")
+    return checked(value, 0.0 <= value < 1.0, text, "a fraction below 1: write 2% or 0.02")
 
 
 def numbers(text: str, count: int | None = None) -> tuple[float, ...]:
     """Numbers separated by commas."""
-    words = f"{count or 'a list of'} finite numbers with commas"
+    words = f"{count or 'a list of'} finite numbers separated by commas"
     try:
         values = tuple(map(number, text.split(",")))
     except ValueError as error:

@@ -319,8 +319,8 @@ def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]
     if gains is None:
         if naming.holds_currents_only:
             raise InputError(
-                f"{path}: carries currents ({named}) but no torques: give --drive-gains, {n} numbers in N·m/A "
-                "(dynident gains identifies them, dynident check estimates them by the weight of the links)"
+                f"{path}: has currents ({named}) but no torques: give --drive-gains, {n} numbers in N·m/A "
+                "('dynident gains' identifies them, 'dynident check' estimates them from the weight of the links)"
             )
         # The controller's own prediction does not stand in the place of a measured torque.
         computed = () if naming.is_plain or naming.holds("torque") else naming.columns("torque_reference")
@@ -334,7 +334,7 @@ def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]
         if not math.isfinite(gain) or gain == 0.0:
             raise InputError(f"--drive-gains: gain {joint} is {gain}: give a number other than zero in N·m/A")
     if not naming.holds("current"):
-        raise InputError(f"{path}: --drive-gains given, but the file has no currents {named}: leave them out")
+        raise InputError(f"{path}: --drive-gains is given, but the file has no currents {named}: omit the option")
     return "current", ["has torques too; currents and drive gains are used"] * naming.holds("torque")
 
 
@@ -345,8 +345,8 @@ def check_missing(raw: RawLog, columns: Sequence[str]) -> None:
         close = difflib.get_close_matches(missing[0], free, 1, 0.75)
         hint = f" (is it {close[0]!r}?)" if close else ""
         raise InputError(
-            f"{raw.path}: column {', '.join(missing)} missing{hint}; found {in_a_row(raw.names)}: log "
-            "them, name yours in a --log-map, or give the robot that has these joints"
+            f"{raw.path}: column {', '.join(missing)} is missing{hint}; found {in_a_row(raw.names)}: record it, "
+            "map your column names in a --log-map, or give the --robot that has these joints"
         )
 
 

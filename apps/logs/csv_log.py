@@ -149,7 +149,7 @@ class _Text:
         for number, line in enumerate(iter(partial(text.readline, _SAMPLE), ""), 1):
             if len(line) == _SAMPLE:
                 fault = f"line {number} has more than {_SAMPLE:,} letters, which no row of numbers has"
-                raise InputError(f"{self._path}: {fault}: mend or remove it")
+                raise InputError(f"{self._path}: {fault}: correct or remove it")
             yield line
 
     def _rows(self, lines: Iterable[tuple[int, str]], indices: list[int]) -> Iterator[str]:
@@ -174,7 +174,7 @@ class _Text:
                     self._cut = f"the last row ({self.place(count)}) is cut off: left out"
                     return
                 if len(cells) != width:
-                    advice = "mend or remove the row, or name every column"
+                    advice = "correct or remove the row, or name every column"
                     if missing := names[len(cells) :]:
                         advice = f"{missing[0]!r}{' and what follows it' if missing[1:] else ''} is missing"
                     elif delimiter == "," and len(cells) > 1.5 * width:
@@ -261,7 +261,7 @@ def _encoding(path: Path) -> str:
         if sample[first::2].count(0) > len(sample) // 4:
             return encoding
     if len(_CONTROL.findall(sample)) > len(sample) // 1000:
-        raise InputError(f"{path}: is no text (a picture, a program?): give a CSV, TSV, NPZ, MAT or Parquet file")
+        raise InputError(f"{path}: is not a text file: give a log as CSV, TSV, NPZ, MAT or Parquet")
     try:
         sample[: sample.rfind(b"\n") + 1 or len(sample)].decode()
     except UnicodeDecodeError:
@@ -333,7 +333,7 @@ def _binary(path: Path) -> Iterator[IO[bytes]]:
         with gzip.open(path, "rb") if packed else path.open("rb") as binary:
             yield cast(IO[bytes], binary)
     except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
+        raise InputError(f"{path}: no such file: check the path") from None
     except UnicodeError:
         raise InputError(f"{path}: not UTF-8 text: save it as UTF-8") from None
     except (OSError, EOFError, zlib.error) as error:

@@ -70,7 +70,7 @@ def open_log(path: LogPath, log_map: LogMap) -> RawLog:
             raise InputError(f"{path}: {log_map.source} needs the folder that holds {log_map.files[0].name}")
         return _side_by_side(path, [path / part.name for part in log_map.files], log_map.files)
     if not is_bag and not path.exists():
-        raise InputError(f"{path}: no such file")
+        raise InputError(f"{path}: no such file: check the path and the current folder")
     if not is_bag and not path.is_file():
         raise InputError(f"{path}: is not a regular file: give the path of a log file or of a ROS 2 bag")
     return reader(path, log_map.layout)
@@ -210,8 +210,8 @@ def read_beside(
         values = values if later.all() else values[later]
     if len(t) < 2:
         raise InputError(
-            f"{raw.path}: {len(t)} rows of numbers, where a recording needs many: record again, or give the "
-            "file that holds them"
+            f"{raw.path}: has {len(t)} rows of numbers, which is no recording: record again, or give the file "
+            "with the rows"
         )
     columns.pop("time", None)
     t, values, about_rows = _once(raw, t, values[:, bool(naming.time) :], columns)
@@ -293,8 +293,8 @@ def _clock(raw: RawLog, column: str, unit: str, values: Array) -> tuple[Array, N
     if (steps < 0.0).any():
         k = int(np.argmax(steps < 0.0))
         raise InputError(
-            f"{raw.path}: {raw.place(k + 1)}, column {column!r}: time runs back ({t[k]:g} s, then {t[k + 1]:g} s): "
-            "split the file there and give both parts"
+            f"{raw.path}: {raw.place(k + 1)}, column {column!r}: time runs backwards ({t[k]:g} s, then "
+            f"{t[k + 1]:g} s): split the file there and give both parts"
         )
     later = np.append(True, np.diff(t) > 0.0)
     if repeated := len(t) - int(later.sum()):
@@ -378,7 +378,7 @@ def read_trajectory(path: str | Path, robot: Robot) -> tuple[Array, Array, Array
             break
         columns += numbered
     if missing := [name for name in columns if name not in raw.names]:
-        found = f"column {', '.join(missing)} missing for a trajectory of {n} joints; found {', '.join(raw.names)}"
+        found = f"column {', '.join(missing)} is missing for {n} joints; found {', '.join(raw.names)}"
         raise InputError(f"{path}: {found}")
     if f"q{n + 1}" in raw.names:
         raise InputError(f"{path}: column 'q{n + 1}', robot {robot.name!r} has {n} joints: is it the right one?")

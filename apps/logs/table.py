@@ -43,7 +43,7 @@ class RawLog:
             bad = values[row, column]
             fault = f"{bad} is {'too large a number' if np.isfinite(bad) else 'not a finite number'}"
             where = f"{self.path}: {self.place(int(row))}, column {columns[column]!r}"
-            raise InputError(f"{where}: {fault}: mend or remove the row")
+            raise InputError(f"{where}: {fault}: correct or remove the row")
         return values
 
 

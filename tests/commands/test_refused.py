@@ -72,7 +72,7 @@ LINES = {
     f"identify {RX90} --data": {
         "currents.csv --drive-gains a": "'a'",
         "gap.csv": "record without losing rows",
-        "bare.csv --data rx_arm_unloaded.csv": "holds the same numbers as bare.csv",
+        "bare.csv --data rx_arm_unloaded.csv": "has the same numbers as bare.csv",
         "latin.csv": "found t, q1, Drehmoment_Größe",
         "bare.csv equation-rate=0.001": "raise equation-rate",
         "bare.csv --cutoff 1e-9": "raise --cutoff",
@@ -183,7 +183,7 @@ LINES = {
         "--heaviest-payload 7 --within box:1,2": "is not R, A,B,C or box:A,B,C",
         "--heaviest-payload x.toml --within 0.1": "x.toml is one",
         "--heaviest-payload 7 --within 0.1 --torque-limits none": "a torque limit of every joint",
-        "torque-margin=100%": "'100%' is not a share",
+        "torque-margin=100%": "'100%' is not a fraction",
         "torque-margin=10% --torque-limits none": "no effect without torque limits",
         "scene=nowhere.toml": "no such file",
         "--robot-parameters nowhere.json": "no such file",
@@ -194,8 +194,8 @@ LINES = {
         "sample-rate=100": "no effect without --samples or --ros2",
         "--urscript x controller-rate=250": "500 Hz (e-Series) or 125 Hz",
         "--val3 no-name": "VAL3 application's name",
-        "--samples nowhere/x.csv": "not a file in a folder that exists",
-        "--ros2 nowhere/x.yaml": "not a file in a folder that exists",
+        "--samples nowhere/x.csv": "no such folder to write to",
+        "--ros2 nowhere/x.yaml": "no such folder to write to",
         "--starts 0": "from 1 to",
     },
     f"score {RX90}": {
@@ -243,7 +243,7 @@ LINES = {
     "robot export --robot panda": {"--to urdf --out x.urdf": "bodies need all ten"},
     f"codegen {RX90} --function": {
         "mass --out new": "give one of inverse_dynamics, ",
-        "gravity --out bare.csv": "is not a folder, nor can one be made there",
+        "gravity --out bare.csv": "a folder cannot be made there",
         "gravity --out bare.csv/x": "bare.csv",
     },
 }

@@ -110,7 +110,7 @@ def design_report(judged: JudgedMotion) -> Report:
         motion_figure(problem, judged.motion, f"{title}: motion between its limits"),
         *([sigma_figure(learnt, f"{title}: predicted standard deviations", reference, labels)] if known else []),
     ]
-    more = f"condition numbers, every parameter{', what brakes hold' if brakes else ''}"
+    more = f"condition numbers, all parameters{', torque on the brakes' if brakes else ''}"
     return Report(
         f"Motion for the {title}", first, [Section("motion", "Motion and what it would teach", blocks)], more
     )
@@ -165,7 +165,7 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
         Section("payload", "What it shows of a payload", [visibility_table(result.visibility), *brakes]),
         Section("motion", "The motion between its limits", [Table("Poses, deg or m", stood, poses), drawn]),
     ]
-    more = f"the poses, which parameters these joints show{', what brakes hold' if brakes else ''}"
+    more = f"poses, which parameters these joints show{', torque on the brakes' if brakes else ''}"
     return Report(f"Motion that weighs a payload: {title}", first, sections, more)
 
 

@@ -238,7 +238,7 @@ def test_verdict_quantity_by_quantity(level: Any, sentence: str, uses: list[str]
     merged = re.findall(r'<td class="words merged" rowspan="(\d)">([^<]+)</td>', text)
     assert merged == list(zip("136", uses, strict=True)), "each word stands beside all rows that it is of"
     assert "a <b>reason</b>" in page.texts["li"]
-    assert ("Nothing is given here" in text) == (level == "do_not_use")
+    assert ("There is nothing to enter" in text) == (level == "do_not_use")
     assert ("equivalent ellipsoid" in text) == (level == "use")
     assert "No recording was held out" in text
 
