@@ -326,8 +326,8 @@ def in_si(given: tuple[float, ...], robot: model.Robot) -> Array:
     if sum(x % 0.5 != 0.0 for x in turning) > 1 and max(map(abs, turning)) <= 2.0 * math.pi:
         degrees = ", ".join(f"{math.degrees(x):.3g}" if x in turning else f"{x:g}" for x in given)
         raise InputError(
-            f"{', '.join(f'{x:g}' for x in given)} looks like radians: give degrees ({degrees}); if it is in "
-            "degrees, round it to half ones"
+            f"{', '.join(f'{x:g}' for x in given)} looks like radians: give degrees ({degrees}); if these are "
+            "degrees, round them to halves"
         )
     return np.array([np.radians(x) if joint.revolute else x for x, joint in zip(given, robot.joints, strict=True)])
 

@@ -344,9 +344,10 @@ def check_missing(raw: RawLog, columns: Sequence[str]) -> None:
         free = [name for name in raw.names if name not in columns]
         close = difflib.get_close_matches(missing[0], free, 1, 0.75)
         hint = f" (is it {close[0]!r}?)" if close else ""
+        names = f"s {', '.join(missing)} are" if missing[1:] else f" {missing[0]} is"
         raise InputError(
-            f"{raw.path}: column {', '.join(missing)} is missing{hint}; found {in_a_row(raw.names)}: record it, "
-            "map your column names in a --log-map, or give the --robot that has these joints"
+            f"{raw.path}: column{names} missing{hint}; found {in_a_row(raw.names)}: record them, map your column "
+            "names in a --log-map, or give the --robot that has these joints"
         )
 
 

@@ -148,7 +148,7 @@ class _Text:
         """Lines of a text, which may be packed: one of 10 GB takes 10 MB."""
         for number, line in enumerate(iter(partial(text.readline, _SAMPLE), ""), 1):
             if len(line) == _SAMPLE:
-                fault = f"line {number} has more than {_SAMPLE:,} letters, which no row of numbers has"
+                fault = f"line {number} has more than {_SAMPLE:,} characters, which no row of numbers has"
                 raise InputError(f"{self._path}: {fault}: correct or remove it")
             yield line
 
@@ -192,8 +192,8 @@ class _Text:
         row, column = int(match[2]), int(match[3]) - 1
         place = f"line {self._dialect.before + 1 + row}" if self._per_row else self.place(row)
         return InputError(
-            f"{self._path}: {place}, column {self._names[column]!r}: {match[1][:22]} is not a finite number: mend "
-            "or remove the row"
+            f"{self._path}: {place}, column {self._names[column]!r}: {match[1][:22]} is not a finite number: "
+            "correct or remove the row"
         )
 
 

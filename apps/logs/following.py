@@ -75,7 +75,7 @@ def read_following(
         if len(there) < len(names):
             missing = ", ".join(name for name in names if name not in there)
             beside = f", but {there[0]} is there: record it for every joint" if there else ""
-            raise InputError(f"{naming.raw.path}: column {missing} is missing{beside}")
+            raise InputError(f"{naming.raw.path}: no column {missing}{beside}")
         recording, wanted = read_beside(path, robot, drive_gains, log_map, quantity)
         kind: Missed = "following error" if quantity == "position_reference" else "unpredicted torque"
         error = wanted - recording.q if kind == "following error" else recording.torque - wanted

@@ -103,7 +103,7 @@ class LogReport(Result, frozen=True, kw_only=True, dict=True):
     def headline(self) -> str:
         """The robot, the log, and what was found in a line."""
         counts = [sum(remark.severity == kind for remark in self.findings) for kind in ("error", "warning")]
-        summary = f"{counts[0]} errors, {counts[1]} warnings" if any(counts) else "nothing to mend"
+        summary = f"{counts[0]} errors, {counts[1]} warnings" if any(counts) else "nothing to fix"
         robot = f"{self.working.robot.name}, " if self.working is not None else ""
         return f"{robot}{self.source}, {summary}"
 

@@ -189,7 +189,7 @@ def check_apart(loaded: Sequence[Recording], unloaded: Sequence[Recording]) -> N
         for b in unloaded:
             if _same(a, b):
                 raise InputError(
-                    f"{a.source} with payload holds the same numbers as {b.source} without: give two recordings, "
+                    f"{a.source} with payload has the same numbers as {b.source} without: give two recordings, "
                     "one with and one without the payload"
                 )
 

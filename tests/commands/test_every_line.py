@@ -169,7 +169,7 @@ def test_a_folder_that_is_a_file_is_told_before_anything_is_read(here: Path, lin
     blocker.write_text("mine", encoding="utf-8")
     for wrong in (str(blocker), str(blocker / "inside"), ""):
         error = refused(f"{line.split()[0]} --robot rx90 {' '.join(line.split()[1:])}={wrong}")
-        assert f"{line.split()[-1]} {wrong!r}: is not a folder" in error
+        assert f"{line.split()[-1]} {wrong!r}: a folder cannot be made there" in error
     assert contents(here) == {"taken": b"mine"}
 
 

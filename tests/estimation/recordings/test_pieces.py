@@ -232,7 +232,7 @@ def cell(line: int, column: int, text: str) -> Callable[[list[str]], None]:
         (cell(1, 9, "torque3"), ["'torque3' looks like 'tau3'"]),
         (cell(1, 9, "tau03"), ["'tau03' looks like 'tau3'"]),
         (cell(1, 0, "clock"), ["column t is missing"]),
-        (cell(1, 9, "load"), ["tau3 missing"]),
+        (cell(1, 9, "load"), ["tau3 is missing"]),
         (cell(1, 9, "tau2"), ["'tau2'", "twice"]),
         (cell(1, 9, "tau7"), ["'tau7'", "6 joints", "right robot"]),
     ],
@@ -257,7 +257,7 @@ def test_bad_cells_in_columns_that_are_not_used_do_not_matter(write: Write, rx90
 
 def test_some_speeds_missing(write: Write, rx90: Robot) -> None:
     path = write([*HEADER, "qd1"], np.hstack([table(), np.ones((50, 1))]))
-    with pytest.raises(InputError, match="qd2, qd3, qd4, qd5, qd6 missing"):
+    with pytest.raises(InputError, match="qd2, qd3, qd4, qd5, qd6 are missing"):
         read_recording(path, rx90)
 
 
