@@ -99,8 +99,8 @@ def repeated_document(
         *_payload(
             scenarios["gains"], f"Drive gains wrong by {100 * gain_error:g} % (standard deviation) per joint"
         ),
-        "A wrong gain scales a joint's torque, and with it the parameters. No residual shows it, so no interval made\n"
-        "from residuals covers it: `dynident payload --gain-sigma` adds the uncertainty of the gains.\n",
+        "A wrong gain scales a joint's torque, and with it the parameters. No residual shows it, so no interval\n"
+        "made from residuals covers it: `dynident payload --gain-sigma` adds the uncertainty of the gains.\n",
         "![Errors of the payload and coverage of its intervals](simulated_experiment.png)\n",
     ]
     return "\n".join(parts)
@@ -156,9 +156,10 @@ def _robot(scenario: Scenario, paper: PaperTables) -> list[str]:
     rows = [(robot.names[k], robot.coverage[k]) for k in places]
     low = ", ".join(f"{name} ({100 * c:.0f} %)" for name, c in rows if c < _LOW) or "none"
     lines = [
-        f"Robust 95 % intervals (method 4, {len(robot.names)} parameters) contain the truth in {100 * share:.1f} % of all\n"
-        f"rows of Table 2 and seeds, and in {100 * robot.covered.mean():.1f} % of all parameters and seeds. For dry\n"
-        "friction the truth is its level averaged over the recorded motion.",
+        f"Robust 95 % intervals (method 4, {len(robot.names)} parameters) contain the truth in\n"
+        f"{100 * share:.1f} % of all rows of Table 2 and seeds, and in {100 * robot.covered.mean():.1f} % of all\n"
+        "parameters and seeds.\n"
+        "For dry friction the truth is its level averaged over the recorded motion.",
         "",
         f"Rows with less than {100 * _LOW:.0f} %: {low}. Ripple repeats in every trajectory, so no block of\n"
         "time reveals it.",

@@ -66,7 +66,7 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
         line = f"Controller file: {'' if document or not made else 'add --json P.json, then '}{export}."
         to_do = [f"Enter in the controller: {controller_line(result)}.", line]
     controller: list[Block] = [
-        Text("What to type into the controller", heading=True),
+        Text("What to enter in the controller", heading=True),
         Notes(to_do),
         OnPage(lambda: controller_blocks(result)),
         *([flange_figure(best, result.inertia.use == "use", is_flange(result.frame))] if best else []),
