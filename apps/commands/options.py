@@ -34,10 +34,10 @@ if TYPE_CHECKING:
     from ..report.blocks import Report
     from ..view.moving import View
 
-_FROM_ROBOT = "These errors are those that the robot was identified with; both owe them to the same drives."
+_FROM_ROBOT = "These are the errors with which the robot was identified; the drives are the same."
 _INSTEAD = (
-    "The robot's parameters were identified with another uncertainty of the gains; what is told now goes for both: "
-    "the same drives, the same errors."
+    "The robot was identified with another uncertainty of the gains; the one given now is used for both, as the "
+    "drives are the same."
 )
 _Chain = Annotated[tuple[str | None, str | None], word(values.chain, "BASE:TIP")]
 _Mount = Annotated[tuple[str, tuple[float, float, float]], word(values.mount, "HOW")]

@@ -123,21 +123,25 @@ def method_notes(result: PayloadResult) -> list[str]:
     best, robust, lines = result.best, present(result.best_free.robust), list[str]()
     if best is not None:
         source = (
-            "by the formula (17)-(19) alone, for white torque noise: on real robots they are too short by a factor "
-            "of about 1.5 to 4"
+            "from the formula (17)-(19) for white torque noise; on real robots they are too short by a factor of "
+            "about 1.5 to 4"
         )
         if robust is not None and robust.blocks is not None:
-            by = f": {robust.warning}" if robust.by_memory else f", by the block jackknife ({robust.blocks} blocks)"
-            source = f"over bodies that hold all constraints{by}"
+            by = (
+                f": {robust.warning}"
+                if robust.by_memory
+                else f", from the block jackknife ({robust.blocks} blocks)"
+            )
+            source = f"over all bodies that satisfy the constraints{by}"
         if np.isnan(bounds(best.interval95)).any():
-            lines.append("No intervals: constraints contradict the data, so that none would hold.")
+            lines.append("No intervals, because the constraints contradict the data.")
         else:
             lines.append(f"95 % intervals {source}.")
-        price = "No constraint is active: the free estimate can exist as it is."
+        price = "No constraint is active: the free estimate is already physical."
         if best.active:
             held = "; ".join(str(active.constraint) for active in best.active)
             rise, p_value = array(best.chi2_rise), array(best.p_value)
-            price = f"Active: {held}. Their price: chi2 rises by {rise:.3g} (p {p_value:.2g})."
+            price = f"Active constraints: {held}; chi2 rises by {rise:.3g} (p {p_value:.2g})."
         lines.append(price)
     against: dict[str, dict[int, float]] = {}  # p values by method of each constraint that is contradicted
     for estimate in result.possible if best is not None else ():
@@ -154,10 +158,10 @@ def method_notes(result: PayloadResult) -> list[str]:
 def sigma_notes(estimates: Sequence[FreeEstimate]) -> list[str]:
     """Say where the standard deviations of free estimates come from, and what speaks against them."""
     robust = [(e, e.robust) for e in estimates if e.robust and e.robust.blocks is not None]
-    lines = ["± one standard deviation by (17)-(19): for white torque noise, the torques' scale taken as exact."]
+    lines = ["± one standard deviation by (17)-(19), for white torque noise and an exact torque scale."]
     if robust:
         first = robust[0][1]
-        other, source = "that by the memory of the errors", "memory"
+        other, source = "that from the errors' autocorrelation", "autocorrelation"
         if not first.by_memory:
             length = array(present(first.block_length))
             other = "the block jackknife's standard deviation"
