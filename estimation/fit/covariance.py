@@ -76,9 +76,7 @@ class RobustCovariance(Brief):
             blocks = (
                 f"{self.blocks} blocks of at least {self.block_length:.2g} s are" if self.blocks else "blocks are"
             )
-            return (
-                f"{blocks} too few for a jackknife, so the intervals use the errors' autocorrelation: record longer"
-            )
+            return f"{blocks} too few for a jackknife; the errors' autocorrelation is used instead: record longer"
         if self.degrees_of_freedom + 1 >= FEW or not self.block_length:
             return ""
         return (

@@ -72,9 +72,7 @@ def stacked_regressor(robot: Robot, q: Array, qd: Array, qdd: Array) -> Array:
         names = [
             name for name, column in zip(standard_columns(robot), W.T, strict=True) if not np.isfinite(column).all()
         ]
-        raise InputError(
-            f"{', '.join(names)}: the law is not a number at some speed, position or load: correct it there"
-        )
+        raise InputError(f"{', '.join(names)}: the law is no number at some speed, position or load: correct it")
     return W
 
 

@@ -173,9 +173,7 @@ def _kinematics_lines(poses: Sequence[PoseCheck], readings: Readings | None) -> 
 
 def _reading_lines(readings: Readings) -> list[str]:
     residuals, best = readings.residuals, readings.suggested
-    lines = [
-        f"Residual as recorded: {readings.as_recorded:.4g} ({readings.unit}); {len(residuals)} readings tried."
-    ]
+    lines = [f"Residual: {readings.as_recorded:.4g} ({readings.unit}); {len(residuals)} other readings tried."]
     if best is None:
         lines.append("No other order, sign or zero of the joints fits clearly better.")
     else:

@@ -127,11 +127,7 @@ def method_notes(result: PayloadResult) -> list[str]:
             "about 1.5 to 4"
         )
         if robust is not None and robust.blocks is not None:
-            by = (
-                f": {robust.warning}"
-                if robust.by_memory
-                else f", from the block jackknife ({robust.blocks} blocks)"
-            )
+            by = f": {robust.warning}" if robust.by_memory else f", by the jackknife ({robust.blocks} blocks)"
             source = f"over all bodies that satisfy the constraints{by}"
         if np.isnan(bounds(best.interval95)).any():
             lines.append("No intervals, because the constraints contradict the data.")

@@ -174,8 +174,7 @@ def _course(result: NearResult) -> tuple[str, str, str]:
     plan, shape = result.design.plan, result.shape
     if isinstance(shape, StaticShape):
         course = (
-            f"Duration {plan.duration:.0f} s: each pose is held for {shape.hold:g} s after small moves from below "
-            "and from above."
+            f"Duration {plan.duration:.0f} s: poses are held {shape.hold:g} s after moves from below and above."
         )
         return f"{shape.count} poses at rest", "--samples, --ros2, --urscript or --val3", course
     assert isinstance(plan, Fourier)
@@ -279,10 +278,7 @@ def noise_line(problem: DesignProblem) -> str:
     goal, sigma = problem.goal, [f"{x:.2g}" for x in problem.noise if np.isfinite(x)]
     pair = "in each of two recordings, " * (goal.single_rate < goal.rate)
     values = ", ".join(sigma)
-    return (
-        f"Predicted with a torque noise {problem.noise_from}: {values} N·m or N, {pair}{goal.rate:.3g} independent "
-        "samples a second."
-    )
+    return f"Torque noise {problem.noise_from}: {values} N·m or N, {pair}{goal.rate:.3g} samples a second."
 
 
 def _taught_table(problem: DesignProblem, learnt: Learnt) -> Table:
@@ -300,8 +296,7 @@ def _taught_table(problem: DesignProblem, learnt: Learnt) -> Table:
         mass = problem.robot.rated_payload if np.isfinite(problem.robot.rated_payload) else _MASS
         body = InertialParameters.from_com(mass, [0.0, 0.0, _ARM], _GYRATION**2 * mass * np.eye(3))
         spread = payload_spread(body.vector, learnt.covariance, range(len(INERTIAL)))
-        title = f"Predicted accuracy from {recorded} for a payload of {mass:g} kg, {1e3 * _ARM:g} mm off the flange"
-        return _spread_table(title, spread)
+        return _spread_table(f"Predicted from {recorded} for {mass:g} kg, {1e3 * _ARM:g} mm off the flange", spread)
     rows = []
     for text, unit, kinds in _GROUPS:
         sigma = [s for name, s in learnt.sigma.items() if parameter_kind(name) in kinds]

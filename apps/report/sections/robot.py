@@ -153,10 +153,7 @@ def robot_report(result: RobotResult, document: str | None = None) -> Report:
         f"On the validation recording: {evidence.residual_text(held_out)}" if held_out else "",
         *_sigma_notes(estimate, present(result.robust.unavailable) if result.robust else None),
     )
-    title, more = (
-        f"Dynamic parameters of the {result.title}",
-        "all base parameters, residuals, essential parameters",
-    )
+    title, more = f"Dynamic parameters of the {result.title}", "all base parameters, residuals, essential ones"
     return Report(title, first, sections, more, "Identified from recordings without payload", data)
 
 
