@@ -37,7 +37,7 @@ def read_stored_gains(path: str | Path) -> GainsResult:
         if not (np.isfinite(values) & (values != 0.0)).all():
             raise WrongKeyError("drive_gains.values", "a gain is zero or null")
         if len(C) != len(values) or not is_covariance(C):
-            raise WrongKeyError("drive_gains.relative_covariance", f"is no covariance of {len(values)} gains")
+            raise WrongKeyError("drive_gains.relative_covariance", f"is not a covariance of {len(values)} gains")
     return stored
 
 

@@ -334,7 +334,7 @@ def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
             kind = get_args(kind)[1]
             name = next(name for name, value in data.items() if not _fits(value, kind))
         elif name not in _fields(kind):  # the tag that says which of several tables it is
-            return WrongKeyError(f"{key}.{name}"[1:], f"{shown(data.get(name))} is no kind of table known here")
+            return WrongKeyError(f"{key}.{name}"[1:], f"{shown(data.get(name))} is not a kind of table known here")
         else:
             advice, kind = kind.advice.get(name, ""), _fields(kind)[name]
         key, data = f"{key}.{name}", data[name]

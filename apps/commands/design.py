@@ -240,7 +240,7 @@ def _logged_motion(
         t, q, qd, qdd = logs.read_trajectory(path, robot)
         if qd is not None and qdd is not None:
             if cutoff is not None:
-                raise InputError(f"{path}: has accelerations and is not filtered: leave --cutoff out")
+                raise InputError(f"{path}: has accelerations, so it is not filtered: omit --cutoff")
             motion = trajectories.joined(model.Motion(t, q, qd, qdd), _PLANNED_RATE)
             return motion, planned(robot, motion, path), []
         measured_too = any(map(logs.named(path, robot, None).holds, ("torque", "current")))

@@ -157,7 +157,7 @@ class Call:
                 f"give a file of {self.command!r}, or call {meant!r}"
             )
         if "config" in table:
-            raise InputError(f"--config {path}: a file of options names no other one: leave its key config out")
+            raise InputError(f"--config {path}: a file of options cannot name another one: remove its key config")
         Dict(table, source=path, use_commands_as_keys=False)(App(), (), self.arguments)
 
 

@@ -86,7 +86,7 @@ class _Identify(Options):
                 bounds = "--total-mass: links of {:g} to {:g} kg in all leave no robot near the data".format(
                     *self.total_mass
                 )
-                raise InputError(f"{bounds}: give wider bounds, or leave them out ({error})") from error
+                raise InputError(f"{bounds}: give wider bounds, or omit them ({error})") from error
             if self.constrained == "prior":
                 raise InputError(f"{error}; --constrained none leaves it out") from error
             note(f"no robot that can exist is given, and so no export: {error}; {_CLOSE}")

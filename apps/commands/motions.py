@@ -83,7 +83,7 @@ class RehearsedRobotOptions(RobotOptions):
         if self.arm_mass is None:
             return robot
         if not model.stand_in.missing_inertial(robot):
-            raise InputError(f"--arm-mass has no effect: {robot.name} has a body for each link: leave it out")
+            raise InputError(f"--arm-mass has no effect: {robot.name} has a body for each link: omit it")
         return replace(robot, mass=self.arm_mass, sources={**robot.sources, "mass": "given with --arm-mass"})
 
 
@@ -122,7 +122,7 @@ class NoiseOptions(Options, group=GOAL):
             sigma, source = trajectories.assumed_noise(robot, assumed[0]), assumed[1]
             if not np.isfinite(sigma).all():
                 raise InputError(
-                    f"robot {robot.name!r} has no torque limits from which a noise could be guessed: give "
+                    f"robot {robot.name!r} has no torque limits to estimate a noise from: give "
                     "--torque-noise, or --arm-mass KG for a stand-in"
                 )
         elif isinstance(level, float):
@@ -249,7 +249,7 @@ class LimitOptions(Options, group=LIMITS):
         """Refuse a region of payloads of which none is named, and floors twice."""
         super().check()
         if self.scene is not None and self.no_floor:
-            raise InputError("--no-floor has no effect with a scene, which names its own floor: leave it out")
+            raise InputError("--no-floor has no effect with a scene, which has its own floor: omit it")
         if self.heaviest_payload is None:
             self.refuse("within", "needs --heaviest-payload KG[@X,Y,Z]: the largest mass there")
 

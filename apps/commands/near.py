@@ -155,7 +155,7 @@ def run(
     if options.static:
         files.refuse("rehearsal", "has no effect with --static: run it at a low speed override first")
         if noise.torque_noise is not None and noise.torque_noise[1] is not None:
-            raise InputError("--torque-noise: at rest each approach is one sample: leave @HZ out")
+            raise InputError("--torque-noise: at rest each approach is one sample: omit @HZ")
         sigma, _, source = noise.noise(robot, bounds, trajectories.ASSUMED_STICTION)
         goal = trajectories.NearGoal(sigma, 1.0 / options.hold, *knowledge, source)
         shape: trajectories.NearShape | trajectories.StaticShape = _static_shape(options, robot, bounds)
@@ -217,7 +217,7 @@ def _shape(
     if isinstance(options.second_pose, str):
         second = trajectories.second_pose(robot, shape, goal, bounds, options.seed)
         if second is None:
-            note("no second pose would tell much more: there is one pose only")
+            note("a second pose would hardly help: only one is used")
             return shape, None
     else:
         second = in_si(options.second_pose, robot)

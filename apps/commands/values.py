@@ -153,7 +153,7 @@ def bounds(text: str) -> tuple[float | None, float | None]:
     """Least and largest value; either may be left out: 1,3 or ,3."""
     parts = text.split(",")
     good = len(parts) == 2 and any(parts)
-    low, high = checked(parts, good, text, "two numbers of which one may be left out, such as 1,3 or ,3")
+    low, high = checked(parts, good, text, "two numbers, of which one may be omitted, such as 1,3 or ,3")
     return number(low) if low else None, number(high) if high else None
 
 
@@ -207,7 +207,7 @@ def mount(text: str) -> tuple[str, tuple[float, float, float]]:
 def chain(text: str) -> tuple[str | None, str | None]:
     """First link and flange of a chain, either of which may be left out: base_link:tool0 or :tool0."""
     base, mark, tip = text.partition(":")
-    checked(text, bool(mark and (base or tip)), text, "BASE:TIP, of which one may be left out, such as :tool0")
+    checked(text, bool(mark and (base or tip)), text, "BASE:TIP, of which one may be omitted, such as :tool0")
     return base or None, tip or None
 
 

@@ -252,7 +252,7 @@ class Naming:
         prefixes = self.known.prefixes
         if "*" in pattern and len(prefixes) > 1:
             raise InputError(
-                f"{self.raw.path}: holds several arms or topics ({', '.join(prefixes)}): name one's columns "
+                f"{self.raw.path}: has several arms or topics ({', '.join(prefixes)}): name one's columns "
                 "in a log map"
             )
         return self.known.expanded(pattern, joints, self.robot.n)
@@ -274,7 +274,7 @@ def choose(naming: Naming, gains: Sequence[float] | None) -> tuple[dict[str, tup
         notes = [*_check_layout(naming), *notes]
     names = list(chain.from_iterable(columns.values()))
     if twice := repeated([name for name in raw.names if name in names]):
-        raise InputError(f"{raw.path}: column {twice!r} stands in the header twice: rename one")
+        raise InputError(f"{raw.path}: column {twice!r} is in the header twice: rename one")
     check_missing(raw, names)
     pose = log_map.pose or standard_pose(raw.names)
     used = {*names, *(pose.all if pose else ())}

@@ -96,7 +96,7 @@ def csv_log(path: Path, layout: Layout) -> RawLog:
                 "tabs or blanks"
             )
         if all(map(dialect.is_number, header)):
-            raise InputError(f"{path}: line {dialect.before} holds numbers: a header with column names is needed")
+            raise InputError(f"{path}: line {dialect.before} has numbers: add a header with column names")
     named = [with_unit(name) for name in layout.names or header]
     names = tuple(name for name, _ in named)
     units = dict(zip(names, dialect.units, strict=False)) | {name: unit for name, unit in named if unit}
@@ -141,7 +141,7 @@ class _Text:
             except (ValueError, IndexError, TypeError) as error:
                 raise self._bad_cell(str(error)) from None
         if per_row and values.size % per_row:
-            raise InputError(f"{self._path}: {values.size} numbers are no whole samples of {per_row}: it is cut")
+            raise InputError(f"{self._path}: {values.size} numbers are not a multiple of {per_row}: it is cut")
         return values.reshape(-1, per_row)[:, wanted] if per_row else values
 
     def _lines(self, text: io.TextIOBase) -> Iterator[str]:

@@ -64,7 +64,7 @@ def open_log(path: LogPath, log_map: LogMap) -> RawLog:
     is_bag = not log_map.files and (path / "metadata.yaml").is_file()
     reader = ros_bag if is_bag else _READERS.get(path.suffix.lower(), csv_log)
     if log_map.layout.topic and reader is not ros_bag and path.exists():
-        raise InputError(f"{path}: is no ROS 2 bag and has no topics: leave topic out")
+        raise InputError(f"{path}: is not a ROS 2 bag and has no topics: omit topic")
     if log_map.files:
         if not path.is_dir():
             raise InputError(f"{path}: {log_map.source} needs the folder that holds {log_map.files[0].name}")
@@ -273,7 +273,7 @@ def _clock(raw: RawLog, column: str, unit: str, values: Array) -> tuple[Array, N
     where, steps, notes = f"{raw.path}: column {column!r}", np.diff(values), list[str]()
     still = float(np.mean(steps == 0.0)) if len(steps) else 0.0
     if still > _MOST_REPEATED:
-        raise InputError(f"{where}: time stands still in {100 * still:.0f} % of the rows: write more digits")
+        raise InputError(f"{where}: time does not advance in {100 * still:.0f} % of the rows: write more digits")
     if not unit:
         rising = steps[steps > 0.0]
         typical = float(np.median(rising)) if len(rising) else 0.0
@@ -284,7 +284,7 @@ def _clock(raw: RawLog, column: str, unit: str, values: Array) -> tuple[Array, N
             )
         unit = next((unit for unit, slowest in _SLOWEST.items() if typical <= slowest), "")
         if not unit:
-            raise InputError(f"{where}: {typical:g} from row to row is no unit of time that is known: --units t=..")
+            raise InputError(f"{where}: {typical:g} from row to row fits no known unit of time: give --units t=..")
         if unit != "s":
             notes.append(f"time is in {unit} (steps of {typical:g}); --units t=.. takes another unit")
     scale = factor("time", unit)
@@ -389,7 +389,7 @@ def read_trajectory(path: str | Path, robot: Robot) -> tuple[Array, Array, Array
     _, later, _, _ = _clock(raw, "t", "s", t)
     if not later.all():
         where = raw.place(int(np.argmin(later)))
-        raise InputError(f"{raw.path}: {where}, column 't': time stands still: remove the repeated rows")
+        raise InputError(f"{raw.path}: {where}, column 't': time does not advance: remove the repeated rows")
     steps = np.diff(t)
     k = int(np.argmax(steps))
     if steps[k] > max(10.0 * typical_step(t), 0.25):

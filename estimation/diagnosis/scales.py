@@ -105,8 +105,8 @@ def scale(evidence: Evidence) -> Iterator[Finding]:
     masses = " or ".join(f"{(evidence.mass + scale.change[9]) / (1.0 + scale.size):.3g}" for scale in likely)
     ratios = " or ".join(f"{1.0 + scale.size:.3f} ± {scale.sigma:.2g}" for scale in likely)
     text = (
-        f"{whose} have another scale with payload than without, {ratios} times; corrected for it, the mass would "
-        f"be {masses} kg: check units and drive gains, and what changed between the recordings"
+        f"the scale of {whose} changes by a factor of {ratios} with payload; without this change the mass would be "
+        f"{masses} kg: check units and drive gains, and what changed between the recordings"
     )
     yield error(text)._replace(cause=worst.fall > HELPFUL, explains=worst.fall)
 

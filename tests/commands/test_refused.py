@@ -128,7 +128,7 @@ LINES = {
         "--static hold=0.5": "0.5 s at rest: give 1 to 10",
         "--static --range 2": "joint 2 has 4 deg of room in its range: none for a pose and 3 deg to either side",
         "--static approach=-3": "-3 deg to either side",
-        "--static --torque-noise 1%@10": "leave @HZ out",
+        "--static --torque-noise 1%@10": "omit @HZ",
         "--static rehearsal=x.csv": "at a low speed override",
     },
     HELD: {

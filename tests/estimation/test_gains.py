@@ -294,7 +294,7 @@ def in_loaded(change: Change) -> Mistake:
 
 
 MISTAKES: dict[str, tuple[Mistake, str]] = {
-    "loaded on another scale": (in_loaded(scaled(1.06)), "another scale with payload than without"),
+    "loaded on another scale": (in_loaded(scaled(1.06)), "with payload; without this change"),
     "one gain off in one recording": (in_loaded(scaled(1.15, 3)), "drive gains"),
     "a mass ten times too large": (
         lambda bare, heavy, mass: (bare, heavy, 10.0 * mass),

@@ -473,10 +473,10 @@ SIDES: dict[str, list[tuple[Any, ...]]] = {
         ("error", "joint 2 5.5", joints.WRONG, lambda x: by_masses((5.0 + 5.0 * x, 0.001), make=of_weighing)),
     ],
     "scale": [
-        ("error", "the torques have another scale", scales.SCALE, lambda x: scaled(0, x, 0.0)),
-        ("error", "the torques have another scale", scales.SCALE_Z, lambda x: scaled(0, 0.1 * x, 0.1)),
-        ("error", "joint 3's torques have another scale", scales.JOINT_SCALE, lambda x: scaled(3, x, 0.0)),
-        ("error", "joint 3's torques have another scale", scales.JOINT_SCALE_Z, lambda x: scaled(3, 0.1 * x, 0.1)),
+        ("error", "the scale of the torques", scales.SCALE, lambda x: scaled(0, x, 0.0)),
+        ("error", "the scale of the torques", scales.SCALE_Z, lambda x: scaled(0, 0.1 * x, 0.1)),
+        ("error", "scale of joint 3's torques", scales.JOINT_SCALE, lambda x: scaled(3, x, 0.0)),
+        ("error", "scale of joint 3's torques", scales.JOINT_SCALE_Z, lambda x: scaled(3, 0.1 * x, 0.1)),
     ],
     "sensitive": [
         ("note", "3.0 %, out of its interval", scales.SENSITIVE, lambda x: leaning_on(5.0 * x, 0.01)),
@@ -700,8 +700,8 @@ def test_causes_are_looked_for_where_something_contradicts(monkeypatch: pytest.M
 def test_the_scale_of_all_and_that_of_a_joint_are_told_where_either_may_be() -> None:
     """A joint's z of 10, and that of all on both sides of the share from which it explains them as well."""
     for z, words in (
-        (0.999, "joint 4's torques have another scale"),
-        (1.001, "all torques, or only those of joint 4,"),
+        (0.999, "the scale of joint 4's torques"),
+        (1.001, "the scale of all torques, or only those of joint 4,"),
     ):
         whole = scale_of(0, 0.1, 0.1 / (10.0 * z * scales.EITHER), 4.5)
         (finding,) = scales.scale(of_payload(estimate_of(), scales=(whole, scale_of(4, -0.1, 0.01, 5.5))))

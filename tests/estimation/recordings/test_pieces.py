@@ -109,7 +109,7 @@ def test_an_index_is_named(tmp_path: Path, arm: Robot) -> None:
 
 
 def test_time_with_too_few_digits_is_refused(tmp_path: Path, arm: Robot) -> None:
-    with pytest.raises(InputError, match=r"time stands still in 9\d % of the rows: write more digits"):
+    with pytest.raises(InputError, match=r"time does not advance in 9\d % of the rows: write more digits"):
         read_recording(log(tmp_path / "a.csv", np.floor(T), without()), arm)
 
 
@@ -226,7 +226,7 @@ def cell(line: int, column: int, text: str) -> Callable[[list[str]], None]:
         (cell(10, 5, ""), ["line 10", "'q5'"]),
         (cell(51, 2, "1.5 Nm"), ["line 51", "'q2'"]),
         (lambda lines: lines.__setitem__(4, "1,2,3"), ["line 5", "'q3'"]),
-        (lambda lines: lines.__delitem__(0), ["line 1 holds numbers", "header"]),
+        (lambda lines: lines.__delitem__(0), ["line 1 has numbers", "header"]),
         (cell(1, 3, "Q3"), ["'Q3' looks like 'q3'", "rename"]),
         (cell(1, 3, "q_3"), ["'q_3' looks like 'q3'"]),
         (cell(1, 9, "torque3"), ["'torque3' looks like 'tau3'"]),
