@@ -33,13 +33,13 @@ def shown_noise(path: str | Path) -> tuple[Array, float]:
         Equations.load(path)
         with np.load(path, allow_pickle=False) as data:
             if "weights" not in data:
-                raise InputError(f"{path}: carries no weights: give --torque-noise, or --like JSON")
+                raise InputError(f"{path}: has no weights: give --torque-noise, or --like JSON")
             return MEMORY / np.asarray(data["weights"]), INDEPENDENT
     if read_json(path, dict[str, Any], _OF_BOTH).get("kind") == "payload":
         shown = present(read_stored_payload(path).data)
         sigma, rate = (present(shown.torque_noise), present(shown.independent)) if shown else (None, None)
         if sigma is None or rate is None:
-            raise InputError(f"{path}: tells no torque noise of recordings without payload: {_OF_BOTH}")
+            raise InputError(f"{path}: has no torque noise of recordings without payload: {_OF_BOTH}")
         return np.asarray(sigma), rate
     own = read_stored_robot(path).data
     sigma, rate = present(own.torque_noise), present(own.independent)

@@ -299,7 +299,7 @@ class Recorder:
                 elif step == 0.0:
                     self.repeated, self._standing = self.repeated + 1, self._standing + 1
                     if max(self._standing * self.step, 0.5 * (time.monotonic() - self._ran)) > _STILL:
-                        raise InputError(f"the controller's time stands still after {self.seconds:.1f} s")
+                        raise InputError(f"the controller's time stopped after {self.seconds:.1f} s")
                     continue
                 else:
                     self._steps[max(round(step / _TICK), 1)] += 1

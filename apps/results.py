@@ -27,7 +27,7 @@ def read_stored_gains(path: str | Path) -> GainsResult:
     """Read the ``--json`` of ``dynident gains``, unless its own verdict is against these gains."""
     stored = read_json(path, GainsResult, _OF_GAINS)
     if stored.judged.level == "do_not_use":
-        reason = next(iter(stored.judged.reasons), "no reason is told")
+        reason = next(iter(stored.judged.reasons), "no reason is given")
         against = f"the verdict on these drive gains is: do not use ({reason})"
         raise InputError(
             f"{path}: {against}; identify them again, or give the maker's as numbers with --gain-sigma"
@@ -37,7 +37,7 @@ def read_stored_gains(path: str | Path) -> GainsResult:
         if not (np.isfinite(values) & (values != 0.0)).all():
             raise WrongKeyError("drive_gains.values", "a gain is zero or null")
         if len(C) != len(values) or not is_covariance(C):
-            raise WrongKeyError("drive_gains.relative_covariance", f"is no covariance of {len(values)} gains")
+            raise WrongKeyError("drive_gains.relative_covariance", f"is not a covariance of {len(values)} gains")
     return stored
 
 

@@ -25,7 +25,7 @@ def frozen_array(values: ArrayLike, shape: Sequence[int | None], name: str) -> A
         sizes = " x ".join("any" if size is None else str(size) for size in shape)
         raise ValueError(f"{name} has shape {array.shape}, expected {sizes}")
     if not np.isfinite(array).all():
-        raise ValueError(f"{name} holds a number that is not finite")
+        raise ValueError(f"{name} has a number that is not finite")
     array.setflags(write=False)
     return array
 

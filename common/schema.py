@@ -335,7 +335,7 @@ def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
             kind = get_args(kind)[1]
             name = next(name for name, value in data.items() if not _fits(value, kind))
         elif name not in _fields(kind):  # the tag that says which of several tables it is
-            return WrongKeyError(f"{key}.{name}"[1:], f"{shown(data.get(name))} is no kind of table known here")
+            return WrongKeyError(f"{key}.{name}"[1:], f"{shown(data.get(name))} is not a kind of table known here")
         else:
             advice, kind = kind.advice.get(name, ""), _fields(kind)[name]
         key, data = f"{key}.{name}", data[name]
@@ -355,9 +355,9 @@ def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
 def unknown(known: Collection[str], key: str) -> str:
     """Say that a key is none of those known, and which of them may be meant."""
     near = get_close_matches(key, known, 1)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
-    listed = f"; known here: {', '.join(sorted(known))}" if len(known) < _MANY else ""
-    return f"unknown{listed}{hint}"
+    hint = f": did you mean {near[0]!r}?" if near else ""
+    listed = f"{'' if near else ';'} known here: {', '.join(sorted(known))}" if len(known) < _MANY else ""
+    return f"unknown{hint}{listed}"
 
 
 def _fields(table: type[Table]) -> dict[str, Any]:

@@ -20,9 +20,9 @@ from dynident.trajectories import RX90_NOISE, random_via_points
 ROBOT = load_robot("rx90")
 HEAD = """# What each verdict looks like
 
-Four answers from simulated recordings of the Stäubli RX90, three of a payload and one of drive gains, each with its
-screen and the figure that shows why. The page is made by `python -m dynident.examples.verdicts --out docs`; what to
-do with each verdict stands in [its own page](how-to/verdict.md), what is checked in [the verdict](verdict.md).
+Four results from simulated recordings of the Stäubli RX90, three of a payload and one of drive gains, each with its
+screen and the figure that shows why. `python -m dynident.examples.verdicts --out docs` makes this page. [What to do
+with each verdict](how-to/verdict.md) is on its own page, and so are [the checks](verdict.md).
 """
 
 
@@ -49,7 +49,7 @@ def good() -> Shown:
     bare, heavy = recorded(load, 0.9, 1)
     answer = identify_payload(ROBOT, [heavy], [bare])
     return Shown(
-        "use", "7 kg, half a metre long, on a fast motion: all ten numbers can be typed in.", answer, "by_joints"
+        "use", "7 kg, half a metre long, on a fast motion: all ten numbers can be used.", answer, "by_joints"
     )
 
 
@@ -58,9 +58,7 @@ def slow() -> Shown:
     load = InertialParameters.from_com(3.0, [0.0, 0.01, 0.08], [0.004, 0.004, 0.003])
     bare, heavy = recorded(load, 0.12, 2)
     answer = identify_payload(ROBOT, [heavy], [bare])
-    words = (
-        "3 kg of the size of a fist on a slow motion: gravity shows mass and centre of mass, inertia hardly shows."
-    )
+    words = "3 kg, the size of a fist, on a slow motion: gravity shows mass and centre of mass, inertia hardly."
     return Shown("mass_and_com_only", words, answer, "flange")
 
 
@@ -71,9 +69,7 @@ def scaled() -> Shown:
     torque = np.array(heavy.torque)
     torque[:, 2] *= 0.9
     answer = identify_payload(ROBOT, [replace(heavy, torque=torque)], [bare])
-    words = (
-        "The first payload again; the torque of joint 3 is logged a tenth too small under load. Joints disagree."
-    )
+    words = "The first payload again, the torque of joint 3 logged 10 % too small under load: the joints disagree."
     return Shown("do_not_use", words, answer, "by_joints")
 
 
@@ -89,7 +85,7 @@ def slow_currents() -> Shown:
     known = known_mass(7.0)
     answer = answer_gains(gain_problem(ROBOT, [bare], [heavy], known))
     words = (
-        "Drive gains from currents and a weight of 7 kg on a slow motion: gravity does not show that of motor 1."
+        "Drive gains from currents and a weight of 7 kg, slow motion: gravity does not show the gain of motor 1."
     )
     return Shown("identified_only", words, answer, "by_joints_1")
 

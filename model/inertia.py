@@ -181,7 +181,7 @@ def _numbers(values: ArrayLike, name: str) -> Array:
     except (TypeError, ValueError):
         raise InputError(f"{name} {values!r}: numbers are needed") from None
     if not np.isfinite(numbers).all():
-        raise InputError(f"{name} holds a number that is not finite")
+        raise InputError(f"{name} has a number that is not finite")
     return numbers
 
 

@@ -189,10 +189,10 @@ class Robot(Brief):
             raise ValueError(f"slow_speed: give one number, or {n}")
         for name in (self.name, *(name for names in self.joint_names for name in names)):
             if not name.strip() or not name.isprintable():
-                raise ValueError(f"{name!r} is no name: give letters that can be seen")
+                raise ValueError(f"{name!r} is not a valid name: use visible letters only")
         for text in (self.title, self.payload_frame, *self.sources.values()):
             if holds_control(text):
-                raise ValueError(f"{text[:40]!r} holds control letters: leave them out")
+                raise ValueError(f"{text[:40]!r} has control characters: remove them")
         notes = list(self.snapped)
         object.__setattr__(self, "gravity", _snap_gravity(self.gravity, notes))
         joints = tuple(_snap(joint, j + 1, notes) for j, joint in enumerate(self.joints))

@@ -6,51 +6,51 @@ Only the file of the command that is called is imported, so that ``dynident --he
 ANSWERED, DO_NOT_USE, BAD_INPUT, INTERNAL_ERROR, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 3, 130, 141
 """Exit statuses of every command."""
 COMMANDS = {
-    "weigh": ("payload:run_weigh", "Weigh a payload by a short motion near a pose."),
-    "verify": ("check:run_verify", "Compare following errors before and after a payload was entered."),
+    "weigh": ("payload:run_weigh", "Identify a payload from a short motion near a pose, or at rest."),
+    "verify": ("check:run_verify", "Compare the following error before and after a payload was entered."),
     "payload": ("payload:run", "Identify a payload from recordings with and without it."),
-    "identify": ("identify:run", "Identify the robot's own parameters, without payload."),
-    "rollout": ("identify:run_rollout", "Compare the identified robot's motion with a recording's."),
+    "identify": ("identify:run", "Identify the robot itself from recordings without payload."),
+    "rollout": ("identify:run_rollout", "Test how well the identified robot predicts a recorded motion."),
     "gains": ("gains:run", "Identify drive gains from currents and a payload of known mass."),
-    "record": ("controller:run_record", "Record from the robot itself, over the network."),
-    "apply": ("controller:run_apply", "Write an identified payload into the controller, over the network."),
-    "compare": ("fleet:run_compare", "Compare recordings of one robot: the odd one, and in what."),
-    "fleet": ("", "Compare many recordings of many robots, reduced in parallel."),
-    "fleet reduce": ("fleet:run_reduce", "Reduce each recording to its equations in a store."),
-    "fleet report": ("fleet:run_report", "Changes of friction, payload and scales."),
+    "record": ("controller:run_record", "Record from a robot controller over the network."),
+    "apply": ("controller:run_apply", "Set an identified payload in a robot controller over the network."),
+    "compare": ("fleet:run_compare", "Compare recordings of one robot and name the odd one out."),
+    "fleet": ("", "Compare many recordings of many robots."),
+    "fleet reduce": ("fleet:run_reduce", "Reduce recordings to their equations and add them to a store."),
+    "fleet report": ("fleet:run_report", "Report changes of friction, payload and drive scales."),
     "check": (
         "check:run",
-        "Look at logs: their contents, and what looks wrong.\n\nAnd how surely they show each base parameter. "
-        "Whether order, senses and zeros of the joints are the robot's, and whether forward kinematics "
-        "reproduces a logged tool pose, is for 'dynident robot check'.",
+        "Check recordings: how they are read, and what looks wrong.\n\nAlso shows how well they determine each "
+        "base parameter. 'dynident robot check' tests the order, signs and zeros of the joints, and whether "
+        "forward kinematics reproduces a logged tool pose.",
     ),
     "export": ("export:run", "Write an identified payload for a controller or a simulator."),
-    "robot": ("", "Show a robot, make a new one, check its kinematics by a recording."),
-    "robot list": ("robot:run_list", "List the shipped robots."),
-    "robot show": ("robot:run_show", "Show table, limits and frames of a robot, and draw it."),
+    "robot": ("", "List, show, create, check and export robots."),
+    "robot list": ("robot:run_list", "List the included robots."),
+    "robot show": ("robot:run_show", "Show a robot's parameters, limits and frames, and draw it."),
     "robot new": (
         "robot:run_new",
-        "Make a robot's file from a data sheet.\n\nTake any pose in which the data sheet draws the arm. x, y, z "
-        "are those of the base: z up along the mounting, x to the front. For every joint, base to tip, give the "
-        "direction of its axis (by the right-hand rule: thumb along it, the fingers turn the way the sheet "
-        "counts positive) and any point on the axis; then the flange. Where the modified DH table is known, "
-        "--template gives its file to fill in; it shows every key that a robot's file may have.",
+        "Create a robot's file from a data sheet.\n\nTake any pose in which the data sheet draws the arm. x, y, z "
+        "are those of the base: z up along the mounting, x forward. For every joint, base to tip, give the "
+        "direction of its axis (right-hand rule: thumb along the axis, fingers in the positive direction of the "
+        "sheet) and any point on it; then the flange. If you know the modified DH table, use --template and fill "
+        "in the file; it shows every possible key.",
     ),
     "robot check": (
         "robot:run_check",
-        "Check order, senses and zeros of the joints by tool poses or torques.\n\nWhere a log carries the pose "
-        "of the tool (columns x, y, z and qx, qy, qz, qw, or [pose] of the log map), forward kinematics must "
-        "reproduce it: the residual is told with the constant base and tool that fit best. Where it carries "
-        "torques or currents, recorded without payload, other orders, senses and zeros of the joints are ranked "
-        "by what the robot's model leaves unexplained. The best one is suggested, never applied. Exit status 1 "
-        "if the pose is not reproduced within 5 mm and 1 degree, or if another reading does clearly better.",
+        "Check order, signs and zeros of the joints by tool poses or torques.\n\nIf a log contains the pose of "
+        "the tool (columns x, y, z and qx, qy, qz, qw, or [pose] of the log map), forward kinematics must "
+        "reproduce it up to a constant base and tool, which are fitted. If it contains torques or currents, "
+        "recorded without payload, other orders, signs and zeros of the joints are ranked by the torque that "
+        "the robot's model leaves unexplained. The best one is suggested, never applied. Exit status 1 if the "
+        "pose is not reproduced within 5 mm and 1 degree, or if another reading fits clearly better.",
     ),
-    "robot export": ("robot:run_export", "Write the whole robot as MJCF, USD, URDF or SDFormat."),
-    "codegen": ("robot:run_codegen", "Write a function of the robot as self-contained C."),
-    "design": ("design:run", "Find the most informative motion within the robot's limits."),
-    "near": ("near:run", "Find a short motion about a pose, for weigh, and what it will show."),
-    "score": ("design:run_score", "Judge a motion: what it teaches, and the limits it keeps."),
+    "robot export": ("robot:run_export", "Write the whole identified robot as MJCF, USD, URDF or SDFormat."),
+    "codegen": ("robot:run_codegen", "Write a function of the robot's dynamics as self-contained C."),
+    "design": ("design:run", "Design the most informative motion within the robot's limits."),
+    "near": ("near:run", "Design a short motion near a pose, or poses at rest, for weigh."),
+    "score": ("design:run_score", "Judge a motion: its accuracy, and the limits it keeps."),
     "simulate": ("simulate:run", "Simulate recordings of a robot with known parameters."),
-    "demo": ("demo:run", "The paper's experiment on a simulated RX90."),
+    "demo": ("demo:run", "Run the paper's experiment on a simulated RX90."),
 }
 """Each command, where it is, and what it does, in the order of ``dynident --help``."""

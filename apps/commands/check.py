@@ -27,7 +27,7 @@ class _Robot(RobotOptions):
     needs: ClassVar = {"mount": ("robot",), "chain": ("robot",)}
 
     robot: RobotFile = ""
-    """A shipped robot, TOML or URDF (default: told which shipped robots fit)."""
+    """An included robot, TOML or URDF (default: lists the included robots that fit)."""
 
 
 @command

@@ -165,7 +165,7 @@ def run_apply(
     with live.Client(host, port) as client:
         client.start(_FIELDS, 25.0)
         if live.MASS not in (client.layout.names or ()):
-            raise InputError(f"{client.host}: the controller does not tell its payload: nothing was sent")
+            raise InputError(f"{client.host}: the controller does not report its payload, so nothing was sent")
         with live.send_program(text, host, script_port):
             wrong, begin = "nothing", time.monotonic()
             while wrong and time.monotonic() - begin < _PATIENCE:

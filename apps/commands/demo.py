@@ -121,8 +121,8 @@ def run(
     shown = payload_report(answer.result, str(folder / "payload.json"))
     place = ", ".join(f"{1e3 * x:g}" for x in PAYLOAD.com)
     head = (
-        f"The paper's experiment on a simulated RX90; it carries {PAYLOAD.mass:g} kg at ({place}) mm, which the "
-        "identification is not told."
+        f"The paper's experiment on a simulated RX90. The true payload, {PAYLOAD.mass:g} kg at ({place}) mm, is "
+        "unknown to the identification."
     )
     first = [Notes([head]), *shown.first, Notes([f"Written: {', '.join(map(str, written))}"])]
     shown = replace(shown, first=first, sections=[*shown.sections, robot_section(robot.result)])

@@ -44,29 +44,29 @@ class _Request(Options, group=MOTION):
     instead: ClassVar = {"via_points": "fourier"}
 
     via_points: Annotated[int, word(partial(whole, least=3), "N")] = 14
-    """Number of points (default: 14)."""
+    """Number of via points (default: 14)."""
     fourier: Annotated[Count | None, Parameter(metavar="H")] = None
-    """A Fourier series of H harmonics instead."""
+    """Use a Fourier series of H harmonics instead of via points."""
     segments: Annotated[Literal["quintic", "trapezoid"], Parameter(show_choices=False)] = "quintic"
-    """quintic (default), or trapezoid: as movej runs it, at rest in each point."""
+    """quintic (default), or trapezoid: as movej runs it, stopping at each point."""
     ramp: Annotated[float, word(number, "SHARE"), SETTING] = 0.25
-    """Share of each move's time in either ramp of a trapezoid (default: 0.25)."""
+    """Fraction of each move's time in either ramp of a trapezoid (default: 0.25)."""
     segment_durations: Annotated[tuple[float, ...] | None, word(numbers, "S|S1,S2,.."), SETTING] = None
-    """Fixed times from point to point, one for all or one each (default: free)."""
+    """Fixed times between points, one for all or one each (default: free)."""
     rest: bool = False
-    """Rest in each via point instead of passing it."""
+    """Stop at each via point instead of passing it."""
     duration: Seconds = 10.0
     """Period of --fourier (default: 10)."""
     max_duration: Seconds | None = None
-    """Longest time through via points."""
+    """Longest duration of a motion through via points."""
     start: Positions | None = None
-    """Pose at the start [deg or m]."""
+    """Start pose [deg or m]."""
     seed: Annotated[Seed, _SEARCH] = 0
     """Seed of the random starts (default: 0)."""
     starts: Annotated[Count | None, Parameter(metavar="K"), _SEARCH] = None
     """Random starts (default: 6 by d and a, else 3)."""
     bound: Annotated[bool, SETTING] = False
-    """Estimate the floor over all motions, and the gap."""
+    """Estimate the best value that any motion could reach, and the gap to it."""
 
     def check(self) -> None:
         """Refuse options of the other shape."""
@@ -187,11 +187,11 @@ class _Scored(Options, group=MOTION):
     log_map: values.LogMapFile | None = None
     """Columns, units and signs of the log."""
     cutoff: Annotated[float | None, word(positive_number, "HZ")] = None
-    """Low-pass on positions."""
+    """Cut-off frequency of the low-pass filter on positions."""
     max_duration: Seconds | None = None
-    """Longest time that it may take."""
+    """Longest duration."""
     bound: Annotated[bool, SETTING] = False
-    """Estimate the floor over all motions, and the gap."""
+    """Estimate the best value that any motion could reach, and the gap to it."""
     seed: Annotated[Seed, SETTING] = 0
     """Seed of the random states of bound (default: 0)."""
 
@@ -236,7 +236,7 @@ def _logged_motion(
         t, q, qd, qdd = logs.read_trajectory(path, robot)
         if qd is not None and qdd is not None:
             if cutoff is not None:
-                raise InputError(f"{path}: has accelerations and is not filtered: leave --cutoff out")
+                raise InputError(f"{path}: has accelerations, so it is not filtered: omit --cutoff")
             motion = trajectories.joined(model.Motion(t, q, qd, qdd), _PLANNED_RATE)
             return motion, planned(robot, motion, path), []
         measured_too = any(map(logs.named(path, robot, None).holds, ("torque", "current")))

@@ -163,7 +163,7 @@ class Call:
                 f"give a file of {self.command!r}, or call {meant!r}"
             )
         if "config" in table:
-            raise InputError(f"--config {path}: a file of options names no other one: leave its key config out")
+            raise InputError(f"--config {path}: a file of options cannot name another one: remove its key config")
         Dict(table, source=path, use_commands_as_keys=False)(App(), (), self.arguments)
 
 
@@ -214,7 +214,7 @@ def application(calls: list[Call], words: Sequence[str]) -> App:
 
     app = App(
         name="dynident",
-        help="Tells what hangs on the flange of an industrial manipulator.",
+        help="Identifies the payload of a robot arm, and the arm itself, from joint recordings.",
         version=lambda: "\n".join(version_lines()),
         help_format="plaintext",
         help_formatter=_Help(),
@@ -269,10 +269,10 @@ def check_paths(call: Call) -> None:
         place = place_of(path)
         if mark.kind == "folder":
             possible = next(above for above in (place, *place.parents) if above.exists()).is_dir()
-            needed, rivals, own = "is not a folder, nor can one be made there: give another path", owners, folders
+            needed, rivals, own = "a folder cannot be made there: give another path", owners, folders
         else:
             possible = not place.is_dir() and place.parent.is_dir()
-            needed = "not a file in a folder that exists: make the folder, or give another path"
+            needed = "there is no such folder to write to: make the folder, or give another path"
             rivals, own = owners | folders, owners
         if not path or not possible:
             raise InputError(f"{name} {path!r}: {needed}")

@@ -24,20 +24,20 @@ else:  # the files' names: --help need not load them
 
 class _Export(Options):
     to: Annotated[Name, Parameter(metavar="NAME")]
-    """The format."""
+    """Format to write."""
     out: NewFile | None = None
-    """File to write; the terminal by default."""
+    """File to write (default: the terminal)."""
     method: Annotated[Literal[1, 2, 3, 4] | None, Parameter(show_choices=False)] = None
-    """1 to 4: whose estimate (default: the recommended, else 3, 4, 1, 2); the constrained one where it is there."""
+    """Method whose estimate is written, 1 to 4 (default: the recommended one)."""
     flange_frame: FrameWords | None = None
-    """The controller's flange in the payload's frame: metres and degrees, R = Rz Ry Rx; needed unless that frame is
-    the flange, or the robot's file tells where it is."""
+    """The flange in the payload's frame: metres and degrees, R = Rz Ry Rx; needed if the payload is not given at
+    the flange and the robot's file does not say where that is."""
     tool_frame: FrameWords | None = None
-    """abb: the tool in the flange frame, likewise: writes a grip load in the tool frame, not a tool load."""
+    """abb: write a grip load in this tool frame, given as above relative to the flange, instead of a tool load."""
     meters_per_unit: Annotated[float | None, word(number, "M"), SETTING] = None
     """usd: unit of length of the stage (default: 1)."""
     despite_verdict: bool = False
-    """Write it, inertia and all, whatever the verdict."""
+    """Write everything, whatever the verdict."""
 
 
 @command

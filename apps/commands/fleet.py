@@ -24,7 +24,7 @@ from .options import GainOptions, PageOptions, ProcessingOptions, ResultOptions,
 from .progress import note, status
 from .values import LOG, Count, DataFiles, NewFolder
 
-_Store = Annotated[str, Parameter(metavar="STORE", help="The --store of 'dynident fleet reduce'.")]
+_Store = Annotated[str, Parameter(metavar="STORE", help="The folder given to 'dynident fleet reduce --store'.")]
 _Logs = Annotated[DataFiles, Parameter(help="Recordings of one robot without payload.")]
 
 

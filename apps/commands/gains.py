@@ -22,22 +22,22 @@ _Masses = Annotated[tuple[tuple[float, ...], float | None], word(with_sigma, "KG
 
 class _Known(Options):
     unloaded: DataFiles
-    """Currents without payload; repeatable."""
+    """Recording of currents without the payload; repeatable."""
     loaded: LoadedFiles
-    """Currents with it; repeatable."""
+    """Recording of currents with the payload; repeatable."""
     mass: _Masses | None = None
-    """The payload's mass; of several weights one for each --loaded; +- their sigma (default: 0)."""
+    """Mass of the payload, +- its standard deviation (default: 0); with several weights, one per --loaded."""
     payload: PayloadFile | None = None
-    """Mass, com, inertia_com as far as they are known, instead of --mass."""
+    """File with mass, com and inertia_com, as far as known, instead of --mass."""
     friction: Annotated[FrictionTerms | None, SETTING] = None
-    """The robot's friction: paper, or a list as of 'dynident identify' (default: as the robot's file)."""
+    """Friction model: paper, or a list as for 'dynident identify' (default: as in the robot's file)."""
     mounting: Annotated[tuple[int, ...], word(whole_numbers, "N1,N2,..")] = ()
-    """One number for each --loaded: equal ones share a centre of mass (default: all one)."""
+    """One number per --loaded; equal numbers share a centre of mass (default: all the same)."""
 
     def load(self) -> estimation.KnownLoad | list[estimation.KnownLoad]:
         """The known payload, the same in all mountings or one for each."""
         if (self.payload is None) == (self.mass is None):
-            raise InputError("give either --mass or --payload: which load is known")
+            raise InputError("the known payload is missing: give either --mass or --payload")
         if self.payload is not None:
             return read_toml(self.payload, estimation.KnownLoad)
         assert self.mass is not None
@@ -76,8 +76,8 @@ def run(*, arm: RobotOptions, known: _Known, processing: _Processing, files: Pag
         if not naming.holds("current"):
             currents = naming.columns("current")
             raise InputError(
-                f"{path}: holds no motor currents ({currents[0]} .. {currents[-1]}), and torques need no gains: "
-                "log them, or name yours in a --log-map"
+                f"{path}: has no motor currents ({currents[0]} .. {currents[-1]}), and torques need no gains: "
+                "record currents, or map your column names in a --log-map"
             )
     unloaded, loaded = amperes.read(known.unloaded), amperes.read(known.loaded)
     with status("reading") as progress:

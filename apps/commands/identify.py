@@ -49,26 +49,26 @@ class _Identify(Options):
     }
 
     data: values.DataFiles
-    """Recording without payload; repeatable: several are recordings of one identification."""
+    """Recording without payload; repeatable."""
     validate: HeldOutFiles = ()
-    """Another one, held out; repeatable."""
+    """Recording that is kept out of the fit to test it; repeatable."""
     essential: Annotated[values.Essential | None, SETTING] = None
     """Eliminate parameters until the error's standard deviation has grown by this ratio (default: 1.02), or until
     all relative standard deviations are within a percentage such as 10%."""
     friction: values.FrictionTerms | None = None
-    """auto: load and root friction of the joints that show it (default); paper: Coulomb and viscous alone; or a
-    list of FS, FV, FL, FR, FB@SPEED, FA, of all joints or of one (FL2)."""
+    """auto (default): Coulomb and viscous, and what else the recordings show; paper: Coulomb and viscous only; or a
+    list of FS, FV, FL, FR, FB@SPEED, FA, for all joints or for one (FL2)."""
     rollout: bool = False
-    """Also predict the motion of the recordings held out, as 'dynident rollout' does."""
+    """Also predict the motion of the --validate recordings, as 'dynident rollout' does."""
     constrained: Annotated[Literal["none", "base", "prior"] | None, _POSSIBLE] = None
-    """Base parameters of the nearest robot that can exist, or all standard parameters, those that no data show by a
-    prior (default: prior where the robot's file or --prior-mass gives a mass, else base)."""
+    """base: base parameters of the nearest physical robot; prior: all standard parameters, using a prior for those
+    that no data determine (default: prior if the robot's file or --prior-mass gives a mass, else base)."""
     prior_mass: Annotated[float | None, word(number, "KG"), _POSSIBLE] = None
-    """Mass of the moving links; prior: cylinders of this mass instead of the robot's file."""
+    """Mass of the moving links: the prior is cylinders of this mass instead of the robot's file."""
     prior_budget: Annotated[float | None, word(number, "CHI2"), SETTING] = None
-    """Rise of chi2 that the prior may cost (default: 1)."""
+    """Increase of chi2 that the prior may cost (default: 1)."""
     total_mass: Annotated[tuple[float, ...] | None, _TWO, _POSSIBLE] = None
-    """Bounds of the mass of all links [kg]."""
+    """Least and largest mass of all links together [kg]."""
 
     def possible(self, result: estimation.Identification) -> estimation.PossibleRobot | None:
         """The robot that can exist, as asked for."""
@@ -86,7 +86,7 @@ class _Identify(Options):
                 bounds = "--total-mass: links of {:g} to {:g} kg in all leave no robot near the data".format(
                     *self.total_mass
                 )
-                raise InputError(f"{bounds}: give wider bounds, or leave them out ({error})") from error
+                raise InputError(f"{bounds}: give wider bounds, or omit them ({error})") from error
             if self.constrained == "prior":
                 raise InputError(f"{error}; --constrained none leaves it out") from error
             note(f"no robot that can exist is given, and so no export: {error}; {_CLOSE}")

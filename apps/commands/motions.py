@@ -76,7 +76,7 @@ class RehearsedRobotOptions(RobotOptions):
     """A robot to plan or simulate with, which may need a stand-in."""
 
     arm_mass: values.Kilograms | None = None
-    """Mass of the whole arm, for a stand-in where its file tells neither mass nor bodies of links."""
+    """Mass of the whole arm, if its file has neither a mass nor link bodies."""
 
     def load(self) -> model.Robot:
         """The robot with the mass that was given."""
@@ -84,7 +84,7 @@ class RehearsedRobotOptions(RobotOptions):
         if self.arm_mass is None:
             return robot
         if not model.stand_in.missing_inertial(robot):
-            raise InputError(f"--arm-mass has no effect: {robot.name} has a body for each link: leave it out")
+            raise InputError(f"--arm-mass has no effect: {robot.name} has a body for each link: omit it")
         return replace(robot, mass=self.arm_mass, sources={**robot.sources, "mass": "given with --arm-mass"})
 
 
@@ -94,9 +94,10 @@ class NoiseOptions(Options, group=GOAL):
     instead: ClassVar = {"like": "torque_noise"}
 
     torque_noise: _Noise | None = None
-    """Sigma per joint [N·m or N], or 10% of the limits; @HZ: independent samples a second (default: 10)."""
+    """Torque noise, 1 sigma per joint [N·m or N], or 10% of the limits; @HZ: independent samples a second
+    (default: 10)."""
     like: Annotated[str | None, Named("input", "like"), Parameter(metavar="JSON")] = None
-    """Noise as an earlier recording of the arm shows it: --json of identify or payload."""
+    """Take the torque noise from an earlier recording: the --json file of identify or payload."""
 
     def noise(
         self,
@@ -118,15 +119,15 @@ class NoiseOptions(Options, group=GOAL):
             sigma, source = trajectories.assumed_noise(robot, assumed[0]), assumed[1]
             if not np.isfinite(sigma).all():
                 raise InputError(
-                    f"robot {robot.name!r} has no torque limits from which a noise could be guessed: give "
+                    f"robot {robot.name!r} has no torque limits to estimate a noise from: give "
                     "--torque-noise, or --arm-mass KG for a stand-in"
                 )
         elif isinstance(level, float):
-            sigma, source = level * bounds.torque, f"as told, {100 * level:g} % of the torque limits"
+            sigma, source = level * bounds.torque, f"as given, {100 * level:g} % of the torque limits"
             if not np.isfinite(sigma).all():
                 raise InputError("--torque-noise in percent needs a torque limit of every joint: --torque-limits")
         else:
-            sigma, source = np.array(values.each_joint(level, robot.n, "--torque-noise")), "as told"
+            sigma, source = np.array(values.each_joint(level, robot.n, "--torque-noise")), "as given"
         if sigma.shape != (robot.n,) or not (sigma > 0.0).all():
             option = "--torque-noise" if self.like is None else self.like
             raise InputError(f"{option}: robot {robot.name!r} needs {robot.n} positive numbers")
@@ -139,13 +140,13 @@ class GoalOptions(NoiseOptions):
     criterion: Annotated[Literal["d", "a", "cond", "cond-scaled"], Parameter(show_choices=False)] = "d"
     """d: information (default); a: relative sigma; cond: condition number; cond-scaled: columns scaled."""
     columns: _Columns | None = None
-    """Parameters to be estimated (default: base), or the payload's ten, the robot being known."""
+    """Parameters to be identified: the robot's (base, default), or the payload's ten with a known robot."""
     parameters: Annotated[Names | None, SETTING] = None
-    """Parameters that count, for criteria d and a (default: all)."""
+    """Parameters that count in criteria d and a (default: all)."""
     data_from: tuple[Annotated[str, Named("input", "earlier data"), Parameter(metavar="F")], ...] = ()
     """Earlier data: --npz of identify or payload, or --json of identify (d and a); repeatable."""
     data_length: Annotated[Seconds | None, SETTING] = None
-    """Length of the recording to come [s]."""
+    """Length of the planned recording [s]."""
 
     @property
     def payload_only(self) -> bool:
@@ -226,23 +227,23 @@ class LimitOptions(Options, group=LIMITS):
     instead: ClassVar = {"no_floor": "scene"}  # which names its own floor
 
     speed_override: Annotated[float, word(number, "SHARE")] = 1.0
-    """Share of the speed limits (default: 1)."""
+    """Fraction of the speed limits to use (default: 1)."""
     acceleration: Annotated[_Acceleration | None, SETTING] = None
-    """Limit of the accelerations [deg/s² or m/s²], or 3x: three times the speed limit per second."""
+    """Acceleration limits [deg/s² or m/s²], or 3x: three times the speed limit per second."""
     torque_limits: _Torques | None = None
-    """[N·m or N], or none: not even those of the robot's file."""
+    """Torque limits [N·m or N], or none to ignore even those of the robot's file."""
     robot_parameters: values.RobotParametersFile | None = None
-    """The --json of 'dynident identify': for torques and relative sigma."""
+    """The --json file of 'dynident identify', for torques and relative sigma."""
     heaviest_payload: _Heaviest | None = None
-    """Torque limits hold without it and with it."""
+    """Keep the torque limits without this payload and with it."""
     within: _Region | None = None
-    """Torque limits hold for every payload up to --heaviest-payload in a ball, ellipsoid or box there [m]."""
+    """Keep them for every payload up to --heaviest-payload within this ball, ellipsoid or box [m]."""
     torque_margin: Annotated[Share, SETTING] = 0.0
-    """Share of the torque limits that stays free, such as 10%."""
+    """Fraction of the torque limits to leave free, such as 10%."""
     scene: Annotated[str | None, Named("input", "scene"), Parameter(metavar="TOML"), SETTING] = None
-    """File of floor, walls, and bodies that keep clear of each other, in the place of those assumed."""
+    """File of floor, walls and bodies to keep clear of each other, instead of those assumed."""
     no_floor: bool = False
-    """No floor at the base's height, as for an arm on a pedestal (nor the wall or ceiling it hangs from)."""
+    """Ignore the floor at the height of the base (or the wall or ceiling it is mounted on)."""
 
     def of(self, robot: model.Robot) -> Limited:
         """A robot with these limits, its parameters from ``--robot-parameters``, or a stand-in."""
@@ -317,8 +318,8 @@ def in_si(given: tuple[float, ...], robot: model.Robot) -> Array:
     if sum(x % 0.5 != 0.0 for x in turning) > 1 and max(map(abs, turning)) <= 2.0 * math.pi:
         degrees = ", ".join(f"{math.degrees(x):.3g}" if x in turning else f"{x:g}" for x in given)
         raise InputError(
-            f"{', '.join(f'{x:g}' for x in given)} looks like radians: give degrees ({degrees}); if it is in "
-            "degrees, round it to half ones"
+            f"{', '.join(f'{x:g}' for x in given)} looks like radians: give degrees ({degrees}); if these are "
+            "degrees, round them to halves"
         )
     return np.array([np.radians(x) if joint.revolute else x for x, joint in zip(given, robot.joints, strict=True)])
 
@@ -333,19 +334,19 @@ class MotionFiles(PageOptions):
     }
 
     samples: Annotated[NewFile | None, Parameter(metavar="F.csv")] = None
-    """Samples of the motion: t, q, qd, qdd."""
+    """Write samples of the motion: t, q, qd, qdd."""
     ros2: Annotated[NewFile | None, Parameter(metavar="F.yaml")] = None
-    """JointTrajectory of ROS 2."""
+    """Write a ROS 2 JointTrajectory."""
     joint_names: Annotated[Names, SETTING] = ()
     """Names of the joints for --ros2 (default: joint_1, ..)."""
     urscript: NewFile | None = None
-    """servoj program."""
+    """Write a servoj program for Universal Robots."""
     controller_rate: Annotated[_Rate, SETTING] = CONTROLLER_RATE
-    """Cycles a second of the controller for --urscript [Hz]: 500 (default) or 125."""
+    """Rate of the controller for --urscript [Hz]: 500 (default) or 125."""
     sample_rate: Annotated[_Rate, SETTING] = 250.0
     """Samples a second in files [Hz] (default: 250)."""
     val3: values.NewFolder | None = None
-    """VAL3 application of via points, best with --segments trapezoid; made if missing."""
+    """Write a VAL3 application with the via points, best with --segments trapezoid; created if missing."""
 
     def check_robot(self, robot: model.Robot, via_points: bool) -> None:
         """Refuse what a format has no place for, before the search."""

@@ -44,25 +44,25 @@ class NearOptions(Options, group=MOTION):
     pose: values.Positions
     """Pose of the arm [deg or m]."""
     second_pose: _Pose | None = None
-    """Do it again at another wrist pose, outside the range: one that helps, or this one."""
+    """Repeat the motion at another wrist pose outside the range: auto, or this pose."""
     joints: values.Joints
     """Joints that move, such as 2,3,5,6."""
     range: Annotated[tuple[float, ...], word(numbers, "R|R1,R2,..")] = (30.0,)
-    """To either side [deg or m] (default: 30; with --static as far as the joints go)."""
+    """Range to either side [deg or m] (default: 30; with --static the joint limits)."""
     duration: values.Seconds = 30.0
-    """Time of the motion [s] (default: 30)."""
+    """Duration of the motion [s] (default: 30)."""
     static: bool = False
-    """Weigh standing still: rest in several poses, each reached from both sides."""
+    """Plan poses to stand still in, each reached from both sides."""
     poses: values.Count = 8
-    """Poses of --static, 6 to 12 (default: 8)."""
+    """Number of poses with --static, 6 to 12 (default: 8)."""
     hold: Annotated[values.Seconds, SETTING] = 1.5
-    """Time at rest after each approach of --static [s] (default: 1.5)."""
+    """Rest after each approach with --static [s] (default: 1.5)."""
     approach: Annotated[tuple[float, ...] | None, word(numbers, "R|R1,R2,.."), SETTING] = None
-    """Small move to each pose of --static [deg or m] (default: 3, 0.02 m where a joint slides)."""
+    """Small move towards each pose with --static [deg or m] (default: 3, or 0.02 m for a sliding joint)."""
     mass: values.Weighed = (3.0, None)
-    """About its mass (default: 3); weighed, with the scale's standard deviation: 2.5+-0.01."""
+    """Expected mass (default: 3), or the mass from a scale with its standard deviation: 2.5+-0.01."""
     ladder: bool = False
-    """A motion for 1.25 times the mass expected, and slower runs before it that bound the payload."""
+    """Add slower runs first, which bound the payload; the motion allows 1.25 times the expected mass."""
     seed: values.Seed = 0
     """Seed of the random starts (default: 0)."""
     starts: Annotated[values.Count | None, SETTING] = None
@@ -107,7 +107,7 @@ class NearFiles(MotionFiles):
     needs: ClassVar = {**MotionFiles.needs, "sample_rate": ("samples", "ros2", "rehearsal")}
 
     rehearsal: Annotated[NewFile | None, SETTING] = None
-    """File of the same way once at a tenth of the speed; F_1.csv, .. with --ladder (default: beside --samples)."""
+    """File of the motion at a tenth of the speed; F_1.csv, .. with --ladder (default: beside --samples)."""
 
     def write_rehearsals(self, result: NearResult, written: WrittenMotion) -> None:
         """Write slower runs of the motion: the rehearsal, or those of the ladder."""
@@ -148,7 +148,7 @@ def run(
     if options.static:
         files.refuse("rehearsal", "has no effect with --static: run it at a low speed override first")
         if noise.torque_noise is not None and noise.torque_noise[1] is not None:
-            raise InputError("--torque-noise: at rest each approach is one sample: leave @HZ out")
+            raise InputError("--torque-noise: at rest each approach is one sample: omit @HZ")
         goal, hint = replace(goal, rate=1.0 / options.hold), None
         shape: trajectories.NearShape | trajectories.StaticShape = _static_shape(options, robot, bounds)
     else:
@@ -207,7 +207,7 @@ def _shape(
     if isinstance(options.second_pose, str):
         second = trajectories.second_pose(robot, shape, goal, bounds, options.seed)
         if second is None:
-            note("no second pose would tell much more: there is one pose only")
+            note("a second pose would hardly help: only one is used")
             return shape, None
     else:
         second = in_si(options.second_pose, robot)

@@ -34,10 +34,10 @@ if TYPE_CHECKING:
     from ..report.blocks import Report
     from ..view.moving import View
 
-_FROM_ROBOT = "These errors are those that the robot was identified with; both owe them to the same drives."
+_FROM_ROBOT = "These are the errors with which the robot was identified; the drives are the same."
 _INSTEAD = (
-    "The robot's parameters were identified with another uncertainty of the gains; what is told now goes for both: "
-    "the same drives, the same errors."
+    "The robot was identified with another uncertainty of the gains; the one given now is used for both, as the "
+    "drives are the same."
 )
 _Chain = Annotated[tuple[str | None, str | None], word(values.chain, "BASE:TIP")]
 _Mount = Annotated[tuple[str, tuple[float, float, float]], word(values.mount, "HOW")]
@@ -55,9 +55,9 @@ class ArmOptions(Options):
     """A robot by its name or file, for commands in which gravity does not count."""
 
     robot: values.RobotFile
-    """A shipped robot ('dynident robot list'), TOML, URDF or xacro, or a name of robot_descriptions."""
+    """An included robot ('dynident robot list'), a TOML, URDF or xacro file, or a name of robot_descriptions."""
     chain: Annotated[_Chain | None, SETTING] = None
-    """URDF: first link and flange of the arm, either may be left out (default: the root, the only end)."""
+    """URDF: first and last link of the arm; either may be omitted (default: the root, the only end)."""
 
     def load(self) -> model.Robot:
         """The robot, with a note for each angle that was taken as a right one."""
@@ -71,7 +71,7 @@ class RobotOptions(ArmOptions):
     """A robot and how it is mounted."""
 
     mount: _Mount | None = None
-    """Floor, wall (x of the base points down), ceiling, roll,pitch,yaw of the base in degrees, or gravity=X,Y,Z in
+    """floor, wall (base x axis down), ceiling, ROLL,PITCH,YAW of the base in degrees, or gravity=X,Y,Z in
     its frame [m/s^2]."""
 
     def load(self) -> model.Robot:
@@ -87,7 +87,7 @@ class FramedRobotOptions(RobotOptions):
     """A robot, and the frame in which a payload is taken or given."""
 
     tool_frame: values.Frame | None = None
-    """Frame of the payload in the flange: metres, then roll, pitch, yaw in degrees (default: the flange)."""
+    """Frame of the payload, relative to the flange: metres, then roll, pitch, yaw in degrees (default: itself)."""
 
     def load(self) -> model.Robot:
         """The robot as it is mounted, with the payload's frame that is asked for."""
@@ -159,17 +159,17 @@ class LogOptions(Options, group=LOGS):
     """Columns, units and drive gains of logs."""
 
     log_map: values.LogMapFile | None = None
-    """Columns, units, side and signs of the logs, topic of a ROS 2 bag."""
+    """File that maps the columns, units, side and signs of your logs."""
     joints: _Texts = ()
-    """Joints by name, base to tip."""
+    """Names of the joints in the logs, base to tip."""
     units: _Units = ()
-    """Units of q, qd, tau, i, t."""
+    """Units of the columns q, qd, tau, i, t."""
     signs: Annotated[_Signs, SETTING] = ()
-    """Senses of the joints: -1 turns positions, speeds, torques and currents of one."""
+    """Signs of the joints: -1 reverses positions, speeds, torques and currents of one."""
     topic: Annotated[str, Parameter(metavar="NAME"), SETTING] = ""
     """Topic of a ROS 2 bag."""
     drive_gains: _Gains | None = None
-    """Torque per current [N·m/A], or the --json of 'dynident gains'."""
+    """Torque per current [N·m/A], or the --json file of 'dynident gains'."""
 
     def how(self) -> logs.LogMap:
         """The map of ``--log-map`` with what the other options change."""
@@ -195,13 +195,13 @@ class FilterOptions(LogOptions):
     """Logs, their filtering, and the structure of the model."""
 
     rate: Annotated[values.Hertz | None, SETTING] = None
-    """Even rate that recordings are filtered down to."""
+    """Even rate to which recordings are resampled."""
     cutoff: values.Hertz | None = None
-    """Low-pass on positions and speeds."""
+    """Cut-off frequency of the low-pass filter on positions and speeds."""
     offsets: Annotated[bool | None, Parameter(metavar="true|false"), SETTING] = None
-    """A constant torque for each joint, or none (default: as the robot's file)."""
+    """Whether each joint has a constant torque offset (default: as in the robot's file)."""
     coulomb: Annotated[Literal["sum", "paper"] | None, Parameter(metavar="sum|paper"), SETTING] = None
-    """Coulomb friction of coupled drives."""
+    """Coulomb friction of coupled drives: by the sum of the speeds, or as printed in the paper."""
 
     def setup(self, robot: model.Robot, stored: estimation.RobotResult | None = None) -> Setup:
         """The robot with the structure and processing that are asked for; ``stored`` parameters bring theirs."""
@@ -228,7 +228,7 @@ class ProcessingOptions(FilterOptions):
     """Settings of filtering and of decimation, for commands that build equations of fewer rows."""
 
     equation_rate: Annotated[values.Hertz | None, SETTING] = None
-    """Rate that the equations are decimated to, about."""
+    """Approximate rate to which the equations are decimated."""
 
 
 class PairOptions(ProcessingOptions):
@@ -243,13 +243,13 @@ class KnowledgeOptions(Options, group=KNOWN):
     """Knowledge of the payload, which enters the constrained estimate of every method."""
 
     mass: values.Weighed | None = None
-    """The payload was weighed, with the scale's standard deviation."""
+    """Mass from a scale, and its standard deviation."""
     mass_bounds: values.Bounds | None = None
-    """The payload's mass lies between; either may be left out: ,3."""
+    """Least and largest mass; either may be omitted: ,3."""
     com_within: _Box | None = None
-    """Box that holds the centre of mass."""
+    """Box that contains the centre of mass."""
     ellipsoid: _Ellipsoid | None = None
-    """Centre and semi-axes of one that holds all of it."""
+    """Ellipsoid that contains the whole payload: centre and semi-axes."""
 
     def constraints(self) -> list[estimation.Constraint]:
         """The constraints that are named."""
@@ -258,7 +258,7 @@ class KnowledgeOptions(Options, group=KNOWN):
             mass, sigma = self.mass
             if sigma is None:
                 raise InputError(
-                    "--mass: a scale errs too, by how much must be said: give one mass and its standard deviation, "
+                    "--mass needs the accuracy of the scale too: give the mass and its standard deviation in kg, "
                     f"such as {mass:g}+-0.01"
                 )
             constraints.append(estimation.KnownMass(mass, sigma))
@@ -279,8 +279,8 @@ class GainOptions(Options, group=LOGS):
     """Uncertainty of the drive gains."""
 
     gain_sigma: _Errors | None = None
-    """Each joint's error of torque or drive gain, and one that all share: 2%,common=1% (default: what the
-    recordings say, else 2%, 1% for torque sensors behind the gears; 0: exact)."""
+    """Error of each joint's drive gain, 1 sigma, and one common to all joints: 2%,common=1% (default: what the
+    recordings state, else 2 %, or 1 % for torque sensors behind the gears; 0: exact)."""
 
     def errors(
         self,
@@ -321,9 +321,9 @@ class ResultOptions(Options, group=FILES):
     """The result as JSON."""
 
     json: values.Stream | None = None
-    """Write the result as JSON; - for standard output, the screen goes aside."""
+    """Write the result as JSON; - writes it to standard output instead of the screen."""
     details: bool = False
-    """Print what the answer rests on, too."""
+    """Also print everything the answer is based on."""
 
     @property
     def document(self) -> str | None:
@@ -352,7 +352,7 @@ class PageOptions(ResultOptions):
     """The result as JSON, and as an HTML report with its figures."""
 
     report: values.NewPage | None = None
-    """Write a report, one self-contained HTML file, and F.run.toml, which repeats the run by --config."""
+    """Write a report as one HTML file, and F.run.toml, with which --config repeats the run."""
     plots: Annotated[values.NewFolder | None, SETTING] = None
     """Folder for the report's figures as PNG, SVG and PDF; made if missing."""
 
@@ -376,7 +376,7 @@ class PageOptions(ResultOptions):
             write_plots(self.plots, shown)
 
 
-_EQUATIONS = Parameter(group=FILES, help="Write W, Y, weights and reduced factors for your own solver.")
+_EQUATIONS = Parameter(group=FILES, help="Write W, Y, weights and triangular factors for your own solver.")
 EquationsFile = Annotated[values.NewFile, _EQUATIONS]
 
 
@@ -384,7 +384,7 @@ class ViewOptions(Options, group=FILES):
     """The arm in three dimensions."""
 
     view: Annotated[values.Stream | None, Parameter(metavar="F.html")] = None
-    """The arm in three dimensions, one file that plays without a server; - opens it in the browser."""
+    """Write a 3-D animation as one HTML file; - opens it in the browser."""
 
     def check(self) -> None:
         """Refuse a view that could not be made, before any work is done."""

@@ -21,15 +21,14 @@ from .values import Share, word
 
 class _Compared(Options):
     friction_change: Share | None = None
-    """Methods 3, 4 and --robot-parameters: by how much friction under load may differ from the robot's own, 1
-    sigma, 0 for not at all (default: 10%)."""
+    """How much friction may differ under load, 1 sigma; for methods 3 and 4, and for --robot-parameters (default:
+    10%; 0: not at all)."""
     unloaded: values.DataFiles = ()
-    """Recording without payload; repeatable: several are recordings of one robot."""
+    """Recording without payload; repeatable."""
     loaded: values.LoadedFiles
-    """Recording with payload; repeatable, in the order they were made: several are of one payload, paired with
-    those without it in this order (weigh, method 3)."""
+    """Recording with payload; repeatable for the same payload, in the order of the --unloaded ones."""
     robot_parameters: values.RobotParametersFile | None = None
-    """The --json of 'dynident identify' (method 1; weigh: instead of --unloaded)."""
+    """The --json file of 'dynident identify', instead of --unloaded."""
 
     def check(self) -> None:
         """Refuse recordings with a payload that nothing stands beside."""
@@ -52,16 +51,16 @@ class _Payload(_Compared):
     }
 
     validate: values.HeldOutFiles = ()
-    """Another one without payload, held out; repeatable."""
+    """Recording without payload that is kept out of the fit to test it; repeatable."""
     method: Annotated[str, word(values.method, "NAME")] = "all"
     """known-robot (1), change (2), difference (3), global (4) or all (default); see docs/theory.md."""
     friction: values.FrictionTerms | None = None
-    """The robot's friction, as of 'dynident identify'; with --robot-parameters theirs."""
+    """Friction model, as for 'dynident identify'; --robot-parameters bring their own."""
     free_friction: Annotated[bool, SETTING] = False
-    """Method 1: estimate friction anew under load."""
+    """Method 1: estimate friction under load from scratch."""
     scale_sigma: Share | None = None
-    """Methods 1 and 4: by how much the scale of the loaded torques may differ from that without payload, 1 sigma
-    (default: not at all)."""
+    """How much the scale of the loaded torques may differ from that of the unloaded ones, 1 sigma; for methods 1
+    and 4 (default: not at all)."""
     essential: Annotated[values.Essential | None, SETTING] = None
     """Method 4: eliminate parameters until the error's standard deviation has grown by this ratio (default: 1.02),
     or until all relative standard deviations are within a percentage such as 10%."""
@@ -115,11 +114,11 @@ class _Weigh(_Compared):
     instead: ClassVar = dict.fromkeys(("robot_parameters", "moving"), "static")
 
     moving: values.Joints | None = None
-    """Joints that move; seen by default."""
+    """Joints that move (default: found in the recordings)."""
     static: bool = False
-    """Weigh at rest: the recordings hold poses, each reached from both sides (see near --static)."""
+    """Weigh at rest: the arm stands still in poses, each reached from both sides (see near --static)."""
     inertia: Annotated[str | None, Parameter(metavar="box:AxBxC|cylinder:DxL")] = None
-    """Assume this body's inertia if none is measured [mm]."""
+    """Assume the inertia of this body, in mm, if none is measured."""
 
 
 @command

@@ -121,27 +121,27 @@ def joint_limits(text: str) -> tuple[tuple[float, ...], ...]:
 
 class _Sheet(Options):
     template: bool = False
-    """A file to fill in: every key with an example (default: to standard output)."""
+    """Write a file to fill in, with an example of every key (default: to standard output)."""
     name: str | None = None
-    """Short name."""
+    """Short name of the robot."""
     joint: Annotated[tuple[JointAxis, ...], word(joint_axis, "AXIS,X,Y,Z[,slide]", None)] = ()
-    """x, -y, .. or a:b:c, and a point [m]; one option per joint."""
+    """Direction of a joint's axis (x, -y, .. or a:b:c) and a point on it [m]; one option per joint."""
     flange: Annotated[Pose | None, word(flange, "X,Y,Z,ZAXIS,XAXIS")] = None
-    """Origin [m], direction out of it, its x axis."""
+    """Origin of the flange [m], its outward direction, and its x axis."""
     drawn_at: Annotated[Positions | None, SETTING] = None
     """Joint positions of that pose [deg or m]."""
     limits: Annotated[tuple[tuple[float, ...], ...] | None, word(joint_limits, _LIMITS)] = None
-    """One part a joint, as far as they are known [deg or m, per s, N·m or N]: -170:170:220::300."""
+    """One part per joint, as far as known [deg or m, per s, N·m or N]: -170:170:220::300."""
     rated_payload: Annotated[float | None, word(number, "KG")] = None
-    """Rated payload by the data sheet."""
+    """Rated payload in the data sheet."""
     mass: Annotated[float | None, word(number, "KG")] = None
-    """Mass of the whole arm, its base with it, if known."""
+    """Mass of the whole arm including its base, if known."""
     out: Annotated[NewFile | None, Parameter(metavar="F.toml")] = None
     """File to write (default: NAME.toml)."""
     drawing: NewDrawing | None = None
     """.svg, .png or .pdf (default: beside the file, .svg)."""
     overwrite: bool = False
-    """Replace the file if it is there."""
+    """Replace an existing file."""
 
     def check(self) -> None:
         """Refuse options beside ``--template``, and a sheet with gaps."""
@@ -211,7 +211,7 @@ def new_robot(sheet: _Sheet) -> tuple[model.Robot, tuple[float, ...]]:
             robot,
             name=name,
             joints=tuple(joints),
-            payload_frame="the bare flange: origin on its face, z out of it",
+            payload_frame="the flange frame: origin on the flange face, z outwards",
             rated_payload=math.inf if sheet.rated_payload is None else sheet.rated_payload,
             mass=sheet.mass,
             processing=model.Processing(cutoff=10.0, decimate=5, slow_speed=slow_speed),
@@ -258,15 +258,15 @@ class _Bodies(Options):
     belongs: ClassVar = {"into": ("to", ("mjcf", "urdf"))}
 
     robot_parameters: tuple[values.RobotParametersFile, ...] = ()
-    """The --json of 'dynident identify' (default: the parameters of the robot's own file)."""
+    """The --json file of 'dynident identify' (default: the parameters in the robot's own file)."""
     to: Annotated[Literal["mjcf", "usd", "urdf", "sdf"], Parameter(show_choices=False)]
     """mjcf (MuJoCo), usd (Isaac Sim), urdf, sdf (SDFormat: Gazebo, Drake)."""
     out: NewFile
     """File to write."""
     into: Annotated[str | None, Named("input", "model"), Parameter(metavar="F")] = None
-    """mjcf, urdf: a model of your own that gets the numbers, matched by names of joints."""
+    """mjcf, urdf: your own model, which gets the numbers; joints are matched by name."""
     despite_verdict: bool = False
-    """Write it whatever the verdict."""
+    """Write it, whatever the verdict."""
 
     def check(self) -> None:
         """Refuse what the format does not know, and more than one robot."""

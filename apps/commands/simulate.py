@@ -39,27 +39,27 @@ _SAG = word(where(number, lambda sag: 0.0 < sag <= 100.0, "above 0 and at most 1
 
 class _Simulate(Options):
     trajectory: tuple[_Trajectory, ...] = ()
-    """Motion to run (t,q1..[,qd1..[,qdd1..]]); repeatable; by default one of 16 random points."""
+    """Motion to run (t,q1..[,qd1..[,qdd1..]]); repeatable (default: one through 16 random points)."""
     payload: PayloadFile | None = None
-    """Run each trajectory with this payload too."""
+    """Payload with which each motion is run as well."""
     noise: Annotated[str, Parameter(metavar="LEVEL")] = ""
-    """none, a share of each joint's torque, assumed (as design does), or paper or slow (rx90); default: paper for
-    rx90, else 0.08."""
+    """none, a fraction of each joint's torque, assumed (as design assumes), or paper or slow (rx90 only); default:
+    paper for rx90, else 0.08."""
     friction: Annotated[dict[str, float] | None, word(levels, "TERM=LEVEL,..")] = None
-    """More friction: FL2=0.06 of load, FR1=20 by the root of speed, FB1@0.1=5 of Stribeck (docs/theory.md)."""
+    """More friction, such as FL2=0.06 (load), FR1=20 (root of speed), FB1@0.1=5 (Stribeck); see docs/theory.md."""
     gain_error: Annotated[Share, SETTING] = 0.0
     """Error of the drive gains, such as 0.02 (default: 0)."""
     controller: Literal["integral", "proportional", "gravity"] = "integral"
-    """Its loops: with integral action (default), without it, or without it and with gravity compensation only."""
+    """Joint controllers: with integral action (default), without it, or with gravity compensation only."""
     sag: Annotated[float | None, _SAG] = None
-    """Loops without integral action so soft that the payload pulls the worst joint off its path by this (root mean
-    square; default: stiff ones)."""
+    """Make controllers without integral action so soft that the payload pulls the worst joint off its path by this
+    much (root mean square; default: stiff)."""
     rate: Annotated[float, _RATE] = 250.0
-    """Samples a second of the recordings (default: 250)."""
+    """Sampling rate of the recordings (default: 250)."""
     seed: Seed = 0
-    """Seed of all that is drawn (default: 0)."""
+    """Seed of all random numbers (default: 0)."""
     out: NewFolder
-    """Folder of the recordings and of truth.toml."""
+    """Folder for the recordings and truth.toml."""
 
     def rubbing(self, robot: model.Robot) -> model.Robot:
         """The robot with further terms of friction."""
@@ -107,7 +107,7 @@ def run(*, arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) ->
         f"{file}: {run.exact.motion.t[-1]:.1f} s, tracking error at most {1e3 * run.tracking_error.max():.2f} mrad"
         for file, run in files.items()
     ]
-    truth = f"{folder / 'truth.toml'}: what is true of them"
+    truth = f"{folder / 'truth.toml'}: the true parameters"
     print_lines(*lines, truth, *assumed_notes(experiment.robot, *SIMULATED))
 
     shown = (np.column_stack([payload.com] * 2), payload) if payload is not None else None  # known exactly

@@ -77,12 +77,12 @@ def share(text: str) -> float:
         value = number(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
     except ValueError:
         value = math.nan
-    return checked(value, 0.0 <= value < 1.0, text, "a share: write 2% or 0.02")
+    return checked(value, 0.0 <= value < 1.0, text, "a fraction below 1: write 2% or 0.02")
 
 
 def numbers(text: str, count: int | None = None) -> tuple[float, ...]:
     """Numbers separated by commas."""
-    words = f"{count or 'a list of'} finite numbers with commas"
+    words = f"{count or 'a list of'} finite numbers separated by commas"
     try:
         values = tuple(map(number, text.split(",")))
     except ValueError as error:
@@ -148,7 +148,7 @@ def bounds(text: str) -> tuple[float | None, float | None]:
     """Least and largest value; either may be left out: 1,3 or ,3."""
     parts = text.split(",")
     good = len(parts) == 2 and any(parts)
-    low, high = checked(parts, good, text, "two numbers of which one may be left out, such as 1,3 or ,3")
+    low, high = checked(parts, good, text, "two numbers, of which one may be omitted, such as 1,3 or ,3")
     return number(low) if low else None, number(high) if high else None
 
 
@@ -202,7 +202,7 @@ def mount(text: str) -> tuple[str, tuple[float, float, float]]:
 def chain(text: str) -> tuple[str | None, str | None]:
     """First link and flange of a chain, either of which may be left out: base_link:tool0 or :tool0."""
     base, mark, tip = text.partition(":")
-    checked(text, bool(mark and (base or tip)), text, "BASE:TIP, of which one may be left out, such as :tool0")
+    checked(text, bool(mark and (base or tip)), text, "BASE:TIP, of which one may be omitted, such as :tool0")
     return base or None, tip or None
 
 

@@ -257,7 +257,7 @@ def load_of(
 
 def load_head(form: Format[ControllerLoad], load: ControllerLoad) -> list[str]:
     """Head of a file: source, verdict, frame, and what must be known of the numbers of a rounded load."""
-    verdict = load.verdict.replace("_", " ")
+    verdict = load.verdict.replace("_", " ").replace("mass and com only", "use mass and centre of mass only")
     lines = [
         f"{form.title}: payload by dynident {__version__} from {load.source}. Verdict: {verdict}.",
         *(f"  {reason}" for reason in load.reasons),
@@ -269,11 +269,11 @@ def load_head(form: Format[ControllerLoad], load: ControllerLoad) -> list[str]:
     elif "products" not in form.holds:
         largest = float(np.abs(load.inertia[np.triu_indices(3, 1)]).max())
         lost = largest / float(np.diag(load.inertia).min()) if largest > 0.0 else 0.0
-        lines.append(f"No place for products of inertia: the largest is {100 * lost:.2g} % of the smallest moment.")
+        lines.append(f"Products of inertia are lost: the largest is {100 * lost:.2g} % of the smallest moment.")
     if load.widened > 0.0:
         lines.append(
-            f"A body at the edge of the possible: {load.widened:.1g} kg m^2 added to each moment, so that no "
-            "rounding makes it impossible."
+            f"A very thin body: {load.widened:.1g} kg m^2 was added to each moment, so that rounding does not make "
+            "it physically impossible."
         )
     return [*lines, f"Format: {form.source}."]
 

@@ -219,7 +219,7 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[
         if of_mujoco:
             link = joint.above
             if link is None or link.tag != "body":
-                raise InputError(f"{path}: joint {name!r} stands in no body")
+                raise InputError(f"{path}: joint {name!r} is in no body")
             model.set(joint, drive_attributes(drives[j], mjcf.DRIVE))
             inertial = mjcf_inertial(body.mass, body.com, body.inertia_com)
         else:

@@ -48,30 +48,30 @@ def robot_notes(form: Format[WholeRobot], whole: WholeRobot) -> list[str]:
 
 def _numbers_notes(whole: WholeRobot) -> Iterator[str]:
     arm = whole.robot.mass
-    maker = f"; the whole arm weighs {arm:g} kg by its maker, base included" if arm is not None else ""
-    yield f"Moving links weigh {whole.mass:.4g} kg together{maker}."
+    maker = f"; the maker's mass of the arm, with its base, is {arm:g} kg" if arm is not None else ""
+    yield f"The moving links weigh {whole.mass:.4g} kg in total{maker}."
     yield from (f"{text}: no link of a real arm does." for text in whole.heavier_than_the_arm())
     least = min(whole.links, key=lambda link: float(link.moments[0]))
     edge = min(whole.links, key=lambda link: link.margin)
     yield (
-        f"Least principal moment of inertia: {least.moments[0]:.3g} kg m^2 ({least.link}); nearest to the edge of "
-        f"the possible: {edge.link}, A + B - C is {100.0 * edge.margin:.2g} % of the sum."
+        f"Smallest principal moment of inertia: {least.moments[0]:.3g} kg m^2 ({least.link}). Closest to physical "
+        f"impossibility: {edge.link}, A + B - C is {100.0 * edge.margin:.2g} % of the sum."
     )
     if at_bound := whole.signed(lambda label: label.bound):
         yield (
-            f"At their bound, zero: {', '.join(at_bound)}. Torques hardly show it, but a simulated motion runs "
-            "away where a joint moves without the rotor or friction that it has in truth: record that joint faster "
-            "or longer, or enter what its maker says."
+            f"At their bound of zero: {', '.join(at_bound)}. Torques hardly show this, but a simulated joint "
+            "without its rotor or friction runs away: record that joint faster or longer, or enter the maker's "
+            "values."
         )
     if negative := whole.signed(lambda label: label.value < 0.0):
-        yield f"Negative in the source, which no drive is, and written as zero: {', '.join(negative)}."
+        yield f"Negative in the source, which is impossible, so written as zero: {', '.join(negative)}."
     drives = whole.robot.drives
     if not drives.rotor_inertia:
         why = "torque sensors behind the gears do not show them" if drives.side == "link" else "the model has none"
-        yield f"Rotor inertias (armature) are left out: {why}. Enter the maker's, or motions will be too lively."
+        yield f"Rotor inertias (armature) are left out: {why}. Enter the maker's, or joints accelerate too easily."
     without = [name for name, d in zip(whole.joint_names, whole.drives, strict=True) if "damping" not in d]
     if without:
-        yield f"Friction is left out, for nothing is known of it: {', '.join(without)}."
+        yield f"Friction is left out because it is unknown: {', '.join(without)}."
 
 
 def _lost(holds: frozenset[str], whole: WholeRobot) -> Iterator[str]:
@@ -84,38 +84,37 @@ def _lost(holds: frozenset[str], whole: WholeRobot) -> Iterator[str]:
             if quantity in drive and drive[quantity].value
         ]
         if quantity not in holds and values:
-            yield f"No place for {quantity} [{unit}]: {', '.join(values)}."
+            yield f"This format has no {quantity} [{unit}]: {', '.join(values)}."
     kinds = [term.kind for term in robot.drives.friction if term not in PAPER]
     own = {name: value.value for link in whole.links for name, value in link.parameters.items()}
     laws = [f"{name} {value:.4g}" for name, value in own.items() if parameter_kind(name) in kinds]
     if laws:
         yield (
-            f"No place for friction beside Coulomb and viscous ({', '.join(laws)}): the nearest Coulomb and "
-            "viscous friction is in friction and damping, under the mean torque that carries the arm alone in the "
-            "poses of its range, up to each joint's largest speed."
+            f"This format has only Coulomb and viscous friction, not {', '.join(laws)}: friction and damping are "
+            "the closest fit, for the bare arm's mean gravity torque and up to each joint's largest speed."
         )
     if coupling is not None:
         names = " and ".join(whole.joint_names[joint - 1] for joint in coupling.joints)
         if "coupled" not in holds:
             numbers = ", ".join(f"{quantity} {label.value:.6g}" for quantity, label in whole.coupled.items())
             yield (
-                f"No place for the drive that turns with the sum of {names} ({numbers}): each joint has its own "
-                "share, what acts from one on the other is left out, and so is this friction."
+                f"This format has no drive that turns with the sum of {names} ({numbers}): each joint has its own "
+                "part; the coupling between them and its friction are left out."
             )
         elif coupling.coulomb == "paper" and "friction" in whole.coupled:
             yield (
-                f"No place for the dry friction of the drive that turns with {names} "
+                f"This format cannot express the dry friction of the drive that turns with {names} "
                 f"({whole.coupled['friction'].value:.6g}) as the paper prints it: it is left out."
             )
     if spring is not None and ("spring" not in holds or spring.table):
         law = "a table" if spring.table else "the law of a spring between two pivots"
-        yield f"No place for the spring on {whole.joint_names[spring.joint - 1]} ({law}): add its torque."
+        yield f"This format has no spring on {whole.joint_names[spring.joint - 1]} ({law}): add its torque."
     if "gravity" not in holds and (gravity := gravity_of(robot)) != _STANDARD_GRAVITY:
-        yield f"No place for gravity: set it to {exact(gravity)} m/s^2 in the base's frame."
+        yield f"This format has no gravity: set it to {exact(gravity)} m/s^2 in the base frame."
     for quantity in ("speed", "acceleration"):
         bounds = [getattr(joint.limits, quantity) for joint in robot.joints]
         if quantity not in holds and any(map(math.isfinite, bounds)):
-            yield f"No place for limits of {quantity}: {', '.join(f'{bound:.6g}' for bound in bounds)}."
+            yield f"This format has no {quantity} limits: {', '.join(f'{bound:.6g}' for bound in bounds)}."
 
 
 def drive_value(drive: Mapping[str, Labelled], quantity: str) -> float:
@@ -223,13 +222,13 @@ def stored_whole_robot(robot: Robot, stored: RobotResult, path: str) -> WholeRob
     nearest = stored.constrained
     if nearest is None or nearest.gauge != "prior":
         raise InputError(
-            f"{path}: no links in it that can exist: run 'dynident identify --prior-mass KG' again (KG: the moving "
-            "links' mass, as far as it is known)"
+            f"{path}: has no physically consistent links: run 'dynident identify --prior-mass KG' again (KG: mass "
+            "of the moving links, as far as known)"
         )
     if stored.estimate.names != base.columns or set(nearest.standard) != set(base.standard):
-        raise InputError(f"{path}: other parameters than this robot's: identify the robot again")
+        raise InputError(f"{path}: its parameters are not those of this robot: identify the robot again")
     source = (
-        f"{len(base.columns)} base parameters identified ({path}), moved to those of a robot that can exist "
-        f"(chi2 rises by {nearest.chi2_rise:.3g})"
+        f"{len(base.columns)} identified base parameters ({path}), made physically consistent (chi2 rises by "
+        f"{nearest.chi2_rise:.3g})"
     )
     return whole_robot(robot, nearest.standard, source, base, stored.estimate, nearest.source)

@@ -77,8 +77,8 @@ class Log(Document, frozen=True):
         if apart < timedelta(days=_NIGHT):
             return ""
         return (
-            f"its own clock begins on {own:%Y-%m-%d}, it is said to be of {self.day}: mend the path, or the log's "
-            "times (from 0 on, they tell no day)"
+            f"its clock starts on {own:%Y-%m-%d} but it is said to be of {self.day}: correct the path, or the "
+            "log's times (from 0 on, they state no day)"
         )
 
 

@@ -38,7 +38,7 @@ def npz_log(path: Path, layout: Layout) -> RawLog:
             try:
                 arrays[name] = data[name]
                 if not isinstance(arrays[name], np.ndarray):
-                    raise ValueError(f"{name} is no array")
+                    raise ValueError(f"{name} is not an array")
             except ValueError as error:
                 if "allow_pickle" not in str(error):  # an array of objects is none of numbers
                     raise
@@ -177,7 +177,7 @@ def _arrays_log(path: Path, arrays: Mapping[str, Any], objects: Mapping[str, str
             f"{path}: variable {name} is a MATLAB {kind}, which only MATLAB reads: there write {remedy}"
         )
     if rows < 2:
-        raise InputError(f"{path}: holds no arrays of samples: arrays by name are needed, as t, q and tau")
+        raise InputError(f"{path}: has no arrays of samples: give arrays named t, q, tau and so on")
     columns: dict[str, Array] = {}
     for name, array in numeric.items():
         lengths = [size for size in array.shape if size != 1]

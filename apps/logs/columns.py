@@ -247,7 +247,7 @@ class Naming:
         prefixes = self.known.prefixes
         if "*" in pattern and len(prefixes) > 1:
             raise InputError(
-                f"{self.raw.path}: holds several arms or topics ({', '.join(prefixes)}): name one's columns "
+                f"{self.raw.path}: has several arms or topics ({', '.join(prefixes)}): name one's columns "
                 "in a log map"
             )
         return self.known.expanded(pattern, joints, self.robot.n)
@@ -269,7 +269,7 @@ def choose(naming: Naming, gains: Sequence[float] | None) -> tuple[dict[str, tup
         notes = [*_check_layout(naming), *notes]
     names = list(chain.from_iterable(columns.values()))
     if twice := repeated([name for name in raw.names if name in names]):
-        raise InputError(f"{raw.path}: column {twice!r} stands in the header twice: rename one")
+        raise InputError(f"{raw.path}: column {twice!r} is in the header twice: rename one")
     check_missing(raw, names)
     pose = log_map.pose or standard_pose(raw.names)
     used = {*names, *(pose.all if pose else ())}
@@ -314,8 +314,8 @@ def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]
     if gains is None:
         if naming.holds_currents_only:
             raise InputError(
-                f"{path}: carries currents ({named}) but no torques: give --drive-gains, {n} numbers in N·m/A "
-                "(dynident gains identifies them, dynident check estimates them by the weight of the links)"
+                f"{path}: has currents ({named}) but no torques: give --drive-gains, {n} numbers in N·m/A "
+                "('dynident gains' identifies them, 'dynident check' estimates them from the weight of the links)"
             )
         # The controller's own prediction does not stand in the place of a measured torque.
         plain = naming.known.columns is PLAIN.columns
@@ -330,7 +330,7 @@ def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]
         if not math.isfinite(gain) or gain == 0.0:
             raise InputError(f"--drive-gains: gain {joint} is {gain}: give a number other than zero in N·m/A")
     if not naming.holds("current"):
-        raise InputError(f"{path}: --drive-gains given, but the file has no currents {named}: leave them out")
+        raise InputError(f"{path}: --drive-gains is given, but the file has no currents {named}: omit the option")
     return "current", ["has torques too; currents and drive gains are used"] * naming.holds("torque")
 
 
@@ -340,9 +340,10 @@ def check_missing(raw: RawLog, columns: Sequence[str]) -> None:
         free = [name for name in raw.names if name not in columns]
         close = difflib.get_close_matches(missing[0], free, 1, 0.75)
         hint = f" (is it {close[0]!r}?)" if close else ""
+        names = f"s {', '.join(missing)} are" if missing[1:] else f" {missing[0]} is"
         raise InputError(
-            f"{raw.path}: column {', '.join(missing)} missing{hint}; found {in_a_row(raw.names)}: log "
-            "them, name yours in a --log-map, or give the robot that has these joints"
+            f"{raw.path}: column{names} missing{hint}; found {in_a_row(raw.names)}: record them, map your column "
+            "names in a --log-map, or give the --robot that has these joints"
         )
 
 

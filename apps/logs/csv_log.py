@@ -96,7 +96,7 @@ def csv_log(path: Path, layout: Layout) -> RawLog:
                 "tabs or blanks"
             )
         if all(map(dialect.is_number, header)):
-            raise InputError(f"{path}: line {dialect.before} holds numbers: a header with column names is needed")
+            raise InputError(f"{path}: line {dialect.before} has numbers: add a header with column names")
     named = [with_unit(name) for name in layout.names or header]
     names = tuple(name for name, _ in named)
     units = dict(zip(names, dialect.units, strict=False)) | {name: unit for name, unit in named if unit}
@@ -141,15 +141,15 @@ class _Text:
             except (ValueError, IndexError, TypeError) as error:
                 raise self._bad_cell(str(error)) from None
         if per_row and values.size % per_row:
-            raise InputError(f"{self._path}: {values.size} numbers are no whole samples of {per_row}: it is cut")
+            raise InputError(f"{self._path}: {values.size} numbers are not a multiple of {per_row}: it is cut")
         return values.reshape(-1, per_row)[:, wanted] if per_row else values
 
     def _lines(self, text: io.TextIOBase) -> Iterator[str]:
         """Lines of a text, which may be packed: one of 10 GB takes 10 MB."""
         for number, line in enumerate(iter(partial(text.readline, _SAMPLE), ""), 1):
             if len(line) == _SAMPLE:
-                fault = f"line {number} has more than {_SAMPLE:,} letters, which no row of numbers has"
-                raise InputError(f"{self._path}: {fault}: mend or remove it")
+                fault = f"line {number} has more than {_SAMPLE:,} characters, which no row of numbers has"
+                raise InputError(f"{self._path}: {fault}: correct or remove it")
             yield line
 
     def _rows(self, lines: Iterable[tuple[int, str]], indices: list[int]) -> Iterator[str]:
@@ -174,7 +174,7 @@ class _Text:
                     self._cut = f"the last row ({self.place(count)}) is cut off: left out"
                     return
                 if len(cells) != width:
-                    advice = "mend or remove the row, or name every column"
+                    advice = "correct or remove the row, or name every column"
                     if missing := names[len(cells) :]:
                         advice = f"{missing[0]!r}{' and what follows it' if missing[1:] else ''} is missing"
                     elif delimiter == "," and len(cells) > 1.5 * width:
@@ -192,8 +192,8 @@ class _Text:
         row, column = int(match[2]), int(match[3]) - 1
         place = f"line {self._dialect.before + 1 + row}" if self._per_row else self.place(row)
         return InputError(
-            f"{self._path}: {place}, column {self._names[column]!r}: {match[1][:22]} is not a finite number: mend "
-            "or remove the row"
+            f"{self._path}: {place}, column {self._names[column]!r}: {match[1][:22]} is not a finite number: "
+            "correct or remove the row"
         )
 
 
@@ -261,7 +261,7 @@ def _encoding(path: Path) -> str:
         if sample[first::2].count(0) > len(sample) // 4:
             return encoding
     if len(_CONTROL.findall(sample)) > len(sample) // 1000:
-        raise InputError(f"{path}: is no text (a picture, a program?): give a CSV, TSV, NPZ, MAT or Parquet file")
+        raise InputError(f"{path}: is not a text file: give a log as CSV, TSV, NPZ, MAT or Parquet")
     try:
         sample[: sample.rfind(b"\n") + 1 or len(sample)].decode()
     except UnicodeDecodeError:
@@ -333,7 +333,7 @@ def _binary(path: Path) -> Iterator[IO[bytes]]:
         with gzip.open(path, "rb") if packed else path.open("rb") as binary:
             yield cast(IO[bytes], binary)
     except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
+        raise InputError(f"{path}: no such file: check the path") from None
     except UnicodeError:
         raise InputError(f"{path}: not UTF-8 text: save it as UTF-8") from None
     except (OSError, EOFError, zlib.error) as error:

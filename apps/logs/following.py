@@ -74,8 +74,8 @@ def read_following(
             continue
         if len(there) < len(names):
             missing = ", ".join(name for name in names if name not in there)
-            beside = f" beside {there[0]}: log it of every joint" if there else ""
-            raise InputError(f"{naming.raw.path}: column {missing} missing{beside}")
+            beside = f", but {there[0]} is there: record it for every joint" if there else ""
+            raise InputError(f"{naming.raw.path}: no column {missing}{beside}")
         recording, wanted = read_beside(path, robot, drive_gains, log_map, quantity)
         kind: Missed = "following error" if quantity == "position_reference" else "unpredicted torque"
         error = wanted - recording.q if kind == "following error" else recording.torque - wanted

@@ -88,7 +88,7 @@ class LogReport(Result, frozen=True, kw_only=True, dict=True):
     def headline(self) -> str:
         """The robot, the log, and what was found in a line."""
         counts = [sum(remark.severity == kind for remark in self.findings) for kind in ("error", "warning")]
-        summary = f"{counts[0]} errors, {counts[1]} warnings" if any(counts) else "nothing to mend"
+        summary = f"{counts[0]} errors, {counts[1]} warnings" if any(counts) else "nothing to fix"
         robot = f"{self.working[0].name}, " if self.working is not None else ""
         return f"{robot}{self.source}, {summary}"
 
@@ -146,8 +146,8 @@ def check_log(
         gains = ", ".join(f"{1.0 / ratio:.3g} at joint {j}" for j, ratio in shown)
         bodies = f"assumed: {nominal.assumed}" if nominal.assumed else "as described"
         text = (
-            f"By the weight of the links ({bodies}) the drive gains are about {gains}, in N·m or N for each unit: "
-            "they may be half as large or twice; dynident gains finds them from a known payload"
+            f"From the weight of the links ({bodies}) the drive gains are about {gains} (N·m or N per unit), "
+            "within a factor of two; 'dynident gains' finds them from a known payload"
         )
         check = check.completed([note(text)])
     # What the robot's model says of the log.
@@ -158,13 +158,13 @@ def check_log(
         evidence = Evidence(robot, source._replace(unloaded=(recording,)), parameters=estimate)
         verdict = robot_verdict(evidence, currents)
     except InputError as refusal:
-        return check.completed([warning(f"Not enough to identify the robot from: {refusal}")])
+        return check.completed([warning(f"The robot cannot be identified from this log alone: {refusal}")])
     found = [finding._replace(text=f"{finding.text[:1].upper()}{finding.text[1:]}") for finding in verdict.findings]
     sigmas = estimate.relative_sigma_percent
     if unsure := int((~(sigmas < _UNSURE)).sum()):
         text = (
             f"{unsure} of {len(sigmas)} base parameters are uncertain by more than {_UNSURE:.0f} % from this log "
-            "alone: small ones always are; for others move faster and over a wider range"
+            "alone. Small ones always are; for the others, move faster and over a wider range"
         )
         found.append(note(text))
     seen = zip(base_parameters(robot).names, estimate.values.tolist(), sigmas.tolist(), strict=True)
@@ -187,13 +187,13 @@ def _signals(time: TimeFacts, joints: Sequence[JointFacts], currents: bool) -> l
         findings.append(note(text))
     still = [str(j) for j, joint in enumerate(joints, 1) if not joint.moves]
     if 0 < len(still) < len(joints):
-        findings.append(warning(f"Joint {', '.join(still)} never moves: its parameters cannot be seen"))
+        findings.append(warning(f"Joint {', '.join(still)} never moves: its parameters cannot be identified"))
     quantity, unit = ("current", "A") if currents else ("torque", "N·m")
     for j, joint in enumerate(joints, 1):
         span = joint.torque[1] - joint.torque[0]
         if span > 0.0 and joint.torque_step > _COARSE * span:
             coarse = f"{joint.torque_step:.3g} {unit}, {100 * joint.torque_step / span:.0f} % of its range"
-            findings.append(warning(f"The {quantity} of joint {j} comes in steps of {coarse}: too coarse"))
+            findings.append(warning(f"The {quantity} of joint {j} has a resolution of only {coarse}"))
     return findings
 
 

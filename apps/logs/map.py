@@ -193,13 +193,13 @@ class Quantity(Table, frozen=True):
             if self != Quantity(self.columns, self.unit):
                 raise ValueError("give columns and unit; side, sign and zero are those of the measured quantity")
             if percent:
-                raise WrongKeyError("unit", "percent of what is not said: give N·m")
+                raise WrongKeyError("unit", "percent needs a rated value: give N·m")
         if any(abs(sign) != 1.0 for sign in self.sign):
             raise ValueError("sign must be 1 or -1")
         if self.rated and not percent:
             raise ValueError("rated goes with the unit percent: what 100 percent is, for each joint")
         if self.side == "motor" and kind == "current":
-            raise ValueError("a current has no side: leave 'side' out, drive gains tell its torque")
+            raise ValueError("a current has no side: remove 'side'; the drive gains include it")
         if self.zero and kind != "position":
             raise ValueError("only positions have a zero")
         for unit in self.unit:
@@ -255,7 +255,7 @@ class ToolColumns(Table, frozen=True):
         if self.form and turns != FORMS[self.form]:
             raise ValueError(f"pose.rotation has {turns} names: a {self.form} has {FORMS[self.form]} columns")
         if self.form == "quaternion" and self.rotation_unit != "rad":
-            raise ValueError("pose.rotation_unit: a quaternion has none, leave it out")
+            raise ValueError("pose.rotation_unit: a quaternion has none: remove it")
 
     @property
     def all(self) -> tuple[str, ...]:

@@ -65,13 +65,13 @@ def open_log(path: LogPath, log_map: LogMap) -> RawLog:
     is_bag = not parts and (path / "metadata.yaml").is_file()
     reader = ros_bag if is_bag else _READERS.get(path.suffix.lower(), csv_log)
     if log_map.layout.topic and reader is not ros_bag and path.exists():
-        raise InputError(f"{path}: is no ROS 2 bag and has no topics: leave topic out")
+        raise InputError(f"{path}: is not a ROS 2 bag and has no topics: omit topic")
     if parts:
         if not path.is_dir():
             raise InputError(f"{path}: {log_map.source} needs the folder that holds {parts[0].name}")
         return _side_by_side(path, [path / part.name for part in parts], parts)
     if not is_bag and not path.exists():
-        raise InputError(f"{path}: no such file")
+        raise InputError(f"{path}: no such file: check the path and the current folder")
     if not is_bag and not path.is_file():
         raise InputError(f"{path}: is not a regular file: give the path of a log file or of a ROS 2 bag")
     return reader(path, log_map.layout)
@@ -211,8 +211,8 @@ def read_beside(
         values = values if later.all() else values[later]
     if len(t) < 2:
         raise InputError(
-            f"{raw.path}: {len(t)} rows of numbers, where a recording needs many: record again, or give the "
-            "file that holds them"
+            f"{raw.path}: has {len(t)} rows of numbers, which is no recording: record again, or give the file "
+            "with the rows"
         )
     columns.pop("time", None)
     t, values, about_rows = _once(raw, t, values[:, bool(naming.time) :], columns)
@@ -274,7 +274,7 @@ def _clock(raw: RawLog, column: str, unit: str, values: Array) -> tuple[Array, N
     where, steps, notes = f"{raw.path}: column {column!r}", np.diff(values), list[str]()
     still = float(np.mean(steps == 0.0)) if len(steps) else 0.0
     if still > _MOST_REPEATED:
-        raise InputError(f"{where}: time stands still in {100 * still:.0f} % of the rows: write more digits")
+        raise InputError(f"{where}: time does not advance in {100 * still:.0f} % of the rows: write more digits")
     if not unit:
         rising = steps[steps > 0.0]
         typical = float(np.median(rising)) if len(rising) else 0.0
@@ -285,7 +285,7 @@ def _clock(raw: RawLog, column: str, unit: str, values: Array) -> tuple[Array, N
             )
         unit = next((unit for unit, slowest in _SLOWEST.items() if typical <= slowest), "")
         if not unit:
-            raise InputError(f"{where}: {typical:g} from row to row is no unit of time that is known: --units t=..")
+            raise InputError(f"{where}: {typical:g} from row to row fits no known unit of time: give --units t=..")
         if unit != "s":
             notes.append(f"time is in {unit} (steps of {typical:g}); --units t=.. takes another unit")
     scale = factor("time", unit)
@@ -294,8 +294,8 @@ def _clock(raw: RawLog, column: str, unit: str, values: Array) -> tuple[Array, N
     if (steps < 0.0).any():
         k = int(np.argmax(steps < 0.0))
         raise InputError(
-            f"{raw.path}: {raw.place(k + 1)}, column {column!r}: time runs back ({t[k]:g} s, then {t[k + 1]:g} s): "
-            "split the file there and give both parts"
+            f"{raw.path}: {raw.place(k + 1)}, column {column!r}: time runs backwards ({t[k]:g} s, then "
+            f"{t[k + 1]:g} s): split the file there and give both parts"
         )
     later = np.append(True, np.diff(t) > 0.0)
     if repeated := len(t) - int(later.sum()):
@@ -379,7 +379,7 @@ def read_trajectory(path: str | Path, robot: Robot) -> tuple[Array, Array, Array
             break
         columns += numbered
     if missing := [name for name in columns if name not in raw.names]:
-        found = f"column {', '.join(missing)} missing for a trajectory of {n} joints; found {', '.join(raw.names)}"
+        found = f"column {', '.join(missing)} is missing for {n} joints; found {', '.join(raw.names)}"
         raise InputError(f"{path}: {found}")
     if f"q{n + 1}" in raw.names:
         raise InputError(f"{path}: column 'q{n + 1}', robot {robot.name!r} has {n} joints: is it the right one?")
@@ -390,7 +390,7 @@ def read_trajectory(path: str | Path, robot: Robot) -> tuple[Array, Array, Array
     _, later, _, _ = _clock(raw, "t", "s", t)
     if not later.all():
         where = raw.place(int(np.argmin(later)))
-        raise InputError(f"{raw.path}: {where}, column 't': time stands still: remove the repeated rows")
+        raise InputError(f"{raw.path}: {where}, column 't': time does not advance: remove the repeated rows")
     steps = np.diff(t)
     k = int(np.argmax(steps))
     if steps[k] > max(10.0 * typical_step(t), 0.25):

@@ -50,7 +50,7 @@ def ros_bag(path: Path, layout: Layout) -> RawLog:
         messages = islice(_messages(reader, topic), _LOOK)
         seen = dict.fromkeys(chain.from_iterable(_values(message) for _, message in messages))
     if not seen:
-        raise InputError(f"{path}: topic {topic} holds no joint states")
+        raise InputError(f"{path}: topic {topic} has no joint states")
     joints = tuple(dict.fromkeys(map(_joint, seen)))
     names = ["t", *(name for joint in joints for field in _FIELDS if (name := f"{joint}.{field}") in seen)]
     units = {f"{joint}.effort": "N·m" for joint in joints if kinds[topic] == _FRANKA}
@@ -90,7 +90,7 @@ def _rows(
         if len(missing) == len(joints):
             continue
         if missing:
-            raise InputError(f"{path}: a message of {topic} lacks joint {missing[0]!r}, which others hold")
+            raise InputError(f"{path}: a message of {topic} lacks joint {missing[0]!r}, which others have")
         first = stamp if first is None else first
         values["t"] = 1e-9 * (stamp - first)
         yield [float(values.get(name, math.nan)) for name in columns]

@@ -30,7 +30,7 @@ class RawLog:
     def __post_init__(self) -> None:
         """Refuse names that no recorder writes."""
         if longest := next((name for name in self.names if len(name) > LONGEST_NAME), ""):
-            where = f"{self.path}: the column's name that begins {longest[:20]!r} has {len(longest)} letters"
+            where = f"{self.path}: the column's name that begins {longest[:20]!r} has {len(longest)} characters"
             raise InputError(f"{where}: is the first line a header? give short names")
 
     def whole(self, columns: Sequence[str]) -> Array:
@@ -41,7 +41,7 @@ class RawLog:
             bad = values[row, column]
             fault = f"{bad} is {'too large a number' if np.isfinite(bad) else 'not a finite number'}"
             where = f"{self.path}: {self.place(int(row))}, column {columns[column]!r}"
-            raise InputError(f"{where}: {fault}: mend or remove the row")
+            raise InputError(f"{where}: {fault}: correct or remove the row")
         return values
 
 

@@ -22,8 +22,7 @@ LINES, COLUMNS = 25, 80
 """A screen."""
 _NARROWEST = 14  # letters that a column of words needs at least
 _MERGED = 24  # letters of words that stand beside several rows
-_LONGEST = 3  # lines of one remark that the first screen shows
-_CUT = " .."
+
 _FEWEST = 20  # columns of the narrowest terminal that is laid out
 
 
@@ -52,10 +51,13 @@ def _screen(report: Report, details: bool, width: int) -> list[str]:
         blocks += [Notes(["", *report.notes])] if report.notes else []
         return [line for block in blocks for line in _lines(block, width)]
     shown = [_lines(block, width, first=True) for block in blocks]
-    room, left_out = LINES - 1 - sum(map(len, shown)), 0
+    room, left_out, said = LINES - 1 - sum(map(len, shown)), 0, set[str]()
     for lines, block in zip(shown, blocks, strict=True):
         for line in block.lines if isinstance(block, Notes) and block.optional else ():
-            wrapped = _brief(_wrapped(line, width), width)
+            wrapped = _wrapped(line, width)
+            if line in said:
+                continue
+            said.add(line)
             if len(wrapped) > room:
                 left_out += 1
                 continue
@@ -63,8 +65,7 @@ def _screen(report: Report, details: bool, width: int) -> list[str]:
             lines += wrapped
     notes = [f"{left_out} more note{'s' * (left_out > 1)}"] if left_out else []
     if notes or report.more:
-        last = f"--details: {'; '.join([*notes, *filter(None, [report.more])])}"
-        shown.append(_brief(_wrapped(last, width), width, 1))
+        shown.append(_wrapped(f"--details: {'; '.join([*notes, *filter(None, [report.more])])}", width)[:1])
     return [line for lines in shown for line in lines]
 
 
@@ -104,16 +105,6 @@ def _wrapped(line: str, width: int) -> list[str]:
     """A line as wide as the terminal; an item of a list stays to the right of its dash."""
     indent = " " * (len(line) - len(line.lstrip(" -")))
     return textwrap.wrap(line, width, subsequent_indent=indent, break_on_hyphens=False) or [""]
-
-
-def _brief(lines: list[str], width: int, most: int = _LONGEST) -> list[str]:
-    """First lines of a remark, the last one cut at a word; where one is left out, that is seen."""
-    if len(lines) <= most:
-        return lines
-    last, room = lines[most - 1], width - len(_CUT)
-    if len(last) > room:  # at a word: half a number is another one
-        last = last[: room + 1].rpartition(" ")[0] or last[:room]
-    return [*lines[: most - 1], f"{last.rstrip(' ,;:')}{_CUT}"]
 
 
 def _table_lines(table: Table, width: int, spare: Collection[str]) -> list[str]:

@@ -123,7 +123,7 @@ def _placed(mesh: Mesh) -> Trimesh:
     except Exception as fault:  # readers of many formats, each with errors of its own
         raise InputError(f"cannot be read ({type(fault).__name__})") from None
     if not len(solid.faces) or not np.isfinite(solid.vertices).all():
-        raise InputError("holds no triangles")
+        raise InputError("has no triangles")
     return solid
 
 

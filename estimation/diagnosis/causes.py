@@ -123,7 +123,7 @@ def other_readings(evidence: Evidence) -> list[Finding]:
 
     A robot takes {ROBOT:.0%} (and z > {ROBOT_Z:g}) off the squared residuals, and more than one further friction
     column a joint does on the robot as described; a turned joint {TURNED:.0%} (z > {TURNED_Z:g}), no gravity
-    {WEIGHTLESS:.0%}: spoils all. Within {ALIKE:.0%} a note says that the data do not tell two robots apart.
+    {WEIGHTLESS:.0%}: do not use. Within {ALIKE:.0%} a note says that the data do not tell two robots apart.
     """
     found, pull = sorted(evidence.diagnosis.alternatives, key=lambda a: -a.fall), pull_of(evidence)
     least = BESIDE_PULL * pull.fall if pull is not None else 0.0
@@ -134,14 +134,14 @@ def other_readings(evidence: Evidence) -> list[Finding]:
 
     robots, turned = beyond("robot", max(ROBOT, friction), ROBOT_Z), beyond("turned", TURNED, TURNED_Z)
     weightless = beyond("weightless", WEIGHTLESS, TURNED_Z)
-    findings = [_cause("the torques hold no gravity (they are gravity-compensated)", best) for best in weightless]
-    findings += [_cause(f"it is a recording of robot {best.name!r}", best) for best in robots[:1]]
+    findings = [_cause("the torques lack gravity (already compensated)", best) for best in weightless]
+    findings += [_cause(f"the robot is {best.name!r}", best) for best in robots[:1]]
     for best in turned[:1]:
         names = " or ".join(a.name for a in turned if a.fall > best.fall - ALIKE)
-        findings.append(_cause(f"joint {names} is counted the other way, in position and torque", best))
+        findings.append(_cause(f"joint {names} has the opposite sign, in position and torque", best))
     alike = " or ".join(repr(a.name) for a in found if a.kind == "robot" and a.fall > -ALIKE)
     if alike and pull is None and not robots:
-        text = f"the data do not tell {evidence.robot.name!r} from {alike}: make sure that it is the right robot"
+        text = f"{alike} would fit these data as well as {evidence.robot.name!r}: make sure the robot is right"
         findings.append(note(text))
     return findings
 
@@ -149,7 +149,7 @@ def other_readings(evidence: Evidence) -> list[Finding]:
 def _cause(assumption: str, found: Alternative, source: str = "") -> Finding:
     looks = f"{source} looks" if source else "the recordings look"
     text = (
-        f"{looks} as if {assumption}: corrected for it, the squared residuals fall by {100 * found.fall:.0f} % "
+        f"{looks} as if {assumption}: with that correction the squared residuals fall by {100 * found.fall:.0f} % "
         f"({found.z:.1f} standard errors)"
     )
     severity: Severity = "warning" if source and found.fall < SERIOUS else "error"
@@ -210,7 +210,7 @@ def clocks(own: Comparison, _: Mask) -> Iterator[Read]:
     tried = np.arange(-longest, longest + 0.5 * step, step)
     for first, last in product(tried, tried):
         if abs(last - first) > 0.5 * step:
-            text = f"torque lags by {first:.2f} s early on and {last:.2f} s late"
+            text = f"torque lags by {first:.2f} s at the start and {last:.2f} s at the end"
             changed = states.later(first + (last - first) * passed)
             yield f"torque and position ran on two clocks ({text})", changed, None
 
@@ -228,7 +228,7 @@ def joint_columns(own: Comparison, _: Mask) -> Iterator[Read]:
     for j in range(n):
         changed = plain.changed(j, sign=-1).of(states)
         yield f"the sign of q{j + 1} is wrong", replace(changed, torque=states.torque), None
-        yield f"joint {j + 1} is counted the other way, in position and torque", changed, None
+        yield f"joint {j + 1} has the opposite sign, in position and torque", changed, None
     for j, quarters in product(range(1, n), (1, 3, 2)):
         text = f"the zero of q{j + 1} is off by {180 if quarters == 2 else 90} degrees"
         yield text, plain.changed(j, quarters=quarters).of(states), None
@@ -254,13 +254,13 @@ def descriptions(own: Comparison, mask: Mask) -> Iterator[Read]:
         return
     if robot.coupling is None and robot.n > 1 and drives.fit_for_coupling:
         coupled = Coupling((robot.n - 1, robot.n))
-        text = f"the drives of joints {robot.n - 1} and {robot.n} are coupled, which the description leaves out"
+        text = f"the drives of joints {robot.n - 1} and {robot.n} are coupled, which the description does not say"
         yield text, states, replace(robot, drives=replace(drives, coupling=coupled))
     for (j, joint), name in product(enumerate(robot.joints), ("d", "r")):
         length = getattr(joint, name)
         for factor, word in ((0.9, "shorter"), (1.1, "longer")) if length != 0.0 else ():
             joints = (*robot.joints[:j], replace(joint, **{name: factor * length}), *robot.joints[j + 1 :])
-            text = f"the length {name}{j + 1} is {word} than the {length:g} m of the description"
+            text = f"the length {name}{j + 1} is {word} than the {length:g} m in the description"
             yield text, states, replace(robot, joints=joints)
 
 
@@ -301,8 +301,8 @@ def channels(own: Comparison, mask: Mask) -> Iterator[Read]:
     if usable and (np.abs(np.log(factors)) > _UNIT).sum() > 1:
         sizes = ", ".join(f"{1.0 / factor:.2g}" for factor in factors)
         text = (
-            f"the torques of the joints share no unit (they are {sizes} times too large, joint by joint), as "
-            "motor-side torques or percent of each drive's maximum do"
+            f"each joint's torque has its own unit (joint by joint {sizes} times too large), such as motor-side "
+            "torque or percent of each drive's maximum"
         )
         yield text, replace(states, torque=states.torque * factors), None
 

@@ -50,7 +50,8 @@ OTHER_WAY = 0.05  # relative difference of a weighing's mass by another way that
 CONDITION = 500.0
 """Condition number with columns scaled above which small errors spoil the answer; good motions have 10."""
 _MOMENTS = "XX", "YY", "ZZ"
-STILL = Judged("not visible", "not excited by standing still")
+_SAME = ": did friction or anything else change between the recordings?"
+STILL = Judged("not visible", "standing still does not excite it")
 """Use of an inertia by a weighing at rest."""
 SWINGS, CLEAR, MATTERS = 3.0, 5.0, 0.02
 """Oscillation of the loaded torque at rest over that without payload, over the median of other frequencies, and
@@ -83,18 +84,17 @@ def judged(ten: Array, moments: Array, spread: PayloadSpread, from_scale: bool =
     size = float(np.sqrt(max(ten[[0, 3, 5]].sum(), 0.0) / 2.0 / ten[9])) if known else 0.0
     (sigma, axis), allowed = max(zip(spread.com, "xyz", strict=True)), max(COM_FLOOR, COM_SIGMA * size)
     parts = [spread.mass / max(abs(ten[9]), 1e-300), *(spread.moments / np.maximum(moments, 1e-300))]
-    mass, *texts = (f"{100 * part:.0f} %" if part < 10.0 else "more than tenfold its size" for part in parts)
+    mass, *texts = (f"{100 * part:.0f} %" if part < 10.0 else "over 1000 %" for part in parts)
     inertia = zip(_MOMENTS, texts, parts[1:], strict=True)
-    wide = ", ".join(f"{name} {text}" for name, text, part in inertia if not part <= INERTIA_SIGMA)
+    wide = ", ".join(f"{text} of {name}" for name, text, part in inertia if not part <= INERTIA_SIGMA)
     vague = {
-        "mass": f"is {mass} of it, {100 * MASS_SIGMA:.0f} % at most are allowed: let joint 2 or 3 move, widen the "
-        "range, record longer, or weigh the payload",
-        "centre of mass": f"along {axis} is {1e3 * sigma:.0f} mm, {1e3 * allowed:.0f} mm at most are allowed: turn "
-        "the wrist farther, or weigh the payload",
-        "inertia": f"of {wide}, {100 * INERTIA_SIGMA:.0f} % at most are allowed: move the wrist faster, or record "
-        "longer",
+        "mass": f"is {mass} (limit {100 * MASS_SIGMA:.0f} %); move joint 2 or 3, use a wider range, record longer, "
+        "or weigh the payload",
+        "centre of mass": f"along {axis} is {1e3 * sigma:.0f} mm (limit {1e3 * allowed:.0f} mm); turn the wrist "
+        "farther, or weigh the payload",
+        "inertia": f"is {wide} (limit {100 * INERTIA_SIGMA:.0f} %); move the wrist faster, or record longer",
     }
-    why, good = "1 sigma (few blocks of time allowed for)", (parts[0] <= MASS_SIGMA, sigma <= allowed, not wide)
+    why, good = "1 sigma", (parts[0] <= MASS_SIGMA, sigma <= allowed, not wide)
     answer = {
         quantity: Judged("use") if enough else Judged("not measured well enough", f"{why} {text}")
         for (quantity, text), enough in zip(vague.items(), good, strict=True)
@@ -103,7 +103,7 @@ def judged(ten: Array, moments: Array, spread: PayloadSpread, from_scale: bool =
         if hidden := [name for name, s in zip(names, sigmas, strict=True) if not np.isfinite(s)]:
             answer[quantity] = Judged("not visible", f"these joints do not show {', '.join(hidden)}")
     if from_scale:
-        answer["mass"] = Judged("weighed", "the torques of these joints do not contain it")
+        answer["mass"] = Judged("weighed", "the torques of these joints do not show it")
     return answer
 
 
@@ -137,29 +137,29 @@ def fit_findings(fit: Fit, evidence: Evidence, subject: str) -> Iterator[Finding
     joints = ", ".join(str(j) for j, relative in enumerate(left, 1) if not relative <= JOINT_RESIDUAL)
     if not fit.relative <= RESIDUAL:
         yield error(
-            f"{subject} leaves {100 * fit.relative:.0f} % of the torque unexplained: check units, signs, order of "
-            "joints and drive gains"
+            f"{subject} leaves {100 * fit.relative:.0f} % of the torque unexplained: check units, signs, the order "
+            "of the joints, and drive gains"
         )
     elif joints:
         yield error(
             f"{subject} leaves up to {100 * np.max(left):.0f} % of the torque of joint {joints} unexplained: check "
-            "sign, unit and drive gain there, and whether the joint moved enough"
+            "its sign, unit and drive gain, and whether it moved enough"
         )
 
 
 def too_short(evidence: Evidence) -> Iterator[Finding]:
-    """Recordings too short to judge by. Under {SHORTEST:g} s in all, without or with payload: spoils all, alone."""
+    """Recordings that are too short. Under {SHORTEST:g} s in all, without or with payload: do not use."""
     kinds = (evidence.source.unloaded, evidence.source.loaded) if evidence.source is not None else ()
     seconds = min((sum(float(np.ptp(one.t)) for one in own) for own in kinds if own), default=SHORTEST)
     if seconds < SHORTEST:
-        yield error(f"{seconds:.2g} s of recording are too short for any answer: record longer, 20 s or more")
+        yield error(f"{seconds:.2g} s of recording is too short: record 20 s or more")
 
 
 def residual(evidence: Evidence) -> Iterator[Finding]:
     """Residual without payload, and with it.
 
-    All joints over {RESIDUAL:.0%}, one joint over {JOINT_RESIDUAL:.0%}, with payload over {LOADED_RATIO:g} times
-    that without: spoils all.
+    Over {RESIDUAL:.0%} for all joints, over {JOINT_RESIDUAL:.0%} for one, or with payload over {LOADED_RATIO:g}
+    times that without: do not use.
     """
     if evidence.parameters is None:
         return
@@ -173,16 +173,16 @@ def residual(evidence: Evidence) -> Iterator[Finding]:
         worst, numbers = max(e.estimate.fit.relative for e in apart), ", ".join(str(e.method) for e in apart)
         which = f"each of methods {numbers}" if apart[1:] else f"method {numbers}"
         yield error(
-            f"{which} leaves {100 * worst:.0f} % of the torque with payload unexplained, without payload it is "
-            f"{100 * fit.relative:.1f} %: check signs, and that both recordings are of one robot"
+            f"{which} leaves {100 * worst:.0f} % of the torque with payload unexplained, but only "
+            f"{100 * fit.relative:.1f} % without: check signs, and that both recordings are of the same robot"
         )
 
 
 def validation(evidence: Evidence) -> Iterator[Finding]:
     """Residual of the robot's model on held-out recordings.
 
-    Over {VALIDATION:.0%}: spoils all; over {VALIDATION_RATIO:g} times the fit's, {VALIDATION_FLOOR:.0%} and what
-    white noise explains: the inertia.
+    Over {VALIDATION:.0%}: do not use; over {VALIDATION_RATIO:g} times the fit's, {VALIDATION_FLOOR:.0%} and what
+    white noise explains: not the inertia.
     """
     held_out = evidence.validation
     if evidence.parameters is None or held_out is None:
@@ -193,14 +193,15 @@ def validation(evidence: Evidence) -> Iterator[Finding]:
     if left > VALIDATION or left > max(VALIDATION_FLOOR, VALIDATION_RATIO * own, noise):
         yield (error if left > VALIDATION else warning)(
             f"the robot's model leaves {100 * left:.0f} % of the torque of the validation recording unexplained, "
-            f"{100 * own:.1f} % of its own: it does not carry over to other motions"
+            f"but {100 * own:.1f} % of the fitted one: it does not carry over to other motions; excite all joints "
+            "over their whole range"
         )
 
 
 def friction(evidence: Evidence) -> Iterator[Finding]:
     """Friction that drives its joint instead of braking.
 
-    Coulomb friction, with that by load, over {DRIVEN_SIGMAS:g} sigma below zero: spoils all; viscous: noted.
+    Coulomb and load-dependent friction over {DRIVEN_SIGMAS:g} sigma below zero: do not use. Viscous: a note.
     """
     fitted = evidence.parameters
     if fitted is None:
@@ -219,25 +220,25 @@ def friction(evidence: Evidence) -> Iterator[Finding]:
     falls = [str(j) for j, _ in joints if str(j) not in driven and negative({f"FV{j}": 1.0})]
     if driven:
         yield error(
-            f"the friction of joint {', '.join(driven)} comes out negative, as if it drove the joint: the sign of "
-            "its torque or of its position is wrong, or it is no torque (a current, percent)"
+            f"the friction of joint {', '.join(driven)} comes out negative, as if it drove the joint: check the "
+            "signs of its torque and position, and whether the column holds a torque (not a current or percent)"
         )
     if falls:
-        yield note(f"the friction of joint {', '.join(falls)} falls with speed (viscous friction below zero)")
+        yield note(f"the friction of joint {', '.join(falls)} falls with speed (negative viscous friction)")
 
 
 def impossible(evidence: Evidence) -> Iterator[Finding]:
-    """Parameters that no robot has. p below {CONFLICT:g}: spoils single numbers, beside anything else all."""
+    """Parameters that no physical robot has. p below {CONFLICT:g}: a warning; with any other sign, do not use."""
     if evidence.possible is not None and evidence.possible < CONFLICT:
         yield warning(
-            f"no robot that can exist comes near the parameters (p {evidence.possible:.2g}): check the robot's "
-            "description, and signs, units and drive gains",
+            f"no physical robot can have these parameters (p {evidence.possible:.2g}): check the robot's "
+            "description, signs, units and drive gains",
             IMPOSSIBLE,
         )
 
 
 def sign(evidence: Evidence) -> Iterator[Finding]:
-    """Mass that is negative, or none at all. Not {SIGMAS:g} sigma above zero: spoils all."""
+    """Mass that is negative or zero. Less than {SIGMAS:g} sigma above zero: do not use."""
     masses = [(f"method {e.method}", e.mass, float(e.estimate.larger_sigma[9])) for e in evidence.estimates]
     if evidence.weighed is not None and not evidence.weighed.from_scale:
         masses.append(("the torque", evidence.weighed.mass, evidence.weighed.sigma))
@@ -246,85 +247,86 @@ def sign(evidence: Evidence) -> Iterator[Finding]:
     texts = ", ".join(f"{mass:.3g} ± {sigma:.2g} kg by {who}" for who, mass, sigma in negative or little)
     if negative:
         yield error(
-            f"the mass is negative ({texts}): the recordings with and without payload look swapped, or the signs "
-            "of torques or of gravity are wrong",
+            f"the mass is negative ({texts}): check that the recordings with and without payload are not swapped, "
+            "and the signs of torques and gravity",
             "mass",
         )
     elif little:
         light = all(mass + SIGMAS * sigma < evidence.robot.rated_payload for _, mass, sigma in little)
-        advice = "is the same load on the robot in both?" if light else "move faster and farther, or record longer"
-        yield error(f"the mass does not differ from zero ({texts}): {advice}", "mass")
+        advice = "was the payload really on?" if light else "move faster and farther, or record longer"
+        yield error(f"the mass cannot be told from zero ({texts}): {advice}", "mass")
 
 
 def measured(evidence: Evidence) -> Iterator[Finding]:
     """Mass, centre of mass and inertia that are not measured well enough.
 
     Sigma of the mass over {MASS_SIGMA:.0%}, of the centre of mass over {COM_FLOOR:g} m and over {COM_SIGMA:g} of
-    the payload's own size: spoils all; of a moment at the centre of mass over {INERTIA_SIGMA:.0%}: the inertia.
+    the payload's own size: do not use; of a moment at the centre of mass over {INERTIA_SIGMA:.0%}: not the inertia.
     """
     for quantity, judged in evidence.judged.items():
         if judged.use not in ("use", "weighed"):
             against = warning if quantity == "inertia" else error
-            yield against(f"{quantity}: {judged.use}; {judged.why}", quantity)
+            yield against(f"the {quantity} is {judged.use}: {judged.why}", quantity)
 
 
 def methods_apart(evidence: Evidence) -> Iterator[Finding]:
-    """Masses of the methods that do not go together.
+    """Methods that disagree about the mass.
 
-    Spread over {MASS_SPREAD:.0%}, or two by {METHODS_APART:.0%} and {SIGMAS:g} sigma: spoils all.
+    All within more than {MASS_SPREAD:.0%}, or two apart by {METHODS_APART:.0%} and {SIGMAS:g} sigma: do not use.
     """
     masses = [e.mass for e in evidence.estimates] or [0.0]
     mean = abs(float(np.mean(masses)))
     apart = [
         f"methods {a.method} and {b.method} disagree beyond their intervals: {a.mass:.4g} and {b.mass:.4g} kg"
+        f"{_SAME}"
         for a, b in combinations(evidence.estimates, 2)
         if abs(a.mass - b.mass)
         > max(METHODS_APART * mean, SIGMAS * hypot(a.estimate.larger_sigma[9], b.estimate.larger_sigma[9]))
     ]
     if np.ptp(masses) > MASS_SPREAD * mean:
-        apart = [f"the methods' masses spread from {min(masses):.3g} to {max(masses):.3g} kg"]
+        apart = [f"the methods' masses range from {min(masses):.3g} to {max(masses):.3g} kg{_SAME}"]
     yield from (error(text, "mass") for text in apart[:1])
 
 
 def unexplained(evidence: Evidence) -> Iterator[Finding]:
-    """Torque that neither payload, friction nor the recording without payload explain (`weigh`).
+    """Torque that payload, friction and the recording without payload leave unexplained (`weigh`).
 
-    Over {JOINT_RESIDUAL:.0%} of a joint's: spoils all.
+    Over {JOINT_RESIDUAL:.0%} of a joint's torque: do not use.
     """
     left = evidence.unexplained
     joints = ", ".join(str(j) for j, relative in enumerate(left, 1) if relative > JOINT_RESIDUAL)
     if joints:
         yield error(
-            f"up to {100 * np.nanmax(left):.0f} % of the torque of joint {joints} is not explained: check its "
-            "sign, unit and drive gain, and that both recordings are of one motion"
+            f"up to {100 * np.nanmax(left):.0f} % of the torque of joint {joints} is unexplained: check its "
+            "sign, unit and drive gain, and that both recordings are of the same motion"
         )
 
 
 def new_zeros(evidence: Evidence) -> Iterator[Finding]:
     """Positions of a pair that differ by a constant.
 
-    Over 2 mrad, all else by under 10 mrad and a fifth of it: spoils all.
+    By over 2 mrad, and otherwise by less than 10 mrad and a fifth of that: do not use.
     """
     for pair in evidence.source.compared if evidence.source is not None else ():
         for j in pair.new_zeros:
             yield error(
                 f"q{j + 1} of {pair.loaded.source} differs from that of {pair.unloaded.source} by a constant "
-                f"{1e3 * pair.constant[j]:+.1f} mrad or mm: was the encoder's zero set anew in between?"
+                f"{1e3 * pair.constant[j]:+.1f} mrad or mm: was the encoder re-zeroed in between?"
             )
 
 
 def other_ways(evidence: Evidence) -> Iterator[Finding]:
-    """The mass by other ways (`weigh`). Over {OTHER_WAY:.0%} off: spoils all."""
+    """Cross-checks of the mass (`weigh`). Over {OTHER_WAY:.0%} off: do not use."""
     mass = evidence.mass
     for way in evidence.agreement:
         if way.name != UNFREED and abs(way.mass - mass) > OTHER_WAY * abs(mass):
-            yield error(f"by the {way.name} the mass is {way.mass:.4g} kg, not {mass:.4g} kg", "mass")
+            yield error(f"the {way.name} gives a mass of {way.mass:.4g} kg, not {mass:.4g} kg", "mass")
 
 
 def drift(evidence: Evidence) -> Iterator[Finding]:
     """A mass that changes steadily from recording to recording (`weigh`).
 
-    A trend with p below 0.05 that leaves the mass's interval: spoils all; noted within.
+    A trend with p below 0.05 that leaves the mass's interval: do not use. Within it: a note.
     """
     repeats = evidence.repeats
     if repeats is None or not repeats.drifts:
@@ -343,7 +345,7 @@ def rests(evidence: Evidence) -> Iterator[Finding]:
 
     Torque at rest that oscillates over {SWINGS:g} times as far as without payload, {CLEAR:g} times as far as at
     other frequencies and {MATTERS:.0%} of the payload's torque, or varies by under {HOLDS:.0%} of what it does on
-    the way there: spoils all.
+    the way there: do not use.
     """
     if (problem := evidence.at_rest) is None:
         return
@@ -355,47 +357,47 @@ def rests(evidence: Evidence) -> Iterator[Finding]:
     k, j = np.unravel_index(int(np.argmax(size * (size > SWINGS * earlier))), size.shape)
     if problem.one_sided:
         yield error(
-            f"pose {', '.join(map(str, problem.one_sided))} is reached from one side only, where nothing tells "
-            "friction from weight: reach each pose from both sides ('dynident near --static')"
+            f"pose {', '.join(map(str, problem.one_sided))} is reached from one side only, so friction cannot be "
+            "told from weight: reach each pose from both sides ('dynident near --static')"
         )
     if joints := [str(joint) for joint in problem.joints if held[joint - 1]]:
         yield error(
-            f"the torque of joint {', '.join(joints)} at rest is the same in all poses, not so on the way there: a "
-            "brake holds the arm, and no torque shows its weight; record with the brakes open"
+            f"the torque of joint {', '.join(joints)} at rest is the same in all poses, though not while moving: a "
+            "brake holds the arm, so no torque shows its weight. Record with the brakes open"
         )
     elif size[k, j] > max(SWINGS * earlier[k, j], CLEAR * np.median(size[:, j]), MATTERS * largest):
         yield error(
             f"the payload swings: at rest the torque of joint {j + 1} oscillates at {frequencies[k]:.1f} Hz by "
-            f"{size[k, j]:.2g} N·m or N (rms; without payload {earlier[k, j]:.2g}): wait longer, or fix it"
+            f"{size[k, j]:.2g} N·m or N (rms; without payload {earlier[k, j]:.2g}). Wait longer, or fasten it"
         )
 
 
 def alignment(evidence: Evidence) -> Iterator[Finding]:
-    """Pairs that method 3 takes for one motion, although their positions differ.
+    """Pairs whose positions differ, so that method 3 does not fit.
 
-    Over {MISMATCH:g} rad (rms): spoils the inertia.
+    Over {MISMATCH:g} rad (rms): not the inertia.
     """
     worst = max(evidence.pairs, key=lambda pair: pair.rms_mismatch, default=None)
     if worst is not None and worst.rms_mismatch > MISMATCH:
         yield warning(
             f"{worst.unloaded.source} and {worst.loaded.source} differ by {1e3 * worst.rms_mismatch:.1f} mrad "
-            "(rms) after alignment: method 3 takes them for one motion"
+            "(rms) after alignment, but method 3 needs the same motion: record it again, or use method 4"
         )
 
 
 def condition(evidence: Evidence) -> Iterator[Finding]:
-    """Nearly dependent equations. Condition number over {CONDITION:g} with columns scaled: spoils the inertia."""
+    """Nearly dependent equations. Condition number over {CONDITION:g} with columns scaled: not the inertia."""
     if evidence.condition is not None and evidence.condition > CONDITION:
         yield warning(
-            f"the equations are nearly dependent (condition number {evidence.condition:.0f} with columns scaled): "
+            f"the equations are nearly dependent (condition number {evidence.condition:.0f}, columns scaled): "
             "move more joints at once, over a wider range"
         )
 
 
 def weights_apart(evidence: Evidence) -> Iterator[Finding]:
-    """Nominal masses of weights that contradict one another: each only sets the scale of all gains (`gains`).
+    """Known weights whose masses contradict each other (`gains`).
 
-    By {APART:.0%} and {APART_SIGMAS:g} sigma: spoils all.
+    By {APART:.0%} and {APART_SIGMAS:g} sigma: do not use.
     """
 
     apart = []
@@ -406,58 +408,58 @@ def weights_apart(evidence: Evidence) -> Iterator[Finding]:
             apart.append((off / sigma, weights))
     if apart:
         told = " and ".join(
-            f"mounting {name} weighs {mass:.4g} ± {sigma:.2g} kg, given as {nominal:g} kg"
+            f"mounting {name} comes out as {mass:.4g} ± {sigma:.2g} kg but was given as {nominal:g} kg"
             for name, nominal, mass, sigma in max(apart)[1]
         )
         yield error(
-            f"the weights do not go together: with these gains {told}: is one mass given wrongly, or are "
-            "recordings of two mountings taken for one?",
+            f"the known weights contradict each other: with these gains {told}. Check the masses given, and that "
+            "--mounting groups the recordings correctly",
             "mass",
         )
 
 
 def known_gains(evidence: Evidence) -> Iterator[Finding]:
-    """Gains that are hardly shown (`gains`). None known to {KNOWN_WELL:.0%}: spoils all; some not: those."""
+    """Gains that are not well determined (`gains`). Over {KNOWN_WELL:.0%}: do not use these gains."""
     sigma = evidence.gained if evidence.gained is not None else np.zeros(0)
     vague = [(str(j), f"{100 * s:.2g}") for j, s in enumerate(sigma, 1) if not s <= KNOWN_WELL]
     if not vague:
         return
     names, parts = (", ".join(column) for column in zip(*vague, strict=True))
-    text = f"motor {names}: the gain is known to {parts} % only (1 sigma)"
+    text = f"motor {names}: the gain is known only to {parts} % (1 sigma)"
     if len(vague) < len(sigma):
-        yield warning(f"{text}: keep the maker's there", "gain")
+        yield warning(f"{text}; keep the maker's gain there", "gain")
     else:
-        yield error(f"{text}: take a heavier weight, off the flange's axis, and move faster, farther or longer")
+        yield error(f"{text}; use a heavier weight, off the flange's axis, and move faster, farther or longer")
 
 
 def rating(evidence: Evidence) -> Iterator[Finding]:
-    """A mass beyond what the arm carries. With all of its interval, and by over {ROUNDED:.0%}: spoils all."""
+    """A mass above the rated payload. With its whole interval, and by over {ROUNDED:.0%}: do not use."""
     rated, sigma = evidence.robot.rated_payload, evidence.spread.mass if evidence.spread is not None else 0.0
     if evidence.mass - NORMAL95 * sigma > (1.0 + ROUNDED) * rated:
-        source = "as is assumed" if evidence.robot.assumed("rated_payload") else "by its data sheet"
+        source = "assumed" if evidence.robot.assumed("rated_payload") else "data sheet"
         yield error(
-            f"a mass of {evidence.mass:.4g} kg is more than the {rated:g} kg that this arm carries {source}: are "
-            "the torques, the drive gains and the robot's description right?",
+            f"a mass of {evidence.mass:.4g} kg exceeds the arm's rated payload of {rated:g} kg ({source}): check "
+            "the unit of the torques, the drive gains and the robot's description",
             "mass",
         )
 
 
 def conflicts(evidence: Evidence) -> Iterator[Finding]:
-    """Constraints and weighed masses that contradict the data, and bounds that hold the answer back.
+    """Constraints and weighed masses that contradict the data, and answers on a bound.
 
-    p below 0.01 by the robust variance: spoils all; an answer held at a bound that was given: the inertia.
+    p below 0.01 by the robust variance: do not use. An answer on a bound that you gave: not the inertia.
     """
     findings: dict[str, Finding] = {}
     for payload in evidence.constrained:
         data = "the torques" if evidence.weighed is not None else f"the data of method {payload.method}"
         for test in payload.conflicts:
-            text = f"{data} contradict the constraint: {test.description} (p {test.p_value:.1g})"
+            text = f"{data} contradict a constraint: {test.description} (p {test.p_value:.1g})"
             findings.setdefault(test.description, error(text))
         for scale in (weighing for weighing in payload.result.weighings if weighing.conflict):
             text = (
-                f"{data} show {scale.identified:.4g} ± {scale.identified_sigma:.2g} kg, the scale shows "
-                f"{scale.mass:g} ± {scale.sigma:g} kg: {abs(scale.z):.1f} sigma apart; check the drive gains and "
-                "the scale"
+                f"{data} show {scale.identified:.4g} ± {scale.identified_sigma:.2g} kg but the scale shows "
+                f"{scale.mass:g} ± {scale.sigma:g} kg, {abs(scale.z):.1f} sigma apart: check the drive gains, the "
+                "scale, and what else hung on the flange"
             )
             findings.setdefault(f"weighed {scale.mass}", error(text, "mass"))
     together = [payload.result.p_value for payload in evidence.constrained if payload.conflict]
@@ -467,6 +469,6 @@ def conflicts(evidence: Evidence) -> Iterator[Finding]:
     chosen = evidence.recommended or next(iter(evidence.constrained), None)
     for test in chosen.tested if chosen is not None else ():
         if not isinstance(test.constraint, PossibleBody):
-            text = f"the answer is held at a bound that was given: {test.description}"
+            text = f"the answer lies on a bound that you gave: {test.description}; check its unit and frame"
             findings.setdefault(test.description, warning(text))
     yield from findings.values()

@@ -122,12 +122,12 @@ def torque_delay(system: System) -> Sought:
 def _delayed(effect: Effect, evidence: Evidence) -> Finding:
     """Torques that are late or early.
 
-    By over {LATE:g} s and {LATE_Z:g} sigma: spoils all where the mass is {MOVED:.1%}, or the centre of mass
-    {SLIP:g} m off without it, else the inertia; without payload where it takes {HELPFUL:.0%} off the squared
+    By over {LATE:g} s and {LATE_Z:g} sigma: do not use where the mass is {MOVED:.1%}, or the centre of mass
+    {SLIP:g} m off without it, else not the inertia; without payload where it takes {HELPFUL:.0%} off the squared
     residual. Delays come out a third too small; all joints share one.
     """
     text = (
-        f"the torques{effect.where} {'lag' if effect.size > 0.0 else 'lead'} position by about "
+        f"the torques{effect.where} {'lag' if effect.size > 0.0 else 'lead'} the positions by "
         f"{1e3 * abs(effect.size):.0f} ± {1e3 * effect.sigma:.1g} ms or more: check the log's time stamps"
     )
     if evidence.of_robot:
@@ -158,11 +158,11 @@ def slip(system: System) -> Sought | None:
 def _slip(effect: Effect, _: Evidence) -> Finding:
     """A payload that slips.
 
-    The centre of mass in the second half of the loaded recordings {SLIP:g} m and {SLIP_Z:g} sigma off: spoils all.
+    The centre of mass in the second half of the loaded recordings {SLIP:g} m and {SLIP_Z:g} sigma off: do not use.
     """
     return error(
-        f"the centre of mass moves by {1e3 * effect.size:.0f} ± {1e3 * effect.sigma:.1g} mm half way through the "
-        "recordings with payload: did it slip?",
+        f"the centre of mass moves by {1e3 * effect.size:.0f} ± {1e3 * effect.sigma:.1g} mm halfway through the "
+        "recordings with payload: did the payload slip?",
         "centre of mass",
     )
 
@@ -177,11 +177,11 @@ def change(system: System) -> Sought:
 def _change(effect: Effect, _: Evidence) -> Finding:
     """A payload that is taken up or put down, or torques that drift.
 
-    From some moment on the payload is {CHANGE:.0%} and {CHANGE_Z:g} sigma larger or smaller: spoils all.
+    From some moment on the payload is {CHANGE:.0%} and {CHANGE_Z:g} sigma larger or smaller: do not use.
     """
     return error(
-        f"the mass changes: the payload {'grows' if effect.size > 0.0 else 'shrinks'} after {effect.where} of the "
-        "recordings with payload: was it taken up or put down, or does a torque drift?",
+        f"the mass {'grows' if effect.size > 0.0 else 'shrinks'} after {effect.where} of the recordings with "
+        "payload: was the payload picked up or put down, or does a torque drift?",
         "mass",
     )
 
@@ -257,21 +257,21 @@ def weight(system: System) -> Sought | None:
 
 
 def _weight(effect: Effect, evidence: Evidence) -> Finding:
-    """Gravity of another size than described.
+    """Gravity of another magnitude than described.
 
-    By over {WEIGHT:.0%} and {WEIGHT_Z:g} sigma: spoils all.
+    By over {WEIGHT:.0%} and {WEIGHT_Z:g} sigma: do not use.
     """
     usual = float(np.linalg.norm(evidence.robot.gravity))
     return error(
-        f"gravity is {usual * (1.0 + effect.size):.3g} ± {usual * effect.sigma:.1g} m/s² by the torques, "
-        f"{usual:.4g} by the robot's description: correct gravity there"
+        f"the torques show a gravity of {usual * (1.0 + effect.size):.3g} ± {usual * effect.sigma:.1g} m/s², but "
+        f"the robot's description says {usual:.4g}: correct it there"
     )
 
 
 def earth(evidence: Evidence) -> Iterator[Finding]:
-    """Gravity of the description whose size is not Earth's.
+    """A described gravity that is not Earth's.
 
-    By over {WEIGHT:.0%}, and by the torques no nearer than Earth's: spoils all.
+    By over {WEIGHT:.0%}, if the torques are closer to Earth's: do not use.
     """
     effect = evidence.diagnosis.effect("weight")
     if effect is None or BY_NAME["weight"].stands_out(effect):
@@ -280,8 +280,8 @@ def earth(evidence: Evidence) -> Iterator[Finding]:
     more = EARTH / usual - 1.0
     if abs(more) > WEIGHT and abs(effect.size - more) < abs(effect.size):
         yield error(
-            f"gravity is {usual:.4g} m/s² by the robot's description, {EARTH:g} on Earth, and "
-            f"{usual * (1.0 + effect.size):.3g} ± {usual * effect.sigma:.1g} by the torques: correct gravity there"
+            f"the robot's description has a gravity of {usual:.4g} m/s², but Earth's is {EARTH:g} and the torques "
+            f"show {usual * (1.0 + effect.size):.3g} ± {usual * effect.sigma:.1g}: correct the description"
         )
 
 
@@ -294,15 +294,15 @@ def compensated(system: System) -> Sought | None:
 
 
 def _compensated(effect: Effect, evidence: Evidence) -> Finding:
-    """A part of the payload's weight that the torques do not hold, as its inertia shows.
+    """A part of the payload's weight that is missing from the torques, compared with its inertia.
 
-    By over {LIGHT:.0%} of it and {LIGHT_Z:g} sigma, if nothing else takes off more: spoils all.
+    Over {LIGHT:.0%} of it and {LIGHT_Z:g} sigma, if nothing else explains more: do not use.
     """
     mass = evidence.mass + effect.change[9]
     part = f"{100 * effect.size * evidence.mass / mass:.0f} %" if mass > evidence.mass else "a part"
     return error(
-        f"the torques hold the payload's inertia, but not {part} of its weight: is a payload entered in the "
-        "controller, which compensates it? Set none, and record again"
+        f"the torques show the payload's inertia but lack {part} of its weight: if a payload is set in the "
+        "controller, which compensates for it, remove it and record again"
     )
 
 
@@ -319,14 +319,14 @@ def zero(system: System) -> Sought:
 
 
 def _zero(effect: Effect, _: Evidence) -> Finding:
-    """A joint whose zero is elsewhere.
+    """A joint with a wrong zero.
 
-    By over {ZERO_DEGREES:g} degrees and {ZERO_Z:g} sigma, if nothing else takes off more: spoils all.
+    By over {ZERO_DEGREES:g} degrees and {ZERO_Z:g} sigma, if nothing else explains more: do not use.
     """
     return error(
-        f"the zero of q{effect.where} is off: it reads {np.degrees(abs(effect.size)):.0f} ± "
-        f"{np.degrees(effect.sigma):.1g} degrees too {'small' if effect.size > 0.0 else 'large'} by the torques: "
-        "correct the log's zero, or the robot's description"
+        f"the zero of q{effect.where} is off: by the torques it reads {np.degrees(abs(effect.size)):.0f} ± "
+        f"{np.degrees(effect.sigma):.1g} degrees too {'small' if effect.size > 0.0 else 'large'}. Correct the "
+        "zero in a log map, or the robot's description"
     )
 
 
@@ -341,13 +341,13 @@ def gain(system: System) -> Sought | None:
 
 
 def _gain(effect: Effect, _: Evidence) -> Finding:
-    """A joint's torque on another scale than those of the joints beside it, which carry the same links.
+    """A joint's torque with another scale than those of its neighbours, which carry the same links.
 
-    By over {GAIN:.0%} and {GAIN_Z:g} sigma, if nothing else takes off more: spoils all.
+    By over {GAIN:.0%} and {GAIN_Z:g} sigma, if nothing else explains more: do not use.
     """
     return error(
-        f"the torques are not to one scale: joint {effect.where}'s is {1.0 + effect.size:.2f} ± {effect.sigma:.1g} "
-        "times what goes with those of the joints beside it: check its drive gain and unit, and theirs (currents, "
+        f"the torques do not share one scale: joint {effect.where}'s is {1.0 + effect.size:.2f} ± "
+        f"{effect.sigma:.1g} times what the neighbouring joints imply: check the drive gains and units (currents, "
         "motor-side torques or percent given as torque?)"
     )
 
@@ -369,16 +369,16 @@ def tilt_correction(lean: Effect, method: int) -> tuple[Array, Array]:
 def _tilt(effect: Effect, evidence: Evidence) -> Finding:
     """A base that is not as described.
 
-    Gravity leans by over {STEEP_DEGREES:g} degrees and {TILT_Z:g} sigma: spoils all; noted from {TILT_DEGREES:g}
-    degrees.
+    Gravity tilted by over {STEEP_DEGREES:g} degrees and {TILT_Z:g} sigma: do not use. From {TILT_DEGREES:g}
+    degrees: a note.
     """
     text = (
-        f"gravity leans by {np.degrees(effect.size):.1f} ± {np.degrees(effect.sigma):.1g} degrees from the robot's "
-        "description (is the base level?)"
+        f"gravity is tilted by {np.degrees(effect.size):.1f} ± {np.degrees(effect.sigma):.1g} degrees from the "
+        "robot's description (is the base level?)"
     )
     if effect.size > STEEP:
-        return error(f"{text}: correct gravity in the robot's file, or the mounting")
-    left = "the robot's parameters hold that" if evidence.of_robot else "the payload is corrected for it"
+        return error(f"{text}: correct gravity in the robot's file, or --mount")
+    left = "the robot's parameters absorb it" if evidence.of_robot else "the payload is corrected for it"
     return note(f"{text}: {left}")
 
 
@@ -425,21 +425,21 @@ def _pull(effect: Effect, evidence: Evidence) -> Finding:
     """A hose or cable that pulls at the flange.
 
     A force over {PULL:.1%} of the payload's weight and {PULL_Z:g} sigma, or {ALONG_Z:g} sigma of stiffness and
-    upward force with payload alone: spoils all where the mass may be {MOVED:.1%} (2 sigma), or the centre of mass
-    {SLIP:g} m off without it, else the inertia. Delays come out a third too small; all joints share one.
+    upward force with payload alone: do not use where the mass may be {MOVED:.1%} (2 sigma), or the centre of mass
+    {SLIP:g} m off without it, else not the inertia. Delays come out a third too small; all joints share one.
     """
     (stiffness, *_, up), (sigma, *_, up_sigma) = effect.values, np.sqrt(np.diag(effect.covariance))
     sideways = float(np.linalg.norm(effect.values[list(_ACROSS)]))
     force = [f"{stiffness:.3g} ± {sigma:.1g} N/m"] if abs(stiffness) > sigma else []
     force += [f"{sideways:.2g} N to the side"] if effect.z(*_ACROSS) > 1.0 else []
     force += [f"{up:.2g} ± {up_sigma:.1g} N up"] if abs(up) > up_sigma else []
-    what = f"{effect.where} something pulls at the flange ({', '.join(force)}), a hose or cable?".strip()
-    remedy = "take it off, or fasten it so that it does not pull, and record again"
+    what = f"{effect.where} something pulls at the flange ({', '.join(force)}), perhaps a hose or cable".strip()
+    remedy = "remove it or fasten it along the arm, and record again"
     if evidence.of_robot:
-        return note(f"{what}: the robot's parameters hold that: {remedy}")
+        return note(f"{what}, and the robot's parameters absorb it: {remedy}")
     mass, sigma = evidence.mass + effect.change[9], np.sqrt(effect.effect[9] @ effect.covariance @ effect.effect[9])
     both = np.hypot(sigma, evidence.spread.mass if evidence.spread is not None else 0.0)
-    told = f" without it the mass would be {mass:.3g} ± {both:.1g} kg" if np.isfinite([mass, both]).all() else ""
+    told = f"; without it the mass would be {mass:.3g} ± {both:.1g} kg" if np.isfinite([mass, both]).all() else ""
     against = error if spoils(evidence, effect.change, 2.0 * float(sigma)) else warning
     return against(f"{what}{told}: {remedy}")
 
@@ -487,15 +487,15 @@ def matter(bursts: Effect, mass: float, sigma: float) -> bool:
 
 
 def _bursts(effect: Effect, evidence: Evidence) -> Finding:
-    """Stretches of time in which something else acts.
+    """Stretches of time with large residuals.
 
     Stretches of {STRETCH:g} s with over {BURST:g} times the median's squared residual: noted where the mass without
     them differs by over {MOVED:.1%} and 2 sigma.
     """
     return note(
-        f"{effect.size:.0f} of {effect.sigma:.0f} stretches of {STRETCH:.2g} s have outstanding residuals "
-        f"(contact, a hose, a shock?): without them the mass is {evidence.mass + effect.change[9]:.3g} kg; the "
-        "intervals reach both",
+        f"{effect.size:.0f} of {effect.sigma:.0f} stretches of {STRETCH:.2g} s have large residuals (contact, a "
+        f"hose, a shock?); without them the mass is {evidence.mass + effect.change[9]:.3g} kg, and the intervals "
+        "cover both",
         "mass",
     )
 

@@ -25,12 +25,12 @@ USEFUL = 0.10
 
 
 def joints(evidence: Evidence) -> list[Finding]:
-    """Joints that show another payload than the others: drive gains, friction.
+    """Joints that measure different payloads, because of drive gains or friction.
 
-    A share {SHARE:.0%}, a mass {WRONG:.0%} (and {SIGMAS:g} sigma) off, two masses {NOTABLE:.0%} and
-    {NOTABLE_SIGMAS:g} sigma apart. Every interval grows by the disagreement (Birge), and all is spoilt only where
-    the mass's is then over {USEFUL:.0%}, or where leaving the joint out moves the mass out of it; else the inertia.
-    Noted from a growth of {TOGETHER:g}.
+    A ratio off by {SHARE:.0%}, a mass by {WRONG:.0%} (and {SIGMAS:g} sigma), two masses apart by {NOTABLE:.0%} and
+    {NOTABLE_SIGMAS:g} sigma. Every interval grows by the disagreement (Birge). Do not use if that of the mass is
+    then over {USEFUL:.0%}, or if leaving the joint out moves the mass out of it; else not the inertia. A note if
+    the intervals grow by more than {TOGETHER:g}.
     """
     view, mass, factor = evidence.diagnosis.by_joints, evidence.mass, evidence.diagnosis.disagreement
     # Standard deviations from few blocks, which are uncertain themselves, are wider, as Student's t is.
@@ -46,18 +46,18 @@ def joints(evidence: Evidence) -> list[Finding]:
             * factor
             * (float(evidence.best.estimate.larger_sigma[9]) if evidence.best is not None else np.inf)
         )
-    spoilt, advice = list[str](), "check drive gains and friction there"
+    spoilt, advice = list[str](), "check its drive gain and friction"
     if not half <= USEFUL * abs(mass):
-        spoilt.append(f"the interval that holds all of them is ± {100 * half / max(abs(mass), 1e-300):.0f} %")
+        spoilt.append(f"an interval that covers all joints is ± {100 * half / max(abs(mass), 1e-300):.0f} %")
     for joint in odd:
         without = next((reading for reading in view.without if joint not in reading.joints), None)
         if without is None or without.mass is None:
-            spoilt += [f"without joint {joint} nothing shows the mass"] if serious else []
+            spoilt += [f"without joint {joint} the mass is unknown"] if serious else []
         elif abs(without.mass - mass) > half + NORMAL95 * wider * without.sigma:
             spoilt.append(f"without joint {joint} the mass is {without.mass:.3g} ± {wider * without.sigma:.2g} kg")
     if spoilt:
         return [error(f"{text}; {spoilt[0]}: {advice}")]
-    grown = f"every interval is widened by {factor:.1f} and holds the mass without them"
+    grown = f"every interval is {factor:.1f} times wider to allow for it"
     return [(warning if serious else note)(f"{text}; {grown}: {advice}")]
 
 
@@ -67,7 +67,7 @@ def _odd(view: ByJoints, wider: float, mass: float, factor: float) -> tuple[tupl
     off = [each for each in ratios if abs(each[1] - 1.0) > max(SHARE, SIGMAS * each[2])]
     if off:  # what it spoils in the others is its doing too
         joint, ratio, sigma = max(off, key=lambda each: abs(np.log(max(each[1], 0.05))))
-        text = f"joint {joint} shows {ratio:.2f} ± {sigma:.2g} times the payload that the others show"
+        text = f"joint {joint} measures {ratio:.2f} ± {sigma:.2g} times the payload that the other joints measure"
         return (joint,), text, True
     single = [
         (r.mass, wider * r.sigma, r.joints[0]) for r in view.masses if not r.joints[1:] and r.mass is not None
@@ -84,14 +84,11 @@ def _odd(view: ByJoints, wider: float, mass: float, factor: float) -> tuple[tupl
     if apart:
         texts = ", ".join(f"joint {joint} {m:.3g} ± {s:.2g} kg" for m, s, joint in apart)
         worst_first = sorted(apart, key=lambda each: -abs(each[0] - mass) / each[1])
-        return tuple(joint for *_, joint in worst_first), f"the joints do not weigh the same ({texts})", True
+        return tuple(joint for *_, joint in worst_first), f"the joints measure different masses ({texts})", True
     if factor <= TOGETHER or not ratios:
         return (), "", False
     worst, *_ = max(ratios, key=lambda each: abs(each[1] - 1.0) / each[2])
-    text = (
-        f"the joints do not show one payload: their shares lie {factor:.1f} times farther apart than their errors, "
-        f"that of joint {worst} most"
-    )
+    text = f"the joints disagree about the payload by {factor:.1f} times their errors, joint {worst} most of all"
     return (worst,), text, False
 
 
@@ -127,12 +124,12 @@ def worst_joint(by_joints: ByJoints, mass: float) -> Finding | None:
         (
             abs(ratio - 1.0) / sigma,
             joint,
-            f"joint {joint} shows {ratio:.3f} ± {sigma:.2g} times what the others demand there",
+            f"joint {joint} measures {ratio:.3f} ± {sigma:.2g} times the torque that the other joints predict",
         )
         for joint, ratio, sigma in by_joints.ratios
     ]
     readings += [
-        (abs(r.mass - mass) / r.sigma, r.joints[0], f"{r.name} alone weighs {r.mass:.4g} ± {r.sigma:.2g} kg")
+        (abs(r.mass - mass) / r.sigma, r.joints[0], f"{r.name} alone measures {r.mass:.4g} ± {r.sigma:.2g} kg")
         for r in by_joints.masses
         if len(r.joints) == 1 and r.mass is not None
     ]

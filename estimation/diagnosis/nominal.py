@@ -96,8 +96,8 @@ def weight(evidence: Evidence) -> Iterator[Finding]:
     """Torques against the weight of the links by the robot's description.
 
     Over {UNIT:g} times more or less, of the other sign, one joint's over {GAIN:g} times more or less than most, or
-    gravity over {LEANS:g} degrees off: spoils all, and explains the rest; noted where the user says the unit.
-    Torques that are called efforts and that no weight shows: spoil all until the unit is said.
+    gravity over {LEANS:g} degrees off: do not use, and explains the rest; noted where the user says the unit.
+    Torques that are called efforts and that no weight shows: do not use until the unit is given.
     """
     nominal, source = evidence.diagnosis.nominal, evidence.source
     units = {one.torque_unit for one in (*source.unloaded, *source.loaded)} if source is not None else set()
@@ -106,13 +106,13 @@ def weight(evidence: Evidence) -> Iterator[Finding]:
     settled = any(one.kind in ("turned", "robot") and one.fall > SETTLED and one.z > SETTLED_Z for one in others)
     contradiction = _contradiction(evidence.robot, nominal) if nominal is not None and not settled else ""
     if contradiction and nominal is not None:
-        bodies = f"assumed: {nominal.assumed}" if nominal.assumed else "bodies as described"
+        bodies = f"link masses assumed: {nominal.assumed}" if nominal.assumed else "link masses as described"
         text = f"{contradiction} ({bodies})"
         yield note(text) if units == {"given"} else Finding("error", "everything", text, True, 1.0)
     elif "unknown" in units and (nominal is None or np.isnan(nominal.ratio).all()):
         yield error(
-            "nothing says that the log's efforts are torques, and the weight of the links does not show it: give "
-            "--units tau=N·m if they are, else tau=A, tau=percent or tau=raw, and --drive-gains"
+            "the unit of the log's effort columns is unknown, and the weight of the links does not show it: give "
+            "--units tau=N·m if they are torques, else tau=A, tau=percent or tau=raw with --drive-gains"
         )
 
 
@@ -124,36 +124,36 @@ def _contradiction(robot: Robot, nominal: NominalGravity) -> str:
     if sure and cosine < np.cos(np.radians(LEANS)):
         x, y, z = np.round(size / length * robot.base.R.T @ nominal.gravity, 1) + 0.0
         return (
-            f"the weight of the links acts {np.degrees(np.arccos(cosine)):.0f} degrees from where the description "
-            f"has gravity: is the robot mounted otherwise, about as by --mount gravity={x:g},{y:g},{z:g}?"
+            f"the links' weight acts {np.degrees(np.arccos(cosine)):.0f} degrees away from the described gravity: "
+            f"is the robot mounted differently? These data suggest --mount gravity={x:g},{y:g},{z:g}"
         )
     shown = np.flatnonzero(np.isfinite(nominal.ratio))
     if not len(shown):
         return ""
     ratio, joints = nominal.ratio[shown], np.array([str(j + 1) for j in shown])
     times = ", ".join(f"{value:.2g} (joint {j})" for j, value in zip(joints, ratio, strict=True))
-    are = f"over what the links' weight needs: {times}"
+    are = f"measured over expected from the links' weight: {times}"
     if (wrong := ratio < 0.0).all() and len(shown) > 1:
         return (
-            f"all torques have the sign against gravity ({are}): is the robot mounted upside down (--mount "
-            "ceiling), or does the log hold what acts on the arm (sign of [torque] in a log map)?"
+            f"all torques have the wrong sign for gravity ({are}): is the robot mounted upside down (--mount "
+            "ceiling)? If not, reverse the sign of [torque] in a log map"
         )
     if wrong.any():
         return (
-            f"the torque of joint {', '.join(joints[wrong])} has the sign against gravity ({are}): turn the sign "
-            "of [torque] in a log map, or of the drive gain there"
+            f"the torque of joint {', '.join(joints[wrong])} has the wrong sign for gravity ({are}): reverse the "
+            "sign of [torque] in a log map, or of its drive gain"
         )
     middle = float(np.median(ratio))
     if not 1.0 / UNIT < middle < UNIT:
         looks = "motor-side torques, currents, percent or kN·m" if middle < 1.0 else "mN·m, mA or counts"
         return (
-            f"the torques look like {looks} ({are}): give --units tau=.. with --drive-gains, or [motor] "
-            "gear_ratios in a log map; --units tau=N·m if they are right"
+            f"the torques look like {looks} ({are}): give their unit (--units tau=..) and --drive-gains, or "
+            "[motor] gear_ratios in a log map. If they are right, --units tau=N·m says so"
         )
     off = (ratio < middle / GAIN) | (ratio > GAIN * middle)
     if off.any():
         return (
-            f"the torque of joint {', '.join(joints[off])} is on another scale than the others' ({are}): check its "
-            "drive gain and unit; or a spring carries the joint, and the description lacks it"
+            f"the torque of joint {', '.join(joints[off])} has another scale than the others ({are}): check its "
+            "drive gain and unit. If a spring carries the joint, describe it in the robot's file"
         )
     return ""

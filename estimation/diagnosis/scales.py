@@ -88,10 +88,10 @@ def _scales(added: Added, n: int) -> tuple[Effect, ...]:
 
 
 def scale(evidence: Evidence) -> Iterator[Finding]:
-    """Loaded torques, all or one joint's, on another scale than the unloaded ones.
+    """Loaded torques with another scale than the unloaded ones, all or one joint's.
 
-    All by {SCALE:.0%} and {SCALE_Z:g} sigma, one joint's by {JOINT_SCALE:.0%} and {JOINT_SCALE_Z:g} sigma, and by
-    more sigma than a pull: spoils all. Both are named where the data hardly distinguish them.
+    All by {SCALE:.0%} and {SCALE_Z:g} sigma, or one joint's by {JOINT_SCALE:.0%} and {JOINT_SCALE_Z:g} sigma, and
+    more clearly than a pull: do not use. Both are named if the data hardly distinguish them.
     """
     found, pull = sorted(evidence.diagnosis.scales, key=_z, reverse=True), pull_of(evidence)
     off = [scale for scale in found if beyond(scale)]
@@ -101,12 +101,12 @@ def scale(evidence: Evidence) -> Iterator[Finding]:
     others = [scale for scale in off if bool(scale.where) != bool(worst.where) and _z(scale) > EITHER * _z(worst)]
     likely = sorted([worst, *others[:1]], key=lambda scale: scale.where)  # that of all torques first
     whose = f"{worst.where}'s torques" if worst.where else "the torques"
-    whose = f"all torques, or {likely[1].where}'s alone," if others else whose
+    whose = f"all torques, or only those of {likely[1].where}," if others else whose
     masses = " or ".join(f"{(evidence.mass + scale.change[9]) / (1.0 + scale.size):.3g}" for scale in likely)
     ratios = " or ".join(f"{1.0 + scale.size:.3f} ± {scale.sigma:.2g}" for scale in likely)
     text = (
-        f"{whose} with payload are on another scale: {ratios} times those without; on one scale the mass would be "
-        f"{masses} kg: check units, drive gains and what changed in between"
+        f"the scale of {whose} changes by a factor of {ratios} with payload; without this change the mass would be "
+        f"{masses} kg: check units and drive gains, and what changed between the recordings"
     )
     yield error(text)._replace(cause=worst.fall > HELPFUL, explains=worst.fall)
 
@@ -122,9 +122,9 @@ def beyond(scale: Effect, joint_z: float = JOINT_SCALE_Z) -> bool:
 
 
 def sensitive(evidence: Evidence) -> Iterator[Finding]:
-    """Mass that an error of the loaded torques' scale, too small to be seen, takes out of its interval.
+    """Mass that an unnoticed scale error of the loaded torques would move out of its interval.
 
-    An error of 1.96 sigma, {HIDDEN[0]:.0%} to {HIDDEN[1]:.0%}, moves it by over {SENSITIVE:.0%}: spoils all if
+    An error of 1.96 sigma, {HIDDEN[0]:.0%} to {HIDDEN[1]:.0%}, moves it by over {SENSITIVE:.0%}: do not use if
     intervals grow by over {TOGETHER:g} (Birge), else noted; not where the scale is seen to be another one,
     something pulls at the flange, or the payload was weighed.
     """
@@ -136,13 +136,12 @@ def sensitive(evidence: Evidence) -> Iterator[Finding]:
     hidden = float(np.clip(NORMAL95 * whole.sigma, *HIDDEN))
     change = hidden * abs(mass - float(whole.effect[9, 0]))
     if change > max(SENSITIVE * mass, NORMAL95 * evidence.spread.mass):
-        advice = f": --scale-sigma {100 * hidden:.2g}% allows for that" if evidence.weighed is None else ""
+        advice = f"; --scale-sigma {100 * hidden:.2g}% allows for it" if evidence.weighed is None else ""
         apart = evidence.diagnosis.disagreement > TOGETHER
         yield (error if apart else note)(
-            f"{'the joints do not show one payload, and ' if apart else ''}torques with payload that are "
-            f"{100 * hidden:.2g} % too large or too small would pass unseen (here they are "
-            f"{1.0 + whole.size:.3f} ± {whole.sigma:.2g} times those without) and move this mass by "
-            f"{100 * change / mass:.1f} %, out of its interval{advice}",
+            f"{'the joints disagree about the payload, and ' if apart else ''}a scale error of {100 * hidden:.2g} "
+            f"% in the torques with payload would go unnoticed (measured scale {1.0 + whole.size:.3f} ± "
+            f"{whole.sigma:.2g}) and shift the mass by {100 * change / mass:.1f} %, out of its interval{advice}",
             "mass",
         )
 
@@ -150,13 +149,13 @@ def sensitive(evidence: Evidence) -> Iterator[Finding]:
 def motors_apart(evidence: Evidence) -> Iterator[Finding]:
     """Currents of one motor with payload on another scale than without (`gains`).
 
-    By over {JOINT_SCALE:.0%} and {OWN_SCALE_Z:g} sigma: spoils its gain.
+    By over {JOINT_SCALE:.0%} and {OWN_SCALE_Z:g} sigma: not its gain.
     """
     off = [scale for scale in evidence.diagnosis.scales if scale.where and beyond(scale, OWN_SCALE_Z)]
     worst = max((scale for scale in off if _z(scale) <= JOINT_SCALE_Z), key=_z, default=None)
     if evidence.gained is not None and worst is not None:
         yield warning(
-            f"motor {worst.where.split()[1]}: its currents with payload are {1.0 + worst.size:.2f} ± "
-            f"{worst.sigma:.2g} times those without: keep the maker's gain there",
+            f"motor {worst.where.split()[1]}: the scale of its currents with payload is {1.0 + worst.size:.2f} ± "
+            f"{worst.sigma:.2g} times that without; keep the maker's gain there",
             "gain",
         )

@@ -68,12 +68,12 @@ class RobustCovariance(Brief):
             blocks = (
                 f"{self.blocks} blocks of at least {self.block_length:.2g} s are" if self.blocks else "blocks are"
             )
-            return f"{blocks} too few for a jackknife: intervals go by the memory of the errors; record longer"
+            return f"{blocks} too few for a jackknife; the errors' autocorrelation is used instead: record longer"
         if self.degrees_of_freedom + 1 >= FEW or not self.block_length:
             return ""
         return (
-            f"robust standard deviations rest on {self.degrees_of_freedom + 1} blocks of at least "
-            f"{self.block_length:.2g} s only: record longer"
+            f"the robust standard deviations rest on only {self.degrees_of_freedom + 1} blocks of at least "
+            f"{self.block_length:.2g} s: record longer"
         )
 
 

@@ -116,7 +116,7 @@ def chosen_terms(
             size = max(float(before[0][:, joint].sum()), np.finfo(float).tiny)
             why_not = "" if total > _SURE * error else "explains no more on held-out blocks"
             if name not in tried:
-                why_not = "not told apart from the others"
+                why_not = "cannot be separated from the others"
             elif not why_not and term.loaded and after[1][name] <= 0.0:
                 why_not = "would be negative"
             choices[name] = TermChoice(name, not why_not, total / size, error / size, why_not or UNSET)

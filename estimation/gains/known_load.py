@@ -101,7 +101,6 @@ def mountings(
         return groups, tuple(load)
     if len(groups) > 1 and load.com is not None:
         raise InputError(
-            "one centre of mass cannot hold in several mountings: leave com and inertia_com out, or give one "
-            "mounting"
+            "several mountings cannot share one centre of mass: omit com and inertia_com, or give one mounting"
         )
     return groups, (load,) * len(groups)

@@ -257,10 +257,10 @@ def recommended_method(problem: PayloadProblem, methods: Iterable[int]) -> tuple
     reason = ""
     if len(there) > 1 and there[0] == 3 and apart <= ONE_PATH:
         unit = "mrad" if all(joint.revolute for joint in problem.robot.joints) else "mrad or mm"
-        reason = f"one path, within {max(1e3 * apart, 0.01):.2g} {unit}, so what the model lacks cancels"
+        reason = f"both follow one path (within {max(1e3 * apart, 0.01):.2g} {unit}), so errors of the model cancel"
     elif len(there) > 1 and there[0] == 4 and apart > ONE_PATH:
         which = "not every pair" if len(problem.source.compared) > 1 else "no pair"
-        reason = f"{which} ran one path, so all equations count at once"
+        reason = f"{which} follows one path, which method 3 needs"
     return there[0], reason
 
 

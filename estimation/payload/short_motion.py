@@ -329,7 +329,7 @@ def moving_joints(
     idle = sorted(set(joints or ()) - set(moving))
     if idle:
         raise InputError(
-            f"joint {', '.join(map(str, idle))} of {robot.name} does not move in the recordings, or hardly; joint "
+            f"joint {', '.join(map(str, idle))} of {robot.name} hardly moves in the recordings, but joint "
             f"{', '.join(map(str, moving))} does: correct --joints"
         )
     return moving if joints is None else tuple(sorted(joints))

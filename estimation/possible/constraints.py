@@ -82,7 +82,7 @@ class MassBounds(Constraint):
         """Refuse bounds that leave nothing."""
         if not self.low <= self.high or not np.isfinite(self.low) or not self.high > 0.0:
             raise InputError(
-                f"mass bounds {self.low:g} to {self.high:g} kg leave nothing: give low <= high, and high above 0"
+                f"no mass lies within {self.low:g} to {self.high:g} kg: give low <= high, and high above 0"
             )
 
     @cached_property

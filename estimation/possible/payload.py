@@ -250,12 +250,12 @@ def whitening(C: Array, names: Sequence[str], floor: Array) -> Array:
     """Root R with R'R = (C + diag(floor^2))^-1."""
     sigma = np.sqrt(np.maximum(np.diag(C), 0.0))
     if not np.isfinite(C).all() or (sigma == 0.0).any():
-        raise InputError(f"the covariance of {', '.join(names)} is no covariance: identify all of them first")
+        raise InputError(f"the covariance of {', '.join(names)} is not a covariance: identify all of them first")
     values, vectors = np.linalg.eigh(C / np.outer(sigma, sigma))
     if values[0] < _DEPENDENT * values[-1]:
         mixed = [name for name, part in zip(names, np.abs(vectors[:, 0]), strict=True) if part > 0.05]
         raise InputError(
-            f"the data do not tell {', '.join(mixed)} apart: constraints cannot replace motion; move more joints"
+            f"the data cannot separate {', '.join(mixed)}: constraints cannot replace motion, so move more joints"
         )
     L = np.linalg.cholesky((C + np.diag(floor**2)) / np.outer(sigma, sigma))
     return np.linalg.solve(L, np.diag(1.0 / sigma))

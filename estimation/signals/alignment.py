@@ -59,8 +59,8 @@ def check_mismatch(pair: AlignedPair, max_mismatch: float) -> None:
     raise _different(
         pair.unloaded,
         pair.loaded,
-        f"q{joint + 1} differs{how} by {pair.rms_mismatch:.3g} (rms, limit {max_mismatch:g}; rad or m) at the best "
-        "lag",
+        f"q{joint + 1} differs{how} by {pair.rms_mismatch:.3g} (rms, limit {max_mismatch:g}; rad or m) after "
+        "alignment",
     )
 
 
@@ -105,8 +105,8 @@ def best_aligned(
 
 def _different(unloaded: Recording, loaded: Recording, why: str) -> InputError:
     return InputError(
-        f"{unloaded.source} and {loaded.source} are not the same trajectory: {why}: run one trajectory "
-        "without and with the payload, or raise the setting max-mismatch"
+        f"{unloaded.source} and {loaded.source} are not the same trajectory: {why}: run the same "
+        "motion without and with the payload, or raise the setting max-mismatch"
     )
 
 

@@ -90,11 +90,11 @@ def measurement(recording: Recording, processing: Processing) -> Measurement:
     ratio = np.where(spread > _MOVES, lost / np.where(spread > 0.0, spread, 1.0), 0.0)
     j = int(np.argmax(ratio))
     if ratio[j] > _MOST_LOST:
-        reason = "the cut-off lies below the motion; raise --cutoff"
+        reason = "raise --cutoff"
         if step * len(q) < _BRIEF:
-            reason = f"{step * len(q):.2g} s are too short for it; record longer"
+            reason = f"{step * len(q):.2g} s is too short for it; record longer"
         raise InputError(
-            f"{recording.source}: a cut-off of {processing.cutoff:g} Hz takes {100 * ratio[j]:.1f} % off the "
+            f"{recording.source}: a cut-off of {processing.cutoff:g} Hz removes {100 * ratio[j]:.1f} % of the "
             f"motion of joint {j + 1}: {reason}"
         )
     qd = slopes(q, step) if even.qd is None else lowpass(even.qd, step, processing.cutoff, recording.source, ends)

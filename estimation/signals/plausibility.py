@@ -51,8 +51,8 @@ def check_recordings(robot: Robot, recordings: Sequence[Recording]) -> None:
         for earlier in recordings[:k]:
             if _same(recording, earlier):
                 raise InputError(
-                    f"{recording.source} holds the same numbers as {earlier.source}: given twice it would only "
-                    "seem more certain; give it once"
+                    f"{recording.source} has the same numbers as {earlier.source}, which would only make the "
+                    "result look more certain: give it once"
                 )
         mistake = next(implausible(robot, recording), None)
         if mistake is not None:
@@ -92,12 +92,12 @@ def out_of_range(robot: Robot, recording: Recording) -> Iterator[str]:
     if not found:
         return
     if 2 * len(found) < sum(j + 1 not in still for j, *_ in turning):
-        advice = "another zero, sense or order of joints there: give zero_deg, sign or joints in a log map"
+        advice = "its zero, sign or order differs: give zero_deg, sign or joints in a log map"
     elif not outside(np.radians(1.0)):
-        advice = "all positions fit it as degrees: --units q=deg; if they are a motor's, give [motor] gear_ratios"
+        advice = "all would fit as degrees, so add --units q=deg (motor positions need [motor] in a log map)"
     else:
-        advice = "no joint turns so far: looks like the motor side; give [motor] gear_ratios and side in a log map"
-    more = f" (and q{', q'.join(map(str, list(found)[1:]))} too)" if len(found) > 1 else ""
+        advice = "no joint turns that far, so these look like motor positions: give [motor] gear_ratios and side"
+    more = f" (so do q{', q'.join(map(str, list(found)[1:]))})" if len(found) > 1 else ""
     first, text = next(iter(found.items()))
     yield f"{text}, the range of joint {first} of {robot.name} with a margin{more}: {advice}"
 
@@ -111,9 +111,8 @@ def _torques(robot: Robot, recording: Recording) -> Iterator[str]:
         worst = float(max(-lows[j], highs[j]))
         if worst > most:
             yield (
-                f"the torque of joint {j + 1} reaches {worst:.4g}, more than a joint of {robot.name} "
-                f"can give ({most:.4g}): torques must be in N·m (--units tau=mN·m reads others), "
-                "drive gains in N·m/A"
+                f"the torque of joint {j + 1} reaches {worst:.4g} N·m, more than a joint of {robot.name} can give "
+                f"({most:.4g}): state the unit of the torques, such as --units tau=mN·m; drive gains are in N·m/A"
             )
         if lows[j] == highs[j] and j + 1 not in robot.drives.unmeasured:
             yield f"the torque of joint {j + 1} is {lows[j]:g} throughout: the channel is dead"
@@ -159,8 +158,8 @@ def _reach(robot: Robot, recording: Recording) -> Iterator[str]:
         joint = int(np.argmax(worst)) + 1
         yield (
             f"the torque of joint {joint} reaches {worst.max():.4g}, too much for an arm of "
-            f"{reach:.2g} m reach: looks like mN·m or mA; torques must be in N·m (--units tau=mN·m reads others), "
-            "drive gains in N·m/A"
+            f"{reach:.2g} m reach, and looks like mN·m or mA: state the unit of the torques, such as --units "
+            "tau=mN·m; drive gains are in N·m/A"
         )
 
 
@@ -209,7 +208,7 @@ def check_apart(loaded: Sequence[Recording], unloaded: Sequence[Recording]) -> N
         for b in unloaded:
             if _same(a, b):
                 raise InputError(
-                    f"{a.source} with payload holds the same numbers as {b.source} without: give two recordings, "
+                    f"{a.source} with payload has the same numbers as {b.source} without: give two recordings, "
                     "one with and one without the payload"
                 )
 

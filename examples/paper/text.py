@@ -23,26 +23,26 @@ _TEXT = """\
 
 Written by `python -m dynident.examples.paper {count}{options}`; run it again to get the same numbers.
 
-The paper's recordings are not public. This one has a robot whose parameters are known, so that errors can be told
-from standard deviations: an RX90 with the figures of `model/robots/rx90.toml`, under a joint controller, that runs
+The paper's recordings are not public. This experiment simulates a robot with known parameters, so errors can be
+compared with standard deviations: an RX90 (`model/robots/rx90.toml`) under a joint controller, which runs
 {trajectories} trajectories of about 14 intermediate points without and with the payload of Table 1 (7.025 kg).
-Seeds {first} to {last}; each draws other trajectories, gears and noise.
+Seeds {first} to {last}; each has other trajectories, gears and noise.
 
-Assumed where the paper is silent: the law of the gravity spring (a known torque, as in the paper), the acceleration
-limits, the controller's gains (the payload then moves the joints by about 1e-3 rad, the paper's figure), the ripple
-of the gears (8 and 36 waves per turn), the drift of dry friction (12 %, 2 s) and the encoder's step (1e-5 rad). The
-level of the noise is set so that the standard deviations (17)-(19) are Table 2's; nothing is set by the payload.
+Assumed, because the paper does not say: the law of the gravity spring (a known torque, as in the paper), the
+acceleration limits, the controller's gains (the payload moves the joints by about 1e-3 rad, as in the paper), the
+gear ripple (8 and 36 waves per turn), the drift of dry friction (12 %, 2 s) and the encoder resolution (1e-5 rad).
+The noise level makes the standard deviations (17)-(19) those of Table 2; nothing is tuned to the payload.
 
 | | this experiment | paper |
 |---|---|---|
 | equations without payload | {equations} | about 63000 |
 | condition number (SI units, unweighted) | {condition} | 58 |
-| relative residual, all joints | {residual} % | not told |
-| relative residual, joints 1 to 6 | {per_joint} % | not told |
+| relative residual, all joints | {residual} % | not stated |
+| relative residual, joints 1 to 6 | {per_joint} % | not stated |
 | rows of Table 2 whose 2 sigma is within a factor 1.5 | {rows} of 28 | |
 
-Standard deviations like Table 2's and a relative residual of 4 to 5 % cannot both be had with about 63000
-equations: by (17)-(19) the one follows from the other.
+With about 63000 equations, the standard deviations of Table 2 and a relative residual of 4 to 5 % cannot both be
+true: by (17)-(19) the one follows from the other.
 """
 
 
@@ -99,8 +99,8 @@ def repeated_document(
         *_payload(
             scenarios["gains"], f"Drive gains wrong by {100 * gain_error:g} % (standard deviation) per joint"
         ),
-        "A wrong gain scales a joint's torque and with it the parameters. No residual shows it, and no interval\n"
-        "that goes by residuals covers it: `dynident payload --gain-sigma` adds what is known of the gains.\n",
+        "A wrong gain scales a joint's torque, and with it the parameters. No residual shows it, so no interval\n"
+        "made from residuals covers it: `dynident payload --gain-sigma` adds the uncertainty of the gains.\n",
         "![Errors of the payload and coverage of its intervals](simulated_experiment.png)\n",
     ]
     return "\n".join(parts)
@@ -156,14 +156,15 @@ def _robot(scenario: Scenario, paper: PaperTables) -> list[str]:
     rows = [(robot.names[k], robot.coverage[k]) for k in places]
     low = ", ".join(f"{name} ({100 * c:.0f} %)" for name, c in rows if c < _LOW) or "none"
     lines = [
-        f"Robust 95 % intervals (method 4, {len(robot.names)} parameters) hold the truth in {100 * share:.1f} %\n"
-        f"of all pairs of row of Table 2 and seed, and in {100 * robot.covered.mean():.1f} % of those of any\n"
-        "parameter and seed. The truth of dry friction is its level averaged over the recorded motion.",
+        f"Robust 95 % intervals (method 4, {len(robot.names)} parameters) contain the truth in\n"
+        f"{100 * share:.1f} % of all rows of Table 2 and seeds, and in {100 * robot.covered.mean():.1f} % of all\n"
+        "parameters and seeds.\n"
+        "For dry friction the truth is its level averaged over the recorded motion.",
         "",
-        f"Rows with less than {100 * _LOW:.0f} %: {low}. Ripple repeats in every trajectory, so that no block of\n"
-        "time differs from the others by it.",
+        f"Rows with less than {100 * _LOW:.0f} %: {low}. Ripple repeats in every trajectory, so no block of\n"
+        "time reveals it.",
         "",
-        "| | truth | bias | spread | robust 95 % holds | sigma here / Table 2 |",
+        "| | truth | bias | spread | robust 95 % covers | sigma here / Table 2 |",
         "|---|---|---|---|---|---|",
     ]
     for name, printed in paper.table2_robot.items():
@@ -178,7 +179,7 @@ def _robot(scenario: Scenario, paper: PaperTables) -> list[str]:
 
 def _payload(scenario: Scenario, title: str) -> list[str]:
     heads = "".join(f" {name} rms |" for name in _ROWS)
-    head = f"| |{heads} 95 % holds (all ten) | M | can exist |"
+    head = f"| |{heads} 95 % covers all ten | M | physical |"
     lines = [f"### {title}\n", head, "|---|" + "---|" * (len(_ROWS) + 3)]
     for who, repetition in scenario.payload.items():
         cells = []
@@ -194,7 +195,7 @@ def _payload(scenario: Scenario, title: str) -> list[str]:
 
 def _demands(scenario: Scenario, demands: Mapping[str, float]) -> list[str]:
     heads = "".join(f" {name} within {100 * share:g} % |" for name, share in demands.items())
-    lines = [f"| share of the seeds with |{heads}", "|---|" + "---|" * len(demands)]
+    lines = [f"| fraction of the seeds with |{heads}", "|---|" + "---|" * len(demands)]
     for who, repetition in scenario.payload.items():
         cells = (f" {100 * repetition.within(f'{name}_L', share):.0f} % |" for name, share in demands.items())
         lines.append(f"| {who} |{''.join(cells)}")

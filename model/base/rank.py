@@ -73,7 +73,7 @@ def stacked_regressor(robot: Robot, q: Array, qd: Array, qdd: Array) -> Array:
         names = [
             name for name, column in zip(standard_columns(robot), W.T, strict=True) if not np.isfinite(column).all()
         ]
-        raise InputError(f"{', '.join(names)}: the law is no number at some speed, position or load: mend it there")
+        raise InputError(f"{', '.join(names)}: the law is no number at some speed, position or load: correct it")
     return W
 
 

@@ -38,13 +38,13 @@ class BodyTable(Table, frozen=True):
         check_metres(self.com or (0.0,), "com")
         xx, _, _, yy, _, zz = self.inertia_com or (0.0,) * 6
         radius = math.sqrt(max(xx + yy + zz, 0.0) / 2.0 / self.mass) if self.mass > 0.0 else 0.0
-        fault = f"inertia_com of a mass of {self.mass:g} kg "
+        fault = f"with this inertia_com a mass of {self.mass:g} kg "
         if radius >= _WIDEST:
-            fault += f"spreads it over {radius:.3g} m"
-            raise ValueError(f"{fault}: it must be in kg m^2 (1 kg mm^2 is 1e-6, 1 g mm^2 1e-9)")
+            fault += f"would spread over {radius:.3g} m"
+            raise ValueError(f"{fault}: give inertia_com in kg m^2 (1 kg mm^2 is 1e-6, 1 g mm^2 is 1e-9)")
         if 0.0 < radius < self.mass ** (1.0 / 3.0) * _NARROWEST:
-            fault += f"keeps it within {1e3 * radius:.2g} mm, denser than any metal"
-            raise ValueError(f"{fault}: mass must be in kg (1 g is 0.001), the other in kg m^2")
+            fault += f"would fit within {1e3 * radius:.2g} mm, denser than any metal"
+            raise ValueError(f"{fault}: give mass in kg (1 g is 0.001) and inertia_com in kg m^2")
 
     def body(self) -> InertialParameters:
         """Make the body; what is missing is zero."""

@@ -57,7 +57,7 @@ def load_robot(name: str | Path, base: str | None = None, tip: str | None = None
     if re.fullmatch(rf"\w+{ENDING}", text) and not Path(name).is_file():
         return load_urdf(described(text), base, tip)
     if base is not None or tip is not None:
-        raise InputError(f"the setting chain chooses links of a URDF file, {text!r} is none: leave it out")
+        raise InputError(f"the setting chain chooses links of a URDF file, {text!r} is not one: omit it")
     # Capitals, blanks and hyphens do not count: "UR 10e", "Kr6-R900".
     plain = re.sub(r"[\s_-]", "", text.lower())
     for shipped in robot_names():
@@ -266,7 +266,7 @@ class DrivesTable(Table, frozen=True):
         """Make the drives."""
         for key in ("rotor_inertia", "coupling"):
             if self.side == "link" and getattr(self, key):
-                raise WrongKeyError(key, "sensors on the link side do not see it: leave it out")
+                raise WrongKeyError(key, "sensors on the link side do not see it: remove it")
         values: dict[str, Any] = {"rotor_inertia": self.rotor_inertia, "offsets": self.offsets}
         if isinstance(self.friction, bool):
             values["friction"] = PAPER if self.friction else ()

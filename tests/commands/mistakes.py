@@ -16,10 +16,10 @@ _TABLE = Path(__file__).with_suffix(".toml")
 _ARM = "rx_arm_unloaded.csv"
 _HEAD = """# Mistakes and their messages
 
-Whatever cannot be used ends in one line that says what is wrong, where, and what to do, and in exit status 2;
-nothing is written. These are the lines for {count} mistakes; the tests type each of them.
+Input that cannot be used ends in exit status 2 and one line that says what is wrong, where, and what to do.
+Nothing is written. These are the lines for {count} mistakes; the tests type each of them.
 
-| a user | typed `dynident ..` | and reads `dynident: error: ..` |
+| a user | typed `dynident ...` | and reads `dynident: error: ...` |
 |---|---|---|
 """
 

@@ -159,8 +159,8 @@ def test_where_a_recorded_arm_was_is_no_floor(here: Path, channels: tuple[str, .
     rows = np.hstack([t, *(signals[kind] for kind in channels)])
     np.savetxt(here / "m.csv", rows, delimiter=",", header=header, comments="")
     _, text = answered("score --robot ur10e --torque-limits none m.csv", status=(0, 1))
-    assert ("does NOT keep clearance" not in text) == keeps
-    assert ("NOT looked at: torque, floor" in " ".join(text.split())) == keeps
+    assert ("NOT within its limits of clearance" not in text) == keeps
+    assert ("NOT checked: torque, floor" in " ".join(text.split())) == keeps
 
 
 @pytest.mark.many_steps

@@ -169,7 +169,7 @@ def test_a_folder_that_is_a_file_is_told_before_anything_is_read(here: Path, lin
     blocker.write_text("mine", encoding="utf-8")
     for wrong in (str(blocker), str(blocker / "inside"), ""):
         error = refused(f"{line.split()[0]} --robot rx90 {' '.join(line.split()[1:])}={wrong}")
-        assert f"{line.split()[-1]} {wrong!r}: is not a folder" in error
+        assert f"{line.split()[-1]} {wrong!r}: a folder cannot be made there" in error
     assert contents(here) == {"taken": b"mine"}
 
 
@@ -406,5 +406,5 @@ def test_a_log_of_no_robot_says_what_is_in_it(here: Path) -> None:
     (here / "log.csv").write_text("t,x,y\n" + "".join(f"{0.01 * k},1,2\n" for k in range(100)))
     ended = typed("check log.csv --details")
     assert ended.status == 1
-    assert "columns t, x, y Mend first:" in ended.text
+    assert "columns t, x, y Fix first:" in ended.text
     assert "missing" in ended.out

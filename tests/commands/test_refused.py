@@ -72,7 +72,7 @@ LINES = {
     f"identify {RX90} --data": {
         "currents.csv --drive-gains a": "'a'",
         "gap.csv": "record without losing rows",
-        "bare.csv --data rx_arm_unloaded.csv": "holds the same numbers as bare.csv",
+        "bare.csv --data rx_arm_unloaded.csv": "has the same numbers as bare.csv",
         "latin.csv": "found t, q1, Drehmoment_Größe",
         "bare.csv equation-rate=0.001": "raise equation-rate",
         "bare.csv --cutoff 1e-9": "raise --cutoff",
@@ -128,7 +128,7 @@ LINES = {
         "--static hold=0.5": "0.5 s at rest: give 1 to 10",
         "--static --range 2": "joint 2 has 4 deg of room in its range: none for a pose and 3 deg to either side",
         "--static approach=-3": "-3 deg to either side",
-        "--static --torque-noise 1%@10": "leave @HZ out",
+        "--static --torque-noise 1%@10": "omit @HZ",
         "--static rehearsal=x.csv": "at a low speed override",
     },
     HELD: {
@@ -183,7 +183,7 @@ LINES = {
         "--heaviest-payload 7 --within box:1,2": "is not R, A,B,C or box:A,B,C",
         "--heaviest-payload x.toml --within 0.1": "x.toml is one",
         "--heaviest-payload 7 --within 0.1 --torque-limits none": "a torque limit of every joint",
-        "torque-margin=100%": "'100%' is not a share",
+        "torque-margin=100%": "'100%' is not a fraction",
         "torque-margin=10% --torque-limits none": "no effect without torque limits",
         "scene=nowhere.toml": "no such file",
         "--robot-parameters nowhere.json": "no such file",
@@ -194,8 +194,8 @@ LINES = {
         "sample-rate=100": "no effect without --samples or --ros2",
         "--urscript x controller-rate=250": "500 Hz (e-Series) or 125 Hz",
         "--val3 no-name": "VAL3 application's name",
-        "--samples nowhere/x.csv": "not a file in a folder that exists",
-        "--ros2 nowhere/x.yaml": "not a file in a folder that exists",
+        "--samples nowhere/x.csv": "no such folder to write to",
+        "--ros2 nowhere/x.yaml": "no such folder to write to",
         "--starts 0": "from 1 to",
     },
     f"score {RX90}": {
@@ -211,14 +211,18 @@ LINES = {
         "--noise loud": "--noise 'loud'",
         "--noise -1": "--noise '-1'",
         "--rate 1": "not a rate",
-        "gain-error=2": "not a share",
+        "gain-error=2": "not a fraction",
         "--sag 0": "not above 0",
         "--sag 4": "give --payload, and --controller proportional or gravity",
         "--payload nothing.toml": "nothing.toml: no such file",
         "--trajectory nothing.csv": "no such file",
         "--trajectory bare.csv --trajectory bare.csv": "two files are called 'bare'",
     },
-    "demo": {"plots=latin.csv": "is not a folder", "--trajectories 0": "--trajectories", "--seed -1": "--seed"},
+    "demo": {
+        "plots=latin.csv": "a folder cannot be made",
+        "--trajectories 0": "--trajectories",
+        "--seed -1": "--seed",
+    },
     ARM: {"": "give --flange", "--flange 0,0,0,x,1:1:0": "two directions at right angles"},
     NEW: {
         "--joint w,0,0,0": "--joint: 'w,0,0,0' is not AXIS,X,Y,Z",
@@ -243,7 +247,7 @@ LINES = {
     "robot export --robot panda": {"--to urdf --out x.urdf": "bodies need all ten"},
     f"codegen {RX90} --function": {
         "mass --out new": "give one of inverse_dynamics, ",
-        "gravity --out bare.csv": "is not a folder, nor can one be made there",
+        "gravity --out bare.csv": "a folder cannot be made there",
         "gravity --out bare.csv/x": "bare.csv",
     },
 }

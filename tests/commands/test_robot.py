@@ -196,7 +196,7 @@ def test_a_still_tool_is_refused(recorded: Recording, here: Path) -> None:
 def test_logs_that_do_not_hold_the_pose(rx90: Robot, recorded: Recording, here: Path) -> None:
     write(recorded, np.zeros((len(recorded.t), 1)), "other")
     assert read_tool_poses("log.csv", rx90) is None
-    with pytest.raises(InputError, match="column a missing"):
+    with pytest.raises(InputError, match="column a is missing"):
         read_tool_poses("log.csv", rx90, LogMap(pose=ToolColumns(("a", "q1", "q2"))))
     write(recorded, np.zeros((len(recorded.t), 7)), "x,y,z,qx,qy,qz,qw")
     with pytest.raises(InputError, match="line 2, columns qx, qy, qz, qw: a quaternion of length 0"):

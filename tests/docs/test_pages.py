@@ -156,7 +156,7 @@ def settings_table() -> list[str]:
 
 def verdict_table() -> list[str]:
     rows = [f"| {what.rstrip('.')} | {limits} |\n" for what, limits in table()]
-    return ["| check | from where on, and what it spoils |\n", "|---|---|\n", *rows]
+    return ["| check | limit and verdict |\n", "|---|---|\n", *rows]
 
 
 @pytest.mark.parametrize(("page", "lines"), [("verdict", verdict_table), ("settings", settings_table)])

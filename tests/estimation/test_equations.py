@@ -213,7 +213,7 @@ def saved(path: Path, columns: tuple[str, ...], joints: int = 2) -> Equations:
 def test_rows_weigh_by_noise_and_independence(tmp_path: Path) -> None:
     path = tmp_path / "r.npz"
     factors = saved(path, ("A", "B", "C")).factors
-    with pytest.raises(InputError, match="carries no weights"):
+    with pytest.raises(InputError, match="has no weights"):
         shown_noise(path)
     with np.load(path) as data:
         np.savez(path, weights=np.array([2.0, 4.0]), **dict(data))

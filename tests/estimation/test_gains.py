@@ -294,9 +294,12 @@ def in_loaded(change: Change) -> Mistake:
 
 
 MISTAKES: dict[str, tuple[Mistake, str]] = {
-    "loaded on another scale": (in_loaded(scaled(1.06)), "with payload are on another scale"),
+    "loaded on another scale": (in_loaded(scaled(1.06)), "with payload; without this change"),
     "one gain off in one recording": (in_loaded(scaled(1.15, 3)), "drive gains"),
-    "a mass ten times too large": (lambda bare, heavy, mass: (bare, heavy, 10.0 * mass), "that this arm carries"),
+    "a mass ten times too large": (
+        lambda bare, heavy, mass: (bare, heavy, 10.0 * mass),
+        "exceeds the arm's rated payload",
+    ),
     "recordings exchanged": (lambda bare, heavy, mass: (heavy, bare, mass), "with and without the payload look"),
     "currents exchanged": (in_both(exchanged(2, 3)), "torques of joints 2 and 3 are exchanged"),
     "currents exchanged in one": (in_loaded(exchanged(2, 3)), "torques of joints 2 and 3 are exchanged"),
@@ -368,7 +371,7 @@ def test_two_weights_tell_a_mass_that_is_wrong() -> None:
     assert right.judged.level == expected(right), right.judged.reasons
     wrong = several((2.0, 1.0), (2.0, 1.1), (1, 2))
     assert wrong.judged.level == "do_not_use"
-    assert any("the weights do not go together" in reason for reason in wrong.judged.reasons)
+    assert any("the known weights contradict" in reason for reason in wrong.judged.reasons)
 
 
 @pytest.mark.long

@@ -209,7 +209,7 @@ def swapped(name: str) -> Wrong:
 
 
 def of_another(name: str, another: str) -> Wrong:
-    words = f"it is a recording of robot '{name}'|outside the range"
+    words = f"the robot is '{name}'|outside the range"
     return both(name, f"described as {another}", words, same, robot=load_robot(another))
 
 
@@ -227,7 +227,7 @@ def _one_sided() -> Iterator[Wrong]:
     yield both("rx90", "static poses", r"q\d jumps by -?\d\.\d+ .* at \d", static_poses("rx90"))
     yield both("ur10e", "only joint 6 moves", "joint 1, 2, 3, 4, 5 never moves", only_joint("ur10e", 6))
     yield from (swapped(name) for name in invented.NAMES)
-    words, again = "does not differ from zero.*same load", invented.recorded("rx90", motion, body, 99)
+    words, again = "cannot be told from zero.*payload really on", invented.recorded("rx90", motion, body, 99)
     robot = invented.robot("rx90")
     yield Wrong("rx90: payload in both recordings", words, robot, (loaded,), (again,), body.mass)
     yield loaded_only("rx90", "payload put down halfway", "mass changes", late_half("rx90", None))
@@ -235,9 +235,9 @@ def _one_sided() -> Iterator[Wrong]:
     yield loaded_only("rx90", "payload slips by 80 mm", "centre of mass moves", late_half("rx90", slipped))
     yield loaded_only("tx40", "torque drifts", "torque of joint 2 drifts by", drifting(2, 1.0))
     for name in invented.NAMES:
-        words = "payload's inertia, but not (4[5-9]|5[0-5]) % of its weight"
+        words = "payload's inertia but lack (4[5-9]|5[0-5]) % of its weight"
         yield loaded_only(name, "half of the payload compensated", words, compensated(name, 0.5))
-    yield both("rx90", "cut-off below the motion", "below the motion", same, processing=_slow("rx90"))
+    yield both("rx90", "cut-off below the motion", "of the motion of joint", same, processing=_slow("rx90"))
     yield loaded_only("ur10e", "torques of another sign", "negative mass|sign", on_torque(lambda x: -x))
 
 
@@ -252,22 +252,22 @@ def _of_channels() -> Iterator[Wrong]:
     yield both("ur10e", "milliampere", "N·m/A", on_torque(lambda x: 1000.0 * x / 10.0))
     yield both("rx90", "kN·m", "kN·m", on_torque(lambda x: 1e-3 * x))
     percent = np.array([3.1, 2.9, 8.3, 25.0, 50.0, 83.0]) / 10.0
-    yield both("rx90", "percent of each drive", "share no unit|drive gain", on_torque(lambda x: percent * x))
+    yield both("rx90", "percent of each drive", "has its own unit|drive gain", on_torque(lambda x: percent * x))
     gears = np.array([32.0, 32.0, 45.0, 48.0, 45.0, 32.0])
     yield both("rx90", "motor-side torque", "look like motor-side torques", on_torque(lambda x: 2.0 * x / gears))
     signs = on_torque(lambda x: x * [1, -1, 1, -1, 1, 1])
-    yield both("ur10e", "gains 2 and 4 of wrong sign", "joint 2(, 4)? has the sign against gravity", signs)
+    yield both("ur10e", "gains 2 and 4 of wrong sign", "joint 2(, 4)? has the wrong sign for gravity", signs)
     for joint in (2, 3, 4, 5, 6):
-        words = f"joint {joint} (shows|is about) [12]"
+        words = f"joint {joint} (measures|is about) [12]"
         yield both("rx90", f"gain {joint} twice too large", words, scaled(2.0, joint))
     for joint in (1, 3, 4):
-        words = f"joint {joint} (shows 0|is about 2 times too small)"
+        words = f"joint {joint} (measures 0|is about 2 times too small)"
         yield both("ur10e", f"gain {joint} halved", words, scaled(0.5, joint))
     for joint in (2, 5):
         words = f"friction of joint {joint} comes out negative"
         yield both("tx40", f"sign of torque {joint}", words, scaled(-1.0, joint))
     yield both("ur10e", "sign of torque 6", "friction of joint 6 comes out negative", scaled(-1.0, 6))
-    yield both("rx90", "joint 2 counted backwards", "joint 2 is counted the other way", counted_backwards(2))
+    yield both("rx90", "joint 2 counted backwards", "joint 2 has the opposite sign", counted_backwards(2))
     yield both("rx90", "joints 2 and 3 exchanged", "joints 2 and 3 are exchanged", reordered(1, 3, 2, 4, 5, 6))
     yield both("ur10e", "joints 4 and 5 exchanged", "joints 4 and 5 are exchanged", reordered(1, 2, 3, 5, 4, 6))
     yield both("rx90", "torque 0.2 s late", "torque lags position by about 0.20 s", read_at(lambda t: t - 0.2))
@@ -290,16 +290,18 @@ def _of_description() -> Iterator[Wrong]:
     rx90, ur10e = invented.robot("rx90"), invented.robot("ur10e")
     for robot in (rx90, ur10e):
         turned = replace(robot, gravity=(0.0, 0.0, 9.81))
-        yield both(robot.name, "gravity reversed", "all torques have the sign against gravity", same, robot=turned)
-        yield both(robot.name, "gravity-compensated torques", "hold no gravity", without_gravity(robot.name))
+        yield both(
+            robot.name, "gravity reversed", "all torques have the wrong sign for gravity", same, robot=turned
+        )
+        yield both(robot.name, "gravity-compensated torques", "lack gravity", without_gravity(robot.name))
     wall = replace(rx90, gravity=(9.81, 0.0, 0.0))
-    yield both("rx90", "on the floor, described as on a wall", "acts 90 degrees from", same, robot=wall)
+    yield both("rx90", "on the floor, described as on a wall", "acts 90 degrees away", same, robot=wall)
     yield of_another("rx90", "ur10e")
     yield of_another("ur10e", "rx90")
     single = replace(rx90, drives=replace(rx90.drives, coupling=None))
     yield both("rx90", "coupling left out", "drives of joints 5 and 6 are coupled", same, robot=single)
     longer = lengthened(rx90, 3, "d", 1.1)
-    yield both("rx90", "a length 10 % too long", "a recording of robot 'rx90'|length d3", same, robot=longer)
+    yield both("rx90", "a length 10 % too long", "the robot is 'rx90'|length d3", same, robot=longer)
     quarter = np.array([0.0, 0.0, np.pi / 2, 0.0, 0.0, 0.0])
     yield both("ur10e", "zero of q3 off by 90 degrees", "zero of q3 is off", on_position(lambda q: q + quarter))
 
@@ -312,12 +314,12 @@ def _of_knowledge() -> Iterator[Wrong]:
         return both("rx90", label, words, same, options={"constraints": (constraint,)})
 
     bounds = estimation.MassBounds(0.0, 0.6 * mass)
-    yield known("mass bound excludes the truth", "contradict the constraint: mass", bounds)
+    yield known("mass bound excludes the truth", "contradict a constraint: mass", bounds)
     yield known("weighed mass is another's", "the scale shows", estimation.KnownMass(1.5 * mass, 0.01))
     ellipsoid = estimation.InEllipsoid((0.0, 0.0, -0.3), (0.1, 0.1, 0.1))
-    yield known("ellipsoid in the wrong place", "contradict the constraint: .*ellipsoid", ellipsoid)
+    yield known("ellipsoid in the wrong place", "contradict a constraint: .*ellipsoid", ellipsoid)
     box = estimation.CentreOfMassInBox((-0.02, -0.02, -0.3), (0.02, 0.02, -0.1))
-    yield known("centre of mass in the wrong box", "contradict the constraint: centre of mass", box)
+    yield known("centre of mass in the wrong box", "contradict a constraint: centre of mass", box)
 
 
 @cache
@@ -343,7 +345,7 @@ AGAINST = "against gravity"
 MISTAKES: dict[str, tuple[str, Callable[[Robot], Robot], Change]] = {
     "currents": ("look like motor-side torques, currents", lambda robot: robot, on_torque(lambda x: 0.1 * x)),
     "all signs": (AGAINST, lambda robot: robot, on_torque(lambda x: -x)),
-    "sign of joint 2": ("joint 2 has the sign against gravity", lambda robot: robot, scaled(-1.0, 2)),
+    "sign of joint 2": ("joint 2 has the wrong sign for gravity", lambda robot: robot, scaled(-1.0, 2)),
     "ceiling": (AGAINST, described(0.0, 0.0, 9.81), same),
     "wall": ("degrees from where the description has gravity", described(9.81, 0.0, 0.0), same),
     "gravity 9": (r"gravity is 9(\.[6-9]| m)", described(0.0, 0.0, -9.0), same),
@@ -395,7 +397,7 @@ def test_a_joint_counted_the_other_way_is_named_first(turned: tuple[str, int]) -
     name, joint = turned
     case = both(name, "", "", counted_backwards(joint))
     end = ending(case)
-    words = f"joint {joint} is counted the other way"
+    words = f"joint {joint} has the opposite sign"
     if end.level == "error":  # a joint whose range is not the same to both sides
         assert f"q{joint} reaches" in end.text
         return
@@ -403,7 +405,7 @@ def test_a_joint_counted_the_other_way_is_named_first(turned: tuple[str, int]) -
     assert words in end.text.split(" | ")[0]
     reasons = estimation.identify(case.robot, case.unloaded).verdict.reasons
     assert bool(reasons) == (turned not in _UNSEEN)
-    assert all(re.search(f"joint (. or )?{joint}( or .)? is counted the other way", text) for text in reasons[:1])
+    assert all(re.search(f"joint (. or )?{joint}( or .)? has the opposite sign", text) for text in reasons[:1])
     assert not any("of robot" in text for text in reasons)
 
 

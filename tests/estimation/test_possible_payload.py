@@ -132,7 +132,7 @@ def test_rank_and_finiteness_are_checked_first() -> None:
     sigma = TABLES[1].sigma
     C = np.diag(sigma**2)
     C[8, 9] = C[9, 8] = sigma[8] * sigma[9]
-    with pytest.raises(InputError, match="do not tell MZ_L, M_L apart"):
+    with pytest.raises(InputError, match="cannot separate MZ_L, M_L"):
         solve_constrained(replace(TABLES[1], covariance=C))
     with pytest.raises(InputError, match="no covariance"):
         solve_constrained(replace(TABLES[1], covariance=np.diag(sigma**2 * ([1.0] * 9 + [0.0]))))

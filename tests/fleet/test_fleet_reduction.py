@@ -94,7 +94,7 @@ def test_a_clock_of_another_day_is_named(logs: Path, tmp_path: Path, day: str, g
     np.savetxt(log, table, delimiter=",", header=header, comments="", fmt="%.15g")
     reduced = reduce_fleet([Log(str(log), "a", day)], ROBOT, tmp_path / "s")
     assert reduced.new == good
-    words = f"its own clock begins on 2026-01-03, it is said to be of {day}"
+    words = f"its clock starts on 2026-01-03 but it is said to be of {day}"
     assert [words in bad.reason for bad in reduced.refused] == [True] * (not good)
 
 

@@ -142,7 +142,7 @@ AFTER = {
     "closed": "closed the connection",
     "garbage": "not RTDE",
     "wrong recipe": "not of the size or the recipe",
-    "time stands still": "time stands still",
+    "time stands still": "time stopped",
     "time runs back": "time runs back",
     "restarted": "time runs back",
 }

@@ -158,7 +158,7 @@ PAIRS = {
     "rms_position_mismatch_rad": 0.0036,
 }  # fmt: skip
 
-LEAST = "joint 1 shows 0.980 ± 0.015 times what the others demand there"
+LEAST = "joint 1 measures 0.980 ± 0.015 times the torque that the other joints predict"
 
 
 def test_identify() -> None:

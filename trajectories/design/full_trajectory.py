@@ -186,12 +186,12 @@ def speed_ladder(
         if speed is None:
             raise InputError(
                 f"at {100 * _SLOWEST:g} % of its speed the motion does not bear {mass:.3g} kg everywhere within "
-                "bounds: leave --ladder out, so that the motion itself holds for every payload"
+                "bounds: omit --ladder, so that the motion itself holds for every payload"
             )
         if speed < min(_FASTER * last, 1.0) or len(rungs) == _RUNGS:
             raise InputError(
                 f"the run at {100 * last:.0f} % of the speed bounds the mass by {mass:.3g} kg, which allows "
-                "no faster one: leave --ladder out, so that the motion itself holds for every payload"
+                "no faster one: omit --ladder, so that the motion itself holds for every payload"
             )
         run = motion if speed == 1.0 else motion.slowed(speed)
         bound = min(mass, expected + _SIGMAS * sigma(run))

@@ -40,7 +40,7 @@ Real residuals at 10 to 50 Hz over the limits: of a UR10e .26 to .38 %, of a TX4
 2.4 % (wrist); jackknife over formula 1.9 and 1.7, geometric mean over the parameters.
 """
 ASSUMED_RATIO = RESIDUAL * MEMORY
-ASSUMED_NOISE = f"assumed, {100 * ASSUMED_RATIO:.2g} % of the torque limits, as real arms have"
+ASSUMED_NOISE = f"assumed to be {100 * ASSUMED_RATIO:.2g} % of the torque limits, as on real arms"
 ASSUMED_STICTION = 0.05 * 0.1, "assumed, 5 % of a Coulomb friction of 10 % of the torque limits"
 """Scatter of the torque at rest from one approach to the next over the torque limits, and its source."""
 _CHANGE, _WRIST = 0.033 / 0.05, 3

@@ -328,7 +328,7 @@ def _torque_limits(
     elif missing := [name for name in base.columns if name not in known]:
         raise InputError(
             f"torque limits need the parameters of robot {robot.name!r}: {', '.join(missing[:6])} "
-            "are missing; identify the robot first, or leave torque limits out"
+            "are missing; identify the robot first, or omit torque limits"
         )
     else:
         values = np.array([known[name] for name in base.columns])

@@ -78,7 +78,7 @@ class StaticShape(Brief):
                 raise InputError(
                     f"joint {joint} has {scale * room:.3g} {unit} of room in its range: none for a pose and "
                     f"{scale * approach:.3g} {unit} to either side; give a wider --range, a smaller approach, or "
-                    "leave it out of --joints"
+                    "remove it from --joints"
                 )
         return FreeRests(self, bounds)
 

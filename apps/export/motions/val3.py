@@ -101,7 +101,9 @@ def check_val3(robot: Robot, via_points: bool, name: str) -> None:
     if not via_points:
         raise InputError("VAL3 needs via points, a Fourier motion has none: design --via-points or near --static")
     if not re.fullmatch(r"[A-Za-z]\w{0,14}", name, re.ASCII):
-        raise InputError(f"{name!r} is no VAL3 application's name: a letter, then letters, digits, _; 15 at most")
+        raise InputError(
+            f"{name!r} is not a VAL3 application name: use a letter, then letters, digits or _, at most 15"
+        )
 
 
 def _write(motion: WrittenMotion) -> str:

@@ -129,8 +129,8 @@ FORMAT = Format(
     write=_write,
     holds=frozenset({"armature", "damping", "friction", "offset", "coupled", "spring", "torque", "gravity"}),
     remarks=(
-        "Controls are the motors' torques on the joints' side; actuators take the offsets off. Their limits are "
-        "those of the torque.",
+        "Controls are motor torques on the joint side, with the torque limits as their range; torque offsets are "
+        "the actuators' bias.",
     ),
     first_line=FIRST,
     comment=COMMENT,

@@ -59,9 +59,9 @@ FORMAT = Format(
     write=_write,
     holds=frozenset({"armature", "damping", "friction", "speed", "acceleration", "torque"}),
     remarks=(
-        "Armature and limits of acceleration stand in elements of Drake's, Gazebo passes them over. Drake has no "
-        "dry friction. A base without inertial weighs 1 kg in SDFormat; it is fixed to the world, so nothing "
-        "shows it.",
+        "Armature and acceleration limits are in Drake's own elements, which Gazebo ignores. Drake has no dry "
+        "friction. A base without inertial weighs 1 kg in SDFormat, which has no effect, as it is fixed to the "
+        "world.",
     ),
     first_line=FIRST,
     comment=COMMENT,

@@ -69,8 +69,8 @@ FORMAT = Format(
     write=_write,
     holds=frozenset({"armature", "damping", "friction", "speed", "acceleration", "torque"}),
     remarks=(
-        "Armature and limits of acceleration stand in elements of Drake's; Pinocchio, MuJoCo and Gazebo pass them "
-        "over: set them there by hand (rotorInertia and armature, dof_armature). Drake has no dry friction.",
+        "Armature and acceleration limits are in Drake's own elements. Pinocchio, MuJoCo and Gazebo ignore them: "
+        "set them there by hand (rotorInertia and armature, dof_armature). Drake has no dry friction.",
     ),
     first_line=FIRST,
     comment=COMMENT,

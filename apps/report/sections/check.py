@@ -24,9 +24,9 @@ _SHOWN = 6  # readings that do as well which the screen names
 _RANKED = 20
 _LEVELS = {"fell": "use", "rose": "do_not_use", "no clear change": "mass_and_com_only"}  # the banner's colour
 _MEANING = {
-    "fell": "the number entered helps",
-    "rose": "the number entered does harm: check unit, frame and sign of what was typed in",
-    "no clear change": "the change is too small against its own uncertainty to say that it helps",
+    "fell": "the payload entered helps",
+    "rose": "the payload entered makes it worse: check the unit, frame and sign of what you entered",
+    "no clear change": "the change is too small, compared with its uncertainty, to say whether it helps",
 }
 _UNITS = {"following error": ("mrad", 1e3), "unpredicted torque": ("N·m", 1.0), "torque": ("N·m", 1.0)}
 
@@ -35,25 +35,25 @@ def log_report(check: LogReport) -> Report:
     """Reading of a log, motion of its joints and findings; then steps of the signals and excitation."""
     (robot, recording), time = check.working, check.time
     kind = "currents [A] of unknown gain" if check.currents else "torques [N·m or N]"
-    speeds = "with speeds" if recording.qd is not None else "without speeds (taken from positions)"
-    reading = [f"{recording.source}: positions [rad or m], {kind}, {speeds}, joint side"]
+    speeds = "measured speeds" if recording.qd is not None else "speeds computed from the positions"
+    reading = [f"{recording.source}: joint positions [rad or m], {kind}, {speeds}"]
     if time is not None:
         even = max(time.steps[1] - 1.0 / time.rate, 1.0 / time.rate - time.steps[0]) < _UNEVEN / time.rate
         spacing = "even" if even else f"steps {1e3 * time.steps[0]:.3g} to {1e3 * time.steps[1]:.3g} ms"
         moving = f"moves from {time.moving[0]:.4g} to {time.moving[1]:.4g} s" if time.moving else "never moves"
         reading.append(
             f"{time.samples} samples, {time.duration:.4g} s at {time.rate:.5g} Hz ({spacing}, jitter "
-            f"{100 * time.jitter:.2g} %); {moving}"
+            f"{100 * time.jitter:.1f} %); {moving}"
         )
     if check.relative_residual is not None:
         reading.append(
-            f"The robot's model leaves {100 * check.relative_residual:.2f} % unexplained; condition number with "
-            f"columns scaled {check.condition_number_scaled:.3g}"
+            f"The robot's model leaves {100 * check.relative_residual:.2f} % of the torque unexplained; condition "
+            f"number (columns scaled) {check.condition_number_scaled:.3g}"
         )
-    lines = [f"{_MARKS[finding.severity]}: {finding.text}" for finding in check.findings]
     worst = [f.text for severity in ("error", "warning") for f in check.findings if f.severity == severity]
-    last = "Good: nothing is to be mended." if check.findings else "Good: nothing looks wrong."
-    mend = f"Mend first: {worst[0]}." if worst else last
+    lines = [f"{_MARKS[one.severity]}: {one.text}" for one in check.findings if one.text not in worst[:1]]
+    last = "Good: nothing needs fixing." if check.findings else "Good: nothing looks wrong."
+    mend = f"Fix first: {worst[0]}." if worst else last
     load, unit = ("current", "A") if check.currents else ("torque", "N·m")
     motion, steps = list[tuple[str, ...]](), list[tuple[str, ...]]()
     for j, (joint, facts) in enumerate(zip(robot.joints, check.joints, strict=False), 1):
@@ -65,7 +65,7 @@ def log_report(check: LogReport) -> Report:
     headings = ("joint", "moves", "position", "speed", "of limit", f"{load} {unit}")
     sigma = [(str(row.name), f"{row.relative_sigma_percent:.3g} %") for row in check.excitation]
     tables = (
-        Table("Steps of the signals", ("joint", "step of position", f"of {load}", f"{load} at extreme"), steps),
+        Table("Resolution of the signals", ("joint", "position", load, f"{load} at its extreme"), steps),
         Table("Excitation: each base parameter from this log", ("", "relative sigma"), sigma),
     )
     shown = [Table("", headings, motion)] if motion else []
@@ -73,7 +73,7 @@ def log_report(check: LogReport) -> Report:
         check.source,
         [Notes(reading), *shown, Notes(lines, optional=True), Notes([mend])],
         [Section("signals", "Signals", [table for table in tables if table.rows])],
-        "steps of the signals, each parameter's excitation",
+        "resolution of the signals, excitation of each parameter",
     )
 
 
@@ -82,14 +82,14 @@ def fits_report(fits: RobotFits) -> Report:
     if fits.fault:
         more = len(fits.columns) - _MOST
         shown = ", ".join(fits.columns[:_MOST]) + (f" and {more} more" if more > 0 else "")
-        return Report(fits.source, [Notes([f"{fits.source}: columns {shown}", f"Mend first: {fits.fault}"])])
+        return Report(fits.source, [Notes([f"{fits.source}: columns {shown}", f"Fix first: {fits.fault}"])])
     fitting = ", ".join(
         fit.robot + (f" ({100 * fit.residual:.3g} %)" if fit.residual is not None else "") for fit in fits.fitting
     )
-    lines = [f"{fits.source}: no --robot is given. It can be of {fitting}: in brackets what the model leaves"]
+    lines = [f"{fits.source}: no --robot given. Possible robots (with the torque left unexplained): {fitting}"]
     if fits.others:
-        lines.append(f"Not of {', '.join(fits.others)}: positions, speeds or torques are beyond them")
-    lines.append(f"Looked at as {fits.fitting[0].robot}; name the right one by --robot:")
+        lines.append(f"Impossible: {', '.join(fits.others)} (positions, speeds or torques exceed their limits)")
+    lines.append(f"Checked as {fits.fitting[0].robot}; use --robot to name the right one:")
     return Report(fits.source, [Notes(lines)])
 
 
@@ -107,7 +107,7 @@ def check_report(looks: Sequence[Look]) -> Report:
             blocks.append(signals_figure(check.working[1], unit, f"{number:02d}_{stem}"))
         sections.append(Section(f"log_{number}", path, blocks))
         unusable += [] if check and check.usable else [path]
-    text = f"To be mended first: {', '.join(unusable)}." if unusable else "Nothing speaks against using these logs."
+    text = f"Fix first: {', '.join(unusable)}." if unusable else "These logs can be used."
     return Report("A look at recordings", [Text(text, level="do_not_use" if unusable else "use")], sections)
 
 
@@ -151,42 +151,42 @@ def _kinematics_lines(poses: Sequence[PoseCheck], readings: Readings | None) -> 
 
     lines = []
     for check in poses:
-        axes = "" if check.rms_angle is None else f", axes {math.degrees(check.rms_angle):.3g} deg"
+        axes = "" if check.rms_angle is None else f", orientation {math.degrees(check.rms_angle):.3g} deg"
         verb = "reproduces" if check.reproduced else "does NOT reproduce"
         lines += [
             f"{check.source}: forward kinematics {verb} the tool pose of {check.samples} samples: rms "
             f"{1e3 * check.rms:.3g} mm, at most {1e3 * check.largest:.3g} mm{axes}",
-            f"  without any base and tool {1e3 * check.as_is:.4g} mm; with the ones that fit best:",
+            f"  with base and tool at the origin {1e3 * check.as_is:.4g} mm; best-fitting base and tool:",
             f"  base of the robot in the log's frame: {words(check.base)}",
             f"  tool in the payload's frame: {words(check.tool, check.rms_angle is not None)}",
         ]
         if not check.determined:
-            lines.append("  The motion does not tell base and tool apart: they are one choice of many.")
+            lines.append("  The motion does not determine base and tool: these are one choice of many.")
         if check.wrong_unit:
             farther = f"The tool moves {check.scale:.3g} times as far as the flange"
             lines.append(f"  {farther}: positions in {check.wrong_unit}?")
         if check.readings:
             lines += _reading_lines(check.readings)
-    alone = ["No torques or currents: the pose alone is compared."]
+    alone = ["No torques or currents in the log: only the pose was compared."]
     return lines + (_reading_lines(readings) if readings else alone)
 
 
 def _reading_lines(readings: Readings) -> list[str]:
     residuals, best = readings.residuals, readings.suggested
-    lines = [f"As recorded: {readings.as_recorded:.4g} ({readings.unit}); {len(residuals)} readings tried."]
+    lines = [f"Residual: {readings.as_recorded:.4g} ({readings.unit}); {len(residuals)} other readings tried."]
     if best is None:
-        lines.append("No other reading of order, senses and zeros does clearly better.")
+        lines.append("No other order, sign or zero of the joints fits clearly better.")
     else:
-        lines.append(f"Suggested, not applied: {best.described()}: {residuals[best]:.4g}.")
-        lines.append("Check it at the robot, then change the recording's columns or the robot's file.")
+        lines.append(f"Suggested, not applied: {best.described()} (residual {residuals[best]:.4g}).")
+        lines.append("Check it at the robot, then change the log's columns or the robot's file.")
         for j, along in enumerate(best.along, 1):
             if along:
                 coupling = f"coupling = [{{ motor = {j}, joint = {j - 1}, ratio = {-along} }}]"
                 sides = 'side = "motor" of position and velocity'
-                lines.append(f"A log map adds joints: {sides}, all gear_ratios 1, {coupling}.")
+                lines.append(f"In a log map: {sides}, all gear_ratios 1, {coupling}.")
     others = [reading for reading in readings.alike if reading.changes][:_SHOWN]
     if others:
-        lines.append("These do as well, so the recording cannot tell them apart:")
+        lines.append("These fit equally well; the recording cannot tell them apart:")
         lines += [f"  {residuals[reading]:.4g}  {reading.described()}" for reading in others]
     return lines
 
@@ -208,16 +208,16 @@ def following_report(change: FollowingChange, robot: Robot) -> Report:
     text = f"The {change.kind} {amount}: {_MEANING[total.clear]}."
     if change.kind == "torque":
         text = (
-            "The logs hold neither qref1.. (positions commanded) nor tauref1.. (torque it expects): the torque "
-            "itself is compared, which says nothing about the number entered, for the same motion needs the same "
-            "torque. Log one of them to verify."
+            "The logs have neither qref1.. (commanded positions) nor tauref1.. (torque the controller expects), so "
+            "only the torque itself was compared. That says nothing about the payload entered, because the same "
+            "motion needs the same torque. Log one of them to verify."
         )
         others = [f"Torque changed by {-100 * total.fall:+.1f} % ({-most:+.1f} to {-least:+.1f} %)."]
     compared = [
-        f"The second recording's clock shows {1e3 * change.lag:+.3g} ms more; samples of one place on the motion "
-        "are compared.",
-        "The 95 % intervals rest on the spread over blocks of 1 s, each left out in its turn; a change is clear if "
-        "the interval does not hold 0.",
+        f"The second recording is shifted by {1e3 * change.lag:+.3g} ms, so that samples at the same point of the "
+        "motion are compared.",
+        "The 95 % intervals come from leaving out blocks of 1 s one at a time; a change is clear if its interval "
+        "excludes 0.",
     ]
 
     def draw() -> Figure:

@@ -34,10 +34,10 @@ _ROWS = (
 )
 """The ten parameters, the centre of mass, the inertia and its principal moments there, with units."""
 _METHODS = {
-    1: "the loaded torques less those of the robot as it was identified",
-    2: "the change of the robot's base parameters",
-    3: "the difference of the torques on one trajectory",
-    4: "robot and payload at once, from all recordings",
+    1: "from the loaded torques minus those of the robot identified without payload",
+    2: "from the change of the robot's base parameters",
+    3: "from the difference of the torques on the same trajectory",
+    4: "robot and payload together, from all recordings",
 }
 
 
@@ -49,9 +49,9 @@ def methods_section(result: PayloadResult) -> Section:
         *([methods_figure(result)] if result.possible else []),
         parameters_table(result),
         Text(
-            "XY is the entry of the inertia matrix: minus the integral of x y dm. Methods 3 and 4 on the same "
-            "trajectories use the same equations: that they agree confirms nothing. Methods 1 and 2 go through the "
-            "robot's own parameters."
+            "XY is the entry of the inertia matrix, minus the integral of x y dm. On the same trajectories methods "
+            "3 and 4 use the same equations, so their agreement confirms nothing. Methods 1 and 2 use the robot's "
+            "identified parameters."
         ),
     ]
     if result.best is not None:
@@ -123,21 +123,21 @@ def method_notes(result: PayloadResult) -> list[str]:
     best, robust, lines = result.best, present(result.best_free.robust), list[str]()
     if best is not None:
         source = (
-            "by the formula (17)-(19) alone, for white torque noise: on real robots they are too short by a factor "
-            "of about 1.5 to 4"
+            "from the formula (17)-(19) for white torque noise; on real robots they are too short by a factor of "
+            "about 1.5 to 4"
         )
         if robust is not None and robust.blocks is not None:
-            by = f": {robust.warning}" if robust.by_memory else f", by the block jackknife ({robust.blocks} blocks)"
-            source = f"over bodies that hold all constraints{by}"
+            by = f": {robust.warning}" if robust.by_memory else f", by the jackknife ({robust.blocks} blocks)"
+            source = f"over all bodies that satisfy the constraints{by}"
         if np.isnan(bounds(best.interval95)).any():
-            lines.append("No intervals: constraints contradict the data, so that none would hold.")
+            lines.append("No intervals, because the constraints contradict the data.")
         else:
             lines.append(f"95 % intervals {source}.")
-        price = "No constraint is active: the free estimate can exist as it is."
+        price = "No constraint is active: the free estimate is already physical."
         if best.active:
             held = "; ".join(str(active.constraint) for active in best.active)
             rise, p_value = array(best.chi2_rise), array(best.p_value)
-            price = f"Active: {held}. Their price: chi2 rises by {rise:.3g} (p {p_value:.2g})."
+            price = f"Active constraints: {held}; chi2 rises by {rise:.3g} (p {p_value:.2g})."
         lines.append(price)
     against: dict[str, dict[int, float]] = {}  # p values by method of each constraint that is contradicted
     for estimate in result.possible if best is not None else ():
@@ -154,10 +154,10 @@ def method_notes(result: PayloadResult) -> list[str]:
 def sigma_notes(estimates: Sequence[FreeEstimate]) -> list[str]:
     """Say where the standard deviations of free estimates come from, and what speaks against them."""
     robust = [(e, e.robust) for e in estimates if e.robust and e.robust.blocks is not None]
-    lines = ["± one standard deviation by (17)-(19): for white torque noise, the torques' scale taken as exact."]
+    lines = ["± one standard deviation by (17)-(19), for white torque noise and an exact torque scale."]
     if robust:
         first = robust[0][1]
-        other, source = "that by the memory of the errors", "memory"
+        other, source = "that from the errors' autocorrelation", "autocorrelation"
         if not first.by_memory:
             length = array(present(first.block_length))
             other = "the block jackknife's standard deviation"
@@ -193,11 +193,11 @@ def data_notes(result: PayloadResult) -> list[str]:
     elif residual is not None and residual.relative is not None:
         lines.append(f"Relative residual of the robot's model: {residual_text(residual)}")
     if residual is not None and residual.validation:
-        lines.append(f"The same on the validation recording: {residual_text(residual.validation)}")
+        lines.append(f"On the validation recording: {residual_text(residual.validation)}")
     if data.friction == "may differ" and not result.short:
         lines.append(
-            "Methods 3 and 4, and 1 beside a stored robot: friction under load may differ from the robot's own "
-            "(--friction-change), which the intervals allow for."
+            "In methods 3 and 4, and in method 1 with a stored robot, friction under load may differ from that "
+            "without (--friction-change); the intervals allow for it."
         )
     if data.lags_s:
         ends = dict.fromkeys(f"{round(lag, 4) + 0.0:.4f}" for lag in (min(data.lags_s), max(data.lags_s)))
@@ -215,23 +215,23 @@ def _short_notes(result: PayloadResult, data: PayloadData) -> list[str]:
     unexplained = array(residual.relative_per_joint, 0) if residual else np.zeros(0)
     own = array(residual.relative if residual else None)
     joints = " ".join(rounded(100.0 * ratio, 1) for ratio in unexplained.tolist())
-    friction, constant = "Friction is the robot's own.", present(result.constant_torques)
+    friction, constant = "Friction is that of the stored robot.", present(result.constant_torques)
     if data.friction == "free":
-        offsets = "constant torques are free too."
+        offsets = "so are the constant torques."
         if constant is not None and constant.joints:
             sigmas = ", ".join(f"{constant.sigma[j - 1]:.2g}" for j in constant.joints)
             offsets = (
-                f"constant torques of joint {', '.join(map(str, constant.joints))} may change by {sigmas} N·m or N "
-                f"(1 sigma, {100 * OFFSET_SHARE:.1f} % of Coulomb friction), which the intervals allow for."
+                f"the constant torques of joint {', '.join(map(str, constant.joints))} may change by {sigmas} N·m "
+                f"or N (1 sigma, {100 * OFFSET_SHARE:.1f} % of Coulomb friction); the intervals allow for it."
             )
-        friction = f"Coulomb friction is free in each recording; {offsets}"
+        friction = f"Coulomb friction is estimated anew in each recording; {offsets}"
     elif data.friction == "may differ":
         friction = (
-            "Friction may differ from the robot's own (--friction-change), and the robot from what was identified "
-            "within its covariance; the intervals allow for it."
+            "Friction may differ from the stored robot's (--friction-change), and the robot from its stored "
+            "parameters within their covariance; the intervals allow for both."
         )
     lines = [
-        f"Not explained: {joints} % of the joints' torque, {100 * own:.1f} % of the payload's own.",
+        f"Unexplained: {joints} % of each joint's torque, {100 * own:.1f} % of the payload's torque.",
         friction,
     ]
     if waves := dict.fromkeys((wave.joint, round(wave.waves)) for wave in result.ripple or ()):
@@ -239,10 +239,10 @@ def _short_notes(result: PayloadResult, data: PayloadData) -> list[str]:
         recordings = max(1, len(result.repeats.sources if result.repeats else ()), len(data.lags_s))
         by_noise = 1.0 - (1.0 - RIPPLE_CHANCE) ** (len(result.joints or ()) * recordings)
         lines.append(
-            f"Ripple that seems to come with the payload, waves per turn (or per 2 pi m): {counts}. It may be "
-            f"chance: noise alone shows a wave in a joint of a recording with a probability of "
-            f"{100 * RIPPLE_CHANCE:.0f} %, here in one or more with {100 * by_noise:.0f} %. It is estimated too, "
-            "which costs accuracy."
+            f"Ripple that comes with the payload, in waves per turn (or per 2 pi m): {counts}. It may be chance: "
+            f"noise alone shows such a wave in {100 * RIPPLE_CHANCE:.0f} % of joints and recordings, here in at "
+            f"least one with a probability of {100 * by_noise:.0f} %. It is estimated too, which widens the "
+            "intervals."
         )
     sums = visibility.combinations if visibility else ()
-    return [*lines, *(f"Visible only as a sum: {names}." for names in sums)]
+    return [*lines, *(f"Only this sum is visible: {names}." for names in sums)]

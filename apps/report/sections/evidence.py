@@ -24,13 +24,13 @@ from ..figures.canvas import BLUE, Axes, Figure, legend, lines_above, log_scale,
 from ..figures.payload import joints_figure
 from ..figures.signals import prediction_figure, words_of, worst_joint_figure
 
-MEND = "Next: mend what the reasons name, record again, and look at the logs by 'dynident check'."
+MEND = "Next: fix what the reasons name, run 'dynident check' on the logs, and record again."
 """It follows an answer that is not to be used."""
 VERDICTS = {
     "use": "use mass, centre of mass and inertia",
-    "mass_and_com_only": "use mass and centre of mass",
-    "identified_only": "use the gains that are identified",
-    "do_not_use": "do not use",
+    "mass_and_com_only": "use mass and centre of mass, not the inertia",
+    "identified_only": "use only the gains that were identified",
+    "do_not_use": "do not use these numbers",
 }
 """Each level in words, after "Verdict:"."""
 
@@ -38,7 +38,7 @@ VERDICTS = {
 def reason_blocks(verdict: Verdict) -> list[Block]:
     """The reasons for the verdict."""
     reasons = [f"  - {reason}" for reason in verdict.reasons]
-    nothing = Notes(["No check found anything against the numbers."], optional=True)
+    nothing = Notes(["All checks passed."], optional=True)
     return [Text("Reasons for the verdict", heading=True), Notes(reasons, optional=True) if reasons else nothing]
 
 
@@ -53,16 +53,16 @@ def gain_error_notes(processing: ProcessingDocument, gains: Gains | None) -> lis
     scales = "scales of the torque sensors" if processing.torque_side == "link" else "drive gains"
     each = "motor" if processing.coulomb else "joint"
     if gains is None or not (gains.identified or any((*gains.per_joint, gains.common))):
-        return [f"{scales.capitalize()} are taken as exact: no residual shows their errors."]
+        return [f"{scales.capitalize()} are taken as exact; errors in them would not show in any residual."]
     if gains.identified:
         sigmas = np.sqrt(np.diag(gains.covariance(len(gains.identified))))
         percents = ", ".join(f"{100.0 * sigma:.2g}" for sigma in sigmas)
-        line = f"Intervals include errors of the drive gains as they were identified: {percents} % per {each}."
+        line = f"The intervals allow for the errors of the identified drive gains: {percents} % per {each}."
     else:
         percents = ", ".join(f"{100.0 * sigma:g}" for sigma in gains.per_joint)
         common = f" and {100.0 * gains.common:g} % common to all joints" if gains.common else ""
-        source = ", as is usual: nothing is said of them (--gain-sigma)" if gains.assumed else ""
-        line = f"Intervals include errors of the {scales}: {percents} % per {each}{common}{source}."
+        source = ", the default (--gain-sigma changes it)" if gains.assumed else ""
+        line = f"The intervals allow for errors of the {scales}: {percents} % per {each}{common}{source}."
     return [line, *gains.notes]
 
 
@@ -74,10 +74,10 @@ def friction_notes(terms: Sequence[TermChoice]) -> list[str]:
         if term.kept and term.fall is not None and term.error is not None
     ]
     if kept:
-        falls = "by so much a joint's squared error falls on blocks of time that were held out (--friction)"
-        return [f"Friction beside Coulomb and viscous: {', '.join(kept)}; {falls}."]
+        falls = "in brackets, how much each lowers the squared error on held-out data (--friction)"
+        return [f"Friction terms beyond Coulomb and viscous: {', '.join(kept)}; {falls}."]
     untried = [term for term in terms if term.fall is None]
-    return [f"Friction by load or root of speed was not tried: {present(untried[0].why_not)}."] if untried else []
+    return [f"Load-dependent friction was not tried: {present(untried[0].why_not)}."] if untried else []
 
 
 def jackknife(blocks: int, length: float) -> str:
@@ -118,14 +118,15 @@ def torques_section(predictions: Predictions, recordings: int = 0) -> Section:
     def drawn() -> list[Block]:
         shown = predictions()
         text = (
-            "Residual: measured less predicted torque. A residual that repeats or lasts, seen in the "
-            "autocorrelation, is an error of the model; white noise would stay within the dashed lines."
+            "Residual: measured minus predicted torque. A residual that repeats or persists shows up in the "
+            "autocorrelation and is an error of the model; white noise would stay within the dashed lines."
         )
         if not any(prediction.held_out for prediction in shown):
-            fitted = "these are the data that were fitted, and look better than others would"
-            text += f" No recording was held out (--validate): {fitted}."
+            text += (
+                " No recording was held out (--validate), so this is the fit itself; new data would fit less well."
+            )
         if recordings > len(shown):
-            text += f" {recordings - len(shown)} more recordings were used and are not drawn."
+            text += f" {recordings - len(shown)} more recordings were used but are not drawn."
         rows = [(words_of(each), *(percent(float(ratio)) for ratio in each.relative_per_joint)) for each in shown]
         joints = [f"joint {j}" for j in range(1, len(shown[0].t) + 1)] if shown else []
         headings = ("norm of the residual over norm of the torque", *joints)
@@ -147,11 +148,11 @@ def joints_section(
         ratio = "-" if share is None else with_sigma(share, float(array(group.share_sigma)))
         rows.append((group.name, "kg", *cells, ratio))
     text = (
-        "Each joint weighs the payload with its own torque: where they differ, a drive gain, a friction model or "
-        "the robot's description is wrong. Share: its torque over what the other joints' payload demands."
+        "Each joint weighs the payload with its own torque. Where they differ, a drive gain, the friction model or "
+        "the robot's description is wrong. Ratio: the joint's payload torque over what the other joints predict."
     )
     number = "" if mounting is None else f"_{mounting}"
-    headings = ("", "unit", "mass", "95 % interval", "share")
+    headings = ("", "unit", "mass", "95 % interval", "ratio")
     drawn = joints_figure(masses, mass, interval, f"by_joints{number}")
     blocks: list[Block] = [Text(text), Table("Mass by joints", headings, rows), *drawn]
     return Section(f"joints{number}", "The payload as each joint sees it", blocks)
@@ -172,8 +173,8 @@ def excitation_section(make: Callable[[], Excitation | None], labels: Mapping[st
         excitation = make()
         if excitation is None:
             text = (
-                "The robot's parameters were read from a file, without the equations they come from: what its "
-                "motion excited stands in the report of that identification."
+                "The robot's parameters were read from a file, without their equations. The report of that "
+                "identification shows what its motion excited."
             )
             return [Text(text)]
         names, weak, rows = [labels.get(name, name) for name in excitation.names], list[str](), []
@@ -183,9 +184,9 @@ def excitation_section(make: Callable[[], Excitation | None], labels: Mapping[st
             rows.append((name, f"{signal:.3g}", f"{own:.3g}", percent(float(ratio)), relative))
             weak += [name] if own < _GOOD else []
         text = (
-            "A parameter is well known where its torque is large against the noise and no combination of others "
-            "imitates it. Sigmas here are the formula's, for white noise; a small value of a parameter makes them "
-            "large too."
+            "A parameter is well determined where its torque is large compared with the noise and no combination "
+            "of others can imitate it. Sigmas here are the formula's, for white noise; they are relative, so a "
+            "small parameter has a large one."
         )
         caption = (
             "Norm of each parameter's torque over all equations, in units of the noise: whole (dash) and without "
@@ -226,17 +227,17 @@ def essential_section(elimination: EliminationDocument | None, title: str) -> Se
     """The path of the elimination as a figure, the parameters by name, and what speaks against them."""
     heading = "Essential parameters"
     if elimination is None:
-        text = "Parameters are eliminated for method 4 only, robot and payload together; it was not used here."
+        text = "Parameters are eliminated in method 4 only, for robot and payload together; it was not used here."
         return Section("essential", heading, [OnPage(lambda: [Text(text)])])
     text = (
-        f"{elimination.essential} of {len(elimination.path) - 1} parameters essential ({elimination.description}): "
-        f"error's sigma {elimination.sigma_ratio:.4f} times, largest relative sigma "
+        f"{elimination.essential} of {len(elimination.path) - 1} parameters are essential "
+        f"({elimination.description}): error's sigma {elimination.sigma_ratio:.4f} times, largest relative sigma "
         f"{elimination.largest_relative_sigma_percent:.3g} %."
     )
     lines = [
         text,
         f"Essential: {', '.join(str(parameter.name) for parameter in elimination.parameters)}.",
-        "Their sigmas take the others as zero, by which values lean: intervals are those with all parameters.",
+        "Setting the others to zero biases these values, so the intervals above come from the full model.",
         *(f"  - {warning}" for warning in elimination.warnings),
     ]
     caption = (

@@ -14,9 +14,9 @@ from ..blocks import Block, Drawing, Notes, OnPage, Report, Section, Table, Text
 from ..figures.canvas import BLUE, GREY, ORANGE, Figure, panels
 
 _WORDS = (
-    "z is the last night's value less the median of the nights before, over their spread (1.4826 median absolute "
-    f"deviations) and the night's own error together; beyond {CHANGED:g} it is a change. {FEWEST} nights must come "
-    "before. Friction also follows the temperature, which is part of the spread."
+    "z is the last night's value minus the median of the nights before, divided by their spread (1.4826 median "
+    f"absolute deviations) and that night's own error combined. Beyond {CHANGED:g} it counts as a change; {FEWEST} "
+    "earlier nights are needed. Friction also follows temperature, which is part of the spread."
 )
 _QUANTITIES = {
     "FS": "Coulomb friction",
@@ -25,12 +25,12 @@ _QUANTITIES = {
     "FVM": "viscous friction of motor",
     "OFF": "constant torque",
     "scale": "torque scale",
-    "mass": "payload less what was told",
+    "mass": "payload minus set value",
 }
 _DRAWN = (
     ("FS", "coulomb", "Coulomb friction"),
     ("FV", "viscous", "Viscous friction"),
-    ("mass", "mass", "Payload less what the controller was told"),
+    ("mass", "mass", "Payload minus the value set in the controller"),
     ("scale", "scale", "Scale of each drive's torque"),
 )
 """Beginning of the quantities' names, name of the drawing, and its caption."""
@@ -43,7 +43,7 @@ def reduced_report(reduced: ReducedDocument) -> Report:
     """Count the recordings in the store, and list what was refused, and why."""
     total, refused = reduced.new + reduced.known, reduced.refused
     told = [
-        f"{total} recordings in {reduced.store}: {reduced.new} reduced now, {reduced.known} there before.",
+        f"{total} recordings in {reduced.store}: {reduced.new} new, {reduced.known} already there.",
         f"{len(refused)} logs refused{':' if refused else '.'}",
     ]
     first: list[Block] = [
@@ -79,7 +79,7 @@ def fleet_report(fleet: Fleet) -> Report:
         meaning = f"{_QUANTITIES[kind.strip()]} {line.quantity[len(kind) :]}".strip()
         rows.append((line.arm, meaning, amount, f"{line.z:+.1f}", str(line.nights)))
     # Arms that differ from the others of their type in what is no friction.
-    odd = ["Fewer than three arms: none can be told to be the odd one."]
+    odd = ["With fewer than three arms, no odd one out can be named."]
     if twins is not None:
         chi2 = dict(zip(twins.recordings, np.sum(twins.apart**2, axis=1), strict=True))
         odd = [
@@ -125,8 +125,8 @@ def _arms_table(arms: Sequence[Arm]) -> Table:
         ]
         reported = f"{mass.value:+.2f}±{mass.sigma:.2g}"
         rows.append((arm.name, f"{len(arm.days)}", arm.days[-1], f"{arm.told[-1]:g}", reported, *drift))
-    headings = ("arm", "nights", "last", "told [kg]", "less told [kg]", "friction z", "gain z", "payload z")
-    return Table("Every arm, by its drift", headings, rows)
+    headings = ("arm", "nights", "last", "set [kg]", "minus set [kg]", "friction z", "gain z", "payload z")
+    return Table("All arms, the largest drift first", headings, rows)
 
 
 def _multiples(arms: Sequence[Arm], kind: str) -> Figure:

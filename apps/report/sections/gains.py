@@ -52,7 +52,7 @@ def gains_report(gains: GainsResult, document: str | None = None) -> Report:
     sections.append(torques_section(lambda: made.predictions))
     title = f"Drive gains of the {gains.robot_title or gains.robot}"
     subtitle = "Identified from recordings of motor currents with a known weight"
-    more = "the payload, residuals, where sigma comes from"
+    more = "the payload, residuals, origin of sigma"
     return Report(title, first, sections, more, subtitle, _notes(gains, mounted))
 
 
@@ -72,15 +72,15 @@ def _notes(gains: GainsResult, mounted: bool) -> list[str]:
             )
     unconstrained = " ".join(f"{value:.3f}" for value in array(gains.drive_gains.without_constraints, 0))
     lines += [
-        "Every gain goes with the mass as given: 1 % of it is 1 % of each, which no recording shows"
+        "Every gain scales with the mass given: an error of 1 % in it is 1 % in each gain, and shows nowhere"
         + (" unless weights differ." if mounted else "."),
         f"Relative residual of the currents: {100 * array(residual.relative if residual else None):.2f} %.",
         f"Without the constraint that robot and payload can exist: {unconstrained}.",
     ]
     if (ratio := present(gains.disagreement) or 1.0) > 1.0:
-        lines.append(f"Every sigma is {ratio:.2g} times as large as errors alone make it: joints disagree.")
+        lines.append(f"Every sigma is {ratio:.2g} times larger because the joints disagree.")
     if robust is None or robust.blocks is None:
-        return [*lines, f"sigma by the formula for white noise alone: {(robust and robust.unavailable) or ''}"]
+        return [*lines, f"sigma comes from the formula for white noise: {(robust and robust.unavailable) or ''}"]
     by = jackknife(robust.blocks, float(array(robust.block_length)))
     return [
         *lines,

@@ -25,8 +25,8 @@ _SHOWN = 8  # of more parameters: the least known
 _MASS, _ARM, _GYRATION = 3.0, 0.1, 0.055  # kg, m, m: a payload that stands for those to come
 _STATIC_MOST = 0.05  # standard deviation over the mass: above it standing still tells too little
 _UNCHECKED = (
-    "Torque limits are NOT checked: the description has no torque limits or no parameters (--robot-parameters "
-    "or --arm-mass); a run at a low speed does not show them either."
+    "Torque limits are NOT checked: the description lacks torque limits or parameters (--robot-parameters or "
+    "--arm-mass). A slow run does not reveal them either."
 )
 _KINDS = ("position", "speed", "acceleration", "torque")
 _GROUPS = (
@@ -52,22 +52,22 @@ def design_report(judged: JudgedMotion) -> Report:
     if replay is not None:
         limits = f"but {'; '.join(replay.violations)}" if replay.violations else "every limit met"
         replayed = (
-            f"Replayed by trapezoidal moves as --val3 asks for: {criterion_text(kind, replay.value)} in "
-            f"{replay.duration:.4g} s, {limits}. Score the controller's log by 'dynident score'."
+            f"Replayed by trapezoidal moves, as --val3 commands: {criterion_text(kind, replay.value)} in "
+            f"{replay.duration:.4g} s, {limits}. Run 'dynident score' on the controller's log."
         )
     if floor is not None:
         quantity = {"d": "uncertainty", "a": "relative sigma"}.get(kind, "condition number")
         times = np.exp(0.5 * floor.gap if kind == "d" else floor.gap)
-        least = "of the least found, which is no bound"
+        least = "the best value found, which is not a bound"
         if floor.dual is not None:
             least = (
-                f"of the dual's {criterion_text(kind, floor.dual)}, which no motion is below if no state tells "
-                "more than the most telling one found (by search: no proof)"
+                f"the dual bound {criterion_text(kind, floor.dual)} (no motion can do better, unless some state is "
+                "more informative than the best one found by search)"
             )
         floored = (
-            f"Least over {floor.states} weighted states within the limits, continuity ignored: "
-            f"{criterion_text(kind, floor.value)}. The motion's {quantity}, its states ideal, is {times:.3g} times "
-            f"that {least}."
+            f"Best distribution of {floor.states} states within the limits, ignoring continuity: "
+            f"{criterion_text(kind, floor.value)}. The motion's {quantity}, for ideal states, is {times:.3g} times "
+            f"{least}."
         )
     conditions = {"cond": learnt.condition_number, "cond-scaled": learnt.condition_number_scaled}
     reached = float(np.log(conditions[kind])) if kind in conditions else score.value
@@ -87,7 +87,7 @@ def design_report(judged: JudgedMotion) -> Report:
         ("parameters", str(len(problem.names)), f"criterion {kind}"),
     ]
     for name, x, remark in (
-        ("condition number", learnt.condition_number, "of W in SI units, as identify will see it"),
+        ("condition number", learnt.condition_number, "of W in SI units, as identify will form it"),
         ("the same, scaled", learnt.condition_number_scaled, "columns scaled to norm 1"),
         ("log det", learnt.log_det, "of the information matrix"),
     ):
@@ -110,7 +110,7 @@ def design_report(judged: JudgedMotion) -> Report:
         motion_figure(problem, judged.motion, f"{title}: motion between its limits"),
         *([sigma_figure(learnt, f"{title}: predicted standard deviations", reference, labels)] if known else []),
     ]
-    more = f"condition numbers, every parameter{', what brakes hold' if brakes else ''}"
+    more = f"condition numbers, all parameters{', torque on the brakes' if brakes else ''}"
     return Report(
         f"Motion for the {title}", first, [Section("motion", "Motion and what it would teach", blocks)], more
     )
@@ -141,16 +141,16 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
         (f"run {k}", f"{100.0 * rung.speed:.0f}", f"{rung.mass:.2f}", f"{rung.bound:.2f}")
         for k, rung in enumerate(result.ladder, 1)
     ]
-    ladder = "Ladder: go on only if the run before shows at most what the next one bears"
-    headings = ("step", "speed %", "bears kg", "then at most kg")
+    ladder = "Ladder: go on only if the last run showed no more than the next one allows"
+    headings = ("step", "speed %", "safe up to kg", "then known to be below kg")
     first: list[Block] = [
         _motion_banner(f"{kind} of joints {joints} of {title}", score),
-        _spread_table(f"Predicted for {expected.mass:g} kg at ({position}) mm", result.spread),
+        _spread_table(f"Predicted accuracy for {expected.mass:g} kg at ({position}) mm", result.spread),
         *([Table(ladder, headings, rungs)] if rungs else []),
         Notes(
             [
                 *noted,
-                f"Next: add {writers}, run it without and with the payload, then 'dynident {command}'.",
+                f"Next: add {writers}, run the motion without and with the payload, then 'dynident {command}'.",
             ]
         ),
         Notes(notes, optional=True),
@@ -165,7 +165,7 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
         Section("payload", "What it shows of a payload", [visibility_table(result.visibility), *brakes]),
         Section("motion", "The motion between its limits", [Table("Poses, deg or m", stood, poses), drawn]),
     ]
-    more = f"the poses, which parameters these joints show{', what brakes hold' if brakes else ''}"
+    more = f"poses, which parameters these joints show{', torque on the brakes' if brakes else ''}"
     return Report(f"Motion that weighs a payload: {title}", first, sections, more)
 
 
@@ -174,29 +174,29 @@ def _course(result: NearResult) -> tuple[str, str, str]:
     plan, shape = result.design.plan, result.shape
     if isinstance(shape, StaticShape):
         course = (
-            f"{plan.duration:.0f} s: each pose is held {shape.hold:g} s after small moves from below and above."
+            f"Duration {plan.duration:.0f} s: poses are held {shape.hold:g} s after moves from below and above."
         )
         return f"{shape.count} poses at rest", "--samples, --ros2, --urscript or --val3", course
     assert isinstance(plan, Fourier)
     periods = "one period" if plan.repeats == 1 else f"{plan.repeats} periods"
-    two = f", at {len(plan.poses)} poses, {plan.transfer:.1f} s from one to the other" * bool(plan.transfer)
+    two = f", at {len(plan.poses)} poses, {plan.transfer:.1f} s apart" * bool(plan.transfer)
     slower = ", ".join(f"{rung.duration:.0f}" for rung in result.ladder if rung.speed < 1.0)
-    before = f"the rehearsal, once at a tenth of the speed, takes {plan.slowed(0.1).duration:.0f} s"
+    before = f"the rehearsal, one period at a tenth of the speed, takes {plan.slowed(0.1).duration:.0f} s"
     if result.ladder:
         before = f"the slower runs before it take {slower} s" if slower else "the first run may be at full speed"
-    course = f"{plan.duration:.1f} s: {periods} of {plan.period:.2f} s{two}; {before}."
+    course = f"Duration {plan.duration:.1f} s: {periods} of {plan.period:.2f} s{two}; {before}."
     return "Motion", "--samples, --ros2 or --urscript", course
 
 
 def _stiction(result: NearResult, mass: float) -> list[str]:
     """What standing still tells of the mass, and the scatter of torques at rest that it rests on."""
     problem, share = result.design.problem, result.spread.mass / mass
-    advice = f" Above {100 * _STATIC_MOST:g} % a motion tells more: leave --static out." * (share > _STATIC_MOST)
+    advice = f" Above {100 * _STATIC_MOST:g} % a motion is better: omit --static." * (share > _STATIC_MOST)
     scatter = ", ".join(f"{x:.2g}" for x in problem.noise if np.isfinite(x))
     return [
         f"1 sigma is {100.0 * share:.2g} % of the mass.{advice}",
-        f"Torque at rest scatters from approach to approach, {problem.noise_from}: {scatter} N·m or N. Between "
-        "recordings constant torques may change, the arm's by 0.66 times that, the wrist's freely.",
+        f"Scatter of the torque at rest from one approach to the next ({problem.noise_from}): {scatter} N·m or N. "
+        "Constant torques may change between recordings, those of the arm by 0.66 times that, of the wrist freely.",
     ]
 
 
@@ -204,28 +204,28 @@ def _motion_banner(title: str, score: Score) -> Text:
     names = dict.fromkeys(limit.name for limit in score.limits)
     missing = [kind for kind in _KINDS if not any(name.startswith(kind) for name in names)]
     missed = dict.fromkeys(limit.name for limit in score.limits if str(limit) in score.violations)
-    level, text = "mass_and_com_only" if missing else "use", f"every limit{' that was checked' * bool(missing)}"
-    keeps = f"keeps {text}" if score.feasible else f"does NOT keep {', '.join(missed)}"
+    level, text = "mass_and_com_only" if missing else "use", f"all{' checked' * bool(missing)} limits"
+    keeps = f"within {text}" if score.feasible else f"NOT within its limits of {', '.join(missed)}"
     scene = score.problem.scene or Scene()
     radii = {body.radius for body in scene.bodies if body.link and body.name != BALL}
-    tubes = f" as tubes of {1e3 * max(radii):.0f} mm radius" if len(radii) == 1 else ""
-    looked = [f"itself{tubes}"] * bool(scene.pairs) + [f"the {surface.name}" for surface in scene.surfaces]
+    tubes = f" (tubes of {1e3 * max(radii):.0f} mm radius)" if len(radii) == 1 else ""
+    looked = [f"the arm itself{tubes}"] * bool(scene.pairs) + [f"the {surface.name}" for surface in scene.surfaces]
     unseen = [*missing, *["self-collision"] * (not scene.pairs)]
     unseen += ["floor"] * (not any("floor" in surface.name for surface in scene.surfaces))
     unseen += [*["payload"] * (score.problem.payloads is None), "cables and cell"]
-    clear = f" Looked at: {' and '.join(looked)}." * bool(looked)
+    clear = f" Collisions checked with {' and '.join(looked)}." * bool(looked)
     level = level if score.feasible else "do_not_use"
-    return Text(f"{title}: {keeps}.{clear} NOT looked at: {', '.join(unseen)}.", level=level)
+    return Text(f"{title}: {keeps}.{clear} NOT checked: {', '.join(unseen)}.", level=level)
 
 
 def _how_to_run(duration: float, writers: str, command: str) -> OnPage:
     """From the file to the payload: options that write the motion, and the command that takes both recordings."""
     steps = [
         f"Write it for the controller: add {writers} to the command below.",
-        "Run it slowly first, and look at cables, fixtures and people: nothing here knows of them.",
-        f"Record {duration:.3g} s of positions and torques or currents, without and with the payload, by the "
+        "Run it slowly first, and watch cables, fixtures and people: dynident does not know about them.",
+        f"Record {duration:.3g} s of positions and torques or currents, without and with the payload, with the "
         "same program.",
-        f"Look at each recording by 'dynident check LOG', then 'dynident {command} --unloaded A --loaded B'.",
+        f"Check each recording ('dynident check LOG'), then 'dynident {command} --unloaded A --loaded B'.",
     ]
     return OnPage(lambda: [Text("How to run it", heading=True), Notes(steps)])
 
@@ -250,17 +250,17 @@ def _brakes(problem: DesignProblem, score: Score) -> tuple[list[str], list[Table
     elif np.ptp(half) < 1e-9 * half.max():
         region = f"within {half[0]:.4g} mm"
     notes = [
-        f"Torque limits {'do NOT hold' if missed else 'hold'} for every payload up to {payloads.mass:g} kg "
-        f"{region} about ({x:.4g}, {y:.4g}, {z:.4g}) mm of the last link's frame, down to none.",
-        f"Power cut on the way: the brake of joint {joint + 1} then holds up to {100 * ratios[joint]:.0f} % of its "
-        "torque limit.",
+        f"Torque limits {'do NOT hold' if missed else 'hold'} for every payload of 0 to {payloads.mass:g} kg "
+        f"{region} of ({x:.4g}, {y:.4g}, {z:.4g}) mm in the last link's frame.",
+        f"If power fails on the way, the brake of joint {joint + 1} must hold up to {100 * ratios[joint]:.0f} % of "
+        "the joint's torque limit.",
     ]
     rows = [
         (f"joint {j}", f"{round(first, 6):.4g}", f"{round(most, 6):.4g}", f"{limit:.4g}")
         for j, (first, most, limit) in enumerate(zip(start, worst, problem.bounds.torque, strict=True), 1)
     ]
-    headings = ("power cut", "at the start", "on the way at most", "limit")
-    title = "Torque that brakes have to hold, N·m or N, with the worst payload"
+    headings = ("power cut", "at the start", "on the way, at most", "limit")
+    title = "Torque that the brakes must hold with the worst payload, N·m or N"
     return notes, [Table(title, headings, rows)]
 
 
@@ -269,8 +269,8 @@ def _limits_table(score: Score) -> Table:
     for limit in score.limits:
         kept = f"violated by {limit.violation:.4g}" if str(limit) in score.violations else "met"
         rows.append((limit.name, f"{limit.value:.4g}", f"{limit.limit:.4g}", limit.worst, kept))
-    title = f"Nearest to its limits, SI units, in {score.duration:.4g} s"
-    return Table(title, ("", "comes to", "limit", "at", "kept"), rows)
+    title = f"Largest values against the limits, SI units, in {score.duration:.4g} s"
+    return Table(title, ("", "reaches", "limit", "where", "kept"), rows)
 
 
 def noise_line(problem: DesignProblem) -> str:
@@ -278,7 +278,7 @@ def noise_line(problem: DesignProblem) -> str:
     goal, sigma = problem.goal, [f"{x:.2g}" for x in problem.noise if np.isfinite(x)]
     pair = "in each of two recordings, " * (goal.single_rate < goal.rate)
     values = ", ".join(sigma)
-    return f"Torque noise {problem.noise_from}: {values} N·m or N, {pair}{goal.rate:.3g} independent a second."
+    return f"Torque noise {problem.noise_from}: {values} N·m or N, {pair}{goal.rate:.3g} samples a second."
 
 
 def _taught_table(problem: DesignProblem, learnt: Learnt) -> Table:
@@ -290,20 +290,20 @@ def _taught_table(problem: DesignProblem, learnt: Learnt) -> Table:
     length = problem.goal.data_length
     recorded = f"{length:g} s of data" if length else "one run"
     if learnt.covariance is None:
-        return Table(f"From {recorded}: not every parameter can be told", ("",), [])
+        return Table(f"From {recorded} not every parameter can be identified", ("",), [])
     if tuple(problem.names) == tuple(f"{kind}{problem.robot.n}" for kind in INERTIAL):
         # A payload of the rated mass stands for those to come.
         mass = problem.robot.rated_payload if np.isfinite(problem.robot.rated_payload) else _MASS
         body = InertialParameters.from_com(mass, [0.0, 0.0, _ARM], _GYRATION**2 * mass * np.eye(3))
         spread = payload_spread(body.vector, learnt.covariance, range(len(INERTIAL)))
-        return _spread_table(f"From {recorded}, of a payload of {mass:g} kg {1e3 * _ARM:g} mm away", spread)
+        return _spread_table(f"Predicted from {recorded} for {mass:g} kg, {1e3 * _ARM:g} mm off the flange", spread)
     rows = []
     for text, unit, kinds in _GROUPS:
         sigma = [s for name, s in learnt.sigma.items() if parameter_kind(name) in kinds]
         if sigma:
             rows.append((text, str(len(sigma)), f"{np.median(sigma):.2g}", f"{max(sigma):.2g}", unit))
     headings = ("", "number", "median", "largest", "unit")
-    return Table(f"From {recorded}, of the robot, 1 sigma", headings, rows)
+    return Table(f"Predicted accuracy of the robot's parameters from {recorded} (1 sigma)", headings, rows)
 
 
 def _spread_table(title: str, spread: PayloadSpread) -> Table:
@@ -317,7 +317,7 @@ def _spread_table(title: str, spread: PayloadSpread) -> Table:
 def criterion_text(kind: str, value: float) -> str:
     """A criterion's value in words, as a solver works with it."""
     if not np.isfinite(value):
-        return f"{kind}: not every parameter can be told"
+        return f"{kind}: not every parameter can be identified"
     if kind == "d":
         return f"d: uncertainty {np.exp(0.5 * value):.4g} (geometric mean of sigma)"
     if kind == "a":
@@ -360,4 +360,4 @@ def second_pose_note(first: Array, second: Array) -> str:
     """Propose a second pose."""
     turns = enumerate(np.degrees(second - first), 1)
     joints = " and ".join(f"joint {j} by {turn:+.0f} deg" for j, turn in turns if abs(turn) > 1.0)
-    return f"A second wrist pose ({joints}) would tell more: add --second-pose auto if the robot may go there."
+    return f"A second wrist pose ({joints}) would improve this: add --second-pose auto if the robot may go there."

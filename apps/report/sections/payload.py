@@ -22,6 +22,10 @@ from .estimates import data_notes, methods_section
 
 _SHOWN = ("abb", "kuka", "ur", "fanuc", "yaskawa", "staubli", "franka", "urdf")
 """The formats in the page; 'dynident export' writes more."""
+_USES = {"use": "yes", "do not use": "no", "weighed": "yes: the scale's", "not visible": "no: not visible",
+         "assumed": "assumed, not measured", "not measured well enough": "no: too uncertain"}  # fmt: skip
+_COVERS = {("centre ", "use"): "yes, all three", ("inertia", "use"): "yes, all six"}
+"""A use on the screen; of several numbers it says of how many."""
 _MAKERS = {"abb": "abb", "kuka": "kuka", "universal robots": "ur", "fanuc": "fanuc", "yaskawa": "yaskawa",
            "motoman": "yaskawa", "stäubli": "staubli", "staubli": "staubli", "franka": "franka"}  # fmt: skip
 """Word in a robot's title -> its format."""
@@ -44,7 +48,7 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
     if standing := present(result.standing):
         subtitle = f"Weighed at rest in {standing.poses} poses"
     if (repeats := present(result.repeats)) is not None:
-        text = "Each recording was weighed alone too: the scatter tells what no single one does."
+        text = "Each recording was also weighed on its own: their scatter shows what no single one can."
         blocks: list[Block] = [Text(text), *repeats_figure(repeats, mass, interval)]
         sections.insert(0, Section("repeats", "From recording to recording", blocks))
     if not result.short:
@@ -59,11 +63,11 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
         worst = [evidence.worst_torque(lambda: made.predictions)]
     to_do = [evidence.MEND]
     if level != "do_not_use":
-        export = f"'dynident export {document or 'P.json'} --to ur' (abb, kuka, fanuc, ..)"
-        line = f"Its own format: {'' if document or not made else 'add --json P.json, then '}{export}."
-        to_do = [f"For the controller: {controller_line(result)}", line]
+        export = f"'dynident export {document or 'P.json'} --to ur' (abb, kuka, fanuc, ...)"
+        line = f"Controller file: {'' if document or not made else 'add --json P.json, then '}{export}."
+        to_do = [f"Enter in the controller: {controller_line(result)}.", line]
     controller: list[Block] = [
-        Text("What to type into the controller", heading=True),
+        Text("What to enter in the controller", heading=True),
         Notes(to_do),
         OnPage(lambda: controller_blocks(result)),
         *([flange_figure(best, result.inertia.use == "use", is_flange(result.frame))] if best else []),
@@ -88,8 +92,11 @@ def quantities_table(result: PayloadResult) -> Table:
     names = [f"inertia {'XYZ'[i]}{'XYZ'[j]} at com" for i, j in SIX]
     for name, at in zip(names, SIX, strict=True):
         numbers.append((name, "kg m²", inertia.value[at], inertia.interval95[at], inertia.use))
-    rows = [(name, unit, *with_interval(float(x), *ends.tolist()), use) for name, unit, x, ends, use in numbers]
-    headings = ("", "unit", "value", "95 % interval", "use")
+    rows = [
+        (name, unit, *with_interval(float(x), *ends.tolist()), _COVERS.get((name[:7], use), _USES.get(use, use)))
+        for name, unit, x, ends, use in numbers
+    ]
+    headings = ("", "unit", "value", "95 % interval", "use it?")
     ends_at = ("mass", "centre of mass z")
     return Table(f"Payload in {result.frame}", headings, rows, ends_at, merged=True, spare=names[3:])
 
@@ -98,53 +105,52 @@ def answer_notes(result: PayloadResult) -> list[str]:
     """Worst joint, methods side by side, an assumed inertia, scale, other ways to the mass, repeats, gains."""
     worst, chosen, robust = result.joint_that_agrees_least, result.recommended, present(result.best_free.robust)
     residual, masses = present(result.relative_residual), {each.method: each.ten[9] for each in result.estimates}
-    each = ", ".join(f"{method} {x:.4g}" for method, x in sorted(masses.items()) if np.isfinite(x))
+    each = ", ".join(f"({method}) {x:.4g}" for method, x in sorted(masses.items()) if np.isfinite(x))
     scale = [
-        f"Scale {weighing.mass:g} ± {weighing.sigma:.2g} kg, torques {weighing.identified:.4g} ± "
-        f"{weighing.identified_sigma:.2g} kg: {abs(array(weighing.z)):.1f} sigma apart, "
-        f"{'which contradict each other' if array(weighing.p_value) < CONFLICT else 'in agreement'}."
+        f"The scale says {weighing.mass:g} ± {weighing.sigma:.2g} kg, the torques {weighing.identified:.4g} ± "
+        f"{weighing.identified_sigma:.2g} kg: {abs(array(weighing.z)):.1f} sigma apart, so they "
+        f"{'contradict each other' if array(weighing.p_value) < CONFLICT else 'agree'}."
         for weighing in present((result.best or result.best_free).weighed) or ()
     ]
     if result.mass_from_scale and result.scale:
         known, sigma = result.scale
-        scale = [f"Mass: the scale's {known:g} ± {sigma:g} kg; the torques of these joints do not contain it."]
+        scale = [f"The mass is the scale's, {known:g} ± {sigma:g} kg: the torques of these joints do not show it."]
     noted = lines(
         f"Inertia ASSUMED, not measured: {result.assumed.inertia}." if result.assumed else "",
-        f"Joint that agrees least: {worst}." if worst else "No joint can be compared with the others.",
-        f"Mass by method [kg]: {each}." if len(masses) > 1 else "",
-        f"Method {chosen.method}: {chosen.reason}." if chosen is not None and chosen.reason else "",
+        f"Largest disagreement: {worst}." if worst else "No joint can be compared with the others.",
+        f"Mass by method: {each} kg." if len(masses) > 1 else "",
+        f"Method {chosen.method} is recommended: {chosen.reason}." if chosen is not None and chosen.reason else "",
         *evidence.verdict_notes(result.verdict),
-        *(scale or ["Not weighed: --mass KG+-KG compares with a scale, and sharpens the centre of mass."]),
+        *(scale or ["If you can weigh the payload, --mass KG+-KG checks the torques and sharpens the result."]),
     )
     for way in present(result.agreement) or ():
         com = ", ".join("-" if not np.isfinite(x) else f"{1e3 * x:.1f}" for x in way.com)
-        noted.append(f"Another way, {way.name}: {array(way.mass):.4g} kg, centre of mass ({com}) mm.")
+        noted.append(f"Cross-check, {way.name}: {array(way.mass):.4g} kg, centre of mass ({com}) mm.")
     if repeats := present(result.repeats):
         _, alone, sigmas = seen(repeats)
         texts = ", ".join(f"{m:.4g} ± {s:.2g}" for m, s in zip(alone, sigmas, strict=True))
         spread = f"spread {array(repeats.spread):.2g} kg"
-        noted.append(f"{len(repeats.masses)} recordings, each alone [kg]: {texts}; {spread}.")
+        noted.append(f"The {len(repeats.masses)} recordings on their own [kg]: {texts}; {spread}.")
         if repeats.drift_per_recording is not None:
             trend = "a drift" if repeats.drifts else "no clear drift"
-            trend = f"drift, which goes out in the order {repeats.order}" if repeats.order else trend
+            trend = f"a drift, which the order {repeats.order} cancels" if repeats.order else trend
             step = f"{repeats.drift_per_recording:+.2g} ± {array(repeats.drift_sigma):.2g}"
-            noted.append(f"From one to the next {step} kg: {trend}.")
+            noted.append(f"Change from one recording to the next: {step} kg, {trend}.")
         if repeats.excess is not None and repeats.excess > 1.0:
-            wider = "all intervals are widened by that"
-            noted.append(f"They scatter {repeats.excess:.2g} times as much as each says: {wider}.")
+            noted.append(f"They scatter {repeats.excess:.2g} times more than expected; all intervals are widened.")
     if standing := present(result.standing):
-        told = "this order shows no drift: record unloaded, loaded, loaded, unloaded"
+        told = "this order cannot show drift; record unloaded, loaded, loaded, unloaded"
         if drift := standing.drift:
-            told = f"drift adds {array(drift.mass):+.2g} kg from each to the next, taken off ({drift.ratio:.0%})"
+            told = f"drift of {array(drift.mass):+.2g} kg per recording removed ({drift.ratio:.0%} of the variance)"
         noted.append(f"{standing.poses} poses at rest, {standing.order}: {told}.")
     noted += evidence.friction_notes(present(result.friction) or ())
     noted += evidence.gain_error_notes(result.settings, result.gains)
     if not result.short and not (residual and residual.validation):
-        noted.append("Better: keep one recording without payload out of identification (--validate).")
+        noted.append("To test the model, keep one recording without payload out of the fit (--validate).")
     if robust and robust.unavailable:
-        noted.append(f"Better: record longer; intervals rest on white noise, because {robust.unavailable}.")
+        noted.append(f"Record longer: the intervals assume white noise, because {robust.unavailable}.")
     elif robust and robust.warning:
-        noted.append(f"Better: {robust.warning}.")
+        noted.append(f"Note: {robust.warning}.")
     return noted
 
 
@@ -159,11 +165,11 @@ def controller_line(result: PayloadResult) -> str:
     line, inertia = f"mass {mass} kg, centre of mass ({com}) mm{where}", result.inertia
     moved = turn.T @ inertia.value @ turn
     if result.assumed:
-        return f"{line}, inertia there ({', '.join(f'{x:.4f}' for x in np.diag(moved))}) kg m², ASSUMED"
+        return f"{line}, inertia about it ({', '.join(f'{x:.4f}' for x in np.diag(moved))}) kg m², ASSUMED"
     if inertia.use == "use" and result.best is not None:
         numbers = _numbers(six(moved), inertia.interval95.reshape(9, 2))
-        return f"{line}, inertia there XX YY ZZ XY XZ YZ ({numbers}) kg m²"
-    return f"{line}, inertia left at zero"
+        return f"{line}, inertia about it XX YY ZZ XY XZ YZ ({numbers}) kg m²"
+    return f"{line}, inertia zero"
 
 
 def _numbers(values: Array, intervals: Array) -> str:
@@ -180,13 +186,13 @@ def controller_blocks(result: PayloadResult) -> list[Block]:
     except InputError as error:
         return [Text(f"No controller takes this payload: {error}.")]
     if load.verdict == "do_not_use":
-        return [Text("Nothing is given here: the numbers must not be used. Read the reasons and record again.")]
+        return [Text("There is nothing to enter: the verdict is not to use these numbers. See the reasons.")]
     at_flange = load.in_flange()
     if at_flange is None:
         where = (
-            f"The payload is known in {load.frame}, not in the flange that controllers ask for. 'dynident export "
-            "payload.json --to NAME --flange-frame X Y Z RX RY RZ' writes it for a controller, given the flange's "
-            "pose in that frame. Its numbers there:"
+            f"The payload is given in {load.frame}, but controllers ask for the flange. 'dynident export "
+            "payload.json --to NAME --flange-frame X Y Z RX RY RZ' converts it, given the pose of the flange in "
+            "that frame. The numbers as identified:"
         )
         return [Text(where), Code("controller-plain", controller_line(result))]
     load = replace(at_flange, reasons=())  # which stand beside it

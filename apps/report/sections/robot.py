@@ -23,8 +23,8 @@ from .rollout import rollout_line, rollout_section
 
 _HEADINGS = ("joint", "kind", "alpha", "d", "theta", "r", "from", "to", "speed", "accel.", "torque")
 _MOST_NAMED = 8
-_GOOD = "The model explains the torques: the parameters can be used."
-_BAD = "Do not use these parameters: the model does not explain the torques."
+_GOOD = "use these parameters. The model explains the torques."
+_BAD = "do not use these parameters. The reasons say what is wrong."
 
 
 def robot_description(robot: Robot) -> list[Block]:
@@ -49,8 +49,8 @@ def robot_description(robot: Robot) -> list[Block]:
     }
     known = ", ".join(word for word, there in modelled.items() if there) or "none of their parameters"
     lines = [
-        f"Payloads are given in: {robot.payload_frame}",
-        f"At the zero pose that frame stands at {_vector(flange.p.tolist())} m in the base, "
+        f"Payloads are given in {robot.payload_frame}.",
+        f"With all joints at zero, that frame is at {_vector(flange.p.tolist())} m from the base, "
         f"z along {_vector(flange.R[:, 2].tolist())}, x along {_vector(flange.R[:, 0].tolist())}.",
         f"Gravity in frame 0: {_vector(list(robot.gravity))} m/s^2.",
         f"Drives: {known}{'; torque sensors on the link side' if drives.side == 'link' else ''}.",
@@ -60,12 +60,12 @@ def robot_description(robot: Robot) -> list[Block]:
     if robot.links is not None:
         lines.append(f"Links of the file: {robot.links.base}, {', '.join(robot.links.names)}; {robot.links.tip}.")
     if robot.mass is not None:
-        lines.append(f"Mass of the arm, base and all: {robot.mass:g} kg.")
+        lines.append(f"Mass of the arm, including its base: {robot.mass:g} kg.")
     if robot.flange_pose is not None:
         position = ", ".join(f"{1e3 * value:g}" for value in robot.flange_pose.origin)
         turn = ", ".join(f"{math.degrees(angle) + 0.0:g}" for angle in robot.flange_pose.rpy)
-        lines.append(f"The maker's flange stands at ({position}) mm, rpy ({turn}) deg in the payload's frame.")
-    lines += [f"Joints are also called {', '.join(names)}." for names in robot.joint_names]
+        lines.append(f"The maker's flange is at ({position}) mm, rpy ({turn}) deg in the payload's frame.")
+    lines += [f"Joint names in logs: {', '.join(names)}." for names in robot.joint_names]
     lines += [f"{names[0].upper()}{names[1:]}: {source}." for source, names in _grouped(sources).items()]
     lines += [f"Note: {note}" for note in robot.snapped]
     title = f"{robot.title or robot.name}: modified DH (Khalil-Kleinfinger), degrees and m"
@@ -85,7 +85,7 @@ def base_description(robot: Robot) -> list[Block]:
 def assumed_notes(robot: Robot, *parts: str) -> list[str]:
     """Assumptions about a robot; ``parts``: of ``model.robot.SOURCED``, all of them by default."""
     grouped = _grouped(robot.assumed(*parts))
-    return [f"Assumed, not published: {names} ({rule})." for rule, names in grouped.items()]
+    return [f"Assumed, because not published: {names} ({rule})." for rule, names in grouped.items()]
 
 
 def _grouped(parts: Mapping[str, str]) -> dict[str, str]:
@@ -114,13 +114,13 @@ def robot_report(result: RobotResult, document: str | None = None) -> Report:
     known = int((estimate.total_sigma <= 0.1 * np.abs(estimate.values)).sum())
     possible = ""
     if result.constrained is not None:
-        possible = "A robot that can exist has these parameters within their uncertainty."
+        possible = "They are physically consistent within their uncertainty."
         if (p_value := float(array(result.constrained.p_value))) < CONFLICT:
-            possible = f"No robot that can exist comes near them (p {p_value:.2g})."
+            possible = f"They are not physically consistent: no robot can have them (p {p_value:.2g})."
     told = lines(
         f"The model leaves {percent(estimate.fit.relative)} of the torque unexplained{on_held_out}.",
-        f"{len(result.columns)} base parameters, {known} of them known to 10 % (1 sigma), "
-        f"{len(result.essential)} essential.",
+        f"{len(result.columns)} base parameters: {known} are known to 10 % (1 sigma), "
+        f"{len(result.essential)} are essential.",
         possible,
         evidence.MEND if verdict.reasons else f"Next: {ask}{after}.",
     )
@@ -163,7 +163,7 @@ def robot_report(result: RobotResult, document: str | None = None) -> Report:
         f"On the validation recording: {evidence.residual_text(held_out)}" if held_out else "",
         *_sigma_notes(estimate, present(result.robust.unavailable) if result.robust else None),
     )
-    title, more = f"Dynamic parameters of the {result.title}", "every base parameter, residuals, what is essential"
+    title, more = f"Dynamic parameters of the {result.title}", "all base parameters, residuals, essential ones"
     return Report(title, first, sections, more, "Identified from recordings without payload", data)
 
 

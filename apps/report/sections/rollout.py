@@ -14,9 +14,9 @@ from ..figures.canvas import BLUE, GREY, ORANGE, Figure, log_scale, panels, plai
 _STYLES = ((BLUE, "-"), (ORANGE, "--"), (GREY, ":"), ("black", "-."))
 _GROWS = 10.0  # an error of the start that grows by more in half a second hides what the parameters do
 _WORDS = (
-    "Open loop: from many moments of the recording the identified robot is moved by the measured torques alone. "
-    "Replay: a controller takes it along the measured path; its torque is compared with the measured one, slow "
-    "rows left out. Friction is smoothed near rest, so that joints creep where the real ones stick."
+    "Open loop: from many moments of the recording, the identified robot is driven by the measured torques alone. "
+    "Replay: a controller tracks the measured path, and its torque is compared with the measured one (slow rows "
+    "left out). Friction is smoothed near rest, so joints creep where real ones stick."
 )
 
 
@@ -72,11 +72,11 @@ def _parts(rollout: Rollout, number: int) -> list[Block]:
         f"kept to {rollout.replay_strayed / size:.2g} {unit}."
     ]
     if rollout.growth == rollout.growth:
-        hides = ": open loop judges nothing here, whatever the parameters; go by the replay"
+        hides = ": open loop says nothing here, whatever the parameters; go by the replay"
         grows = f"An error of the start grows {rollout.growth:.2g}-fold within {GROWTH_TIME:g} s"
         lines.append(f"{grows}{hides * (rollout.growth > _GROWS)}.")
     if rollout.diverged:
-        lines.append(f"{rollout.diverged} of {moving + resting} starts of the identified robot ran away.")
+        lines.append(f"{rollout.diverged} of {moving + resting} starts of the identified robot diverged.")
     return [*blocks, Notes(lines, optional=True)]
 
 

@@ -262,7 +262,7 @@ def test_torques_of_unknown_gain_are_read_as_currents_are(
     """Columns named torques need drive gains where a user says that they hold something else."""
     path = as_csv(tmp_path / "log.csv", signals)
     how = with_flags(LogMap(), units=[f"tau={unit}"])
-    with pytest.raises(InputError, match=r"carries currents .tau1\.\.tau6. but no torques: give --drive-gains"):
+    with pytest.raises(InputError, match=r"has currents .tau1\.\.tau6. but no torques: give --drive-gains"):
         read_recording(path, arm, None, how)
     gains = np.arange(1.0, 7.0)
     recording = read_recording(path, arm, gains.tolist(), how)

@@ -221,9 +221,13 @@ def answer(short_logs: Path) -> PayloadAnswer:
 @pytest.mark.parametrize(
     ("level", "sentence", "uses"),
     [
-        ("use", "Verdict: use mass, centre of mass and inertia (", ["use", "use", "use"]),
-        ("mass_and_com_only", "Verdict: use mass and centre of mass (", ["use", "use", "not measured well enough"]),
-        ("do_not_use", "Verdict: do not use (", ["do not use"] * 3),
+        ("use", "Verdict: use mass, centre of mass and inertia (", ["yes", "yes, all three", "yes, all six"]),
+        (
+            "mass_and_com_only",
+            "Verdict: use mass and centre of mass, not",
+            ["yes", "yes, all three", "no: too uncertain"],
+        ),
+        ("do_not_use", "Verdict: do not use these numbers (", ["no"] * 3),
     ],
 )
 def test_verdict_quantity_by_quantity(level: Any, sentence: str, uses: list[str], answer: PayloadAnswer) -> None:
@@ -234,7 +238,7 @@ def test_verdict_quantity_by_quantity(level: Any, sentence: str, uses: list[str]
     merged = re.findall(r'<td class="words merged" rowspan="(\d)">([^<]+)</td>', text)
     assert merged == list(zip("136", uses, strict=True)), "each word stands beside all rows that it is of"
     assert "a <b>reason</b>" in page.texts["li"]
-    assert ("Nothing is given here" in text) == (level == "do_not_use")
+    assert ("There is nothing to enter" in text) == (level == "do_not_use")
     assert ("equivalent ellipsoid" in text) == (level == "use")
     assert "No recording was held out" in text
 

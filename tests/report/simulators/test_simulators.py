@@ -285,14 +285,18 @@ def limits(robot: Robot, j: int) -> dict[str, float]:
 def test_what_a_format_cannot_hold_is_said(whole: WholeRobot) -> None:
     for name, form in FORMATS.items():
         text = " ".join(form.head(form, whole))
-        assert ("No place for the spring on joint_2" in text) == (name != "mjcf")
-        assert ("No place for the drive that turns with the sum of joint_5 and joint_6" in text) == (name != "mjcf")
-        assert ("No place for offset" in text) == (name != "mjcf")
-        assert ("No place for limits of acceleration" in text) == (name in ("mjcf", "usd"))
-        assert ("No place for limits of speed" in text) == (name == "mjcf")
+        assert ("This format has no spring on joint_2" in text) == (name != "mjcf")
+        assert ("This format has no drive that turns with the sum of joint_5 and joint_6" in text) == (
+            name != "mjcf"
+        )
+        assert ("This format has no offset" in text) == (name != "mjcf")
+        assert ("This format has no acceleration limits" in text) == (name in ("mjcf", "usd"))
+        assert ("This format has no speed limits" in text) == (name == "mjcf")
     table = replace(whole.robot.drives, spring=Spring(2, table=((-2.0, 1.0), (2.0, 3.0))))
     tabled = replace(whole, robot=replace(whole.robot, drives=table))
-    assert "No place for the spring on joint_2 (a table)" in " ".join(FORMATS["mjcf"].head(FORMATS["mjcf"], tabled))
+    assert "This format has no spring on joint_2 (a table)" in " ".join(
+        FORMATS["mjcf"].head(FORMATS["mjcf"], tabled)
+    )
     assert "<spatial" not in FORMATS["mjcf"].text(tabled)
     printed = replace(whole, robot=whole.robot.with_coulomb("paper"))
     assert "as the paper prints it: it is left out" in " ".join(FORMATS["mjcf"].head(FORMATS["mjcf"], printed))
