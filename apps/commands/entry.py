@@ -70,7 +70,7 @@ class Options:
             if not any(map(self.has, needed)):
                 self.refuse(option, f"has no effect without {' or '.join(map(self.shown, needed))}")
         for option, other in self.instead.items():
-            if self.has(other):
+            if getattr(self, option) and getattr(self, other):
                 self.refuse(option, f"and {self.shown(other)}: give one of them")
         for option, (chooser, choices) in self.belongs.items():
             if (choice := getattr(self, chooser)) not in choices:

@@ -28,7 +28,7 @@ from ..report.terminal import print_blocks, print_report
 from . import values
 from .entry import CALL, FILES, KNOWN, LOGS, SETTING, Options, about
 from .progress import note, quiet, status
-from .values import Named, number, numbers, texts, word
+from .values import Named, numbers, texts, word
 
 if TYPE_CHECKING:
     from ..report.blocks import Report
@@ -203,8 +203,10 @@ class FilterOptions(LogOptions):
     coulomb: Annotated[Literal["sum", "paper"] | None, Parameter(metavar="sum|paper"), SETTING] = None
     """Coulomb friction of coupled drives."""
 
-    def setup(self, robot: model.Robot, stored: estimation.RobotResult | None = None) -> Setup:
-        """The robot with the structure and processing that are asked for; ``stored`` parameters bring theirs."""
+    def setup(
+        self, robot: model.Robot, stored: estimation.RobotResult | None = None, request: Options | None = None
+    ) -> Setup:
+        """The robot with structure and processing as asked for, in a request too; ``stored`` ones bring theirs."""
         gains, identified = self.gains(robot)
         if stored:
             robot = stored.applied_to(robot)
@@ -214,9 +216,10 @@ class FilterOptions(LogOptions):
         robot = robot if self.offsets is None else robot.with_offsets(self.offsets)
         if stored and robot.fingerprint != stored.fingerprint:
             raise InputError("offsets and coulomb must be those the stored parameters were identified with")
-        names = {entry.name for entry in fields(model.Processing)} & {entry.name for entry in fields(self)}
-        changed = {name: getattr(self, name) for name in sorted(names) if getattr(self, name) is not None}
-        named = [self.shown(name) for name in changed]
+        asked = [(part, entry.name) for part in (self, request) if part for entry in fields(model.Processing)]
+        given = [(part, name) for part, name in asked if getattr(part, name, None) is not None]
+        changed: dict[str, Any] = {name: getattr(part, name) for part, name in given}
+        named = [part.shown(name) for part, name in given]
         if "equation_rate" in changed:  # takes the place of either in the robot's file
             changed["decimate"] = 1
         with about(*named):
@@ -229,14 +232,6 @@ class ProcessingOptions(FilterOptions):
 
     equation_rate: Annotated[values.Hertz | None, SETTING] = None
     """Rate that the equations are decimated to, about."""
-
-
-class PairOptions(ProcessingOptions):
-    """Settings for recordings with and without payload."""
-
-    max_mismatch: Annotated[float | None, word(number, "RAD"), SETTING] = None
-    """Largest difference of position with and without payload after alignment, rms of the worst joint (payload:
-    method 3; default: 0.01)."""
 
 
 class KnowledgeOptions(Options, group=KNOWN):
