@@ -22,7 +22,7 @@ from ...common.errors import InputError
 from ...common.files import is_device, keeping, place_of
 from . import ANSWERED, BAD_INPUT, COMMANDS, DO_NOT_USE
 from .progress import Manner, speaking, version_lines
-from .values import Named
+from .values import Named, Reads
 
 MOTION = Group.create_ordered("motion")
 GOAL = Group.create_ordered("what to learn")
@@ -98,7 +98,7 @@ class TerminalOptions(Options, group=TERMINAL):
 
     instead: ClassVar = {"quiet": "verbose"}
 
-    config: Annotated[str | None, Named("input", "options"), Parameter(metavar="TOML")] = None
+    config: Annotated[str | None, Reads("options"), Parameter(metavar="TOML")] = None
     """Options and rarer settings (docs/settings.md) from a file, as every report writes one; what is typed goes
     first."""
     quiet: bool = False

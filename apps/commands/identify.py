@@ -19,7 +19,7 @@ from ..rollout.rollout import HORIZONS, roll_out_all
 from . import options, values
 from .entry import SETTING, Options, command
 from .progress import note, status
-from .values import HeldOutFiles, Named, different, number, numbers, where, word
+from .values import HeldOutFiles, Reads, different, number, numbers, where, word
 
 if TYPE_CHECKING:
     from ...estimation.possible.prior import RobotPrior
@@ -30,7 +30,7 @@ _CLOSE = (
     "whole arm's mass) bounds them; a longer recording that moves every joint is better"
 )
 """Advice where no finite robot is nearest."""
-_Model = Annotated[str, Named("input", "other model"), Parameter(metavar="F.xml")]
+_Model = Annotated[str, Reads("other model"), Parameter(metavar="F.xml")]
 _seconds = where(
     numbers,
     lambda times: min(times) > 0.0 and different(times),

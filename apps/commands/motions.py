@@ -28,7 +28,7 @@ from . import values
 from .entry import GOAL, LIMITS, SETTING, Options
 from .options import PageOptions, RobotOptions
 from .progress import note, status
-from .values import Named, Names, NewFile, Seconds, Share, checked, number, numbers, positive_number, share, word
+from .values import Names, NewFile, Reads, Seconds, Share, checked, number, numbers, positive_number, share, word
 
 _REPLAY_RATE = 1000.0  # Hz: at which controllers' own curves are looked at, and at their turns
 
@@ -67,7 +67,7 @@ _Noise = Annotated[tuple[_Level | None, float | None], word(_noise, "S|S1,S2,..[
 _Columns = Annotated[tuple[str, ...], word(values.names_list, "NAME,..|payload")]
 _Acceleration = Annotated[_Level, word(_acceleration, "A|A1,A2,..")]
 _Torques = Annotated[str | tuple[float, ...], word(partial(values.numbers_or, "none"), "T|T1,T2,..")]
-_Heaviest = Annotated[str, Named("input", "heaviest payload"), Parameter(metavar="KG[@X,Y,Z]|TOML")]
+_Heaviest = Annotated[str, Reads("heaviest payload"), Parameter(metavar="KG[@X,Y,Z]|TOML")]
 _Region = Annotated[tuple[tuple[float, ...], bool], word(_region, "R|A,B,C|box:A,B,C")]
 _Rate = Annotated[float, word(positive_number, "HZ")]
 
@@ -95,7 +95,7 @@ class NoiseOptions(Options, group=GOAL):
 
     torque_noise: _Noise | None = None
     """Sigma per joint [N·m or N], or 10% of the limits; @HZ: independent samples a second (default: 10)."""
-    like: Annotated[str | None, Named("input", "like"), Parameter(metavar="JSON")] = None
+    like: Annotated[str | None, Reads("like"), Parameter(metavar="JSON")] = None
     """Noise as an earlier recording of the arm shows it: --json of identify or payload."""
 
     def noise(
@@ -142,7 +142,7 @@ class GoalOptions(NoiseOptions):
     """Parameters to be estimated (default: base), or the payload's ten, the robot being known."""
     parameters: Annotated[Names | None, SETTING] = None
     """Parameters that count, for criteria d and a (default: all)."""
-    data_from: tuple[Annotated[str, Named("input", "earlier data"), Parameter(metavar="F")], ...] = ()
+    data_from: tuple[Annotated[str, Reads("earlier data"), Parameter(metavar="F")], ...] = ()
     """Earlier data: --npz of identify or payload, or --json of identify (d and a); repeatable."""
     data_length: Annotated[Seconds | None, SETTING] = None
     """Length of the recording to come [s]."""
@@ -239,7 +239,7 @@ class LimitOptions(Options, group=LIMITS):
     """Torque limits hold for every payload up to --heaviest-payload in a ball, ellipsoid or box there [m]."""
     torque_margin: Annotated[Share, SETTING] = 0.0
     """Share of the torque limits that stays free, such as 10%."""
-    scene: Annotated[str | None, Named("input", "scene"), Parameter(metavar="TOML"), SETTING] = None
+    scene: Annotated[str | None, Reads("scene"), Parameter(metavar="TOML"), SETTING] = None
     """File of floor, walls, and bodies that keep clear of each other, in the place of those assumed."""
     no_floor: bool = False
     """No floor at the base's height, as for an arm on a pedestal (nor the wall or ceiling it hangs from)."""

@@ -28,7 +28,7 @@ from ..report.terminal import print_blocks, print_report
 from . import values
 from .entry import CALL, FILES, KNOWN, LOGS, SETTING, Options, about
 from .progress import note, quiet, status
-from .values import Named, numbers, texts, word
+from .values import Reads, numbers, texts, word
 
 if TYPE_CHECKING:
     from ..report.blocks import Report
@@ -45,7 +45,7 @@ _Texts = Annotated[tuple[str, ...], word(texts, "A,B,..")]
 _Units = Annotated[tuple[str, ...], word(texts, "q=deg,..")]
 _Signs = Annotated[tuple[float, ...], word(numbers, "1,-1,..")]
 _given_or_file = partial(values.numbers_or, ".json")
-_Gains = Annotated[tuple[float, ...] | str, Named("input", "drive gains"), word(_given_or_file, "K|K1,K2,..|JSON")]
+_Gains = Annotated[tuple[float, ...] | str, Reads("drive gains"), word(_given_or_file, "K|K1,K2,..|JSON")]
 _Errors = Annotated[tuple[tuple[float, ...], float], word(values.gain_errors, "2%|S1,S2,..%|common=1%")]
 _Box = Annotated[tuple[float, ...], word(partial(numbers, count=6), "X0,X1,Y0,Y1,Z0,Z1")]
 _Ellipsoid = Annotated[tuple[float, ...], word(partial(numbers, count=6), "X,Y,Z,A,B,C")]
