@@ -22,7 +22,7 @@ from ...common.schema import json_text, write_json
 from .. import logs, results
 from .. import view as views
 from ..numbers import placed
-from ..report.blocks import Notes
+from ..report.blocks import Notes, Report
 from ..report.page import Provenance, write_plots, write_report
 from ..report.terminal import print_blocks, print_report
 from . import values
@@ -31,7 +31,6 @@ from .progress import note, quiet, status
 from .values import Reads, numbers, texts, word
 
 if TYPE_CHECKING:
-    from ..report.blocks import Report
     from ..view.moving import View
 
 _FROM_ROBOT = "These errors are those that the robot was identified with; both owe them to the same drives."
