@@ -16,7 +16,7 @@ from ..report.documents import Look, check_document
 from ..report.sections.check import check_report, fits_report, following_report, log_report
 from .entry import command
 from .options import ArmOptions, LogOptions, PageOptions, ProcessingOptions, RobotOptions, Setup
-from .values import LOG, SEVERAL, DataFiles, Named, RobotFile
+from .values import LOG, SEVERAL, DataFiles, Reads, RobotFile
 
 _Logs = Annotated[DataFiles, Parameter(help="Recordings, with or without payload.")]
 
@@ -70,8 +70,8 @@ def _looked(
 def run_verify(
     *,
     arm: ArmOptions,
-    before: Annotated[tuple[Annotated[str, Named("input", "before"), LOG], ...], SEVERAL],
-    after: Annotated[tuple[Annotated[str, Named("input", "after"), LOG], ...], SEVERAL],
+    before: Annotated[tuple[Annotated[str, Reads("before"), LOG], ...], SEVERAL],
+    after: Annotated[tuple[Annotated[str, Reads("after"), LOG], ...], SEVERAL],
     reading: LogOptions,
     files: PageOptions,
 ) -> bool:

@@ -9,22 +9,19 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
 from ...common.errors import InputError, printable
 from .. import live
 from ..export import controllers
-from ..export.load import read_load
+from ..export.load import ControllerLoad, read_load
 from ..extras import extra
 from ..numbers import six
 from . import values
 from .entry import CONTROLLER, SETTING, command
 from .progress import note, quiet, status, withheld
-
-if TYPE_CHECKING:
-    from ..export.load import ControllerLoad
 
 _MOVING = 0.03
 """rad/s: a joint that is faster moves."""

@@ -27,7 +27,7 @@ from .entry import MOTION, SEARCH, SETTING, Options, command
 from .motions import GoalOptions, LimitOptions, MotionFiles, RehearsedRobotOptions, best_motion, in_si
 from .options import PageOptions, ViewOptions
 from .progress import note, status
-from .values import Count, Named, Positions, Seconds, Seed, number, numbers, positive_number, whole, word
+from .values import Count, Positions, Reads, Seconds, Seed, number, numbers, positive_number, whole, word
 
 _SEARCH = Parameter(group=SEARCH)
 _REPLAY_RATE = 500.0  # Hz
@@ -35,7 +35,7 @@ _PLANNED_RATE = 250.0  # Hz: at which a planned motion is looked at, at least
 _ZERO = 1e-9  # SI units: what standard parameters leave where they cancel
 
 _Planned = Annotated[
-    str, Named("input", "motion"), Parameter(metavar="LOG", help="A log, or a CSV of t, q and perhaps qd, qdd.")
+    str, Reads("motion"), Parameter(metavar="LOG", help="A log, or a CSV of t, q and perhaps qd, qdd.")
 ]
 
 

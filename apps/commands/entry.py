@@ -22,7 +22,7 @@ from ...common.errors import InputError
 from ...common.files import is_device, keeping, place_of
 from . import ANSWERED, BAD_INPUT, COMMANDS, DO_NOT_USE
 from .progress import Manner, speaking, version_lines
-from .values import Named
+from .values import Named, Reads
 
 MOTION = Group.create_ordered("motion")
 GOAL = Group.create_ordered("what to learn")
@@ -70,7 +70,7 @@ class Options:
             if not any(map(self.has, needed)):
                 self.refuse(option, f"has no effect without {' or '.join(map(self.shown, needed))}")
         for option, other in self.instead.items():
-            if self.has(other):
+            if getattr(self, option) and getattr(self, other):
                 self.refuse(option, f"and {self.shown(other)}: give one of them")
         for option, (chooser, choices) in self.belongs.items():
             if (choice := getattr(self, chooser)) not in choices:
@@ -98,7 +98,7 @@ class TerminalOptions(Options, group=TERMINAL):
 
     instead: ClassVar = {"quiet": "verbose"}
 
-    config: Annotated[str | None, Named("input", "options"), Parameter(metavar="TOML")] = None
+    config: Annotated[str | None, Reads("options"), Parameter(metavar="TOML")] = None
     """Options and rarer settings (docs/settings.md) from a file, as every report writes one; what is typed goes
     first."""
     quiet: bool = False

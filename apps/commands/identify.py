@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from cyclopts import Group, Parameter
 
 from ... import estimation, model
 from ...common.errors import InputError
+from ...estimation.possible.prior import RobotPrior
+from ...estimation.results.parts import Rollout
 from .. import results
 from ..report.documents import RolloutsDocument
 from ..report.sections.robot import robot_report
@@ -19,18 +21,14 @@ from ..rollout.rollout import HORIZONS, roll_out_all
 from . import options, values
 from .entry import SETTING, Options, command
 from .progress import note, status
-from .values import HeldOutFiles, Named, different, number, numbers, where, word
-
-if TYPE_CHECKING:
-    from ...estimation.possible.prior import RobotPrior
-    from ...estimation.results.parts import Rollout
+from .values import HeldOutFiles, Reads, different, number, numbers, where, word
 
 _CLOSE = (
     "where the data contradict every robot, chi2 falls for ever as links grow: --total-mass 0 KG (KG: at most the "
     "whole arm's mass) bounds them; a longer recording that moves every joint is better"
 )
 """Advice where no finite robot is nearest."""
-_Model = Annotated[str, Named("input", "other model"), Parameter(metavar="F.xml")]
+_Model = Annotated[str, Reads("other model"), Parameter(metavar="F.xml")]
 _seconds = where(
     numbers,
     lambda times: min(times) > 0.0 and different(times),

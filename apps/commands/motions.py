@@ -28,7 +28,7 @@ from . import values
 from .entry import GOAL, LIMITS, SETTING, Options
 from .options import PageOptions, RobotOptions
 from .progress import note, status
-from .values import Named, Names, NewFile, Seconds, Share, checked, number, numbers, positive_number, share, word
+from .values import Names, NewFile, Reads, Seconds, Share, checked, number, numbers, positive_number, share, word
 
 _REPLAY_RATE = 1000.0  # Hz: at which controllers' own curves are looked at, and at their turns
 
@@ -67,7 +67,7 @@ _Noise = Annotated[tuple[_Level | None, float | None], word(_noise, "S|S1,S2,..[
 _Columns = Annotated[tuple[str, ...], word(values.names_list, "NAME,..|payload")]
 _Acceleration = Annotated[_Level, word(_acceleration, "A|A1,A2,..")]
 _Torques = Annotated[str | tuple[float, ...], word(partial(values.numbers_or, "none"), "T|T1,T2,..")]
-_Heaviest = Annotated[str, Named("input", "heaviest payload"), Parameter(metavar="KG[@X,Y,Z]|TOML")]
+_Heaviest = Annotated[str, Reads("heaviest payload"), Parameter(metavar="KG[@X,Y,Z]|TOML")]
 _Region = Annotated[tuple[tuple[float, ...], bool], word(_region, "R|A,B,C|box:A,B,C")]
 _Rate = Annotated[float, word(positive_number, "HZ")]
 
@@ -96,7 +96,7 @@ class NoiseOptions(Options, group=GOAL):
     torque_noise: _Noise | None = None
     """Torque noise, 1 sigma per joint [N·m or N], or 10% of the limits; @HZ: independent samples a second
     (default: 10)."""
-    like: Annotated[str | None, Named("input", "like"), Parameter(metavar="JSON")] = None
+    like: Annotated[str | None, Reads("like"), Parameter(metavar="JSON")] = None
     """Take the torque noise from an earlier recording: the --json file of identify or payload."""
 
     def noise(
@@ -143,7 +143,7 @@ class GoalOptions(NoiseOptions):
     """Parameters to be identified: the robot's (base, default), or the payload's ten with a known robot."""
     parameters: Annotated[Names | None, SETTING] = None
     """Parameters that count in criteria d and a (default: all)."""
-    data_from: tuple[Annotated[str, Named("input", "earlier data"), Parameter(metavar="F")], ...] = ()
+    data_from: tuple[Annotated[str, Reads("earlier data"), Parameter(metavar="F")], ...] = ()
     """Earlier data: --npz of identify or payload, or --json of identify (d and a); repeatable."""
     data_length: Annotated[Seconds | None, SETTING] = None
     """Length of the planned recording [s]."""
@@ -240,7 +240,7 @@ class LimitOptions(Options, group=LIMITS):
     """Keep them for every payload up to --heaviest-payload within this ball, ellipsoid or box [m]."""
     torque_margin: Annotated[Share, SETTING] = 0.0
     """Fraction of the torque limits to leave free, such as 10%."""
-    scene: Annotated[str | None, Named("input", "scene"), Parameter(metavar="TOML"), SETTING] = None
+    scene: Annotated[str | None, Reads("scene"), Parameter(metavar="TOML"), SETTING] = None
     """File of floor, walls and bodies to keep clear of each other, instead of those assumed."""
     no_floor: bool = False
     """Ignore the floor at the height of the base (or the wall or ceiling it is mounted on)."""

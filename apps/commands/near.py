@@ -142,16 +142,17 @@ def run(
     limited = limits.of(robot)
     robot, bounds, payload = limited.robot, limited.bounds, limited.loads.heaviest
     options = options.bounded_by(payload)
-    stiction = [trajectories.ASSUMED_STICTION] if options.static else []
-    sigma, rate, source = noise.noise(robot, bounds, *stiction)
-    goal = trajectories.NearGoal(sigma, rate, options.expected, options.mass[1], source)
+    knowledge, hint = (options.expected, options.mass[1]), None
     if options.static:
         files.refuse("rehearsal", "has no effect with --static: run it at a low speed override first")
         if noise.torque_noise is not None and noise.torque_noise[1] is not None:
             raise InputError("--torque-noise: at rest each approach is one sample: omit @HZ")
-        goal, hint = replace(goal, rate=1.0 / options.hold), None
+        sigma, _, source = noise.noise(robot, bounds, trajectories.ASSUMED_STICTION)
+        goal = trajectories.NearGoal(sigma, 1.0 / options.hold, *knowledge, source)
         shape: trajectories.NearShape | trajectories.StaticShape = _static_shape(options, robot, bounds)
     else:
+        sigma, rate, source = noise.noise(robot, bounds)
+        goal = trajectories.NearGoal(sigma, rate, *knowledge, source)
         shape, hint = _shape(options, robot, goal, bounds)
     visibility = shape.visibility(robot)
     try:

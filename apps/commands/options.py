@@ -22,16 +22,15 @@ from ...common.schema import json_text, write_json
 from .. import logs, results
 from .. import view as views
 from ..numbers import placed
-from ..report.blocks import Notes
+from ..report.blocks import Notes, Report
 from ..report.page import Provenance, write_plots, write_report
 from ..report.terminal import print_blocks, print_report
 from . import values
 from .entry import CALL, FILES, KNOWN, LOGS, SETTING, Options, about
 from .progress import note, quiet, status
-from .values import Named, number, numbers, texts, word
+from .values import Reads, numbers, texts, word
 
 if TYPE_CHECKING:
-    from ..report.blocks import Report
     from ..view.moving import View
 
 _FROM_ROBOT = "These are the errors with which the robot was identified; the drives are the same."
@@ -45,7 +44,7 @@ _Texts = Annotated[tuple[str, ...], word(texts, "A,B,..")]
 _Units = Annotated[tuple[str, ...], word(texts, "q=deg,..")]
 _Signs = Annotated[tuple[float, ...], word(numbers, "1,-1,..")]
 _given_or_file = partial(values.numbers_or, ".json")
-_Gains = Annotated[tuple[float, ...] | str, Named("input", "drive gains"), word(_given_or_file, "K|K1,K2,..|JSON")]
+_Gains = Annotated[tuple[float, ...] | str, Reads("drive gains"), word(_given_or_file, "K|K1,K2,..|JSON")]
 _Errors = Annotated[tuple[tuple[float, ...], float], word(values.gain_errors, "2%|S1,S2,..%|common=1%")]
 _Box = Annotated[tuple[float, ...], word(partial(numbers, count=6), "X0,X1,Y0,Y1,Z0,Z1")]
 _Ellipsoid = Annotated[tuple[float, ...], word(partial(numbers, count=6), "X,Y,Z,A,B,C")]
@@ -203,8 +202,10 @@ class FilterOptions(LogOptions):
     coulomb: Annotated[Literal["sum", "paper"] | None, Parameter(metavar="sum|paper"), SETTING] = None
     """Coulomb friction of coupled drives: by the sum of the speeds, or as printed in the paper."""
 
-    def setup(self, robot: model.Robot, stored: estimation.RobotResult | None = None) -> Setup:
-        """The robot with the structure and processing that are asked for; ``stored`` parameters bring theirs."""
+    def setup(
+        self, robot: model.Robot, stored: estimation.RobotResult | None = None, request: Options | None = None
+    ) -> Setup:
+        """The robot with structure and processing as asked for, in a request too; ``stored`` ones bring theirs."""
         gains, identified = self.gains(robot)
         if stored:
             robot = stored.applied_to(robot)
@@ -214,9 +215,10 @@ class FilterOptions(LogOptions):
         robot = robot if self.offsets is None else robot.with_offsets(self.offsets)
         if stored and robot.fingerprint != stored.fingerprint:
             raise InputError("offsets and coulomb must be those the stored parameters were identified with")
-        names = {entry.name for entry in fields(model.Processing)} & {entry.name for entry in fields(self)}
-        changed = {name: getattr(self, name) for name in sorted(names) if getattr(self, name) is not None}
-        named = [self.shown(name) for name in changed]
+        asked = [(part, entry.name) for part in (self, request) if part for entry in fields(model.Processing)]
+        given = [(part, name) for part, name in asked if getattr(part, name, None) is not None]
+        changed: dict[str, Any] = {name: getattr(part, name) for part, name in given}
+        named = [part.shown(name) for part, name in given]
         if "equation_rate" in changed:  # takes the place of either in the robot's file
             changed["decimate"] = 1
         with about(*named):
@@ -229,14 +231,6 @@ class ProcessingOptions(FilterOptions):
 
     equation_rate: Annotated[values.Hertz | None, SETTING] = None
     """Approximate rate to which the equations are decimated."""
-
-
-class PairOptions(ProcessingOptions):
-    """Settings for recordings with and without payload."""
-
-    max_mismatch: Annotated[float | None, word(number, "RAD"), SETTING] = None
-    """Largest difference of position with and without payload after alignment, rms of the worst joint (payload:
-    method 3; default: 0.01)."""
 
 
 class KnowledgeOptions(Options, group=KNOWN):

@@ -16,7 +16,7 @@ from ..report.sections.payload import payload_report
 from . import options, values
 from .entry import SETTING, Options, command
 from .progress import note, status
-from .values import Share, word
+from .values import Share, number, word
 
 
 class _Compared(Options):
@@ -29,6 +29,10 @@ class _Compared(Options):
     """Recording with payload; repeatable for the same payload, in the order of the --unloaded ones."""
     robot_parameters: values.RobotParametersFile | None = None
     """The --json file of 'dynident identify', instead of --unloaded."""
+
+    max_mismatch: Annotated[float | None, word(number, "RAD"), SETTING] = None
+    """Largest difference of position with and without payload after alignment, rms of the worst joint (payload:
+    method 3; default: 0.01)."""
 
     def check(self) -> None:
         """Refuse recordings with a payload that nothing stands beside."""
@@ -81,14 +85,14 @@ def run(
     request: _Payload,
     knowledge: options.KnowledgeOptions,
     drives: options.GainOptions,
-    processing: options.PairOptions,
+    processing: options.ProcessingOptions,
     files: options.PageOptions,
     npz: options.EquationsFile | None = None,
     view: options.ViewOptions,
 ) -> bool:
     """Run ``payload``."""
     constraints, stored = knowledge.constraints(), request.stored()
-    setup = processing.setup(arm.load(), stored)
+    setup = processing.setup(arm.load(), stored, request)
     unloaded, loaded, held_out = map(setup.read, (request.unloaded, request.loaded, request.validate))
     gains = drives.errors(setup, loaded, unloaded, stored)
     with status("reading") as progress, _constraints_solved():
@@ -128,14 +132,14 @@ def run_weigh(
     request: _Weigh,
     knowledge: options.KnowledgeOptions,
     drives: options.GainOptions,
-    processing: options.PairOptions,
+    processing: options.ProcessingOptions,
     files: options.PageOptions,
     view: options.ViewOptions,
 ) -> bool:
     """Run ``weigh``."""
     constraints, stored = knowledge.constraints(), request.stored()
     stand_in = estimation.StandIn.parse(request.inertia) if request.inertia is not None else None
-    setup = processing.setup(arm.load(), stored)
+    setup = processing.setup(arm.load(), stored, request)
     robot = setup.robot
     loaded, unloaded = setup.read(request.loaded), setup.read(request.unloaded)
     gains = drives.errors(setup, loaded, unloaded, stored)

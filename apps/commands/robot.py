@@ -29,7 +29,7 @@ from .entry import SETTING, Options, about, command
 from .motions import in_si
 from .options import FilterOptions, FramedRobotOptions, PageOptions, RobotOptions, ViewOptions, print_lines
 from .progress import note, quiet, status, withheld
-from .values import Named, NewDrawing, NewFile, Positions, checked, number, numbers, positive_number, texts, word
+from .values import NewDrawing, NewFile, Positions, Reads, checked, number, numbers, positive_number, texts, word
 
 if TYPE_CHECKING:
     from ...model import JointAxis, Pose
@@ -263,7 +263,7 @@ class _Bodies(Options):
     """mjcf (MuJoCo), usd (Isaac Sim), urdf, sdf (SDFormat: Gazebo, Drake)."""
     out: NewFile
     """File to write."""
-    into: Annotated[str | None, Named("input", "model"), Parameter(metavar="F")] = None
+    into: Annotated[str | None, Reads("model"), Parameter(metavar="F")] = None
     """mjcf, urdf: your own model, which gets the numbers; joints are matched by name."""
     despite_verdict: bool = False
     """Write it, whatever the verdict."""

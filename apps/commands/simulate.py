@@ -27,9 +27,9 @@ from .entry import SETTING, Options, command
 from .motions import RehearsedRobotOptions
 from .options import ViewOptions, print_lines
 from .progress import status
-from .values import Named, NewFolder, PayloadFile, Seed, Share, levels, number, share, where, word
+from .values import NewFolder, PayloadFile, Reads, Seed, Share, levels, number, share, where, word
 
-_Trajectory = Annotated[str, Named("input", "trajectories"), Parameter(metavar="CSV")]
+_Trajectory = Annotated[str, Reads("trajectories"), Parameter(metavar="CSV")]
 
 _SHARE = 0.08
 _POINTS = 16

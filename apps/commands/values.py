@@ -35,6 +35,10 @@ class Named(NamedTuple):
     endings: tuple[str, ...] = ()  # that the name of what is written may have; any by default
 
 
+Reads = partial(Named, "input")
+"""Marks an option that names a file to read, and what it is for."""
+
+
 def checked(value: _Value, good: bool, text: str, words: str) -> _Value:
     """The value of a text, refused unless it is good; ``words``: what the text should be."""
     if not good:
@@ -249,14 +253,14 @@ Essential = Annotated[StopRule, word(stop_rule, "RATIO|PERCENT")]
 
 LOG = Parameter(metavar="LOG")
 SEVERAL = Parameter(consume_multiple=True)
-DataFiles = Annotated[tuple[Annotated[str, Named("input", "without payload"), LOG], ...], SEVERAL]
-LoadedFiles = Annotated[tuple[Annotated[str, Named("input", "with payload"), LOG], ...], SEVERAL]
-HeldOutFiles = Annotated[tuple[Annotated[str, Named("input", "held out"), LOG], ...], SEVERAL]
-RobotFile = Annotated[str, Named("input", "robot"), Parameter(metavar="NAME|FILE")]
-RobotParametersFile = Annotated[str, Named("input", "robot's parameters"), Parameter(metavar="JSON")]
-LogMapFile = Annotated[str, Named("input", "log map"), Parameter(metavar="TOML")]
-PayloadFile = Annotated[str, Named("input", "payload"), Parameter(metavar="TOML")]
-PayloadResultFile = Annotated[str, Named("input", "payload"), Parameter(metavar="PAYLOAD.json")]
+DataFiles = Annotated[tuple[Annotated[str, Reads("without payload"), LOG], ...], SEVERAL]
+LoadedFiles = Annotated[tuple[Annotated[str, Reads("with payload"), LOG], ...], SEVERAL]
+HeldOutFiles = Annotated[tuple[Annotated[str, Reads("held out"), LOG], ...], SEVERAL]
+RobotFile = Annotated[str, Reads("robot"), Parameter(metavar="NAME|FILE")]
+RobotParametersFile = Annotated[str, Reads("robot's parameters"), Parameter(metavar="JSON")]
+LogMapFile = Annotated[str, Reads("log map"), Parameter(metavar="TOML")]
+PayloadFile = Annotated[str, Reads("payload"), Parameter(metavar="TOML")]
+PayloadResultFile = Annotated[str, Reads("payload"), Parameter(metavar="PAYLOAD.json")]
 NewFile = Annotated[str, Named("file"), Parameter(metavar="F")]
 NewDrawing = Annotated[str, Named("file", endings=(".png", ".svg", ".pdf")), Parameter(metavar="F")]
 NewFolder = Annotated[str, Named("folder"), Parameter(metavar="DIR")]

@@ -34,7 +34,7 @@ _NIGHT = 2.0  # days that a log's clock may be beside the day told: a day withou
 _AGAIN = "run 'dynident fleet reduce' again, what is done is kept"
 
 
-class Log(Document, frozen=True):
+class Log(Document, frozen=True, omit_defaults=True):
     """A log and what is known of it; ``reason``: why it is refused, if it is.
 
     ``sha256`` of its bytes and ``key``, the name of its equations in a store, once they are known.

@@ -61,15 +61,16 @@ def open_log(path: LogPath, log_map: LogMap) -> RawLog:
         label = paths[0].with_name(f"{paths[0].name} and {len(paths) - 1} more")
         return _side_by_side(label, paths, [log_map.layout] * len(paths))
     path = Path(path)
-    parts = log_map.files or (log_map.layout,) * bool(log_map.layout.name)
-    is_bag = not parts and (path / "metadata.yaml").is_file()
+    if log_map.layout.name and not log_map.files:
+        log_map = structs.replace(log_map, files=(log_map.layout,))
+    is_bag = not log_map.files and (path / "metadata.yaml").is_file()
     reader = ros_bag if is_bag else _READERS.get(path.suffix.lower(), csv_log)
     if log_map.layout.topic and reader is not ros_bag and path.exists():
         raise InputError(f"{path}: is not a ROS 2 bag and has no topics: omit topic")
-    if parts:
+    if log_map.files:
         if not path.is_dir():
-            raise InputError(f"{path}: {log_map.source} needs the folder that holds {parts[0].name}")
-        return _side_by_side(path, [path / part.name for part in parts], parts)
+            raise InputError(f"{path}: {log_map.source} needs the folder that holds {log_map.files[0].name}")
+        return _side_by_side(path, [path / part.name for part in log_map.files], log_map.files)
     if not is_bag and not path.exists():
         raise InputError(f"{path}: no such file: check the path and the current folder")
     if not is_bag and not path.is_file():
