@@ -8,8 +8,7 @@ from typing import Any, Literal, NamedTuple
 import casadi as ca
 import numpy as np
 
-from ..common.arrays import Array
-from ..common.errors import InputError
+from ..common import Array, InputError
 from .friction import LAWS, PAPER, Friction
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..common.errors import InputError
+from ..common import InputError
 from .inertia import InertialParameters
 from .pose import Pose, check_metres
 from .robot import INERTIAL, Joint, Robot

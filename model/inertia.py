@@ -7,9 +7,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..common.arrays import Array, frozen_array
-from ..common.errors import InputError
-from ..common.schema import Document, Float, Matrix, Vector
+from ..common import Array, Document, Float, InputError, Vector, frozen_array
+from ..common.schema import Matrix
 from .robot import INERTIAL
 
 _ROWS, _COLUMNS = np.triu_indices(3)

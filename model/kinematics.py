@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
-from ..common.arrays import Array
+from ..common import Array
 from .pose import cos_sin
 from .robot import Joint, Robot
 

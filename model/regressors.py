@@ -8,7 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ..common.arrays import Array
+from ..common import Array
 from .drives import SPRING, DriveState, Sign, drive_terms, parameter_kind
 from .kinematics import ZERO, FrameChange, Vector, add, cross, dot
 from .robot import INERTIAL, Robot

@@ -8,8 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ..common.arrays import Array
-from ..common.errors import InputError
+from ..common import Array, InputError
 from .drives import joint_of, parameter_kind
 from .dynamics import gravity, mass_matrix
 from .inertia import InertialParameters

@@ -11,9 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from ..common.arrays import Array
-from ..common.errors import InputError
-from ..common.linear import without
+from ..common import Array, InputError, without
 from .base.parameters import BaseParameters
 from .base.rank import base_parameters_of
 from .drives import parameter_kind

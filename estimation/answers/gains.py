@@ -8,9 +8,7 @@ from itertools import chain
 import numpy as np
 from msgspec import UNSET
 
-from ...common.brief import Brief
-from ...common.errors import InputError
-from ...common.threads import one_thread
+from ...common import Brief, InputError, one_thread
 from ...model import InertialParameters, Recording, Robot
 from ..diagnosis.causes import likely_causes
 from ..diagnosis.evidence import Evidence

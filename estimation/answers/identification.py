@@ -13,9 +13,7 @@ from typing import Any
 import numpy as np
 from msgspec import UNSET
 
-from ...common.errors import InputError
-from ...common.speech import Speaks
-from ...common.threads import one_thread
+from ...common import InputError, Speaks, one_thread
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
 from ..diagnosis.evidence import Evidence
 from ..diagnosis.finding import Verdict

@@ -9,10 +9,7 @@ from typing import Any
 import numpy as np
 from msgspec import UNSET, structs
 
-from ...common.arrays import Array
-from ...common.errors import InputError
-from ...common.speech import Speaks
-from ...common.threads import one_thread
+from ...common import Array, InputError, Speaks, one_thread
 from ...model import Recording, Robot
 from ...model.files.robot_file import PoseTable
 from ...model.inertia import PayloadSpread, payload_spread

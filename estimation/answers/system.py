@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common.arrays import Array
-from ...common.brief import Brief
+from ...common import Array, Brief
 from ...model import BaseParameters, InertialParameters, Processing, Recording, Robot
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations

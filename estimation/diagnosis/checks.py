@@ -10,7 +10,7 @@ from math import hypot
 
 import numpy as np
 
-from ...common.arrays import Array
+from ...common import Array
 from ...model.inertia import PayloadSpread
 from ..fit.covariance import NORMAL95, few_blocks
 from ..fit.estimate import Fit

@@ -13,8 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import stdtrit
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...model import INERTIAL, Robot
 from ...model.drives import parameter_kind
 from ...model.regressors import own_columns, payload_columns, regressor_at

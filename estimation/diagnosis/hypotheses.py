@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...common.arrays import Array
+from ...common import Array
 from ...model import INERTIAL, Robot
 from ...model.drives import parameter_kind
 from ...model.friction import is_friction

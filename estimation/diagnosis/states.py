@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common.arrays import Array
+from ...common import Array
 from ...model import Processing, Recording
 from ..payload.long_motion import Source
 from ..signals.filtering import lowpass, measurement

@@ -12,10 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.linalg import lapack
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError, decomposed, without
 from ...common.files import write_bytes
-from ...common.linear import condition_numbers, decomposed, rank, without
+from ...common.linear import condition_numbers, rank
 from ...model import INERTIAL
 
 SHARED = "shared"

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
-from ...common.arrays import Array
-from ...common.linear import without
+from ...common import Array, without
 from ...model import Motion, Processing, Robot, Spring
 from ...model.kernel.kernel import Kernel
 from ...model.motion import Measurement

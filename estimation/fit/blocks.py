@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.linear import least_squares
+from ...common import Array, least_squares
 from ..equations.equations import Blocks, Equations
 from ..equations.observer import Observation, reduced
 

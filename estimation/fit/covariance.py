@@ -14,9 +14,7 @@ from typing import Literal
 import numpy as np
 from scipy.special import stdtrit
 
-from ...common.arrays import Array, freeze_fields
-from ...common.brief import Brief
-from ...common.errors import InputError
+from ...common import Array, Brief, InputError, freeze_fields
 
 Rule = Literal["formula", "jackknife", "sandwich"]
 FEW = 10

@@ -11,8 +11,7 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ..equations.equations import Equations
 from .estimate import Estimate
 from .least_squares import weighted

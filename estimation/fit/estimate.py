@@ -6,9 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...common.arrays import Array, freeze_fields
-from ...common.brief import Brief
-from ...common.errors import InputError
+from ...common import Array, Brief, InputError, freeze_fields
 from ..equations.equations import Equations
 from .covariance import RobustCovariance, student95
 from .drive_gains import Gains

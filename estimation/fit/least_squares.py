@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from ...common.arrays import Array, freeze_fields
+from ...common import Array, freeze_fields
 from ..equations.equations import Equations
 from .estimate import Estimate
 from .linear_problem import LinearProblem

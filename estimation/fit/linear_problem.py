@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from ...common.arrays import Array
+from ...common import Array
 from ..equations.equations import Equations, checked, compressed, triangular
 from .covariance import formula, sandwich
 from .estimate import Estimate, fit

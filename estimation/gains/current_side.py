@@ -11,9 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import block_diag
 
-from ...common.arrays import Array
-from ...common.errors import InputError
-from ...common.linear import decomposed, least_squares
+from ...common import Array, InputError, decomposed, least_squares
 from ..equations.equations import Equations
 
 _MOST = 200  # iterations

@@ -5,8 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...common.schema import Real, WrongKeyError
 from ...model.files.payload_file import BodyTable
 from ..equations.equations import PAYLOAD

@@ -6,10 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.brief import Brief
-from ...common.errors import InputError
-from ...common.linear import least_squares
+from ...common import Array, Brief, InputError, least_squares
 from ...model import Recording, Robot, standard_columns
 from ...model.base.rank import random_states
 from ...model.drives import SPRING, parameter_kind

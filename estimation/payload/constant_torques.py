@@ -13,9 +13,7 @@ from functools import cached_property
 import numpy as np
 from scipy.special import chdtrc
 
-from ...common.arrays import Array
-from ...common.brief import Brief
-from ...common.linear import decomposed, least_squares
+from ...common import Array, Brief, decomposed, least_squares
 from ...model.drives import joint_of
 from ..equations.equations import PAYLOAD, Anchor, Equations, merged
 from ..equations.observer import Observation, reduced

@@ -23,10 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.brief import Brief
-from ...common.errors import InputError
-from ...common.linear import decomposed
+from ...common import Array, Brief, InputError, decomposed
 from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, base_parameters
 from ...model.drives import joint_of, parameter_kind
 from ...model.friction import is_friction

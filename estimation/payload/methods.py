@@ -10,10 +10,7 @@ from itertools import chain
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.brief import Brief
-from ...common.errors import InputError
-from ...common.linear import decomposed
+from ...common import Array, Brief, InputError, decomposed
 from ...model.drives import parameter_kind
 from ...model.friction import is_friction
 from ...model.regressors import payload_columns

@@ -13,9 +13,7 @@ import numpy as np
 from msgspec import field
 from scipy.special import fdtrc
 
-from ...common.arrays import Array
-from ...common.linear import decomposed
-from ...common.schema import Document
+from ...common import Array, Document, decomposed
 from ..equations.observer import Observation, Used
 from ..fit.blocks import inflation
 from ..signals.filtering import decimated

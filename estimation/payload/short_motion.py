@@ -6,9 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.brief import Brief
-from ...common.errors import InputError
+from ...common import Array, Brief, InputError
 from ...common.progress import each
 from ...model import BaseParameters, Motion, Processing, Recording, Robot, base_parameters
 from ...model.drives import parameter_kind

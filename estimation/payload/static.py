@@ -11,10 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common.arrays import Array
-from ...common.errors import InputError
-from ...common.linear import decomposed
-from ...common.schema import Document, Float, Vector
+from ...common import Array, Document, Float, InputError, Vector, decomposed
 from ...model import Motion, Recording, Robot, base_parameters
 from ...model.drives import parameter_kind
 from ...model.motion import Measurement

@@ -9,7 +9,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from ...common.arrays import Array
+from ...common import Array
 from .constraints import PSEUDO_INERTIA
 
 Cone = tuple[Literal["Zero", "Nonnegative", "SecondOrder", "PSDTriangle", "Exponential"], int]

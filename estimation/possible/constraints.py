@@ -7,8 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...common.arrays import Array, frozen_array
-from ...common.errors import InputError
+from ...common import Array, InputError, frozen_array
 from ...model import InertialParameters
 from ...model.pose import check_metres
 

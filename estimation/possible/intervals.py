@@ -17,7 +17,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...common.arrays import Array
+from ...common import Array
 from ...model.inertia import inertia_gradient
 from ..equations.equations import PAYLOAD
 from ..fit.covariance import student95

@@ -15,10 +15,8 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.special import chdtrc, fdtrc
 
-from ...common.arrays import Array, freeze_fields
-from ...common.errors import InputError
+from ...common import Array, Document, Float, InputError, freeze_fields
 from ...common.linear import rank
-from ...common.schema import Document, Float
 from ...model import InertialParameters
 from ..equations.equations import PAYLOAD
 from ..fit.estimate import Estimate

@@ -12,8 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...model import INERTIAL, BaseParameters, InertialParameters, Robot
 from ...model.base.parameters import sum_text
 from ...model.drives import parameter_kind

@@ -10,8 +10,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.linear import decomposed, least_squares
+from ...common import Array, decomposed, least_squares
 from ...model import INERTIAL, BaseParameters, InertialParameters, Robot
 from ...model.drives import parameter_kind
 from ...model.frames import bodies_in_link_frames

@@ -5,8 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...model import Recording
 from .filtering import MonotoneCubic, on_grid, resampled
 

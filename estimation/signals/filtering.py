@@ -7,8 +7,7 @@ from weakref import finalize
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...common.recursion import butterworth, filtered
 from ...model import Motion, Processing, Recording
 from ...model.motion import Measurement

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common.arrays import Array
+from ...common import Array
 from .filtering import MonotoneCubic
 
 _FEWEST = 20  # changes of a column that tell how often it changes

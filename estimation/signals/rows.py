@@ -15,8 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...model import Motion, Processing, Recording
 
 _BRIDGE = 0.3  # s: a pause shorter than this does not end a moving stretch

@@ -4,8 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...common.linear import RANK_TOLERANCE
 from ..regressors import standard_columns, standard_regressor
 from ..robot import Robot

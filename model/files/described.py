@@ -11,7 +11,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
 
-from ...common.errors import InputError
+from ...common import InputError
 
 ENDING = "_description"
 """Ending of the names of robot_descriptions: ``panda_description``."""

@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from ...common.arrays import Array
+from ...common import Array
 from ..frames import with_gravity
 from ..pose import Pose
 from ..robot import SNAP_ANGLE, SNAP_LENGTH, Joint, Limits, Robot

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...common.arrays import Array
+from ...common import Array
 
 Kind = str
 """Name of a criterion: a key of ``CRITERIA``."""

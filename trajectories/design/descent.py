@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common.arrays import Array
+from ...common import Array
 from ..motions.family import Family
 from .limits import State, excess
 from .problem import DesignProblem

@@ -10,9 +10,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...common.arrays import Array
-from ...common.errors import InputError
-from ...common.linear import decomposed, without
+from ...common import Array, InputError, decomposed, without
 from ...model import InertialParameters, Robot, base_parameters, standard_columns
 from ...model.base.rank import leftmost_independent
 from ...model.drives import parameter_kind

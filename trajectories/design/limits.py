@@ -11,8 +11,7 @@ from typing import Literal, NamedTuple, TypeVar
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.schema import Document
+from ...common import Array, Document
 from ..motions.family import JointBounds, Samples
 from .information import RegressorKernel
 

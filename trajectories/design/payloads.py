@@ -23,8 +23,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...common.arrays import Array, freeze_fields
-from ...common.errors import InputError
+from ...common import Array, InputError, freeze_fields
 from ...model import Pose
 from ...model.kernel.kernel import Kernel
 from .information import RegressorKernel

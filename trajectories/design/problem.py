@@ -11,9 +11,7 @@ import numpy as np
 from msgspec import structs
 from numpy.typing import NDArray
 
-from ...common.arrays import Array
-from ...common.brief import Brief
-from ...common.errors import InputError
+from ...common import Array, Brief, InputError
 from ...model import InertialParameters, Robot, base_parameters, standard_columns
 from ...model.base.parameters import BaseParameters
 from ...model.base.rank import base_parameters_of

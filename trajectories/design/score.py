@@ -7,10 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.brief import Brief
-from ...common.errors import InputError
-from ...common.linear import condition_numbers, decomposed
+from ...common import Array, Brief, InputError, decomposed
+from ...common.linear import condition_numbers
 from ...model import Motion, inverse_dynamics, standard_columns
 from ...model.kernel.kernel import Kernel
 from ..motions.family import Samples

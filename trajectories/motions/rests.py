@@ -9,8 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...model import Robot
 from ...model.visibility import PayloadVisibility, visibility_in_states
 from .family import Clear, JointBounds, Samples, check_pose, everywhere

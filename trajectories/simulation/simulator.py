@@ -6,8 +6,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...model import InertialParameters, Motion, Recording, Robot, inverse_dynamics, standard_columns
 from ...model.kernel.kernel import Kernel
 from ...model.motion import Measurement
