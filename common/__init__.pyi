@@ -4,7 +4,6 @@ from .arrays import frozen_array as frozen_array
 from .brief import Brief as Brief
 from .errors import InputError as InputError
 from .linear import decomposed as decomposed
-from .linear import least_squares as least_squares
 from .linear import without as without
 from .schema import Document as Document
 from .schema import Float as Float

@@ -222,8 +222,7 @@ def smooth_sign(width: Any) -> Sign:
 def drive_terms(drives: Drives, state: DriveState, sign: Sign = ca.sign) -> dict[str, dict[int, Any]]:
     """Factors of each drive parameter, row by row: {"FV2": {1: qd2}}.
 
-    Args:
-        sign: what stands for the sign in dry friction; NumPy's where the state is of arrays.
+    ``sign``: what stands for the sign in dry friction; NumPy's where the state is of arrays.
 
     Source: (2), (3) and, for coupled drives, (10) and (11). Of these, terms other than the paper's are of
     the motors' gears: motor j turns with joint j and carries its torque less joint k's (9), motor k turns with both

@@ -125,8 +125,7 @@ def dry_friction_names(robot: Robot) -> tuple[str, ...]:
 def smooth_dry_friction(robot: Robot, width: float) -> ca.Function:
     """``smooth_dry_friction(qd, level) -> Gamma``, n x 1: the largest dry friction, where load counts at its limit.
 
-    Args:
-        width: of ``smooth_sign``.
+    ``width``: of ``smooth_sign``.
 
     Returns:
         Function of the speeds and the parameters ``dry_friction_names`` [N·m or N].

@@ -98,8 +98,7 @@ def load_expression(robot: Robot, state: DriveState, columns: Sequence[str], chi
 def own_regressor(robot: Robot, columns: Sequence[str], sign: Sign = ca.sign) -> tuple[DriveState, ca.SX]:
     """Symbols and the regressor's matrix under the load of the robot's own parameters; as ``regressor_expression``.
 
-    Args:
-        sign: what stands for the sign in dry friction; by ``smooth_sign`` the matrix has a slope everywhere.
+    ``sign``: what stands for the sign in dry friction; by ``smooth_sign`` the matrix has a slope everywhere.
     """
     state, terms = _terms(robot)
     phi = _matrix(robot, columns, terms | drive_terms(robot.drives, state, sign))

@@ -85,8 +85,7 @@ def cylinders(robot: Robot, total_mass: float) -> tuple[InertialParameters, ...]
     The radius is ``RADIUS`` times the sum of all lengths between joints; each cylinder goes on by one radius beyond
     both joints, so that links between axes that meet have an extent too. One of zero length stands along z.
 
-    Args:
-        total_mass: of all links [kg].
+    ``total_mass``: of all links [kg].
 
     Raises:
         InputError: if the mass is not positive.
@@ -212,8 +211,7 @@ def rotor_inertias(robot: Robot, parameters: Mapping[str, float]) -> Array:
     The fraction ``ROTOR`` of the largest inertia of links and rated payload, and twice the payload's own at the
     flange: rotors of an identified RX90 and UR10e are about as large, from the base to the wrist.
 
-    Args:
-        parameters: standard parameters of its links; those of rotors do not count.
+    ``parameters``: standard parameters of its links; those of rotors do not count.
     """
     without = {name: 0.0 if parameter_kind(name) == "IA" else value for name, value in parameters.items()}
     _, inertia = _needed(robot, without)

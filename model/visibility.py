@@ -93,9 +93,7 @@ class PayloadVisibility:
 def visibility_of(W: Array, joints: Sequence[int]) -> PayloadVisibility:
     """Find what equations show of a payload.
 
-    Args:
-        W: columns of the ten on many states, friction taken out, k x 10.
-        joints: whose rows they are.
+    ``W``: columns of the ten on many states, friction taken out, k x 10; ``joints``: whose rows they are.
     """
     return PayloadVisibility(tuple(joints), base_parameters_of(INERTIAL, W))
 

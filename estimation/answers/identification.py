@@ -23,8 +23,7 @@ from ..equations.observer import Observer
 from ..fit.drive_gains import Gains, usual_gains
 from ..fit.essential import Elimination, eliminate
 from ..fit.estimate import Estimate, Fit, error_model, fit
-from ..fit.least_squares import Excitation, excitation, weighted
-from ..fit.linear_problem import LinearProblem
+from ..fit.linear_problem import Excitation, LinearProblem, excitation, weighted
 from ..fit.own_equations import TermChoice, base_problem, with_friction
 from ..fit.settings import DEFAULTS, Settings
 from ..payload.long_motion import Source, check_blocks

@@ -24,7 +24,7 @@ from ..fit.covariance import NORMAL95, student95
 from ..fit.drive_gains import Gains, usual_gains
 from ..fit.essential import Elimination
 from ..fit.estimate import Estimate, error_model
-from ..fit.least_squares import Excitation, excitation, weighted
+from ..fit.linear_problem import Excitation, excitation, weighted
 from ..fit.settings import DEFAULTS, Settings
 from ..payload.long_motion import LongMotion, payload_problem
 from ..payload.methods import (

@@ -14,7 +14,7 @@ from scipy.linalg import lapack
 
 from ...common import Array, InputError, decomposed, without
 from ...common.files import write_bytes
-from ...common.linear import condition_numbers, rank
+from ...common.linear import condition_numbers
 from ...model import INERTIAL
 
 SHARED = "shared"
@@ -176,7 +176,7 @@ class Equations:
             left, parts = compressed(without(rows[:, len(gone) :], rows[:, : len(gone)]), len(others))
             factors.append(left)
             shared |= zip(others, parts.T, strict=True)
-            ranks.append(rank(factor[:, gone]))
+            ranks.append(decomposed(factor[:, gone]).rank)
         return Equations(
             (*(self.columns[k] for k in rest), *(anchor.level for anchor in anchors)),
             tuple(factors),
@@ -312,9 +312,7 @@ def compressed(rows: Array, extra: int = 0) -> tuple[Array, Array]:
 
     Fewer rows than columns are kept as they are.
 
-    Args:
-        rows: columns of the factor, then extra ones, N x (c + extra).
-        extra: number of the extra ones.
+    ``rows``: columns of the factor, then extra ones, N x (c + extra); ``extra``: number of the extra ones.
     """
     width = rows.shape[1] - extra
     if len(rows) > width:

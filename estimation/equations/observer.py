@@ -246,8 +246,7 @@ class Observer:
     def at(self, values: Array) -> "Observer":
         """Make the observer whose friction is that under the load which parameters of these values cause.
 
-        Args:
-            values: of the first columns; those of the others are zero.
+        ``values``: of the first columns; those of the others are zero.
         """
         there, evaluated = copy.copy(self), self._evaluated_columns
         there._chi = np.zeros(len(evaluated))
@@ -372,9 +371,8 @@ def reduced(observation: Observation) -> Equations:
 def reduced_pieces(observer: Observer, pieces: Iterable[tuple[Measurement, Mask]], decimate: int = 1) -> Equations:
     """Reduce one recording that arrives in pieces, however long it is: its equations are never held whole.
 
-    Args:
-        pieces: consecutive pieces, even in time if they are to be decimated, each with its rows to use, N x n.
-        decimate: parallel decimation of Y and W.
+    ``pieces``: consecutive pieces, even in time if they are to be decimated, each with its rows to use, N x n;
+    ``decimate``: parallel decimation of Y and W.
     """
 
     def parts() -> Iterator[tuple[list[Array], list[int]]]:

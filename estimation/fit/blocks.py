@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...common import Array, least_squares
+from ...common import Array, decomposed
 from ..equations.equations import Blocks, Equations
 from ..equations.observer import Observation, reduced
 
@@ -45,8 +45,7 @@ def autocorrelation_time(series: Sequence[tuple[Array, Array]], step: float) -> 
 def inflation(series: Sequence[tuple[Array, Array]]) -> float:
     """Factor by which the memory of errors raises the variance of their mean, 1 + 2 (rho_1 + ...), at least 1.
 
-    Args:
-        series: as of ``autocorrelation_time``, on the closest rows' grid.
+    ``series``: as of ``autocorrelation_time``, on the closest rows' grid.
     """
     there = [(t, values) for t, values in series if len(t) > 1]
     if not there:
@@ -128,9 +127,7 @@ def span(recording: Observation) -> Array:
 def block_edges(recording: Observation | Array, length: float) -> Array:
     """Times between blocks [s] for as many equal blocks of at least ``length`` as fit; infinite at the ends.
 
-    Args:
-        recording: what is cut, or the times of its first and last row.
-        length: [s].
+    ``recording``: what is cut, or the times of its first and last row; ``length``: [s].
     """
     start, stop = recording if isinstance(recording, np.ndarray) else span(recording)
     count = max(1, int((stop - start) / length * (1.0 + 1e-9)))
@@ -151,5 +148,5 @@ def in_blocks(
 def weighted_solution(equations: Equations) -> Array:
     """Solve the weighted fit; of dependent columns the shortest solution."""
     factor = equations.stacked()
-    factor = equations.stacked(equations.joint_weights(least_squares(factor[:, :-1], factor[:, -1])))
-    return least_squares(factor[:, :-1], factor[:, -1])
+    factor = equations.stacked(equations.joint_weights(decomposed(factor[:, :-1]).solution(factor[:, -1])))
+    return decomposed(factor[:, :-1]).solution(factor[:, -1])

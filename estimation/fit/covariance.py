@@ -110,9 +110,8 @@ def jackknife(groups: Sequence[Iterable[Array]], values: Array, block_length: fl
 def sandwich(inverse: Array, scores: Array) -> Array:
     """Covariance (W'W)^-1 S'S (W'W)^-1: each row by its own error, in units of all (White 1980).
 
-    Args:
-        inverse: rows of (W'W)^-1, weighted, k x c.
-        scores: S, weighted rows of W times the size of their weighted errors, m x c.
+    ``inverse``: rows of (W'W)^-1, weighted, k x c; ``scores``: S, weighted rows of W times the size of their
+    weighted errors, m x c.
     """
     moved = inverse @ scores.T
     return np.asarray(moved @ moved.T)

@@ -14,7 +14,7 @@ from scipy.linalg import solve_triangular
 from ...common import Array, InputError
 from ..equations.equations import Equations
 from .estimate import Estimate
-from .least_squares import weighted
+from .linear_problem import weighted
 
 STOP_RATIO = 1.02
 """Limit of the paper: the error's standard deviation over that with all parameters."""

@@ -182,8 +182,7 @@ def with_friction(
     Of candidates those are kept that recordings without payload, in blocks of time, show; none where that cannot be
     judged or no gear's friction is measured.
 
-    Args:
-        recordings: of one and the same load.
+    ``recordings``: of one and the same load.
     """
     asked, own = settings.friction, robot.drives.friction
     if not isinstance(asked, Candidates):

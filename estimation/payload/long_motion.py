@@ -42,8 +42,7 @@ from ..fit.blocks import (
     weighted_solution,
 )
 from ..fit.estimate import Estimate, error_model
-from ..fit.least_squares import weighted
-from ..fit.linear_problem import Known, LinearProblem, SoftPrior, left_out
+from ..fit.linear_problem import Known, LinearProblem, SoftPrior, left_out, weighted
 from ..fit.own_equations import TermChoice, check_lengths, check_moving, filtered, under_own_load, with_friction
 from ..fit.settings import DEFAULTS, Settings
 from ..signals.alignment import AlignedPair

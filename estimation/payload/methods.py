@@ -19,8 +19,7 @@ from ..equations.observer import PATH
 from ..fit.covariance import FEW, RobustCovariance, Rule, jackknife, naming_blocks
 from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate, fit
-from ..fit.least_squares import weighted
-from ..fit.linear_problem import LinearProblem, SoftPrior, left_out
+from ..fit.linear_problem import LinearProblem, SoftPrior, left_out, weighted
 from .long_motion import LongMotion, known_path, prior_of, with_scale
 from .result import PayloadEstimate, frame_change, in_payload_frame
 from .short_motion import ShortMotion

@@ -48,9 +48,7 @@ def ripple_of(
 ) -> tuple[tuple[Wave, ...], tuple[Array, ...]]:
     """Find waves that the equations of a difference of torques hold besides the payload and what is free.
 
-    Args:
-        matrices: columns of the payload and of what is free, per joint.
-        used: the measurement they come from.
+    ``matrices``: columns of the payload and of what is free, per joint; ``used``: the measurement they come from.
 
     Returns:
         The waves, and for each joint their columns, r_j x 4 times the largest number of waves of a joint.

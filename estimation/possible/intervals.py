@@ -130,9 +130,8 @@ def profile_intervals(result: Possible) -> Intervals:
     other where they should be equal, go by the delta method with room for that: simulated for a disc, a cube and a
     body of three unequal moments it covers 89 to 100 %, the profile 72 to 99 %.
 
-    Args:
-        result: the nearest payload; the covariance and the degrees of freedom of its free estimate are those that
-            the intervals go by.
+    ``result``: the nearest payload; the covariance and the degrees of freedom of its free estimate are those that
+    the intervals go by.
 
     Raises:
         SolverError: for anything but a clean solve.

@@ -15,8 +15,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.special import chdtrc, fdtrc
 
-from ...common import Array, Document, Float, InputError, freeze_fields
-from ...common.linear import rank
+from ...common import Array, Document, Float, InputError, decomposed, freeze_fields
 from ...model import InertialParameters
 from ..equations.equations import PAYLOAD
 from ..fit.estimate import Estimate
@@ -303,7 +302,7 @@ def tested(result: Possible) -> tuple[Active, ...]:
         else:
             others = [other for other in result.constraints if other is not constraint]
             rise = result.chi2_rise - solve_constrained(free, others).chi2_rise
-            k = rank(constraint.rows[0])
+            k = decomposed(constraint.rows[0]).rank
         p_value = rise_p_value(max(rise, 0.0), k, free.degrees_of_freedom)
         tested.append(active._replace(rise=rise, p_value=p_value))
     return tuple(tested)

@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from ...common import Array, decomposed, least_squares
+from ...common import Array, decomposed
 from ...model import INERTIAL, BaseParameters, InertialParameters, Robot
 from ...model.drives import parameter_kind
 from ...model.frames import bodies_in_link_frames
@@ -218,7 +218,7 @@ def _plain_friction(robot: Robot, parameters: Mapping[str, float]) -> list[dict[
         for term in robot.drives.friction:
             if term not in PAPER and f"{term.kind}{j}" in parameters:
                 law = term.value(speed, one, middle, load * one)
-                dry, viscous = least_squares(np.column_stack([one, speed]), law)
+                dry, viscous = decomposed(np.column_stack([one, speed])).solution(law)
                 plain[f"{term.kind}{j}"] = float(dry), float(viscous)
         rows.append(plain)
     return rows

@@ -110,9 +110,7 @@ def grid_rate(recording: Recording, processing: Processing) -> float | None:
 def resampled(recording: Recording, rate: float | None) -> Recording:
     """Resample the recording on an even time grid.
 
-    Args:
-        rate: wanted rate [Hz]; None keeps a recording that is even already, and gives an uneven one its mean
-            rate.
+    ``rate``: wanted rate [Hz]; None keeps a recording that is even already, and gives an uneven one its mean rate.
     """
     times, count = recording.t, len(recording.t)
     mean = float(times[-1] - times[0]) / (count - 1)

@@ -68,8 +68,7 @@ def moving_parts(motion: Motion, still_speed: float) -> Mask:
     Pauses under 0.3 s belong to the motion; a stretch under 1 s (controllers often jog to the start) is left out,
     unless there is no longer one.
 
-    Args:
-        still_speed: a joint below it stands still [rad/s or m/s].
+    ``still_speed``: a joint below it stands still [rad/s or m/s].
     """
     t, on_its_way = motion.t, np.asarray((np.abs(motion.qd) > still_speed).any(axis=1))
     edges = np.flatnonzero(np.diff(np.concatenate([[False], on_its_way, [False]])))

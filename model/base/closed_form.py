@@ -230,8 +230,7 @@ def _sum_text(terms: Iterable[tuple[_Monomial, float, str]]) -> str:
     Parameters with the same factor share a bracket; factors are in alphabetical order, and terms in the order
     of their last factors.
 
-    Args:
-        terms: product of lengths, factor and parameter of each.
+    ``terms``: product of lengths, factor and parameter of each.
     """
     single = sorted(
         (product, float(f"{factor:.9g}"), name) for product, factor, name in terms if abs(factor) > _ROUNDING

@@ -33,9 +33,8 @@ def base_parameters(robot: Robot, seed: int = 0) -> BaseParameters:
 def base_parameters_of(columns: tuple[str, ...], W: Array) -> BaseParameters:
     """Find the base parameters that an observation matrix shows.
 
-    Args:
-        columns: names of the columns of ``W``, N_s.
-        W: standard regressor on many states, at least N_s rows x N_s.
+    ``columns``: names of the columns of ``W``, N_s; ``W``: standard regressor on many states, at least N_s rows x
+    N_s.
     """
     R = np.asarray(np.linalg.qr(W, mode="r"))
     residuals = left_residuals(R)
