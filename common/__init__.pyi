@@ -1,4 +1,8 @@
+from numpy.typing import ArrayLike as ArrayLike
+
 from .arrays import Array as Array
+from .arrays import Indices as Indices
+from .arrays import Mask as Mask
 from .arrays import freeze_fields as freeze_fields
 from .arrays import frozen_array as frozen_array
 from .brief import Brief as Brief

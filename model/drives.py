@@ -22,8 +22,7 @@ def joint_of(name: str) -> int:
     return int(name.removeprefix(parameter_kind(name))) - 1
 
 
-SPRING = "SPRING"
-"""Kind of the parameter that is 1 where a spring's torque is a column."""
+SPRING = "SPRING"  # kind of the parameter that is 1 where a spring's torque is a column
 
 
 @dataclass(frozen=True)
@@ -210,8 +209,7 @@ class DriveState(NamedTuple):
     load: Any
 
 
-Sign = Callable[[Any], Any]
-"""Function that stands for the sign in dry friction."""
+Sign = Callable[[Any], Any]  # function that stands for the sign in dry friction
 
 
 def smooth_sign(width: Any) -> Sign:

@@ -18,8 +18,7 @@ from .regressors import link_wrenches, standard_columns
 from .robot import INERTIAL, Robot
 
 _STEPS = 5
-SMOOTHING = 0.01
-"""Width w of tanh(qd / w), which stands for the sign of a speed in dry friction [rad/s or m/s]."""
+SMOOTHING = 0.01  # width w of tanh(qd / w), which stands for the sign of a speed in dry friction [rad/s or m/s]
 _STABLE = 2.0  # largest rate times step; Runge-Kutta's limit on the real axis is 2.78
 
 

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ..common import Array, Document, Float, InputError, Vector, frozen_array
+from ..common import Array, ArrayLike, Document, Float, InputError, Vector, frozen_array
 from ..common.schema import Matrix
 from .robot import INERTIAL
 

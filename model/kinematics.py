@@ -15,8 +15,7 @@ from .pose import cos_sin
 from .robot import Joint, Robot
 
 Vector = tuple[Any, Any, Any]
-ZERO: Vector = (0.0, 0.0, 0.0)
-"""Zero vector, with which ``dot`` takes no operations."""
+ZERO: Vector = (0.0, 0.0, 0.0)  # zero vector, with which ``dot`` takes no operations
 
 
 class FrameChange(NamedTuple):

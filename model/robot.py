@@ -19,10 +19,8 @@ from .friction import Friction, term_names, terms_of
 from .motion import Processing
 from .pose import Pose
 
-SNAP_ANGLE = 1e-4
-"""Angle [rad]: one closer than this to a multiple of 90 degrees is taken as that multiple."""
-SNAP_LENGTH = 1e-6
-"""Length [m]: a shorter one is taken as zero."""
+SNAP_ANGLE = 1e-4  # angle [rad]: one closer than this to a multiple of 90 degrees is taken as that multiple
+SNAP_LENGTH = 1e-6  # length [m]: a shorter one is taken as zero
 
 SOURCED = {
     "position": "position limits",
@@ -36,8 +34,7 @@ SOURCED = {
     "joint_names": "names of the joints",
 }
 """Parts of a description that have a source (where numbers stand, or "assumed: .." and how), as text."""
-ASSUMED = "assumed"
-"""Beginning of the source of a number that no source gives."""
+ASSUMED = "assumed"  # beginning of the source of a number that no source gives
 
 INERTIAL = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
 """The ten inertial parameters of a body, in the order of (6)."""

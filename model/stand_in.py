@@ -18,8 +18,7 @@ from .robot import ASSUMED, INERTIAL, Robot
 
 SPEED = {"revolute": np.pi / 3.0, "prismatic": 0.1}
 """Speed limit where a description has none [rad/s or m/s]: slower than every shipped arm."""
-ACCELERATION = 10.0
-"""Acceleration limit over the speed limit [1/s], where a description has none."""
+ACCELERATION = 10.0  # acceleration limit over the speed limit [1/s], where a description has none
 
 
 def with_assumed_limits(robot: Robot) -> Robot:
@@ -56,26 +55,20 @@ _RULES = {
 """Text on what is assumed of each limit."""
 
 
-RADIUS = 0.08
-"""Radius of the cylinders over the sum of the lengths between joints."""
+RADIUS = 0.08  # radius of the cylinders over the sum of the lengths between joints
 MOVING = 0.5
 """Fraction of the maker's mass in the cylinders; the rest stands in the base and about axis 1.
 
 (h2 + h3) / (mass x length), with h_j = hypot(MXjR, MYjR), then is .22 to .29. Five arms that were identified or
 published have .19 to .31; cylinders of all the mass would have .45 to .58.
 """
-SAFETY = 1.5
-"""Torque limit over the largest torque of links and rated payload."""
-FRICTION = 0.1
-"""Friction over the torque limit at the largest speed, half of it dry, half viscous."""
-ROTOR = 0.2
-"""Rotor inertia over the largest inertia that the joint turns."""
-LOAD = 0.2
-"""Payload that drives are taken to be made for over the links' mass, where no rated payload is known."""
+SAFETY = 1.5  # torque limit over the largest torque of links and rated payload
+FRICTION = 0.1  # friction over the torque limit at the largest speed, half of it dry, half viscous
+ROTOR = 0.2  # rotor inertia over the largest inertia that the joint turns
+LOAD = 0.2  # payload that drives are taken to be made for over the links' mass, where no rated payload is known
 PAYLOAD_COM = (0.05, 0.0, 0.1)
 """Centre of mass of a rated payload in the flange's frame [m]: out of the flange and off its axis."""
-PAYLOAD_INERTIA = 0.003
-"""Moments of inertia of a rated payload over its mass [m^2]."""
+PAYLOAD_INERTIA = 0.003  # moments of inertia of a rated payload over its mass [m^2]
 _POSES = 2000
 
 

@@ -11,8 +11,8 @@ from itertools import combinations, product
 
 import numpy as np
 
+from ...common import Mask
 from ...model import Coupling, Robot, load_robot, robot_names
-from ..signals.rows import Mask
 from .engine import System
 from .evidence import Alternative, Evidence
 from .finding import Finding, Severity, note

@@ -50,8 +50,7 @@ OTHER_WAY = 0.05  # relative difference of a weighing's mass by another way that
 CONDITION = 500.0
 """Condition number with columns scaled above which small errors spoil the answer; good motions have 10."""
 _MOMENTS = "XX", "YY", "ZZ"
-STILL = Judged("not visible", "not excited by standing still")
-"""Use of an inertia by a weighing at rest."""
+STILL = Judged("not visible", "not excited by standing still")  # use of an inertia by a weighing at rest
 SWINGS, CLEAR, MATTERS = 3.0, 5.0, 0.02
 """Oscillation of the loaded torque at rest over that without payload, over the median of other frequencies, and
 over the payload's largest torque, above which the payload swings."""

@@ -17,12 +17,10 @@ from ...common.files import write_bytes
 from ...common.linear import condition_numbers
 from ...model import INERTIAL
 
-SHARED = "shared"
-"""Beginning of the names of shared torques."""
+SHARED = "shared"  # beginning of the names of shared torques
 PAYLOAD = tuple(f"{kind}_L" for kind in INERTIAL)
 """Names of the payload's ten parameters chi_L, in the order of (6)."""
-NO_MOTOR = -1
-"""Index that stands for a motor where a known spring makes the torque."""
+NO_MOTOR = -1  # index that stands for a motor where a known spring makes the torque
 _NOISE_FLOOR = 1e-12
 """Standard deviation of the error over the torque, at least: data without noise still need finite weights."""
 

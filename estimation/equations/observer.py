@@ -9,21 +9,18 @@ from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import lapack
 
-from ...common import Array, without
+from ...common import Array, Indices, Mask, without
 from ...model import Motion, Processing, Robot, Spring
 from ...model.kernel.kernel import Kernel
 from ...model.motion import Measurement
 from ...model.regressors import load_expression, regressor_expression
 from ..signals.filtering import Decimator, noise_bandwidth
-from ..signals.rows import Mask, used_rows
+from ..signals.rows import used_rows
 from .equations import NO_MOTOR, Equations, compressed, merged
 
-Indices = NDArray[np.intp]
-PATH = "path"
-"""Name of the column of a difference's torque that is taken off because the paths differ."""
+PATH = "path"  # name of the column of a difference's torque that is taken off because the paths differ
 
 
 @dataclass(frozen=True, eq=False)

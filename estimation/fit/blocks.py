@@ -13,10 +13,8 @@ from ..equations.observer import Observation, reduced
 
 _WINDOW = 5.0  # lags summed, in autocorrelation times
 _TIMES = 5.0  # autocorrelation times a block holds
-SHORTEST = 1.0
-"""Shortest block [s]."""
-FEWEST = 6
-"""Number of blocks below which the jackknife of a payload's recordings alone is not trusted."""
+SHORTEST = 1.0  # shortest block [s]
+FEWEST = 6  # number of blocks below which the jackknife of a payload's recordings alone is not trusted
 _MOST = 100  # blocks: more hardly narrow an interval, but each costs a solution
 
 

@@ -17,8 +17,7 @@ from scipy.special import stdtrit
 from ...common import Array, Brief, InputError, freeze_fields
 
 Rule = Literal["formula", "jackknife", "sandwich"]
-FEW = 10
-"""Number of blocks below which the intervals are wide and uncertain themselves."""
+FEW = 10  # number of blocks below which the intervals are wide and uncertain themselves
 
 
 def student95(degrees_of_freedom: float) -> float:

@@ -16,8 +16,7 @@ from ..equations.equations import Equations
 from .estimate import Estimate
 from .linear_problem import weighted
 
-STOP_RATIO = 1.02
-"""Limit of the paper: the error's standard deviation over that with all parameters."""
+STOP_RATIO = 1.02  # limit of the paper: the error's standard deviation over that with all parameters
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,7 @@ from ..equations.observer import Observation, reduced
 from ..fit.blocks import Remembered, weighted_solution
 from ..fit.linear_problem import Known, SoftPrior
 
-FREE = "free "
-"""Beginning of the names of what is estimated anew in each recording, besides the payload."""
+FREE = "free "  # beginning of the names of what is estimated anew in each recording, besides the payload
 _LEVEL = "held "  # beginning of the names of the values that constant torques have by their prior
 
 OFFSET_SHARE = 0.033

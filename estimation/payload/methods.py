@@ -192,8 +192,7 @@ Posed = LinearProblem | ChangeOfParameters
 """A problem of the payload that is solved for given weights of the joints, with and without blocks of time."""
 PREFERRED = (3, 4, 1, 2)
 """Methods in the order of their expected errors, where each can be used and a pair ran one path."""
-ONE_PATH = 2e-3
-"""Distance of positions [rad or m], rms of the worst joint, above which a pair is not of one path."""
+ONE_PATH = 2e-3  # distance of positions [rad or m], rms of the worst joint, above which a pair is not of one path
 METHODS: dict[int, Callable[[LongMotion], Posed]] = {
     1: from_robot,
     2: from_change,

@@ -13,14 +13,12 @@ import numpy as np
 from msgspec import field
 from scipy.special import fdtrc
 
-from ...common import Array, Document, decomposed
+from ...common import Array, Document, Mask, decomposed
 from ..equations.observer import Observation, Used
 from ..fit.blocks import inflation
 from ..signals.filtering import decimated
-from ..signals.rows import Mask
 
-RIPPLE_CHANCE = 0.05
-"""Probability of finding a wave in the noise of one joint in one recording."""
+RIPPLE_CHANCE = 0.05  # probability of finding a wave in the noise of one joint in one recording
 _FINER = 6  # candidates from one whole wave over the range to the next
 _FURTHEST = 40  # waves over the range
 _MOST = 4  # per joint

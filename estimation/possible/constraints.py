@@ -5,9 +5,8 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ...common import Array, InputError, frozen_array
+from ...common import Array, ArrayLike, InputError, frozen_array
 from ...model import InertialParameters
 from ...model.pose import check_metres
 

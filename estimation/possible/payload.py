@@ -22,8 +22,7 @@ from ..fit.estimate import Estimate
 from .cone import ConeProgram, ConeSolution, SolverError, solve_cone
 from .constraints import PSEUDO_INERTIA, Constraint, KnownMass, PossibleBody, lowest_eigenvalue
 
-CONFLICT = 0.01
-"""Probability below which a constraint and the data contradict each other."""
+CONFLICT = 0.01  # probability below which a constraint and the data contradict each other
 
 
 class Active(NamedTuple):
@@ -141,14 +140,12 @@ def rise_p_value(chi2: float, k: int, degrees_of_freedom: float) -> float:
     return float(fdtrc(k, max(degrees_of_freedom, 1.0), chi2 / k))
 
 
-POSSIBLE = (PossibleBody("payload"),)
-"""Constraints of every payload."""
+POSSIBLE = (PossibleBody("payload"),)  # constraints of every payload
 _NO_MULTIPLIER = 1e-7  # multiplier below which it is rounding
 _DEPENDENT = 1e-13  # smallest eigenvalue of a correlation matrix that counts as of full rank
 NOISE_FLOOR = 3e-7
 """Noise floor in the body's own size: a solver accurate to 1e-8 cannot weigh finer errors; no recording has any."""
-TOLERANCE = 1e-6
-"""Largest miss of a linear constraint, in scaled units."""
+TOLERANCE = 1e-6  # largest miss of a linear constraint, in scaled units
 
 
 class ScaledProblem(NamedTuple):

@@ -70,8 +70,7 @@ BODY_NUMBERS = ("mass", "x", "y", "z", "ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 """Numbers of a body: mass [kg], centre of mass [m], inertia there [kg m^2], in the link's frame."""
 DRIVE_NUMBERS = {"armature": "IA", "damping": "FV", "friction": "FS", "offset": "OFF"}
 """Numbers of a drive, and its parameter: kg m^2 or kg, N·m·s/rad or N·s/m, N·m or N, N·m or N."""
-SIGNED = ("armature", "damping", "friction")
-"""Numbers of a drive that are not negative."""
+SIGNED = ("armature", "damping", "friction")  # numbers of a drive that are not negative
 
 
 class Labelled(NamedTuple):
@@ -170,8 +169,7 @@ class WholeRobot:
 
 _AT_BOUND = 1e-3
 """Fraction of its standard deviation, or of the largest such number: a smaller one stands at its bound, zero."""
-Slopes = dict[str, float]
-"""Derivatives of a number by standard parameters."""
+Slopes = dict[str, float]  # derivatives of a number by standard parameters
 Labelling = Callable[[Sequence[float], Sequence[Slopes]], list[Labelled]]
 """Function that labels numbers, each by its slopes."""
 

@@ -34,9 +34,8 @@ from itertools import chain, combinations, groupby
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...common import Array, InputError
+from ...common import Array, InputError, Mask
 from ..drives import parameter_kind
 from ..frames import frames_at
 from ..inertia import InertialParameters
@@ -139,7 +138,7 @@ def moves(robot: Robot) -> list[Move]:
     return regroupings
 
 
-def _lie_along(vectors: Array, axes: Array) -> NDArray[np.bool_]:
+def _lie_along(vectors: Array, axes: Array) -> Mask:
     return np.asarray(np.linalg.norm(np.cross(vectors, axes), axis=-1) < _ZERO)
 
 

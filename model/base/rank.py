@@ -10,8 +10,7 @@ from ..regressors import standard_columns, standard_regressor
 from ..robot import Robot
 from .parameters import BaseParameters
 
-STATES_PER_JOINT = 12
-"""Random states for each joint: n rows each, so 12 n^2 rows for at most 14 n columns."""
+STATES_PER_JOINT = 12  # random states for each joint: n rows each, so 12 n^2 rows for at most 14 n columns
 _PRECISION = 1e-15
 
 

@@ -13,8 +13,7 @@ from typing import Any, NamedTuple
 
 from ...common import InputError
 
-ENDING = "_description"
-"""Ending of the names of robot_descriptions: ``panda_description``."""
+ENDING = "_description"  # ending of the names of robot_descriptions: ``panda_description``
 
 
 class Source(NamedTuple):

@@ -15,11 +15,9 @@ import numpy as np
 
 from ...common import Array
 
-Kind = str
-"""Name of a criterion: a key of ``CRITERIA``."""
+Kind = str  # name of a criterion: a key of ``CRITERIA``
 _SINGULAR = 1e-15  # of the largest eigenvalue: smaller ones are rounding
-ValueSlope = tuple[float, Array]
-"""Value of a criterion, and M = dC/dG, c x c."""
+ValueSlope = tuple[float, Array]  # value of a criterion, and M = dC/dG, c x c
 
 
 class Criterion(NamedTuple):

@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ...common import Array, InputError, decomposed, without
+from ...common import Array, ArrayLike, InputError, decomposed, without
 from ...model import InertialParameters, Robot, base_parameters, standard_columns
 from ...model.base.rank import leftmost_independent
 from ...model.drives import parameter_kind

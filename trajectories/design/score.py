@@ -15,10 +15,8 @@ from ..motions.family import Samples
 from .limits import LimitCheck, State, check, excess, state_limits
 from .problem import DesignProblem
 
-FINER = 10
-"""Ratio of the final check's grid to the optimisation's."""
-TOLERANCE = 1e-9
-"""Miss of a limit, in its own units, up to which it is met."""
+FINER = 10  # ratio of the final check's grid to the optimisation's
+TOLERANCE = 1e-9  # miss of a limit, in its own units, up to which it is met
 
 
 class Learnt(NamedTuple):

@@ -4,9 +4,8 @@ from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ...common import Array, InputError
+from ...common import Array, ArrayLike, InputError
 from ...model import InertialParameters, Motion, Recording, Robot, inverse_dynamics, standard_columns
 from ...model.kernel.kernel import Kernel
 from ...model.motion import Measurement
