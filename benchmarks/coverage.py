@@ -26,8 +26,7 @@ from dynident.estimation.equations.equations import Equations
 from dynident.estimation.fit.covariance import student95
 from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.fit.linear_problem import LinearProblem
-from dynident.estimation.gains.known_load import known_mass
-from dynident.estimation.gains.problem import gain_problem
+from dynident.estimation.gains.problem import gain_problem, known_mass
 from dynident.estimation.payload.by_joints import payload_by_joints
 from dynident.estimation.payload.long_motion import long_motion
 from dynident.estimation.payload.methods import METHODS, combined, recommended_method, usable_methods

@@ -14,9 +14,7 @@ def attach(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[], 
     Type checkers read the stub, and so does this function (SPEC 1 of Scientific Python). Where the stub has an
     ``__all__``, the other names are there for the apps, which load them when they are used, and are not public.
 
-    Args:
-        package: ``__name__`` of the package.
-        file: its ``__file__``.
+    ``package``: ``__name__`` of the package; ``file``: its ``__file__``.
     """
     homes: dict[str, str | None] = {}  # by name the module that it stands in; None for a module of its own
     public: list[str] = []

@@ -72,36 +72,16 @@ def decomposed(A: Array, whole: Array | None = None, tolerance: float = RANK_TOL
     return Decomposition(sizes, U[:, :r], singular[:r], Vt[:r].T, Vt[r:].T)
 
 
-def least_squares(A: Array, B: Array) -> Array:
-    """Least-squares solution of A x = B; of dependent columns the shortest one, columns scaled to norm 1.
-
-    Args:
-        A: N x c.
-        B: (N,) or N x m.
-
-    Returns:
-        x, (c,) or c x m.
-    """
-    return decomposed(A).solution(B)
-
-
-def scaled(W: Array) -> Array:
-    """Scale columns to norm 1; columns of zeros stay as they are."""
-    norms = np.linalg.norm(W, axis=0)
-    return np.asarray(W / np.where(norms > 0.0, norms, 1.0))
-
-
 def condition_numbers(W: Array) -> tuple[float, float]:
     """Condition numbers of W: as it is, and with its columns scaled to norm 1; inf where W has not full rank.
 
     By singular values of W itself: those of W'W lose half of the digits.
     """
     R = np.asarray(np.linalg.qr(W, mode="r"))
-    own = np.linalg.svd(scaled(R), compute_uv=False)
-    if len(own) < R.shape[1] or own[-1] < RANK_TOLERANCE * own[0]:
+    parts, plain = decomposed(R), np.linalg.svd(R, compute_uv=False)
+    if parts.null.size:
         return np.inf, np.inf
-    plain = np.linalg.svd(R, compute_uv=False)
-    return float(plain[0] / plain[-1]), float(own[0] / own[-1])
+    return float(plain[0] / plain[-1]), float(parts.singular[0] / parts.singular[-1])
 
 
 def is_covariance(C: Array) -> bool:
@@ -109,11 +89,6 @@ def is_covariance(C: Array) -> bool:
     if C.ndim != 2 or C.shape[0] != C.shape[1] or not np.isfinite(C).all() or not np.allclose(C, C.T, atol=1e-12):
         return False
     return bool((np.linalg.eigvalsh(C) >= -1e-9 * max(float(np.trace(C)), 1e-300)).all())
-
-
-def rank(A: Array) -> int:
-    """Number of independent columns."""
-    return decomposed(A).rank
 
 
 def without(W: Array, columns: Array) -> Array:

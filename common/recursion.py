@@ -40,9 +40,7 @@ class Section(NamedTuple):
 def butterworth(order: int, cutoff: float) -> tuple[Section, ...]:
     """Sections of a Butterworth low-pass, the most resonant last (bilinear transform of its poles, prewarped).
 
-    Args:
-        order: an even number.
-        cutoff: fraction of the Nyquist frequency.
+    ``order``: an even number; ``cutoff``: fraction of the Nyquist frequency.
     """
     k = np.tan(0.5 * np.pi * cutoff)
     sections = []

@@ -23,8 +23,7 @@ from .brief import Brief
 from .errors import InputError, encodable
 from .files import opened, write_bytes
 
-LARGEST = 1e9
-"""Bound of numbers in files; no length, angle or parameter of an arm comes near it."""
+LARGEST = 1e9  # bound of numbers in files; no length, angle or parameter of an arm comes near it
 
 
 def words(kind: Any, many: bool = False) -> str:
@@ -114,8 +113,7 @@ def _toml_value(value: Any) -> str:
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
-TOML_BYTES = 1_000_000
-"""Largest TOML file that is read, in bytes; one that a user writes comes nowhere near."""
+TOML_BYTES = 1_000_000  # largest TOML file that is read, in bytes; one that a user writes comes nowhere near
 Real = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
 """A finite number; no length, angle or parameter of an arm comes near the bounds."""
 if TYPE_CHECKING:
@@ -123,8 +121,7 @@ if TYPE_CHECKING:
 else:
     Float = float | None
 """A number that was computed; null in a document where it is not finite."""
-Triple = tuple[Real, Real, Real]
-"""Three numbers along x, y and z."""
+Triple = tuple[Real, Real, Real]  # three numbers along x, y and z
 _MANY = 24  # keys: so many are a program's, whose names say nothing to who gave another file
 _Row = np.ndarray[tuple[int], np.dtype[np.float64]]
 _Rows = np.ndarray[tuple[int, int], np.dtype[np.float64]]
@@ -133,8 +130,7 @@ _SCHEMA = {"description": "a list of numbers", **_ROW_SCHEMA}
 _ROWS_SCHEMA = {"description": "a list of lists of numbers", "type": "array", "items": _ROW_SCHEMA}
 Vector = Annotated[_Row, Meta(extra_json_schema=_SCHEMA)]
 """Numbers in a row; null stands for one that is not finite."""
-Matrix = Annotated[_Rows, Meta(extra_json_schema=_ROWS_SCHEMA)]
-"""Rows of numbers."""
+Matrix = Annotated[_Rows, Meta(extra_json_schema=_ROWS_SCHEMA)]  # rows of numbers
 _NUMBERS: dict[Any, Any] = {_Row: tuple[float | None, ...], _Rows: tuple[tuple[float | None, ...], ...]}
 
 

@@ -24,14 +24,14 @@ from .fit.essential import SigmaRatio as SigmaRatio
 from .fit.essential import StopRule as StopRule
 from .fit.estimate import Estimate as Estimate
 from .fit.estimate import Parameter as Parameter
-from .fit.least_squares import weighted as weighted
+from .fit.linear_problem import weighted as weighted
 from .fit.settings import FRICTION_CHANGE as FRICTION_CHANGE
 from .fit.settings import METHOD_NAMES as METHOD_NAMES
 from .fit.settings import Candidates as Candidates
 from .fit.settings import Settings as Settings
-from .gains.known_load import KnownLoad as KnownLoad
-from .gains.known_load import known_mass as known_mass
+from .gains.problem import KnownLoad as KnownLoad
 from .gains.problem import gain_problem as gain_problem
+from .gains.problem import known_mass as known_mass
 from .payload.long_motion import LongMotion as LongMotion
 from .payload.long_motion import payload_problem as payload_problem
 from .payload.methods import PayloadProblem as PayloadProblem

@@ -8,8 +8,7 @@ from typing import Any, Literal, NamedTuple
 import casadi as ca
 import numpy as np
 
-from ..common.arrays import Array
-from ..common.errors import InputError
+from ..common import Array, InputError
 from .friction import LAWS, PAPER, Friction
 
 
@@ -23,8 +22,7 @@ def joint_of(name: str) -> int:
     return int(name.removeprefix(parameter_kind(name))) - 1
 
 
-SPRING = "SPRING"
-"""Kind of the parameter that is 1 where a spring's torque is a column."""
+SPRING = "SPRING"  # kind of the parameter that is 1 where a spring's torque is a column
 
 
 @dataclass(frozen=True)
@@ -212,8 +210,7 @@ class DriveState(NamedTuple):
     load: Any
 
 
-Sign = Callable[[Any], Any]
-"""Function that stands for the sign in dry friction."""
+Sign = Callable[[Any], Any]  # function that stands for the sign in dry friction
 
 
 def smooth_sign(width: Any) -> Sign:
@@ -224,8 +221,7 @@ def smooth_sign(width: Any) -> Sign:
 def drive_terms(drives: Drives, state: DriveState, sign: Sign = ca.sign) -> dict[str, dict[int, Any]]:
     """Factors of each drive parameter, row by row: {"FV2": {1: qd2}}.
 
-    Args:
-        sign: what stands for the sign in dry friction; NumPy's where the state is of arrays.
+    ``sign``: what stands for the sign in dry friction; NumPy's where the state is of arrays.
 
     Source: (2), (3) and, for coupled drives, (10) and (11). Of these, terms other than the paper's are of
     the motors' gears: motor j turns with joint j and carries its torque less joint k's (9), motor k turns with both

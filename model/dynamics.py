@@ -19,8 +19,7 @@ from .regressors import link_wrenches, standard_columns
 from .robot import Robot
 
 _STEPS = 5
-SMOOTHING = 0.01
-"""Width w of tanh(qd / w), which stands for the sign of a speed in dry friction [rad/s or m/s]."""
+SMOOTHING = 0.01  # width w of tanh(qd / w), which stands for the sign of a speed in dry friction [rad/s or m/s]
 _STABLE = 2.0  # largest rate times step; Runge-Kutta's limit on the real axis is 2.78
 
 
@@ -143,8 +142,7 @@ def dry_friction_names(robot: Robot) -> tuple[str, ...]:
 def smooth_dry_friction(robot: Robot, width: float) -> ca.Function:
     """``smooth_dry_friction(qd, level) -> Gamma``, n x 1: the largest dry friction, where load counts at its limit.
 
-    Args:
-        width: of ``smooth_sign``.
+    ``width``: of ``smooth_sign``.
 
     Returns:
         Function of the speeds and the parameters ``dry_friction_names`` [N·m or N].

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..common.errors import InputError
+from ..common import InputError
 from .inertia import INERTIAL, InertialParameters
 from .pose import Pose, check_metres
 from .robot import Joint, Robot
@@ -53,8 +53,7 @@ def bodies_in_link_frames(robot: Robot, parameters: Mapping[str, float]) -> dict
 
     What is fixed to a link is part of it.
 
-    Args:
-        parameters: the ten of every link by name.
+    ``parameters``: the ten of every link by name.
 
     Raises:
         InputError: names what is missing.

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
-from ..common.errors import InputError
+from ..common import InputError
 
 
 class Law(NamedTuple):

@@ -5,12 +5,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ..common.arrays import Array, frozen_array
-from ..common.brief import Brief
-from ..common.errors import InputError
-from ..common.schema import Document, Float, Matrix, Vector
+from ..common import Array, ArrayLike, Brief, Document, Float, InputError, Vector, frozen_array
+from ..common.schema import Matrix
 
 INERTIAL = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
 """The ten inertial parameters of a body, in the order of (6)."""

@@ -10,13 +10,12 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
-from ..common.arrays import Array
+from ..common import Array
 from .pose import cos_sin
 from .robot import Joint, Robot
 
 Vector = tuple[Any, Any, Any]
-ZERO: Vector = (0.0, 0.0, 0.0)
-"""Zero vector, with which ``dot`` takes no operations."""
+ZERO: Vector = (0.0, 0.0, 0.0)  # zero vector, with which ``dot`` takes no operations
 
 
 class FrameChange(NamedTuple):

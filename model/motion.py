@@ -8,8 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from ..common.arrays import Array, freeze_fields
-from ..common.brief import Brief
+from ..common import Array, Brief, freeze_fields
 
 _SLOW = {True: 0.05, False: 0.02}  # rad/s where a joint turns, m/s where it slides
 _OVERSAMPLING = 1.25  # largest grid rate over a recording's mean rate: samples in between are not measurements

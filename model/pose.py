@@ -5,10 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ..common.arrays import Array
-from ..common.errors import InputError
+from ..common import Array, ArrayLike, InputError
 
 _Row = tuple[float, float, float]
 _IDENTITY: tuple[_Row, _Row, _Row] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))

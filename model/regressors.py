@@ -8,7 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ..common.arrays import Array
+from ..common import Array
 from .drives import SPRING, DriveState, Sign, drive_terms, parameter_kind
 from .inertia import INERTIAL
 from .kinematics import ZERO, FrameChange, Vector, add, cross, dot
@@ -96,8 +96,7 @@ def load_expression(robot: Robot, state: DriveState, columns: Sequence[str], chi
 def own_regressor(robot: Robot, columns: Sequence[str], sign: Sign = ca.sign) -> tuple[DriveState, ca.SX]:
     """Symbols and the regressor's matrix under the load of the robot's own parameters; as ``regressor_expression``.
 
-    Args:
-        sign: what stands for the sign in dry friction; by ``smooth_sign`` the matrix has a slope everywhere.
+    ``sign``: what stands for the sign in dry friction; by ``smooth_sign`` the matrix has a slope everywhere.
     """
     state, terms = _terms(robot)
     phi = _matrix(robot, columns, terms | drive_terms(robot.drives, state, sign))

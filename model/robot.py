@@ -26,10 +26,8 @@ from .inertia import INERTIAL, InertialParameters
 from .motion import Processing
 from .pose import Pose
 
-SNAP_ANGLE = 1e-4
-"""Angle [rad]: one closer than this to a multiple of 90 degrees is taken as that multiple."""
-SNAP_LENGTH = 1e-6
-"""Length [m]: a shorter one is taken as zero."""
+SNAP_ANGLE = 1e-4  # angle [rad]: one closer than this to a multiple of 90 degrees is taken as that multiple
+SNAP_LENGTH = 1e-6  # length [m]: a shorter one is taken as zero
 
 SOURCED = {
     "position": "position limits",
@@ -43,8 +41,7 @@ SOURCED = {
     "joint_names": "names of the joints",
 }
 """Parts of a description that have a source (where numbers stand, or "assumed: .." and how), as text."""
-ASSUMED = "assumed"
-"""Beginning of the source of a number that no source gives."""
+ASSUMED = "assumed"  # beginning of the source of a number that no source gives
 
 
 @dataclass(frozen=True)

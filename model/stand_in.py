@@ -9,8 +9,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ..common.arrays import Array
-from ..common.errors import InputError
+from ..common import Array, InputError
 from .drives import joint_of, parameter_kind
 from .dynamics import gravity, mass_matrix
 from .inertia import INERTIAL, InertialParameters
@@ -20,8 +19,7 @@ from .robot import ASSUMED, SOURCED, Robot, check_robot
 
 SPEED = {"revolute": np.pi / 3.0, "prismatic": 0.1}
 """Speed limit where a description has none [rad/s or m/s]: slower than every shipped arm."""
-ACCELERATION = 10.0
-"""Acceleration limit over the speed limit [1/s], where a description has none."""
+ACCELERATION = 10.0  # acceleration limit over the speed limit [1/s], where a description has none
 
 
 def with_assumed_limits(robot: Robot) -> Robot:
@@ -58,26 +56,20 @@ _RULES = {
 """Text on what is assumed of each limit."""
 
 
-RADIUS = 0.08
-"""Radius of the cylinders over the sum of the lengths between joints."""
+RADIUS = 0.08  # radius of the cylinders over the sum of the lengths between joints
 MOVING = 0.5
 """Fraction of the maker's mass in the cylinders; the rest stands in the base and about axis 1.
 
 (h2 + h3) / (mass x length), with h_j = hypot(MXjR, MYjR), then is .22 to .29. Five arms that were identified or
 published have .19 to .31; cylinders of all the mass would have .45 to .58.
 """
-SAFETY = 1.5
-"""Torque limit over the largest torque of links and rated payload."""
-FRICTION = 0.1
-"""Friction over the torque limit at the largest speed, half of it dry, half viscous."""
-ROTOR = 0.2
-"""Rotor inertia over the largest inertia that the joint turns."""
-LOAD = 0.2
-"""Payload that drives are taken to be made for over the links' mass, where no rated payload is known."""
+SAFETY = 1.5  # torque limit over the largest torque of links and rated payload
+FRICTION = 0.1  # friction over the torque limit at the largest speed, half of it dry, half viscous
+ROTOR = 0.2  # rotor inertia over the largest inertia that the joint turns
+LOAD = 0.2  # payload that drives are taken to be made for over the links' mass, where no rated payload is known
 PAYLOAD_COM = (0.05, 0.0, 0.1)
 """Centre of mass of a rated payload in the flange's frame [m]: out of the flange and off its axis."""
-PAYLOAD_INERTIA = 0.003
-"""Moments of inertia of a rated payload over its mass [m^2]."""
+PAYLOAD_INERTIA = 0.003  # moments of inertia of a rated payload over its mass [m^2]
 _POSES = 2000
 
 
@@ -87,8 +79,7 @@ def cylinders(robot: Robot, total_mass: float) -> tuple[InertialParameters, ...]
     The radius is ``RADIUS`` times the sum of all lengths between joints; each cylinder goes on by one radius beyond
     both joints, so that links between axes that meet have an extent too. One of zero length stands along z.
 
-    Args:
-        total_mass: of all links [kg].
+    ``total_mass``: of all links [kg].
 
     Raises:
         InputError: if the mass is not positive.
@@ -232,8 +223,7 @@ def rotor_inertias(robot: Robot, parameters: Mapping[str, float]) -> Array:
     The fraction ``ROTOR`` of the largest inertia of links and rated payload, and twice the payload's own at the
     flange: rotors of an identified RX90 and UR10e are about as large, from the base to the wrist.
 
-    Args:
-        parameters: standard parameters of its links; those of rotors do not count.
+    ``parameters``: standard parameters of its links; those of rotors do not count.
     """
     without = {name: 0.0 if parameter_kind(name) == "IA" else value for name, value in parameters.items()}
     _, inertia = _needed(robot, without)

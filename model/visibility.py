@@ -11,9 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from ..common.arrays import Array
-from ..common.errors import InputError
-from ..common.linear import without
+from ..common import Array, InputError, without
 from .base.parameters import BaseParameters
 from .base.rank import base_parameters_of
 from .drives import parameter_kind
@@ -96,9 +94,7 @@ class PayloadVisibility:
 def visibility_of(W: Array, joints: Sequence[int]) -> PayloadVisibility:
     """Find what equations show of a payload.
 
-    Args:
-        W: columns of the ten on many states, friction taken out, k x 10.
-        joints: whose rows they are.
+    ``W``: columns of the ten on many states, friction taken out, k x 10; ``joints``: whose rows they are.
     """
     return PayloadVisibility(tuple(joints), base_parameters_of(INERTIAL, W))
 

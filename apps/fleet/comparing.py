@@ -21,8 +21,7 @@ from ...common.schema import Document, Matrix, Vector, Worked
 from ...estimation.equations.equations import PAYLOAD, Equations, merged
 from ...estimation.fit.covariance import student95
 from ...estimation.fit.estimate import Estimate
-from ...estimation.fit.least_squares import weighted
-from ...estimation.fit.linear_problem import LinearProblem
+from ...estimation.fit.linear_problem import LinearProblem, weighted
 from ...estimation.payload.methods import jackknifed
 from ...estimation.results.parts import Number
 from ...model.drives import parameter_kind

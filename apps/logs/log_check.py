@@ -19,7 +19,7 @@ from ...estimation.diagnosis.nominal import nominal_gravity
 from ...estimation.diagnosis.states import BLOCKS, States, states_of
 from ...estimation.diagnosis.verdict import robot_verdict
 from ...estimation.equations.equations import Equations
-from ...estimation.fit.least_squares import weighted
+from ...estimation.fit.linear_problem import weighted
 from ...estimation.fit.own_equations import base_problem, with_friction
 from ...estimation.fit.settings import Settings
 from ...estimation.payload.long_motion import Source

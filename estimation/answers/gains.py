@@ -10,9 +10,7 @@ from itertools import chain
 import numpy as np
 from msgspec import UNSET
 
-from ...common.brief import Brief
-from ...common.errors import InputError
-from ...common.threads import one_thread
+from ...common import Brief, InputError, one_thread
 from ...model import InertialParameters, Recording, Robot
 from ..diagnosis.causes import likely_causes
 from ..diagnosis.evidence import Evidence
@@ -23,9 +21,8 @@ from ..fit.covariance import NORMAL95, RobustCovariance, jackknife
 from ..fit.drive_gains import fingerprints
 from ..fit.estimate import Estimate, Fit
 from ..fit.settings import DEFAULTS, Settings
-from ..gains.known_load import KnownLoad, known_values
 from ..gains.possible import possible_gains
-from ..gains.problem import GainProblem, free_gains, gain_problem, rests_on
+from ..gains.problem import GainProblem, KnownLoad, free_gains, gain_problem, known_values, rests_on
 from ..payload.by_joints import ByJoints
 from ..payload.long_motion import LongMotion, Source
 from ..payload.methods import payload_estimate

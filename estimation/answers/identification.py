@@ -16,10 +16,7 @@ import numpy as np
 from msgspec import UNSET
 from numpy.typing import NDArray
 
-from ...common.arrays import Array
-from ...common.errors import InputError
-from ...common.speech import Speaks
-from ...common.threads import one_thread
+from ...common import Array, InputError, Speaks, one_thread
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
 from ..diagnosis.evidence import Evidence
 from ..diagnosis.finding import Verdict
@@ -30,8 +27,7 @@ from ..fit.blocks import weighted_solution
 from ..fit.drive_gains import Gains, usual_gains
 from ..fit.essential import Elimination, eliminate
 from ..fit.estimate import Estimate, Fit, Parameter, error_model, fit
-from ..fit.least_squares import Excitation, excitation
-from ..fit.linear_problem import Known, LinearProblem
+from ..fit.linear_problem import Excitation, Known, LinearProblem, excitation
 from ..fit.own_equations import TermChoice, base_problem, with_friction
 from ..fit.settings import DEFAULTS, Settings
 from ..payload.long_motion import Source, check_blocks

@@ -11,10 +11,7 @@ from typing import Any
 import numpy as np
 from msgspec import UNSET, structs
 
-from ...common.arrays import Array
-from ...common.errors import InputError
-from ...common.speech import Speaks
-from ...common.threads import one_thread
+from ...common import Array, InputError, Speaks, one_thread
 from ...model import Recording, Robot
 from ...model.files.robot_file import PoseTable
 from ...model.inertia import PayloadSpread, payload_spread
@@ -29,7 +26,7 @@ from ..fit.covariance import NORMAL95, student95
 from ..fit.drive_gains import Gains, usual_gains
 from ..fit.essential import Elimination
 from ..fit.estimate import Estimate, error_model
-from ..fit.least_squares import Excitation, excitation, weighted
+from ..fit.linear_problem import Excitation, excitation, weighted
 from ..fit.settings import DEFAULTS, Settings
 from ..payload.long_motion import LongMotion, payload_problem
 from ..payload.methods import (

@@ -4,10 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...common.arrays import Array
-from ...common.brief import Brief
+from ...common import Array, Brief, Indices, Mask
 from ...model import BaseParameters, InertialParameters, Processing, Recording, Robot
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations
@@ -17,10 +15,8 @@ from ..payload.long_motion import LongMotion
 from ..payload.methods import PayloadProblem, combined, from_robot
 from ..signals.filtering import measurement
 
-DRAWN = 3
-"""Number of recordings of one kind that are predicted for drawings."""
-POINTS = 2000
-"""Largest number of a joint's rows in a drawing."""
+DRAWN = 3  # number of recordings of one kind that are predicted for drawings
+POINTS = 2000  # largest number of a joint's rows in a drawing
 
 
 @dataclass(frozen=True, repr=False)
@@ -117,9 +113,6 @@ def _loaded_observer(problem: PayloadProblem) -> Observer:
     return Observer(problem.robot, (*columns, *payload_columns(problem.robot)), (*columns, *PAYLOAD))
 
 
-Integers = NDArray[np.int64]
-
-
 @dataclass(frozen=True, repr=False)
 class ObservationSystem(Brief):
     """System Y = W chi + rho as an estimator sees it: filtered, decimated, without the rows that are not used.
@@ -130,10 +123,10 @@ class ObservationSystem(Brief):
     columns: tuple[str, ...]  # names of the columns of W, c
     W: Array  # observation matrix, SI units, r x c
     Y: Array  # torques [N·m or N], known ones (a spring) moved there, (r,)
-    joint: Integers  # number of each row's joint, from 1, (r,)
-    recording: Integers  # number of each row's recording in ``sources``, from 0, (r,)
+    joint: Indices  # number of each row's joint, from 1, (r,)
+    recording: Indices  # number of each row's recording in ``sources``, from 0, (r,)
     t: Array  # time of each row in its recording [s], (r,)
-    loaded: NDArray[np.bool_]  # whether each row's recording is with payload, (r,)
+    loaded: Mask  # whether each row's recording is with payload, (r,)
     sources: tuple[str, ...]  # names of the recordings
     weights: Array  # per joint, of the weighted least squares [1/(N·m) or 1/N], (n,)
     reduced: Equations  # the same equations as triangular factors

@@ -11,8 +11,8 @@ from itertools import combinations, product
 
 import numpy as np
 
+from ...common import Mask
 from ...model import Coupling, Robot, load_robot, robot_names
-from ..signals.rows import Mask
 from .engine import System
 from .evidence import Alternative, Evidence
 from .finding import Finding, Severity, note
@@ -55,9 +55,8 @@ class Comparison:
     def __init__(self, robot: Robot, states: States, free_gains: bool = False) -> None:
         """Fit the recordings as described.
 
-        Args:
-            free_gains: whether each joint's torque has a scale of its own in every comparison, for gains that were
-                identified with the robot as described favour it; not of coupled drives, nor with a spring.
+        ``free_gains``: whether each joint's torque has a scale of its own in every comparison, for gains that were
+        identified with the robot as described favour it; not of coupled drives, nor with a spring.
         """
         self.robot, self.states = robot, states
         self.free_gains = free_gains and robot.coupling is None and robot.spring is None

@@ -10,7 +10,7 @@ from math import hypot
 
 import numpy as np
 
-from ...common.arrays import Array
+from ...common import Array
 from ...model.inertia import PayloadSpread
 from ..fit.covariance import NORMAL95, few_blocks
 from ..fit.estimate import Fit
@@ -51,8 +51,7 @@ CONDITION = 500.0
 """Condition number with columns scaled above which small errors spoil the answer; good motions have 10."""
 _MOMENTS = "XX", "YY", "ZZ"
 _SAME = ": did friction or anything else change between the recordings?"
-STILL = Judged("not visible", "standing still does not excite it")
-"""Use of an inertia by a weighing at rest."""
+STILL = Judged("not visible", "standing still does not excite it")  # use of an inertia by a weighing at rest
 SWINGS, CLEAR, MATTERS = 3.0, 5.0, 0.02
 """Oscillation of the loaded torque at rest over that without payload, over the median of other frequencies, and
 over the payload's largest torque, above which the payload swings."""

@@ -13,16 +13,14 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import stdtrit
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, Indices, InputError, Mask
 from ...model import INERTIAL, Robot
 from ...model.drives import parameter_kind
 from ...model.regressors import own_columns, payload_columns, regressor_at
 from ..equations.equations import PAYLOAD
 from ..fit.linear_problem import Known
 from ..payload.result import frame_change
-from ..signals.rows import Mask
-from .states import BLOCKS, Index, States
+from .states import BLOCKS, States
 
 _RANK = 1e-10  # of the largest eigenvalue: squares of columns, scaled to norm 1
 _REMAINS = 1e-6  # fraction of a direction that the other blocks must determine
@@ -153,7 +151,7 @@ class System:
             scales = np.clip(scales + np.clip(step, -_GAIN, _GAIN), _GAIN, 1.0 / _GAIN)
         return min(tried, key=lambda entry: entry[0])[1]
 
-    def grams(self, groups: Index, added: Sequence[Array] = ()) -> Array:
+    def grams(self, groups: Indices, added: Sequence[Array] = ()) -> Array:
         """Gram matrices of all weighted columns, added ones (n x m x N), and the torque, by group of states."""
         rows = np.concatenate([self.columns, *added, self.torque[:, None]], axis=1)
         weighted = (rows * (self.weights[:, None] * self.keep)[:, None]).transpose(1, 0, 2)

@@ -6,8 +6,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.schema import Document, Float, Vector
+from ...common import Array, Document, Float, Vector
 from ...model import Robot
 from ...model.inertia import PayloadSpread
 from ..fit.estimate import Estimate, Fit

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...common.arrays import Array
+from ...common import Array
 from ...model import INERTIAL, Robot
 from ...model.drives import parameter_kind
 from ...model.friction import is_friction
@@ -40,8 +40,7 @@ TILT, STEEP = np.radians(TILT_DEGREES), np.radians(STEEP_DEGREES)
 ``STEEP`` no mounting leans by mistake: nothing should be used."""
 WEIGHT, WEIGHT_Z = 0.03, 5.0
 """Relative difference of gravity's size, and its standard deviations: good ones, real ones too, show up to 1.3."""
-EARTH = 9.81
-"""Gravity that is likelier than another one, where the torques hardly show which it is [m/s^2]."""
+EARTH = 9.81  # gravity that is likelier than another one, where the torques hardly show which it is [m/s^2]
 ZERO_DEGREES, ZERO_Z = 3.0, 5.0
 ZERO = np.radians(ZERO_DEGREES)
 """Position [rad] by which a joint's zero may be off, and its standard deviations: good ones show up to 2.5."""

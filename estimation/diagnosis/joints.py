@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 from scipy.special import fdtrc
 
-from ...common.arrays import Array
+from ...common import Array
 from ..fit.covariance import NORMAL95, few_blocks
 from ..payload.by_joints import ByJoints
 from .evidence import Evidence

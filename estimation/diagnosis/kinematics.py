@@ -12,8 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...common.progress import Progress, silent
 from ...model import Pose, Processing, Recording, Robot, forward_kinematics
 from .engine import System

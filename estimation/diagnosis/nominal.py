@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...common.arrays import Array
+from ...common import Array
 from ...model import INERTIAL, Robot
 from ...model.drives import parameter_kind
 from ...model.regressors import regressor_at, standard_columns

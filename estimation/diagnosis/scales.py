@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...common.arrays import Array
+from ...common import Array
 from ...model.friction import is_friction
 from ..equations.equations import PAYLOAD, Equations
 from ..fit.covariance import NORMAL95

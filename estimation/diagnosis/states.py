@@ -5,13 +5,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...common.arrays import Array
+from ...common import Array, Indices, Mask
 from ...model import Processing, Recording
 from ..payload.long_motion import Source
 from ..signals.filtering import lowpass, measurement
-from ..signals.rows import Mask, used_rows
+from ..signals.rows import used_rows
 
 BLOCKS = 20  # number of blocks of time that are left out in turn
 STRETCH = 3.0  # shortest stretch of time that is judged [s]; shorter ones of good recordings stand out by chance
@@ -29,7 +28,6 @@ _PLACES = 5  # of a block: half a second
 _OVERLAP = 0.7  # of a recording: the longest passage of a motion that repeats itself
 _CUTOFF = 0.4  # of the states' own rate
 _PER_STATE = ("t", "q", "qd", "qdd", "torque", "slope", "keep", "stuck", "loaded", "block", "stretch", "recording")
-Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,9 +44,9 @@ class States:
     keep: Mask  # rows that are used, n to a state, N x n
     stuck: Mask  # where a position is the very same number for over half a second, N x n
     loaded: Array  # 1 with payload, else 0, shape (N,)
-    block: Index  # number of the block of time, (N,)
-    stretch: Index  # of the stretch of 3 s
-    recording: Index
+    block: Indices  # number of the block of time, (N,)
+    stretch: Indices  # of the stretch of 3 s
+    recording: Indices
     signals: tuple[tuple[Array, Array], ...]  # time [s] and torque of each recording's every sample
     gains: tuple[float, ...] = ()  # of the drives, with which currents were read; empty for torques
 
@@ -140,7 +138,7 @@ def states_of(source: Source | None, fewest: int = _FEWEST) -> States | None:
     return States.joined(parts) if sum(len(part.t) for part in parts) >= fewest else None
 
 
-def _places(q: Array, recording: Index) -> Index:
+def _places(q: Array, recording: Indices) -> Indices:
     """Number each state by the first one at its place of a motion that repeats, by itself in any other motion.
 
     What a model leaves, such as ripple, repeats with the motion: passages of one path count as one.

@@ -13,19 +13,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import lapack
 
-from ...common.arrays import Array
-from ...common.brief import Brief
-from ...common.errors import InputError
+from ...common import Array, Brief, InputError, decomposed, without
 from ...common.files import write_bytes
-from ...common.linear import condition_numbers, decomposed, rank, without
+from ...common.linear import condition_numbers
 from ...model import INERTIAL
 
-SHARED = "shared"
-"""Beginning of the names of shared torques."""
+SHARED = "shared"  # beginning of the names of shared torques
 PAYLOAD = tuple(f"{kind}_L" for kind in INERTIAL)
 """Names of the payload's ten parameters chi_L, in the order of (6)."""
-NO_MOTOR = -1
-"""Index that stands for a motor where a known spring makes the torque."""
+NO_MOTOR = -1  # index that stands for a motor where a known spring makes the torque
 _NOISE_FLOOR = 1e-12
 """Standard deviation of the error over the torque, at least: data without noise still need finite weights."""
 
@@ -203,7 +199,7 @@ class Equations(Brief):
             left, parts = compressed(without(rows[:, len(gone) :], rows[:, : len(gone)]), len(others))
             factors.append(left)
             shared |= zip(others, parts.T, strict=True)
-            ranks.append(rank(factor[:, gone]))
+            ranks.append(decomposed(factor[:, gone]).rank)
         return Equations(
             (*(self.columns[k] for k in rest), *(anchor.level for anchor in anchors)),
             tuple(factors),
@@ -339,9 +335,7 @@ def compressed(rows: Array, extra: int = 0) -> tuple[Array, Array]:
 
     Fewer rows than columns are kept as they are.
 
-    Args:
-        rows: columns of the factor, then extra ones, N x (c + extra).
-        extra: number of the extra ones.
+    ``rows``: columns of the factor, then extra ones, N x (c + extra); ``extra``: number of the extra ones.
     """
     width = rows.shape[1] - extra
     if len(rows) > width:

@@ -9,22 +9,18 @@ from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import lapack
 
-from ...common.arrays import Array
-from ...common.linear import without
+from ...common import Array, Indices, Mask, without
 from ...model import Motion, Processing, Robot, Spring
 from ...model.kernel.kernel import Kernel
 from ...model.motion import Measurement
 from ...model.regressors import load_expression, regressor_expression
 from ..signals.filtering import Decimator, noise_bandwidth
-from ..signals.rows import Mask, used_rows
+from ..signals.rows import used_rows
 from .equations import NO_MOTOR, Equations, compressed, merged
 
-Indices = NDArray[np.intp]
-PATH = "path"
-"""Name of the column of a difference's torque that is taken off because the paths differ."""
+PATH = "path"  # name of the column of a difference's torque that is taken off because the paths differ
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,8 +243,7 @@ class Observer:
     def at(self, values: Array) -> "Observer":
         """Make the observer whose friction is that under the load which parameters of these values cause.
 
-        Args:
-            values: of the first columns; those of the others are zero.
+        ``values``: of the first columns; those of the others are zero.
         """
         there, evaluated = copy.copy(self), self._evaluated_columns
         there._chi = np.zeros(len(evaluated))
@@ -373,9 +368,8 @@ def reduced(observation: Observation) -> Equations:
 def reduced_pieces(observer: Observer, pieces: Iterable[tuple[Measurement, Mask]], decimate: int = 1) -> Equations:
     """Reduce one recording that arrives in pieces, however long it is: its equations are never held whole.
 
-    Args:
-        pieces: consecutive pieces, even in time if they are to be decimated, each with its rows to use, N x n.
-        decimate: parallel decimation of Y and W.
+    ``pieces``: consecutive pieces, even in time if they are to be decimated, each with its rows to use, N x n;
+    ``decimate``: parallel decimation of Y and W.
     """
 
     def parts() -> Iterator[tuple[list[Array], list[int]]]:

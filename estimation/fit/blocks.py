@@ -7,17 +7,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.linear import least_squares
+from ...common import Array, decomposed
 from ..equations.equations import Blocks, Equations
 from ..equations.observer import Observation, reduced
 
 _WINDOW = 5.0  # lags summed, in autocorrelation times
 _TIMES = 5.0  # autocorrelation times a block holds
-SHORTEST = 1.0
-"""Shortest block [s]."""
-FEWEST = 6
-"""Number of blocks below which the jackknife of a payload's recordings alone is not trusted."""
+SHORTEST = 1.0  # shortest block [s]
+FEWEST = 6  # number of blocks below which the jackknife of a payload's recordings alone is not trusted
 _MOST = 100  # blocks: more hardly narrow an interval, but each costs a solution
 
 
@@ -46,8 +43,7 @@ def autocorrelation_time(series: Sequence[tuple[Array, Array]], step: float) -> 
 def inflation(series: Sequence[tuple[Array, Array]]) -> float:
     """Factor by which the memory of errors raises the variance of their mean, 1 + 2 (rho_1 + ...), at least 1.
 
-    Args:
-        series: as of ``autocorrelation_time``, on the closest rows' grid.
+    ``series``: as of ``autocorrelation_time``, on the closest rows' grid.
     """
     there = [(t, values) for t, values in series if len(t) > 1]
     if not there:
@@ -129,9 +125,7 @@ def span(recording: Observation) -> Array:
 def block_edges(recording: Observation | Array, length: float) -> Array:
     """Times between blocks [s] for as many equal blocks of at least ``length`` as fit; infinite at the ends.
 
-    Args:
-        recording: what is cut, or the times of its first and last row.
-        length: [s].
+    ``recording``: what is cut, or the times of its first and last row; ``length``: [s].
     """
     start, stop = recording if isinstance(recording, np.ndarray) else span(recording)
     count = max(1, int((stop - start) / length * (1.0 + 1e-9)))
@@ -152,5 +146,5 @@ def in_blocks(
 def weighted_solution(equations: Equations) -> Array:
     """Solve the weighted fit; of dependent columns the shortest solution."""
     factor = equations.stacked()
-    factor = equations.stacked(equations.joint_weights(least_squares(factor[:, :-1], factor[:, -1])))
-    return least_squares(factor[:, :-1], factor[:, -1])
+    factor = equations.stacked(equations.joint_weights(decomposed(factor[:, :-1]).solution(factor[:, -1])))
+    return decomposed(factor[:, :-1]).solution(factor[:, -1])

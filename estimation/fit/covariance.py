@@ -14,13 +14,10 @@ from typing import Literal
 import numpy as np
 from scipy.special import stdtrit
 
-from ...common.arrays import Array, freeze_fields
-from ...common.brief import Brief
-from ...common.errors import InputError
+from ...common import Array, Brief, InputError, freeze_fields
 
 Rule = Literal["formula", "jackknife", "sandwich"]
-FEW = 10
-"""Number of blocks below which the intervals are wide and uncertain themselves."""
+FEW = 10  # number of blocks below which the intervals are wide and uncertain themselves
 
 
 def student95(degrees_of_freedom: float) -> float:
@@ -112,9 +109,8 @@ def jackknife(groups: Sequence[Iterable[Array]], values: Array, block_length: fl
 def sandwich(inverse: Array, scores: Array) -> Array:
     """Covariance (W'W)^-1 S'S (W'W)^-1: each row by its own error, in units of all (White 1980).
 
-    Args:
-        inverse: rows of (W'W)^-1, weighted, k x c.
-        scores: S, weighted rows of W times the size of their weighted errors, m x c.
+    ``inverse``: rows of (W'W)^-1, weighted, k x c; ``scores``: S, weighted rows of W times the size of their
+    weighted errors, m x c.
     """
     moved = inverse @ scores.T
     return np.asarray(moved @ moved.T)

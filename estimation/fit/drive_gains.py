@@ -11,10 +11,8 @@ import numpy as np
 from msgspec import Meta, field
 from msgspec.structs import force_setattr
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, Document, InputError
 from ...common.linear import is_covariance
-from ...common.schema import Document
 from ...model import Recording, Robot
 
 USUAL: Mapping[str, float] = {"motor": 0.02, "link": 0.01}

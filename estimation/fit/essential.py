@@ -11,15 +11,12 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from ...common.arrays import Array
-from ...common.brief import Brief
-from ...common.errors import InputError
+from ...common import Array, Brief, InputError
 from ..equations.equations import Equations
 from .estimate import Estimate
 from .linear_problem import Known, LinearProblem
 
-STOP_RATIO = 1.02
-"""Limit of the paper: the error's standard deviation over that with all parameters."""
+STOP_RATIO = 1.02  # limit of the paper: the error's standard deviation over that with all parameters
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...common.arrays import Array, freeze_fields
-from ...common.brief import Brief
-from ...common.errors import InputError
+from ...common import Array, Brief, InputError, freeze_fields
 from ..equations.equations import Equations
 from .covariance import RobustCovariance, student95
 from .drive_gains import Gains
@@ -249,9 +247,8 @@ def error_model(estimate: Estimate, gains: Gains | None = None) -> Estimate:
     standard deviations well, ten directions not; the correlations are the formula's. Without robust standard
     deviations S = 1.
 
-    Args:
-        estimate: of one method, or of the robot, whose own estimate brings its errors of the drive gains itself.
-        gains: uncertainty of the drive gains, which no residual shows.
+    ``estimate``: of one method, or of the robot, whose own estimate brings its errors of the drive gains itself;
+    ``gains``: uncertainty of the drive gains, which no residual shows.
 
     Raises:
         InputError: if the gains are another number of joints', or what the estimate owes to them is not known.

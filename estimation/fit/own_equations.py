@@ -9,11 +9,8 @@ from typing import TypeVar
 import numpy as np
 from msgspec import UNSET, UnsetType
 
-from ...common.arrays import Array
-from ...common.errors import InputError
-from ...common.linear import decomposed, without
+from ...common import Array, Document, InputError, decomposed, without
 from ...common.progress import Progress, each, silent
-from ...common.schema import Document
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
 from ...model.base.rank import random_states, stacked_regressor
 from ...model.drives import joint_of, parameter_kind
@@ -185,8 +182,7 @@ def with_friction(
     Of candidates those are kept that recordings without payload, in blocks of time, show; none where that cannot be
     judged or no gear's friction is measured.
 
-    Args:
-        recordings: of one and the same load.
+    ``recordings``: of one and the same load.
     """
     asked, own = settings.friction, robot.drives.friction
     if not isinstance(asked, Candidates):

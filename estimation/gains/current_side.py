@@ -11,9 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import block_diag
 
-from ...common.arrays import Array
-from ...common.errors import InputError
-from ...common.linear import decomposed, least_squares
+from ...common import Array, InputError, decomposed
 from ..equations.equations import Equations
 
 _MOST = 200  # iterations
@@ -99,7 +97,7 @@ def torque_side(factors: Sequence[Array], free: Sequence[int], known: Array) -> 
     c = len(free)
     by_x, by_K = np.vstack([factor[:, free] for factor in factors]), (-factor[:, -1:] for factor in factors)
     A, b = np.hstack([by_x, block_diag(*by_K)]), -np.concatenate([factor[:, :-1] @ known for factor in factors])
-    solution = least_squares(A, b)
+    solution = decomposed(A).solution(b)
     K = solution[c:]
     if not (np.abs(K) > 1e-12 * np.abs(K).max()).all():
         raise InputError("the payload does not show in the currents: is it in the loaded recording?")

@@ -7,8 +7,7 @@ fixed while the linearised problem, a cone program, is solved; the load's known 
 import numpy as np
 from scipy.linalg import block_diag
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...model import INERTIAL
 from ...model.drives import SPRING, parameter_kind
 from ..equations.equations import PAYLOAD, Equations, triangular

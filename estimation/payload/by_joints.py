@@ -11,11 +11,7 @@ import numpy as np
 from msgspec import UNSET, UnsetType, structs
 from scipy.linalg import block_diag
 
-from ...common.arrays import Array
-from ...common.brief import Brief
-from ...common.errors import InputError
-from ...common.linear import decomposed
-from ...common.schema import Document, Float
+from ...common import Array, Brief, Document, Float, InputError, decomposed
 from ..equations.equations import PAYLOAD
 from ..fit.covariance import jackknife, student95
 from ..fit.linear_problem import LinearProblem

@@ -13,17 +13,14 @@ from functools import cached_property
 import numpy as np
 from scipy.special import chdtrc
 
-from ...common.arrays import Array
-from ...common.brief import Brief
-from ...common.linear import decomposed, least_squares
+from ...common import Array, Brief, decomposed
 from ...model.drives import joint_of
 from ..equations.equations import PAYLOAD, Anchor, Equations, merged
 from ..equations.observer import Observation, reduced
 from ..fit.blocks import Remembered, weighted_solution
 from ..fit.linear_problem import Known, SoftPrior
 
-FREE = "free "
-"""Beginning of the names of what is estimated anew in each recording, besides the payload."""
+FREE = "free "  # beginning of the names of what is estimated anew in each recording, besides the payload
 _LEVEL = "held "  # beginning of the names of the values that constant torques have by their prior
 
 OFFSET_SHARE = 0.033
@@ -88,9 +85,8 @@ class HeldFriction(Brief):
 def friction_prior(observations: Sequence[Observation], sigmas: Mapping[str, float]) -> HeldFriction:
     """Make the prior of friction near zero; an equation counts as much as the joint's noise and memory allow.
 
-    Args:
-        observations: with free columns of each joint, ``PAYLOAD`` and no other, or ``PATH`` besides.
-        sigmas: standard deviations by name [N·m or N, or per speed].
+    ``observations``: with free columns of each joint, ``PAYLOAD`` and no other, or ``PATH`` besides; ``sigmas``:
+    standard deviations by name [N·m or N, or per speed].
     """
     left = [one.eliminate(free_columns(one.columns)) for one in observations]
     problem = merged(map(reduced, left)).select(PAYLOAD)
@@ -128,7 +124,7 @@ def offset_prior(observations: Sequence[Observation], coulomb: Array) -> HeldFri
 def _left(problem: Equations, weights: Array) -> float:
     """Sum of squares that the least-squares solution leaves."""
     factor = problem.stacked(weights)
-    return float(np.sum((factor[:, -1] - factor[:, :-1] @ least_squares(factor[:, :-1], factor[:, -1])) ** 2))
+    return float(np.sum((factor[:, -1] - factor[:, :-1] @ decomposed(factor[:, :-1]).solution(factor[:, -1])) ** 2))
 
 
 def coulomb_friction(problem: Equations) -> Array:

@@ -25,10 +25,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.brief import Brief
-from ...common.errors import InputError
-from ...common.linear import decomposed
+from ...common import Array, Brief, InputError, decomposed
 from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, base_parameters
 from ...model.drives import joint_of, parameter_kind
 from ...model.friction import is_friction
@@ -47,8 +44,7 @@ from ..fit.blocks import (
     weighted_solution,
 )
 from ..fit.estimate import Estimate, Fit, error_model
-from ..fit.least_squares import weighted
-from ..fit.linear_problem import Known, LinearProblem, SoftPrior, left_out
+from ..fit.linear_problem import Known, LinearProblem, SoftPrior, left_out, weighted
 from ..fit.own_equations import TermChoice, check_lengths, check_moving, filtered, under_own_load, with_friction
 from ..fit.settings import DEFAULTS, Settings
 from ..signals.alignment import AlignedPair

@@ -10,10 +10,7 @@ from itertools import chain
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.brief import Brief
-from ...common.errors import InputError
-from ...common.linear import decomposed
+from ...common import Array, Brief, InputError, decomposed
 from ...model.drives import parameter_kind
 from ...model.friction import is_friction
 from ...model.regressors import payload_columns
@@ -22,8 +19,7 @@ from ..equations.observer import PATH
 from ..fit.covariance import FEW, RobustCovariance, Rule, jackknife, naming_blocks
 from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate, fit
-from ..fit.least_squares import weighted
-from ..fit.linear_problem import LinearProblem, SoftPrior, left_out
+from ..fit.linear_problem import LinearProblem, SoftPrior, left_out, weighted
 from .long_motion import LongMotion, known_path, prior_of, with_scale
 from .result import PayloadEstimate, frame_change, in_payload_frame
 from .short_motion import ShortMotion
@@ -196,8 +192,7 @@ Posed = LinearProblem | ChangeOfParameters
 """A problem of the payload that is solved for given weights of the joints, with and without blocks of time."""
 PREFERRED = (3, 4, 1, 2)
 """Methods in the order of their expected errors, where each can be used and a pair ran one path."""
-ONE_PATH = 2e-3
-"""Distance of positions [rad or m], rms of the worst joint, above which a pair is not of one path."""
+ONE_PATH = 2e-3  # distance of positions [rad or m], rms of the worst joint, above which a pair is not of one path
 METHODS: dict[int, Callable[[LongMotion], Posed]] = {
     1: from_robot,
     2: from_change,

@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...model import Processing, Recording, Robot
 from ...model.motion import Measurement
 from ..equations.observer import known_spring

@@ -8,9 +8,7 @@ from typing import Self
 import numpy as np
 from msgspec import UNSET, UnsetType
 
-from ...common.errors import InputError
-from ...common.linear import decomposed
-from ...common.schema import Document
+from ...common import Document, InputError, decomposed
 from ..fit.covariance import birge
 from ..fit.estimate import error_model
 from ..possible.payload import rise_p_value

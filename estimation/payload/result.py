@@ -7,9 +7,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from ...common.arrays import Array, frozen_array
-from ...common.brief import Brief
-from ...common.errors import InputError
+from ...common import Array, Brief, InputError, frozen_array
 from ...model import InertialParameters, Pose, Robot
 from ...model.inertia import PayloadSpread, payload_spread
 from ..equations.equations import PAYLOAD, Equations

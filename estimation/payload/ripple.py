@@ -13,16 +13,12 @@ import numpy as np
 from msgspec import field
 from scipy.special import fdtrc
 
-from ...common.arrays import Array
-from ...common.linear import decomposed
-from ...common.schema import Document
+from ...common import Array, Document, Mask, decomposed
 from ..equations.observer import Observation, Used
 from ..fit.blocks import inflation
 from ..signals.filtering import decimated
-from ..signals.rows import Mask
 
-RIPPLE_CHANCE = 0.05
-"""Probability of finding a wave in the noise of one joint in one recording."""
+RIPPLE_CHANCE = 0.05  # probability of finding a wave in the noise of one joint in one recording
 _FINER = 6  # candidates from one whole wave over the range to the next
 _FURTHEST = 40  # waves over the range
 _MOST = 4  # per joint
@@ -50,9 +46,7 @@ def ripple_of(
 ) -> tuple[tuple[Wave, ...], tuple[Array, ...]]:
     """Find waves that the equations of a difference of torques hold besides the payload and what is free.
 
-    Args:
-        matrices: columns of the payload and of what is free, per joint.
-        used: the measurement they come from.
+    ``matrices``: columns of the payload and of what is free, per joint; ``used``: the measurement they come from.
 
     Returns:
         The waves, and for each joint their columns, r_j x 4 times the largest number of waves of a joint.

@@ -8,9 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.brief import Brief
-from ...common.errors import InputError
+from ...common import Array, Brief, InputError, Mask
 from ...common.progress import each
 from ...model import BaseParameters, Motion, Processing, Recording, Robot, base_parameters
 from ...model.drives import parameter_kind
@@ -28,7 +26,7 @@ from ..possible.constraints import KnownMass
 from ..signals.alignment import aligned
 from ..signals.filtering import grid_rate, measurement
 from ..signals.plausibility import check_apart, check_recordings, without_dead
-from ..signals.rows import Mask, inner_samples, least_speed, moving_parts
+from ..signals.rows import inner_samples, least_speed, moving_parts
 from .constant_torques import FREE, HeldFriction, coulomb_friction, free_columns, friction_prior, offset_prior
 from .long_motion import (
     Source,

@@ -9,12 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...common.arrays import Array
-from ...common.errors import InputError
-from ...common.linear import decomposed
-from ...common.schema import Document, Float, Vector
+from ...common import Array, Document, Float, Indices, InputError, Vector, decomposed
 from ...model import Motion, Recording, Robot, base_parameters
 from ...model.drives import parameter_kind
 from ...model.motion import Measurement
@@ -35,7 +31,6 @@ _SPEED = 1e-9  # rad/s or m/s: of the approach, whose sign alone counts
 _ROUNDING = 1e-9  # of the largest entry of the payload's regressor
 _COSTS = 2.0  # variance with drift over that without, above which the order does not tell it
 _AT_REST = ("MX", "MY", "MZ", "M", "FS", "FSM", "OFF")  # kinds of parameters that act at rest
-_Indices = NDArray[np.intp]
 
 
 class Drift(Document, frozen=True):
@@ -150,7 +145,7 @@ def static_weighing(
     return replace(problem, standing=Standing(len(set(poses)), order.text, scatter, drift))
 
 
-def _poses(every: Sequence[Rests]) -> tuple[_Indices, list[list[_Indices]], tuple[int, ...]]:
+def _poses(every: Sequence[Rests]) -> tuple[Indices, list[list[Indices]], tuple[int, ...]]:
     """Number the poses of rests that all recordings hold, find each one's rests there, and poses of one side."""
     q, side = every[0].q, every[0].side
     near = np.abs(q[:, None] - q).max(axis=2) < _SAME

@@ -9,7 +9,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from ...common.arrays import Array
+from ...common import Array
 from .constraints import PSEUDO_INERTIA
 
 Cone = tuple[Literal["Zero", "Nonnegative", "SecondOrder", "PSDTriangle", "Exponential"], int]
@@ -93,8 +93,7 @@ The ball closes a program whose least value no finite z attains.
 def solve_cone(program: ConeProgram, ways: Ways = ((1e5, np.inf),)) -> ConeSolution:
     """Solve a cone program in the first way that gives a clean solution.
 
-    Args:
-        ways: the usual one cares for data almost without noise.
+    ``ways``: the usual one cares for data almost without noise.
     """
     (k, n), r, p, status = program.R.shape, len(program.A), len(program.bodies), ""
     for largest, ball in ways:

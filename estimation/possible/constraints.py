@@ -7,10 +7,8 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ...common.arrays import Array, frozen_array
-from ...common.errors import InputError
+from ...common import Array, ArrayLike, InputError, frozen_array
 from ...model import InertialParameters
 from ...model.pose import check_metres
 

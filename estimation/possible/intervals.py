@@ -17,7 +17,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...common.arrays import Array
+from ...common import Array
 from ...model.inertia import inertia_gradient
 from ..equations.equations import PAYLOAD
 from ..fit.covariance import student95
@@ -130,9 +130,8 @@ def profile_intervals(result: Possible) -> Intervals:
     other where they should be equal, go by the delta method with room for that: simulated for a disc, a cube and a
     body of three unequal moments it covers 89 to 100 %, the profile 72 to 99 %.
 
-    Args:
-        result: the nearest payload; the covariance and the degrees of freedom of its free estimate are those that
-            the intervals go by.
+    ``result``: the nearest payload; the covariance and the degrees of freedom of its free estimate are those that
+    the intervals go by.
 
     Raises:
         SolverError: for anything but a clean solve.

@@ -15,19 +15,14 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.special import chdtrc, fdtrc
 
-from ...common.arrays import Array, freeze_fields
-from ...common.brief import Brief
-from ...common.errors import InputError
-from ...common.linear import rank
-from ...common.schema import Document, Float
+from ...common import Array, Brief, Document, Float, InputError, decomposed, freeze_fields
 from ...model import InertialParameters
 from ..equations.equations import PAYLOAD
 from ..fit.estimate import Estimate
 from .cone import ConeProgram, ConeSolution, SolverError, solve_cone
 from .constraints import PSEUDO_INERTIA, Constraint, KnownMass, PossibleBody, lowest_eigenvalue
 
-CONFLICT = 0.01
-"""Probability below which a constraint and the data contradict each other."""
+CONFLICT = 0.01  # probability below which a constraint and the data contradict each other
 
 
 class Active(NamedTuple):
@@ -145,14 +140,12 @@ def rise_p_value(chi2: float, k: int, degrees_of_freedom: float) -> float:
     return float(fdtrc(k, max(degrees_of_freedom, 1.0), chi2 / k))
 
 
-POSSIBLE = (PossibleBody("payload"),)
-"""Constraints of every payload."""
+POSSIBLE = (PossibleBody("payload"),)  # constraints of every payload
 _NO_MULTIPLIER = 1e-7  # multiplier below which it is rounding
 _DEPENDENT = 1e-13  # smallest eigenvalue of a correlation matrix that counts as of full rank
 NOISE_FLOOR = 3e-7
 """Noise floor in the body's own size: a solver accurate to 1e-8 cannot weigh finer errors; no recording has any."""
-TOLERANCE = 1e-6
-"""Largest miss of a linear constraint, in scaled units."""
+TOLERANCE = 1e-6  # largest miss of a linear constraint, in scaled units
 
 
 class ScaledProblem(NamedTuple):
@@ -306,7 +299,7 @@ def tested(result: Possible) -> tuple[Active, ...]:
         else:
             others = [other for other in result.constraints if other is not constraint]
             rise = result.chi2_rise - solve_constrained(free, others).chi2_rise
-            k = rank(constraint.rows[0])
+            k = decomposed(constraint.rows[0]).rank
         p_value = rise_p_value(max(rise, 0.0), k, free.degrees_of_freedom)
         tested.append(active._replace(rise=rise, p_value=p_value))
     return tuple(tested)

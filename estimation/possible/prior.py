@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...model import INERTIAL, BaseParameters, InertialParameters, Robot
 from ...model.stand_in import MOVING, cylinder_radius, cylinders, missing_inertial
 from ..fit.estimate import Estimate, error_model
@@ -183,9 +182,7 @@ def _nearest(program: ConeProgram, prior: Array, possible: Array, radius: float)
     frames or units. log det P' is the largest sum of log Z_ii of a lower triangle Z for which [P' Z; Z' diag(Z)] is
     positive semidefinite. The z also minimises ||R z - d||^2 + weight sum D, whose multipliers are given.
 
-    Args:
-        prior: P0 of each body, p x 4 x 4, in the program's scaled units.
-        possible: a z that holds all.
+    ``prior``: P0 of each body, p x 4 x 4, in the program's scaled units; ``possible``: a z that holds all.
     """
     (k, n), r, p = program.R.shape, len(program.A), len(program.bodies)
     root = np.linalg.inv(np.linalg.cholesky(prior))

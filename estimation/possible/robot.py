@@ -12,10 +12,8 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, Indices, InputError
 from ...model import INERTIAL, BaseParameters, InertialParameters, Robot
 from ...model.base.parameters import sum_text
 from ...model.drives import parameter_kind
@@ -45,7 +43,7 @@ def typical_length(robot: Robot) -> float:
     return max(max(abs(joint.d), abs(joint.r)) for joint in robot.joints) / 2.0 or 1.0
 
 
-def link_indices(robot: Robot, standard: Sequence[str]) -> NDArray[np.intp]:
+def link_indices(robot: Robot, standard: Sequence[str]) -> Indices:
     """Indices of each link's ten, n x 10."""
     return np.array([[standard.index(f"{kind}{link}") for kind in INERTIAL] for link in range(1, robot.n + 1)])
 
@@ -97,7 +95,7 @@ class RobotProgram(NamedTuple):
     texts: tuple[str, ...]  # on the rows
     signed: list[int]  # as of ``drive_rules``
     shared: list[tuple[int, int]]
-    links: NDArray[np.intp]  # indices of each link's ten, n x 10
+    links: Indices  # indices of each link's ten, n x 10
 
     @staticmethod
     def of(robot: Robot, base: BaseParameters, estimate: Estimate, total_mass: MassBounds | None) -> RobotProgram:

@@ -10,8 +10,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.linear import decomposed, least_squares
+from ...common import Array, decomposed
 from ...model import INERTIAL, BaseParameters, InertialParameters, Robot
 from ...model.drives import parameter_kind
 from ...model.frames import bodies_in_link_frames
@@ -71,8 +70,7 @@ BODY_NUMBERS = ("mass", "x", "y", "z", "ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 """Numbers of a body: mass [kg], centre of mass [m], inertia there [kg m^2], in the link's frame."""
 DRIVE_NUMBERS = {"armature": "IA", "damping": "FV", "friction": "FS", "offset": "OFF"}
 """Numbers of a drive, and its parameter: kg m^2 or kg, N·m·s/rad or N·s/m, N·m or N, N·m or N."""
-SIGNED = ("armature", "damping", "friction")
-"""Numbers of a drive that are not negative."""
+SIGNED = ("armature", "damping", "friction")  # numbers of a drive that are not negative
 
 
 class Labelled(NamedTuple):
@@ -171,8 +169,7 @@ class WholeRobot:
 
 _AT_BOUND = 1e-3
 """Fraction of its standard deviation, or of the largest such number: a smaller one stands at its bound, zero."""
-Slopes = dict[str, float]
-"""Derivatives of a number by standard parameters."""
+Slopes = dict[str, float]  # derivatives of a number by standard parameters
 Labelling = Callable[[Sequence[float], Sequence[Slopes]], list[Labelled]]
 """Function that labels numbers, each by its slopes."""
 
@@ -219,7 +216,7 @@ def _plain_friction(robot: Robot, parameters: Mapping[str, float]) -> list[dict[
         for term in robot.drives.friction:
             if term not in PAPER and f"{term.kind}{j}" in parameters:
                 law = term.value(speed, one, middle, load * one)
-                dry, viscous = least_squares(np.column_stack([one, speed]), law)
+                dry, viscous = decomposed(np.column_stack([one, speed])).solution(law)
                 plain[f"{term.kind}{j}"] = float(dry), float(viscous)
         rows.append(plain)
     return rows

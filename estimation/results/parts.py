@@ -19,10 +19,8 @@ from ..fit.estimate import Estimate
 from ..possible.prior import PriorRobot
 from ..possible.robot import PossibleRobot
 
-Number = float | None
-"""Number that is null where it was not determined."""
-Ten = Mapping[str, Number]
-"""Numbers of the ten parameters by name, XX to M."""
+Number = float | None  # number that is null where it was not determined
+Ten = Mapping[str, Number]  # numbers of the ten parameters by name, XX to M
 Interval = tuple[Number, Number]
 Sigma = Annotated[float, Meta(ge=0.0)]
 

@@ -10,10 +10,8 @@ import numpy as np
 from msgspec import UNSET, UnsetType, field
 from msgspec.structs import replace
 
-from ...common.arrays import Array
-from ...common.errors import InputError
-from ...common.schema import Document, Matrix, Triple, Vector, present
-from ...common.speech import Speaks
+from ...common import Array, Document, InputError, Speaks, Vector
+from ...common.schema import Matrix, Triple, present
 from ...model import INERTIAL, InertialParameters, Pose
 from ..diagnosis.evidence import Agreement
 from ..diagnosis.finding import Verdict

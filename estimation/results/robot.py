@@ -7,9 +7,8 @@ from typing import Literal, Self
 import numpy as np
 from msgspec import UNSET, UnsetType, field
 
-from ...common.arrays import Array
-from ...common.errors import InputError
-from ...common.schema import Document, Matrix, Vector, WrongKeyError, at, present
+from ...common import Array, Document, InputError, Vector
+from ...common.schema import Matrix, WrongKeyError, at, present
 from ...model import Robot
 from ...model.friction import friction_terms
 from ..diagnosis.evidence import KNOWN_WELL

@@ -5,8 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...model import Recording
 from .filtering import MonotoneCubic, on_grid, resampled
 
@@ -19,8 +18,7 @@ _STRETCHES = 50  # in as many stretches
 OFFSET, CONSTANT = 0.002, 0.2
 """Difference of positions [rad or m] of one motion if an encoder's zero was set anew, and the fraction of it that
 may change: an arm that sags differs by more where its load is far out."""
-CHANGING = 0.01
-"""Difference of positions [rad or m, rms], constants aside, above which they are not of one motion."""
+CHANGING = 0.01  # difference of positions [rad or m, rms], constants aside, above which they are not of one motion
 
 
 class AlignedPair(NamedTuple):

@@ -7,8 +7,7 @@ from weakref import finalize
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...common.recursion import butterworth, filtered
 from ...model import Motion, Processing, Recording
 from ...model.motion import Measurement
@@ -111,9 +110,7 @@ def grid_rate(recording: Recording, processing: Processing) -> float | None:
 def resampled(recording: Recording, rate: float | None) -> Recording:
     """Resample the recording on an even time grid.
 
-    Args:
-        rate: wanted rate [Hz]; None keeps a recording that is even already, and gives an uneven one its mean
-            rate.
+    ``rate``: wanted rate [Hz]; None keeps a recording that is even already, and gives an uneven one its mean rate.
     """
     times, count = recording.t, len(recording.t)
     mean = float(times[-1] - times[0]) / (count - 1)

@@ -5,8 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...model import Recording, Robot
 from ...model.robot import check_robot
 

@@ -1,19 +1,17 @@
 """Samples that a logger wrote again: those of a slower signal, held, and those of moments in which it froze."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...common.arrays import Array
+from ...common import Array, Indices, Mask
 from .filtering import MonotoneCubic
 
 _FEWEST = 20  # changes of a column that tell how often it changes
 _REGULAR = 0.8  # of the spaces between changes that lie near the usual one
 _QUANTUM = 0.5  # of the changes as large as the one before: more are steps of coarse numbers
 _FROZEN = 3  # rows, and usual steps of a position after them
-_Rows = NDArray[np.intp]
 
 
-def frozen_rows(values: Array, positions: Array) -> NDArray[np.bool_]:
+def frozen_rows(values: Array, positions: Array) -> Mask:
     """Mark rows that repeat the one before in all columns until a position jumps, shape (N,).
 
     A robot at rest goes off by small steps; after a freeze the first step is several times those around it.
@@ -33,7 +31,7 @@ def frozen_rows(values: Array, positions: Array) -> NDArray[np.bool_]:
     return frozen
 
 
-def without_held(t: Array, values: Array, slowest: NDArray[np.bool_]) -> tuple[Array, _Rows, Array]:
+def without_held(t: Array, values: Array, slowest: Mask) -> tuple[Array, Indices, Array]:
     """Take columns that are held between the samples of a slower signal at these alone.
 
     Rows are left at which one of the columns ``slowest`` changes, where all of these are held; else all rows. There
@@ -60,7 +58,7 @@ def without_held(t: Array, values: Array, slowest: NDArray[np.bool_]) -> tuple[A
     return periods, rows, left
 
 
-def _period(column: Array, changed: _Rows) -> float:
+def _period(column: Array, changed: Indices) -> float:
     """Rows from one sample to the next of a column that is held; 0 of another one.
 
     Coarse numbers repeat too, but change by one quantum at a time, and a joint at rest changes seldom.
@@ -74,7 +72,7 @@ def _period(column: Array, changed: _Rows) -> float:
     return float(spaces[near & (spaces < 1.5 * usual)].mean())
 
 
-def _sampled(changes: NDArray[np.bool_], period: float) -> _Rows:
+def _sampled(changes: Mask, period: float) -> Indices:
     """Rows of the samples: where values change, and between these where a sample equals the one before."""
     changed = np.append(0, np.flatnonzero(changes) + 1)
     number = np.append(0, np.cumsum(np.maximum(1, np.rint(np.diff(changed) / period))))

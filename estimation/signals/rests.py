@@ -5,9 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.errors import InputError
-from ...common.linear import without
+from ...common import Array, InputError, without
 from ...model import Processing, Recording
 from .filtering import measurement
 

@@ -13,10 +13,8 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError, Mask
 from ...model import Motion, Processing, Recording
 
 _BRIDGE = 0.3  # s: a pause shorter than this does not end a moving stretch
@@ -24,8 +22,6 @@ _STRETCH = 1.0  # s: a moving stretch shorter than this is left out
 _SETTLES = 3.0  # periods of the cut-off after which the filter has forgotten that the motion was cut: to 1e-3
 _FULL_MOTION = 0.1  # of a joint's largest speed
 _MOST_LOST = 0.05  # of a recording, at either end
-
-Mask = NDArray[np.bool_]
 
 
 def used_rows(motion: Motion, processing: Processing) -> Mask:
@@ -69,8 +65,7 @@ def moving_parts(motion: Motion, still_speed: float) -> Mask:
     Pauses under 0.3 s belong to the motion; a stretch under 1 s (controllers often jog to the start) is left out,
     unless there is no longer one.
 
-    Args:
-        still_speed: a joint below it stands still [rad/s or m/s].
+    ``still_speed``: a joint below it stands still [rad/s or m/s].
     """
     t, on_its_way = motion.t, np.asarray((np.abs(motion.qd) > still_speed).any(axis=1))
     edges = np.flatnonzero(np.diff(np.concatenate([[False], on_its_way, [False]])))

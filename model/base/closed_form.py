@@ -37,10 +37,8 @@ from itertools import chain, combinations, groupby
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError, Mask
 from ..drives import parameter_kind
 from ..frames import frames_at
 from ..inertia import INERTIAL, InertialParameters
@@ -142,7 +140,7 @@ def moves(robot: Robot) -> list[Move]:
     return regroupings
 
 
-def _lie_along(vectors: Array, axes: Array) -> NDArray[np.bool_]:
+def _lie_along(vectors: Array, axes: Array) -> Mask:
     return np.asarray(np.linalg.norm(np.cross(vectors, axes), axis=-1) < _ZERO)
 
 
@@ -245,8 +243,7 @@ def _sum_text(terms: Iterable[tuple[_Monomial, float, str]]) -> str:
     Parameters with the same factor share a bracket; factors are in alphabetical order, and terms in the order
     of their last factors.
 
-    Args:
-        terms: product of lengths, factor and parameter of each.
+    ``terms``: product of lengths, factor and parameter of each.
     """
     single = sorted(
         (product, float(f"{factor:.9g}"), name) for product, factor, name in terms if abs(factor) > _ROUNDING

@@ -9,8 +9,7 @@ from typing import Literal
 import casadi as ca
 import numpy as np
 
-from ...common.arrays import Array, frozen_array
-from ...common.brief import Brief
+from ...common import Array, Brief, frozen_array
 from ..regressors import regressor
 from ..robot import Robot
 

@@ -4,15 +4,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...common.linear import RANK_TOLERANCE
 from ..regressors import standard_columns, standard_regressor
 from ..robot import Robot, check_robot
 from .parameters import BaseParameters
 
-STATES_PER_JOINT = 12
-"""Random states for each joint: n rows each, so 12 n^2 rows for at most 14 n columns."""
+STATES_PER_JOINT = 12  # random states for each joint: n rows each, so 12 n^2 rows for at most 14 n columns
 _PRECISION = 1e-15
 
 
@@ -35,9 +33,8 @@ def base_parameters(robot: Robot, seed: int = 0) -> BaseParameters:
 def base_parameters_of(columns: tuple[str, ...], W: Array) -> BaseParameters:
     """Find the base parameters that an observation matrix shows.
 
-    Args:
-        columns: names of the columns of ``W``, N_s.
-        W: standard regressor on many states, at least N_s rows x N_s.
+    ``columns``: names of the columns of ``W``, N_s; ``W``: standard regressor on many states, at least N_s rows x
+    N_s.
     """
     R = np.asarray(np.linalg.qr(W, mode="r"))
     residuals = left_residuals(R)

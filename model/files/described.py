@@ -11,10 +11,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
 
-from ...common.errors import InputError
+from ...common import InputError
 
-ENDING = "_description"
-"""Ending of the names of robot_descriptions: ``panda_description``."""
+ENDING = "_description"  # ending of the names of robot_descriptions: ``panda_description``
 
 
 class Source(NamedTuple):

@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from ...common.arrays import Array
+from ...common import Array
 from ..frames import with_gravity
 from ..pose import Pose
 from ..robot import SNAP_ANGLE, SNAP_LENGTH, Joint, Limits, Robot
@@ -114,9 +114,7 @@ def _common_normal(x: Array, axis: _Line, after: _Line, foot: Array) -> tuple[Ar
 
     Of both directions it takes the one near the x before; if neither is near it, the one towards the next axis.
 
-    Args:
-        x: of the frame before.
-        foot: where that meets the axis.
+    ``x``: of the frame before; ``foot``: where that meets the axis.
     """
     (direction, point), (next_direction, there) = axis, after
     normal, between = np.cross(direction, next_direction), there - point

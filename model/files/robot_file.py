@@ -29,8 +29,7 @@ _ROBOTS = Path(__file__).parents[1] / "robots"
 _TREES = "trees are not supported: give the joints of one chain, base to tip"
 _LIMITS = {"position": "position_{}", "speed": "speed_{}_s", "acceleration": "acceleration_{}_s2"}
 _UNITS = {"revolute": "deg", "prismatic": "m"}
-Pair = tuple[Real, Real]
-"""Pair of numbers."""
+Pair = tuple[Real, Real]  # pair of numbers
 
 
 @cache

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 import casadi as ca
 import numpy as np
 
-from ...common.arrays import Array
+from ...common import Array
 from .cache import compiled_library
 from .program import OPERATIONS, Program, read_program
 

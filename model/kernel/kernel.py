@@ -7,7 +7,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ...common.arrays import Array
+from ...common import Array
 from .c_path import Fill, aligned_empty, compiled_fill
 from .cache import CompilerUnavailable
 from .program import OPERATIONS, Program, read_program

@@ -12,7 +12,7 @@ from dynident.apps.fleet.store import Log, Recipe, Store, Stored
 from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
 from dynident.estimation import identify
-from dynident.estimation.fit.least_squares import weighted
+from dynident.estimation.fit.linear_problem import weighted
 from dynident.model import INERTIAL, Recording, load_robot
 from dynident.tests.commands.typed import typed
 from dynident.tests.fleet.conftest import drawn, noise_of

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from dynident.common.linear import RANK_TOLERANCE, decomposed, least_squares, rank, without
+from dynident.common.linear import RANK_TOLERANCE, decomposed, without
 from dynident.common.recursion import butterworth, filtered
 from dynident.common.threads import one_thread
 from dynident.estimation.signals.filtering import MonotoneCubic
@@ -19,9 +19,9 @@ DEPENDENT = np.column_stack([A, A @ DRAW.normal(size=(5, 2)), np.zeros(12)])
 
 
 def test_solution_is_least_squares() -> None:
-    assert least_squares(A, B) == pytest.approx(np.linalg.solve(A.T @ A, A.T @ B), rel=1e-12)
-    assert least_squares(A, B[:, 0]) == pytest.approx(least_squares(A, B)[:, 0], rel=1e-14)
-    assert decomposed(A).inverse @ B == pytest.approx(least_squares(A, B), rel=1e-12)
+    assert decomposed(A).solution(B) == pytest.approx(np.linalg.solve(A.T @ A, A.T @ B), rel=1e-12)
+    assert decomposed(A).solution(B[:, 0]) == pytest.approx(decomposed(A).solution(B)[:, 0], rel=1e-14)
+    assert decomposed(A).inverse @ B == pytest.approx(decomposed(A).solution(B), rel=1e-12)
     assert decomposed(A).covariance == pytest.approx(np.linalg.inv(A.T @ A), rel=1e-12)
 
 
@@ -57,7 +57,7 @@ def test_rank_on_both_sides_of_the_tolerance(error: float, expected: int) -> Non
     """Two unit columns at an angle e have singular values sqrt(2) and e / sqrt(2)."""
     angle = 2.0 * error * RANK_TOLERANCE
     columns = np.array([[1.0, np.cos(angle)], [0.0, np.sin(angle)]])
-    assert rank(columns * [1e-5, 1e5]) == expected
+    assert decomposed(columns * [1e-5, 1e5]).rank == expected
 
 
 def test_rest_is_at_right_angles_to_what_is_taken_out() -> None:

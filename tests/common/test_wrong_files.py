@@ -14,7 +14,7 @@ from dynident.common.errors import InputError
 from dynident.common.schema import Table, chosen, json_text, read_toml, toml_text
 from dynident.estimation import GainsResult, PayloadResult, RobotResult, robot_result
 from dynident.estimation.answers.payload import payload_result
-from dynident.estimation.gains.known_load import KnownLoad
+from dynident.estimation.gains.problem import KnownLoad
 from dynident.model import load_robot, read_payload
 from dynident.model.files import payload_file
 from dynident.model.files.robot_file import RobotTable

@@ -15,7 +15,7 @@ from dynident.estimation.answers.identification import identification_system
 from dynident.estimation.answers.system import payload_system
 from dynident.estimation.equations.equations import Equations, merged
 from dynident.estimation.equations.observer import Observer, recorded, reduced, reduced_pieces, used
-from dynident.estimation.fit.least_squares import weighted
+from dynident.estimation.fit.linear_problem import weighted
 from dynident.estimation.payload.methods import combined
 from dynident.estimation.signals.filtering import noise_bandwidth
 from dynident.estimation.signals.rows import moving_parts

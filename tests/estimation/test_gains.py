@@ -17,8 +17,7 @@ from dynident.estimation.diagnosis.evidence import KNOWN_WELL
 from dynident.estimation.diagnosis.states import States
 from dynident.estimation.equations.equations import Equations
 from dynident.estimation.gains.current_side import gauss_newton
-from dynident.estimation.gains.known_load import known_mass, mountings
-from dynident.estimation.gains.problem import gain_problem, rests_on
+from dynident.estimation.gains.problem import gain_problem, known_mass, mountings, rests_on
 from dynident.model import (
     InertialParameters,
     Motion,

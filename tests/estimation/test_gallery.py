@@ -17,7 +17,7 @@ from dynident.common.errors import InputError
 from dynident.estimation.diagnosis.causes import likely_causes
 from dynident.estimation.diagnosis.states import states_of
 from dynident.estimation.equations.equations import Equations
-from dynident.estimation.fit.least_squares import weighted
+from dynident.estimation.fit.linear_problem import weighted
 from dynident.estimation.payload.by_joints import WITHOUT_BLOCKS, payload_by_joints
 from dynident.estimation.payload.long_motion import Source
 from dynident.estimation.payload.short_motion import difference_weighing

@@ -9,7 +9,7 @@ import pytest
 from dynident import estimation, identify, identify_payload, load_robot, model, weigh
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation.fit.least_squares import weighted
+from dynident.estimation.fit.linear_problem import weighted
 from dynident.estimation.payload.long_motion import Source, long_motion
 from dynident.estimation.payload.methods import usable_methods
 from dynident.estimation.payload.pairs import PairedMeasurement

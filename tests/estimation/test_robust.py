@@ -16,7 +16,7 @@ from dynident.estimation.equations.observer import Observation, Observer, reduce
 from dynident.estimation.fit import blocks
 from dynident.estimation.fit.blocks import autocorrelation_time, block_edges
 from dynident.estimation.fit.covariance import Rule, jackknife
-from dynident.estimation.fit.least_squares import weighted
+from dynident.estimation.fit.linear_problem import weighted
 from dynident.estimation.payload.long_motion import long_motion
 from dynident.estimation.payload.methods import METHODS
 from dynident.estimation.payload.pairs import PairedMeasurement

@@ -23,7 +23,7 @@ from dynident.apps.logs.map import LogMap
 from dynident.apps.logs.read import read_recordings
 from dynident.cli import main
 from dynident.common.errors import InputError
-from dynident.estimation.fit.least_squares import weighted
+from dynident.estimation.fit.linear_problem import weighted
 from dynident.model import load_robot
 from dynident.tests.commands.lines import make_recordings
 from dynident.tests.commands.typed import refused

@@ -12,7 +12,7 @@ from dynident.apps.logs.read import read_recording
 from dynident.apps.report.page import Provenance, write_report
 from dynident.apps.report.sections.fleet import fleet_report
 from dynident.estimation import Estimate, identify
-from dynident.estimation.fit.least_squares import weighted
+from dynident.estimation.fit.linear_problem import weighted
 from dynident.model import load_robot
 from dynident.model.regressors import payload_columns
 from dynident.tests.fleet.conftest import drawn, noise_of

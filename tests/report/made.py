@@ -16,7 +16,7 @@ from dynident.estimation.fit.drive_gains import Fingerprints
 from dynident.estimation.fit.essential import Elimination
 from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.fit.own_equations import TermChoice
-from dynident.estimation.gains.known_load import known_mass, known_values
+from dynident.estimation.gains.problem import known_mass, known_values
 from dynident.estimation.payload.by_joints import ByJoints, JointsMass
 from dynident.estimation.payload.repeats import Repeats
 from dynident.estimation.payload.result import PayloadEstimate

@@ -13,13 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...common.arrays import Array
+from ...common import Array
 
-Kind = str
-"""Name of a criterion: a key of ``CRITERIA``."""
+Kind = str  # name of a criterion: a key of ``CRITERIA``
 _SINGULAR = 1e-15  # of the largest eigenvalue: smaller ones are rounding
-ValueSlope = tuple[float, Array]
-"""Value of a criterion, and M = dC/dG, c x c."""
+ValueSlope = tuple[float, Array]  # value of a criterion, and M = dC/dG, c x c
 
 
 class Criterion(NamedTuple):

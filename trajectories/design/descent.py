@@ -9,9 +9,8 @@ chapter 17) whose intervals are drawn in until the fine grid shows none missed.
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...common.arrays import Array
+from ...common import Array, Mask
 from ..motions.family import Family
 from .limits import State, excess
 from .problem import DesignProblem
@@ -19,8 +18,7 @@ from .score import FINER, TOLERANCE
 
 Smooth = Callable[[Array], tuple[float, Array]]
 """Smooth function of a motion, with its gradient; inf where it has no value."""
-WIDTH, FINE_WIDTH = 0.05, 0.01
-"""Width of the smoothed sign while optimising, and at the end [rad/s or m/s]."""
+WIDTH, FINE_WIDTH = 0.05, 0.01  # width of the smoothed sign while optimising, and at the end [rad/s or m/s]
 _MEMORY = 40  # pairs of steps and slopes that L-BFGS keeps
 _LARGE = 1e6  # stands for inf: the line search then goes back
 _FLAT, _STILL = 1e-6, 1e-8  # slope, and a step's relative gain, at which a descent ends
@@ -82,7 +80,7 @@ def by_matrix(
     return x, H
 
 
-def _free(x: Array, slope: Array, family: Family) -> NDArray[np.bool_]:
+def _free(x: Array, slope: Array, family: Family) -> Mask:
     """Mark the numbers that a step may change: not those at a bound that the slope pushes them against."""
     return ~(((x <= family.low) & (slope > 0.0)) | ((x >= family.high) & (slope < 0.0)))
 

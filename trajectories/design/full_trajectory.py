@@ -10,9 +10,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from msgspec import field
 
-from ...common.arrays import Array
-from ...common.errors import InputError
-from ...common.schema import Document
+from ...common import Array, Document, InputError
 from ...model import Motion, Robot
 from ..motions.family import Plan, Samples, sample_count
 from ..motions.fourier import Fourier, FreeSeries, NearShape

@@ -10,12 +10,8 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ...common.arrays import Array
-from ...common.brief import Brief
-from ...common.errors import InputError
-from ...common.linear import decomposed, without
+from ...common import Array, ArrayLike, Brief, InputError, decomposed, without
 from ...model import InertialParameters, Robot, base_parameters, standard_columns
 from ...model.base.rank import leftmost_independent
 from ...model.drives import parameter_kind

@@ -12,7 +12,7 @@ from itertools import pairwise
 import casadi as ca
 import numpy as np
 
-from ...common.arrays import Array
+from ...common import Array
 from ...model import Robot
 from ...model.drives import SPRING, smooth_sign
 from ...model.kernel.kernel import Kernel

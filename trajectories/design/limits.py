@@ -11,9 +11,7 @@ from typing import Any, Literal, NamedTuple, TypeVar
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.brief import Brief
-from ...common.schema import Document
+from ...common import Array, Brief, Document
 from ..motions.family import JointBounds, Samples
 from .information import RegressorKernel
 

@@ -21,11 +21,8 @@ from typing import Any, Literal
 
 import casadi as ca
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ...common.arrays import Array, freeze_fields
-from ...common.brief import Brief
-from ...common.errors import InputError
+from ...common import Array, ArrayLike, Brief, InputError, freeze_fields
 from ...model import Pose
 from ...model.kernel.kernel import Kernel
 from .information import RegressorKernel
@@ -37,8 +34,7 @@ _TINY = 1e-13  # of the quadratic's size: distance that mu keeps from the larges
 _LEAST = 1e-300
 _SIGMAS = 2.0  # standard deviations of the robot's own torque that count
 
-Region = Literal["ball", "cube"]
-"""Region that holds a body: an ellipsoid or a box along its axes."""
+Region = Literal["ball", "cube"]  # region that holds a body: an ellipsoid or a box along its axes
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -11,11 +11,8 @@ from functools import cached_property, partial
 
 import numpy as np
 from msgspec import structs
-from numpy.typing import NDArray
 
-from ...common.arrays import Array
-from ...common.brief import Brief
-from ...common.errors import InputError
+from ...common import Array, Brief, Indices, InputError
 from ...model import InertialParameters, Robot, base_parameters, standard_columns
 from ...model.base.parameters import BaseParameters
 from ...model.base.rank import base_parameters_of
@@ -41,8 +38,7 @@ from .limits import (
 from .payloads import PayloadSet, payload_limit
 from .scene import Capsule, Scene, clearance, tubes
 
-BALL = "payload within bounds"
-"""Name of the body that stands for every payload within bounds."""
+BALL = "payload within bounds"  # name of the body that stands for every payload within bounds
 _WRIST = 3  # links before the flange that the ball of the payloads may overlap
 
 
@@ -89,7 +85,7 @@ class DesignProblem(Brief):
         return criterion._replace(reference=np.array([values.get(name, 0.0) or 1.0 for name in names]))
 
     @cached_property
-    def places(self) -> NDArray[np.intp]:
+    def places(self) -> Indices:
         """Indices of the regressor's columns that are ``names``."""
         return np.array([self.kernel.columns.index(name) for name in self.names])
 

@@ -15,8 +15,7 @@ import casadi as ca
 import numpy as np
 from msgspec import Meta
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...common.schema import Real, Table, Triple, read_toml
 from ...model import Robot
 from ...model.frames import frames_at, step

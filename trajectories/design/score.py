@@ -7,20 +7,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.brief import Brief
-from ...common.errors import InputError
-from ...common.linear import condition_numbers, decomposed
+from ...common import Array, Brief, InputError, decomposed
+from ...common.linear import condition_numbers
 from ...model import Motion, inverse_dynamics, standard_columns
 from ...model.kernel.kernel import Kernel
 from ..motions.family import Samples
 from .limits import LimitCheck, State, check, excess, state_limits
 from .problem import DesignProblem
 
-FINER = 10
-"""Ratio of the final check's grid to the optimisation's."""
-TOLERANCE = 1e-9
-"""Miss of a limit, in its own units, up to which it is met."""
+FINER = 10  # ratio of the final check's grid to the optimisation's
+TOLERANCE = 1e-9  # miss of a limit, in its own units, up to which it is met
 
 
 class Learnt(NamedTuple):

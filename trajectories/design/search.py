@@ -16,10 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from msgspec import field
 
-from ...common.arrays import Array
-from ...common.schema import Document, Float
-from ...common.speech import Speaks
-from ...common.threads import one_thread
+from ...common import Array, Document, Float, Speaks, one_thread
 from ...model import Motion
 from ..motions.family import Clear, JointBounds, Plan, Samples, everywhere
 from ..motions.fourier import FreeSeries, NearShape

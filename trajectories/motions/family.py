@@ -14,20 +14,16 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.brief import Brief
-from ...common.errors import InputError
+from ...common import Array, Brief, InputError
 from ...model import Motion, Robot
 
-Clear = Callable[[Array], bool]
-"""Function that is true if the robot may take all of some poses, (N, n) [rad or m]."""
+Clear = Callable[[Array], bool]  # function that is true if the robot may take all of some poses, (N, n) [rad or m]
 Factors = tuple[Array, Array, Array]
 """Basis at some s: factors of the coefficients in q, in T qd and in T^2 qdd, each (N, m)."""
 Grid = tuple[Array, Factors]
 """Samples of a piece: the fraction of its time that each stands for, shape (N,), and the basis there."""
 _END = 1e-12  # of the duration: what rounding may keep the last sample from falling on the end
-LONGEST = 3600.0
-"""Longest duration of a motion that is designed [s]."""
+LONGEST = 3600.0  # longest duration of a motion that is designed [s]
 _MOST = 10_000_000  # samples of a motion: eleven hours at 250 Hz; memory would not hold much more
 
 

@@ -13,9 +13,7 @@ from functools import cached_property, lru_cache, partial
 
 import numpy as np
 
-from ...common.arrays import Array, freeze_fields
-from ...common.brief import Brief
-from ...common.errors import InputError
+from ...common import Array, Brief, InputError, freeze_fields
 from ...model import Robot
 from ...model.visibility import PayloadVisibility, checked_joints, payload_visibility
 from .family import LONGEST, Clear, Factors, Grid, JointBounds, Pieces, Plan, Samples, check_pose, everywhere

@@ -10,8 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...common.arrays import Array, freeze_fields
-from ...common.brief import Brief
+from ...common import Array, Brief, freeze_fields
 from ...model import Robot
 from .family import Factors, Pieces, Plan
 

@@ -7,11 +7,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...common.arrays import Array
-from ...common.brief import Brief
-from ...common.errors import InputError
+from ...common import Array, Brief, InputError, Mask
 from ...model import Robot
 from ...model.visibility import PayloadVisibility, visibility_in_states
 from .family import Clear, JointBounds, Samples, check_pose, everywhere
@@ -159,7 +156,7 @@ class FreeRests:
 
 
 @lru_cache(maxsize=16)
-def _lines(count: int, finer: int) -> tuple[Array, NDArray[np.bool_]]:
+def _lines(count: int, finer: int) -> tuple[Array, Mask]:
     """Samples on the lines as mixtures of the points, (N, 4 count + 2); and those that are at rest."""
     points = np.arange(4 * count + 2)
     parts = finer * np.where(points[:-1] % 4 == 0, _LOOKS, 1)

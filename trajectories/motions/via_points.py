@@ -12,11 +12,8 @@ from functools import cached_property, lru_cache
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...common.arrays import Array, freeze_fields
-from ...common.brief import Brief
-from ...common.errors import InputError
+from ...common import Array, Brief, Indices, InputError, freeze_fields
 from ...model import Motion, Robot
 from .family import LONGEST, Clear, Factors, Grid, JointBounds, Pieces, Plan, Samples, check_pose, everywhere
 
@@ -117,7 +114,7 @@ class Trapezoid:
                 weights.append(_even(count) * (end - begin))
         return np.concatenate(weights), self._in_phase(np.concatenate(s), np.concatenate(phase))
 
-    def _in_phase(self, s: Array, phase: NDArray[np.int_]) -> Factors:
+    def _in_phase(self, s: Array, phase: Indices) -> Factors:
         """Values f, f' and f'' in the ramp up (0), at constant speed (1) and in the ramp down (2)."""
         v, a, left = self.peak_speed, self.peak_acceleration, 1.0 - s
         up, down = phase == 0, phase == 2

@@ -10,9 +10,7 @@ from typing import Literal, NamedTuple
 import casadi as ca
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.brief import Brief
-from ...common.errors import InputError
+from ...common import Array, Brief, InputError
 from ...model import (
     BaseParameters,
     InertialParameters,

@@ -135,9 +135,8 @@ def record(
 ) -> Recording:
     """Record a motion and its motor torques as the controller writes them down.
 
-    Args:
-        torque: exact motor torques [N·m or N], shape (N, n).
-        gains: of the drives, measured over true torque, shape (n,).
+    ``torque``: exact motor torques [N·m or N], shape (N, n); ``gains``: of the drives, measured over true torque,
+    shape (n,).
     """
     draw = np.random.default_rng([*seed, _RECORDING])
     noise = np.array(disturbances.white) * draw.standard_normal(torque.shape)

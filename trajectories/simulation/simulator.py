@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ...common.brief import Brief
+from ...common import ArrayLike, Brief
 from ...model import InertialParameters, Motion, Recording, Robot, inverse_dynamics
 from ...model.kernel.kernel import Kernel
 from ...model.motion import Measurement

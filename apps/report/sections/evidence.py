@@ -12,7 +12,7 @@ from ....estimation import Gains
 from ....estimation.answers.system import TorquePrediction
 from ....estimation.diagnosis.finding import Verdict
 from ....estimation.fit.estimate import Fit
-from ....estimation.fit.least_squares import Excitation
+from ....estimation.fit.linear_problem import Excitation
 from ....estimation.fit.own_equations import TermChoice
 from ....estimation.payload.by_joints import JointsMass
 from ....estimation.results.parts import EliminationDocument, ProcessingDocument, ResidualDocument
