@@ -30,6 +30,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     with suppress(ValueError):  # another thread than the first, which alone is interrupted
         if signal.getsignal(signal.SIGINT) == signal.default_int_handler:
             signal.signal(signal.SIGINT, interrupt)
+            atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)  # what is answered stays answered
     try:
         status = _run(words)
         sys.stdout.flush()

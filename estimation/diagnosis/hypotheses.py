@@ -26,7 +26,7 @@ from .states import BLOCKS, STRETCH
 WITH_PAYLOAD = " with payload"
 WHERE = ("", " without payload", WITH_PAYLOAD)  # recordings in which a fault may be: all, or some
 MOVED = 0.025  # relative change of the mass above which a fault spoils every number
-SLIP, SLIP_Z, SURE = 0.01, 6.0, 3.0
+SLIP, SLIP_Z, SURE = 0.01, 5.0, 3.0
 """Distance [m] by which the centre of mass differs in the second half of the loaded recordings, its standard
 deviations, and those of the step's length."""
 CHANGE, CHANGE_Z = 0.1, 6.0
@@ -57,7 +57,8 @@ arm shows least there, up to 2.8; a force to the side with payload up to 4.8, st
 PUSHES = 2.0  # standard deviations of a stiffness below zero beyond which it is none of a hose
 LIGHT, LIGHT_Z = 0.05, 5.0
 """Fraction of the payload's weight that the torques do not hold, and its standard deviations."""
-ALONE = ("compensated", "weight", "zero", "gain")  # hypotheses that count only where nothing else takes off more
+DRIFT_Z = 5.0  # standard deviations of a torque that grows with time: good ones, real ones too, show up to 3.5
+ALONE = ("compensated", "weight", "zero", "gain", "drift")  # count only where nothing else takes off more
 HELPFUL = 0.1
 """Fraction of the squared residual above which what takes it off may be where other findings come from. A pull
 always may: it leaves little residual and moves the mass far."""
@@ -122,14 +123,15 @@ def _delayed(effect: Effect, evidence: Evidence) -> Finding:
     """Torques that are late or early.
 
     By over {LATE:g} s and {LATE_Z:g} sigma: spoils all where the mass is {MOVED:.1%}, or the centre of mass
-    {SLIP:g} m off without it, else the inertia. Delays come out a third too small; all joints share one.
+    {SLIP:g} m off without it, else the inertia; without payload where it takes {HELPFUL:.0%} off the squared
+    residual. Delays come out a third too small; all joints share one.
     """
     text = (
         f"the torques{effect.where} {'lag' if effect.size > 0.0 else 'lead'} position by about "
         f"{1e3 * abs(effect.size):.0f} ± {1e3 * effect.sigma:.1g} ms or more: check the log's time stamps"
     )
     if evidence.of_robot:
-        return note(text)
+        return (error if effect.fall > HELPFUL else note)(text)
     if not spoils(evidence, effect.change):
         return warning(text)
     mass = evidence.mass + effect.change[9]
@@ -181,6 +183,28 @@ def _change(effect: Effect, _: Evidence) -> Finding:
         f"the mass changes: the payload {'grows' if effect.size > 0.0 else 'shrinks'} after {effect.where} of the "
         "recordings with payload: was it taken up or put down, or does a torque drift?",
         "mass",
+    )
+
+
+def drift(system: System) -> Sought:
+    """Columns of each joint's torque that grows evenly over the recordings without payload, or with it."""
+    masks, joints = list(parts(system.states.loaded).items())[-2:], np.eye(system.robot.n)[:, :, None, None]
+    constants = {f"{j}{where}": one * mask for j, one in enumerate(joints, 1) for where, mask in masks}
+    ramps = {where: column * system.states.passed for where, column in constants.items()}
+    return Sought(ramps, free=[column[:, 0] for column in constants.values()])
+
+
+def _drift(effect: Effect, evidence: Evidence) -> Finding:
+    """A joint's torque that drifts.
+
+    By over {DRIFT_Z:g} sigma, if nothing else takes off more: spoils all where the mass is {MOVED:.1%}, or the
+    centre of mass {SLIP:g} m off without it, without payload where it takes {HELPFUL:.0%} off the squared residual.
+    """
+    heavy = effect.fall > HELPFUL if evidence.of_robot else spoils(evidence, effect.change)
+    joint, *where = effect.where.split(" ", 1)
+    return (error if heavy else note)(
+        f"the torque of joint {joint} drifts by {effect.size:.3g} ± {effect.sigma:.1g} (N·m or N) over a recording"
+        f"{''.join(f' {part}' for part in where)}: let the arm run warm, and record again"
     )
 
 
@@ -484,6 +508,7 @@ HYPOTHESES = (
     Hypothesis("weight", weight, lambda effect: abs(effect.size) > WEIGHT and effect.z() > WEIGHT_Z, _weight),
     Hypothesis("tilt", tilt, lambda effect: effect.size > TILT and effect.z() > TILT_Z, _tilt),
     Hypothesis("bursts", bursts, lambda _: True, _bursts),
+    Hypothesis("drift", drift, lambda effect: effect.z() > DRIFT_Z, _drift),
     Hypothesis("zero", zero, lambda effect: abs(effect.size) > ZERO and effect.z() > ZERO_Z, _zero),
     Hypothesis("gain", gain, lambda effect: abs(effect.size) > GAIN and effect.z() > GAIN_Z, _gain),
 )
@@ -527,7 +552,7 @@ def effects_of(system: System, free_gains: bool = False) -> tuple[Effect, ...]:
         return ()
     effects = {name: effect for name, effect in seen(system).items() if name != "gain" or not free_gains}
     pull, falls = effects["pull"], {name: effect.fall for name, effect in effects.items() if name != "pull"}
-    off = max(falls.pop(name, 0.0) for name in ("compensated", "zero", "gain"))
+    off = max(falls.pop(name, 0.0) for name in ("compensated", "zero", "gain", "drift"))
     hung = _pulls(pull) and pull.fall > max(CLEARER * max(falls.values(), default=0.0), off)
     effects.pop("tilt" if hung else "pull", None)
     most = max((one.fall for name, one in effects.items() if BY_NAME[name].stands_out(one)), default=0.0)
