@@ -56,7 +56,8 @@ def robot(name: str) -> Robot:
     )
     whole = load_robot("rx90").parameters.items()
     values = {name: _TX40_SHARE[name.rstrip("0123456789")] * value for name, value in whole}
-    return replace(known, joints=joints, parameters=values, processing=replace(known.processing, decimate=10))
+    processing = replace(known.processing, decimate=10, equation_rate=None)
+    return replace(known, joints=joints, parameters=values, processing=processing)
 
 
 def _ur10e() -> dict[str, float]:

@@ -271,8 +271,8 @@ def robot_result(
     noise: dict[str, Any] = {}
     if estimate.robust is not None and result.recordings:
         rate = result.processing.equations_a_second(result.recordings[0].rate)
-        memory = np.exp(0.5 * np.log(np.diag(estimate.robust.covariance) / np.diag(estimate.covariance)).mean())
-        noise = {"torque_noise": memory / estimate.weights, "independent": rate * problem.independent}
+        memory = np.sqrt(np.median(np.diag(estimate.robust.covariance) / np.diag(estimate.covariance)))
+        noise = {"torque_noise": memory * estimate.fit.rms, "independent": rate * problem.independent}
     return RobotResult(
         robot=robot.name,
         robot_title=robot.title or UNSET,

@@ -33,6 +33,11 @@ class Fit:
         freeze_fields(self, error_norms=(len(self.rows),), torque_norms=(len(self.rows),))
 
     @property
+    def rms(self) -> Array:
+        """Root mean square of each joint's error [N·m or N], shape (n,)."""
+        return np.asarray(self.error_norms / np.sqrt(np.maximum(self.rows, 1)))
+
+    @property
     def relative(self) -> float:
         """Norm of the error over norm of the torque, all joints; nan without any torque."""
         torque = float(np.linalg.norm(self.torque_norms))

@@ -98,13 +98,25 @@ def learnt_of(problem: DesignProblem, W: Sequence[Array], parts: Sequence[Array]
     """
     with_earlier, recorded = problem.criterion.weighted, problem.goal.single_rate
     recorded *= problem.goal.data_length or duration
+    used = np.isfinite(problem.noise)
     rows = [np.sqrt(recorded * part)[:, None] * own for own, part in zip(W, parts, strict=True)]
     weighted = [own / sigma for own, sigma in zip(rows, problem.noise, strict=True)]
+    earlier = problem.earlier if with_earlier else problem.earlier[:0]
     plain = np.vstack([*rows, *([] if with_earlier else [problem.earlier])])
-    R = decomposed(np.asarray(np.linalg.qr(np.vstack([*weighted, *([problem.earlier] * with_earlier)]), mode="r")))
+    R = decomposed(np.asarray(np.linalg.qr(np.vstack([*weighted, earlier]), mode="r")))
     if R.rank < len(problem.names):
         return Learnt(-np.inf, *condition_numbers(plain), dict.fromkeys(problem.names, np.inf))
-    covariance = np.asarray(R.covariance)
+    # An estimate weighs joints by what ordinary least squares leave (16), which spread the errors of strong joints
+    # over weak ones: no best weights where their noise is far apart.
+    root = R.rowspace / R.singular / R.sizes[:, None]
+    grams = np.array([(own @ root).T @ (own @ root) for own, use in zip(rows, used, strict=True) if use])
+    square, count = problem.noise[used] ** 2, recorded * np.array([*map(np.sum, parts)])[used]
+    ordinary, prior = np.linalg.pinv(grams.sum(axis=0), hermitian=True), (earlier @ root).T @ (earlier @ root)
+    spread = ordinary @ np.einsum("j,jab->ab", square, grams) @ ordinary
+    left = square + np.einsum("ab,jab->j", spread, grams) / np.maximum(count, 1e-300)
+    shown, wrong = (np.einsum("j,jab->ab", each, grams) + prior for each in (1.0 / left, square / left**2))
+    root = root @ np.linalg.inv(shown)
+    covariance = np.asarray(root @ wrong @ root.T)
     sigma = dict(zip(problem.names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
     log_det = 2.0 * float(np.log(R.singular).sum() + np.log(R.sizes).sum())
     return Learnt(log_det, *condition_numbers(plain), sigma, covariance)
