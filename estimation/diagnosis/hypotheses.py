@@ -207,28 +207,23 @@ def _drift(effect: Effect, evidence: Evidence) -> Finding:
     )
 
 
-def _rigid(
-    system: System, robot: Robot, q: Array, qd: Array, qdd: Array, free: Sequence[str] = ()
-) -> tuple[Array, Array, list[Array]]:
-    """Torques of links and payload on a motion, n x N, of the payload alone, and columns of free parameters."""
-    rigid = [k for k, name in enumerate(system.names) if parameter_kind(name) in INERTIAL]
+def _rigid(system: System, robot: Robot, q: Array, qd: Array, qdd: Array) -> Array:
+    """Torques of links and payload together, and of the payload alone, by a robot in some states; 2 x n x N."""
+    links = [k for k, name in enumerate(system.names) if parameter_kind(name) in INERTIAL]
     load = payload_columns(robot) if system.states.loaded.any() else ()
-    names = tuple(dict.fromkeys([*(system.names[k] for k in rigid), *load, *free]))
+    names = tuple(dict.fromkeys([*(system.names[k] for k in links), *load]))
     ten = frame_change(robot.flange) @ system.values[system.payload] if load else np.zeros(0)
     W = regressor_at(robot, names, q, qd, qdd)
     carried = np.einsum("jcn,c->jn", W[:, list(map(names.index, load))], ten) * system.states.loaded
-    own = np.einsum("jcn,c->jn", W[:, : len(rigid)], system.values[rigid]) + carried
-    return own, carried, [W[:, names.index(name)] for name in free]
+    return np.stack([np.einsum("jcn,c->jn", W[:, : len(links)], system.values[links]) + carried, carried])
 
 
-def _weights(system: System, free: Sequence[str], directions: Array) -> tuple[Array, Array, list[Array]]:
-    """Those of ``_rigid`` at rest, n x k x N, by gravities."""
-    still, each = np.zeros(system.states.q.shape), []
-    for x, y, z in (np.linalg.norm(system.robot.gravity) * directions).tolist():
-        turned = replace(system.robot, gravity=(x, y, z))
-        each.append(_rigid(system, turned, system.states.q, still, still, free))
-    own, carried, columns = zip(*each, strict=True)
-    return np.stack(own, axis=1), np.stack(carried, axis=1), columns[0]
+def _weights(system: System, directions: Array) -> Array:
+    """Torques of the weight of links and payload together, and of the payload's alone; 2 x n x k x N."""
+    robot, q = system.robot, system.states.q
+    gravities = (np.linalg.norm(robot.gravity) * directions).tolist()
+    still = [_rigid(system, replace(robot, gravity=(x, y, z)), q, 0.0 * q, 0.0 * q) for x, y, z in gravities]
+    return np.stack(still, axis=2)
 
 
 def tilt(system: System) -> Sought | None:
@@ -242,7 +237,9 @@ def tilt(system: System) -> Sought | None:
     first = robot.joints[0]
     axis = np.array([0.0, -np.sin(first.alpha), np.cos(first.alpha)])
     upright_axis = first.revolute and np.linalg.norm(np.cross(axis, g)) < _UPRIGHT * np.linalg.norm(g)
-    own, carried, free = _weights(system, ("MX1", "MY1") if upright_axis else (), upright(robot)[:2])
+    own, carried = _weights(system, upright(robot)[:2])
+    leaning, q = replace(robot, gravity=tuple((np.linalg.norm(g) * upright(robot)[0]).tolist())), system.states.q
+    free = [*regressor_at(leaning, ("MX1", "MY1"), q, 0.0 * q, 0.0 * q).swapaxes(0, 1)] if upright_axis else []
     by_difference = -system.as_payload(carried) if system.states.loaded.any() else None
     return Sought({"": own}, free=free, by_difference=by_difference)
 
@@ -251,8 +248,7 @@ def weight(system: System) -> Sought | None:
     """Column of gravity's size: the torque of all weights; None where there is no gravity."""
     if not any(system.robot.gravity):
         return None
-    own, *_ = _weights(system, (), -upright(system.robot)[2:])
-    return Sought({"": own})
+    return Sought({"": _weights(system, -upright(system.robot)[2:])[0]})
 
 
 def _weight(effect: Effect, evidence: Evidence) -> Finding:
@@ -288,8 +284,7 @@ def compensated(system: System) -> Sought | None:
     """Column of the payload's weight alone, its inertia left; None where no payload is seen."""
     if after_fraction(system, 0.0) is None or not any(system.robot.gravity):
         return None
-    _, carried, _ = _weights(system, (), upright(system.robot)[2:])
-    return Sought({WITH_PAYLOAD: carried})
+    return Sought({WITH_PAYLOAD: _weights(system, upright(system.robot)[2:])[1]})
 
 
 def _compensated(effect: Effect, evidence: Evidence) -> Finding:
@@ -310,7 +305,7 @@ def zero(system: System) -> Sought:
     robot, states = system.robot, system.states
 
     def torque(q: Array) -> Array:
-        return _rigid(system, robot, q, states.qd, states.qdd)[0]
+        return np.asarray(_rigid(system, robot, q, states.qd, states.qdd)[0])
 
     turning = [j for j, joint in enumerate(robot.joints) if joint.revolute]
     still, turns = torque(states.q), _TURN * np.eye(robot.n)

@@ -38,14 +38,9 @@ def joints(evidence: Evidence) -> list[Finding]:
     odd, text, serious = _odd(view, wider, mass, factor)
     if not odd:
         return []
-    if evidence.spread is not None:
-        half = NORMAL95 * evidence.spread.mass
-    else:  # drive gains: nothing widened the estimate yet
-        half = (
-            NORMAL95
-            * factor
-            * (float(evidence.best.estimate.larger_sigma[9]) if evidence.best is not None else np.inf)
-        )
+    own = float(evidence.best.estimate.larger_sigma[9]) if evidence.best is not None else np.inf
+    # Of drive gains nothing has widened the estimate yet.
+    half = NORMAL95 * (evidence.spread.mass if evidence.spread is not None else factor * own)
     spoilt, advice = list[str](), "check its drive gain and friction"
     if not half <= USEFUL * abs(mass):
         spoilt.append(f"an interval that covers all joints is ± {100 * half / max(abs(mass), 1e-300):.0f} %")

@@ -180,7 +180,18 @@ def found(torque: Array, pair: tuple[Recording, Recording]) -> dict[str, Effect]
 def test_good_recordings_hold_nothing_else(pair: tuple[Recording, Recording]) -> None:
     effects = found(pair[1].torque, pair)
     assert not tilt_correction(effects["tilt"], 4)[0].any()
-    assert effects.keys() == {"pull", "weight", "compensated", "zero", "gain", "tilt", "late", "slip", "change"}
+    assert effects.keys() == {
+        "pull",
+        "weight",
+        "compensated",
+        "zero",
+        "gain",
+        "tilt",
+        "late",
+        "slip",
+        "change",
+        "drift",
+    }
     assert not any(BY_NAME[name].stands_out(effect) for name, effect in effects.items())
 
 
