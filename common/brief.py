@@ -10,6 +10,7 @@ import numpy as np
 
 _LONGEST = 600  # largest length of a ``repr``: eight lines of a screen
 _BY_IDENTITY: Any = object.__eq__
+_BY_STATE: Any = object.__reduce__
 _FEW = 3  # largest size of an array whose numbers are shown
 
 
@@ -71,13 +72,15 @@ def same(a: Any, b: Any) -> bool:
     if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
         return a.shape == b.shape and bool(np.all((a == b) | ((a != a) & (b != b))))
     if type(a) is not type(b):
-        return bool(a == b)
+        return not isinstance(a, np.ndarray) and not isinstance(b, np.ndarray) and bool(a == b)
     if names := field_names(a):
         return all(same(getattr(a, name), getattr(b, name)) for name in names)
     if isinstance(a, Mapping):
         return a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
     if isinstance(a, tuple | list):
         return len(a) == len(b) and all(map(same, a, b))
+    if type(a).__eq__ is _BY_IDENTITY and type(a).__reduce__ is not _BY_STATE:
+        return same(a.__reduce__(), b.__reduce__())
     if type(a).__eq__ is _BY_IDENTITY and hasattr(a, "__dict__"):  # what was computed of one alone is left out
         return same(*({name: vars(x)[name] for name in vars(a).keys() & vars(b).keys()} for x in (a, b)))
     return bool(a == b) or bool(a != a and b != b)

@@ -11,6 +11,7 @@ import tomllib
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from difflib import get_close_matches
+from functools import partial
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, TypeVar, Union, get_args, get_origin
@@ -161,6 +162,11 @@ class Worked(Document, frozen=True, dict=True):
     def working(self) -> Any:
         """Values that it was made from; None where it was read from a file."""
         return vars(self).get("made_from")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle and copy with what it was made from, which may hold the document itself."""
+        own = {name: getattr(self, name) for name in self.__struct_fields__}
+        return partial(type(self), **own), (), {"made_from": self.working}
 
     def made_by(self, working: Any) -> Self:
         """Keep what the document was made from, for ``working``."""

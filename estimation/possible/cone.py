@@ -70,6 +70,10 @@ class SolverError(RuntimeError):
         advice = "correct them" if infeasible else "check that the constraints allow some body near the data"
         super().__init__(f"{text}{listed}: {advice}")
 
+    def __reduce__(self) -> tuple[type["SolverError"], tuple[str, tuple[str, ...]]]:
+        """Pickle what it is made from."""
+        return SolverError, (self.status, self.demands)
+
     def naming(self, *demands: str) -> "SolverError":
         """Name the constraints in the error."""
         return SolverError(self.status, demands)

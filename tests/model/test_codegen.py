@@ -16,8 +16,9 @@ import numpy as np
 import pytest
 from dynident import model
 from dynident.common.arrays import Array
+from dynident.common.errors import InputError
 from dynident.model.codegen import code_names
-from dynident.tests.conftest import IN_FULL
+from dynident.tests.conftest import IN_FULL, PRISMATIC
 from dynident.tests.selection import every
 
 STRICT = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1")
@@ -140,3 +141,45 @@ def test_page_shows_the_computed_tables() -> None:
     first, second = SCRIPT["tables"]()
     assert first in page
     assert second in page
+
+
+RUBBING = replace(
+    ROBOTS["rx90"].with_friction(model.friction_terms(["FS", "FV", "FL", "FR", "FB@0.1", "FA"])), title="R"
+)
+ALL = [*map(model.load_robot, model.robot_names()), *PRISMATIC.values(), SLIDING, TABLE, SLIDER, RUBBING]
+
+
+@pytest.mark.parametrize("described", ALL, ids=lambda robot: robot.name)
+def test_a_file_of_numpy_computes_the_same(described: model.Robot, tmp_path: Path) -> None:
+    robot = described
+    path = model.generate_numpy(robot, tmp_path)
+    assert not re.search(r"casadi|import (?!math|annotations|Callable|Any|numpy as np)", path.read_text())
+    arm, base = runpy.run_path(str(path))["arm"], model.base_parameters(robot)
+    draw, N = np.random.default_rng(1), 5
+    q, qd, qdd, load = draw.uniform(-2.0, 2.0, (4, robot.n, N))
+    chi = draw.uniform(0.1, 1.0, len(robot.standard))
+    regressors = {
+        arm.regressor: model.standard_regressor(robot),
+        arm.base_regressor: model.base_regressor(robot, base),
+    }
+    for ours, theirs in regressors.items():
+        states = (q, qd, qdd, load)[: theirs.n_in()]
+        phi = ours(q, qd, qdd, load)
+        for k in range(N):
+            assert_same(phi[:, :, k], theirs(*(x[:, k] for x in states)))
+    assert_same(
+        arm.inverse_dynamics(q, qd, qdd, chi),
+        model.inverse_dynamics(robot).map(N)(q, qd, qdd, np.tile(chi, (N, 1)).T),
+    )
+    assert_same(arm.mass_matrix(q[:, 0], chi), model.mass_matrix(robot)(q[:, 0], chi))
+    grouping = [[parts.get(name, 0.0) for name in arm.standard] for parts in arm.base.values()]
+    assert np.array_equal(grouping, base.grouping)
+    known = {name: robot.parameters[name] for name in robot.standard if name in robot.parameters}
+    assert {name: arm.standard[name] for name in known} == known
+
+
+def test_numpy_knows_no_law_of_ones_own(tmp_path: Path) -> None:
+    x = [ca.SX.sym(name) for name in "vpl"]
+    own = model.Friction.of("FD", "N·m", ca.Function("law", x, [x[0] ** 3]))
+    with pytest.raises(InputError, match="law of friction of its own: only C"):
+        model.generate_numpy(ROBOTS["rx90"].with_friction((*model.PAPER, own)), tmp_path)

@@ -248,7 +248,8 @@ class Loads(Brief):
     margin: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse a margin that leaves nothing."""
+        """Copy the parameters; refuse a margin that leaves nothing."""
+        object.__setattr__(self, "parameters", dict(self.parameters))
         if not 0.0 <= self.margin < 1.0:
             raise InputError(f"a torque margin of {self.margin:g}: give a share of the limits from 0 to below 1")
 
