@@ -149,8 +149,9 @@ def settings_table() -> list[str]:
     most = len(NAMES_OF_COMMANDS) - 1
     rows = []
     for (key, value, text), of in sorted(commands.items()):
-        where, words = "all" if len(of) == most else ", ".join(of), value.replace("|", "\\|")
-        rows.append(f"| `{key}` | `{words}` | {text} | {where} |\n")
+        where = "all" if len(of) == most else ", ".join(of)
+        words = f"<code>{value.replace('|', '&#124;')}</code>" if "|" in value else f"`{value}`"
+        rows.append(f"| `{key}` | {words} | {text} | {where} |\n")
     return ["| key | value | what it does | commands |\n", "|---|---|---|---|\n", *rows]
 
 

@@ -39,7 +39,7 @@ from dynident.estimation import (
     solve_constrained_base,
     weighted,
 )
-from dynident.estimation.gains.known_load import known_mass
+from dynident.estimation.gains.problem import known_mass
 from dynident.model import PAPER, Friction, robot_names
 from dynident.trajectories import build_design
 
