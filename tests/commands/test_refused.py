@@ -193,7 +193,7 @@ LINES = {
         "joint-names=a,b --ros2 x.yaml": "6 different ones",
         "sample-rate=100": "no effect without --samples or --ros2",
         "--urscript x controller-rate=250": "500 Hz (e-Series) or 125 Hz",
-        "--val3 no-name": "VAL3 application's name",
+        "--val3 no-name": "not a VAL3 application name",
         "--samples nowhere/x.csv": "no such folder to write to",
         "--ros2 nowhere/x.yaml": "no such folder to write to",
         "--starts 0": "from 1 to",

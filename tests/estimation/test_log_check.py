@@ -92,7 +92,7 @@ SPOILT: dict[str, tuple[Callable[[Recording], Recording], str, str]] = {
         lambda log: replace(log, torque=np.clip(log.torque, *np.quantile(log.torque, [0.02, 0.98], axis=0))),
         "error warning", "saturated",
     ),
-    "coarse": (lambda log: replace(log, torque=np.round(log.torque / 20) * 20), "warning", "coarse"),
+    "coarse": (lambda log: replace(log, torque=np.round(log.torque / 20) * 20), "warning", "resolution of only"),
     "one joint still": (still, "warning", "Joint 4 never moves"),
     "no motion": (lambda log: replace(log, q=0 * log.q, qd=0 * speeds(log)), "error", "No joint ever moves"),
     "dead channel": (lambda log: replace(log, torque=log.torque * [1, 1, 0, 1, 1, 1]), "error", "dead"),

@@ -134,7 +134,7 @@ def test_rank_and_finiteness_are_checked_first() -> None:
     C[8, 9] = C[9, 8] = sigma[8] * sigma[9]
     with pytest.raises(InputError, match="cannot separate MZ_L, M_L"):
         solve_constrained(replace(TABLES[1], covariance=C))
-    with pytest.raises(InputError, match="no covariance"):
+    with pytest.raises(InputError, match="not a covariance"):
         solve_constrained(replace(TABLES[1], covariance=np.diag(sigma**2 * ([1.0] * 9 + [0.0]))))
     with pytest.raises(InputError, match="not that of a payload"):
         solve_constrained(replace(TABLES[1], names=tuple(f"X{k}" for k in range(10))))

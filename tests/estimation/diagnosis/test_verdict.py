@@ -706,7 +706,7 @@ def test_the_scale_of_all_and_that_of_a_joint_are_told_where_either_may_be() -> 
         whole = scale_of(0, 0.1, 0.1 / (10.0 * z * scales.EITHER), 4.5)
         (finding,) = scales.scale(of_payload(estimate_of(), scales=(whole, scale_of(4, -0.1, 0.01, 5.5))))
         assert finding.text.startswith(words)
-    assert "0.900 ± 0.015 or 1.100 ± 0.01 times" in finding.text
+    assert "0.900 ± 0.015 or 1.100 ± 0.01 with payload" in finding.text
     assert "5.5 or 4.5 kg" in finding.text
 
 

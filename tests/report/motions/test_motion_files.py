@@ -166,7 +166,7 @@ def test_val3_replay_is_what_the_descriptors_ask_for(designs: dict[str, trajecto
 def test_what_has_no_place_is_refused(designs: dict[str, trajectories.Design]) -> None:
     rx90 = designs["rest"].problem.robot
     for name in ("", "9lives", "two words", "longer_than_fifteen_letters", "_x"):
-        with pytest.raises(InputError, match="VAL3 application's name"):
+        with pytest.raises(InputError, match="not a VAL3 application name"):
             check_val3(rx90, True, name)
     with pytest.raises(InputError, match="six joints that turn"):
         check_urscript(SCARA, 500.0)

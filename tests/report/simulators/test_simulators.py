@@ -368,7 +368,7 @@ def test_an_identified_robot_is_one_that_can_exist(name: str, random_parameters:
     assert all(label.mark == "rule" for label in bound)
     assert all(label.value < 1e-2 for label in bound)
     text = FORMATS["mjcf"].text(whole)
-    assert "At their bound, zero: " in text
+    assert "At their bound of zero: " in text
     for words in (" mark=data share=1.000 sigma=", " mark=rule ", " mark=prior share=0.000 sigma=none"):
         assert words in text
     lines = re.findall(
