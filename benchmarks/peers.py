@@ -70,8 +70,7 @@ from dynident.model.regressors import _terms as regressor_terms
 CUTOFF, DECIMATE, ORDER = 100.0, 10, 4
 """FIGAROH's: Butterworth cut-off [Hz] and order, factor of decimation."""
 EDGE = 5 * ORDER  # samples that its examples cut from both ends
-Answer = tuple[int, int, str]
-"""Numbers of base parameters and equations, relative residual in percent."""
+Answer = tuple[int, int, str]  # base parameters, equations, relative residual [%]
 NAMES = ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz", "mx", "my", "mz", "m")
 
 
@@ -129,7 +128,7 @@ def figarohs(case: Pair) -> Found:
     """What FIGAROH's class finds, and the payload that best explains the difference."""
     problems, times = [], list[float]()
     for recording in (case.empty, case.full):
-        problem = figaroh_problem(case.arm, recording, case.arm.processing.cutoff)
+        problem = figaroh_problem(case.arm, recording, case.arm.processing.cutoff or CUTOFF)
         start = time.process_time()
         figaroh_class(problem)
         times.append(time.process_time() - start)
@@ -189,8 +188,8 @@ def simulated(arguments: argparse.Namespace) -> None:
                 mass, inertia = case.load.mass, case.load.inertia_com
                 off = [
                     100.0 * abs(found.load.mass / mass - 1.0),
-                    1e3 * np.linalg.norm(found.load.com - case.load.com),
-                    100.0 * np.linalg.norm(found.load.inertia_com - inertia) / np.linalg.norm(inertia),
+                    1e3 * float(np.linalg.norm(found.load.com - case.load.com)),
+                    100.0 * float(np.linalg.norm(found.load.inertia_com - inertia) / np.linalg.norm(inertia)),
                 ]
                 if run >= 0:  # the one before imports, and compiles into the cache
                     rows[title].append([*off, *(100.0 * x for x in found.base), found.robot_s, found.load_s])
@@ -244,6 +243,8 @@ def figaroh_problem(robot: Robot, recording: Recording, cutoff: float) -> Any:
     from figaroh.tools.robot import Robot as FigarohRobot
 
     class Arm(BaseIdentification):  # type: ignore[misc]  # FIGAROH has no types
+        dynamic_regressor: Array
+
         def load_trajectory_data(self, data_source: str | None = None) -> dict[str, Array | None]:
             data = {"timestamps": recording.t, "positions": recording.q, "torques": recording.torque}
             return {**data, "velocities": None, "accelerations": None}
