@@ -5,8 +5,8 @@ Run: OPENBLAS_NUM_THREADS=1 python benchmarks/design.py [conditions] [floors] [i
 
 One core, warm cache, CPU seconds of the optimisation alone; the median over seeds counts, the worst is shown.
 Accelerations are ten times the speed per second in conditions and the first floors, three times elsewhere,
-with torque limits. information: D-optimal motions against the best of ``--random`` random ones of each class, and a
-check of the prediction by simulated noisy runs.
+with torque limits. information: D-optimal motions against the best of ``--random`` random ones of each class
+(promised.py compares predictions with what simulated recordings show).
 """
 
 import argparse
@@ -18,10 +18,10 @@ from dynident.benchmarks.random_motions import CLASSES, Rival, random_motions
 from dynident.benchmarks.shared import options, show
 from dynident.common.arrays import Array
 from dynident.examples.paper.printed import paper_tables
-from dynident.model import Motion, load_robot
+from dynident.model import load_robot
 from dynident.trajectories.design.criterion import Kind
 from dynident.trajectories.design.goal import Shape
-from dynident.trajectories.design.score import FINER, score_samples
+from dynident.trajectories.design.score import FINER
 from dynident.trajectories.motions.family import Samples
 
 ROBOT = load_robot("rx90")
@@ -34,7 +34,6 @@ INFORMATIVE = trajectories.Goal("d", columns=tuple(TABLE2), noise=NOISE)
 VIA, FOURIER = trajectories.ViaPointShape(14), trajectories.FourierShape(5, 10.0)
 AT_REST = trajectories.ViaPointShape(14, passing=False)
 TRAPEZOIDS = replace(AT_REST, segment=trajectories.Trapezoid())
-RUNS = 100  # simulated, of the check of information
 
 
 def designed(problem: trajectories.DesignProblem, seeds: int) -> list[trajectories.Design]:
@@ -71,20 +70,15 @@ def conditions(arguments: argparse.Namespace) -> None:
     show("Condition numbers", rows, "worst", "CPU s, asked", "median", "worst", "peak violation")
 
 
-def least_floor(design: trajectories.Design) -> tuple[float, float]:
-    """The best weighted states within the limits, continuity ignored: value, and the design's gap above it."""
-    floors = [trajectories.floor_under(design.problem, design.score.value, seed=seed) for seed in range(2)]
-    least = min(floors, key=lambda floor: floor.value)
-    return least.value, least.gap
-
-
 def floors(_: argparse.Namespace) -> None:
-    """Designs beside the least of two floors."""
+    """Designs beside the best weighted states within the limits, continuity ignored: the least of two searches."""
     kinds: tuple[Kind, ...] = ("cond", "cond-scaled")
     goals, rows = [(kind, trajectories.Goal(kind), None, 1.0) for kind in kinds], []
     for name, goal, bounds, power in (*goals, ("d, geometric mean of uncertainty", INFORMATIVE, GUARDED, 0.5)):
         design = trajectories.solve_design(trajectories.build_design(ROBOT, VIA, goal, bounds=bounds))
-        numbers = (design.score.value, *least_floor(design))
+        tried = [trajectories.floor_under(design.problem, design.score.value, seed=seed) for seed in range(2)]
+        least = min(tried, key=lambda floor: floor.value)
+        numbers = (design.score.value, least.value, least.gap)
         rows.append([f"14 via points, {name}", *(f"{np.exp(power * x):.4g}" for x in numbers)])
     show("Floor over weighted states (least of two seeds)", rows, "floor", "ratio", asked=False)
 
@@ -115,11 +109,9 @@ def _compared(
     """Print the middle of the seeds against the middle, and the luckiest, of the draws."""
     first = next(iter(problems.values()))
     best: dict[str, Array] = {}  # by class: draws x (median, worst sigma), each of the best motion in that figure
-    candidates: list[tuple[float, Rival]] = []  # the best of each draw by the median
     for kind, drawn in draws.items():
         spreads = [np.array([_spread(first, one.family.sample(one.x, FINER)) for one in own]) for own in drawn]
         best[kind] = np.array([spread.min(axis=0) for spread in spreads])
-        candidates += [(s[:, 0].min(), own[int(s[:, 0].argmin())]) for s, own in zip(spreads, drawn, strict=True)]
     designs = {name: designed(problem, seeds) for name, problem in problems.items()}
     rows = []
     for name, own in designs.items():
@@ -136,38 +128,6 @@ def _compared(
     print("designed: middle of the seeds (worst); random: best in that figure, middle of the draws (least)")
     title = f"d, torque noise {noise}: median and worst sigma in % of the value, 1 s at {INFORMATIVE.rate:g} Hz"
     show(title, rows, "random", "change", "worst", "random", "change", asked=False)
-    _confirmed(next(iter(designs.values()))[0], min(candidates, key=lambda one: one[0])[1])
-
-
-def _confirmed(design: trajectories.Design, rival: Rival) -> None:
-    """Spread of estimates from simulated noisy runs against the prediction; distance from the floor."""
-    problem, (family, x) = design.problem, rival
-    ours, theirs = (_simulated(problem, plan.motion(problem.goal.rate)) for plan in (design.plan, family.plan(x)))
-    score = score_samples(problem, family.sample(x, FINER))
-    sigma, rival_sigma = design.learnt.sigma, score.learnt.sigma
-    longer = np.sqrt(design.score.duration / score.duration)  # to equal duration
-    actual = longer * np.median([ours[name] / theirs[name] for name in TABLE2])
-    expected = longer * np.median([sigma[name] / rival_sigma[name] for name in TABLE2])
-    values = (design.score.value, least_floor(design)[0])
-    uncertainty = [f"{np.exp(0.5 * (value - score.value)):.2f}" for value in values]
-    rows = [
-        [f"spread of {RUNS} simulated runs each, median", f"{expected:.3f}", f"{actual:.3f}"],
-        ["geometric mean of uncertainty; asked: floor over weighted states", *uncertainty[::-1]],
-    ]
-    show("Designed motion over the random one best in the median, at equal duration; asked: the prediction", rows)
-
-
-def _simulated(problem: trajectories.DesignProblem, motion: Motion) -> dict[str, float]:
-    """Standard deviation of weighted least squares over runs with white torque noise."""
-    torque = trajectories.Simulator(ROBOT).measure(motion).torque
-    samples = Samples(np.ones(len(motion.t)), motion.q, motion.qd, motion.qdd)
-    weight = np.repeat(1.0 / problem.noise, len(motion.t))
-    W = problem.kernel.matrix(samples)[:, problem.places] * weight[:, None]
-    draw = np.random.default_rng(0)
-    noise = (draw.standard_normal(torque.shape) * problem.noise for _ in range(RUNS))
-    noisy = [(torque + errors).T.ravel() * weight for errors in noise]
-    solutions = np.linalg.lstsq(W, np.array(noisy).T, rcond=None)[0]
-    return dict(zip(problem.names, solutions.std(axis=1, ddof=1).tolist(), strict=True))
 
 
 def _spread(problem: trajectories.DesignProblem, samples: Samples) -> tuple[float, float]:

@@ -77,28 +77,21 @@ def quick_fourier(like: DesignProblem, draw: np.random.Generator) -> Drawn:
 CLASSES = {"14 points at rest": at_rest, "14 points passing": passing, "Fourier, shortest period": quick_fourier}
 
 
-def random_motion(like: DesignProblem, kind: str, draw: np.random.Generator) -> Rival | None:
-    """A random motion of a class, as fast as the limits allow on the solver's fine grid; None if it keeps none."""
-    parts, timed = CLASSES[kind](like, draw)
-
-    def kept(speeds: Array) -> NDArray[np.bool_]:
-        rival = timed(speeds)
-        samples = rival.family.sample(rival.x, FINER)
-        state = State(samples, like.kernel.entries(samples, 0.0))
-        over = [excess(limit, limit.values(state)).reshape(parts, -1).max(axis=1) for limit in like.limits]
-        return np.asarray(np.max(over, axis=0)) <= TOLERANCE
-
-    speeds = _fastest(kept, parts)
-    return None if speeds is None else timed(speeds)
-
-
 def random_motions(like: DesignProblem, kind: str, count: int, seed: int) -> list[Rival]:
-    """So many random motions of a class."""
-    draw = np.random.default_rng(seed)
-    rivals: list[Rival] = []
+    """So many random motions of a class, each as fast as the limits allow on the solver's fine grid."""
+    draw, rivals = np.random.default_rng(seed), list[Rival]()
     while len(rivals) < count:
-        rival = random_motion(like, kind, draw)
-        rivals += [rival] if rival is not None else []
+        parts, timed = CLASSES[kind](like, draw)
+
+        def kept(speeds: Array, timed: Callable[[Array], Rival] = timed, parts: int = parts) -> NDArray[np.bool_]:
+            rival = timed(speeds)
+            samples = rival.family.sample(rival.x, FINER)
+            state = State(samples, like.kernel.entries(samples, 0.0))
+            over = [excess(limit, limit.values(state)).reshape(parts, -1).max(axis=1) for limit in like.limits]
+            return np.asarray(np.max(over, axis=0)) <= TOLERANCE
+
+        speeds = _fastest(kept, parts)
+        rivals += [] if speeds is None else [timed(speeds)]
     return rivals
 
 
