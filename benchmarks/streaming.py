@@ -19,15 +19,9 @@ from dynident.benchmarks.regressor import pinocchio_loop
 from dynident.benchmarks.shared import options, show
 from dynident.estimation import payload_estimate, solve_constrained
 from dynident.estimation.equations.equations import Equations
-<<<<<<< HEAD
 from dynident.estimation.equations.observer import Observer, reduced_pieces
 from dynident.estimation.fit.linear_problem import weighted
-=======
-from dynident.estimation.equations.observer import Observer
-from dynident.estimation.equations.reduction import reduced_pieces
-from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.possible.robot import solve_constrained_base
->>>>>>> peer
 from dynident.model import Motion, base_parameters, load_robot
 from dynident.model.base.rank import random_states
 from dynident.model.motion import Measurement
