@@ -10,7 +10,6 @@ from ..common.arrays import Array
 from ..common.errors import InputError
 from ..common.schema import present, read_json
 from ..estimation.equations.equations import PAYLOAD, Equations, triangular
-from ..estimation.results.robot import RobotData
 from ..trajectories import INDEPENDENT, Earlier
 from ..trajectories.design.goal import MEMORY
 from .results import read_stored_payload, read_stored_robot
@@ -36,14 +35,17 @@ def shown_noise(path: str | Path) -> tuple[Array, float]:
             if "weights" not in data:
                 raise InputError(f"{path}: has no weights: give --torque-noise, or --like JSON")
             return MEMORY / np.asarray(data["weights"]), INDEPENDENT
-    payload = read_json(path, dict[str, Any], _OF_BOTH).get("kind") == "payload"
-    shown = present(read_stored_payload(path).data) if payload else read_stored_robot(path).data
-    sigma, rate = (present(shown.torque_noise), present(shown.independent)) if shown else (None, None)
-    if sigma is not None and rate is not None:
+    if read_json(path, dict[str, Any], _OF_BOTH).get("kind") == "payload":
+        shown = present(read_stored_payload(path).data)
+        sigma, rate = (present(shown.torque_noise), present(shown.independent)) if shown else (None, None)
+        if sigma is None or rate is None:
+            raise InputError(f"{path}: has no torque noise of recordings without payload: {_OF_BOTH}")
         return np.asarray(sigma), rate
-    if isinstance(shown, RobotData):  # without robust standard deviations
-        return MEMORY / np.asarray(shown.weights), INDEPENDENT
-    raise InputError(f"{path}: has no torque noise of recordings without payload: {_OF_BOTH}")
+    own = read_stored_robot(path).data
+    sigma, rate = present(own.torque_noise), present(own.independent)
+    if sigma is None or rate is None:  # without robust standard deviations
+        return MEMORY / np.asarray(own.weights), INDEPENDENT
+    return np.asarray(sigma), rate
 
 
 def read_earlier(paths: Sequence[str | Path], noise: Array | None, payload: Sequence[str] = ()) -> Earlier:

@@ -1,5 +1,7 @@
 """Motion files read back give the motion that was designed, and say what it is."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from dynident import trajectories
@@ -7,8 +9,10 @@ from dynident.apps.export.motion import WrittenMotion, design_head
 from dynident.apps.export.motions import FORMATS
 from dynident.apps.export.motions.urscript import check_urscript
 from dynident.apps.export.motions.val3 import check_val3, val3_replay
+from dynident.apps.report.documents import NearResult, near_document
 from dynident.common.errors import InputError
 from dynident.model import InertialParameters, load_robot
+from dynident.model.inertia import PayloadSpread
 from dynident.tests.conftest import SCARA
 from dynident.tests.report.motions import motion_parsers as read
 from dynident.trajectories.design.goal import Shape
@@ -142,6 +146,10 @@ def test_val3_holds_poses(designs: dict[str, trajectories.Design]) -> None:
     assert loop[1:4] == ["waitEndMove()", "delay(nHold[nIndex])", "endFor"]
     moved = val3_replay(motion).duration + program.holds.sum()
     assert 0.7 * plan.duration < moved < 1.3 * plan.duration
+    family, spread = designs["held"].problem.family, PayloadSpread(0.1, np.ones(3), np.eye(3))
+    shape: trajectories.StaticShape = vars(family)["shape"]
+    told: Any = near_document(NearResult(designs["held"], shape, shape.visibility(motion.robot), spread))
+    assert np.array_equal(told.static.poses, plan.held[::2]), "the document tells every pose"
 
 
 @pytest.mark.parametrize("kind", ["passing", "rest"])
