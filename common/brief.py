@@ -4,10 +4,11 @@ from dataclasses import fields
 from reprlib import Repr
 from typing import Any, cast
 
-import msgspec
 import numpy as np
+from msgspec import UNSET
 
 _LONGEST = 600  # largest length of a ``repr``: eight lines of a screen
+_LISTS = (str, tuple, dict)  # which say nothing if they are empty
 _FEW = 3  # largest size of an array whose numbers are shown
 
 
@@ -36,12 +37,7 @@ class Brief:
     def __repr__(self) -> str:
         """Name the type and its fields, empty ones left out."""
         names: Any = getattr(self, "__struct_fields__", None) or [field.name for field in fields(cast(Any, self))]
-        said = [(name, getattr(self, name)) for name in names]
-        parts = [f"{name}={_SHORT.repr(value)}" for name, value in said if not _silent(value)]
-        text = f"{type(self).__name__}({', '.join(parts)})"
+        said = ((name, getattr(self, name)) for name in names)
+        told = [(name, x) for name, x in said if not (x is None or x is UNSET or (isinstance(x, _LISTS) and not x))]
+        text = f"{type(self).__name__}({', '.join(f'{name}={_SHORT.repr(x)}' for name, x in told)})"
         return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 5]} ...)"
-
-
-def _silent(value: Any) -> bool:
-    """True for a value that says nothing: none, or an empty text or list."""
-    return value is None or value is msgspec.UNSET or (isinstance(value, str | tuple | dict) and not value)

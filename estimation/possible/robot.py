@@ -70,15 +70,12 @@ def drive_rules(
 
 @dataclass(frozen=True)
 class PossibleRobot(Possible):
-    """Base parameters of a robot whose links can exist, and one such robot.
+    """Base parameters of a robot whose links can exist, and one such robot."""
 
-    Attributes:
-        parameters: standard parameters of that robot by name. In the base gauge it is one of many with the same
-            base parameters and nothing in it is identified; with a prior, what is not identified is its choice.
-        unidentifiable: changes of standard parameters that change no torque ("M1", "IA1 - ZZ1").
-    """
-
+    # standard parameters of that robot by name. In the base gauge it is one of many with the same base parameters
+    # and nothing in it is identified; with a prior, what is not identified is its choice
     parameters: dict[str, float] = field(kw_only=True)
+    # changes of standard parameters that change no torque ("M1", "IA1 - ZZ1")
     unidentifiable: tuple[str, ...] = field(kw_only=True)
 
 
