@@ -190,9 +190,8 @@ def solve_constrained_base(
     Every link can exist, friction and rotor inertias are not negative, and coupled drives share some. Nearest
     by robust standard deviations where the estimate has them (``error_model``).
 
-    Args:
-        estimate: of all of them, in their order.
-        total_mass: bounds of the mass of all links together, where known.
+    ``estimate``: of all of them, in their order; ``total_mass``: bounds of the mass of all links together, where
+    known.
 
     Raises:
         InputError: if the estimate is not of these parameters, or its covariance does not determine them.
