@@ -19,16 +19,12 @@ from ..common import InputError
 
 
 class Law(NamedTuple):
-    """Factor of the parameter of a built-in term.
-
-    ``value`` of speed, its sign, load and the term's own speed, NumPy arrays or CasADi expressions; ``loaded``:
-    whether the load counts.
-    """
+    """Factor of the parameter of a built-in term."""
 
     title: str
     unit: str
-    value: Callable[[Any, Any, Any, float], Any]
-    loaded: bool = False
+    value: Callable[[Any, Any, Any, float], Any]  # of speed, its sign, load, own speed, as arrays or expressions
+    loaded: bool = False  # whether the load counts
 
 
 _TINY = 1e-16  # added to a speed under a root, whose derivative at rest is infinite

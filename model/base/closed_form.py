@@ -260,11 +260,8 @@ def _decided_by_rank(robot: Robot) -> BaseParameters:
     for name, row in zip(decided.columns, decided.grouping, strict=True):
         row_by_rules, text = written.get(name, (None, ""))
         coupled = np.delete(row, here)
-        same = row_by_rules is not None and _equal(row[here], row_by_rules) and _equal(coupled, 0.0 * coupled)
+        same = row_by_rules is not None and np.allclose(row[here], row_by_rules, rtol=_SAME, atol=_SAME)
+        same &= np.abs(coupled).max(initial=0.0) < _SAME
         own = (((), factor, column) for column, factor in zip(decided.standard, row, strict=True))
         texts.append(text if same else _sum_text(own))
     return replace(decided, expressions=tuple(texts))
-
-
-def _equal(left: Array, right: Array) -> bool:
-    return bool(np.allclose(left, right, rtol=_SAME, atol=_SAME))
