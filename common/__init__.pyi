@@ -8,9 +8,9 @@ from .arrays import frozen_array as frozen_array
 from .brief import Brief as Brief
 from .errors import InputError as InputError
 from .linear import decomposed as decomposed
+from .linear import one_thread as one_thread
 from .linear import without as without
 from .schema import Document as Document
 from .schema import Float as Float
 from .schema import Vector as Vector
 from .speech import Speaks as Speaks
-from .threads import one_thread as one_thread

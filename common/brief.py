@@ -5,8 +5,8 @@ from dataclasses import fields, is_dataclass
 from reprlib import Repr
 from typing import Any
 
-import msgspec
 import numpy as np
+from msgspec import UNSET
 
 _LONGEST = 600  # largest length of a ``repr``: eight lines of a screen
 _BY_IDENTITY: Any = object.__eq__
@@ -56,7 +56,7 @@ class Brief:
 
 def _silent(value: Any) -> bool:
     """True for a value that says nothing: none, or an empty text or list."""
-    return value is None or value is msgspec.UNSET or (isinstance(value, str | tuple | dict) and not value)
+    return value is None or value is UNSET or (isinstance(value, str | tuple | dict) and not value)
 
 
 def field_names(value: Any) -> tuple[str, ...]:

@@ -14,7 +14,10 @@ _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 
 def printable(text: str) -> str:
     """Write what is no letter of a text as an escape; its lines and blanks stay."""
-    return text if text.isprintable() else "".join(map(_printable, text))
+    if text.isprintable():
+        return text
+    shown = (x.isprintable() or (x.isspace() and (x in "\n\t" or x >= "\xa0")) for x in text)
+    return "".join(x if seen else x.encode("unicode_escape").decode() for x, seen in zip(text, shown, strict=True))
 
 
 def holds_control(text: str) -> bool:
@@ -31,8 +34,3 @@ def one_line(text: str) -> str:
 def encodable(text: str) -> str:
     """Write letters that no encoding has, as names of files may hold, as escapes."""
     return text.encode(errors="backslashreplace").decode()
-
-
-def _printable(letter: str) -> str:
-    blank = letter.isspace() and (letter in "\n\t" or letter >= "\xa0")
-    return letter if blank or letter.isprintable() else letter.encode("unicode_escape").decode()

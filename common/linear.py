@@ -5,9 +5,12 @@ norm 1 first, nearly the best of all scalings (van der Sluis 1969), and calls a 
 singular value is below ``RANK_TOLERANCE`` of the largest: one convention for the whole house.
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import NamedTuple
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from .arrays import Array
 
@@ -97,3 +100,10 @@ def without(W: Array, columns: Array) -> Array:
     rest = W - U @ (U.T @ W)
     # Orthogonalised twice: what is nearly explained would otherwise be rounding.
     return np.asarray(rest - U @ (U.T @ rest))
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Compute with one thread of BLAS: small matrices wait for more, and sums round by their number."""
+    with threadpool_limits(1, "blas"):
+        yield

@@ -19,16 +19,12 @@ from ..common import InputError
 
 
 class Law(NamedTuple):
-    """Factor of the parameter of a built-in term.
-
-    ``value`` of speed, its sign, load and the term's own speed, NumPy arrays or CasADi expressions; ``loaded``:
-    whether the load counts.
-    """
+    """Factor of the parameter of a built-in term."""
 
     title: str
     unit: str
-    value: Callable[[Any, Any, Any, float], Any]
-    loaded: bool = False
+    value: Callable[[Any, Any, Any, float], Any]  # of speed, its sign, load, own speed, as arrays or expressions
+    loaded: bool = False  # whether the load counts
 
 
 _TINY = 1e-16  # added to a speed under a root, whose derivative at rest is infinite
@@ -159,10 +155,8 @@ def term_names(terms: Sequence[Friction]) -> tuple[str, ...]:
 def terms_of(names: Sequence[str], own: Sequence[Friction], joints: int) -> tuple[Friction, ...]:
     """Read the friction of a model from the names of its parameters.
 
-    Args:
-        names: of all parameters, base or standard ones.
-        own: terms of the robot's description, which tell what no name does: a Stribeck speed, a law of one's own.
-        joints: number of joints.
+    ``names``: of all parameters, base or standard ones; ``own``: terms of the robot's description, which tell what
+    no name does: a Stribeck speed, a law of one's own; ``joints``: number of joints.
     """
     described = [term for term in own if term.speed or term.code]
     terms = []

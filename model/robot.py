@@ -107,22 +107,14 @@ class Mesh(NamedTuple):
 
 @dataclass(frozen=True)
 class Links:
-    """The links and joints of the file a robot was read from.
+    """The links and joints of the file a robot was read from."""
 
-    Attributes:
-        names: of the links that the joints 1 to n move.
-        poses: each link's frame in the modified DH frame of its joint.
-        joints: names of the joints.
-        base, tip: names of the first link and of the flange's.
-        meshes: of links 0 to n and of what is fixed to them, in the modified DH frames; empty without any.
-    """
-
-    names: tuple[str, ...]
-    poses: tuple[Pose, ...]
-    joints: tuple[str, ...]
-    base: str
-    tip: str
-    meshes: tuple[tuple[Mesh, ...], ...] = ()
+    names: tuple[str, ...]  # of the links that the joints 1 to n move
+    poses: tuple[Pose, ...]  # each link's frame in the modified DH frame of its joint
+    joints: tuple[str, ...]  # names of the joints
+    base: str  # name of the first link
+    tip: str  # name of the flange's link
+    meshes: tuple[tuple[Mesh, ...], ...] = ()  # of links 0 to n with what is fixed to them, in modified DH frames
 
 
 @dataclass(frozen=True, repr=False)

@@ -106,10 +106,8 @@ def payload_visibility(
 
     By rank on random states in the ranges: the rows of held joints say nothing (stiction) and do not count.
 
-    Args:
-        poses: each of shape (n,) [rad or m].
-        joints: numbers of the joints that move.
-        ranges: how far each of them moves to either side [rad or m].
+    ``poses``: each of shape (n,) [rad or m]; ``joints``: numbers of the joints that move; ``ranges``: how far each
+    of them moves to either side [rad or m].
 
     Raises:
         InputError: for joints that the robot does not have.

@@ -426,14 +426,9 @@ def payload_result(answer: PayloadAnswer) -> PayloadResult:
         differs = bool(problem.friction) and any(estimate.method in differing for estimate in answer.estimates)
         # Of robot and payload together, as in Table 2, where method 4 was used.
         names, noise = dict(zip(problem.base.columns, problem.base.names, strict=True)), problem.torque_noise
-        solved, residual = (
-            problem.unloaded,
-            parts.ResidualDocument(
-                own.fit.relative if own else None,
-                own.fit.relative_per_joint if own else None,
-                parts.ResidualDocument.of(check) if check else None,
-            ),
-        )
+        against = parts.ResidualDocument.of(check) if check else None
+        left = (own.fit.relative, own.fit.relative_per_joint) if own else (None, None)
+        solved, residual = problem.unloaded, parts.ResidualDocument(left[0], left[1], against)
         counted: dict[str, Any] = {
             "equations": (solved or loaded).equations,
             "equations_loaded": loaded.equations,

@@ -85,17 +85,14 @@ class Sought(NamedTuple):
 
 
 class Hypothesis(NamedTuple):
-    """A fault that adds columns to the equations.
-
-    ``sought``: its columns, or its effect where it is read otherwise, None where the recordings cannot show it;
-    ``stands_out``: whether it is more than chance, a model's own errors and its own standard deviation;
-    ``finding``: what it spoils, the text and what to do; its docstring, for docs/verdict.md, from where on.
-    """
+    """A fault that adds columns to the equations."""
 
     name: str
-    sought: Callable[[System], Sought | Effect | None]
-    stands_out: Callable[[Effect], bool]
-    finding: Callable[[Effect, Evidence], Finding]
+    sought: Callable[[System], Sought | Effect | None]  # its columns, or its effect; None where nothing can show it
+    stands_out: Callable[[Effect], bool]  # more than chance, a model's own errors and its own standard deviation
+    finding: Callable[
+        [Effect, Evidence], Finding
+    ]  # what it spoils, the text and what to do; from where on: its docs
 
 
 def parts(loaded: Array) -> dict[str, Array]:

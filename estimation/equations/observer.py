@@ -207,9 +207,8 @@ class Used(NamedTuple):
 def used(data: Measurement, processing: Processing, partner: Motion | None = None) -> Used:
     """Find the rows of a measurement to use: moving stretches less rows of slow joints.
 
-    Args:
-        data: the measurement, even in time if it is to be decimated.
-        partner: another motion on the same time whose slow rows are left out as well.
+    ``data``: the measurement, even in time if it is to be decimated; ``partner``: another motion on the same time
+    whose slow rows are left out as well.
     """
     keep = used_rows(data.motion, processing)
     if partner is not None:

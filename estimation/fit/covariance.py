@@ -77,10 +77,8 @@ class RobustCovariance(Brief):
 def formula(root: Array, squares: float, degrees_of_freedom: float) -> Array:
     """Covariance s^2 (W'W)^-1 of (17)-(19), s^2 the squares of the weighted errors over their degrees of freedom.
 
-    Args:
-        root: R^-1 of the weighted equations, c x c.
-        squares: sum of the weighted errors' squares.
-        degrees_of_freedom: equations with independent noise minus parameters.
+    ``root``: R^-1 of the weighted equations, c x c; ``squares``: sum of the weighted errors' squares;
+    ``degrees_of_freedom``: equations with independent noise minus parameters.
     """
     return np.asarray(squares / degrees_of_freedom * root @ root.T)
 

@@ -410,7 +410,6 @@ def excitation(problem: Equations, estimate: Estimate) -> Excitation:
 def weighted(problem: Equations, weights: Array | None = None) -> Estimate:
     """Estimate all columns by weighted least squares.
 
-    Args:
-        weights: per joint [1/(N·m) or 1/N], shape (n,); by default from its error in the ordinary solution (16).
+    ``weights``: per joint [1/(N·m) or 1/N], shape (n,); by default from its error in the ordinary solution (16).
     """
     return LinearProblem(problem, problem.columns).estimate(weights)

@@ -90,10 +90,8 @@ def chosen_terms(
 ) -> tuple[tuple[Friction, ...], tuple[TermChoice, ...]]:
     """Keep the terms by which a joint's error on held-out blocks falls by two standard errors.
 
-    Args:
-        robot: with all candidates at all joints.
-        candidates: tried one after the other.
-        equations: in its base parameters, in blocks of time.
+    ``robot``: with all candidates at all joints; ``candidates``: tried one after the other; ``equations``: in its
+    base parameters, in blocks of time.
     """
     kinds, kept, choices = [term.kind for term in candidates], dict[str, list[str]](), dict[str, TermChoice]()
     own = [name for name in equations.columns if parameter_kind(name) not in kinds]

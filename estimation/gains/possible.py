@@ -13,8 +13,7 @@ from ...model.drives import SPRING, parameter_kind
 from ..equations.equations import PAYLOAD, Equations, triangular
 from ..possible.cone import ConeProgram, SolverError, solve_cone
 from ..possible.robot import POWERS, drive_rules, link_indices, typical_length
-from .current_side import CurrentFit, linearised
-from .problem import GainProblem
+from .problem import CurrentFit, GainProblem, linearised
 
 _MOST = 50  # linearisations
 _ENOUGH = 1e-5  # relative change of a gain
@@ -26,10 +25,8 @@ _LENGTH = 0.1  # m: size of a payload, for scaling only
 def possible_gains(problem: GainProblem, equations: Equations, start: CurrentFit, anchor: int) -> CurrentFit:
     """Find gains, base parameters and payload of bodies that can exist, drives that do not push.
 
-    Args:
-        equations: all of the problem's or those without a block.
-        start: gains to begin with, whose covariance is kept.
-        anchor: index of the gain that stays while solving.
+    ``equations``: all of the problem's or those without a block; ``start``: gains to begin with, whose covariance
+    is kept; ``anchor``: index of the gain that stays while solving.
     """
     to_x, to_bodies, rules = _variables(problem, start.x)
     k, x, others = start.k, start.x, len(start.k) - 1

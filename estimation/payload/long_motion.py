@@ -369,9 +369,8 @@ def long_motion(
         equations, recordings = loads["loaded"]
         rigid = [k for k, name in enumerate(known.names) if not is_friction(name)]
         rest = equations.minus([known.names[k] for k in rigid], known.values[rigid])
-        chi_all = dict(zip(known.names, known.values, strict=True))
-        chi_all |= zip(rest.columns, weighted_solution(rest), strict=True)
-        chi = np.array([chi_all[name] for name in equations.columns])
+        chi = np.append(known.values, np.zeros(len(PAYLOAD)))
+        chi[[equations.columns.index(name) for name in rest.columns]] = weighted_solution(rest)
         inflation = Remembered.of(recordings, chi).inflation
         if known.robust is not None:  # a few seconds of load show less memory than its own recordings did
             before = float(np.median((known.robust.sigma / np.maximum(known.sigma, 1e-300)) ** 2))

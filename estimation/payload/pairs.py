@@ -23,15 +23,12 @@ _Pair = tuple[Recording, Recording, float | None]
 
 
 class Order(NamedTuple):
-    """Order of R recordings and their times ``t``, those without payload first, (R,), by a clock in hours.
-
-    ``gaps``: by the clock, how much later each loaded one is than its partner, over the mean step; none where the
-    payload comes last in all pairs.
-    """
+    """Order of R recordings, those without payload first, and their times."""
 
     text: str
     unit: str
-    t: Array
+    t: Array  # by a clock in hours, (R,)
+    # By the clock, how much later each loaded one is than its partner, over the mean step; none if all are later.
     gaps: Array
 
     @staticmethod

@@ -90,23 +90,15 @@ def has_prior(robot: Robot) -> bool:
 
 @dataclass(frozen=True)
 class PriorRobot(PossibleRobot):
-    """Robot that can exist, data first, then a prior.
+    """Robot that can exist, data first, then a prior."""
 
-    Attributes:
-        nearest: the base gauge: the nearest robot that can exist.
-        prior: the links as they were thought to be.
-        budget: by which chi2 was allowed to rise above ``nearest.chi2_rise``.
-        weight: of the entropic distance; infinite where the prior itself is within the budget.
-        origins: who decides each standard parameter.
-        distances: entropic distance of each link from its prior.
-    """
-
-    nearest: PossibleRobot = field(kw_only=True)
-    prior: RobotPrior = field(kw_only=True)
-    budget: float = field(kw_only=True)
+    nearest: PossibleRobot = field(kw_only=True)  # the base gauge: the nearest robot that can exist
+    prior: RobotPrior = field(kw_only=True)  # the links as they were thought to be
+    budget: float = field(kw_only=True)  # by which chi2 was allowed to rise above ``nearest.chi2_rise``
+    # of the entropic distance; infinite where the prior itself is within the budget
     weight: float = field(kw_only=True)
-    origins: dict[str, Origin] = field(kw_only=True)
-    distances: tuple[float, ...] = field(kw_only=True)
+    origins: dict[str, Origin] = field(kw_only=True)  # who decides each standard parameter
+    distances: tuple[float, ...] = field(kw_only=True)  # entropic distance of each link from its prior
 
 
 def solve_constrained_prior(

@@ -72,15 +72,12 @@ def drive_rules(
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PossibleRobot(Possible):
-    """Base parameters of a robot whose links can exist, and one such robot.
+    """Base parameters of a robot whose links can exist, and one such robot."""
 
-    Attributes:
-        parameters: standard parameters of that robot by name. In the base gauge it is one of many with the same
-            base parameters and nothing in it is identified; with a prior, what is not identified is its choice.
-        unidentifiable: changes of standard parameters that change no torque ("M1", "IA1 - ZZ1").
-    """
-
+    # standard parameters of that robot by name. In the base gauge it is one of many with the same base parameters
+    # and nothing in it is identified; with a prior, what is not identified is its choice
     parameters: dict[str, float] = field(kw_only=True)
+    # changes of standard parameters that change no torque ("M1", "IA1 - ZZ1")
     unidentifiable: tuple[str, ...] = field(kw_only=True)
 
 
@@ -195,9 +192,8 @@ def solve_constrained_base(
     Every link can exist, friction and rotor inertias are not negative, and coupled drives share some. Nearest
     by robust standard deviations where the estimate has them (``error_model``).
 
-    Args:
-        estimate: of all of them, in their order.
-        total_mass: bounds of the mass of all links together, where known.
+    ``estimate``: of all of them, in their order; ``total_mass``: bounds of the mass of all links together, where
+    known.
 
     Raises:
         InputError: if the estimate is not of these parameters, or its covariance does not determine them.

@@ -112,25 +112,18 @@ class LinkNumbers(NamedTuple):
 
 @dataclass(frozen=True)
 class WholeRobot:
-    """A robot with a number for everything that a simulator asks for.
-
-    Attributes:
-        drives: of each joint, by the keys of ``DRIVE_NUMBERS``; what is not known is not there.
-        coupled: of the drive that turns with both joints of a coupling; empty without one.
-        apart: as ``drives`` for who cannot couple joints: the diagonal of what ``drives`` and ``coupled`` say.
-        groupings: the base parameters, in text; none where nothing was identified.
-        source: where the numbers come from.
-        prior: what decides where data do not.
-    """
+    """A robot with a number for everything that a simulator asks for."""
 
     robot: Robot
     links: tuple[LinkNumbers, ...]
+    # of each joint, by the keys of ``DRIVE_NUMBERS``; what is not known is not there
     drives: tuple[dict[str, Labelled], ...]
-    coupled: dict[str, Labelled]
+    coupled: dict[str, Labelled]  # of the drive that turns with both joints of a coupling; empty without one
+    # as ``drives`` for who cannot couple joints: the diagonal of what ``drives`` and ``coupled`` say
     apart: tuple[dict[str, Labelled], ...]
-    groupings: tuple[str, ...]
-    source: str
-    prior: str
+    groupings: tuple[str, ...]  # the base parameters, in text; none where nothing was identified
+    source: str  # where the numbers come from
+    prior: str  # what decides where data do not
 
     @property
     def mass(self) -> float:

@@ -55,10 +55,8 @@ class GainsTable(Document, frozen=True):
 
         The covariance has the larger standard deviations, and the robust correlations where there are some.
 
-        Args:
-            disagreement: factor on every standard deviation, by the joints' payload ratios.
-            free: gains without constraints.
-            rests_on: the torques that each rests on.
+        ``disagreement``: factor on every standard deviation, by the joints' payload ratios; ``free``: gains without
+        constraints; ``rests_on``: the torques that each rests on.
         """
         values, sigma = np.exp(logarithms.values), disagreement * logarithms.larger_sigma
         covariance, robust = disagreement**2 * logarithms.covariance, logarithms.robust

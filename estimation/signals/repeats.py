@@ -37,10 +37,8 @@ def without_held(t: Array, values: Array, slowest: Mask) -> tuple[Array, Indices
     Rows are left at which one of the columns ``slowest`` changes, where all of these are held; else all rows. There
     any other held column is interpolated between its own samples.
 
-    Args:
-        t: times [s], shape (N,).
-        values: numbers as they stand in the log, N x k.
-        slowest: marks the torques' columns, shape (k,): interpolated torques would count as measured.
+    ``t``: times [s], shape (N,); ``values``: numbers as they stand in the log, N x k; ``slowest``: marks the
+    torques' columns, shape (k,): interpolated torques would count as measured.
 
     Returns:
         Rows of the log to a sample of each column, 0 where it is not held; rows that are left; all values there.

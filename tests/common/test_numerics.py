@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-from dynident.common.linear import RANK_TOLERANCE, decomposed, without
+from dynident.common.linear import RANK_TOLERANCE, decomposed, one_thread, without
 from dynident.common.recursion import butterworth, filtered
-from dynident.common.threads import one_thread
 from dynident.estimation.signals.filtering import MonotoneCubic
 from scipy.interpolate import PchipInterpolator
 from scipy.signal import butter, sosfilt, sosfilt_zi

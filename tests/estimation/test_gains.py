@@ -16,8 +16,7 @@ from dynident.estimation.diagnosis.engine import System
 from dynident.estimation.diagnosis.evidence import KNOWN_WELL
 from dynident.estimation.diagnosis.states import States
 from dynident.estimation.equations.equations import Equations
-from dynident.estimation.gains.current_side import gauss_newton
-from dynident.estimation.gains.problem import gain_problem, known_mass, mountings, rests_on
+from dynident.estimation.gains.problem import gain_problem, gauss_newton, known_mass, mountings, rests_on
 from dynident.model import (
     InertialParameters,
     Motion,

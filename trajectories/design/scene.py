@@ -37,14 +37,7 @@ _Pairs = tuple[tuple[str, str], ...]
 
 
 class Capsule(Table, frozen=True):
-    """Capsule: all points within ``radius`` of the line from ``start`` to ``end``, in the frame of a link.
-
-    Attributes:
-        name: for messages.
-        link: number of the link; 0 for the world.
-        radius: [m].
-        start, end: ends of the axis in the link's frame [m]; a sphere if they are the same.
-    """
+    """Capsule: all points within ``radius`` of the line from ``start`` to ``end``, in the frame of a link [m]."""
 
     advice: ClassVar[Mapping[str, str]] = {
         "link": "must be a whole number, 0 for the world",
@@ -52,10 +45,10 @@ class Capsule(Table, frozen=True):
     }
 
     name: _Name
-    link: int
+    link: int  # number of the link; 0 for the world
     radius: Real
     start: Triple = (0.0, 0.0, 0.0)
-    end: Triple | None = None
+    end: Triple | None = None  # a sphere if it is the start
 
     def __post_init__(self) -> None:
         """Refuse a body without size."""
@@ -64,17 +57,11 @@ class Capsule(Table, frozen=True):
 
 
 class HalfSpace(Table, frozen=True):
-    """Floor or wall: bodies stay where ``normal`` · p >= ``offset``.
-
-    Attributes:
-        name: for messages.
-        normal: direction into the free space, in frame 0.
-        offset: of the surface along the unit normal [m].
-    """
+    """Floor or wall: bodies stay where ``normal`` · p >= ``offset``."""
 
     name: _Name
-    normal: Triple = (0.0, 0.0, 1.0)
-    offset: Real = 0.0
+    normal: Triple = (0.0, 0.0, 1.0)  # direction into the free space, in frame 0
+    offset: Real = 0.0  # of the surface along the unit normal [m]
 
     def __post_init__(self) -> None:
         """Refuse a normal without direction."""
@@ -154,9 +141,7 @@ def usual_scene(robot: Robot, poses: Array, floor: bool = True) -> Scene | None:
     kept apart. The surface goes through the base, with the arm in front; there is none where a pose reaches behind
     it, or where the description starts at the shoulder, so that the base's height is not known.
 
-    Args:
-        poses: where the arm is known to stand, k x n.
-        floor: whether the surface counts.
+    ``poses``: where the arm is known to stand, k x n; ``floor``: whether the surface counts.
     """
     radius, n = _THICK * cylinder_radius(robot), robot.n
     bodies = tuple(body for body in tubes(robot, radius) if math.dist(body.start, body.end or body.start) > _TINY)
