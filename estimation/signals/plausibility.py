@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -47,12 +48,11 @@ def check_recordings(robot: Robot, recordings: Sequence[Recording]) -> None:
     if not recordings:
         raise InputError("no recordings: give at least one")
     for k, recording in enumerate(recordings):
-        for earlier in recordings[:k]:
-            if _same(recording, earlier):
-                raise InputError(
-                    f"{recording.source} has the same numbers as {earlier.source}, which would only make the "
-                    "result look more certain: give it once"
-                )
+        if earlier := next((earlier for earlier in recordings[:k] if _same(recording, earlier)), None):
+            raise InputError(
+                f"{recording.source} has the same numbers as {earlier.source}, which would only make the "
+                "result look more certain: give it once"
+            )
         mistake = next(implausible(robot, recording), None)
         if mistake is not None:
             raise InputError(f"{recording.source}: {mistake}")
@@ -203,13 +203,11 @@ def _speeds(_: Robot, recording: Recording) -> Iterator[str]:
 
 def check_apart(loaded: Sequence[Recording], unloaded: Sequence[Recording]) -> None:
     """Refuse one recording given both with and without payload."""
-    for a in loaded:
-        for b in unloaded:
-            if _same(a, b):
-                raise InputError(
-                    f"{a.source} with payload has the same numbers as {b.source} without: give two recordings, "
-                    "one with and one without the payload"
-                )
+    if same := next((pair for pair in product(loaded, unloaded) if _same(*pair)), None):
+        raise InputError(
+            f"{same[0].source} with payload has the same numbers as {same[1].source} without: give two recordings, "
+            "one with and one without the payload"
+        )
 
 
 def _same(a: Recording, b: Recording) -> bool:

@@ -153,7 +153,7 @@ def test_a_stored_robot_carries_its_friction() -> None:
 def test_a_short_recording_says_why_no_term_was_tried() -> None:
     robot = with_stand_in(load_robot("tx40"))
     short = Simulator(robot).record(random_via_points(robot, 8, seed=1).motion(200.0), None, [0.1] * 6, 1)
-    result = identify(load_robot("tx40"), [short])
+    result = identify(load_robot("tx40"), [short], Settings(replace(robot.processing, equation_rate=2.0)))
     assert result.robot.drives == robot.drives
     assert [choice.why_not for choice in result.choices if "record longer" not in f"{choice.why_not}"] == []
     assert len(result.choices) == 2
