@@ -4,7 +4,12 @@ import re
 
 
 class InputError(ValueError):
-    """An input that cannot be used. The message is one line: what, where, what to do."""
+    """An input that cannot be used. The message is one line: what, where, what to do.
+
+    >>> load_robot("rx9")
+    Traceback (most recent call last):
+    dynident.common.errors.InputError: ...
+    """
 
 
 _LONGEST = 1000

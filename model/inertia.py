@@ -32,6 +32,9 @@ class InertialParameters(Brief):
     Attributes:
         vector: XX XY XZ YY YZ ZZ [kg m^2], MX MY MZ [kg m], M [kg], shape (10,). XY is the entry of the
             inertia matrix, -integral of x y dm.
+
+    >>> InertialParameters.from_com(2.0, [0.0, 0.0, 0.1], [0.01, 0.01, 0.005]).com
+    array([0. , 0. , 0.1])
     """
 
     vector: Array

@@ -92,6 +92,9 @@ class Recording(Brief):
             exact as simulated ones can be; None where nothing is said of it.
         torque_unit: "named" where a column is called a torque, "given" where a user, a map or the file says the
             unit, "unknown" of columns such as ``effort``, which may hold currents or percent.
+
+    >>> Recording(t=np.arange(3) / 100.0, q=np.zeros((3, 6)), torque=np.ones((3, 6))).rate
+    100.0
     """
 
     t: Array

@@ -140,6 +140,10 @@ class Robot(Brief):
         parameters: known standard parameters by name ("XX1", "M3", "FV2"), where the robot has them.
         title: full name.
         snapped: what was made exact when the robot was made ("alpha2: 1.5708 -> pi/2").
+
+    >>> robot = load_robot("rx90")
+    >>> robot.n, robot.chi().shape
+    (6, (80,))
     """
 
     name: str

@@ -184,7 +184,11 @@ def read_recordings(
 def read_recording(
     path: LogPath, robot: Robot, drive_gains: Sequence[float] | None = None, log_map: LogMap | None = None
 ) -> Recording:
-    """Read a log without gaps, as ``read_recordings``; one that gaps split is refused."""
+    """Read a log without gaps, as ``read_recordings``; one that gaps split is refused.
+
+    >>> read_recording("log.csv", robot).q.shape[1]
+    6
+    """
     first, *others = read_recordings(path, robot, drive_gains, log_map)
     if others:
         raise InputError(f"{origin(first)}: {first.notes[-1]}: read_recordings gives them, or split the file")

@@ -70,6 +70,10 @@ def identify_gains(
 
     Raises:
         InputError: if the recordings do not determine the gains.
+
+    >>> result = identify_gains(robot, currents_loaded, currents, known_mass(7.0))
+    >>> result.drive_gains.values[:4].round()
+    array([10., 10., 10., 10.])
     """
     check_given(robot, loaded, unloaded)
     return answer_gains(gain_problem(robot, unloaded, loaded, load, mounting, settings))

@@ -214,6 +214,10 @@ def identify(
 
     Raises:
         InputError: if the recordings cannot determine the parameters.
+
+    >>> result = identify(robot, unloaded)
+    >>> f"{result['MX2'].value:.0f} kg m"
+    '16 kg m'
     """
     check_given(robot, recordings, validation)
     settings.progress("base parameters")
@@ -309,6 +313,10 @@ def equations(robot: Robot, recordings: Sequence[Recording], settings: Settings 
 
     Raises:
         InputError: if the recordings cannot be used.
+
+    >>> W, Y, joint, t = equations(robot, unloaded)
+    >>> W.shape == (len(Y), len(base_parameters(robot).columns))
+    True
     """
     check_given(robot, recordings)
     base, processing = base_parameters(robot), settings.processing_of(robot)

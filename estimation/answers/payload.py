@@ -171,6 +171,10 @@ def identify_payload(
     Raises:
         InputError: if the recordings cannot be used, or show no payload.
         SolverError: if no body that holds the constraints comes near the data.
+
+    >>> result = identify_payload(robot, loaded, unloaded)
+    >>> f"{result.mass.value:.1f} kg"
+    '7.0 kg'
     """
     check_given(robot, loaded, unloaded)
     robot, stored = _described(robot, known)
@@ -198,6 +202,9 @@ def weigh(
     Raises:
         InputError: if the recordings cannot be used, or nothing shows the mass.
         SolverError: if no body that holds the constraints comes near the data.
+
+    >>> f"{weigh(robot, loaded, unloaded).mass.value:.0f} kg"
+    '7 kg'
     """
     check_given(robot, loaded, unloaded)
     problems, (robot, stored) = [], _described(robot, known)
@@ -222,7 +229,11 @@ def weigh_at_rest(
     constraints: Sequence[Constraint] = POSSIBLE,
     settings: Settings = DEFAULTS,
 ) -> PayloadResult:
-    """Identify mass and centre of mass from poses held still, each reached from both sides; else as ``weigh``."""
+    """Identify mass and centre of mass from poses held still, each reached from both sides; else as ``weigh``.
+
+    >>> f"{weigh_at_rest(robot, loaded_at_rest, unloaded_at_rest).mass.value:.0f} kg"
+    '6 kg'
+    """
     check_given(robot, loaded, unloaded)
     problem = static_weighing(robot, loaded, unloaded, settings)
     settings.progress("estimating")
@@ -256,6 +267,9 @@ def answer_payload(
             torques nor a scale show the mass.
         SolverError: if by no method a payload was found that holds the constraints; what speaks against the
             recordings is named with it.
+
+    >>> answer_payload(payload_problem(robot, loaded, unloaded)).recommended.method
+    3
     """
     recordings = (*problem.source.unloaded, *problem.source.loaded)
     gains = problem.settings.gains or usual_gains(problem.robot, recordings)

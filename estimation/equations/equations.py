@@ -93,6 +93,9 @@ class Equations(Brief):
             makes, whose gain is in both joints' torques where drives are coupled (9), or a known spring
             (``NO_MOTOR``), whose torque no gain scales: Q' times it, rows as those of the joint's factor.
         blocks: the same equations cut in blocks of time, where the memory of the residuals was asked for.
+
+    >>> Equations.from_arrays([[1.0], [2.0]], [1.1, 1.9], joint=[1, 1], names=["FV1"]).equations
+    2
     """
 
     columns: tuple[str, ...]

@@ -49,6 +49,9 @@ class Settings(Brief):
         friction: its terms, instead of the robot's; by default those that the data show.
         prior: base parameters known before ``identify``, ``Estimate.from_values``; variances next to zero fix them.
         progress: called with what is worked on.
+
+    >>> Settings(methods=["global"], robust=False)
+    Settings(robust=False, methods=(4,))
     """
 
     processing: Processing | None = None

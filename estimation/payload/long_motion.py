@@ -271,6 +271,9 @@ def payload_problem(
 
     Raises:
         InputError: if a recording cannot be used.
+
+    >>> payload_problem(robot, loaded, unloaded).base.columns[0]
+    'ZZ1'
     """
     check_given(robot, loaded, unloaded)
     processing, progress, choices = settings.processing_of(robot), settings.progress, tuple[TermChoice, ...]()

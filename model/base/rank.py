@@ -21,6 +21,9 @@ def base_parameters(robot: Robot, seed: int = 0) -> BaseParameters:
     Columns are taken base to tip in the order of (6); a column that depends on those before it is grouped
     into them. This finds the same names as Khalil's closed-form rules. They are kept: a command asks for those of
     one robot several times.
+
+    >>> base_parameters(robot).groupings()[3]
+    'XX2R = XX2 - YY2 - 0.2025 M3 - 0.2025 M4 - 0.2025 M5 - 0.2025 M6'
     """
     check_robot(robot)
     count = STATES_PER_JOINT * robot.n

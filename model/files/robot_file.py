@@ -49,6 +49,9 @@ def load_robot(name: str | Path, base: str | None = None, tip: str | None = None
 
     Raises:
         InputError: if there is no such robot or file, or if the file cannot be used; the key is named.
+
+    >>> load_robot("ur10e").n
+    6
     """
     text = str(name)
     if Path(name).suffix.lower() in (".urdf", ".xacro") and Path(name).is_file():

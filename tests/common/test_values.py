@@ -2,9 +2,12 @@
 
 import copy
 import dataclasses
+import doctest
 import pickle
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import dynident
@@ -25,8 +28,12 @@ from dynident import (
     random_via_points,
     trajectories,
 )
+from dynident.apps.recordings import write_recording
+from dynident.benchmarks import static
+from dynident.estimation.gains.known_load import known_mass
 from dynident.model import Recording
 from dynident.tests.report import made
+from dynident.tests.selection import cases
 from dynident.trajectories.design.scene import Capsule, HalfSpace
 
 PUBLIC = {
@@ -34,6 +41,9 @@ PUBLIC = {
     if isinstance(getattr(room, name), type)
 }  # fmt: skip
 """Public types and their names."""
+NAMES = [name for name in dir(dynident) if not name.startswith("__") and callable(getattr(dynident, name))]
+"""Top-level names that can have an example."""
+BODY = InertialParameters.from_com(7.0, [0.0, 0.02, 0.14], [0.02, 0.02, 0.03])
 ONE, ONES, ZERO = np.ones(6), np.ones((6, 2)), (0.0,) * 6
 FLOOR = (HalfSpace("floor"),)
 
@@ -43,8 +53,7 @@ def recorded() -> tuple[Robot, list[Recording], list[Recording]]:
     """A short pair of recordings of the RX90, loaded and unloaded."""
     robot = load_robot("rx90")
     arm, motion = Simulator(robot), random_via_points(robot, count=10, seed=0).motion(rate=200.0)
-    body = InertialParameters.from_com(7.0, [0.0, 0.02, 0.14], [0.02, 0.02, 0.03])
-    loaded, unloaded = (arm.record(motion, load, RX90_NOISE, seed=k) for k, load in enumerate((body, None)))
+    loaded, unloaded = (arm.record(motion, load, RX90_NOISE, seed=k) for k, load in enumerate((BODY, None)))
     return robot, [loaded], [unloaded]
 
 
@@ -123,3 +132,34 @@ def test_a_public_value_is_pickled_copied_compared_and_shown(kind: type) -> None
     assert len(repr(value)) <= 800
     if dataclasses.is_dataclass(value):
         assert hash(value) == hash(copy.deepcopy(value))
+
+
+@cache
+def typed() -> dict[str, Any]:
+    """Names that the examples may use: everything public, a body and recordings of an RX90 with it and without."""
+    names = {name: getattr(room, name) for room in (estimation, model, dynident) for name in room.__all__}
+    robot, loaded, unloaded = recorded()
+    at_rest = static.arm("rx90", 1).recordings("AB", 0)
+    currents = (replace(one, torque=one.torque / 10.0) for one in (*loaded, *unloaded))
+    names |= {
+        "robot": robot,
+        "body": BODY,
+        "np": np,
+        "known_mass": known_mass,
+        "loaded": loaded,
+        "unloaded": unloaded,
+    }
+    names |= dict(zip(("loaded_at_rest", "unloaded_at_rest"), at_rest, strict=True))
+    return names | {name: [one] for name, one in zip(("currents_loaded", "currents"), currents, strict=True)}
+
+
+@pytest.mark.parametrize("name", cases(NAMES, lambda name: name != "identify_gains"))
+def test_the_example_of_a_public_name(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    if name == "read_recording":
+        write_recording(tmp_path / "log.csv", recorded()[1][0])
+    test = doctest.DocTestParser().get_doctest(getattr(dynident, name).__doc__, dict(typed()), name, None, None)
+    assert test.examples
+    told: list[str] = []
+    doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(test, out=told.append)
+    assert not told, "".join(told)

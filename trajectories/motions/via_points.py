@@ -386,6 +386,9 @@ def random_via_points(robot: Robot, count: int, seed: int, speed: float = 0.5, s
 
     Raises:
         ValueError: if a joint has no position limits.
+
+    >>> random_via_points(robot, count=8, seed=0).points.shape
+    (8, 6)
     """
     points = random_points(robot, count, seed, span)
     limits = [joint.limits for joint in robot.joints]

@@ -30,6 +30,10 @@ class Simulator(Brief):
 
     Attributes:
         robot: by its description; what that lacks is completed ``with_stand_in``, and a warning says by what.
+
+    >>> motion = random_via_points(robot, count=8, seed=0).motion(rate=100.0)
+    >>> Simulator(robot).record(motion, body).torque.shape == motion.q.shape
+    True
     """
 
     robot: Robot
