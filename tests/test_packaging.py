@@ -99,6 +99,8 @@ def test_the_wheel_is_installed(wheel: Path, tmp_path: Path) -> None:
     assert "[7, 6, 6" in printed
     assert len(modules) > 60
     assert run(programs / "dynident", "--version", cwd=tmp_path).startswith("dynident ")
+    assert "--out" in run(programs / "python", "-m", "dynident.examples.figures", "--help", cwd=tmp_path)
+    assert "--lowered" in run(programs / "python", ROOT / "benchmarks", "payload_sets", "--help", cwd=tmp_path)
     code = ("codegen", "--robot", "rx90", "--function", "gravity", "--out", "c")
     paths = run(programs / "dynident", *code, cwd=tmp_path).splitlines()
     assert len(paths) == 3

@@ -30,7 +30,7 @@ from dynident import (
 )
 from dynident.apps.recordings import write_recording
 from dynident.benchmarks import static
-from dynident.estimation.gains.known_load import known_mass
+from dynident.estimation.gains.problem import known_mass
 from dynident.model import Recording
 from dynident.tests.report import made
 from dynident.tests.selection import cases
