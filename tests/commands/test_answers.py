@@ -74,7 +74,7 @@ def test_gains_from_the_same_pair_confirm_nothing(inputs: Path) -> None:
     (common,) = notes(f"{own} --loaded other.csv")
     assert common.startswith("ur_currents_unloaded.csv: the gains were identified from it too")
     stored = answered(f"identify {arm} --data other.csv --drive-gains gains.json")
-    assert "as they were identified" in stored.text
+    assert "of the identified drive gains" in stored.text
     assert "identified from it too" not in stored.text
     (inputs / "robot.json").write_text(json.dumps(stored.document))
     kept = stored.document["gain_sigma"]
