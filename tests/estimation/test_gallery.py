@@ -341,7 +341,7 @@ def described(*gravity: float) -> Callable[[Robot], Robot]:
     return lambda robot: replace(robot, gravity=(x, y, z))
 
 
-AGAINST = "against gravity"
+AGAINST = "wrong sign for gravity"
 MISTAKES: dict[str, tuple[str, Callable[[Robot], Robot], Change]] = {
     "currents": ("look like motor-side torques, currents", lambda robot: robot, on_torque(lambda x: 0.1 * x)),
     "all signs": (AGAINST, lambda robot: robot, on_torque(lambda x: -x)),
