@@ -97,7 +97,7 @@ class Goal:
     reference: Mapping[str, float] | None = None
     noise: ArrayLike | None = None
     rate: float = INDEPENDENT
-    noise_from: str = "as told"
+    noise_from: str = "as given"
     data_length: float | None = None
     earlier: Earlier | None = None
     offsets: bool = False
@@ -160,7 +160,7 @@ class NearGoal:
     rate: float
     expected: InertialParameters
     mass_sigma: float | None = None
-    noise_from: str = "as told"
+    noise_from: str = "as given"
 
     def with_friction(self, robot: Robot, shape: Shape, family: Family) -> Goal:
         """Extend the goal to all that such motions tell apart: of the payload, and of friction.
