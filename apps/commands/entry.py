@@ -272,7 +272,7 @@ def check_paths(call: Call) -> None:
             needed, rivals, own = "a folder cannot be made there: give another path", owners, folders
         else:
             possible = not place.is_dir() and place.parent.is_dir()
-            needed = "there is no such folder to write to: make the folder, or give another path"
+            needed = "no file can be written there: make the folder, or give another path"
             rivals, own = owners | folders, owners
         if not path or not possible:
             raise InputError(f"{name} {path!r}: {needed}")

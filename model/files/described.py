@@ -102,7 +102,7 @@ def expanded(source: Source) -> str:
     except Exception as error:  # it evaluates Python of the file's own: anything may come
         message = " ".join(str(error).split()) or type(error).__name__
         raise InputError(
-            f"{path}: xacro cannot expand it ({message}): do so yourself (xacro FILE ARGUMENT:=VALUE > robot.urdf)"
+            f"{path}: xacro failed ({message}): expand it first (xacro FILE ARGUMENT:=VALUE > robot.urdf)"
         ) from None
 
 

@@ -74,7 +74,7 @@ def test_gains_from_the_same_pair_confirm_nothing(inputs: Path) -> None:
     (common,) = notes(f"{own} --loaded other.csv")
     assert common.startswith("ur_currents_unloaded.csv: the gains were identified from it too")
     stored = answered(f"identify {arm} --data other.csv --drive-gains gains.json")
-    assert "as they were identified" in stored.text
+    assert "of the identified drive gains" in stored.text
     assert "identified from it too" not in stored.text
     (inputs / "robot.json").write_text(json.dumps(stored.document))
     kept = stored.document["gain_sigma"]
@@ -102,7 +102,7 @@ def test_verify_tells_harm(inputs: Path) -> None:
     split = "{0}_q.csv {0}_tau.csv {0}_tauref.csv"
     for before, after, status in (("before.csv", split.format("after"), 1), ("after.csv", "before.csv", 0)):
         ended = typed(f"verify --robot rx90 --before {before} --after {after}")
-        assert (ended.status, "does harm" in ended.out) == (status, bool(status))
+        assert (ended.status, "makes it worse" in ended.out) == (status, bool(status))
     assert "give one recording" in typed("verify --robot rx90 --before before.csv after.csv --after after.csv").err
 
 
@@ -113,7 +113,7 @@ NEAR = "near --robot rx90 --pose=0,-45,90,0,45,0 --speed-override 0.5 --duration
 def test_a_rehearsal_is_written_beside_a_motion(here: Path) -> None:
     document, text = answered(f"{NEAR} --joints 2,3,5,6 --samples motion.csv sample-rate=125", status=(0, 1))
     assert "Visible to joints 2, 3, 5, 6: 10 of 10" in text
-    assert "Assumed, not published: torque limits" in text
+    assert "Assumed, because not published: torque limits" in text
     robot = load_robot("rx90")
     (_, _, fast, _), (t, _, slow, _) = (
         read_trajectory(here / f"motion{end}.csv", robot) for end in ("", "_rehearsal")

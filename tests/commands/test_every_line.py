@@ -155,7 +155,7 @@ def test_no_two_outputs_are_one_file(name: str, folder: Path) -> None:
         assert f"{first} names this file too" in error or f"{second} names this file too" in error
     for option in own:
         for path in (".", "..", "/", ""):
-            assert f"{option} {path!r}: not a file" in refused(line, f"{option}={path}")
+            assert f"{option} {path!r}: no file can be written there" in refused(line, f"{option}={path}")
     assert contents(folder) == before
 
 

@@ -194,8 +194,8 @@ LINES = {
         "sample-rate=100": "no effect without --samples or --ros2",
         "--urscript x controller-rate=250": "500 Hz (e-Series) or 125 Hz",
         "--val3 no-name": "not a VAL3 application name",
-        "--samples nowhere/x.csv": "no such folder to write to",
-        "--ros2 nowhere/x.yaml": "no such folder to write to",
+        "--samples nowhere/x.csv": "no file can be written there",
+        "--ros2 nowhere/x.yaml": "no file can be written there",
         "--starts 0": "from 1 to",
     },
     f"score {RX90}": {

@@ -209,7 +209,7 @@ def test_one_line_names_file_and_key(file: File, tmp_path: Path) -> None:
 def test_a_tag_of_no_table(tag: Any, tmp_path: Path) -> None:
     file = next(file for file in FILES if file.name == "payload.json")
     first, *others = file.data["estimates"]
-    with pytest.raises(InputError, match=r"payload\.json: key 'estimates\[1\]\.estimator': .* no kind of table"):
+    with pytest.raises(InputError, match=r"payload\.json: key 'estimates\[1\]\.estimator': .* not a kind of table"):
         file.read(write(tmp_path, file, {**file.data, "estimates": [{**first, "estimator": tag}, *others]}))
     first = {key: value for key, value in first.items() if key != "estimator"}
     with pytest.raises(InputError, match=r"payload\.json: key 'estimates\[1\]\.estimator': missing: must be text"):

@@ -66,7 +66,7 @@ def test_the_page_names_it(history: Fleet, tmp_path: Path) -> None:
     write_report(tmp_path / "fleet.html", fleet_report(history), Provenance("dynident"))
     text = (tmp_path / "fleet.html").read_text()
     assert all(words in text for words in ("worn", "laden", "still", "Coulomb friction 2", "time runs back"))
-    drift = text[text.index("Every arm, by its drift") :]
+    drift = text[text.index("All arms, the largest drift first") :]
     worn, laden = ({line.arm: line for line in history.changed}[arm] for arm in ("worn", "laden"))
     order = ["worn", "laden", "still"] if abs(worn.z or 0.0) > abs(laden.z or 0.0) else ["laden", "worn", "still"]
     assert sorted(order, key=drift.index) == order, "the arm that drifted most comes first"

@@ -96,7 +96,7 @@ class Goal(Brief):
     reference: Mapping[str, float] | None = None
     noise: ArrayLike | None = None
     rate: float = INDEPENDENT
-    noise_from: str = "as told"
+    noise_from: str = "as given"
     data_length: float | None = None
     earlier: Earlier | None = None
     offsets: bool = False
@@ -159,7 +159,7 @@ class NearGoal(Brief):
     rate: float
     expected: InertialParameters
     mass_sigma: float | None = None
-    noise_from: str = "as told"
+    noise_from: str = "as given"
 
     def with_friction(self, robot: Robot, shape: Shape, family: Family) -> Goal:
         """Extend the goal to all that such motions tell apart: of the payload, and of friction.
