@@ -193,4 +193,4 @@ def test_other_wrong_values(loaded: list[Recording], unloaded: list[Recording]) 
     with pytest.raises(InputError, match="do not fit each other"):
         Estimate.from_values(["A"], [1.0, 2.0], [1.0])
     swapped = answer_payload(payload_problem(ROBOT, unloaded, loaded)).verdict
-    assert any("look swapped" in reason for reason in swapped.reasons)
+    assert any("are not swapped" in reason for reason in swapped.reasons)
