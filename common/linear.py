@@ -89,9 +89,8 @@ def condition_numbers(W: Array) -> tuple[float, float]:
 
 def is_covariance(C: Array) -> bool:
     """True if a matrix is square, symmetric and without negative eigenvalues, but for rounding."""
-    if C.ndim != 2 or C.shape[0] != C.shape[1] or not np.isfinite(C).all() or not np.allclose(C, C.T, atol=1e-12):
-        return False
-    return bool((np.linalg.eigvalsh(C) >= -1e-9 * max(float(np.trace(C)), 1e-300)).all())
+    square = C.ndim == 2 and C.shape[0] == C.shape[1] and np.isfinite(C).all() and np.allclose(C, C.T, atol=1e-12)
+    return bool(square and (np.linalg.eigvalsh(C) >= -1e-9 * max(float(np.trace(C)), 1e-300)).all())
 
 
 def without(W: Array, columns: Array) -> Array:

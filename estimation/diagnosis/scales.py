@@ -93,12 +93,12 @@ def scale(evidence: Evidence) -> Iterator[Finding]:
     All by {SCALE:.0%} and {SCALE_Z:g} sigma, or one joint's by {JOINT_SCALE:.0%} and {JOINT_SCALE_Z:g} sigma, and
     more clearly than a pull: do not use. Both are named if the data hardly distinguish them.
     """
-    found, pull = sorted(evidence.diagnosis.scales, key=Effect.z, reverse=True), pull_of(evidence)
+    found, pull = sorted(evidence.diagnosis.scales, key=_z, reverse=True), pull_of(evidence)
     off = [scale for scale in found if beyond(scale)]
-    if not off or (pull is not None and pull_z(pull) > off[0].z()):
+    if not off or (pull is not None and pull_z(pull) > _z(off[0])):
         return
     worst = off[0]
-    others = [scale for scale in off if bool(scale.where) != bool(worst.where) and scale.z() > EITHER * worst.z()]
+    others = [scale for scale in off if bool(scale.where) != bool(worst.where) and _z(scale) > EITHER * _z(worst)]
     likely = sorted([worst, *others[:1]], key=lambda scale: scale.where)  # that of all torques first
     whose = f"{worst.where}'s torques" if worst.where else "the torques"
     whose = f"all torques, or only those of {likely[1].where}," if others else whose
@@ -111,10 +111,14 @@ def scale(evidence: Evidence) -> Iterator[Finding]:
     yield error(text)._replace(cause=worst.fall > HELPFUL, explains=worst.fall)
 
 
+def _z(scale: Effect) -> float:
+    return abs(scale.size) / max(scale.few * scale.sigma, 1e-300)
+
+
 def beyond(scale: Effect, joint_z: float = JOINT_SCALE_Z) -> bool:
     """True if a scale is another one."""
     least, z = (JOINT_SCALE, joint_z) if scale.where else (SCALE, SCALE_Z)
-    return abs(scale.size) > least and scale.z() > z
+    return abs(scale.size) > least and _z(scale) > z
 
 
 def sensitive(evidence: Evidence) -> Iterator[Finding]:
@@ -148,7 +152,7 @@ def motors_apart(evidence: Evidence) -> Iterator[Finding]:
     By over {JOINT_SCALE:.0%} and {OWN_SCALE_Z:g} sigma: not its gain.
     """
     off = [scale for scale in evidence.diagnosis.scales if scale.where and beyond(scale, OWN_SCALE_Z)]
-    worst = max((scale for scale in off if scale.z() <= JOINT_SCALE_Z), key=Effect.z, default=None)
+    worst = max((scale for scale in off if _z(scale) <= JOINT_SCALE_Z), key=_z, default=None)
     if evidence.gained is not None and worst is not None:
         yield warning(
             f"motor {worst.where.split()[1]}: the scale of its currents with payload is {1.0 + worst.size:.2f} ± "

@@ -6,14 +6,6 @@ An arm that sags does not run the motion it ran without payload. The difference 
 Phi(q_L) chi - Phi(q_U) chi of the robot itself, about 100 N·m/rad at the second joint, and repeats with the motion:
 no block of time shows it. It is taken off by parameters fitted to the recording without payload, and a quarter of
 what it changes is part of the uncertainty: alignment takes part of a sag for a delay.
-
-Friction changes by the day, by temperature and with the load. Left as it was, what it changed by goes into the
-payload; wholly free, it takes most of what a motion tells of the mass. So it may change as far as friction of real
-arms does.
-
-A scale of the loaded torques wrong by 1 % (drives warm up, sensors drift) moves the mass by several percent, for
-the arm weighs more than its payload. Where it is asked for, it is one more unknown near 1, as far as it is said to
-be sure.
 """
 
 from __future__ import annotations
@@ -438,8 +430,10 @@ def known_path(columns: Sequence[str], joints: int) -> tuple[Known, ...]:
 def friction_changes(robot: Estimate, inflation: Sequence[float], ratio: float) -> dict[str, SoftPrior]:
     """Priors that keep frictions near the robot's own, by the memory of errors; what a joint lacks cannot change.
 
-    Coulomb and viscous friction change with the day and the oil's temperature. What grows with load changes by the
-    payload's torque, and is known; free as well, it would take weight along. Without a ``ratio`` none changes.
+    Coulomb and viscous friction change with the day and the oil's temperature: left as it was, what it changed by
+    goes into the payload; wholly free, it takes most of what a motion tells of the mass. What grows with load
+    changes by the payload's torque, and is known; free as well, it would take weight along. Without a ``ratio``
+    none changes.
     """
     kinds = {name: parameter_kind(name) for name in robot.names}
     largest = max((abs(robot[name]) for name, kind in kinds.items() if kind == "FS"), default=0.0)
@@ -454,7 +448,8 @@ def friction_changes(robot: Estimate, inflation: Sequence[float], ratio: float) 
 def with_scale(loaded: Equations, robot: Known, role: SoftPrior) -> tuple[Equations, dict[str, SoftPrior]]:
     """Add one column for the scale under load, and its prior.
 
-    It scales the torque of robot and payload, without friction; the payload's own is therefore found first.
+    1 % of it (drives warm up, sensors drift) moves the mass by several percent, for the arm weighs more than its
+    payload. It scales the torque of both, without friction; the payload's own is therefore found first.
     ``role`` is the prior of its difference from 1.
     """
 

@@ -29,12 +29,15 @@ _DEPENDENT = 0.05  # of a wave's power: explained by the payload but for this, i
 
 
 class Wave(Document, frozen=True):
-    """A wave over the turn of a joint in one recording, and the probability of any such wave in noise alone."""
+    """A wave over the turn of a joint in one recording, and the probability of any such wave in noise alone.
+
+    ``joint``: number; ``waves``: [1 per 2 pi rad or 2 pi m]; ``amplitude``: as found alone [N·m or N].
+    """
 
     source: str
-    joint: int  # number
-    waves: float = field(name="waves_per_turn")  # 1 per 2 pi rad or 2 pi m
-    amplitude: float  # as found alone [N·m or N]
+    joint: int
+    waves: float = field(name="waves_per_turn")
+    amplitude: float
     probability_by_noise: float = RIPPLE_CHANCE
 
 

@@ -48,15 +48,20 @@ class Active(NamedTuple):
 
 
 class Weighing(Document, frozen=True):
-    """A weighed mass beside the identified one [kg], each with its standard deviation."""
+    """A weighed mass beside the identified one [kg], each with its standard deviation.
+
+    Attributes:
+        z: standard deviations of their difference by which the identified mass is larger.
+        p_value: probability of as large a difference of either sign.
+    """
 
     mass: float
     sigma: float
     identified: float
     identified_sigma: float
     degrees_of_freedom: Float
-    z: Float  # standard deviations of their difference by which the identified mass is larger
-    p_value: Float  # probability of as large a difference of either sign
+    z: Float
+    p_value: Float
 
     @classmethod
     def by(cls, scale: KnownMass, identified: float, sigma: float, degrees_of_freedom: float) -> Self:

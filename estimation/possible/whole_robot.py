@@ -25,14 +25,11 @@ _NOTHING = 1e-12  # fraction of a gradient's largest entry below which it is a r
 
 
 class Origin(NamedTuple):
-    """Origin of a number of the robot: who decides it.
+    """Origin of a number of the robot: who decides it."""
 
-    ``base``: names of the base parameters it is part of. ``share``: squared length of the part of its unit gradient
-    (of a standard parameter: its unit vector) in the row space of the grouping G, in units of one mass and one
-    length for all links: 1 if base parameters alone determine it, 0 if the prior alone decides.
-    """
-
-    base: tuple[str, ...] = ()
+    base: tuple[str, ...] = ()  # names of the base parameters it is part of
+    # Squared length of the part of its unit gradient (of a standard parameter: its unit vector) in the row space of
+    # the grouping G, in units of one mass and one length for all links: 1 if base parameters alone determine it.
     share: float = 0.0
 
     @property

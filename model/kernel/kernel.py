@@ -25,7 +25,6 @@ class Kernel:
 
     Attributes:
         rows, columns: index of each non-zero entry in the function's first output.
-        compiled: whether compiled code does the work.
     """
 
     def __init__(self, function: ca.Function) -> None:

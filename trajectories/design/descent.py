@@ -116,21 +116,16 @@ def _step(
 class Lagrangian:
     """The augmented Lagrangian of a problem's limits, and the motion that descents on it have reached.
 
-    One signed multiplier a value, and intervals drawn in so that the motion keeps the limits between samples.
-
-    Attributes:
-        x: the motion.
-        curvature: there, as the last descent has learnt it; None where it is not known.
-        drawn: per limit and value, by how much its interval is drawn in on either side, in the limit's units.
-        stiffness: weight of squared violations.
+    One signed multiplier a value, and intervals drawn in so that the motion ``x`` keeps the limits between samples.
     """
 
     def __init__(self, problem: DesignProblem, x: Array, stiffness: float, margin: float) -> None:
         """Set all multipliers to zero, and draw all intervals in by the same ``margin``."""
-        self.problem, self.x, self.stiffness = problem, x, stiffness
-        self.curvature: Array | None = None
+        self.problem, self.x, self.stiffness = problem, x, stiffness  # the last: weight of squared violations
+        self.curvature: Array | None = None  # at x, as the last descent has learnt it
         state = problem.state(x, WIDTH)
         shapes = [limit.values(state).shape for limit in problem.limits]
+        # Per limit and value, by how much its interval is drawn in on either side, in the limit's units.
         self.drawn = [np.full(shape, margin) for shape in shapes]
         self._values = [np.zeros(shape) for shape in shapes]
         self._last = 0.0

@@ -21,12 +21,7 @@ from ..motions.family import Samples
 
 
 class RegressorKernel:
-    """Evaluates the non-zero entries of the regressor, joint by joint, and their adjoint.
-
-    Attributes:
-        columns: names of the columns, c.
-        parts: per joint, the slice of the entries and the columns they stand in.
-    """
+    """Evaluates the non-zero entries of the regressor, joint by joint, and their adjoint."""
 
     def __init__(self, robot: Robot, columns: Sequence[str]) -> None:
         """Generate and compile the code; ``SPRING``, a known spring's torque, may be one of the columns."""
@@ -44,7 +39,7 @@ class RegressorKernel:
         self._smooth = Kernel(ca.Function("smooth_entries", [q, qd, qdd, width], [ca.cse(smooth)]))
         self._exact = Kernel(ca.Function("exact_entries", [q, qd, qdd], [ca.cse(exact)]))
         self._adjoint = Kernel(ca.Function("adjoint", [q, qd, qdd, width, seed], [slope]))
-        # The matrix is transposed: column-major order then holds joint after joint.
+        # The matrix is transposed: column-major order then holds joint after joint, its entries and their columns.
         ends = np.searchsorted(self._smooth.columns, np.arange(robot.n + 1))
         self.parts = tuple((slice(int(a), int(b)), self._smooth.rows[a:b]) for a, b in pairwise(ends))
         self._blocks = tuple(np.ix_(own, own) for _, own in self.parts)

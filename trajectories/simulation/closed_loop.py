@@ -127,12 +127,7 @@ class Task(NamedTuple):
 
 
 class ClosedLoop:
-    """Simulates a robot with known parameters, its controller and its gears.
-
-    Attributes:
-        rate: of the samples [Hz].
-        steps: of the integration (classical Runge-Kutta) per sample.
-    """
+    """Simulates a robot with known parameters, its controller and its gears, in steps within each sample."""
 
     def __init__(
         self,
