@@ -264,14 +264,16 @@ def descriptions(own: Comparison, mask: Mask) -> Iterator[Read]:
 
 
 def offsets(own: Comparison, mask: Mask) -> Iterator[Read]:
-    """A torque channel with a constant offset."""
-    n, square = own.robot.n, own.fit.weights**2
-    for j, column in enumerate(np.eye(n)[:, :, None] * mask):
+    """A torque channel with an offset, constant or growing with time."""
+    n, passed, square = own.robot.n, own.states.passed, own.fit.weights**2
+    for (shape, text), j in product(((passed**0, "holds an offset of"), (passed, "drifts by")), range(n)):
+        column = np.zeros((n, len(passed)))
+        column[j] = shape * mask
         left = own.fit.of_torque(column).errors
         shown = float(square @ (left**2).sum(axis=1))
         if shown > 1e-9 * square[j] * float(np.sum(column**2)):
             size = float(square @ (left * own.fit.errors).sum(axis=1)) / shown
-            assumed = f"the torque of joint {j + 1} holds an offset of {size:.3g} (N·m or N)"
+            assumed = f"the torque of joint {j + 1} {text} {size:.3g} (N·m or N)"
             yield assumed, replace(own.states, torque=own.states.torque - size * column.T), None
 
 

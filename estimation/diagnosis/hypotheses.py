@@ -187,7 +187,9 @@ def drift(system: System) -> Sought:
     masks, joints = list(parts(system.states.loaded).items())[-2:], np.eye(system.robot.n)[:, :, None, None]
     constants = {f"{j}{where}": one * mask for j, one in enumerate(joints, 1) for where, mask in masks}
     ramps = {where: column * system.states.passed for where, column in constants.items()}
-    return Sought(ramps, free=[column[:, 0] for column in constants.values()])
+    loaded = [column for where, column in ramps.items() if where.endswith(WITH_PAYLOAD)]
+    by_difference = -system.as_payload(np.concatenate(loaded, axis=1)) if loaded else None
+    return Sought(ramps, free=[column[:, 0] for column in constants.values()], by_difference=by_difference)
 
 
 def _drift(effect: Effect, evidence: Evidence) -> Finding:
@@ -196,8 +198,11 @@ def _drift(effect: Effect, evidence: Evidence) -> Finding:
     By over {DRIFT_Z:g} sigma, if nothing else takes off more: spoils all where the mass is {MOVED:.1%}, or the
     centre of mass {SLIP:g} m off without it, without payload where it takes {HELPFUL:.0%} off the squared residual.
     """
-    heavy = effect.fall > HELPFUL if evidence.of_robot else spoils(evidence, effect.change)
-    joint, *where = effect.where.split(" ", 1)
+    (joint, *where), by_difference = effect.where.split(" ", 1), effect.by_difference
+    if by_difference is None:
+        heavy = effect.fall > HELPFUL
+    else:  # constants, which are free here, hold most of it in a fit of robot and payload
+        heavy = spoils(evidence, effect.size * by_difference[:, int(joint) - 1])
     return (error if heavy else note)(
         f"the torque of joint {joint} drifts by {effect.size:.3g} ± {effect.sigma:.1g} (N·m or N) over a recording"
         f"{''.join(f' {part}' for part in where)}: let the arm run warm, and record again"
