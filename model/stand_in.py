@@ -202,16 +202,15 @@ def rehearsed(robot: Robot) -> Robot:
     return with_stand_in(robot) if can_stand_in(robot) else with_assumed_limits(robot)
 
 
-def completed(robot: Robot) -> Robot:
-    """Complete a robot that lacks parameters or limits as ``rehearsed``, and warn of what was assumed.
+def completed(robot: Robot, limits: bool = True) -> Robot:
+    """Complete a robot that lacks parameters, or ``limits``, as ``rehearsed``, and warn of what was assumed.
 
     Raises:
         InputError: if it lacks parameters that nothing stands in for.
     """
     check_robot(robot)
-    limits = [x for joint in robot.joints for x in (*joint.limits.position, joint.limits.speed)]
-    limits += [joint.limits.acceleration for joint in robot.joints]
-    if robot.parameters.keys() >= set(standard_columns(robot)) and np.isfinite(limits).all():
+    told = all(name in robot.parameters for name in robot.standard)
+    if told and (not limits or with_assumed_limits(robot) is robot):
         return robot
     whole = with_stand_in(robot)
     new = {name: rule for name, rule in whole.assumed().items() if robot.sources.get(name) != whole.sources[name]}

@@ -294,6 +294,7 @@ def held_out_fit(
     return fit(unseen, estimate.values)
 
 
+@one_thread()
 def identification_system(result: Identification) -> ObservationSystem:
     """Build the system behind an identification, in the robot's base parameters."""
     observer = Observer(result.robot, result.base.columns).at(result.estimate.values)
@@ -335,6 +336,7 @@ def equations(robot: Robot, recordings: Sequence[Recording], settings: Settings 
     return Rows(system.W, system.Y, system.joint, system.t)
 
 
+@one_thread()
 def robot_result(
     result: Identification, constrained: PossibleRobot | None = None, rollouts: Sequence[parts.Rollout] = ()
 ) -> RobotResult:

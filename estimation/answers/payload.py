@@ -252,6 +252,7 @@ def _described(robot: Robot, known: RobotResult | Estimate | None) -> tuple[Robo
     return robot, known
 
 
+@one_thread()
 def answer_payload(
     problem: PayloadProblem,
     held_out: Sequence[Recording] = (),
@@ -413,6 +414,7 @@ def _reported(
     return ten, spread, np.append(ten[9], ten[6:9] / ten[9])[:, None] + np.outer(half, [-1.0, 1.0])
 
 
+@one_thread()
 def payload_result(answer: PayloadAnswer) -> PayloadResult:
     """Collect what ``payload`` and ``weigh`` answer; a number that was not determined is nan or None."""
     problem, source, robot, gains = answer.problem, answer.problem.source, answer.problem.robot, answer.gains

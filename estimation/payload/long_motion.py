@@ -16,6 +16,7 @@ from ...common.arrays import Array
 from ...common.brief import Brief
 from ...common.errors import InputError
 from ...common.linear import decomposed
+from ...common.threads import one_thread
 from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, base_parameters
 from ...model.drives import parameter_kind
 from ...model.friction import is_friction
@@ -254,6 +255,7 @@ def prior_of(known: Estimate | None, inflation: tuple[float, ...], loaded: Equat
     return stored_robot(model)._replace(inflation=float(np.median(factors)))
 
 
+@one_thread()
 def payload_problem(
     robot: Robot,
     loaded: Sequence[Recording],

@@ -14,6 +14,7 @@ from ...common.arrays import Array
 from ...common.brief import Brief
 from ...common.errors import InputError
 from ...common.linear import decomposed
+from ...common.threads import one_thread
 from ...model.drives import parameter_kind
 from ...model.friction import is_friction
 from ...model.regressors import payload_columns
@@ -217,6 +218,7 @@ def usable_methods(problem: PayloadProblem) -> tuple[int, ...]:
     return tuple(method for method, there in enumerate(usable, 1) if there)
 
 
+@one_thread()
 def payload_estimate(problem: PayloadProblem, method: int, covariance: Rule | None = None) -> PayloadEstimate:
     """Estimate the payload by one method; with robust standard deviations if the problem has blocks of time.
 

@@ -20,6 +20,7 @@ from ...common.brief import Brief
 from ...common.errors import InputError
 from ...common.linear import rank
 from ...common.schema import Document, Float
+from ...common.threads import one_thread
 from ...model import InertialParameters
 from ..equations.equations import PAYLOAD
 from ..fit.estimate import Estimate
@@ -280,6 +281,7 @@ def whitening(C: Array, names: Sequence[str], floor: Array) -> Array:
     return np.linalg.solve(L, np.diag(1.0 / sigma))
 
 
+@one_thread()
 def solve_constrained(estimate: Estimate, constraints: Sequence[Constraint] = POSSIBLE) -> Possible:
     """Find the nearest payload that keeps the constraints.
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.threads import one_thread
 from ...model import INERTIAL, BaseParameters, InertialParameters, Robot
 from ...model.base.parameters import sum_text
 from ...model.drives import parameter_kind
@@ -195,6 +196,7 @@ class RobotProgram(NamedTuple):
         )
 
 
+@one_thread()
 def solve_constrained_base(
     robot: Robot, base: BaseParameters, estimate: Estimate, total_mass: MassBounds | None = None
 ) -> PossibleRobot:

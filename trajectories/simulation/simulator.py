@@ -45,7 +45,7 @@ class Simulator(Brief):
         Raises:
             InputError: if the robot's description lacks standard parameters that nothing stands in for.
         """
-        object.__setattr__(self, "robot", completed(self.robot))
+        object.__setattr__(self, "robot", completed(self.robot, limits=False))
 
     @property
     def _kernel(self) -> Kernel:
