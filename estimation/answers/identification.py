@@ -4,19 +4,18 @@ Elimination takes a small parameter as zero. That is harmless for torques, but a
 XX = 0 says that all mass lies on the x axis, and ZZ6 = 0 while YZ6 is not that link 6 cannot exist.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from msgspec import UNSET
 from numpy.typing import NDArray
 
 from ...common.arrays import Array
+from ...common.brief import Brief
 from ...common.errors import InputError
 from ...common.speech import Speaks
 from ...common.threads import one_thread
@@ -129,7 +128,7 @@ def _too_far(body: str, gone: Sequence[str], chi2: float, p_value: float) -> tup
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Identification(Speaks):
+class Identification(Speaks, Brief):
     """Base parameters of a robot, estimated, and what they come from."""
 
     robot: Robot
@@ -163,14 +162,9 @@ class Identification(Speaks):
             return solve_constrained_base(self.robot, self.base, self.estimate)
         return None
 
-    @cached_property
-    def parameters(self) -> dict[str, Parameter]:
-        """Base parameters by their names in tables, as ``RobotResult.parameters``."""
-        return self.estimate.table(self.base.names)
-
     def __getitem__(self, name: str) -> Parameter:
-        """One base parameter by its name, "MX2R" or "MX2"."""
-        return self.estimate.table(self.base.names, name)[name]
+        """One base parameter by its name, "MX2R" or "MX2", as its result has it."""
+        return self.result[name]
 
     @property
     def essential(self) -> tuple[str, ...]:
@@ -302,27 +296,16 @@ def identification_system(result: Identification) -> ObservationSystem:
     return joined(recordings, result.estimate.weights, result.problem, result.processing)
 
 
-class Rows(NamedTuple):
-    """Equations Y = W chi + rho, recording by recording, in each joint by joint, in each by time.
-
-    ``W``: observation matrix, r x c; ``Y``: torques [N·m or N], (r,); ``joint``: number of each row's joint, from
-    1, (r,); ``t``: time in its recording [s], (r,).
-    """
-
-    W: Array
-    Y: Array
-    joint: NDArray[np.int64]
-    t: Array
-
-
 @one_thread()
-def equations(robot: Robot, recordings: Sequence[Recording], settings: Settings = DEFAULTS) -> Rows:
-    """Filter and decimate recordings of one load to equations in ``base_parameters(robot).columns``.
+def equations(
+    robot: Robot, recordings: Sequence[Recording], settings: Settings = DEFAULTS
+) -> tuple[Array, Array, NDArray[np.int64], Array]:
+    """Filter and decimate recordings of one load to equations Y = W chi + rho in the base parameters' columns.
 
     Friction is the robot's own: ``robot.with_friction`` gives it other terms.
 
-    Raises:
-        InputError: if the recordings cannot be used.
+    Returns:
+        W, r x c; Y [N·m or N]; each row's joint, from 1; and its time in its recording [s].
 
     >>> W, Y, joint, t = equations(robot, unloaded)
     >>> W.shape == (len(Y), len(base_parameters(robot).columns))
@@ -333,7 +316,7 @@ def equations(robot: Robot, recordings: Sequence[Recording], settings: Settings 
     reduced = base_problem(robot, base, recordings, replace(settings, robust=False))
     observer = Observer(robot, base.columns).at(weighted_solution(reduced))  # friction under their own load
     system = joined([(observer, one, False) for one in recordings], np.ones(robot.n), reduced, processing)
-    return Rows(system.W, system.Y, system.joint, system.t)
+    return system.W, system.Y, system.joint, system.t
 
 
 @one_thread()

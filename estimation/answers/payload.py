@@ -12,6 +12,7 @@ import numpy as np
 from msgspec import UNSET, structs
 
 from ...common.arrays import Array
+from ...common.brief import Brief
 from ...common.errors import InputError
 from ...common.speech import Speaks
 from ...common.threads import one_thread
@@ -73,7 +74,7 @@ _BY_LEVEL = {
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PayloadAnswer(Speaks):
+class PayloadAnswer(Speaks, Brief):
     """Payload estimates with what is needed to judge them; of a short motion as far as it shows the payload."""
 
     problem: PayloadProblem

@@ -3,8 +3,6 @@
 [W W_L] of (22) with payload, W without, and W_L of (29) for pairs on one trajectory, all cut in blocks of time.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property

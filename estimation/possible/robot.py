@@ -5,8 +5,6 @@ which *some* robot exists whose every link can exist and whose drives neither pu
 standard parameters themselves stay undetermined (26 directions on the RX90) and are not a result.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -107,7 +105,7 @@ class RobotProgram(NamedTuple):
     links: NDArray[np.intp]
 
     @staticmethod
-    def of(robot: Robot, base: BaseParameters, estimate: Estimate, total_mass: MassBounds | None) -> RobotProgram:
+    def of(robot: Robot, base: BaseParameters, estimate: Estimate, total_mass: MassBounds | None) -> "RobotProgram":
         """Scale an estimate of all base parameters; raises InputError if it is not one."""
         if estimate.names != base.columns:
             raise InputError(

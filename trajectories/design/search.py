@@ -5,8 +5,6 @@ A motion visits states (q, qd, qdd), and its information matrix is a weighted me
 of states within the limits, continuity ignored, is an optimal experimental design; no motion is better.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -17,6 +15,7 @@ import numpy as np
 from msgspec import field
 
 from ...common.arrays import Array
+from ...common.brief import Brief
 from ...common.schema import Document, Float
 from ...common.speech import Speaks
 from ...common.threads import one_thread
@@ -52,7 +51,7 @@ Progress = Callable[[str, float | None, int], None]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Design(Speaks):
+class Design(Speaks, Brief):
     """The most informative motion that was found.
 
     Attributes:
