@@ -118,8 +118,8 @@ arm = Arm(
     spring=spring,
 )
 '''
-_CODE = (cos_sin, add, dot, cross, FrameChange, DriveState, link_wrenches, inertial_terms, Limits, Joint, Arm)
-"""What the file takes over as it stands here."""
+_CODE: Any = cos_sin, add, dot, cross, FrameChange, DriveState, link_wrenches, inertial_terms, Limits, Joint, Arm
+"""Functions and types that the file takes over as they stand here."""
 
 
 def generate_numpy(robot: Robot, folder: str | Path) -> Path:
@@ -142,24 +142,19 @@ def generate_numpy(robot: Robot, folder: str | Path) -> Path:
     terms = drive_terms(robot.drives, state, lambda speed: _Formula(f"np.sign({speed})"))
     if robot.spring is not None:
         j = robot.spring.joint - 1
-        table = [*zip(*robot.spring.table, strict=True)]
-        law = (
-            f"np.interp(q[{j}], {', '.join(map(str, table))})"
-            if table
-            else robot.spring.law(_Formula(f"q[{j}]"), _Formula)
-        )
-        spring = f"{{{j}: {law}}}"
+        table = ", ".join(map(str, zip(*robot.spring.table, strict=True)))
+        law: object = f"np.interp(q[{j}], {table})"
+        spring = f"{{{j}: {law if table else robot.spring.law(_Formula(f'q[{j}]'), _Formula)}}}"
     grouped = [{base.standard[k]: float(row[k]) for k in np.flatnonzero(row)} for row in base.grouping]
 
     def entries(table: Any) -> str:
         return "\n".join(f"        {name!r}: {value!r}," for name, value in table)
 
-    sources = "\n\n".join(inspect.getsource(part) for part in _CODE)
     text = _FILE.format(
         title=re.sub(r'[^ -~]|[\\"]', "_", robot.title or robot.name),
         groupings="\n".join(f"    {line}" for line in base.groupings()),
         inertial=INERTIAL,
-        code=re.sub(r"\bca\b", "np", sources),
+        code=re.sub(r"\bca\b", "np", "\n\n".join(map(inspect.getsource, _CODE))),
         drives=entries(terms.items()),
         spring=spring,
         joints="\n".join(f"        {joint}," for joint in robot.joints),
