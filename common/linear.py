@@ -7,10 +7,12 @@ singular value is below ``RANK_TOLERANCE`` of the largest: one convention for th
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
+from importlib import import_module
 from typing import NamedTuple
 
 import numpy as np
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController
 
 from .arrays import Array
 
@@ -101,8 +103,16 @@ def without(W: Array, columns: Array) -> Array:
     return np.asarray(rest - U @ (U.T @ rest))
 
 
+@cache
+def _libraries() -> ThreadpoolController:
+    """Find the libraries of NumPy and SciPy, once: to look for them takes longer than a small problem."""
+    for package in ("numpy.linalg", "scipy.linalg"):
+        import_module(package)
+    return ThreadpoolController()
+
+
 @contextmanager
 def one_thread() -> Iterator[None]:
     """Compute with one thread of BLAS: small matrices wait for more, and sums round by their number."""
-    with threadpool_limits(1, "blas"):
+    with _libraries().limit(limits=1, user_api="blas"):
         yield

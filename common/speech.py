@@ -8,10 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, ClassVar
 
-from .brief import Brief
 
-
-class Speaks(Brief):
+class Speaks:
     """Base class of the results of whole questions.
 
     ``str`` gives the screen that the command prints, ``repr`` one line, a notebook the first block of the report.

@@ -1,7 +1,5 @@
 """Motions and measurements, read-only arrays, one row a sample; and the settings of recordings' processing."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -65,7 +63,7 @@ class Measurement(Brief):
         samples, joints = self.motion.t.shape, self.motion.q.shape
         freeze_fields(self, torque=joints, spring_before=samples, path=joints)
 
-    def between(self, start: int, stop: int) -> Measurement:
+    def between(self, start: int, stop: int) -> "Measurement":
         """Take the samples from ``start`` to before ``stop``."""
         part, motion = slice(start, stop), self.motion
         before, path = (None if array is None else array[part] for array in (self.spring_before, self.path))

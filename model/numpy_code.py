@@ -18,17 +18,7 @@ from .inertia import INERTIAL
 from .kinematics import FrameChange, add, cross, dot
 from .pose import cos_sin
 from .regressors import inertial_terms, link_wrenches
-from .robot import Robot
-
-
-class JointNumbers(NamedTuple):
-    """Joint in modified DH: whether it turns, angles [rad], distances [m]."""
-
-    revolute: bool
-    alpha: float
-    d: float
-    theta: float
-    r: float
+from .robot import Joint, Limits, Robot
 
 
 class Arm(NamedTuple):
@@ -38,7 +28,7 @@ class Arm(NamedTuple):
     parameter; ``drives``: gives the entries of the drives' parameters, ``spring`` its torque, by joint from 0.
     """
 
-    joints: tuple[JointNumbers, ...]
+    joints: tuple[Joint, ...]
     gravity: tuple[float, float, float]
     standard: dict[str, float]
     base: dict[str, dict[str, float]]
@@ -88,11 +78,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from math import inf
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-Array, Vector, Robot, Joint = np.ndarray, tuple, Any, Any
+Array, Vector, Robot = np.ndarray, tuple, Any
 _ROUNDING, ZERO = 1e-12, (0.0, 0.0, 0.0)
 INERTIAL = {inertial}
 
@@ -126,8 +118,8 @@ arm = Arm(
     spring=spring,
 )
 '''
-_CODE = (cos_sin, add, dot, cross, FrameChange, DriveState, link_wrenches, inertial_terms, JointNumbers, Arm)
-"""What the file takes over as it stands here."""
+_CODE: Any = cos_sin, add, dot, cross, FrameChange, DriveState, link_wrenches, inertial_terms, Limits, Joint, Arm
+"""Functions and types that the file takes over as they stand here."""
 
 
 def generate_numpy(robot: Robot, folder: str | Path) -> Path:
@@ -150,28 +142,22 @@ def generate_numpy(robot: Robot, folder: str | Path) -> Path:
     terms = drive_terms(robot.drives, state, lambda speed: _Formula(f"np.sign({speed})"))
     if robot.spring is not None:
         j = robot.spring.joint - 1
-        table = [*zip(*robot.spring.table, strict=True)]
-        law = (
-            f"np.interp(q[{j}], {', '.join(map(str, table))})"
-            if table
-            else robot.spring.law(_Formula(f"q[{j}]"), _Formula)
-        )
-        spring = f"{{{j}: {law}}}"
+        table = ", ".join(map(str, zip(*robot.spring.table, strict=True)))
+        law: object = f"np.interp(q[{j}], {table})"
+        spring = f"{{{j}: {law if table else robot.spring.law(_Formula(f'q[{j}]'), _Formula)}}}"
     grouped = [{base.standard[k]: float(row[k]) for k in np.flatnonzero(row)} for row in base.grouping]
 
     def entries(table: Any) -> str:
         return "\n".join(f"        {name!r}: {value!r}," for name, value in table)
 
-    joints = [JointNumbers(*(getattr(joint, name) for name in JointNumbers._fields)) for joint in robot.joints]
-    sources = "\n\n".join(inspect.getsource(part) for part in _CODE)
     text = _FILE.format(
         title=re.sub(r'[^ -~]|[\\"]', "_", robot.title or robot.name),
         groupings="\n".join(f"    {line}" for line in base.groupings()),
         inertial=INERTIAL,
-        code=re.sub(r"\bca\b", "np", sources),
+        code=re.sub(r"\bca\b", "np", "\n\n".join(map(inspect.getsource, _CODE))),
         drives=entries(terms.items()),
         spring=spring,
-        joints="\n".join(f"        {joint}," for joint in joints),
+        joints="\n".join(f"        {joint}," for joint in robot.joints),
         gravity=robot.gravity,
         standard=entries(known.items()),
         base=entries(zip(base.columns, grouped, strict=True)),

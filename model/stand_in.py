@@ -14,6 +14,7 @@ from .drives import joint_of, parameter_kind
 from .dynamics import gravity, mass_matrix
 from .inertia import INERTIAL, InertialParameters
 from .kinematics import FrameChange
+from .pose import Pose
 from .regressors import standard_columns
 from .robot import ASSUMED, SOURCED, Robot, check_robot
 
@@ -193,16 +194,15 @@ def rehearsed(robot: Robot) -> Robot:
     return with_stand_in(robot) if can_stand_in(robot) else with_assumed_limits(robot)
 
 
-def completed(robot: Robot) -> Robot:
-    """Complete a robot that lacks parameters or limits as ``rehearsed``, and warn of what was assumed.
+def completed(robot: Robot, limits: bool = True) -> Robot:
+    """Complete a robot that lacks parameters, or ``limits``, as ``rehearsed``, and warn of what was assumed.
 
     Raises:
         InputError: if it lacks parameters that nothing stands in for.
     """
     check_robot(robot)
-    limits = [x for joint in robot.joints for x in (*joint.limits.position, joint.limits.speed)]
-    limits += [joint.limits.acceleration for joint in robot.joints]
-    if robot.parameters.keys() >= set(standard_columns(robot)) and np.isfinite(limits).all():
+    told = all(name in robot.parameters for name in robot.standard)
+    if told and (not limits or with_assumed_limits(robot) is robot):
         return robot
     whole = with_stand_in(robot)
     new = {name: rule for name, rule in whole.assumed().items() if robot.sources.get(name) != whole.sources[name]}
@@ -244,13 +244,9 @@ def _needed(robot: Robot, parameters: Mapping[str, float]) -> tuple[Array, Array
 
     Positions are ``poses_in_range``.
     """
-    values = dict(parameters)
-    mass = _load(robot, parameters)
+    mass, flange = _load(robot, parameters), robot.flange_pose or Pose()
     body = InertialParameters.from_com(mass, PAYLOAD_COM, PAYLOAD_INERTIA * mass * np.eye(3))
-    flange = robot.flange if robot.flange_pose is None else robot.flange @ robot.flange_pose
-    for name, value in body.moved(flange.R, flange.p).named(str(robot.n)).items():
-        values[name] += value
-    chi = np.array([values[name] for name in standard_columns(robot)])
+    chi = robot.chi(parameters, body.moved(flange.R, flange.p))
     q = ca.SX.sym("q", robot.n)
     torque = ca.Function("torque", [q], [gravity(robot)(q, chi), ca.diag(mass_matrix(robot)(q, chi))])
     rest, inertia = (np.array(part) for part in torque.map(_POSES)(poses_in_range(robot, _POSES).T))

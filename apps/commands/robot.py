@@ -318,7 +318,7 @@ def run_codegen(
         out: Folder of the files, made if missing.
     """
     if (language == "c") != (function is not None):
-        needed = f"of C is one of {', '.join(model.code_names())}" if language == "c" else "is for C: leave it out"
+        needed = f"give one of {', '.join(model.code_names())}" if language == "c" else "is for C: leave it out"
         raise InputError(f"--function: {needed}")
     arm = robot.load()
     for path in (model.generate_numpy(arm, out),) if function is None else model.generate_code(arm, function, out):

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from ...common.errors import InputError
+from ...common import InputError, one_thread
 from ...common.files import checksum
 from ...common.schema import json_text
 from ...estimation.results.payload import PayloadResult
@@ -73,11 +73,13 @@ def _report(answer: object) -> Report:
     return _SHOWN[type(result)][0](result)
 
 
+@one_thread()
 def summary(answer: object, details: bool) -> str:
     """The screen as text."""
     return screen_text(_report(answer), details)
 
 
+@one_thread()
 def first_block(answer: object) -> str:
     """The first screen as HTML, with the first figure where there are recordings to draw."""
     report, result = _report(answer), _result(answer)
@@ -96,6 +98,7 @@ def plain(answer: object) -> dict[str, Any]:
     return values
 
 
+@one_thread()
 def frame(answer: object) -> Any:
     """The rows as a data frame."""
     try:
@@ -117,6 +120,7 @@ def _drawn(answer: object) -> Report:
     return _report(result)
 
 
+@one_thread()
 def write_report(answer: object, path: str | Path) -> None:
     """Write the page, made by the program that runs from the recordings' files."""
     report, result = _drawn(answer), _result(answer)
@@ -135,6 +139,7 @@ def write_report(answer: object, path: str | Path) -> None:
     page.write_report(path, report, page.Provenance(f"python {sys.argv[0] or '(interactive)'}", files))
 
 
+@one_thread()
 def figure(answer: object, name: str | None) -> Figure:
     """A figure of the page."""
     drawings = {drawing.name: drawing for drawing in _drawn(answer).drawings()}

@@ -1,7 +1,5 @@
 """Drive gains of a problem: free, of possible bodies, with covariances, and whether to use them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property

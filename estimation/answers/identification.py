@@ -4,19 +4,17 @@ Elimination takes a small parameter as zero. That is harmless for torques, but a
 XX = 0 says that all mass lies on the x axis, and ZZ6 = 0 while YZ6 is not that link 6 cannot exist.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from msgspec import UNSET
 from numpy.typing import NDArray
 
-from ...common import Array, InputError, Speaks, one_thread
+from ...common import Array, Brief, InputError, Speaks, one_thread
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
 from ..diagnosis.evidence import Evidence
 from ..diagnosis.finding import Verdict
@@ -121,7 +119,7 @@ def _too_far(body: str, gone: Sequence[str], chi2: float, p_value: float) -> tup
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Identification(Speaks):
+class Identification(Speaks, Brief):
     """Base parameters of a robot, estimated, and what they come from."""
 
     robot: Robot
@@ -154,14 +152,9 @@ class Identification(Speaks):
             return solve_constrained_base(self.robot, self.base, self.estimate)
         return None
 
-    @cached_property
-    def parameters(self) -> dict[str, Parameter]:
-        """Base parameters by their names in tables, as ``RobotResult.parameters``."""
-        return self.estimate.table(self.base.names)
-
     def __getitem__(self, name: str) -> Parameter:
-        """One base parameter by its name, "MX2R" or "MX2"."""
-        return self.estimate.table(self.base.names, name)[name]
+        """One base parameter by its name, "MX2R" or "MX2", as its result has it."""
+        return self.result[name]
 
     @property
     def essential(self) -> tuple[str, ...]:
@@ -285,6 +278,7 @@ def held_out_fit(
     return fit(unseen, estimate.values)
 
 
+@one_thread()
 def identification_system(result: Identification) -> ObservationSystem:
     """Build the system behind an identification, in the robot's base parameters."""
     observer = Observer(result.robot, result.base.columns).at(result.estimate.values)
@@ -292,27 +286,16 @@ def identification_system(result: Identification) -> ObservationSystem:
     return joined(recordings, result.estimate.weights, result.problem, result.processing)
 
 
-class Rows(NamedTuple):
-    """Equations Y = W chi + rho, recording by recording, in each joint by joint, in each by time.
-
-    ``W``: observation matrix, r x c; ``Y``: torques [N·m or N], (r,); ``joint``: number of each row's joint, from
-    1, (r,); ``t``: time in its recording [s], (r,).
-    """
-
-    W: Array
-    Y: Array
-    joint: NDArray[np.int64]
-    t: Array
-
-
 @one_thread()
-def equations(robot: Robot, recordings: Sequence[Recording], settings: Settings = DEFAULTS) -> Rows:
-    """Filter and decimate recordings of one load to equations in ``base_parameters(robot).columns``.
+def equations(
+    robot: Robot, recordings: Sequence[Recording], settings: Settings = DEFAULTS
+) -> tuple[Array, Array, NDArray[np.int64], Array]:
+    """Filter and decimate recordings of one load to equations Y = W chi + rho in the base parameters' columns.
 
     Friction is the robot's own: ``robot.with_friction`` gives it other terms.
 
-    Raises:
-        InputError: if the recordings cannot be used.
+    Returns:
+        W, r x c; Y [N·m or N]; each row's joint, from 1; and its time in its recording [s].
 
     >>> W, Y, joint, t = equations(robot, unloaded)
     >>> W.shape == (len(Y), len(base_parameters(robot).columns))
@@ -323,9 +306,10 @@ def equations(robot: Robot, recordings: Sequence[Recording], settings: Settings 
     reduced = base_problem(robot, base, recordings, replace(settings, robust=False))
     observer = Observer(robot, base.columns).at(weighted_solution(reduced))  # friction under their own load
     system = joined([(observer, one, False) for one in recordings], np.ones(robot.n), reduced, processing)
-    return Rows(system.W, system.Y, system.joint, system.t)
+    return system.W, system.Y, system.joint, system.t
 
 
+@one_thread()
 def robot_result(
     result: Identification, constrained: PossibleRobot | None = None, rollouts: Sequence[parts.Rollout] = ()
 ) -> RobotResult:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from msgspec import UNSET, structs
 
-from ...common import Array, InputError, Speaks, one_thread
+from ...common import Array, Brief, InputError, Speaks, one_thread
 from ...model import Recording, Robot
 from ...model.files.robot_file import PoseTable
 from ...model.inertia import PayloadSpread, payload_spread
@@ -70,7 +70,7 @@ _BY_LEVEL = {
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PayloadAnswer(Speaks):
+class PayloadAnswer(Speaks, Brief):
     """Payload estimates with what is needed to judge them; of a short motion as far as it shows the payload."""
 
     problem: PayloadProblem
@@ -249,6 +249,7 @@ def _described(robot: Robot, known: RobotResult | Estimate | None) -> tuple[Robo
     return robot, known
 
 
+@one_thread()
 def answer_payload(
     problem: PayloadProblem,
     held_out: Sequence[Recording] = (),
@@ -409,6 +410,7 @@ def _reported(
     return ten, spread, np.append(ten[9], ten[6:9] / ten[9])[:, None] + np.outer(half, [-1.0, 1.0])
 
 
+@one_thread()
 def payload_result(answer: PayloadAnswer) -> PayloadResult:
     """Collect what ``payload`` and ``weigh`` answer; a number that was not determined is nan or None."""
     problem, source, robot, gains = answer.problem, answer.problem.source, answer.problem.robot, answer.gains

@@ -123,14 +123,12 @@ class Estimate(Brief):
         Raises:
             InputError: if they do not fit each other.
         """
-        x, C = np.asarray(values, dtype=float), np.asarray(covariance, dtype=float)
+        x, C, none = np.asarray(values, dtype=float), np.asarray(covariance, dtype=float), np.zeros(0)
         C = np.diag(C) if C.ndim == 1 else C
         if x.shape != (len(names),) or C.shape != (len(names),) * 2:
             raise InputError(f"{len(names)} names, values {x.shape} and covariance {C.shape} do not fit each other")
-        none = np.zeros(0)
-        unknown = Fit(none, none, ())
-        S = np.zeros((len(names), 0))  # errors of drive gains are in the covariance, as far as they are known
-        return Estimate(tuple(names), x, C, degrees_of_freedom, unknown, none, gain_sensitivity=S)
+        by_gains = np.zeros((len(names), 0))  # their errors are in the covariance, as far as they are known
+        return Estimate(tuple(names), x, C, degrees_of_freedom, Fit(none, none, ()), none, None, by_gains)
 
     @cached_property
     def sigma(self) -> Array:
@@ -194,22 +192,12 @@ class Estimate(Brief):
             return self._interval(student95(self.degrees_of_freedom), np.hypot(self.sigma, by_gains))
         return self._interval(robust.quantile95, np.hypot(robust.sigma, by_gains))
 
-    def table(self, labels: Sequence[str], asked: str = "") -> dict[str, Parameter]:
-        """Parameters by other names, those in tables; by its own name too the one that is ``asked`` for.
-
-        Raises:
-            InputError: if there is no such one.
-        """
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Parameters as tables show them, c."""
         given = (self.interval95_with_gains, self.robust_interval95, self.interval95)
         ends = next(interval for interval in given if interval is not None)
-        rows = np.column_stack([self.values, self.total_sigma, ends]).tolist()
-        parameters = [Parameter(*row) for row in rows]
-        table = dict(zip(labels, parameters, strict=True))
-        if asked and asked not in table:
-            if asked not in self.names:
-                raise InputError(f"no parameter {asked!r}: there are {', '.join(labels)}")
-            table[asked] = parameters[self.names.index(asked)]
-        return table
+        return tuple(Parameter(*row) for row in np.column_stack([self.values, self.total_sigma, ends]).tolist())
 
     def __getitem__(self, name: str) -> float:
         """Value of one parameter."""

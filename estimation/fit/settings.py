@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from ...common.brief import Brief
 from ...common.errors import InputError
@@ -69,13 +70,11 @@ class Settings(Brief):
 
     def __post_init__(self) -> None:
         """Take methods by their numbers; refuse others."""
-        if self.methods is not None:
-            numbers = {name: number for number, name in METHOD_NAMES.items()}
-            methods = tuple(numbers.get(str(method), method) for method in self.methods)
-            if isinstance(self.methods, str) or not set(methods) <= METHOD_NAMES.keys():
-                known = ", ".join(f"{number} or {name!r}" for number, name in METHOD_NAMES.items())
-                raise InputError(f"methods {self.methods!r}: give a list of {known}")
-            object.__setattr__(self, "methods", methods)
+        known: dict[Any, Any] = METHOD_NAMES | {name: number for number, name in METHOD_NAMES.items()}
+        if self.methods is not None and not {*self.methods} <= known.keys():
+            raise InputError(f"methods {self.methods!r}: give a list of {', '.join(map(repr, known))}")
+        numbers = self.methods and tuple(m if isinstance(m, int) else known[m] for m in self.methods)
+        object.__setattr__(self, "methods", numbers)
 
     def processing_of(self, robot: Robot) -> Processing:
         """Choose the processing asked for, else the robot's own."""

@@ -8,8 +8,6 @@ no block of time shows it. It is taken off by parameters fitted to the recording
 what it changes is part of the uncertainty: alignment takes part of a sag for a delay.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
@@ -17,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...common import Array, Brief, InputError, decomposed
+from ...common import Array, Brief, InputError, decomposed, one_thread
 from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, base_parameters
 from ...model.drives import joint_of, parameter_kind
 from ...model.friction import is_friction
@@ -247,6 +245,7 @@ def prior_of(known: Estimate | None, inflation: tuple[float, ...], loaded: Equat
     return stored_robot(model)._replace(inflation=float(np.median(factors)))
 
 
+@one_thread()
 def payload_problem(
     robot: Robot,
     loaded: Sequence[Recording],

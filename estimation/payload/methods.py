@@ -10,7 +10,7 @@ from itertools import chain
 
 import numpy as np
 
-from ...common import Array, Brief, InputError, decomposed
+from ...common import Array, Brief, InputError, decomposed, one_thread
 from ...model.drives import parameter_kind
 from ...model.friction import is_friction
 from ...model.regressors import payload_columns
@@ -212,6 +212,7 @@ def usable_methods(problem: PayloadProblem) -> tuple[int, ...]:
     return tuple(method for method, there in enumerate(usable, 1) if there)
 
 
+@one_thread()
 def payload_estimate(problem: PayloadProblem, method: int, covariance: Rule | None = None) -> PayloadEstimate:
     """Estimate the payload by one method; with robust standard deviations if the problem has blocks of time.
 

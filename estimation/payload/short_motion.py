@@ -1,7 +1,5 @@
 """A payload moved by some joints near a pose: friction is free in each recording, not all ten need be visible."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property

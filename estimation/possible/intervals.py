@@ -17,7 +17,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...common import Array
+from ...common import Array, one_thread
 from ...model.inertia import inertia_gradient
 from ..equations.equations import PAYLOAD
 from ..fit.covariance import student95
@@ -122,6 +122,7 @@ NO_INTERVALS = Intervals(*(np.full(shape, np.nan) for shape in ((10, 2), (3, 2),
 """Intervals where constraints contradict the data."""
 
 
+@one_thread()
 def profile_intervals(result: Possible) -> Intervals:
     """Intervals of the ten and of what follows from them.
 

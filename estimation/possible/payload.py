@@ -15,7 +15,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.special import chdtrc, fdtrc
 
-from ...common import Array, Brief, Document, Float, InputError, decomposed, freeze_fields
+from ...common import Array, Brief, Document, Float, InputError, decomposed, freeze_fields, one_thread
 from ...model import InertialParameters
 from ..equations.equations import PAYLOAD
 from ..fit.estimate import Estimate
@@ -254,6 +254,7 @@ def whitening(C: Array, names: Sequence[str], floor: Array) -> Array:
     return np.linalg.solve(L, np.diag(1.0 / sigma))
 
 
+@one_thread()
 def solve_constrained(estimate: Estimate, constraints: Sequence[Constraint] = POSSIBLE) -> Possible:
     """Find the nearest payload that keeps the constraints.
 

@@ -5,15 +5,13 @@ which *some* robot exists whose every link can exist and whose drives neither pu
 standard parameters themselves stay undetermined (26 directions on the RX90) and are not a result.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...common import Array, Indices, InputError
+from ...common import Array, Indices, InputError, one_thread
 from ...model import INERTIAL, BaseParameters, InertialParameters, Robot
 from ...model.base.parameters import sum_text
 from ...model.drives import parameter_kind
@@ -95,7 +93,7 @@ class RobotProgram(NamedTuple):
     links: Indices  # indices of each link's ten, n x 10
 
     @staticmethod
-    def of(robot: Robot, base: BaseParameters, estimate: Estimate, total_mass: MassBounds | None) -> RobotProgram:
+    def of(robot: Robot, base: BaseParameters, estimate: Estimate, total_mass: MassBounds | None) -> "RobotProgram":
         """Scale an estimate of all base parameters; raises InputError if it is not one."""
         if estimate.names != base.columns:
             raise InputError(
@@ -184,6 +182,7 @@ class RobotProgram(NamedTuple):
         )
 
 
+@one_thread()
 def solve_constrained_base(
     robot: Robot, base: BaseParameters, estimate: Estimate, total_mass: MassBounds | None = None
 ) -> PossibleRobot:

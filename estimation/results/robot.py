@@ -191,15 +191,15 @@ class RobotResult(parts.Result, frozen=True, kw_only=True, dict=True):
     @cached_property
     def parameters(self) -> dict[str, Parameter]:
         """Base parameters by their names in tables: ``result.parameters["MX2R"].sigma``."""
-        return self.estimate.table(self._labels)
+        names = (row.name or name for row, name in zip(self.base_parameters, self.columns, strict=True))
+        return dict(zip(names, self.estimate.parameters, strict=True))
 
     def __getitem__(self, name: str) -> Parameter:
         """One base parameter by its name, "MX2R" or "MX2"."""
-        return self.estimate.table(self._labels, name)[name]
-
-    @property
-    def _labels(self) -> list[str]:
-        return [row.name or name for row, name in zip(self.base_parameters, self.columns, strict=True)]
+        found = self.parameters.get(name) or self.parameters.get(f"{name}R")
+        if found is None:
+            raise InputError(f"no parameter {name!r}: there are {', '.join(self.parameters)}")
+        return found
 
     @cached_property
     def estimate(self) -> Estimate:

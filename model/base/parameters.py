@@ -1,7 +1,5 @@
 """Base parameters: combinations of standard parameters that torques determine, and their regressors (13)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal

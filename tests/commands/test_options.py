@@ -172,6 +172,7 @@ OPTIONS: dict[str, dict[str, str]] = {
     },
     "robot list": {},
     "robot show": ROBOT | VIEW | {
+        "--base": "--base",
         "chain": "--robot six_axis.urdf | chain=link_2:",
         "--tool-frame": "--tool-frame 0,0,0.05,0,0,30",
         "--at": "--drawing a.svg | --at 10,20,30,40,50,60",
@@ -203,7 +204,11 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--despite-verdict": "--robot heavy.toml | --despite-verdict",
         "--out": "--out b.xml",
     },
-    "codegen": ROBOT | {"--function": "--function regressor", "--out": "--out other"},
+    "codegen": ROBOT | {
+        "--function": "--function regressor",
+        "--language": "=--robot rx90 --out code | --language numpy",
+        "--out": "--out other",
+    },
     "design": ROBOT | STAND_IN | PAGE | LIMITS | MOTIONS | VIEW | {
         "--no-floor": f"={BRIEF.replace('rx90', 'tx40')} --via-points 4 | --no-floor",
         "--like": f"={BRIEF.split(' --torque')[0]} --via-points 4 --json b.json | --like earlier.json",

@@ -191,3 +191,21 @@ def test_a_point_of_the_last_link_is_where_kinematics_put_it(name: str) -> None:
         single = function(state)
         np.testing.assert_allclose(places[:, k], np.array(single[0])[:, 0], atol=1e-12)
         np.testing.assert_allclose(moved[:, :, k], np.array(single[1]), atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["rx90", "panda"])
+def test_smooth_torques_have_slopes(name: str) -> None:
+    """Against central differences; where dry friction is smooth, it is next to the sign at speed."""
+    robot, draw = model.load_robot(name), np.random.default_rng(5)
+    chi, x, step = draw.uniform(0.1, 1.0, len(robot.standard)), draw.uniform(-1.0, 1.0, 3 * robot.n), 1e-6
+    smooth = model.inverse_dynamics(robot, smooth=0.05)
+
+    def torque(states: Array) -> Array:
+        return dense(smooth(*np.split(states, 3), chi)).ravel()
+
+    slopes = np.hstack([part.full() for part in model.inverse_dynamics_slopes(robot, 0.05)(*np.split(x, 3), chi)])
+    around = [(torque(x + step * e) - torque(x - step * e)) / (2.0 * step) for e in np.eye(len(x))]
+    assert slopes == pytest.approx(np.transpose(around), rel=1e-5, abs=1e-5)
+    fast = np.split(x, 3)
+    fast[1] = np.sign(fast[1])
+    assert dense(smooth(*fast, chi)) == pytest.approx(dense(model.inverse_dynamics(robot)(*fast, chi)), abs=1e-9)

@@ -69,9 +69,11 @@ def test_an_answer_becomes_values_and_files(kind: str, answers: dict[str, Speaks
     assert page.startswith("<!DOCTYPE html>")
     block = answer._repr_html_()
     assert "<table" in block
+    assert "<svg" in block or kind in ("gains", "log")
     assert "Verdict" in block or kind == "log"
     if kind != "gains":  # whose figures are of recordings that the verdict looks at
         assert answer.plot().axes
+        assert "<svg" in answer.plot()._repr_svg_()
     with pytest.raises(InputError, match="there are "):
         answer.plot("no such figure")
 

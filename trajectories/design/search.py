@@ -5,8 +5,6 @@ A motion visits states (q, qd, qdd), and its information matrix is a weighted me
 of states within the limits, continuity ignored, is an optimal experimental design; no motion is better.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -16,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from msgspec import field
 
-from ...common import Array, Document, Float, Speaks, one_thread
+from ...common import Array, Brief, Document, Float, Speaks, one_thread
 from ...model import Motion
 from ..motions.family import Clear, JointBounds, Plan, Samples, everywhere
 from ..motions.fourier import FreeSeries, NearShape
@@ -49,7 +47,7 @@ Progress = Callable[[str, float | None, int], None]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Design(Speaks):
+class Design(Speaks, Brief):
     """The most informative motion that was found.
 
     Attributes:

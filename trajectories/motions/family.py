@@ -5,8 +5,6 @@ From that follow, alike for every kind of motion, its states at any time, the sa
 and their exact gradients.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -69,7 +67,7 @@ class JointBounds(Brief):
         override: float = 1.0,
         acceleration: Sequence[float] | None = None,
         torque: Sequence[float] | None = None,
-    ) -> JointBounds:
+    ) -> "JointBounds":
         """Collect the limits of a robot.
 
         Args:
@@ -143,17 +141,17 @@ class Samples(NamedTuple):
     qdd: Array
 
     @staticmethod
-    def zeros(like: Samples) -> Samples:
+    def zeros(like: "Samples") -> "Samples":
         """Make samples of the same shapes, all zero."""
         return Samples(*(np.zeros_like(x) for x in like))
 
     @staticmethod
-    def at_rest(poses: Array) -> Samples:
+    def at_rest(poses: Array) -> "Samples":
         """Stand still in poses (N, n), for a second in each."""
         return Samples(np.ones(len(poses)), poses, np.zeros_like(poses), np.zeros_like(poses))
 
     @staticmethod
-    def of(motion: Motion) -> Samples:
+    def of(motion: Motion) -> "Samples":
         """Take a motion's samples, each for its part of the time by the trapezoidal rule."""
         weight, step = np.zeros(len(motion.t)), np.diff(motion.t)
         weight[:-1] += 0.5 * step

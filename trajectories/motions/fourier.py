@@ -6,8 +6,6 @@ of these equations, so that every x satisfies them. Such a series moves all join
 it, or some joints near one given pose or two.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
 
@@ -92,7 +90,7 @@ class Fourier(Plan, Brief):
         start = np.repeat(self.poses, self.repeats + ways, axis=0)
         return Pieces(start, coefficients.reshape(len(start), -1, n), durations, basis)
 
-    def slowed(self, speed: float) -> Fourier:
+    def slowed(self, speed: float) -> "Fourier":
         """Slow one period down to a fraction of the speed, the same way: to be watched before the real run."""
         slow = replace(self, a=self.a * speed, b=self.b * speed, period=self.period / speed)
         return replace(slow, repeats=1, transfer=self.transfer / speed)
@@ -122,7 +120,7 @@ class FourierShape:
                 f"{LONGEST:g} s"
             )
 
-    def family(self, robot: Robot, bounds: JointBounds) -> FreeSeries:
+    def family(self, robot: Robot, bounds: JointBounds) -> "FreeSeries":
         """Make the family of motions of this shape: about a middle that is free, or from a start within limits."""
         about = bounds.middle if self.start is None else np.asarray(self.start, dtype=float)
         check_pose(about, robot, bounds)
@@ -159,7 +157,7 @@ class NearShape(Brief):
         for pose in self.poses:
             check_pose(pose, robot, bounds)
 
-    def family(self, robot: Robot, bounds: JointBounds) -> FreeSeries:
+    def family(self, robot: Robot, bounds: JointBounds) -> "FreeSeries":
         """Make the family of motions of this shape: the duration divided among poses, periods and ways between.
 
         Raises:

@@ -5,8 +5,6 @@ T v0, T^2 a0, T^2 a1 and T v1 of the states at its ends, and the step p1 - p0. T
 joint that stays put does so exactly.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import pairwise
@@ -228,7 +226,7 @@ class ViaPointShape:
                 f"fixed durations {seconds}: {self.count} via points need {moves} positive ones [s], or one for all"
             )
 
-    def family(self, robot: Robot, bounds: JointBounds) -> FreeViaPoints:
+    def family(self, robot: Robot, bounds: JointBounds) -> "FreeViaPoints":
         """Make the family of motions of this shape."""
         if self.start is not None:
             check_pose(np.asarray(self.start, dtype=float), robot, bounds)

@@ -145,7 +145,7 @@ class ClosedLoop:
         Raises:
             InputError: if the robot's description lacks standard parameters, or its links cannot exist.
         """
-        robot = completed(robot)
+        robot = completed(robot, limits=False)
         self._controller = controller or Controller()
         self.robot, self.rate = robot, self._controller.rate
         self._rotors = np.zeros(robot.n)

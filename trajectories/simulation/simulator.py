@@ -1,7 +1,5 @@
 """Simulated recordings: a robot with known parameters moves, and its controller writes down what it sees."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -44,7 +42,7 @@ class Simulator(Brief):
         Raises:
             InputError: if the robot's description lacks standard parameters that nothing stands in for.
         """
-        object.__setattr__(self, "robot", completed(self.robot))
+        object.__setattr__(self, "robot", completed(self.robot, limits=False))
 
     @property
     def _kernel(self) -> Kernel:
