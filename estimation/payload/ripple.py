@@ -7,6 +7,7 @@ less than one wave over the joint's range is no different from weight and is not
 """
 
 from collections.abc import Sequence
+from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
@@ -89,15 +90,14 @@ class _Search(NamedTuple):
             gains = np.concatenate(
                 [self._gains(waves[k : k + group], Q, left) for k in range(0, len(waves), group)]
             )
-            best = int(np.argmax(gains))
-            gain, spare = float(gains[best]), len(torque) - Q.shape[1] - 2
+            wave, gain = float(waves[np.argmax(gains)]), float(np.max(gains))
+            spare = len(torque) - Q.shape[1] - 2
             if _chance(gain, float(left @ left - gain), spare) * len(waves) > RIPPLE_CHANCE:
                 break
             # Sine and cosine of a wave, and their slopes by the wavelength, which is not known exactly.
-            turns = float(waves[best]) * self.position
-            shapes = [np.sin(turns), np.cos(turns)]
-            columns = self._seen(np.array([*shapes, *(turns * shape for shape in shapes)]))
-            found.append((float(waves[best]), gain, columns))
+            shapes = np.array([np.sin(wave * self.position), np.cos(wave * self.position)])
+            columns = self._seen(np.vstack([shapes, wave * self.position * shapes]))
+            found.append((wave, gain, columns))
             Q = decomposed(np.column_stack([Q, columns])).range
             left = _less(torque, Q)
         rest, spare = inflation([(t, left)]) * float(left @ left), len(torque) - Q.shape[1]
@@ -112,8 +112,9 @@ class _Search(NamedTuple):
 
         0 where its sine and cosine hardly stand out.
         """
-        turns = np.outer(waves, self.position)
-        sines, cosines = self._seen(np.sin(turns)), self._seen(np.cos(turns))
+        first, *further = np.exp(1j * np.outer([waves[0], *np.diff(waves[:2])], self.position))  # evenly spaced
+        turning = np.array(list(accumulate([first, *further * (len(waves) - 1)], np.multiply)))
+        sines, cosines = self._seen(turning.imag), self._seen(turning.real)
         passed = np.sum(sines**2 + cosines**2, axis=0) > _PASSED**2 * len(left)
         s, c = _less(sines, Q), _less(cosines, Q)
         ss, cc, sc = (np.sum(product, axis=0) for product in (s * s, c * c, s * c))
