@@ -209,8 +209,8 @@ def _drift(effect: Effect, evidence: Evidence) -> Finding:
     """
     joint, *where = effect.where.split(" ", 1)
     return (note if evidence.of_robot and effect.fall <= HELPFUL else error)(
-        f"the torque of joint {joint} drifts by {effect.values[0]:.3g} ± {effect.sigma:.1g} (N·m or N) over a recording"
-        f"{''.join(f' {part}' for part in where)}: let the arm run warm, and record again"
+        f"the torque of joint {joint} drifts by {effect.values[0]:.3g} ± {effect.sigma:.1g} (N·m or N) over a "
+        f"recording{''.join(f' {part}' for part in where)}: let the arm run warm, and record again"
     )
 
 
