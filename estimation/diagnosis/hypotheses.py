@@ -56,7 +56,8 @@ arm shows least there, up to 2.8; a force to the side with payload up to 4.8, st
 PUSHES = 2.0  # standard deviations of a stiffness below zero beyond which it is none of a hose
 LIGHT, LIGHT_Z = 0.05, 5.0
 """Fraction of the payload's weight that the torques do not hold, and its standard deviations."""
-DRIFT_Z = 5.0  # standard deviations of a torque that grows with time: good ones, real ones too, show up to 3.5
+DRIFT, DRIFT_Z = 0.1, 5.0
+"""Drift of a joint's torque over the payload's there, and its standard deviations: real ones show up to 3.5."""
 ALONE = ("compensated", "weight", "zero", "gain", "drift")  # count only where nothing else takes off more
 HELPFUL = 0.1
 """Fraction of the squared residual above which what takes it off may be where other findings come from. A pull
@@ -187,25 +188,25 @@ def drift(system: System) -> Sought:
     masks, joints = list(parts(system.states.loaded).items())[-2:], np.eye(system.robot.n)[:, :, None, None]
     constants = {f"{j}{where}": one * mask for j, one in enumerate(joints, 1) for where, mask in masks}
     ramps = {where: column * system.states.passed for where, column in constants.items()}
-    loaded = [column for where, column in ramps.items() if where.endswith(WITH_PAYLOAD)]
-    by_difference = -system.as_payload(np.concatenate(loaded, axis=1)) if loaded else None
-    return Sought(ramps, free=[column[:, 0] for column in constants.values()], by_difference=by_difference)
+    carried = np.einsum("jcn,c->jn", system.columns[:, system.payload], system.values[system.payload])
+    usual = np.sqrt(np.mean((carried if carried.any() else system.torque) ** 2, axis=1))
+
+    def size(effect: Effect) -> float:
+        return abs(float(effect.values[0])) / max(float(usual[int(effect.where.split()[0]) - 1]), 1e-300)
+
+    return Sought(ramps, size, [column[:, 0] for column in constants.values()])
 
 
 def _drift(effect: Effect, evidence: Evidence) -> Finding:
     """A joint's torque that drifts.
 
-    By over {DRIFT_Z:g} sigma, if nothing else takes off more: spoils all where the mass is {MOVED:.1%}, or the
-    centre of mass {SLIP:g} m off without it, without payload where it takes {HELPFUL:.0%} off the squared residual.
+    By over {DRIFT:.0%} of what the payload asks of the joint and {DRIFT_Z:g} sigma, if nothing else takes off more:
+    spoils all; without payload, of the joint's torque, where it takes {HELPFUL:.0%} off the squared residual.
     """
-    (joint, *where), by_difference = effect.where.split(" ", 1), effect.by_difference
-    if by_difference is None:
-        heavy = effect.fall > HELPFUL
-    else:  # constants, which are free here, hold most of it in a fit of robot and payload
-        heavy = spoils(evidence, effect.size * by_difference[:, int(joint) - 1])
-    return (error if heavy else note)(
-        f"the torque of joint {joint} drifts by {effect.size:.3g} ± {effect.sigma:.1g} (N·m or N) over a recording"
-        f"{''.join(f' {part}' for part in where)}: let the arm run warm, and record again"
+    joint, *where = effect.where.split(" ", 1)
+    return (note if evidence.of_robot and effect.fall <= HELPFUL else error)(
+        f"the torque of joint {joint} drifts by {effect.values[0]:.3g} ± {effect.sigma:.1g} (N·m or N) over a "
+        f"recording{''.join(f' {part}' for part in where)}: let the arm run warm, and record again"
     )
 
 
@@ -506,7 +507,7 @@ HYPOTHESES = (
     Hypothesis("weight", weight, lambda effect: abs(effect.size) > WEIGHT and effect.z() > WEIGHT_Z, _weight),
     Hypothesis("tilt", tilt, lambda effect: effect.size > TILT and effect.z() > TILT_Z, _tilt),
     Hypothesis("bursts", bursts, lambda _: True, _bursts),
-    Hypothesis("drift", drift, lambda effect: effect.z() > DRIFT_Z, _drift),
+    Hypothesis("drift", drift, lambda effect: effect.size > DRIFT and effect.z() > DRIFT_Z, _drift),
     Hypothesis("zero", zero, lambda effect: abs(effect.size) > ZERO and effect.z() > ZERO_Z, _zero),
     Hypothesis("gain", gain, lambda effect: abs(effect.size) > GAIN and effect.z() > GAIN_Z, _gain),
 )

@@ -177,6 +177,14 @@ def found(torque: Array, pair: tuple[Recording, Recording]) -> dict[str, Effect]
     return dict(seen(system_of(payload_problem(ROBOT, [replace(pair[1], torque=torque)], [pair[0]]))))
 
 
+def test_a_drift_is_measured(pair: tuple[Recording, Recording]) -> None:
+    ramp = 8.0 * np.linspace(0.0, 1.0, len(pair[1].t))[:, None] * (np.arange(6) == 1)
+    effect = found(pair[1].torque + ramp, pair)["drift"]
+    assert BY_NAME["drift"].stands_out(effect)
+    assert effect.where == "2 with payload"
+    assert abs(effect.values[0] - 8.0) < 3.0 * effect.sigma
+
+
 def test_good_recordings_hold_nothing_else(pair: tuple[Recording, Recording]) -> None:
     effects = found(pair[1].torque, pair)
     assert not tilt_correction(effects["tilt"], 4)[0].any()
