@@ -20,8 +20,8 @@ ROBOT = load_robot("rx90")
 HEAD = """# What each verdict looks like
 
 Four results from simulated recordings of the Stäubli RX90, three of a payload and one of drive gains, each with its
-screen and the figure that shows why. `python -m dynident.examples.verdicts --out docs` makes this page. [What to do
-with each verdict](how-to/verdict.md) is on its own page, and so are [the checks](verdict.md).
+screen and the figure that shows why. This page is made by `python -m dynident.examples.verdicts --out docs`.
+[What to do with each verdict](how-to/verdict.md) is on its own page, and so are [the checks](verdict.md).
 """
 
 

@@ -21,7 +21,7 @@ from .engine import Effect
 Use = Literal["use", "not measured well enough", "not visible", "weighed", "assumed"]
 """Use of a quantity; ``weighed``: not by torques, by a scale."""
 KNOWN_WELL = 0.05  # relative standard deviation up to which a drive gain counts as identified
-UNFREED = "with the same friction in both recordings"
+UNFREED = "friction not freed"
 """Name of the way to the mass that may differ: with the friction of the motion without payload."""
 
 

@@ -325,8 +325,8 @@ def moving_joints(
     idle = sorted(set(joints or ()) - set(moving))
     if idle:
         raise InputError(
-            f"joint {', '.join(map(str, idle))} of {robot.name} hardly moves in the recordings, but joint "
-            f"{', '.join(map(str, moving))} does: correct --joints"
+            f"joint {', '.join(map(str, idle))} of {robot.name} hardly moves in the recordings; those that "
+            f"move are {', '.join(map(str, moving))}: correct --joints"
         )
     return moving if joints is None else tuple(sorted(joints))
 
