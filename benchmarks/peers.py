@@ -112,7 +112,7 @@ def ours(case: Pair) -> Found:
     """What ``identify`` and ``identify_payload`` find."""
     regressor_terms.cache_clear()  # as at the first call: the robot's symbolic terms are built anew
     times = [time.process_time()]
-    robot = identify(case.arm, [case.empty])
+    robot = identify(case.arm, [case.empty], Settings(friction=case.arm.drives.friction))  # as FIGAROH's
     times.append(time.process_time())
     found = identify_payload(case.arm, [case.full], [case.empty])
     times.append(time.process_time())
