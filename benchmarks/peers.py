@@ -9,10 +9,10 @@ documents and examples set where they set something.
 simulated: pairs of recordings of made-up robots with the geometry of three arms, 20 s or more, exact positions,
 white torque noise of 12 % of each joint's torque: base parameters without payload, then the payload.
 FIGAROH's class decimates by 10 and weights by joints, at this package's cut-off; it has no payload: the one that
-best explains the difference of its two fits is taken by hand. ``mujoco.sysid`` is given the true arm, whose
-dry friction is taken off the torques (MuJoCo's is soft), and fits the payload alone, from a ball of half the rated
-payload, with wide bounds: to open-loop rollouts of .5 s, and by a residual of our own to torques where joints move.
-What ``identify_payload`` answers includes intervals, a search for faults and a verdict.
+best explains the difference of its two fits is taken by hand. ``mujoco.sysid`` (not with ``--rollouts 0``) is given
+the true arm, its dry friction taken off the torques (MuJoCo's is soft), and fits the payload alone, from a ball of
+half the rated payload, with wide bounds: to open-loop rollouts of .5 s, and by a residual of our own to torques
+where joints move. What ``identify_payload`` answers includes intervals, a search for faults and a verdict.
 
 figaroh: the real TX40 recording from memory to base parameters with standard deviations. FIGAROH's class is set as
 its later TX40 example sets it (100 Hz, decimation by 10, offsets), with three columns for the coupled drive; here
@@ -112,7 +112,7 @@ def ours(case: Pair) -> Found:
     """What ``identify`` and ``identify_payload`` find."""
     regressor_terms.cache_clear()  # as at the first call: the robot's symbolic terms are built anew
     times = [time.process_time()]
-    robot = identify(case.arm, [case.empty])
+    robot = identify(case.arm, [case.empty], Settings(friction=case.arm.drives.friction))  # as FIGAROH's
     times.append(time.process_time())
     found = identify_payload(case.arm, [case.full], [case.empty])
     times.append(time.process_time())
@@ -182,7 +182,7 @@ def simulated(arguments: argparse.Namespace) -> None:
         rows: dict[str, list[list[float]]] = {title: [] for title in programs}
         for run in range(-1, arguments.runs):
             case = pair(name, max(run, 0))
-            for title, ask in list(programs.items())[: 2 if run < 0 else None]:
+            for title, ask in list(programs.items())[: 4 if run >= 0 and arguments.rollouts else 2]:
                 with contextlib.redirect_stdout(io.StringIO()):
                     found = ask(case)
                 mass, inertia = case.load.mass, case.load.inertia_com
@@ -193,7 +193,7 @@ def simulated(arguments: argparse.Namespace) -> None:
                 ]
                 if run >= 0:  # the one before imports, and compiles into the cache
                     rows[title].append([*off, *(100.0 * x for x in found.base), found.robot_s, found.load_s])
-        medians = {title: np.median(own, axis=0) for title, own in rows.items()}
+        medians = {title: np.median(own, axis=0) for title, own in rows.items() if own}
         lines = [
             [title, *(f"{x:.2g}" for x in own), *(f"{x:.1f}" for x in own[-2:] / medians["dynident"][-2:])]
             for title, own in medians.items()
