@@ -200,8 +200,8 @@ def drift(system: System) -> Sought:
 def _drift(effect: Effect, evidence: Evidence) -> Finding:
     """A joint's torque that drifts.
 
-    By over {DRIFT:.0%} of the payload's torque at the joint and {DRIFT_Z:g} sigma, if nothing else explains more: do
-    not use; without payload, by that fraction of the joint's torque, if it takes {HELPFUL:.0%} off the squared
+    By over {DRIFT:.0%} of the payload's torque at the joint and {DRIFT_Z:g} sigma, if nothing else explains more:
+    do not use; without payload, by that fraction of the joint's torque, if it takes {HELPFUL:.0%} off the squared
     residual.
     """
     joint, *where = effect.where.split(" ", 1)
