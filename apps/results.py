@@ -14,13 +14,15 @@ from ..estimation.answers.system import ObservationSystem
 from ..estimation.results.payload import PayloadResult
 from ..estimation.results.robot import GainsResult, RobotResult
 
-_OF_GAINS = "give the --json of 'dynident gains'"
-_OF_ROBOT = "give the --json of 'dynident identify'"
+_OF_GAINS = "give the file that --json of 'dynident gains' wrote"
+_OF_ROBOT = "give the file that --json of 'dynident identify' wrote"
 
 
 def read_stored_payload(path: str | Path) -> PayloadResult:
     """Read the JSON of ``dynident payload`` or ``dynident weigh``."""
-    return read_json(path, PayloadResult, "give the --json of 'dynident payload' or 'dynident weigh'")
+    return read_json(
+        path, PayloadResult, "give the file that --json of 'dynident payload' or 'dynident weigh' wrote"
+    )
 
 
 def read_stored_gains(path: str | Path) -> GainsResult:

@@ -232,6 +232,12 @@ def read_json(path: str | Path, kind: type[_Kind], remedy: str) -> _Kind:
         except (msgspec.DecodeError, ValueError, RecursionError) as error:
             reason = "nested too deeply" if isinstance(error, RecursionError) else error
             raise InputError(f"cannot be read as JSON ({reason})") from None
+        table: Any = kind
+        fields = msgspec.structs.fields(table) if hasattr(table, "__struct_fields__") else ()
+        wanted = next((one.default for one in fields if one.name == "kind"), None)
+        held = data.get("kind") if isinstance(data, dict) else None
+        if isinstance(wanted, str) and isinstance(held, str) and held != wanted:
+            raise InputError(f"is a result of the kind {held!r}, not {wanted!r}")
         return convert(data, kind)
 
 
@@ -357,7 +363,8 @@ def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
 def unknown(known: Collection[str], key: str) -> str:
     """Say that a key is none of those known, and which of them may be meant."""
     near = get_close_matches(key, known, 1)
-    hint = f": did you mean {near[0]!r}?" if near else ""
+    in_unit = " its value is in the unit that ends its name:" if near and near[0].startswith(f"{key}_") else ""
+    hint = f": did you mean {near[0]!r}?{in_unit}" if near else ""
     listed = f"{'' if near else ';'} known here: {', '.join(sorted(known))}" if len(known) < _MANY else ""
     return f"unknown{hint}{listed}"
 

@@ -68,9 +68,10 @@ class InertialParameters(Brief):
         allowed = _ROUNDING * float(np.abs(moments).sum()) + rounding
         if moments[0] < -allowed or moments[0] + moments[1] < moments[2] - allowed:
             shown = ", ".join(f"{moment:.4g}" for moment in moments)
+            why = "one is negative" if moments[0] < -allowed else "the largest exceeds the sum of the others"
             raise InputError(
-                f"principal moments {shown} kg m^2: no body has them (one is negative, or the largest exceeds the "
-                "sum of the others); the inertia is about the centre of mass"
+                f"principal moments {shown} kg m^2: no body has them ({why}): correct the inertia, which is about "
+                "the centre of mass"
             )
         return InertialParameters(ten_parameters(mass, c, inertia))
 

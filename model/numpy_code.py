@@ -129,7 +129,7 @@ def generate_numpy(robot: Robot, folder: str | Path) -> Path:
         folder: where the file goes; made if it is not there.
 
     Returns:
-        The file's path. It holds ``arm``, with ``regressor``, ``inverse_dynamics`` and others, for one state each.
+        The file's path. It holds ``arm``, with ``regressor``, ``inverse_dynamics`` and others.
 
     Raises:
         InputError: if the robot has a law of friction of one's own.

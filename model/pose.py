@@ -22,8 +22,8 @@ def check_metres(lengths: ArrayLike, name: str) -> None:
     Raises:
         InputError: if one is 3 m or more.
     """
-    farthest = float(np.abs(lengths).max())
-    if farthest >= _FARTHEST:
+    farthest = float(max(np.ravel(lengths), key=abs))
+    if abs(farthest) >= _FARTHEST:
         fault = f"{name}: {farthest:g} m is farther than a payload or a tool reaches"
         raise InputError(f"{fault}: is it in mm? write it in m, {farthest / 1000.0:g}")
 

@@ -182,7 +182,8 @@ class Robot(Brief):
             raise ValueError(f"slow_speed: give one number, or {n}")
         for name in (self.name, *(name for names in self.joint_names for name in names)):
             if not name.strip() or not name.isprintable():
-                raise ValueError(f"{name!r} is not a valid name: use visible letters only")
+                fault = "it is empty or has invisible characters: delete it and type it again"
+                raise ValueError(f"{name!r} is not a valid name: {fault}")
         for text in (self.title, self.payload_frame, *self.sources.values()):
             if holds_control(text):
                 raise ValueError(f"{text[:40]!r} has control characters: remove them")

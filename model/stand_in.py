@@ -198,16 +198,17 @@ def completed(robot: Robot, limits: bool = True) -> Robot:
     """Complete a robot that lacks parameters, or ``limits``, as ``rehearsed``, and warn of what was assumed.
 
     Raises:
-        InputError: if it lacks parameters that nothing stands in for.
+        InputError: if it lacks parameters that nothing stands in for, and ``limits`` are not what is wanted.
     """
     check_robot(robot)
     told = all(name in robot.parameters for name in robot.standard)
     if told and (not limits or with_assumed_limits(robot) is robot):
         return robot
-    whole = with_stand_in(robot)
+    whole = rehearsed(robot) if limits else with_stand_in(robot)
     new = {name: rule for name, rule in whole.assumed().items() if robot.sources.get(name) != whole.sources[name]}
     rules = "; ".join(f"{SOURCED[name]}: {rule}" for name, rule in new.items())
-    warnings.warn(f"robot {robot.name!r}: assumed, as its description lacks them: {rules}", stacklevel=4)
+    if rules:
+        warnings.warn(f"robot {robot.name!r}: assumed, as its description lacks them: {rules}", stacklevel=3)
     return whole
 
 

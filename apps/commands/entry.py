@@ -269,7 +269,8 @@ def check_paths(call: Call) -> None:
         place = place_of(path)
         if mark.kind == "folder":
             possible = next(above for above in (place, *place.parents) if above.exists()).is_dir()
-            needed, rivals, own = "a folder cannot be made there: give another path", owners, folders
+            why = "is a file, not a folder" if place.is_file() else "a folder cannot be made there"
+            needed, rivals, own = f"{why}: give another path", owners, folders
         else:
             possible = not place.is_dir() and place.parent.is_dir()
             needed = "no file can be written there: make the folder, or give another path"

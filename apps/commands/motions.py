@@ -319,7 +319,7 @@ def in_si(given: tuple[float, ...], robot: model.Robot) -> Array:
         degrees = ", ".join(f"{math.degrees(x):.3g}" if x in turning else f"{x:g}" for x in given)
         raise InputError(
             f"{', '.join(f'{x:g}' for x in given)} looks like radians: give degrees ({degrees}); if these are "
-            "degrees, round them to halves"
+            "degrees, round them to the nearest 0.5"
         )
     return np.array([np.radians(x) if joint.revolute else x for x, joint in zip(given, robot.joints, strict=True)])
 

@@ -46,8 +46,9 @@ _Signs = Annotated[tuple[float, ...], word(numbers, "1,-1,..")]
 _given_or_file = partial(values.numbers_or, ".json")
 _Gains = Annotated[tuple[float, ...] | str, Reads("drive gains"), word(_given_or_file, "K|K1,K2,..|JSON")]
 _Errors = Annotated[tuple[tuple[float, ...], float], word(values.gain_errors, "2%|S1,S2,..%|common=1%")]
-_Box = Annotated[tuple[float, ...], word(partial(numbers, count=6), "X0,X1,Y0,Y1,Z0,Z1")]
-_Ellipsoid = Annotated[tuple[float, ...], word(partial(numbers, count=6), "X,Y,Z,A,B,C")]
+_BOX, _CENTRED = "X0,X1,Y0,Y1,Z0,Z1", "X,Y,Z,A,B,C"
+_Box = Annotated[tuple[float, ...], word(partial(numbers, count=6, layout=f"{_BOX} [m]"), _BOX)]
+_Ellipsoid = Annotated[tuple[float, ...], word(partial(numbers, count=6, layout=f"{_CENTRED} [m]"), _CENTRED)]
 
 
 class ArmOptions(Options):
@@ -172,7 +173,7 @@ class LogOptions(Options, group=LOGS):
 
     def how(self) -> logs.LogMap:
         """The map of ``--log-map`` with what the other options change."""
-        log_map = logs.read_log_map(self.log_map) if self.log_map else logs.LogMap(source="command line")
+        log_map = logs.read_log_map(self.log_map) if self.log_map else logs.LogMap(source=logs.COMMAND_LINE)
         return logs.with_flags(log_map, self.joints, self.units, self.signs, self.topic)
 
     def gains(self, robot: model.Robot) -> tuple[tuple[float, ...] | None, estimation.Gains | None]:

@@ -84,9 +84,9 @@ def share(text: str) -> float:
     return checked(value, 0.0 <= value < 1.0, text, "a fraction below 1: write 2% or 0.02")
 
 
-def numbers(text: str, count: int | None = None) -> tuple[float, ...]:
-    """Numbers separated by commas."""
-    words = f"{count or 'a list of'} finite numbers separated by commas"
+def numbers(text: str, count: int | None = None, layout: str = "") -> tuple[float, ...]:
+    """Numbers separated by commas; ``layout`` says what each is."""
+    words = f"{count or 'a list of'} numbers separated by commas{f' ({layout})' * bool(layout)}"
     try:
         values = tuple(map(number, text.split(",")))
     except ValueError as error:

@@ -341,8 +341,9 @@ class LogMap(Table, frozen=True, dict=True):
             sizes |= self.quantity(kind).lengths(REFERENCES.get(kind, kind))
         for name, size in sizes.items():
             if size not in (0, n):
-                fault = f"{name} has {size} entries, the robot {n} joints: give one for each joint"
-                raise InputError(f"{self.source}: {fault}")
+                typed = self.source == COMMAND_LINE
+                where = _TYPED.get(name.rpartition(".")[2], name) if typed else f"{self.source}: {name}"
+                raise InputError(f"{where} has {size} entries, the robot {n} joints: give one for each joint")
 
     def si(self, kind: str, raw: Array) -> Array:
         """Columns of a quantity or reference, rows x n, as joint-side SI values."""
@@ -360,6 +361,11 @@ def read_log_map(path: str | Path) -> LogMap:
         InputError: names the file and the key.
     """
     return replace(read_toml(path, LogMap), source=str(path))
+
+
+COMMAND_LINE = "command line"
+_TYPED = {"sign": "signs", "joints": "--joints"}
+"""Keys of a map as they are typed."""
 
 
 def with_flags(
@@ -397,5 +403,5 @@ def with_flags(
     except InputError:
         raise
     except ValueError as error:  # of a key of the map, which nobody typed
-        raise InputError(f"command line: {getattr(error, 'problem', error)}") from None
+        raise InputError(f"--units: {getattr(error, 'problem', error)}") from None
     return log_map

@@ -74,7 +74,8 @@ def open_log(path: LogPath, log_map: LogMap) -> RawLog:
     if not is_bag and not path.exists():
         raise InputError(f"{path}: no such file: check the path and the current folder")
     if not is_bag and not path.is_file():
-        raise InputError(f"{path}: is not a regular file: give the path of a log file or of a ROS 2 bag")
+        kind = "a folder, but not a ROS 2 bag" if path.is_dir() else "not a regular file"
+        raise InputError(f"{path}: is {kind}: give the path of a log file or of a ROS 2 bag")
     return reader(path, log_map.layout)
 
 
@@ -297,10 +298,11 @@ def _clock(raw: RawLog, column: str, unit: str, values: Array) -> tuple[Array, N
     origin = float(values[0]) if values[0] * scale > _EPOCH else 0.0
     t = (values - origin) * scale
     if (steps < 0.0).any():
-        k = int(np.argmax(steps < 0.0))
+        k, all_back = int(np.argmax(steps < 0.0)), bool((steps <= 0.0).all())
+        advice = "all its rows are in reverse order: sort them by time" if all_back else "split the file there"
         raise InputError(
             f"{raw.path}: {raw.place(k + 1)}, column {column!r}: time runs backwards ({t[k]:g} s, then "
-            f"{t[k + 1]:g} s): split the file there and give both parts"
+            f"{t[k + 1]:g} s): {advice}{' and give both parts' * (not all_back)}"
         )
     later = np.append(True, np.diff(t) > 0.0)
     if repeated := len(t) - int(later.sum()):

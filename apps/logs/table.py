@@ -30,7 +30,7 @@ class RawLog:
     def __post_init__(self) -> None:
         """Refuse names that no recorder writes."""
         if longest := next((name for name in self.names if len(name) > LONGEST_NAME), ""):
-            where = f"{self.path}: the column's name that begins {longest[:20]!r} has {len(longest)} characters"
+            where = f"{self.path}: the column name that begins {longest[:20]!r} has {len(longest)} characters"
             raise InputError(f"{where}: is the first line a header? give short names")
 
     def whole(self, columns: Sequence[str]) -> Array:

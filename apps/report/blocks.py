@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 from math import isfinite
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
@@ -152,10 +153,10 @@ class Report:
     subtitle: str = ""
     notes: Sequence[str] = ()
 
-    def drawings(self) -> list[Drawing]:
+    def drawings(self) -> Iterator[Drawing]:
         """Every figure, in order."""
-        blocks = (*self.first, *(block for section in self.sections for block in section.blocks))
-        return [block for block in _within(blocks) if isinstance(block, Drawing)]
+        blocks = chain(self.first, *(section.blocks for section in self.sections))
+        return (block for block in _within(blocks) if isinstance(block, Drawing))
 
 
 def _within(blocks: Iterable[Block]) -> Iterator[Block]:

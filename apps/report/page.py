@@ -74,7 +74,7 @@ def write_plots(folder: str | Path, report: Report) -> None:
     Raises:
         InputError: if the report has none.
     """
-    drawings = report.drawings()
+    drawings = list(report.drawings())
     if not drawings:
         raise InputError("plots: there is nothing to draw")
     folder = made_folder(folder)

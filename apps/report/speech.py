@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -83,7 +84,7 @@ def summary(answer: object, details: bool) -> str:
 def first_block(answer: object) -> str:
     """The first screen as HTML, with the first figure where there are recordings to draw."""
     report, result = _report(answer), _result(answer)
-    drawings = [] if getattr(result, "working", result) is None else report.drawings()[:1]
+    drawings = [] if getattr(result, "working", result) is None else islice(report.drawings(), 1)
     return f'<div style="max-width: 60em">{page.blocks_html([*printed(report.first), *drawings])}</div>'
 
 

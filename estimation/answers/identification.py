@@ -322,7 +322,7 @@ def robot_result(
     if estimate.robust is not None and result.recordings:
         rate = result.processing.equations_a_second(result.recordings[0].rate)
         memory = np.sqrt(np.median(np.diag(estimate.robust.covariance) / np.diag(estimate.covariance)))
-        noise = {"torque_noise": memory * estimate.fit.rms, "independent": rate * problem.independent}
+        noise = {"torque_noise": memory * estimate.noise, "independent": rate * problem.independent}
     return RobotResult(
         robot=robot.name,
         robot_title=robot.title or UNSET,

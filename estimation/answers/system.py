@@ -19,7 +19,7 @@ DRAWN = 3  # number of recordings of one kind that are predicted for drawings
 POINTS = 2000  # largest number of a joint's rows in a drawing
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class TorquePrediction(Brief):
     """Measured and predicted torques of one recording, joint by joint."""
 
@@ -113,7 +113,7 @@ def _loaded_observer(problem: PayloadProblem) -> Observer:
     return Observer(problem.robot, (*columns, *payload_columns(problem.robot)), (*columns, *PAYLOAD))
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ObservationSystem(Brief):
     """System Y = W chi + rho as an estimator sees it: filtered, decimated, without the rows that are not used.
 

@@ -377,8 +377,8 @@ def checked(factor: Array, columns: tuple[str, ...], rows: int, effective_rows: 
         )
     if effective_rows <= c:
         raise InputError(
-            f"{effective_rows:.0f} independent equations for {c} parameters: the motion is too short: record "
-            "longer, 20 s or more"
+            f"the motion is too short ({effective_rows:.0f} independent equations for {c} parameters): record 20 s "
+            "or more"
         )
     return R
 

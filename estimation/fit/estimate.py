@@ -208,6 +208,11 @@ class Estimate(Brief):
         indices = [self.names.index(name) for name in names]
         return self.values[indices], self.covariance[np.ix_(indices, indices)]
 
+    @property
+    def noise(self) -> Array:
+        """Torque noise of each joint [N·m or N], shape (n,): its errors, or by its weight if it has no rows."""
+        return np.where(self.fit.rms > 0.0, self.fit.rms, 1.0 / self.weights)
+
     def part(self, names: Sequence[str]) -> Estimate:
         """Take some of the parameters, in the order given."""
         return self.mapped(np.eye(len(self.names))[[self.names.index(name) for name in names]], names)

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from ...common import Array, freeze_fields
+from ...common import Array, Brief, freeze_fields
 from ..equations.equations import Equations, checked, compressed, triangular
 from .covariance import formula, sandwich
 from .estimate import Estimate, fit
@@ -365,8 +365,8 @@ class LinearProblem:
         return None if any(derivatives is None for derivatives in own) else total
 
 
-@dataclass(frozen=True)
-class Excitation:
+@dataclass(frozen=True, eq=False, repr=False)
+class Excitation(Brief):
     """Signal of each parameter in weighted equations, in units of the noise.
 
     The relative standard deviation of a parameter is 1 / ``independent``: with all others known it would be

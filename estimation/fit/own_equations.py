@@ -246,8 +246,8 @@ def check_moving(robot: Robot, base: BaseParameters, recordings: Sequence[Record
         hidden, length = hidden_by(robot, base, still), sum(float(np.ptp(one.t)) for one in recordings)
         names = ", ".join(hidden[:_NAMED]) + f" and {len(hidden) - _NAMED} more" * (len(hidden) > _NAMED)
         raise InputError(
-            f"{recordings[0].source}: joint {', '.join(map(str, still))} never moves in {length:.2g} s: {names} "
-            "cannot be identified; record a motion of every joint"
+            f"{recordings[0].source}: joint {', '.join(map(str, still))} does not move within its {length:.2g} s, "
+            f"and {names} cannot be identified: record 20 s or more in which every joint moves"
         )
 
 

@@ -73,7 +73,7 @@ class Settings(Brief):
         known: dict[Any, Any] = METHOD_NAMES | {name: number for number, name in METHOD_NAMES.items()}
         if self.methods is not None and not {*self.methods} <= known.keys():
             raise InputError(f"methods {self.methods!r}: give a list of {', '.join(map(repr, known))}")
-        numbers = self.methods and tuple(m if isinstance(m, int) else known[m] for m in self.methods)
+        numbers = self.methods and tuple(known[m] if isinstance(m, str) else int(m) for m in self.methods)
         object.__setattr__(self, "methods", numbers)
 
     def processing_of(self, robot: Robot) -> Processing:

@@ -124,7 +124,7 @@ class LongMotion(Brief):
         if own is None or unloaded is None or not self.inflation or not source.unloaded:
             return None
         rate = source.processing.equations_a_second(source.unloaded[0].rate)
-        return np.sqrt(np.median(self.inflation)) * own.fit.rms, rate * unloaded.independent
+        return np.sqrt(np.median(self.inflation)) * own.noise, rate * unloaded.independent
 
     @cached_property
     def robot_known(self) -> Known:

@@ -17,7 +17,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...common import Array, one_thread
+from ...common import Array, Brief, one_thread
 from ...model.inertia import inertia_gradient
 from ..equations.equations import PAYLOAD
 from ..fit.covariance import student95
@@ -97,8 +97,8 @@ def _least_in(matrix: Array, right: Array, cones: list[Cone]) -> Callable[[Array
     return least
 
 
-@dataclass(frozen=True)
-class Intervals:
+@dataclass(frozen=True, eq=False, repr=False)
+class Intervals(Brief):
     """95 % intervals, each [low, high].
 
     Centre of mass and inertia are infinitely uncertain where the data allow a payload without mass. All are nan

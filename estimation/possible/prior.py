@@ -88,7 +88,7 @@ def has_prior(robot: Robot) -> bool:
     return not missing or (robot.mass is not None and len(missing) == len(INERTIAL) * robot.n)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class PriorRobot(PossibleRobot):
     """Robot that can exist, data first, then a prior."""
 

@@ -14,6 +14,7 @@ _FINE = 50  # steps per sample in the search for the best lag
 _MOST = 200_000  # samples that are correlated, of longer recordings
 _COMPARED = 40_000  # samples that are compared in the search for the best lag, of longer recordings
 _STRETCHES = 50  # in as many stretches
+_NEAR_LIMIT = 5.0  # of the largest mismatch allowed, below which a user may mean to allow more
 
 OFFSET, CONSTANT = 0.002, 0.2
 """Difference of positions [rad or m] of one motion if an encoder's zero was set anew, and the fraction of it that
@@ -59,6 +60,7 @@ def check_mismatch(pair: AlignedPair, max_mismatch: float) -> None:
         pair.loaded,
         f"q{joint + 1} differs{how} by {pair.rms_mismatch:.3g} (rms, limit {max_mismatch:g}; rad or m) after "
         "alignment",
+        ", or raise the setting max-mismatch" * (pair.rms_mismatch < _NEAR_LIMIT * max_mismatch),
     )
 
 
@@ -101,10 +103,10 @@ def best_aligned(
     )
 
 
-def _different(unloaded: Recording, loaded: Recording, why: str) -> InputError:
+def _different(unloaded: Recording, loaded: Recording, why: str, or_else: str = "") -> InputError:
     return InputError(
-        f"{unloaded.source} and {loaded.source} are not the same trajectory: {why}: run the same "
-        "motion without and with the payload, or raise the setting max-mismatch"
+        f"{unloaded.source} and {loaded.source} are not the same trajectory: {why}: run the same motion without "
+        f"and with the payload{or_else}"
     )
 
 

@@ -165,7 +165,7 @@ def lowpass(
         return signals
     if cutoff * step >= 0.5:
         raise InputError(
-            f"{source}: cut-off {cutoff:g} Hz is not below half the sampling rate of {1 / step:.4g} Hz: "
+            f"{source}: cut-off {cutoff:g} Hz is not below {0.5 / step:.4g} Hz, half the sampling rate: "
             "lower --cutoff"
         )
     if len(signals) < _FEWEST or step * len(signals) < _SHORTEST:

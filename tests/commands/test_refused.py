@@ -124,7 +124,7 @@ LINES = {
         "sample-rate=100": "has no effect without --samples",
         "--poses 9": "--poses has no effect without --static",
         "--static --duration 9": "--duration and --static: give one of them",
-        "--static --poses 5": "5 poses: give 6 to 12",
+        "--static --poses 5": "6 to 12 poses, not 5",
         "--static hold=0.5": "0.5 s at rest: give 1 to 10",
         "--static --range 2": "joint 2 has 4 deg of room in its range: none for a pose and 3 deg to either side",
         "--static approach=-3": "-3 deg to either side",
@@ -247,7 +247,7 @@ LINES = {
     "robot export --robot panda": {"--to urdf --out x.urdf": "bodies need all ten"},
     f"codegen {RX90} --function": {
         "mass --out new": "give one of inverse_dynamics, ",
-        "gravity --out bare.csv": "a folder cannot be made there",
+        "gravity --out bare.csv": "is a file, not a folder",
         "gravity --out bare.csv/x": "bare.csv",
     },
 }

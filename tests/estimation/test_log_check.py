@@ -173,7 +173,9 @@ def test_a_joint_that_never_moves_is_named_with_its_parameters(rx90: Robot, wand
     motion = Motion(free.t, np.where(others, free.q, 0.4), free.qd * others, free.qdd * others)
     assert still_joints([recording(motion)]) == (4,)
     assert still_joints([recording(motion), recording(wander(6, 1))]) == ()
-    with pytest.raises(InputError, match=r"joint 4 never moves in 11 s: ZZ1R, .* and 14 more cannot be identified"):
+    with pytest.raises(
+        InputError, match=r"joint 4 does not move within its 11 s, and ZZ1R, .* and 14 more cannot be identified"
+    ):
         identify(rx90, [Simulator(rx90).record(motion)], Settings(robust=False))
 
 

@@ -240,7 +240,9 @@ def test_a_name_that_cannot_be_seen_is_refused(text: str, rx90: model.Robot, tmp
     with pytest.raises(ValueError, match="is not a valid name"):
         replace(rx90, joint_names=((*"abcde", text),))
     (tmp_path / "own.toml").write_text(toml_text({"name": text, "joints": [{"alpha_deg": 0}]}), encoding="utf-8")
-    with pytest.raises(InputError, match=r"own\.toml: key 'robot': .* is not a valid name: use visible letters"):
+    with pytest.raises(
+        InputError, match=r"own\.toml: key 'robot': .* is not a valid name: it is empty or has invisible"
+    ):
         model.load_robot(tmp_path / "own.toml")
 
 

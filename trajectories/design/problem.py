@@ -275,7 +275,7 @@ def build_design(
     Raises:
         InputError: if something is missing or does not fit; if the parameters cannot be told apart.
     """
-    if bounds is None or (loads is None and np.isfinite(bounds.torque).any()):
+    if loads is None and (bounds is None or np.isfinite(bounds.torque).any()):
         robot = completed(robot)
     shape, goal, bounds = shape or ViaPointShape(), goal or Goal(), bounds or JointBounds.of(robot)
     family, loads = shape.family(robot, bounds), loads or Loads(robot.parameters)

@@ -54,7 +54,7 @@ class StaticShape(Brief):
         """Refuse too few or too many poses, or too short or too long a rest."""
         for text, value, (least, most) in (("poses", self.count, _POSES), ("s at rest", self.hold, _HOLD)):
             if not least <= value <= most:
-                raise InputError(f"{value:g} {text}: give {least:g} to {most:g}")
+                raise InputError(f"a weighing at rest needs {least:g} to {most:g} {text}, not {value:g}")
 
     @property
     def duration(self) -> float:

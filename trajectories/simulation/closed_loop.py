@@ -143,7 +143,7 @@ class ClosedLoop:
             phases: of the ripple [rad], n x waves; None for those of seed 0.
 
         Raises:
-            InputError: if the robot's description lacks standard parameters, or its links cannot exist.
+            InputError: if the robot lacks parameters that nothing stands in for, or its links cannot exist.
         """
         robot = completed(robot, limits=False)
         self._controller = controller or Controller()

@@ -77,7 +77,7 @@ def joints_figure(
         alike = np.array([1.0, np.nan, np.nan])
         _interval_rows(right, [group.name for group in joints], shares, both, alike, "not determined")
         right.set_ylim(left.get_ylim())
-        for axis, title in ((left, "mass [kg]"), (right, "share of the others' payload")):
+        for axis, title in ((left, "mass [kg]"), (right, "ratio to the others' payload")):
             axis.set_title(title, fontsize=10)
         return figure
 

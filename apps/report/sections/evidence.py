@@ -77,7 +77,11 @@ def friction_notes(terms: Sequence[TermChoice]) -> list[str]:
         falls = "in brackets, how much each lowers the squared error on held-out data (--friction)"
         return [f"Friction terms beyond Coulomb and viscous: {', '.join(kept)}; {falls}."]
     untried = [term for term in terms if term.fall is None]
-    return [f"Load-dependent friction was not tried: {present(untried[0].why_not)}."] if untried else []
+    return (
+        [f"Load-dependent and root-of-speed friction were not tried: {present(untried[0].why_not)}."]
+        if untried
+        else []
+    )
 
 
 def jackknife(blocks: int, length: float) -> str:

@@ -278,7 +278,9 @@ def noise_line(problem: DesignProblem) -> str:
     goal, sigma = problem.goal, [f"{x:.2g}" for x in problem.noise if np.isfinite(x)]
     pair = "in each of two recordings, " * (goal.single_rate < goal.rate)
     values = ", ".join(sigma)
-    return f"Torque noise {problem.noise_from}: {values} N·m or N, {pair}{goal.rate:.3g} samples a second."
+    return (
+        f"Torque noise {problem.noise_from}: {values} N·m or N, {pair}{goal.rate:.3g} independent samples a second."
+    )
 
 
 def _taught_table(problem: DesignProblem, learnt: Learnt) -> Table:
@@ -296,7 +298,9 @@ def _taught_table(problem: DesignProblem, learnt: Learnt) -> Table:
         mass = problem.robot.rated_payload if np.isfinite(problem.robot.rated_payload) else _MASS
         body = InertialParameters.from_com(mass, [0.0, 0.0, _ARM], _GYRATION**2 * mass * np.eye(3))
         spread = payload_spread(body.vector, learnt.covariance, range(len(INERTIAL)))
-        return _spread_table(f"Predicted from {recorded} for {mass:g} kg, {1e3 * _ARM:g} mm off the flange", spread)
+        return _spread_table(
+            f"Predicted from {recorded} for {mass:g} kg, {1e3 * _ARM:g} mm along the last axis", spread
+        )
     rows = []
     for text, unit, kinds in _GROUPS:
         sigma = [s for name, s in learnt.sigma.items() if parameter_kind(name) in kinds]

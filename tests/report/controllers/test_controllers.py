@@ -391,7 +391,7 @@ def test_the_recommended_method_comes_first_unless_another_is_asked_for(payload:
     assert "method 1 (constrained)" in run(path, "--to", "ur", "--method", "1")[1]
     status, _, err = run(payload(*estimates, recommended=[4]), "--to", "ur")
     assert status == 2
-    assert "key 'recommended': must be a table, got [4]: give the --json of 'dynident payload'" in err
+    assert "key 'recommended': must be a table, got [4]: give the file that --json of 'dynident payload'" in err
 
 
 def test_do_not_use_is_not_written(payload: Callable[..., str], tmp_path: Path) -> None:
