@@ -363,8 +363,8 @@ def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
 def unknown(known: Collection[str], key: str) -> str:
     """Say that a key is none of those known, and which of them may be meant."""
     near = get_close_matches(key, known, 1)
-    in_unit = " its value is in the unit that ends its name:" if near and near[0].startswith(f"{key}_") else ""
-    hint = f": did you mean {near[0]!r}?{in_unit}" if near else ""
+    in_unit = ", with its value in that unit" if near and near[0].startswith(f"{key}_") else ""
+    hint = f": did you mean {near[0]!r}{in_unit}?" if near else ""
     listed = f"{'' if near else ';'} known here: {', '.join(sorted(known))}" if len(known) < _MANY else ""
     return f"unknown{hint}{listed}"
 

@@ -70,7 +70,7 @@ IN_FULL = ("rx90", "tx40", "ur10e", "panda")
 """Shipped robots that go through every test: coupled drives, offsets, seven joints with link-side sensors."""
 ALL_ROBOTS = ("test_pinocchio.py", "test_robot_file.py")
 """Files whose tests take every shipped robot; compiled only for those above, for a compiler's time is long."""
-FEW_STEPS = ("commands", "report", "fleet")
+FEW_STEPS = ("commands", "report")
 """Folders whose tests evaluate many models a few times each: to compile each would take longer."""
 UNCOMPILED = (
     "test_design.py",

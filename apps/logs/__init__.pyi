@@ -1,5 +1,4 @@
 from .log_check import check_log as check_log
-from .map import COMMAND_LINE as COMMAND_LINE
 from .map import Gears as Gears
 from .map import Layout as Layout
 from .map import LogMap as LogMap

@@ -341,7 +341,7 @@ class LogMap(Table, frozen=True, dict=True):
             sizes |= self.quantity(kind).lengths(REFERENCES.get(kind, kind))
         for name, size in sizes.items():
             if size not in (0, n):
-                typed = self.source == COMMAND_LINE
+                typed = self.source == _COMMAND_LINE
                 where = _TYPED.get(name.rpartition(".")[2], name) if typed else f"{self.source}: {name}"
                 raise InputError(f"{where} has {size} entries, the robot {n} joints: give one for each joint")
 
@@ -363,7 +363,7 @@ def read_log_map(path: str | Path) -> LogMap:
     return replace(read_toml(path, LogMap), source=str(path))
 
 
-COMMAND_LINE = "command line"
+_COMMAND_LINE = "command line"
 _TYPED = {"sign": "signs", "joints": "--joints"}
 """Keys of a map as they are typed."""
 

@@ -129,6 +129,7 @@ NOISE = "--torque-noise 24,30,10.8,5.1,6.6,2.3"
 
 
 @pytest.mark.long
+@pytest.mark.many_steps
 @pytest.mark.parametrize(
     ("goal", "shape"),
     [("--columns payload --criterion cond", "--via-points 4"), ("--criterion d", "--fourier 3 --duration 6")],

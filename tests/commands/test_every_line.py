@@ -169,7 +169,8 @@ def test_a_folder_that_is_a_file_is_told_before_anything_is_read(here: Path, lin
     blocker.write_text("mine", encoding="utf-8")
     for wrong in (str(blocker), str(blocker / "inside"), ""):
         error = refused(f"{line.split()[0]} --robot rx90 {' '.join(line.split()[1:])}={wrong}")
-        assert f"{line.split()[-1]} {wrong!r}: a folder cannot be made there" in error
+        why = "is a file, not a folder" if wrong == str(blocker) else "a folder cannot be made there"
+        assert f"{line.split()[-1]} {wrong!r}: {why}" in error
     assert contents(here) == {"taken": b"mine"}
 
 

@@ -55,8 +55,8 @@ ARM = (
 NEW = f"{ARM} --flange 0.525,0,0.89,x,-z"
 LINES = {
     f"payload {RX90} {PAIR}": {
-        "--cutoff -1": "cutoff must be positive",
-        "equation-rate=0": "equation_rate must be positive",
+        "--cutoff -1": "cutoff must be above 0 Hz",
+        "equation-rate=0": "equation_rate must be above 0 Hz",
         "--method 3 free-friction=true": "free-friction belongs",
         "--mass -7+-0.1": "a mass above 0 kg",
         "--com-within 1,0,0,1,0,1": "is empty",
@@ -125,7 +125,7 @@ LINES = {
         "--poses 9": "--poses has no effect without --static",
         "--static --duration 9": "--duration and --static: give one of them",
         "--static --poses 5": "6 to 12 poses, not 5",
-        "--static hold=0.5": "0.5 s at rest: give 1 to 10",
+        "--static hold=0.5": "needs 1 to 10 s at rest, not 0.5",
         "--static --range 2": "joint 2 has 4 deg of room in its range: none for a pose and 3 deg to either side",
         "--static approach=-3": "-3 deg to either side",
         "--static --torque-noise 1%@10": "omit @HZ",
@@ -219,7 +219,7 @@ LINES = {
         "--trajectory bare.csv --trajectory bare.csv": "two files are called 'bare'",
     },
     "demo": {
-        "plots=latin.csv": "a folder cannot be made",
+        "plots=latin.csv": "is a file, not a folder",
         "--trajectories 0": "--trajectories",
         "--seed -1": "--seed",
     },
@@ -240,9 +240,9 @@ LINES = {
     "robot show --robot panda": {
         "--at 1,2": "--at: 2 numbers for the 7 joints of robot 'panda'",
         "chain=:x": "links of a URDF",
-        "--mount gravity=0,9": "not 3 finite numbers",
-        "--mount table": "'table' is not 3 finite numbers",
-        "--tool-frame 1,2,3": "not 6 finite numbers",
+        "--mount gravity=0,9": "not 3 numbers",
+        "--mount table": "'table' is not 3 numbers",
+        "--tool-frame 1,2,3": "not 6 numbers",
     },
     "robot export --robot panda": {"--to urdf --out x.urdf": "bodies need all ten"},
     f"codegen {RX90} --function": {

@@ -55,7 +55,9 @@ def rubbing(name: str, **levels: float) -> Robot:
 
 def recorded(robot: Robot, seed: int, load: InertialParameters | None = None, noise: float = 0.02) -> Recording:
     """A motion of 16 points; noise as a fraction of each joint's torque."""
-    motion = random_via_points(robot, 16, seed=seed).motion(max(100.0, 20.0 * robot.processing.decimate))
+    processing = robot.processing
+    rate = max(100.0, 20.0 * processing.decimate, 20.0 * (processing.equation_rate or 0.0))
+    motion = random_via_points(robot, 16, seed=seed).motion(rate)
     simulator = Simulator(robot)
     size = np.sqrt(np.mean(simulator.measure(motion, load).torque ** 2, axis=0))
     return simulator.record(motion, load, noise * size, [seed, load is not None], f"motion {seed}")

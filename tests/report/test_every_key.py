@@ -166,7 +166,7 @@ def test_identify() -> None:
     estimate = result.estimate
     groupings = ("AR = A + C", "BR = B - D")
     variances = np.diag(estimate.robust.covariance) / np.diag(estimate.covariance)
-    memory = np.exp(0.5 * np.log(variances).mean())
+    memory = np.sqrt(np.median(variances))
     document, judged = robot_result(result), judge(Evidence(made.ANY_ROBOT, parameters=estimate))
     same(
         document,
@@ -185,7 +185,7 @@ def test_identify() -> None:
                 "error_norms": [1.1, 1.2, 1.3],
                 "torque_norms": [21.0, 22.0, 23.0],
                 "weights": estimate.weights,
-                "torque_noise": memory / estimate.weights,
+                "torque_noise": memory * estimate.fit.rms,
                 "independent_rate_hz": 0.5 * made.PROCESSING.equations_a_second(100.0),
             },
             "columns": ["A", "B"],
