@@ -227,7 +227,10 @@ def friction(evidence: Evidence) -> Iterator[Finding]:
 
 
 def impossible(evidence: Evidence) -> Iterator[Finding]:
-    """Parameters that no physical robot has. p below {CONFLICT:g}: a warning; with any other sign, do not use."""
+    """Parameters that no physical robot has.
+
+    p below {CONFLICT:g}: a warning; do not use if anything else looks wrong.
+    """
     if evidence.possible is not None and evidence.possible < CONFLICT:
         yield warning(
             f"no physical robot can have these parameters (p {evidence.possible:.2g}): check the robot's "
@@ -271,7 +274,7 @@ def measured(evidence: Evidence) -> Iterator[Finding]:
 def methods_apart(evidence: Evidence) -> Iterator[Finding]:
     """Methods that disagree about the mass.
 
-    All within more than {MASS_SPREAD:.0%}, or two apart by {METHODS_APART:.0%} and {SIGMAS:g} sigma: do not use.
+    Spread over more than {MASS_SPREAD:.0%}, or two apart by {METHODS_APART:.0%} and {SIGMAS:g} sigma: do not use.
     """
     masses = [e.mass for e in evidence.estimates] or [0.0]
     mean = abs(float(np.mean(masses)))
@@ -304,7 +307,7 @@ def unexplained(evidence: Evidence) -> Iterator[Finding]:
 def new_zeros(evidence: Evidence) -> Iterator[Finding]:
     """Positions of a pair that differ by a constant.
 
-    By over 2 mrad, and otherwise by less than 10 mrad and a fifth of that: do not use.
+    By over 2 mrad, if the rest of the difference is below 10 mrad and a fifth of that: do not use.
     """
     for pair in evidence.source.compared if evidence.source is not None else ():
         for j in pair.new_zeros:
@@ -432,7 +435,7 @@ def known_gains(evidence: Evidence) -> Iterator[Finding]:
 
 
 def rating(evidence: Evidence) -> Iterator[Finding]:
-    """A mass above the rated payload. With its whole interval, and by over {ROUNDED:.0%}: do not use."""
+    """A mass above the rated payload. If its whole interval lies above, and by over {ROUNDED:.0%}: do not use."""
     rated, sigma = evidence.robot.rated_payload, evidence.spread.mass if evidence.spread is not None else 0.0
     if evidence.mass - NORMAL95 * sigma > (1.0 + ROUNDED) * rated:
         source = "assumed" if evidence.robot.assumed("rated_payload") else "data sheet"

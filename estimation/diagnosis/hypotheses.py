@@ -121,7 +121,7 @@ def _delayed(effect: Effect, evidence: Evidence) -> Finding:
 
     By over {LATE:g} s and {LATE_Z:g} sigma: do not use where the mass is {MOVED:.1%}, or the centre of mass
     {SLIP:g} m off without it, else not the inertia; without payload where it takes {HELPFUL:.0%} off the squared
-    residual. Delays come out a third too small; all joints share one.
+    residual. Delays come out a third too small; all joints are assumed to have the same one.
     """
     text = (
         f"the torques{effect.where} {'lag' if effect.size > 0.0 else 'lead'} the positions by "
@@ -172,7 +172,7 @@ def change(system: System) -> Sought:
 
 
 def _change(effect: Effect, _: Evidence) -> Finding:
-    """A payload that is taken up or put down, or torques that drift.
+    """A payload that is picked up or put down, or torques that drift.
 
     From some moment on the payload is {CHANGE:.0%} and {CHANGE_Z:g} sigma larger or smaller: do not use.
     """
@@ -256,7 +256,7 @@ def weight(system: System) -> Sought | None:
 
 
 def _weight(effect: Effect, evidence: Evidence) -> Finding:
-    """Gravity of another magnitude than described.
+    """Gravity of a magnitude that differs from the described one.
 
     By over {WEIGHT:.0%} and {WEIGHT_Z:g} sigma: do not use.
     """
@@ -339,7 +339,7 @@ def gain(system: System) -> Sought | None:
 
 
 def _gain(effect: Effect, _: Evidence) -> Finding:
-    """A joint's torque with another scale than those of its neighbours, which carry the same links.
+    """A joint's torque on a different scale from those of its neighbours, which carry the same links.
 
     By over {GAIN:.0%} and {GAIN_Z:g} sigma, if nothing else explains more: do not use.
     """
@@ -424,7 +424,7 @@ def _pull(effect: Effect, evidence: Evidence) -> Finding:
 
     A force over {PULL:.1%} of the payload's weight and {PULL_Z:g} sigma, or {ALONG_Z:g} sigma of stiffness and
     upward force with payload alone: do not use where the mass may be {MOVED:.1%} (2 sigma), or the centre of mass
-    {SLIP:g} m off without it, else not the inertia. Delays come out a third too small; all joints share one.
+    {SLIP:g} m off without it, else not the inertia.
     """
     (stiffness, *_, up), (sigma, *_, up_sigma) = effect.values, np.sqrt(np.diag(effect.covariance))
     sideways = float(np.linalg.norm(effect.values[list(_ACROSS)]))
@@ -487,8 +487,8 @@ def matter(bursts: Effect, mass: float, sigma: float) -> bool:
 def _bursts(effect: Effect, evidence: Evidence) -> Finding:
     """Stretches of time with large residuals.
 
-    Stretches of {STRETCH:g} s with over {BURST:g} times the median's squared residual: noted where the mass without
-    them differs by over {MOVED:.1%} and 2 sigma.
+    Stretches of {STRETCH:g} s whose squared residual is over {BURST:g} times the median: noted where the mass
+    without them differs by over {MOVED:.1%} and 2 sigma.
     """
     return note(
         f"{effect.size:.0f} of {effect.sigma:.0f} stretches of {STRETCH:.2g} s have large residuals (contact, a "

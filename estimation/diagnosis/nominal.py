@@ -96,8 +96,8 @@ def weight(evidence: Evidence) -> Iterator[Finding]:
     """Torques against the weight of the links by the robot's description.
 
     Over {UNIT:g} times more or less, of the other sign, one joint's over {GAIN:g} times more or less than most, or
-    gravity over {LEANS:g} degrees off: do not use, and explains the rest; noted where the user says the unit.
-    Torques that are called efforts and that no weight shows: do not use until the unit is given.
+    gravity over {LEANS:g} degrees off: do not use, and explains the rest; only noted if the unit is given.
+    Columns named effort that the weight of the links does not confirm: do not use until the unit is given.
     """
     nominal, source = evidence.diagnosis.nominal, evidence.source
     units = {one.torque_unit for one in (*source.unloaded, *source.loaded)} if source is not None else set()

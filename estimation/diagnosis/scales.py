@@ -88,7 +88,7 @@ def _scales(added: Added, n: int) -> tuple[Effect, ...]:
 
 
 def scale(evidence: Evidence) -> Iterator[Finding]:
-    """Loaded torques with another scale than the unloaded ones, all or one joint's.
+    """Loaded torques on a different scale from the unloaded ones, all or one joint's.
 
     All by {SCALE:.0%} and {SCALE_Z:g} sigma, or one joint's by {JOINT_SCALE:.0%} and {JOINT_SCALE_Z:g} sigma, and
     more clearly than a pull: do not use. Both are named if the data hardly distinguish them.
@@ -125,7 +125,7 @@ def sensitive(evidence: Evidence) -> Iterator[Finding]:
     """Mass that an unnoticed scale error of the loaded torques would move out of its interval.
 
     An error of 1.96 sigma, {HIDDEN[0]:.0%} to {HIDDEN[1]:.0%}, moves it by over {SENSITIVE:.0%}: do not use if
-    intervals grow by over {TOGETHER:g} (Birge), else noted; not where the scale is seen to be another one,
+    intervals grow by over {TOGETHER:g} (Birge), else noted; not if a different scale is seen,
     something pulls at the flange, or the payload was weighed.
     """
     mass, whole = evidence.mass, next((scale for scale in evidence.diagnosis.scales if not scale.where), None)
@@ -147,7 +147,7 @@ def sensitive(evidence: Evidence) -> Iterator[Finding]:
 
 
 def motors_apart(evidence: Evidence) -> Iterator[Finding]:
-    """Currents of one motor with payload on another scale than without (`gains`).
+    """Currents of one motor with payload on a different scale from those without (`gains`).
 
     By over {JOINT_SCALE:.0%} and {OWN_SCALE_Z:g} sigma: not its gain.
     """
