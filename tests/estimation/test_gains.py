@@ -347,7 +347,7 @@ def test_a_joint_that_does_not_move_is_named(joint: int) -> None:
     bare, heavy = (recorded("irb120", still, body, (1, k)) for k, body in enumerate((None, load)))
     level, why = said("irb120", bare, heavy, load.mass)
     assert level == "refused"
-    assert f"joint {joint} never moves" in why
+    assert f"joint {joint} does not move" in why
 
 
 def several(masses: tuple[float, ...], stated_masses: tuple[float, ...], mounting: tuple[int, ...]) -> GainsResult:
