@@ -138,7 +138,7 @@ def test_rank_deficient_data_are_refused_with_the_directions_named() -> None:
 def test_fewer_samples_than_parameters_are_refused() -> None:
     with pytest.raises(InputError, match="3 equations for 4 parameters: fewer samples"):
         ordinary(reduced(observation(8, (2, 1))))
-    with pytest.raises(InputError, match="too short .*: record 20 s or more"):
+    with pytest.raises(InputError, match=r"too short .*: record 20 s or more"):
         ordinary(reduced(observation(8, (3, 1))))
 
 
