@@ -194,8 +194,10 @@ def rehearsed(robot: Robot) -> Robot:
     return with_stand_in(robot) if can_stand_in(robot) else with_assumed_limits(robot)
 
 
-def completed(robot: Robot, limits: bool = True) -> Robot:
+def completed(robot: Robot, limits: bool = True, frames: int = 3) -> Robot:
     """Complete a robot that lacks parameters, or ``limits``, as ``rehearsed``, and warn of what was assumed.
+
+    ``frames``: from here to the user's line, which the warning names.
 
     Raises:
         InputError: if it lacks parameters that nothing stands in for, and ``limits`` are not what is wanted.
@@ -208,7 +210,7 @@ def completed(robot: Robot, limits: bool = True) -> Robot:
     new = {name: rule for name, rule in whole.assumed().items() if robot.sources.get(name) != whole.sources[name]}
     rules = "; ".join(f"{SOURCED[name]}: {rule}" for name, rule in new.items())
     if rules:
-        warnings.warn(f"robot {robot.name!r}: assumed, as its description lacks them: {rules}", stacklevel=3)
+        warnings.warn(f"robot {robot.name!r}: assumed, as its description lacks them: {rules}", stacklevel=frames)
     return whole
 
 

@@ -46,7 +46,7 @@ COMMANDS = {
         "pose is not reproduced within 5 mm and 1 degree, or if another reading fits clearly better.",
     ),
     "robot export": ("robot:run_export", "Write the whole identified robot as MJCF, USD, URDF or SDFormat."),
-    "codegen": ("robot:run_codegen", "Write a function of the robot's dynamics as self-contained C."),
+    "codegen": ("robot:run_codegen", "Write the robot's dynamics as self-contained C or NumPy code."),
     "design": ("design:run", "Design the most informative motion within the robot's limits."),
     "near": ("near:run", "Design a short motion near a pose, or poses at rest, for weigh."),
     "score": ("design:run_score", "Judge a motion: its accuracy, and the limits it keeps."),

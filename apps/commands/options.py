@@ -173,7 +173,9 @@ class LogOptions(Options, group=LOGS):
 
     def how(self) -> logs.LogMap:
         """The map of ``--log-map`` with what the other options change."""
-        log_map = logs.read_log_map(self.log_map) if self.log_map else logs.LogMap(source="command line")
+        from ..logs.map import COMMAND_LINE
+
+        log_map = logs.read_log_map(self.log_map) if self.log_map else logs.LogMap(source=COMMAND_LINE)
         return logs.with_flags(log_map, self.joints, self.units, self.signs, self.topic)
 
     def gains(self, robot: model.Robot) -> tuple[tuple[float, ...] | None, estimation.Gains | None]:

@@ -341,7 +341,7 @@ class LogMap(Table, frozen=True, dict=True):
             sizes |= self.quantity(kind).lengths(REFERENCES.get(kind, kind))
         for name, size in sizes.items():
             if size not in (0, n):
-                typed = self.source == _COMMAND_LINE
+                typed = self.source == COMMAND_LINE
                 where = _TYPED.get(name.rpartition(".")[2], name) if typed else f"{self.source}: {name}"
                 raise InputError(f"{where} has {size} entries, the robot {n} joints: give one for each joint")
 
@@ -363,7 +363,8 @@ def read_log_map(path: str | Path) -> LogMap:
     return replace(read_toml(path, LogMap), source=str(path))
 
 
-_COMMAND_LINE = "command line"
+COMMAND_LINE = "command line"
+"""Source of a map that no file gives."""
 _TYPED = {"sign": "signs", "joints": "--joints"}
 """Keys of a map as they are typed."""
 
@@ -383,6 +384,7 @@ def with_flags(
         signs: 1 or -1 for each joint, of positions, speeds, torques and currents alike: its sense is turned.
         topic: of a ROS bag.
     """
+    option = "--units"
     try:
         for entry in units:
             name, _, unit = entry.partition("=")
@@ -392,10 +394,12 @@ def with_flags(
             before: Time | Quantity = getattr(log_map, SHORT[name])
             changed = Time(rate=float(rate[1])) if rate else replace(before, unit=unit)
             log_map = replace(log_map, **{SHORT[name]: changed})
+        option = "signs"
         for kind in QUANTITIES if signs else ():
             if log_map.quantity(kind).sign:
                 raise InputError("signs and a sign in the log map: give only one of them")
             log_map = replace(log_map, **{kind: replace(log_map.quantity(kind), sign=tuple(signs))})
+        option = "--joints"
         if joints:
             log_map = replace(log_map, joints=tuple(joints))
         if topic:
@@ -403,5 +407,5 @@ def with_flags(
     except InputError:
         raise
     except ValueError as error:  # of a key of the map, which nobody typed
-        raise InputError(f"--units: {getattr(error, 'problem', error)}") from None
+        raise InputError(f"{option}: {getattr(error, 'problem', error)}") from None
     return log_map

@@ -58,6 +58,8 @@ def open_log(path: LogPath, log_map: LogMap) -> RawLog:
     """Open a file, a ROS 2 bag's folder, or files of one recording: those of ``LogMap.files``, or one a signal."""
     if not isinstance(path, str | Path):
         paths = [Path(one) for one in path]
+        if log_map.layout.name:
+            raise InputError(f"{log_map.source}: [file] name has no effect on files that are named: omit it")
         label = paths[0].with_name(f"{paths[0].name} and {len(paths) - 1} more")
         return _side_by_side(label, paths, [log_map.layout] * len(paths))
     path = Path(path)

@@ -103,7 +103,9 @@ LINES = {
     },
     f"check {RX90} bare.csv": {
         "--log-map none.toml": "none.toml: no such file",
-        "signs=1,2,1,1,1,1": "sign must be 1 or -1",
+        "signs=1,2,1,1,1,1": "error: signs: sign must be 1 or -1",
+        "--joints a,a,b,c,d,e": "error: --joints: a joint is named twice",
+        "--units q=grad": "error: --units: unit 'grad' of position",
     },
     "check bare.csv": {"--mount wall": "--mount has no effect without --robot"},
     f"near {RX90}": {

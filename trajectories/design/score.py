@@ -22,11 +22,12 @@ TOLERANCE = 1e-9  # miss of a limit, in its own units, up to which it is met
 class Learnt(NamedTuple):
     """Information that data give of a goal's parameters."""
 
-    log_det: float  # log det of the information matrix (d); -inf if it is singular
+    log_det: float  # log det of the information matrix (d) by the best weights; -inf if it is singular
     condition_number: float  # of W in SI units, rows unweighted; inf if W has not full rank
     condition_number_scaled: float  # of W with its columns scaled to norm 1
     sigma: dict[str, float]  # predicted standard deviation of each parameter; inf if W has not full rank
-    covariance: Array | None = None  # of the parameters in the order of ``sigma``; None if W has not full rank
+    # of the parameters in the order of ``sigma``, by the weights (16) of an estimate; None if W has not full rank
+    covariance: Array | None = None
 
     def relative_sigma(self, reference: Mapping[str, float]) -> dict[str, float]:
         """Predicted standard deviations relative to reference values other than zero."""

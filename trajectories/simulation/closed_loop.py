@@ -145,7 +145,7 @@ class ClosedLoop:
         Raises:
             InputError: if the robot lacks parameters that nothing stands in for, or its links cannot exist.
         """
-        robot = completed(robot, limits=False)
+        robot = completed(robot, limits=False, frames=4)
         self._controller = controller or Controller()
         self.robot, self.rate = robot, self._controller.rate
         self._rotors = np.zeros(robot.n)

@@ -42,7 +42,7 @@ class Simulator(Brief):
         Raises:
             InputError: if the robot's description lacks standard parameters that nothing stands in for.
         """
-        object.__setattr__(self, "robot", completed(self.robot, limits=False))
+        object.__setattr__(self, "robot", completed(self.robot, limits=False, frames=4))
 
     @property
     def _kernel(self) -> Kernel:

@@ -37,8 +37,10 @@ def matplotlib() -> Any:
 
 
 @cache
-def _shown() -> Any:
-    class Shown(matplotlib().figure.Figure):  # type: ignore[misc]
+def _shown() -> type[Figure]:
+    from matplotlib.figure import Figure as Plain
+
+    class Shown(Plain):
         """Figure that a notebook shows, whatever backend it has chosen."""
 
         def _repr_svg_(self) -> str:

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.logs import grouped, read_recordings
+from dynident.apps.logs import LogMap, grouped, read_recordings
+from dynident.apps.logs.map import Layout
 from dynident.apps.logs.read import read_recording
 from dynident.common.errors import InputError
 from dynident.estimation import identify_payload
@@ -159,6 +160,8 @@ def test_files_of_one_signal_each_are_the_log(tmp_path: Path, robot: Robot) -> N
     (tmp_path / "x_efforts.csv").rename(tmp_path / "x_c.csv")
     with pytest.raises(InputError, match=r"x_c\.csv: name it after its signal"):
         read_recording([str(tmp_path / "x_c.csv"), *scrambled[1:]], robot)
+    with pytest.raises(InputError, match=r"\[file\] name has no effect on files that are named"):
+        read_recording(plain, robot, log_map=LogMap(layout=Layout(name="q.csv")))
 
 
 @pytest.mark.parametrize("name", ["rx90", "iiwa14", "six_axis.urdf"])
