@@ -438,7 +438,7 @@ def rating(evidence: Evidence) -> Iterator[Finding]:
     """A mass above the rated payload. If its whole interval lies above, and by over {ROUNDED:.0%}: do not use."""
     rated, sigma = evidence.robot.rated_payload, evidence.spread.mass if evidence.spread is not None else 0.0
     if evidence.mass - NORMAL95 * sigma > (1.0 + ROUNDED) * rated:
-        source = "assumed" if evidence.robot.assumed("rated_payload") else "data sheet"
+        source = "assumed" if evidence.robot.assumed("rated_payload") else "published"
         yield error(
             f"a mass of {evidence.mass:.4g} kg exceeds the arm's rated payload of {rated:g} kg ({source}): check "
             "the unit of the torques, the drive gains and the robot's description",
