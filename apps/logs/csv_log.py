@@ -98,7 +98,7 @@ class _Text:
         }
 
     def _header(self, line: str, remarks: Sequence[str], below: Sequence[str]) -> tuple[list[str], list[str]]:
-        """Names of the columns, which the last remark may hold, and the row of units below them, if there is one."""
+        """Names of the columns, by the last remark of a file of numbers, and the row of units below them."""
         names = self._cells(line)
         while len(names) > 1 and not names[-1]:
             names.pop()
