@@ -27,7 +27,7 @@ from ..extras import extra
 from .format import plain
 from .robot import drive_attributes, link_marks, mark_comment, moved_links
 from .simulators import mjcf
-from .xml import element, mjcf_inertial, urdf_inertial
+from .xml import element, mjcf_inertial, urdf_inertial, xml_text
 
 _TOKEN = re.compile(
     r"<!--.*?-->|<\?.*?\?>|<!\[CDATA\[.*?\]\]>|"
@@ -50,11 +50,7 @@ class Spot:
 
 
 class XmlEdits:
-    """Elements of a text, and what is to stand in their places.
-
-    Attributes:
-        spots: the elements, in the order of their first tags.
-    """
+    """Elements of a text, in the order of their first tags, and what is to stand in their places."""
 
     def __init__(self, path: str) -> None:
         """Read a file, which must be XML without entities of its own."""
@@ -101,27 +97,24 @@ class XmlEdits:
 
     def put(self, above: Spot, elements: "Sequence[ElementTree.Element[Any]]", old: Spot | None = None) -> None:
         """Put elements into another one: in the place of one in it, or first."""
-        lines = self._lines(above, elements)
+        text = self._indented(above, elements)
         if old is not None:
-            self._changes.append((old.begin, old.end, "".join(lines).lstrip()))
+            self._changes.append((old.begin, old.end, text.lstrip()))
         elif above.inside < above.end:
-            self._changes.append((above.inside, above.inside, "".join(lines)))
+            self._changes.append((above.inside, above.inside, text))
         else:
-            self._changes.append((above.inside - 2, above.inside, f">{''.join(lines)}</{above.tag}>"))
+            self._changes.append((above.inside - 2, above.inside, f">{text}</{above.tag}>"))
 
     def add(self, above: Spot, elements: "Sequence[ElementTree.Element[Any]]") -> None:
         """Put elements last into one that is not empty."""
         position = len(self._text[: self._text.rindex("<", above.begin, above.end)].rstrip())
-        self._changes.append((position, position, "".join(self._lines(above, elements))))
+        self._changes.append((position, position, self._indented(above, elements)))
 
-    def _lines(self, above: Spot, elements: "Sequence[ElementTree.Element[Any]]") -> list[str]:
-        """Elements as texts, each on lines of its own, as far in as they are to stand."""
+    def _indented(self, above: Spot, elements: "Sequence[ElementTree.Element[Any]]") -> str:
+        """Elements as text, each on lines of its own, as far in as they are to stand."""
         before = self._text[: above.begin].rpartition("\n")[2]
         margin = f"\n{before if before.isspace() else ''}  "
-        for each in elements:
-            ElementTree.indent(each)
-        texts = (ElementTree.tostring(each, encoding="unicode").replace(" />", "/>") for each in elements)
-        return [margin + text.replace("\n", margin) for text in texts]
+        return "".join(margin + xml_text(each).replace("\n", margin) for each in elements)
 
     def text(self) -> str:
         """The text with all changes."""
@@ -153,16 +146,12 @@ def _read_mjcf(path: str) -> tuple[dict[str, Placed], Extra]:
     data = mujoco.MjData(model)
     data.qpos[:] = 0.0
     mujoco.mj_kinematics(model, data)
-    placed = {}
+    placed, names = {}, [model.body(k).name for k in range(model.nbody)]
     for k, body in enumerate(map(int, model.jnt_bodyid)):
-        pose, name = Pose.of(data.xmat[body].reshape(3, 3), data.xpos[body]), model.body(body).name
-        placed[model.joint(k).name] = Placed(data.xanchor[k].copy(), data.xaxis[k].copy(), name, pose)
-    fixed = {
-        model.body(k).name: (model.body(int(model.body_weldid[k])).name, float(model.body_mass[k]))
-        for k in range(1, model.nbody)
-        if model.body_weldid[k] not in (0, k) and model.body_mass[k] > 0.0
-    }
-    return placed, fixed
+        pose = Pose.of(data.xmat[body].reshape(3, 3), data.xpos[body])
+        placed[model.joint(k).name] = Placed(data.xanchor[k].copy(), data.xaxis[k].copy(), names[body], pose)
+    loads = enumerate(zip(model.body_weldid.tolist(), model.body_mass.tolist(), strict=True))
+    return placed, {names[k]: (names[on], mass) for k, (on, mass) in loads if on not in (0, k) and mass > 0.0}
 
 
 def _read_urdf(path: str) -> tuple[dict[str, Placed], Extra]:
@@ -188,10 +177,8 @@ def _read_urdf(path: str) -> tuple[dict[str, Placed], Extra]:
     return placed, fixed
 
 
-FAR = 0.005
-"""m: how far a joint's axis may lie beside the robot's own; descriptions round lengths to a millimetre."""
-TURNED = math.radians(0.5)
-"""rad: by how much it may be turned."""
+FAR = 0.005  # m: how far a joint's axis may lie beside the robot's own; descriptions round lengths to a millimetre
+TURNED = math.radians(0.5)  # by how much it may be turned
 
 
 def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[str, list[str]]:

@@ -28,20 +28,14 @@ Colour = tuple[int, int, int]
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """Triangles in a frame [m]; its name is unique in a view.
+    """Triangles in a frame [m]."""
 
-    Attributes:
-        frame: number of the frame it is fixed to; 0 is the base's.
-        colour: red, green, blue, 0 to 255.
-        shown: at which of the view's times; always if None.
-    """
-
-    name: str
-    frame: int
+    name: str  # unique in a view
+    frame: int  # number of the frame it is fixed to; 0 is the base's
     mesh: Trimesh
-    colour: Colour
+    colour: Colour  # red, green, blue, 0 to 255
     opacity: float = 1.0
-    shown: NDArray[np.bool_] | None = None
+    shown: NDArray[np.bool_] | None = None  # at which of the view's times; always if None
 
 
 def capsule(start: Array, end: Array, radius: float) -> Trimesh:
