@@ -256,7 +256,6 @@ def choose(naming: Naming, gains: Sequence[float] | None) -> tuple[dict[str, tup
 
 
 def _check_layout(naming: Naming) -> list[str]:
-    """Check columns that were recognised, and tell the user of them."""
     raw, robot, known = naming.raw, naming.robot, naming.known
     if known.columns is not PLAIN.columns:
         if known.size > robot.n and not known.by_name and not known.more:
@@ -278,7 +277,6 @@ def _check_layout(naming: Naming) -> list[str]:
 
 
 def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]]:
-    """Choose torques or currents, and tell the user of the choice."""
     path, n, there = naming.raw.path, naming.robot.n, set(naming.raw.names)
     currents = naming.columns("current")
     named = f"{currents[0]}..{currents[-1]}"

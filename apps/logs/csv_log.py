@@ -211,7 +211,6 @@ class _Text:
             yield self._plain(line)
 
     def _bad_cell(self, fault: str) -> InputError:
-        """Say where the cell stands at which NumPy's reader stopped."""
         match = _STOPPED.search(fault)
         if match is None:
             return InputError(f"{self._path}: the rows cannot be read as numbers")
@@ -241,7 +240,6 @@ def _cells(line: str, delimiter: str | None) -> list[str]:
 
 
 def _encoding(path: Path) -> str:
-    """The encoding by the first bytes."""
     if path.suffix.lower() in _SPREADSHEETS and path.is_file():
         raise InputError(f"{path}: a spreadsheet: save it as CSV (Excel: Save As, 'CSV UTF-8') and give that file")
     with _binary(path) as stream:

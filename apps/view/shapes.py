@@ -102,7 +102,6 @@ def looks_of(robot: Robot, colour: Colour) -> tuple[list[Shape], set[int], list[
 
 
 def _placed(mesh: Mesh) -> Trimesh:
-    """Triangles of a file in the link's frame."""
     path = Path(mesh.file)
     if not path.is_file():
         raise InputError("is not there: put the description's package beside it, or name it by ROS_PACKAGE_PATH")
