@@ -79,10 +79,8 @@ def _factor(path: str | Path, noise: Array | None) -> Earlier:
         rows = problem.stacked(None if noise is None else 1.0 / noise)[:, :-1]
         return Earlier(problem.columns, np.sqrt(problem.independent) * rows)
     if noise is None:
-        raise InputError(
-            f"{path}: a covariance holds no unweighted rows, which condition numbers need: give the --npz of "
-            "'dynident identify'"
-        )
+        fault = "a covariance holds no unweighted rows, which condition numbers need"
+        raise InputError(f"{path}: {fault}: give the --npz of 'dynident identify'")
     estimate = read_stored_robot(path).estimate
     try:
         lower = np.linalg.cholesky(estimate.covariance)

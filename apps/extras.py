@@ -19,6 +19,17 @@ def extra(module: str, refusal: str) -> Any:
         raise InputError(refusal) from None
 
 
+def mujoco_model(path: str | Path) -> tuple[Any, Any]:
+    """The package MuJoCo, and a model by MJCF or URDF."""
+    mujoco = extra("mujoco", f"{path}: reading it needs MuJoCo: pip install 'dynident[simulators]'")
+    if not Path(path).is_file():
+        raise InputError(f"{path}: no such file")
+    try:
+        return mujoco, mujoco.MjModel.from_xml_path(str(path))
+    except ValueError as error:
+        raise InputError(f"{path}: MuJoCo cannot read it: {' '.join(str(error).split())}") from None
+
+
 def parquet_bytes(columns: Mapping[str, Any]) -> bytes:
     """A table as the content of a file; the same for the same table."""
     pyarrow, parquet = extra("pyarrow", _PARQUET), extra("pyarrow.parquet", _PARQUET)

@@ -24,8 +24,7 @@ from ..common.errors import InputError
 from ..common.files import write_bytes
 from .extras import parquet_bytes
 
-PORT, SCRIPT_PORT = 30004, 30002
-"""Ports of RTDE, and of the secondary client interface, which takes scripts."""
+PORT, SCRIPT_PORT = 30004, 30002  # ports of RTDE, and of the secondary client interface, which takes scripts
 TIME, POSITION, SPEED, CURRENT = "timestamp", "actual_q", "actual_qd", "actual_current"
 MASS, CENTRE, INERTIA, SAFETY = "payload", "payload_cog", "payload_inertia", "safety_mode"
 FIELDS = (
@@ -37,10 +36,8 @@ _TYPES = dict.fromkeys(FIELDS, "VECTOR6D") | {
     TIME: "DOUBLE", MASS: "DOUBLE", CENTRE: "VECTOR3D", "robot_mode": "INT32", SAFETY: "INT32",
 }  # fmt: skip
 """Their types by the maker's guide."""
-NEEDED = (TIME, POSITION, SPEED, CURRENT)
-"""Fields without which a recording says nothing."""
-Samples = np.ndarray[tuple[int], np.dtype[Any]]
-"""Consecutive samples, with the fields by name."""
+NEEDED = (TIME, POSITION, SPEED, CURRENT)  # fields without which a recording says nothing
+Samples = np.ndarray[tuple[int], np.dtype[Any]]  # consecutive samples, with the fields by name
 
 _REQUEST_VERSION, _CONTROLLER_VERSION, _MESSAGE, _OUTPUTS, _START, _PAUSE, _DATA = _KINDS = b"VvMOSPU"
 _HEADER = struct.Struct(">HB")  # size of the packet with this header, and its type
@@ -62,8 +59,7 @@ _STOPS = {
     7: "emergency stop of the robot", 8: "violation", 9: "fault",
 }  # fmt: skip
 """Safety modes in which the arm does not move as it was told (the maker's guide, safety_mode)."""
-SUFFIXES = (".csv", ".csv.gz", ".parquet")
-"""Formats that a recording can be written in, by the file's name."""
+SUFFIXES = (".csv", ".csv.gz", ".parquet")  # formats that a recording can be written in, by the file's name
 
 
 class Client(AbstractContextManager["Client"]):

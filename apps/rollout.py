@@ -9,7 +9,6 @@ model could do better, and the replay under a controller decides.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -26,10 +25,9 @@ from ..model import BaseParameters, Processing, Recording, Robot, base_parameter
 from ..model.dynamics import SMOOTHING, dry_friction_names, runge_kutta, smooth_dry_friction, stable_steps
 from ..model.kernel.kernel import Kernel
 from ..model.motion import Measurement
-from .extras import extra
+from .extras import mujoco_model
 
-HORIZONS = (0.1, 0.5, 1.0, 2.0)
-"""s: after which times the error is stated, unless others are asked for."""
+HORIZONS = (0.1, 0.5, 1.0, 2.0)  # s: after which times the error is stated, unless others are asked for
 IDENTIFIED, CONSTANT = "identified", "constant speed"
 _STARTS = 200  # at most
 _APART = 0.05  # s: between starts, at least
@@ -180,18 +178,10 @@ def _half_steps(path: Array, count: int, step: float) -> Array:
 
 def mujoco_arm(path: str | Path, robot: Robot) -> Predict:
     """Make a prediction by MJCF or URDF; the model's first n joints are taken for the robot's, in order."""
-    mujoco = extra("mujoco", f"{path}: to move it needs MuJoCo: pip install 'dynident[simulators]'")
-    if not Path(path).is_file():
-        raise InputError(f"{path}: no such file")
-    try:
-        model: Any = mujoco.MjModel.from_xml_path(str(path))
-    except ValueError as error:
-        raise InputError(f"{path}: MuJoCo cannot read it: {error}") from None
+    mujoco, model = mujoco_model(path)
     if model.nv != robot.n:
-        raise InputError(
-            f"{path} has {model.nv} degrees of freedom, {robot.name} has {robot.n}: give a model of the arm alone, "
-            "fixed to the ground"
-        )
+        fault = f"has {model.nv} degrees of freedom, {robot.name} has {robot.n}"
+        raise InputError(f"{path} {fault}: give a model of the arm alone, fixed to the ground")
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
 
     def positions(q: Array, qd: Array, torque: Array, step: float) -> Array:
@@ -257,10 +247,8 @@ def roll_out_all(
     settings.progress("the robot's equations of motion")
     base = base_parameters(robot)
     if len(values) != len(base.columns):
-        raise InputError(
-            f"{len(values)} values for {len(base.columns)} base parameters: give the robot as it was identified "
-            "(Identification.robot), for its recordings chose its friction"
-        )
+        advice = "give the robot as it was identified (Identification.robot), for its recordings chose its friction"
+        raise InputError(f"{len(values)} values for {len(base.columns)} base parameters: {advice}")
     arm = IdentifiedArm(robot, base, values)
     models, processing = {IDENTIFIED: arm.positions, **(others or {})}, settings.processing_of(robot)
     return tuple(
@@ -281,10 +269,8 @@ def _rolled(
     duration = step * (len(motion.t) - 1)
     lengths = [seconds for seconds in sorted(horizons) if seconds <= 0.5 * duration]
     if not lengths:
-        raise InputError(
-            f"{recording.source}: {duration:.3g} s are too short for a horizon of {min(horizons):g} s: record at "
-            "least twice the horizon"
-        )
+        fault = f"{duration:.3g} s are too short for a horizon of {min(horizons):g} s"
+        raise InputError(f"{recording.source}: {fault}: record at least twice the horizon")
     count = round(lengths[-1] / step) + 1
     curve = np.linspace(0.0, lengths[-1], _CURVE + 1)[1:]
     samples = np.unique(np.clip(np.rint(np.concatenate([curve, lengths]) / step).astype(int), 1, count - 1))

@@ -27,12 +27,9 @@ _EDGE = 1e-6
 """Share of the trace by which the two smaller principal moments must exceed the largest: controllers hold single
 precision, and some simulators check A + B >= C to the last digit.
 """
-_DIGITS = 10
-"""Significant digits where a hand may type them and no interval says how many there are."""
-_ALLOWED = 1.05
-"""By this ratio to the rated payload an estimate may err."""
-_HEAVIEST, _FARTHEST = 5000.0, 10.0
-"""kg and m: twice what the strongest arms carry, and farther than any reaches."""
+_DIGITS = 10  # significant digits where a hand may type them and no interval says how many there are
+_ALLOWED = 1.05  # by this ratio to the rated payload an estimate may err
+_HEAVIEST, _FARTHEST = 5000.0, 10.0  # kg and m: twice what the strongest arms carry, and farther than any reaches
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,7 @@ from ...trajectories.design.score import Learnt
 from ...trajectories.motions.family import Plan
 from .format import Format
 
-DIGITS = 9
-"""Decimals of positions, speeds and accelerations: a nanoradian."""
+DIGITS = 9  # decimals of positions, speeds and accelerations: a nanoradian
 DENSER = "write more of them a second, or leave more room by the setting torque-margin"
 """Advice where samples are too far apart."""
 _NO_TIME = 1e-6  # s: a last step shorter than this is left out

@@ -23,7 +23,7 @@ from ...estimation.possible.whole_robot import WholeRobot
 from ...model import InertialParameters, Pose
 from ...model.files.urdf import read_urdf
 from ...model.frames import frames_at
-from ..extras import extra
+from ..extras import mujoco_model
 from .format import plain
 from .robot import drive_attributes, link_marks, mark_comment, moved_links
 from .simulators import mjcf
@@ -138,11 +138,7 @@ Extra = dict[str, tuple[str, float]]
 
 
 def _read_mjcf(path: str) -> tuple[dict[str, Placed], Extra]:
-    mujoco = extra("mujoco", "--into an MJCF file needs MuJoCo: pip install 'dynident[simulators]'")
-    try:
-        model: Any = mujoco.MjModel.from_xml_path(path)
-    except ValueError as error:
-        raise InputError(f"{path}: MuJoCo does not take it: {' '.join(str(error).split())}") from None
+    mujoco, model = mujoco_model(path)
     data = mujoco.MjData(model)
     data.qpos[:] = 0.0
     mujoco.mj_kinematics(model, data)
@@ -156,24 +152,17 @@ def _read_mjcf(path: str) -> tuple[dict[str, Placed], Extra]:
 
 def _read_urdf(path: str) -> tuple[dict[str, Placed], Extra]:
     tree = read_urdf(path)
-    children = {joint.child: joint for joint in tree.joints}
+    before = {joint.child: joint for joint in tree.joints}
 
     def pose(link: str) -> Pose:
-        joint = children.get(link)
-        return Pose() if joint is None else pose(joint.parent) @ joint.origin
+        return pose(before[link].parent) @ before[link].origin if link in before else Pose()
 
-    def moving(link: str) -> str:
-        joint = children.get(link)
-        return moving(joint.parent) if joint is not None and joint.kind == "fixed" else link
-
-    placed, fixed = {}, {}
-    for joint in tree.joints:
-        there, body = pose(joint.child), tree.links[joint.child]
-        if joint.kind == "fixed":
-            fixed[joint.child] = (moving(joint.parent), body.mass if body is not None else 0.0)
-        else:
-            axis = np.array(joint.axis) / np.linalg.norm(joint.axis)
-            placed[joint.name] = Placed(there.p, there.R @ axis, joint.child, there)
+    placed, fixed = {}, Extra()
+    for joint in (joint for joint in tree.joints if joint.kind != "fixed"):
+        there, axis = pose(joint.child), np.array(joint.axis) / np.linalg.norm(joint.axis)
+        placed[joint.name] = Placed(there.p, there.R @ axis, joint.child, there)
+        on_it = ((name, tree.links[name]) for name, _ in tree.fixed_to(joint.child, there) if name != joint.child)
+        fixed |= {name: (joint.child, body.mass) for name, body in on_it if body is not None}
     return placed, fixed
 
 
@@ -279,8 +268,7 @@ def _matched(
     return names, moved
 
 
-Lines = Mapping[int, tuple[Array, Array]]
-"""Axes: a point and a direction each."""
+Lines = Mapping[int, tuple[Array, Array]]  # axes: a point and a direction each
 
 
 def _aligned(own: Lines, theirs: Lines, slides: set[int]) -> tuple[Array, Array]:

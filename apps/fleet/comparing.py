@@ -29,14 +29,10 @@ from ...model.friction import is_friction
 from ...model.regressors import payload_columns
 from .store import Log, Stored
 
-TINY = np.finfo(float).tiny ** 0.25
-"""No standard deviation of anything measured is smaller."""
-CHANCE = 1e-3
-"""Probability that recordings of one and the same thing are said to differ."""
-MASS = "mass"
-"""The payload's mass less what the controller was told [kg], as a quantity of a night."""
-FEWEST = 8
-"""Nights before the last one that tell what is usual; of fewer a median absolute deviation says little."""
+TINY = np.finfo(float).tiny ** 0.25  # no standard deviation of anything measured is smaller
+CHANCE = 1e-3  # probability that recordings of one and the same thing are said to differ
+MASS = "mass"  # the payload's mass less what the controller was told [kg], as a quantity of a night
+FEWEST = 8  # nights before the last one that tell what is usual; of fewer a median absolute deviation says little
 CHANGED = 5.0
 """z beyond which a change is told: a quiet series exceeds it once in 60 nights by 8 before, in 2,000 by 30."""
 _MAD = 1.4826  # standard deviations a median absolute deviation is of

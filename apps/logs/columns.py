@@ -213,10 +213,8 @@ class Naming:
         n, numbers = self.robot.n, {int(match[1]): name for name in names if (match := re.search(r"(\d+)$", name))}
         if len(names) == n and sorted(numbers) in (list(range(n)), list(range(1, n + 1))):
             return tuple(numbers[k] for k in sorted(numbers))
-        raise InputError(
-            f"{self.raw.path}: names joints {', '.join(names)}: give the {n} of the robot from base to tip by "
-            "--joints"
-        )
+        advice = f"give the {n} of the robot from base to tip by --joints"
+        raise InputError(f"{self.raw.path}: names joints {', '.join(names)}: {advice}")
 
     def _expanded(self, pattern: str) -> tuple[str, ...]:
         joints = self.joints if "{joint}" in pattern else ()
@@ -224,10 +222,8 @@ class Naming:
             raise InputError(f"{self.log_map.source}: {pattern!r}: name the joints: joints = [...], --joints")
         prefixes = self.known.prefixes
         if "*" in pattern and len(prefixes) > 1:
-            raise InputError(
-                f"{self.raw.path}: has several arms or topics ({', '.join(prefixes)}): name one's columns "
-                "in a log map"
-            )
+            several = f"has several arms or topics ({', '.join(prefixes)})"
+            raise InputError(f"{self.raw.path}: {several}: name one's columns in a log map")
         return self.known.expanded(pattern, joints, self.robot.n)
 
 

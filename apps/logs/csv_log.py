@@ -111,10 +111,8 @@ class _Text:
         if not any(names):
             raise InputError(f"{self._path}: is empty: a header line and rows of numbers are needed")
         if len(names) == 1:
-            raise InputError(
-                f"{self._path}: the header {names[0][:40]!r} has one column: separate columns by commas, "
-                "semicolons, tabs or blanks"
-            )
+            fault = f"the header {names[0][:40]!r} has one column"
+            raise InputError(f"{self._path}: {fault}: separate columns by commas, semicolons, tabs or blanks")
         if numbers:
             raise InputError(f"{self._path}: line {self._before} has numbers: add a header with column names")
         first = next((line for line in below if line.strip()), "")
@@ -216,10 +214,8 @@ class _Text:
             return InputError(f"{self._path}: the rows cannot be read as numbers")
         row, column = int(match[2]), int(match[3]) - 1
         place = f"line {self._before + 1 + row}" if self._per_row else self.place(row)
-        return InputError(
-            f"{self._path}: {place}, column {self.names[column]!r}: {match[1][:22]} is not a finite number: "
-            "correct or remove the row"
-        )
+        where = f"{self._path}: {place}, column {self.names[column]!r}"
+        return InputError(f"{where}: {match[1][:22]} is not a finite number: correct or remove the row")
 
 
 def _has_cells(line: str) -> bool:

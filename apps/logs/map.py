@@ -15,17 +15,14 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.schema import Real, Table, WrongKeyError, at, read_toml
 
-Texts = str | tuple[str, ...]
-"""One text stands for a list of it."""
+Texts = str | tuple[str, ...]  # one text stands for a list of it
 _Count = Annotated[int, Meta(ge=0)]
 DELIMITERS = {"comma": ",", "tab": "\t", "semicolon": ";", "space": None}
 """Separators of cells; None stands for any white space."""
-QUANTITIES = ("position", "velocity", "torque", "current")
-"""Quantities that are measured of each joint."""
+QUANTITIES = ("position", "velocity", "torque", "current")  # quantities that are measured of each joint
 REFERENCES = {"position_reference": "position", "torque_reference": "torque"}
 """What the controller wanted of each joint, and the quantities it belongs to; ``read_following`` reads it."""
-FORMS = {"rotation_vector": 3, "rpy": 3, "quaternion": 4}
-"""Ways to write axes, and their number of columns."""
+FORMS = {"rotation_vector": 3, "rpy": 3, "quaternion": 4}  # ways to write axes, and their number of columns
 _ANGLE = {"rad": 1.0, "deg": math.pi / 180.0, "rev": 2.0 * math.pi, "m": 1.0, "mm": 1e-3}
 _UNITS = {
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
@@ -62,8 +59,7 @@ def known_unit(text: str) -> bool:
     return any(_spelt(text) in units for units in _UNITS.values())
 
 
-LONGEST_NAME = 1000
-"""Letters of a column's name; what looks for numbers and units in longer ones would take hours."""
+LONGEST_NAME = 1000  # letters of a column's name; what looks for numbers and units in longer ones would take hours
 
 
 def with_unit(name: str) -> tuple[str, str]:
@@ -333,10 +329,8 @@ def read_log_map(path: str | Path) -> LogMap:
     return replace(read_toml(path, LogMap), source=str(path))
 
 
-COMMAND_LINE = "command line"
-"""Source of a map that no file gives."""
-_TYPED = {"sign": "signs", "joints": "--joints"}
-"""Keys of a map as they are typed."""
+COMMAND_LINE = "command line"  # source of a map that no file gives
+_TYPED = {"sign": "signs", "joints": "--joints"}  # keys of a map as they are typed
 
 
 def with_flags(

@@ -34,8 +34,7 @@ _READERS: dict[str, Callable[[Path, Layout], RawLog]] = {
     ".db3": ros_bag,
 }
 """Readers by ending; everything else is text."""
-LogPath = str | Path | Sequence[str | Path]
-"""A file or folder, or the files of one recording, one a signal."""
+LogPath = str | Path | Sequence[str | Path]  # a file or folder, or the files of one recording, one a signal
 SUFFIXES = (".csv", ".csv.gz", ".tsv", ".tsv.gz", *_READERS)
 """Endings of the files of a folder that are taken for logs."""
 _MOVES = 1e-3  # rad or m: a joint that covers less does not move
@@ -352,10 +351,8 @@ def read_tool_poses(path: LogPath, robot: Robot, log_map: LogMap | None = None) 
         norms = np.linalg.norm(turn, axis=1)
         k = int(np.argmax(abs(norms - 1.0)))
         if abs(norms[k] - 1.0) > 0.01:
-            raise InputError(
-                f"{raw.path}: {raw.place(k)}, columns {', '.join(pose.rotation)}: a quaternion of length "
-                f"{norms[k]:.3g}: it must be 1"
-            )
+            where = f"{raw.path}: {raw.place(k)}, columns {', '.join(pose.rotation)}"
+            raise InputError(f"{where}: a quaternion of length {norms[k]:.3g}: it must be 1")
         turned = Rotation.from_quat(turn)
     else:
         turn = turn * factor("position", pose.rotation_unit)

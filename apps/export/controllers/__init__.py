@@ -5,5 +5,4 @@ Every format gives one small text that says frame, reference point, order, units
 
 from ..format import formats
 
-FORMATS = formats(__name__, __path__)
-"""Every format by its name on the command line."""
+FORMATS = formats(__name__, __path__)  # every format by its name on the command line

@@ -6,5 +6,4 @@ when it writes the model again; what a format has no place for is said.
 
 from ..format import formats
 
-FORMATS = formats(__name__, __path__)
-"""Every format by its name on the command line."""
+FORMATS = formats(__name__, __path__)  # every format by its name on the command line
