@@ -70,12 +70,7 @@ class Client(AbstractContextManager["Client"]):
     rate: float  # samples a second that were asked for [Hz], once it was started
 
     def __init__(self, host: str, port: int = PORT) -> None:
-        """Connect and agree on the protocol.
-
-        Raises:
-            InputError: if the name is not resolved or nothing answers within 2.5 s each, or what answers does not
-                speak version 2 within 2.5 s more; within 5 s in all.
-        """
+        """Connect and agree on the protocol, or tell within 5 s why not."""
         self.host = f"{host}:{port}"
         self._buffer, self._number, self._fault, self._last = bytearray(), 0, "", 0.0
         latest = time.monotonic() + _AGREED
@@ -99,8 +94,7 @@ class Client(AbstractContextManager["Client"]):
     def start(self, fields: Sequence[str] = FIELDS, rate: float | None = None) -> None:
         """Start the samples of all fields that the controller has, ``rate`` [Hz] a second, the fastest by default.
 
-        Raises:
-            InputError: if the controller refuses, has not a field that is needed, or sends one as no type of RTDE.
+        A controller that refuses, or has not a field that is needed, is an ``InputError``.
         """
         self.rate = rate or (500.0 if self.version[0] >= _CB_SERIES else 125.0)
         kinds, asked = dict.fromkeys(fields, ""), tuple[str, ...]()
@@ -127,8 +121,7 @@ class Client(AbstractContextManager["Client"]):
     def take(self, wait: float = 0.1) -> Samples:
         """Samples that have come since the last call, or come within ``wait`` [s]; the system keeps them.
 
-        Raises:
-            InputError: when there are none left, and why no more come.
+        When there are none left, an ``InputError`` tells why no more come.
         """
         until, samples = time.monotonic() + wait, list[bytes]()
         try:
@@ -313,13 +306,10 @@ class Recorder:
 
 
 def program(command: str) -> str:
-    """A secondary program that runs one command.
+    """A secondary program that runs one call of ``set_target_payload``; anything else is a ``ValueError``.
 
     A program that begins with ``sec`` runs beside the one that moves the arm, may not move it and takes none of its
     time (URScript manual, secondary programs).
-
-    Raises:
-        ValueError: if it is anything but one call of ``set_target_payload``.
     """
     inside = command.removeprefix("set_target_payload(").removesuffix(")")
     if len(inside) != len(command) - len("set_target_payload()") or not set(inside) <= set("0123456789.,+-e[] "):

@@ -96,25 +96,16 @@ class XmlEdits:
         self._changes.append((spot.begin, spot.inside, tag))
 
     def put(self, above: Spot, elements: "Sequence[ElementTree.Element[Any]]", old: Spot | None = None) -> None:
-        """Put elements into another one: in the place of one in it, or first."""
-        text = self._indented(above, elements)
+        """Put elements into another one, each on lines of its own: in the place of one in it, or first."""
+        before = self._text[: above.begin].rpartition("\n")[2]
+        margin = f"\n{before if before.isspace() else ''}  "
+        text = "".join(margin + xml_text(each).replace("\n", margin) for each in elements)
         if old is not None:
             self._changes.append((old.begin, old.end, text.lstrip()))
         elif above.inside < above.end:
             self._changes.append((above.inside, above.inside, text))
         else:
             self._changes.append((above.inside - 2, above.inside, f">{text}</{above.tag}>"))
-
-    def add(self, above: Spot, elements: "Sequence[ElementTree.Element[Any]]") -> None:
-        """Put elements last into one that is not empty."""
-        position = len(self._text[: self._text.rindex("<", above.begin, above.end)].rstrip())
-        self._changes.append((position, position, self._indented(above, elements)))
-
-    def _indented(self, above: Spot, elements: "Sequence[ElementTree.Element[Any]]") -> str:
-        """Elements as text, each on lines of its own, as far in as they are to stand."""
-        before = self._text[: above.begin].rpartition("\n")[2]
-        margin = f"\n{before if before.isspace() else ''}  "
-        return "".join(margin + xml_text(each).replace("\n", margin) for each in elements)
 
     def text(self) -> str:
         """The text with all changes."""
@@ -173,11 +164,7 @@ TURNED = math.radians(0.5)  # by how much it may be turned
 def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[str, list[str]]:
     """Put a robot's numbers, below lines at the head, into an MJCF or URDF file ("mjcf" or "urdf").
 
-    Returns:
-        The model's text; what did not match, and what must be known.
-
-    Raises:
-        InputError: if the file cannot be used, no joint matches, or its geometry is not the robot's.
+    Returns the model's text; what did not match, and what must be known. A file of another geometry is refused.
     """
     of_mujoco = kind == "mjcf"
     model = XmlEdits(path)
@@ -185,8 +172,7 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[
     if of_mujoco and any(spot.values.get("inertiafromgeom") == "true" for spot in model.spots):
         raise InputError(f'{path}: inertiafromgeom="true" makes MuJoCo pass over inertials: set it to auto')
     names, moved = _matched(whole, placed, path)
-    root, coupled = model.spots[0], whole.robot.coupling
-    model.put(root, [Comment(f" {plain(line)} ") for line in head])
+    coupled = whole.robot.coupling
     both = of_mujoco and coupled is not None and {joint - 1 for joint in coupled.joints} <= names.keys()
     drives = whole.drives if both else whole.apart
     for j, name in names.items():
@@ -204,12 +190,12 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[
             if dynamics := model.within(joint, "dynamics"):
                 model.set(dynamics, values)
             elif values:
-                model.add(joint, [element("dynamics", values)])
+                model.put(joint, [element("dynamics", values)])
         model.put(link, [marks, inertial], model.within(link, "inertial"))
-    if of_mujoco:
-        joints = tuple(names.get(j, "") for j in range(whole.robot.n))
-        tendon = [element("tendon", {}, *mjcf.coupled_tendon(whole, joints))] if both else []
-        model.add(root, [mjcf.custom(whole), *tendon])
+    joints = tuple(names.get(j, "") for j in range(whole.robot.n))
+    tendon = [element("tendon", {}, *mjcf.coupled_tendon(whole, joints))] if both else []
+    comments = [Comment(f" {plain(line)} ") for line in head]
+    model.put(model.spots[0], [*comments, *([mjcf.custom(whole)] if of_mujoco else []), *tendon])
     notes = list[str]()
     if missing := [joint for j, joint in enumerate(whole.joint_names) if j not in names]:
         notes.append(f"Joints of {whole.robot.name} that are not in {path}: {', '.join(missing)}.")

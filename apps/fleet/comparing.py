@@ -181,11 +181,7 @@ def farness(line: Series) -> float:
 
 
 def arm_of(recordings: Sequence[Stored]) -> Arm:
-    """An arm by its recordings, which name it and the day.
-
-    Raises:
-        InputError: if one does not, or a recording does not determine what is asked of it.
-    """
+    """An arm by its recordings; refused where one does not name it and the day, or does not determine it."""
     for log in (recording.log for recording in recordings):
         if log.arm is None or log.day is None:
             raise InputError(f"{log.file}: its arm and day are not known: give --pattern to reduce")

@@ -201,11 +201,7 @@ def process_pool(workers: int) -> Iterator[Executor]:
 
 @contextmanager
 def dask_executor(address: str) -> Iterator[tuple[Executor, int]]:
-    """The workers of a running Dask scheduler, "tcp://host:8786", and their number.
-
-    Raises:
-        InputError: if Dask is not installed, no scheduler answers, or it has no workers.
-    """
+    """Workers of a running Dask scheduler, "tcp://host:8786", and their number; refused where there are none."""
     distributed = extra("distributed", "--cluster needs Dask: pip install 'dynident[fleet]'")
     try:
         client = distributed.Client(address, timeout=10, set_as_default=False)

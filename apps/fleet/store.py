@@ -88,12 +88,9 @@ def found_logs(paths: Sequence[str]) -> tuple[str, ...]:
 
 
 def catalog(logs: Sequence[str], pattern: str = "") -> tuple[Log, ...]:
-    """Tell by each log's path what is known of it.
+    """Tell by each log's path what is known of it; a pattern that no path has is refused.
 
     ``pattern`` is the end of a path, "{arm}/{day}.csv": words of ``KNOWN`` in braces, ``*`` for anything else.
-
-    Raises:
-        InputError: for a pattern that no path has.
     """
     if not pattern:
         return tuple(map(Log, logs))

@@ -2,7 +2,6 @@
 
 import csv
 import gzip
-import io
 import re
 import zlib
 from bisect import bisect_right
@@ -11,7 +10,7 @@ from contextlib import contextmanager
 from functools import partial
 from itertools import chain, islice
 from pathlib import Path
-from typing import IO, Any, cast
+from typing import IO, Any
 
 import numpy as np
 
@@ -169,7 +168,7 @@ class _Text:
             raise InputError(f"{self._path}: {values.size} numbers are not a multiple of {per_row}: it is cut")
         return values.reshape(-1, per_row)[:, wanted] if per_row else values
 
-    def _lines(self, text: io.TextIOBase) -> Iterator[str]:
+    def _lines(self, text: IO[str]) -> Iterator[str]:
         """Lines of a text, which may be packed: one of 10 GB takes 10 MB."""
         for number, line in enumerate(iter(partial(text.readline, _SAMPLE), ""), 1):
             if len(line) == _SAMPLE:
@@ -238,8 +237,8 @@ def _cells(line: str, delimiter: str | None) -> list[str]:
 def _encoding(path: Path) -> str:
     if path.suffix.lower() in _SPREADSHEETS and path.is_file():
         raise InputError(f"{path}: a spreadsheet: save it as CSV (Excel: Save As, 'CSV UTF-8') and give that file")
-    with _binary(path) as stream:
-        sample = stream.read(_SAMPLE)
+    with _opened(path, "latin-1") as text:
+        sample = text.read(_SAMPLE).encode("latin-1")
     for magic, advice in _NOT_TEXT.items():
         if sample.startswith(magic):
             raise InputError(f"{path}: {advice}")
@@ -287,20 +286,14 @@ def _delimiter(usual: str, header: str, below: Sequence[str]) -> str | None:
 
 
 @contextmanager
-def _opened(path: Path, encoding: str) -> Iterator[io.TextIOBase]:
+def _opened(path: Path, encoding: str) -> Iterator[IO[str]]:
     """Open a text file, plain or gzip; what is no text of its encoding comes as a mark, for a number is none."""
     errors = "replace" if encoding.startswith("utf-16") else "surrogateescape"
-    with _binary(path) as binary, io.TextIOWrapper(binary, encoding=encoding, errors=errors, newline="") as text:
-        yield text
-
-
-@contextmanager
-def _binary(path: Path) -> Iterator[IO[bytes]]:
     try:
         with path.open("rb") as stream:
             packed = path.suffix.lower() == ".gz" or stream.read(2) == b"\x1f\x8b"
-        with gzip.open(path, "rb") if packed else path.open("rb") as binary:
-            yield cast(IO[bytes], binary)
+        with (gzip.open if packed else open)(path, "rt", encoding=encoding, errors=errors, newline="") as text:
+            yield text
     except FileNotFoundError:
         raise InputError(f"{path}: no such file: check the path") from None
     except UnicodeError:

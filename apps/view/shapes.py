@@ -80,11 +80,7 @@ def _affine(axes: Array, origin: Array) -> Array:
 
 
 def looks_of(robot: Robot, colour: Colour) -> tuple[list[Shape], set[int], list[str]]:
-    """Meshes of a robot's links; a link one of whose files is missing or cannot be read has none.
-
-    Returns:
-        The shapes, the numbers of the links that have them, and what could not be drawn.
-    """
+    """Meshes of a robot's links, the numbers of the links that have them, and what could not be drawn."""
     links = robot.links.meshes if robot.links is not None else ()
     most = _FACES // max(sum(map(len, links)), 1)
     shapes, failures = list[Shape](), dict[str, str]()
