@@ -1,6 +1,7 @@
 """Packages that only some formats need, and tables as Parquet, by one of them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,18 @@ def extra(module: str, refusal: str) -> Any:
         return import_module(module)
     except ImportError:
         raise InputError(refusal) from None
+
+
+@contextmanager
+def reading(path: Path, kind: str, remedy: str = "save or copy it again") -> Iterator[None]:
+    """Turn whatever a library finds wrong with a file of this kind into one line."""
+    try:
+        yield
+    except InputError:
+        raise
+    except Exception as error:  # of the library, of databases and of archives within, where a byte is wrong
+        reason = " ".join(str(error).split())[:200] or type(error).__name__
+        raise InputError(f"{path}: not {kind}, or a damaged one ({reason}): {remedy}") from None
 
 
 def mujoco_model(path: str | Path) -> tuple[Any, Any]:

@@ -13,9 +13,9 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ..extras import extra
+from ..extras import extra, reading
+from .columns import RawLog
 from .map import Layout
-from .table import RawLog, reading
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _MATRIX, _COMPRESSED = 14, 15

@@ -1,4 +1,4 @@
-"""Columns of a log that are used: those of recorders that are known, standard names, patterns, names of joints.
+"""Columns of a log, and which are used: of recorders that are known, standard names, patterns, names of joints.
 
 One table serves text, arrays, Parquet and bags alike; near misses of its names are errors.
 """
@@ -6,23 +6,58 @@ One table serves text, arrays, Parquet and bags alike; near misses of its names 
 import difflib
 import math
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import Robot
-from .map import QUANTITIES, LogMap, listed, repeated, standard_pose
-from .table import RawLog
+from .map import LONGEST_NAME, QUANTITIES, LogMap, listed, repeated, standard_pose
 
 _TIME = re.compile(r"(?:t|time|timestamp|time_?stamp|stamp|__time)(?:_(s|sec|ms|msec|us|ns|nsec))?", re.IGNORECASE)
 _SUFFIXES = {"sec": "s", "msec": "ms", "nsec": "ns"}
+_HUGE = 1e30  # a time in nanoseconds is 2e18
 _ALIASES = {
     "time": "t", "timestamp": "t", "position": "q", "pos": "q", "velocity": "qd", "vel": "qd", "speed": "qd",
     "dq": "qd", "qdot": "qd", "torque": "tau", "tq": "tau", "current": "i", "cur": "i",
 }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class RawLog:
+    """A log that is open for reading, its numbers as they stand there."""
+
+    path: Path  # file or folder
+    names: tuple[str, ...]  # of all its columns
+    read: Callable[[Sequence[str]], Array]  # gives all rows of the columns that are asked for, in that order
+    place: Callable[[int], str] = lambda row: f"row {row + 1}"  # tells where a row stands; rows count from 0
+    joints: tuple[str, ...] = ()  # names, where the format has them
+    units: Mapping[str, str] = field(default_factory=dict)  # of columns, where the file names them
+    notes: Callable[[], tuple[str, ...]] = tuple  # on how it was read; after its rows were read, on these too
+    gain_sigma: float | None = None  # relative error of its torques' scale, where the file tells it
+
+    def __post_init__(self) -> None:
+        """Refuse names that no recorder writes."""
+        if longest := next((name for name in self.names if len(name) > LONGEST_NAME), ""):
+            where = f"{self.path}: the column name that begins {longest[:20]!r} has {len(longest)} characters"
+            raise InputError(f"{where}: is the first line a header? give short names")
+
+    def whole(self, columns: Sequence[str]) -> Array:
+        """All rows of the columns, rows x ``len(columns)``; refused where one is no time, place or torque."""
+        values = np.ascontiguousarray(self.read(columns))
+        if not (good := np.abs(values) < _HUGE).all():
+            row, column = np.argwhere(~good)[0]
+            bad = values[row, column]
+            fault = f"{bad} is {'too large a number' if np.isfinite(bad) else 'not a finite number'}"
+            where = f"{self.path}: {self.place(int(row))}, column {columns[column]!r}"
+            raise InputError(f"{where}: {fault}: correct or remove the row")
+        return values
 
 
 @dataclass(frozen=True)

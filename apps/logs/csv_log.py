@@ -16,8 +16,8 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from .columns import RawLog
 from .map import DELIMITERS, Layout, known_unit, with_unit
-from .table import RawLog
 
 _SAMPLE = 1 << 17  # bytes that a dialect is found out from, and letters that a line may have
 _MOST_PASSED = 1_000_000  # lines without numbers

@@ -20,11 +20,10 @@ from ...estimation.signals.repeats import frozen_rows, without_held
 from ...estimation.signals.rows import cut, origin, pieces, typical_step
 from ...model import Processing, Recording, Robot
 from .arrays_log import mat_log, npz_log, parquet_log
-from .columns import PLAIN, Naming, check_missing, choose, in_a_row, recognised, time_column
+from .columns import PLAIN, Naming, RawLog, check_missing, choose, in_a_row, recognised, time_column
 from .csv_log import csv_log
 from .map import SHORT, SI, Layout, LogMap, Quantity, factor, standard_pose
 from .ros_bag import ros_bag
-from .table import RawLog
 
 _READERS: dict[str, Callable[[Path, Layout], RawLog]] = {
     ".npz": npz_log,

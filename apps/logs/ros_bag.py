@@ -12,9 +12,9 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ..extras import extra
+from ..extras import extra, reading
+from .columns import RawLog
 from .map import Layout
-from .table import RawLog, reading
 
 _FRANKA, _DYNAMIC = "franka_msgs/msg/FrankaRobotState", "control_msgs/msg/DynamicJointState"
 _TYPES = (_FRANKA, "sensor_msgs/msg/JointState", _DYNAMIC)
