@@ -48,7 +48,7 @@ def plain(line: str) -> str:
     return text.replace("--", "- -").replace("--", "- -").replace("*/", "* /").rstrip("\\")
 
 
-def formats(package: str, folders: Iterable[str]) -> dict[str, Format[Any]]:
-    """Formats by name: each is the ``FORMAT`` of one file of a package, whose ``__path__`` is given."""
-    names = sorted(module.name for module in iter_modules(folders))
-    return {name: replace(import_module(f"{package}.{name}").FORMAT, name=name) for name in names}
+def formats(package: str, folders: Iterable[str], constant: str = "FORMAT") -> dict[str, Format[Any]]:
+    """Formats by name: each is a constant of one file of a package, whose ``__path__`` is given."""
+    modules = {module.name: import_module(f"{package}.{module.name}") for module in iter_modules(folders)}
+    return {name: replace(getattr(module, constant), name=name) for name, module in sorted(modules.items())}
