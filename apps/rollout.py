@@ -22,9 +22,10 @@ from ..estimation.results.parts import Horizon, Rollout
 from ..estimation.signals.filtering import lowpass, measurement, slopes
 from ..estimation.signals.rows import least_speed
 from ..model import BaseParameters, Processing, Recording, Robot, base_parameters, forward_dynamics_base
-from ..model.dynamics import SMOOTHING, dry_friction_names, runge_kutta, smooth_dry_friction, stable_steps
+from ..model.dynamics import SMOOTHING, dry_friction_names, smooth_dry_friction, stable_steps
 from ..model.kernel.kernel import Kernel
 from ..model.motion import Measurement
+from ..trajectories.simulation.closed_loop import integration_step
 from .extras import mujoco_model
 
 HORIZONS = (0.1, 0.5, 1.0, 2.0)  # s: after which times the error is stated, unless others are asked for
@@ -64,73 +65,45 @@ class IdentifiedArm:
         self._level = np.array([known.get(name, 0.0) for name in dry_friction_names(robot)])
         self._friction = smooth_dry_friction(robot, SMOOTHING)
         self._forward = forward_dynamics_base(robot, base, SMOOTHING)
-        self._step = Kernel(self._integration_step(robot.n))
-
-    def _integration_step(self, n: int) -> ca.Function:
-        """``step(x, start, middle, end, shared)`` to x after the step, then the torque at its start, 3 n x 1.
-
-        x holds q and qd; start, middle and end hold torque, position and speed of the path; shared the parameters,
-        gains of position and speed, and the step.
-        """
-        x = ca.SX.sym("x", 2 * n)
-        start, middle, end = (ca.SX.sym(name, 3 * n) for name in ("start", "middle", "end"))
-        shared = ca.SX.sym("shared", len(self._chi) + 2 * n + 1)
-        chi, kp, kd, h = ca.vertsplit(shared, np.cumsum([0, len(self._chi), n, n, 1]).tolist())
-
-        def torque_of(x: ca.SX, path: ca.SX) -> ca.SX:
-            q, qd = ca.vertsplit(x, n)
-            torque, along, speed = ca.vertsplit(path, n)
-            return torque + kp * (along - q) + kd * (speed - qd)
-
-        def slope(x: ca.SX, path: ca.SX) -> ca.SX:
-            q, qd = ca.vertsplit(x, n)
-            return ca.vertcat(qd, self._forward(q, qd, torque_of(x, path), chi))
-
-        after = runge_kutta(slope, x, h, (start, middle, end))
-        out = ca.cse(ca.densify(ca.vertcat(after, torque_of(x, start))))
-        return ca.Function("rollout_step", [x, start, middle, end, shared], [out])
+        self._step = Kernel(integration_step(robot, base, 0))
 
     def positions(self, q: Array, qd: Array, torque: Array, step: float) -> Array:
         """Positions under torques alone; see ``Predict``."""
-        path = np.concatenate([torque, np.zeros((*torque.shape[:2], 2 * self.robot.n))], axis=2)
-        none = np.zeros(self.robot.n)
-        positions, _ = self._run(q, qd, path, step, none, none)
-        return positions
+        path = np.concatenate([np.zeros((*torque.shape[:2], 2 * self.robot.n)), torque], axis=2)
+        return self._run(q, qd, path, step, np.zeros(self.robot.n))[0]
 
     def followed(self, q: Array, qd: Array, step: float) -> tuple[Array, Array]:
-        """Positions and torques of a controller kp (q_r - q) + kd (qd_r - qd) that follows paths, S x K x n."""
+        """Positions and torques of a critically damped controller that follows paths, S x K x n."""
         inertia = np.mean([np.diag(np.linalg.inv(mobility)) for mobility in self._mobilities(q)], axis=0)
-        path = np.concatenate([np.zeros_like(q), q, qd], axis=2)
-        gains = _BANDWIDTH**2 * inertia, 2.0 * _BANDWIDTH * inertia
-        return self._run(q[:, 0], qd[:, 0], path, step, *gains)
+        return self._run(q[:, 0], qd[:, 0], np.concatenate([q, qd, np.zeros_like(q)], axis=2), step, inertia)
 
-    def _run(self, q: Array, qd: Array, path: Array, step: float, kp: Array, kd: Array) -> tuple[Array, Array]:
-        count = self._steps(q, kp, kd, step)
-        shared = np.concatenate([self._chi, kp, kd, [step / count]])
-        n, samples = self.robot.n, path.shape[1]
+    def _run(self, q: Array, qd: Array, path: Array, step: float, inertia: Array) -> tuple[Array, Array]:
+        """``path``: positions, speeds, torques beside the controller's, S x K x 3 n; no inertia, no controller."""
+        count, n, samples = self._steps(q, inertia, step), self.robot.n, path.shape[1]
+        settings = np.concatenate([[step / count, 0.5 * _BANDWIDTH, 2.0 * _BANDWIDTH, 0.0], inertia, np.zeros(n)])
         positions, torques = (np.empty((len(q), samples, n)) for _ in range(2))
-        x = np.hstack([q, qd])
+        x = np.hstack([q, qd, np.zeros_like(q)])
         with np.errstate(all="ignore"):  # a start that diverges ends as nan and is counted as such
             for k in range(0, samples, _AT_ONCE):
                 part = np.arange(k, min(k + _AT_ONCE, samples))
                 halves = _half_steps(path[:, [*part, min(part[-1] + 1, samples - 1)]], 2 * count, step)
-                out = self._step.chain(
-                    x, *(halves[h : len(halves) - 2 + h : 2] for h in range(3)), shared
-                ).swapaxes(1, 2)
-                states = np.concatenate([x[None], out[:, :, : 2 * n]])
+                wanted = (halves[h : len(halves) - 2 + h : 2] for h in range(3))
+                out = self._step.chain(x, *wanted, self._chi, self._level, settings).swapaxes(1, 2)
+                states = np.concatenate([x[None], out[:, :, : 3 * n]])
                 positions[:, part] = states[:-1:count, :, :n].swapaxes(0, 1)
-                torques[:, part] = out[::count, :, 2 * n :].swapaxes(0, 1)
+                torques[:, part] = out[::count, :, 3 * n : 4 * n].swapaxes(0, 1)
                 x = states[-1]
         return positions, torques
 
-    def _steps(self, q: Array, kp: Array, kd: Array, step: float) -> int:
+    def _steps(self, q: Array, inertia: Array, step: float) -> int:
         """Steps per sample that integrate the stiffest mode stably: dry friction about rest, or the controller."""
         n, mobilities = self.robot.n, self._mobilities(q)
         speed = ca.SX.sym("qd", n)
         slope = ca.jacobian(self._friction(speed, self._level), speed)
-        damping = np.array(ca.Function("slope", [speed], [ca.densify(slope)])(np.zeros(n))) + np.diag(kd)
+        slopes = np.array(ca.Function("slope", [speed], [ca.densify(slope)])(np.zeros(n)))
+        damping, stiffness = slopes + np.diag(2.0 * _BANDWIDTH * inertia), np.diag(_BANDWIDTH**2 * inertia)
         rate = max(np.abs(np.linalg.eigvals(mobility @ damping)).max() for mobility in mobilities)
-        spring = max(np.abs(np.linalg.eigvals(mobility @ np.diag(kp))).max() ** 0.5 for mobility in mobilities)
+        spring = max(np.abs(np.linalg.eigvals(mobility @ stiffness)).max() ** 0.5 for mobility in mobilities)
         count = max(1, int(np.ceil(step / _STEP - 1e-9)), stable_steps(max(rate, spring), step))
         if count > _FINEST:
             j = int(np.argmax(np.max([np.diag(m @ damping) for m in mobilities], axis=0))) + 1
@@ -170,10 +143,10 @@ def _half_steps(path: Array, count: int, step: float) -> Array:
     """
     from scipy.interpolate import CubicHermiteSpline, make_interp_spline
 
-    torque, q, qd = np.split(path.swapaxes(0, 1), 3, axis=2)
+    q, qd, torque = np.split(path.swapaxes(0, 1), 3, axis=2)
     t = np.arange(len(q))
     fine, along = np.linspace(0.0, t[-1], count * t[-1] + 1), CubicHermiteSpline(t, q, step * qd)
-    return np.concatenate([make_interp_spline(t, torque, 1)(fine), along(fine), along(fine, 1) / step], axis=2)
+    return np.concatenate([along(fine), along(fine, 1) / step, make_interp_spline(t, torque, 1)(fine)], axis=2)
 
 
 def mujoco_arm(path: str | Path, robot: Robot) -> Predict:
