@@ -20,14 +20,8 @@ _OF_BOTH = "give the --json of 'dynident identify', or of 'dynident payload --un
 def shown_noise(path: str | Path) -> tuple[Array, float]:
     """Torque errors of an earlier recording, what their memory adds included.
 
-    Args:
-        path: JSON of ``dynident identify`` or ``payload``; NPZ of their ``--npz``, whose memory is not known.
-
-    Returns:
-        Standard deviation of each joint [N·m or N], shape (n,), and independent samples a second [Hz].
-
-    Raises:
-        InputError: if the file is neither, or tells no errors.
+    Of a JSON of ``dynident identify`` or ``payload``, or the NPZ of their ``--npz``, whose memory is not known: the
+    standard deviation of each joint [N·m or N], shape (n,), and independent samples a second [Hz].
     """
     if _is_npz(path):
         Equations.load(path)
@@ -79,10 +73,8 @@ def _factor(path: str | Path, noise: Array | None) -> Earlier:
         rows = problem.stacked(None if noise is None else 1.0 / noise)[:, :-1]
         return Earlier(problem.columns, np.sqrt(problem.independent) * rows)
     if noise is None:
-        raise InputError(
-            f"{path}: a covariance holds no unweighted rows, which condition numbers need: give the --npz of "
-            "'dynident identify'"
-        )
+        fault = "a covariance holds no unweighted rows, which condition numbers need"
+        raise InputError(f"{path}: {fault}: give the --npz of 'dynident identify'")
     estimate = read_stored_robot(path).estimate
     try:
         lower = np.linalg.cholesky(estimate.covariance)

@@ -1,6 +1,7 @@
 """Packages that only some formats need, and tables as Parquet, by one of them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,29 @@ def extra(module: str, refusal: str) -> Any:
         return import_module(module)
     except ImportError:
         raise InputError(refusal) from None
+
+
+@contextmanager
+def reading(path: Path, kind: str, remedy: str = "save or copy it again") -> Iterator[None]:
+    """Turn whatever a library finds wrong with a file of this kind into one line."""
+    try:
+        yield
+    except InputError:
+        raise
+    except Exception as error:  # of the library, of databases and of archives within, where a byte is wrong
+        reason = " ".join(str(error).split())[:200] or type(error).__name__
+        raise InputError(f"{path}: not {kind}, or a damaged one ({reason}): {remedy}") from None
+
+
+def mujoco_model(path: str | Path) -> tuple[Any, Any]:
+    """The package MuJoCo, and a model by MJCF or URDF."""
+    mujoco = extra("mujoco", f"{path}: reading it needs MuJoCo: pip install 'dynident[simulators]'")
+    if not Path(path).is_file():
+        raise InputError(f"{path}: no such file")
+    try:
+        return mujoco, mujoco.MjModel.from_xml_path(str(path))
+    except ValueError as error:
+        raise InputError(f"{path}: MuJoCo cannot read it: {' '.join(str(error).split())}") from None
 
 
 def parquet_bytes(columns: Mapping[str, Any]) -> bytes:

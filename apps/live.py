@@ -24,8 +24,7 @@ from ..common.errors import InputError
 from ..common.files import write_bytes
 from .extras import parquet_bytes
 
-PORT, SCRIPT_PORT = 30004, 30002
-"""Ports of RTDE, and of the secondary client interface, which takes scripts."""
+PORT, SCRIPT_PORT = 30004, 30002  # ports of RTDE, and of the secondary client interface, which takes scripts
 TIME, POSITION, SPEED, CURRENT = "timestamp", "actual_q", "actual_qd", "actual_current"
 MASS, CENTRE, INERTIA, SAFETY = "payload", "payload_cog", "payload_inertia", "safety_mode"
 FIELDS = (
@@ -37,14 +36,10 @@ _TYPES = dict.fromkeys(FIELDS, "VECTOR6D") | {
     TIME: "DOUBLE", MASS: "DOUBLE", CENTRE: "VECTOR3D", "robot_mode": "INT32", SAFETY: "INT32",
 }  # fmt: skip
 """Their types by the maker's guide."""
-NEEDED = (TIME, POSITION, SPEED, CURRENT)
-"""Fields without which a recording says nothing."""
-Samples = np.ndarray[tuple[int], np.dtype[Any]]
-"""Consecutive samples, with the fields by name."""
+NEEDED = (TIME, POSITION, SPEED, CURRENT)  # fields without which a recording says nothing
+Samples = np.ndarray[tuple[int], np.dtype[Any]]  # consecutive samples, with the fields by name
 
-_REQUEST_VERSION, _CONTROLLER_VERSION, _MESSAGE = ord("V"), ord("v"), ord("M")
-_OUTPUTS, _START, _PAUSE, _DATA = ord("O"), ord("S"), ord("P"), ord("U")
-_KINDS = (_REQUEST_VERSION, _CONTROLLER_VERSION, _MESSAGE, _OUTPUTS, _START, _PAUSE, _DATA)
+_REQUEST_VERSION, _CONTROLLER_VERSION, _MESSAGE, _OUTPUTS, _START, _PAUSE, _DATA = _KINDS = b"VvMOSPU"
 _HEADER = struct.Struct(">HB")  # size of the packet with this header, and its type
 _FORMATS = {
     "BOOL": "?", "UINT8": "u1", "UINT32": ">u4", "UINT64": ">u8", "INT32": ">i4", "DOUBLE": ">f8",
@@ -60,39 +55,22 @@ _STILL = 2.0  # s: time that stands still for so many samples, or twice as long 
 _TICK = 1e-4  # s: steps of the clock that differ by less are one
 _MOVED = 0.17  # rad: a joint that has gone farther counts as moved
 _STOPS = {
-    3: "protective stop",
-    4: "recovery",
-    5: "safeguard stop",
-    6: "emergency stop of the system",
-    7: "emergency stop of the robot",
-    8: "violation",
-    9: "fault",
-}
+    3: "protective stop", 4: "recovery", 5: "safeguard stop", 6: "emergency stop of the system",
+    7: "emergency stop of the robot", 8: "violation", 9: "fault",
+}  # fmt: skip
 """Safety modes in which the arm does not move as it was told (the maker's guide, safety_mode)."""
-SUFFIXES = (".csv", ".csv.gz", ".parquet")
-"""Formats that a recording can be written in, by the file's name."""
+SUFFIXES = (".csv", ".csv.gz", ".parquet")  # formats that a recording can be written in, by the file's name
 
 
 class Client(AbstractContextManager["Client"]):
-    """A connection to a controller, to be used in a ``with``.
+    """A connection to a controller, to be used in a ``with``."""
 
-    Attributes:
-        host: in words, for messages.
-        version: of the controller's software: major, minor, bugfix, build.
-        layout: fields of a sample, once it was started.
-        rate: samples a second that were asked for [Hz], once it was started.
-    """
-
-    layout: np.dtype[Any]
-    rate: float
+    version: tuple[int, ...]  # of the controller's software: major, minor, bugfix, build
+    layout: np.dtype[Any]  # fields of a sample, once it was started
+    rate: float  # samples a second that were asked for [Hz], once it was started
 
     def __init__(self, host: str, port: int = PORT) -> None:
-        """Connect and agree on the protocol.
-
-        Raises:
-            InputError: if the name is not resolved or nothing answers within 2.5 s each, or what answers does not
-                speak version 2 within 2.5 s more; within 5 s in all.
-        """
+        """Connect and agree on the protocol, or tell within 5 s why not."""
         self.host = f"{host}:{port}"
         self._buffer, self._number, self._fault, self._last = bytearray(), 0, "", 0.0
         latest = time.monotonic() + _AGREED
@@ -104,7 +82,7 @@ class Client(AbstractContextManager["Client"]):
             answer = self._ask(_CONTROLLER_VERSION)
             if len(answer) != 16:
                 raise self._told("the controller does not tell its version")
-            self.version: tuple[int, ...] = struct.unpack(">4I", answer)
+            self.version = struct.unpack(">4I", answer)
         except BaseException:
             self._socket.close()
             raise
@@ -116,26 +94,24 @@ class Client(AbstractContextManager["Client"]):
     def start(self, fields: Sequence[str] = FIELDS, rate: float | None = None) -> None:
         """Start the samples of all fields that the controller has, ``rate`` [Hz] a second, the fastest by default.
 
-        Raises:
-            InputError: if the controller refuses, has not a field that is needed, or sends one as no type of RTDE.
+        A controller that refuses, or has not a field that is needed, is an ``InputError``.
         """
         self.rate = rate or (500.0 if self.version[0] >= _CB_SERIES else 125.0)
-        there, asked = tuple(fields), tuple[str, ...]()
-        while there != asked:  # an absent field makes a recipe unusable
-            asked = there
+        kinds, asked = dict.fromkeys(fields, ""), tuple[str, ...]()
+        while asked != tuple(kinds):  # an absent field makes a recipe unusable
+            asked = tuple(kinds)
             answer = self._ask(_OUTPUTS, struct.pack(">d", self.rate) + ",".join(asked).encode())
             types = answer[1:].decode("ascii", errors="replace").split(",")
             if len(types) != len(asked):
                 raise self._told(f"{len(types)} types for {len(asked)} fields: this is not RTDE")
-            kinds = dict(zip(asked, types, strict=True))
-            there = tuple(field for field in asked if kinds[field] != "NOT_FOUND")
-            if absent := [field for field in asked if field in NEEDED and field not in there]:
+            kinds = {field: kind for field, kind in zip(asked, types, strict=True) if kind != "NOT_FOUND"}
+            if absent := [field for field in asked if field in NEEDED and field not in kinds]:
                 raise self._told(f"the controller has no {', '.join(absent)}: nothing can be recorded from it")
-            for field in there:
-                if kinds[field] not in _FORMATS:
-                    raise self._told(f"{field} comes as {kinds[field]!r}, which is no type of RTDE")
-                if kinds[field] != (usual := _TYPES.get(field, kinds[field])):
-                    raise self._told(f"{field} comes as {kinds[field]} in the place of {usual}: is it RTDE?")
+            for field, kind in kinds.items():
+                if kind not in _FORMATS:
+                    raise self._told(f"{field} comes as {kind!r}, which is no type of RTDE")
+                if kind != (usual := _TYPES.get(field, kind)):
+                    raise self._told(f"{field} comes as {kind} in the place of {usual}: is it RTDE?")
         self._number = answer[0]
         self.layout = np.dtype([(field, _FORMATS[kind]) for field, kind in kinds.items()])
         if self._ask(_START)[:1] != b"\x01":
@@ -145,8 +121,7 @@ class Client(AbstractContextManager["Client"]):
     def take(self, wait: float = 0.1) -> Samples:
         """Samples that have come since the last call, or come within ``wait`` [s]; the system keeps them.
 
-        Raises:
-            InputError: when there are none left, and why no more come.
+        When there are none left, an ``InputError`` tells why no more come.
         """
         until, samples = time.monotonic() + wait, list[bytes]()
         try:
@@ -206,7 +181,7 @@ class Client(AbstractContextManager["Client"]):
 def _connected(host: str, port: int, hint: str, silent: str) -> socket.socket:
     """Open a socket, within 2.5 s for the name and 2.5 s for the host; ``hint`` and ``silent``: why there is none.
 
-    The system looks a name up for as long as it likes (30 s where the name server is silent): a thread asks it.
+    The system may look a name up for 30 s, where the name server is silent: a thread asks it.
     """
     address, found = f"{host}:{port}", Queue[Any]()
 
@@ -235,19 +210,13 @@ class Recorder:
     """Samples of one connection, in rising time.
 
     The controller's time stamps count, not the arrival: what is missing between them was dropped.
-
-    Attributes:
-        rate: samples a second that were asked for [Hz].
-        length: after it, in the controller's time, nothing is kept any more [s].
-        repeated: number of samples that came twice, and are kept once.
-        stops: what stopped the arm, with the time since the start [s].
     """
 
     def __init__(self, rate: float, length: float = math.inf) -> None:
-        """Begin an empty one, that ends after a length [s]."""
+        """Begin an empty one of ``rate`` samples a second [Hz], over after a ``length`` in its own time [s]."""
         self.rate, self.length = rate, length
-        self.count = self.repeated = 0
-        self.stops: list[tuple[float, str]] = []
+        self.count = self.repeated = 0  # samples that are kept, and those of them that came twice
+        self.stops: list[tuple[float, str]] = []  # what stopped the arm, with the time since the start [s]
         self._kept: list[Samples] = []
         self._steps = Counter[int]()
         self._lowest: Array = np.full(6, np.inf)
@@ -289,17 +258,15 @@ class Recorder:
             for k, now in enumerate(samples[TIME].tolist()):
                 if self.over:
                     break
-                step = now - self._last
+                step, after = now - self._last, f"after {self.seconds:.1f} s"
                 if not self.count:
                     self._first = now
                 elif not 0.0 <= step < 1e9:
-                    raise InputError(
-                        f"its time runs back after {self.seconds:.1f} s: was the controller restarted?"
-                    )
+                    raise InputError(f"its time runs back {after}: was the controller restarted?")
                 elif step == 0.0:
                     self.repeated, self._standing = self.repeated + 1, self._standing + 1
                     if max(self._standing * self.step, 0.5 * (time.monotonic() - self._ran)) > _STILL:
-                        raise InputError(f"the controller's time stopped after {self.seconds:.1f} s")
+                        raise InputError(f"the controller's time stopped {after}")
                     continue
                 else:
                     self._steps[max(round(step / _TICK), 1)] += 1
@@ -324,28 +291,25 @@ class Recorder:
         """Write what there is in the format of the name; a field of several numbers counts its columns from 0."""
         if not self.count:
             raise InputError(f"{path}: not written: no sample came")
-        samples = np.concatenate(self._kept)
+        samples, ending = np.concatenate(self._kept), Path(path).suffix.lower()
         columns: dict[str, Any] = {}
         for name in samples.dtype.names or ():
             values = samples[name].astype(samples[name].dtype.newbyteorder("="))
             several = {f"{name}_{k}": column for k, column in enumerate(values.T)} if values.ndim > 1 else {}
             columns |= several or {name: values}
-        if Path(path).name.lower().endswith(".parquet"):
-            write_bytes(path, parquet_bytes(columns))
-            return
-        rows = zip(*(map(repr, column.tolist()) for column in columns.values()), strict=True)
-        text = "".join(f"{','.join(row)}\n" for row in [tuple(columns), *rows]).encode()
-        write_bytes(path, text if Path(path).name.lower().endswith(".csv") else gzip.compress(text, mtime=0))
+        if ending == ".parquet":
+            content = parquet_bytes(columns)
+        else:
+            rows = zip(*(map(repr, column.tolist()) for column in columns.values()), strict=True)
+            content = "".join(f"{','.join(row)}\n" for row in [tuple(columns), *rows]).encode()
+        write_bytes(path, gzip.compress(content, mtime=0) if ending == ".gz" else content)
 
 
 def program(command: str) -> str:
-    """A secondary program that runs one command.
+    """A secondary program that runs one call of ``set_target_payload``; anything else is a ``ValueError``.
 
     A program that begins with ``sec`` runs beside the one that moves the arm, may not move it and takes none of its
     time (URScript manual, secondary programs).
-
-    Raises:
-        ValueError: if it is anything but one call of ``set_target_payload``.
     """
     inside = command.removeprefix("set_target_payload(").removesuffix(")")
     if len(inside) != len(command) - len("set_target_payload()") or not set(inside) <= set("0123456789.,+-e[] "):

@@ -43,8 +43,7 @@ import numpy as np
 from dynident.apps import results
 from dynident.apps.export.simulators import FORMATS
 from dynident.apps.logs.read import read_recording
-from dynident.apps.rollout.arm import mujoco_arm
-from dynident.apps.rollout.rollout import roll_out_all
+from dynident.apps.rollout import mujoco_arm, roll_out_all
 from dynident.benchmarks import invented
 from dynident.benchmarks.shared import UR10E_GAINS, options, recordings_folder, show
 from dynident.cli import main as main_of

@@ -16,8 +16,7 @@ from .. import results
 from ..report.documents import RolloutsDocument
 from ..report.sections.robot import robot_report
 from ..report.sections.rollout import rollout_report
-from ..rollout.arm import Predict, mujoco_arm
-from ..rollout.rollout import HORIZONS, roll_out_all
+from ..rollout import HORIZONS, Predict, mujoco_arm, roll_out_all
 from . import options, values
 from .entry import SETTING, Options, command
 from .progress import note, status

@@ -17,37 +17,21 @@ _ASCII = str.maketrans({"±": "+-", "·": " ", "ä": "ae", "ö": "oe", "ü": "ue
 
 @dataclass(frozen=True, kw_only=True)
 class Format(Generic[T]):
-    """A format that a payload, a robot or a motion (``T``) can be written in.
+    """A format that a payload, a robot or a motion (``T``) can be written in."""
 
-    Attributes:
-        title: whose format it is.
-        source: where it is documented.
-        head: what must be said beside the numbers, a line each.
-        write: the text below the head.
-        ready: what is written in the place of a value, such as one with fewer digits; refuses what has no place.
-        holds: what it has a place for beside what each format of its kind has.
-        remarks: what must be known of its numbers, a line each.
-        in_part: what it makes of a payload without inertia.
-        first_line: what must stand before the head.
-        comment: what goes before and after a line of the head.
-        beside: further files that belong to the text, by name.
-        replay: what a controller makes of a motion's file, by its own interpolation.
-        replayed: that in words, and advice where it does not keep a limit.
-    """
-
-    title: str
-    source: str
-    head: Callable[["Format[T]", T], Iterable[str]]
-    write: Callable[[T], str]
-    ready: Callable[[T], T] = lambda value: value
-    holds: frozenset[str] = frozenset()
-    remarks: tuple[str, ...] = ()
-    in_part: str = ""
-    first_line: str = ""
-    comment: tuple[str, str] = ("# ", "")
-    beside: Callable[[T], Mapping[str, str]] = lambda value: {}
-    replay: Callable[[T], "Plan"] | None = None
-    replayed: tuple[str, str] = ("", "")
+    title: str  # whose format it is
+    source: str  # where it is documented
+    head: Callable[["Format[T]", T], Iterable[str]]  # what must be said beside the numbers, a line each
+    write: Callable[[T], str]  # the text below the head
+    ready: Callable[[T], T] = lambda value: value  # what is written in a value's place; refuses what has no place
+    holds: frozenset[str] = frozenset()  # what it has a place for beside what each format of its kind has
+    remarks: tuple[str, ...] = ()  # what must be known of its numbers, a line each
+    in_part: str = ""  # what it makes of a payload without inertia
+    first_line: str = ""  # what must stand before the head
+    comment: tuple[str, str] = ("# ", "")  # what goes before and after a line of the head
+    beside: Callable[[T], Mapping[str, str]] = lambda value: {}  # further files that belong to the text, by name
+    replay: Callable[[T], "Plan"] | None = None  # what a controller makes of a motion's file, by its interpolation
+    replayed: tuple[str, str] = ("", "")  # that in words, and advice where it does not keep a limit
     name: str = ""
 
     def text(self, value: T) -> str:
@@ -64,7 +48,7 @@ def plain(line: str) -> str:
     return text.replace("--", "- -").replace("--", "- -").replace("*/", "* /").rstrip("\\")
 
 
-def formats(package: str, folders: Iterable[str]) -> dict[str, Format[Any]]:
-    """Formats by name: each is the ``FORMAT`` of one file of a package, whose ``__path__`` is given."""
-    names = sorted(module.name for module in iter_modules(folders))
-    return {name: replace(import_module(f"{package}.{name}").FORMAT, name=name) for name in names}
+def formats(package: str, folders: Iterable[str], constant: str = "FORMAT") -> dict[str, Format[Any]]:
+    """Formats by name: each is a constant of one file of a package, whose ``__path__`` is given."""
+    modules = {module.name: import_module(f"{package}.{module.name}") for module in iter_modules(folders)}
+    return {name: replace(getattr(module, constant), name=name) for name, module in sorted(modules.items())}

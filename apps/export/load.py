@@ -27,50 +27,31 @@ _EDGE = 1e-6
 """Share of the trace by which the two smaller principal moments must exceed the largest: controllers hold single
 precision, and some simulators check A + B >= C to the last digit.
 """
-_DIGITS = 10
-"""Significant digits where a hand may type them and no interval says how many there are."""
-_ALLOWED = 1.05
-"""By this ratio to the rated payload an estimate may err."""
-_HEAVIEST, _FARTHEST = 5000.0, 10.0
-"""kg and m: twice what the strongest arms carry, and farther than any reaches."""
+_DIGITS = 10  # significant digits where a hand may type them and no interval says how many there are
+_ALLOWED = 1.05  # by this ratio to the rated payload an estimate may err
+_HEAVIEST, _FARTHEST = 5000.0, 10.0  # kg and m: twice what the strongest arms carry, and farther than any reaches
 
 
 @dataclass(frozen=True)
 class ControllerLoad:
-    """One body and what must be said beside its numbers.
+    """One body and what must be said beside its numbers."""
 
-    Attributes:
-        body: the payload about the origin and in the axes of ``frame``.
-        frame: the frame, in words.
-        source: file, method and estimator the numbers come from.
-        verdict: level of the verdict.
-        reasons: for the verdict.
-        point_mass: the inertia is not to be used: only mass and centre of mass are written.
-        in_tool_frame: ``frame`` is a tool's, not the flange's.
-        flange: pose of the robot's flange in ``frame``, if that is another frame and it is known.
-        flange_source: who says so.
-        half_widths: of the narrowest 95 % intervals of mass, centre of mass and inertia, infinite where there is
-            none, by which numbers are rounded before they are written; None: they are not.
-        inertia_digits: decimals of the inertia [kg m^2], where it is rounded.
-        added: to each moment before, so that the rounded body can exist [kg m^2].
-        rated: payload by the arm's data sheet [kg]; inf where that is not known.
-        meters_per_unit: length of the unit of length [m], for formats that have units of their own (USD).
-    """
-
-    body: InertialParameters
-    frame: str
-    source: str
-    verdict: str
-    reasons: tuple[str, ...] = ()
-    point_mass: bool = False
-    in_tool_frame: bool = False
-    rated: float = math.inf
-    meters_per_unit: float = 1.0
-    flange: Pose | None = None
-    flange_source: str = ""
+    body: InertialParameters  # the payload about the origin and in the axes of ``frame``
+    frame: str  # in words
+    source: str  # file, method and estimator the numbers come from
+    verdict: str  # its level
+    reasons: tuple[str, ...] = ()  # for the verdict
+    point_mass: bool = False  # the inertia is not to be used: only mass and centre of mass are written
+    in_tool_frame: bool = False  # ``frame`` is a tool's, not the flange's
+    rated: float = math.inf  # payload by the arm's data sheet [kg], where that is known
+    meters_per_unit: float = 1.0  # length of the unit of length [m], for formats that have units of their own (USD)
+    flange: Pose | None = None  # pose of the robot's flange in ``frame``, if that is another frame and it is known
+    flange_source: str = ""  # who says so
+    # Of the narrowest 95 % intervals of mass, centre of mass and inertia, infinite where there is none, by which
+    # numbers are rounded before they are written; None: they are not.
     half_widths: tuple[float, ...] | None = None
-    inertia_digits: int | None = None
-    added: float = 0.0
+    inertia_digits: int | None = None  # decimals of the inertia [kg m^2], where it is rounded
+    added: float = 0.0  # to each moment before, so that the rounded body can exist [kg m^2]
 
     def __post_init__(self) -> None:
         """Refuse a load that no controller takes."""
@@ -106,8 +87,8 @@ class ControllerLoad:
     @property
     def beyond_rating(self) -> str:
         """Fault of a mass that the arm does not carry; empty for others."""
-        carried = not self.mass > _ALLOWED * self.rated
-        return "" if carried else f"a mass of {self.mass:.4g} kg, the arm carries {self.rated:g} kg"
+        text = f"a mass of {self.mass:.4g} kg, the arm carries {self.rated:g} kg"
+        return text if self.mass > _ALLOWED * self.rated else ""
 
     @property
     def against(self) -> str:
@@ -142,17 +123,14 @@ class ControllerLoad:
         """The load with as many digits as its intervals support: two of each half-width."""
         if self.half_widths is None:
             return self
-        of_mass, of_com, of_inertia = self.half_widths
-        mass = np.round(self.mass, _digits(np.array(self.mass), of_mass))
-        com = np.round(self.com, _digits(self.com, of_com))
-        digits, added, inertia = None, 0.0, self.inertia
-        if not self.point_mass:
-            digits = _digits(inertia, of_inertia)
-            unit = 10.0**-digits
-            inertia = np.round(inertia, digits)
-            # Rounding can make a thin body impossible; one unit is left for the rounding of principal moments.
-            while _excess(inertia) < unit:
-                inertia, added = np.round(inertia + unit * np.eye(3), digits), added + unit
+        values = (np.array(self.mass), self.com, self.inertia)
+        places = [_digits(value, half) for value, half in zip(values, self.half_widths, strict=True)]
+        mass, com, inertia = (np.round(value, digits) for value, digits in zip(values, places, strict=True))
+        digits, added = (None, 0.0) if self.point_mass else (places[2], 0.0)
+        unit = 10.0 ** -places[2]
+        # Rounding can make a thin body impossible; one unit is left for the rounding of principal moments.
+        while digits is not None and _excess(inertia) < unit:
+            inertia, added = np.round(inertia + unit * np.eye(3), digits), added + unit
         body = InertialParameters(ten_parameters(float(mass), com, inertia))
         return replace(self, body=body, half_widths=None, inertia_digits=digits, added=self.widened + added)
 
@@ -232,26 +210,19 @@ def load_of(
         label = f"inertia ASSUMED, not measured: {result.assumed.inertia}"
         source, reasons, point_mass = f"{source}, {label}", (*reasons, label), False
         ten, widths = numbers(result.assumed.parameters), (*widths[:2], math.inf)
-    needed = INERTIAL[6:] if point_mass else INERTIAL
-    if missing := [kind for kind, x in zip(INERTIAL, ten, strict=True) if kind in needed and np.isnan(x)]:
+    first = 6 if point_mass else 0
+    if missing := [INERTIAL[k] for k in range(first, 10) if np.isnan(ten[k])]:
         advice = "move more joints, or assume an inertia by 'dynident weigh --inertia box:AxBxC'"
         raise InputError(f"{name}: {', '.join(missing)} was not measured: {advice}")
     if np.isnan(ten).any():  # of a point mass, whose inertia is not used
         body = InertialParameters.from_com(ten[9], ten[6:9] / ten[9], np.zeros((3, 3)))
     else:
         body = InertialParameters(ten)
-    flange = present(result.flange_in_payload_frame)
-    return ControllerLoad(
-        body,
-        result.frame,
-        source,
-        verdict.level,
-        reasons,
-        point_mass,
-        rated=result.rated_payload_kg or math.inf,
-        half_widths=widths if math.isfinite(widths[0]) else None,
-        flange=result.flange,
-        flange_source=flange.source if flange else "",
+    flange, rated = present(result.flange_in_payload_frame), result.rated_payload_kg or math.inf
+    load = ControllerLoad(body, result.frame, source, verdict.level, reasons, point_mass, rated=rated)
+    half_widths = widths if math.isfinite(widths[0]) else None
+    return replace(
+        load, half_widths=half_widths, flange=result.flange, flange_source=flange.source if flange else ""
     )
 
 

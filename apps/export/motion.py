@@ -14,8 +14,7 @@ from ...trajectories.design.score import Learnt
 from ...trajectories.motions.family import Plan
 from .format import Format
 
-DIGITS = 9
-"""Decimals of positions, speeds and accelerations: a nanoradian."""
+DIGITS = 9  # decimals of positions, speeds and accelerations: a nanoradian
 DENSER = "write more of them a second, or leave more room by the setting torque-margin"
 """Advice where samples are too far apart."""
 _NO_TIME = 1e-6  # s: a last step shorter than this is left out
@@ -23,21 +22,15 @@ _NO_TIME = 1e-6  # s: a last step shorter than this is left out
 
 @dataclass(frozen=True)
 class WrittenMotion:
-    """A motion within bounds of the joints, and what its file says about it.
-
-    Attributes:
-        rate: samples or cycles a second in files [Hz].
-        joint_names: as the controller calls them; none for names of our own.
-        name: of a VAL3 application.
-    """
+    """A motion within bounds of the joints, and what its file says about it."""
 
     robot: Robot
     plan: Plan
     bounds: JointBounds
     head: tuple[str, ...]
-    rate: float = 250.0
-    joint_names: tuple[str, ...] = ()
-    name: str = ""
+    rate: float = 250.0  # samples or cycles a second in files [Hz]
+    joint_names: tuple[str, ...] = ()  # as the controller calls them; none for names of our own
+    name: str = ""  # of a VAL3 application
 
     @property
     def described(self) -> Robot:
@@ -86,7 +79,8 @@ def design_head(design: Design, learnt: Learnt) -> tuple[str, ...]:
         shape = f"{len(plan.points)} via points, {'at rest in each' if plan.rests else 'passing'}"
         if isinstance(plan.segment, Trapezoid):
             shape += f", trapezoids of speed with ramps of {plan.segment.ramp:g} of each move's time"
-    lines = [
+    torque = f"Torque limits [N m or N]: {_numbers(bounds.torque)}."
+    return (
         f"Exciting motion of {problem.robot.title or problem.robot.name} by dynident {__version__}.",
         f"Duration {plan.duration:.6g} s; {shape}.",
         f"Criterion {problem.criterion.kind} for {len(problem.names)} parameters{earlier}; seed {design.seed}, "
@@ -96,12 +90,10 @@ def design_head(design: Design, learnt: Learnt) -> tuple[str, ...]:
         f"Position limits [rad or m]: {_numbers(bounds.low)} to {_numbers(bounds.high)}.",
         f"Speed limits [per s]: {_numbers(bounds.speed)}.",
         f"Acceleration limits [per s^2]: {_numbers(bounds.acceleration)}.",
-    ]
-    if np.isfinite(bounds.torque).any():
-        lines.append(f"Torque limits [N m or N]: {_numbers(bounds.torque)}.")
-    lines += [f"Nearest to its limit: {limit}." for limit in design.score.limits]
-    lines += assumed_line(problem)
-    return tuple(lines)
+        *[torque] * bool(np.isfinite(bounds.torque).any()),
+        *(f"Nearest to its limit: {limit}." for limit in design.score.limits),
+        *assumed_line(problem),
+    )
 
 
 def assumed_line(problem: DesignProblem) -> list[str]:

@@ -23,11 +23,11 @@ from ...estimation.possible.whole_robot import WholeRobot
 from ...model import InertialParameters, Pose
 from ...model.files.urdf import read_urdf
 from ...model.frames import frames_at
-from ..extras import extra
+from ..extras import mujoco_model
 from .format import plain
 from .robot import drive_attributes, link_marks, mark_comment, moved_links
 from .simulators import mjcf
-from .xml import element, mjcf_inertial, urdf_inertial
+from .xml import element, mjcf_inertial, urdf_inertial, xml_text
 
 _TOKEN = re.compile(
     r"<!--.*?-->|<\?.*?\?>|<!\[CDATA\[.*?\]\]>|"
@@ -50,11 +50,7 @@ class Spot:
 
 
 class XmlEdits:
-    """Elements of a text, and what is to stand in their places.
-
-    Attributes:
-        spots: the elements, in the order of their first tags.
-    """
+    """Elements of a text, in the order of their first tags, and what is to stand in their places."""
 
     def __init__(self, path: str) -> None:
         """Read a file, which must be XML without entities of its own."""
@@ -100,28 +96,16 @@ class XmlEdits:
         self._changes.append((spot.begin, spot.inside, tag))
 
     def put(self, above: Spot, elements: "Sequence[ElementTree.Element[Any]]", old: Spot | None = None) -> None:
-        """Put elements into another one: in the place of one in it, or first."""
-        lines = self._lines(above, elements)
-        if old is not None:
-            self._changes.append((old.begin, old.end, "".join(lines).lstrip()))
-        elif above.inside < above.end:
-            self._changes.append((above.inside, above.inside, "".join(lines)))
-        else:
-            self._changes.append((above.inside - 2, above.inside, f">{''.join(lines)}</{above.tag}>"))
-
-    def add(self, above: Spot, elements: "Sequence[ElementTree.Element[Any]]") -> None:
-        """Put elements last into one that is not empty."""
-        position = len(self._text[: self._text.rindex("<", above.begin, above.end)].rstrip())
-        self._changes.append((position, position, "".join(self._lines(above, elements))))
-
-    def _lines(self, above: Spot, elements: "Sequence[ElementTree.Element[Any]]") -> list[str]:
-        """Elements as texts, each on lines of its own, as far in as they are to stand."""
+        """Put elements into another one, each on lines of its own: in the place of one in it, or first."""
         before = self._text[: above.begin].rpartition("\n")[2]
         margin = f"\n{before if before.isspace() else ''}  "
-        for each in elements:
-            ElementTree.indent(each)
-        texts = (ElementTree.tostring(each, encoding="unicode").replace(" />", "/>") for each in elements)
-        return [margin + text.replace("\n", margin) for text in texts]
+        text = "".join(margin + xml_text(each).replace("\n", margin) for each in elements)
+        if old is not None:
+            self._changes.append((old.begin, old.end, text.lstrip()))
+        elif above.inside < above.end:
+            self._changes.append((above.inside, above.inside, text))
+        else:
+            self._changes.append((above.inside - 2, above.inside, f">{text}</{above.tag}>"))
 
     def text(self) -> str:
         """The text with all changes."""
@@ -145,63 +129,42 @@ Extra = dict[str, tuple[str, float]]
 
 
 def _read_mjcf(path: str) -> tuple[dict[str, Placed], Extra]:
-    mujoco = extra("mujoco", "--into an MJCF file needs MuJoCo: pip install 'dynident[simulators]'")
-    try:
-        model: Any = mujoco.MjModel.from_xml_path(path)
-    except ValueError as error:
-        raise InputError(f"{path}: MuJoCo does not take it: {' '.join(str(error).split())}") from None
+    mujoco, model = mujoco_model(path)
     data = mujoco.MjData(model)
     data.qpos[:] = 0.0
     mujoco.mj_kinematics(model, data)
-    placed = {}
+    placed, names = {}, [model.body(k).name for k in range(model.nbody)]
     for k, body in enumerate(map(int, model.jnt_bodyid)):
-        pose, name = Pose.of(data.xmat[body].reshape(3, 3), data.xpos[body]), model.body(body).name
-        placed[model.joint(k).name] = Placed(data.xanchor[k].copy(), data.xaxis[k].copy(), name, pose)
-    fixed = {
-        model.body(k).name: (model.body(int(model.body_weldid[k])).name, float(model.body_mass[k]))
-        for k in range(1, model.nbody)
-        if model.body_weldid[k] not in (0, k) and model.body_mass[k] > 0.0
-    }
-    return placed, fixed
+        pose = Pose.of(data.xmat[body].reshape(3, 3), data.xpos[body])
+        placed[model.joint(k).name] = Placed(data.xanchor[k].copy(), data.xaxis[k].copy(), names[body], pose)
+    loads = enumerate(zip(model.body_weldid.tolist(), model.body_mass.tolist(), strict=True))
+    return placed, {names[k]: (names[on], mass) for k, (on, mass) in loads if on not in (0, k) and mass > 0.0}
 
 
 def _read_urdf(path: str) -> tuple[dict[str, Placed], Extra]:
     tree = read_urdf(path)
-    children = {joint.child: joint for joint in tree.joints}
+    before = {joint.child: joint for joint in tree.joints}
 
     def pose(link: str) -> Pose:
-        joint = children.get(link)
-        return Pose() if joint is None else pose(joint.parent) @ joint.origin
+        return pose(before[link].parent) @ before[link].origin if link in before else Pose()
 
-    def moving(link: str) -> str:
-        joint = children.get(link)
-        return moving(joint.parent) if joint is not None and joint.kind == "fixed" else link
-
-    placed, fixed = {}, {}
-    for joint in tree.joints:
-        there, body = pose(joint.child), tree.links[joint.child]
-        if joint.kind == "fixed":
-            fixed[joint.child] = (moving(joint.parent), body.mass if body is not None else 0.0)
-        else:
-            axis = np.array(joint.axis) / np.linalg.norm(joint.axis)
-            placed[joint.name] = Placed(there.p, there.R @ axis, joint.child, there)
+    placed, fixed = {}, Extra()
+    for joint in (joint for joint in tree.joints if joint.kind != "fixed"):
+        there, axis = pose(joint.child), np.array(joint.axis) / np.linalg.norm(joint.axis)
+        placed[joint.name] = Placed(there.p, there.R @ axis, joint.child, there)
+        on_it = ((name, tree.links[name]) for name, _ in tree.fixed_to(joint.child, there) if name != joint.child)
+        fixed |= {name: (joint.child, body.mass) for name, body in on_it if body is not None}
     return placed, fixed
 
 
-FAR = 0.005
-"""m: how far a joint's axis may lie beside the robot's own; descriptions round lengths to a millimetre."""
-TURNED = math.radians(0.5)
-"""rad: by how much it may be turned."""
+FAR = 0.005  # m: how far a joint's axis may lie beside the robot's own; descriptions round lengths to a millimetre
+TURNED = math.radians(0.5)  # by how much it may be turned
 
 
 def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[str, list[str]]:
     """Put a robot's numbers, below lines at the head, into an MJCF or URDF file ("mjcf" or "urdf").
 
-    Returns:
-        The model's text; what did not match, and what must be known.
-
-    Raises:
-        InputError: if the file cannot be used, no joint matches, or its geometry is not the robot's.
+    Returns the model's text; what did not match, and what must be known. A file of another geometry is refused.
     """
     of_mujoco = kind == "mjcf"
     model = XmlEdits(path)
@@ -209,8 +172,7 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[
     if of_mujoco and any(spot.values.get("inertiafromgeom") == "true" for spot in model.spots):
         raise InputError(f'{path}: inertiafromgeom="true" makes MuJoCo pass over inertials: set it to auto')
     names, moved = _matched(whole, placed, path)
-    root, coupled = model.spots[0], whole.robot.coupling
-    model.put(root, [Comment(f" {plain(line)} ") for line in head])
+    coupled = whole.robot.coupling
     both = of_mujoco and coupled is not None and {joint - 1 for joint in coupled.joints} <= names.keys()
     drives = whole.drives if both else whole.apart
     for j, name in names.items():
@@ -228,12 +190,12 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[
             if dynamics := model.within(joint, "dynamics"):
                 model.set(dynamics, values)
             elif values:
-                model.add(joint, [element("dynamics", values)])
+                model.put(joint, [element("dynamics", values)])
         model.put(link, [marks, inertial], model.within(link, "inertial"))
-    if of_mujoco:
-        joints = tuple(names.get(j, "") for j in range(whole.robot.n))
-        tendon = [element("tendon", {}, *mjcf.coupled_tendon(whole, joints))] if both else []
-        model.add(root, [mjcf.custom(whole), *tendon])
+    joints = tuple(names.get(j, "") for j in range(whole.robot.n))
+    tendon = [element("tendon", {}, *mjcf.coupled_tendon(whole, joints))] if both else []
+    comments = [Comment(f" {plain(line)} ") for line in head]
+    model.put(model.spots[0], [*comments, *([mjcf.custom(whole)] if of_mujoco else []), *tendon])
     notes = list[str]()
     if missing := [joint for j, joint in enumerate(whole.joint_names) if j not in names]:
         notes.append(f"Joints of {whole.robot.name} that are not in {path}: {', '.join(missing)}.")
@@ -292,8 +254,7 @@ def _matched(
     return names, moved
 
 
-Lines = Mapping[int, tuple[Array, Array]]
-"""Axes: a point and a direction each."""
+Lines = Mapping[int, tuple[Array, Array]]  # axes: a point and a direction each
 
 
 def _aligned(own: Lines, theirs: Lines, slides: set[int]) -> tuple[Array, Array]:

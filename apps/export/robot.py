@@ -47,7 +47,7 @@ def robot_notes(form: Format[WholeRobot], whole: WholeRobot) -> list[str]:
 
 
 def _numbers_notes(whole: WholeRobot) -> Iterator[str]:
-    arm = whole.robot.mass
+    arm, drives = whole.robot.mass, whole.robot.drives
     maker = f"; the maker's mass of the arm, with its base, is {arm:g} kg" if arm is not None else ""
     yield f"The moving links weigh {whole.mass:.4g} kg in total{maker}."
     yield from (f"{text}: no link of a real arm does." for text in whole.heavier_than_the_arm())
@@ -65,26 +65,20 @@ def _numbers_notes(whole: WholeRobot) -> Iterator[str]:
         )
     if negative := whole.signed(lambda label: label.value < 0.0):
         yield f"Negative in the source, which is impossible, so written as zero: {', '.join(negative)}."
-    drives = whole.robot.drives
     if not drives.rotor_inertia:
         why = "torque sensors behind the gears do not show them" if drives.side == "link" else "the model has none"
         yield f"Rotor inertias (armature) are left out: {why}. Enter the maker's, or joints accelerate too easily."
-    without = [name for name, d in zip(whole.joint_names, whole.drives, strict=True) if "damping" not in d]
-    if without:
+    if without := [name for name, d in zip(whole.joint_names, whole.drives, strict=True) if "damping" not in d]:
         yield f"Friction is left out because it is unknown: {', '.join(without)}."
 
 
 def _lost(holds: frozenset[str], whole: WholeRobot) -> Iterator[str]:
     robot, coupling, spring = whole.robot, whole.robot.coupling, whole.robot.spring
     drives = whole.drives if "coupled" in holds else whole.apart
-    for quantity, unit in _UNITS.items():
-        values = [
-            f"{name} {drive[quantity].value:.6g}"
-            for name, drive in zip(whole.joint_names, drives, strict=True)
-            if quantity in drive and drive[quantity].value
-        ]
-        if quantity not in holds and values:
-            yield f"This format has no {quantity} [{unit}]: {', '.join(values)}."
+    for quantity in (quantity for quantity in _UNITS if quantity not in holds):
+        of_joints = zip(whole.joint_names, (drive.get(quantity) for drive in drives), strict=True)
+        if values := [f"{name} {label.value:.6g}" for name, label in of_joints if label and label.value]:
+            yield f"This format has no {quantity} [{_UNITS[quantity]}]: {', '.join(values)}."
     kinds = [term.kind for term in robot.drives.friction if term not in PAPER]
     own = {name: value.value for link in whole.links for name, value in link.parameters.items()}
     laws = [f"{name} {value:.4g}" for name, value in own.items() if parameter_kind(name) in kinds]
@@ -93,19 +87,18 @@ def _lost(holds: frozenset[str], whole: WholeRobot) -> Iterator[str]:
             f"This format has only Coulomb and viscous friction, not {', '.join(laws)}: friction and damping are "
             "the closest fit, for the bare arm's mean gravity torque and up to each joint's largest speed."
         )
-    if coupling is not None:
-        names = " and ".join(whole.joint_names[joint - 1] for joint in coupling.joints)
-        if "coupled" not in holds:
-            numbers = ", ".join(f"{quantity} {label.value:.6g}" for quantity, label in whole.coupled.items())
-            yield (
-                f"This format has no drive that turns with the sum of {names} ({numbers}): each joint has its own "
-                "part; the coupling between them and its friction are left out."
-            )
-        elif coupling.coulomb == "paper" and "friction" in whole.coupled:
-            yield (
-                f"This format cannot express the dry friction of the drive that turns with {names} "
-                f"({whole.coupled['friction'].value:.6g}) as the paper prints it: it is left out."
-            )
+    names = " and ".join(whole.joint_names[joint - 1] for joint in coupling.joints) if coupling else ""
+    if coupling is not None and "coupled" not in holds:
+        numbers = ", ".join(f"{quantity} {label.value:.6g}" for quantity, label in whole.coupled.items())
+        yield (
+            f"This format has no drive that turns with the sum of {names} ({numbers}): each joint has its own "
+            "part; the coupling between them and its friction are left out."
+        )
+    elif coupling is not None and coupling.coulomb == "paper" and "friction" in whole.coupled:
+        yield (
+            f"This format cannot express the dry friction of the drive that turns with {names} "
+            f"({whole.coupled['friction'].value:.6g}) as the paper prints it: it is left out."
+        )
     if spring is not None and ("spring" not in holds or spring.table):
         law = "a table" if spring.table else "the law of a spring between two pivots"
         yield f"This format has no spring on {whole.joint_names[spring.joint - 1]} ({law}): add its torque."
@@ -124,15 +117,12 @@ def drive_value(drive: Mapping[str, Labelled], quantity: str) -> float:
 
 def fields(label: Labelled) -> dict[str, str]:
     """A mark as words by key; ``none`` where there is nothing to say."""
-    sure = (label.sigma, *(label.interval or (None, None)))
-    texts = ("none" if value is None else f"{value:.6g}" for value in sure)
-    return {
-        "value": exact(label.value),
-        "mark": label.mark,
-        "share": f"{math.floor(1000.0 * label.origin.share) / 1000.0:.3f}",  # 1 is for what the data determine
-        **dict(zip(("sigma", "low", "high"), texts, strict=True)),
-        "within": ",".join(label.origin.base) or "none",
-    }
+    low, high = label.interval or (None, None)
+    sure = {"sigma": label.sigma, "low": low, "high": high}
+    texts = {name: "none" if value is None else f"{value:.6g}" for name, value in sure.items()}
+    share = f"{math.floor(1000.0 * label.origin.share) / 1000.0:.3f}"  # 1 is for what the data determine
+    within = ",".join(label.origin.base) or "none"
+    return {"value": exact(label.value), "mark": label.mark, "share": share, **texts, "within": within}
 
 
 def link_marks(link: LinkNumbers, drive: Mapping[str, Labelled]) -> dict[str, Labelled]:
@@ -158,23 +148,15 @@ def drive_attributes(drive: Mapping[str, Labelled], names: Mapping[str, str] = _
 
 
 class MovedLink(NamedTuple):
-    """A link and the joint that moves it, as simulators hold them; poses at zero.
+    """A link and the joint that moves it, as simulators hold them; poses at zero."""
 
-    Attributes:
-        name: of the joint.
-        parent: name of the link before, at first the base.
-        drive: the joint's own share of what drives it, where formats cannot couple joints.
-        frame: modified DH frame of the joint, whose z is its axis, in the link before.
-        own: the link in that frame.
-    """
-
-    name: str
+    name: str  # of the joint
     joint: Joint
-    parent: str
+    parent: str  # name of the link before, at first the base
     link: LinkNumbers
-    drive: Mapping[str, Labelled]
-    frame: Pose
-    own: Pose
+    drive: Mapping[str, Labelled]  # the joint's own share of what drives it, where formats cannot couple joints
+    frame: Pose  # modified DH frame of the joint, whose z is its axis, in the link before
+    own: Pose  # the link in that frame
 
     @property
     def pose(self) -> Pose:
@@ -218,17 +200,12 @@ def stored_whole_robot(robot: Robot, stored: RobotResult, path: str) -> WholeRob
         InputError: if the file is another robot's, or holds no links nearest to a prior.
     """
     robot = stored.applied_to(robot)
-    base = base_parameters(robot)
-    nearest = stored.constrained
+    base, nearest = base_parameters(robot), stored.constrained
     if nearest is None or nearest.gauge != "prior":
-        raise InputError(
-            f"{path}: has no physically consistent links: run 'dynident identify --prior-mass KG' again (KG: mass "
-            "of the moving links, as far as known)"
-        )
+        advice = "run 'dynident identify --prior-mass KG' again (KG: mass of the moving links, as far as known)"
+        raise InputError(f"{path}: has no physically consistent links: {advice}")
     if stored.estimate.names != base.columns or set(nearest.standard) != set(base.standard):
         raise InputError(f"{path}: its parameters are not those of this robot: identify the robot again")
-    source = (
-        f"{len(base.columns)} identified base parameters ({path}), made physically consistent (chi2 rises by "
-        f"{nearest.chi2_rise:.3g})"
-    )
+    made = f"made physically consistent (chi2 rises by {nearest.chi2_rise:.3g})"
+    source = f"{len(base.columns)} identified base parameters ({path}), {made}"
     return whole_robot(robot, nearest.standard, source, base, stored.estimate, nearest.source)

@@ -10,8 +10,7 @@ from ..numbers import exact, inertia_entries, six
 
 FIRST = '<?xml version="1.0" encoding="utf-8"?>'
 COMMENT = ("<!-- ", " -->")
-DYNIDENT = "urn:dynident"
-"""Namespace of the elements beside the standard ones."""
+DYNIDENT = "urn:dynident"  # namespace of the elements beside the standard ones
 _NONE: Mapping[str, str] = MappingProxyType({})
 
 

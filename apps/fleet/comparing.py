@@ -29,14 +29,10 @@ from ...model.friction import is_friction
 from ...model.regressors import payload_columns
 from .store import Log, Stored
 
-TINY = np.finfo(float).tiny ** 0.25
-"""No standard deviation of anything measured is smaller."""
-CHANCE = 1e-3
-"""Probability that recordings of one and the same thing are said to differ."""
-MASS = "mass"
-"""The payload's mass less what the controller was told [kg], as a quantity of a night."""
-FEWEST = 8
-"""Nights before the last one that tell what is usual; of fewer a median absolute deviation says little."""
+TINY = np.finfo(float).tiny ** 0.25  # no standard deviation of anything measured is smaller
+CHANCE = 1e-3  # probability that recordings of one and the same thing are said to differ
+MASS = "mass"  # the payload's mass less what the controller was told [kg], as a quantity of a night
+FEWEST = 8  # nights before the last one that tell what is usual; of fewer a median absolute deviation says little
 CHANGED = 5.0
 """z beyond which a change is told: a quiet series exceeds it once in 60 nights by 8 before, in 2,000 by 30."""
 _MAD = 1.4826  # standard deviations a median absolute deviation is of
@@ -53,27 +49,18 @@ class OddDocument(Document, frozen=True):
 
 
 class Compared(Document, frozen=True, eq=False):
-    """Parameters by k recordings, one beside the other: k x c, of all recordings together c each.
-
-    Attributes:
-        pooled: by all recordings, weighted by their variances; its intervals are wider where the scatter is more
-            than the sigmas say.
-        scatter: chi2 of the values about the pooled one over its degrees of freedom.
-        apart: each recording's value less what all others say, in sigmas of the difference.
-        bound: sigmas that none exceeds but with probability ``CHANCE``, all together (Bonferroni).
-        odd: recordings beyond it, the worst first; of each parameter the worst: what it pulls along is not told.
-    """
+    """Parameters by k recordings, one beside the other: k x c, of all recordings together c each."""
 
     recordings: tuple[str, ...]
     parameters: tuple[str, ...]
     values: Matrix
     sigma: Matrix
-    pooled: Vector
-    pooled_interval95: Matrix
-    scatter: Vector
-    apart: Matrix
-    bound: float
-    odd: tuple[OddDocument, ...]
+    pooled: Vector  # by all recordings, weighted by their variances
+    pooled_interval95: Matrix  # wider where the scatter is more than the sigmas say
+    scatter: Vector  # chi2 of the values about the pooled one over its degrees of freedom
+    apart: Matrix  # each recording's value less what all others say, in sigmas of the difference
+    bound: float  # sigmas that none exceeds but with probability ``CHANCE``, all together (Bonferroni)
+    odd: tuple[OddDocument, ...]  # of each parameter the worst beyond it, the farthest first
 
 
 def side_by_side(recordings: Sequence[str], estimates: Sequence[Estimate]) -> Compared:
@@ -91,15 +78,12 @@ def side_by_side(recordings: Sequence[str], estimates: Sequence[Estimate]) -> Co
     by_others = (total * pooled - weights * values) / others
     apart = (values - by_others) / np.sqrt(sigma**2 + 1.0 / others)
     bound = float(stdtrit(max(degrees, 1.0), 1.0 - 0.5 * CHANCE / values.size))
-    odd = [
-        OddDocument(recordings[k], names[c], float(apart[k, c]))
-        for c, k in enumerate(np.argmax(np.abs(apart), axis=0))
-        if abs(apart[k, c]) > bound
-    ]
+    # What the worst one pulls along is not told.
+    worst = [(k, c, float(apart[k, c])) for c, k in enumerate(np.argmax(np.abs(apart), axis=0))]
+    worst.sort(key=lambda each: -abs(each[2]))
+    odd = tuple(OddDocument(recordings[k], names[c], z) for k, c, z in worst if abs(z) > bound)
     interval95 = np.column_stack([pooled - half, pooled + half])
-    odd.sort(key=lambda each: -abs(each.sigmas))
-    own = (tuple(recordings), names, values, sigma)
-    return Compared(*own, pooled, interval95, scatter, apart, bound, tuple(odd))
+    return Compared(tuple(recordings), names, values, sigma, pooled, interval95, scatter, apart, bound, odd)
 
 
 def excess(estimate: Estimate, robust: Array | None) -> Array:
@@ -121,40 +105,25 @@ def widened(estimate: Estimate, ratio: Array) -> Estimate:
 
 
 class Drift(NamedTuple):
-    """An arm's quantity over d nights.
+    """An arm's quantity over d nights."""
 
-    Attributes:
-        days: ISO dates or times, d.
-        changes: each night less what is usual, shape (d,).
-        relative: whether changes are ratios to what is usual.
-        spread: standard deviation of the last change where nothing changed: of the nights before, and its own.
-    """
-
-    days: tuple[str, ...]
-    changes: Array
-    relative: bool
-    spread: float
+    days: tuple[str, ...]  # ISO dates or times, d
+    changes: Array  # each night less what is usual, shape (d,)
+    relative: bool  # changes are ratios to what is usual
+    spread: float  # standard deviation of the last change where nothing changed: of the nights before, and its own
 
 
 class Series(Worked, frozen=True):
-    """A quantity of an arm on its last night, and what the ``nights`` before say; ``working``: its ``Drift``.
-
-    Attributes:
-        quantity: a friction ("FS2"), ``MASS``, or "scale 2", by which share a drive's torque is larger than on the
-            whole.
-        sigma: the last night's own standard deviation.
-        usual: the median of the nights before.
-        z: the last change over the drift's ``spread``; null with fewer than ``FEWEST`` nights before.
-    """
+    """A quantity of an arm on its last night, and what the ``nights`` before say; ``working``: its ``Drift``."""
 
     arm: str
-    quantity: str
+    quantity: str  # a friction ("FS2"), ``MASS``, or "scale 2": a drive's torque over what it is on the whole
     day: str
     value: Number
-    sigma: Number
-    usual: Number
+    sigma: Number  # the last night's own
+    usual: Number  # the median of the nights before
     nights: int
-    z: Number
+    z: Number  # the last change over the drift's ``spread``; null with fewer than ``FEWEST`` nights before
 
     @staticmethod
     def of_nights(arm: str, quantity: str, days: tuple[str, ...], values: Array, sigma: Array) -> "Series":
@@ -173,35 +142,24 @@ class Series(Worked, frozen=True):
 
 @dataclass(frozen=True)
 class Arm:
-    """An arm by all of its recordings.
-
-    Attributes:
-        days: of its nights, ISO.
-        told: mass that the controller was told each night [kg].
-        pooled: its base parameters by those with the payload it was told most often, to compare with other arms.
-    """
+    """An arm by all of its recordings."""
 
     name: str
-    days: tuple[str, ...]
-    told: tuple[float, ...]
+    days: tuple[str, ...]  # of its nights, ISO
+    told: tuple[float, ...]  # mass that the controller was told each night [kg]
     series: tuple[Series, ...]
-    pooled: Estimate
+    pooled: Estimate  # its base parameters by the nights with the payload it was told most often
 
 
 class Fleet(Worked, frozen=True):
-    """Last nights of arms of one type, by name; ``working``: the arms, and their inertial parameters side by side.
-
-    Attributes:
-        changed: those of ``last`` with z beyond ``threshold``, the clearest first.
-        odd: arms that differ from their twins; none of fewer than three.
-    """
+    """Last nights of arms of one type, by name; ``working``: the arms, and their inertial parameters compared."""
 
     arms: tuple[str, ...]
     first_day: str
     threshold: float
-    changed: tuple[Series, ...]
+    changed: tuple[Series, ...]  # those of ``last`` with z beyond ``threshold``, the clearest first
     last: tuple[Series, ...]
-    odd: tuple[OddDocument, ...]
+    odd: tuple[OddDocument, ...]  # arms that differ from their twins; none of fewer than three
     refused: tuple[Log, ...]
 
 
@@ -209,19 +167,12 @@ def fleet_of(arms: Sequence[Arm], refused: Sequence[Log] = ()) -> Fleet:
     """Compare each arm's last night with those before, and arms with each other; ``refused``: logs left out."""
     arms = sorted(arms, key=lambda arm: arm.name)
     names, last = tuple(arm.name for arm in arms), tuple(line for arm in arms for line in arm.series)
-    bodies = [  # friction and constant torques tell nothing of what an arm is made of
-        arm.pooled.part([name for name in arm.pooled.names if not is_friction(name)]) for arm in arms
-    ]
+    # Friction and constant torques tell nothing of what an arm is made of.
+    bodies = [arm.pooled.part([name for name in arm.pooled.names if not is_friction(name)]) for arm in arms]
     twins = side_by_side(names, bodies) if len(arms) >= 3 else None
-    return Fleet(
-        arms=names,
-        first_day=min(day for arm in arms for day in arm.days),
-        threshold=CHANGED,
-        changed=tuple(line for line in sorted(last, key=farness, reverse=True) if farness(line) > CHANGED),
-        last=last,
-        odd=twins.odd if twins is not None else (),
-        refused=tuple(refused),
-    ).made_by((arms, twins))
+    changed = tuple(line for line in sorted(last, key=farness, reverse=True) if farness(line) > CHANGED)
+    first_day, odd = min(day for arm in arms for day in arm.days), twins.odd if twins is not None else ()
+    return Fleet(names, first_day, CHANGED, changed, last, odd, tuple(refused)).made_by((arms, twins))
 
 
 def farness(line: Series) -> float:
@@ -230,25 +181,20 @@ def farness(line: Series) -> float:
 
 
 def arm_of(recordings: Sequence[Stored]) -> Arm:
-    """An arm by its recordings, which name it and the day.
-
-    Raises:
-        InputError: if one does not, or a recording does not determine what is asked of it.
-    """
+    """An arm by its recordings; refused where one does not name it and the day, or does not determine it."""
     for log in (recording.log for recording in recordings):
         if log.arm is None or log.day is None:
             raise InputError(f"{log.file}: its arm and day are not known: give --pattern to reduce")
     ordered = sorted(recordings, key=lambda recording: str(recording.log.day))
     arm, days = str(ordered[0].log.arm), tuple(str(recording.log.day) for recording in ordered)
-    reported = tuple(float(recording.log.payload or 0.0) for recording in ordered)
-    usual = Counter(reported).most_common(1)[0][0]
-    same = [recording.equations for recording, mass in zip(ordered, reported, strict=True) if mass == usual]
+    told = tuple(float(recording.log.payload or 0.0) for recording in ordered)
+    usual = Counter(told).most_common(1)[0][0]
+    same = [recording.equations for recording, mass in zip(ordered, told, strict=True) if mass == usual]
     whole = weighted(merged(equations.whole for equations in same))
-    nights = [_night(recording, whole, usual - mass) for recording, mass in zip(ordered, reported, strict=True)]
-    series = tuple(
-        Series.of_nights(arm, name, days, *np.transpose([own[name] for own in nights])) for name in nights[0]
-    )
-    return Arm(arm, days, reported, series, widened(whole, compared_by(same[-1])[1]))
+    nights = [_night(recording, whole, usual - mass) for recording, mass in zip(ordered, told, strict=True)]
+    values = {name: np.transpose([own[name] for own in nights]) for name in nights[0]}
+    series = tuple(Series.of_nights(arm, name, days, *own) for name, own in values.items())
+    return Arm(arm, days, told, series, widened(whole, compared_by(same[-1])[1]))
 
 
 def _night(recording: Stored, whole: Estimate, usual: float) -> dict[str, tuple[float, float]]:

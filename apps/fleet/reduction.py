@@ -2,7 +2,7 @@
 
 import multiprocessing
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
 from functools import lru_cache
@@ -23,7 +23,6 @@ from .store import Log, Recipe, Store, Stored, packed, same_time, unpacked
 
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 _AHEAD = 3  # logs that wait for each worker
-_KILLED = "KilledWorker"  # what Dask raises for a task that each worker died of
 KILLS = "ends whatever process reads it, alone too: look at this log, and report it if it is a good one"
 """Why a log is refused that no worker survives."""
 
@@ -31,11 +30,11 @@ _Done = tuple[Log, bytes]  # the bytes of its equations, or none and in the log 
 
 
 class ReducedDocument(Document, frozen=True):
-    """Result of ``fleet reduce``: recordings reduced now, those that were there, and what was refused."""
+    """Result of ``fleet reduce``."""
 
     store: str
-    new: int
-    known: int
+    new: int  # recordings reduced now
+    known: int  # those that were there
     refused: tuple[Log, ...]
     workers_lost: int
 
@@ -67,12 +66,7 @@ def reduce_fleet(
     recipe = recipe or Recipe(robot.processing)
     plan, target = packed((robot, recipe)), Store.made(store, robot, recipe)
     before = {log.file: log for log in target.logs()}
-    given = [log if isinstance(log, Log) else Log(log) for log in logs]
-    for k, log in enumerate(given):  # a store can hold no other path
-        if (name := encodable(log.file)) != log.file:
-            given[k] = Log(name, reason="its path is not UTF-8: rename the file or folder")
-    given.sort(key=lambda log: log.file)
-    now = {log.file: log for log in _keyed(given, recipe, before.values())}
+    now = {log.file: log for log in _keyed(logs, recipe, before)}
     missing = [log for log in now.values() if not log.reason and not target.path(log.key).exists()]
     results: Iterator[_Done | None] = (reduce_log(plan, log) for log in missing)
     if isinstance(workers, tuple):
@@ -100,21 +94,22 @@ def reduce_fleet(
     return ReducedDocument(str(target.root), new, len(now) - len(refused) - new, refused, lost)
 
 
-def _keyed(logs: Sequence[Log], recipe: Recipe, held: Iterable[Log]) -> Iterator[Log]:
+def _keyed(logs: Sequence[Log | str], recipe: Recipe, held: Mapping[str, Log]) -> Iterator[Log]:
     """Logs with the names of their equations, or with what speaks against them; ``held``: what the store has."""
-    files = {log.file for log in logs}
-    earlier = [log for log in held if not log.reason and log.file not in files]
-    twice, first_files = same_time([*earlier, *logs]), {log.sha256: log.file for log in earlier}
-    for log in logs:
-        wrong, digest = log.reason or twice.get(log.file, ""), ""
-        if not wrong:
-            try:
-                digest = checksum(log.file)
-            except (InputError, OSError) as error:
-                wrong = getattr(error, "strerror", None) or str(error)
-        if digest and (first := first_files.setdefault(digest, log.file)) != log.file:
-            wrong = f"holds the same bytes as {first}: a recording counts once"
-        known = replace(log, reason=wrong, sha256=digest)
+    given = sorted((log if isinstance(log, Log) else Log(log) for log in logs), key=lambda log: log.file)
+    files = {log.file for log in given}
+    earlier = [log for log in held.values() if not log.reason and log.file not in files]
+    twice, first_files = same_time([*earlier, *given]), {log.sha256: log.file for log in earlier}
+    for log in given:
+        name, wrong, digest = encodable(log.file), log.reason or twice.get(log.file, ""), ""
+        try:
+            if name != log.file:  # a store can hold no other path
+                wrong = "its path is not UTF-8: rename the file or folder"
+            elif not wrong and (first := first_files.setdefault(digest := checksum(name), name)) != name:
+                wrong = f"holds the same bytes as {first}: a recording counts once"
+        except (InputError, OSError) as error:
+            wrong = getattr(error, "strerror", None) or str(error)
+        known = replace(log, file=name, reason=wrong, sha256=digest)
         yield known if wrong else replace(known, key=recipe.key(known))
 
 
@@ -153,15 +148,16 @@ def _by(executor: Executor, plan: bytes, logs: Iterable[Log], workers: int) -> I
             return
         finished, _ = wait(pending, return_when=FIRST_COMPLETED)
         free = len(finished)
-        # what is there is not lost with what failed
+        # What is there is not lost with what failed.
         for future in sorted(finished, key=lambda one: one.cancelled() or one.exception() is not None):
             log = pending.pop(future)
             try:
                 yield future.result()
             except BrokenExecutor:
                 raise
-            except Exception as error:  # told apart by the type's name: Dask is an extra that may not be there
-                if type(error).__name__ != _KILLED:
+            except Exception as error:
+                # Dask's, for a task that each worker died of; told by its name, for Dask is an extra.
+                if type(error).__name__ != "KilledWorker":
                     raise BrokenExecutor(f"{type(error).__name__}: {error}") from error
                 yield None
                 yield replace(log, reason=KILLS), b""
@@ -205,18 +201,13 @@ def process_pool(workers: int) -> Iterator[Executor]:
 
 @contextmanager
 def dask_executor(address: str) -> Iterator[tuple[Executor, int]]:
-    """The workers of a running Dask scheduler, "tcp://host:8786", and their number.
-
-    Raises:
-        InputError: if Dask is not installed, no scheduler answers, or it has no workers.
-    """
+    """Workers of a running Dask scheduler, "tcp://host:8786", and their number; refused where there are none."""
     distributed = extra("distributed", "--cluster needs Dask: pip install 'dynident[fleet]'")
     try:
         client = distributed.Client(address, timeout=10, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:
         raise InputError(f"no scheduler answers at {address}: {error}") from None
     with client:
-        count = len(client.scheduler_info(n_workers=-1)["workers"])
-        if not count:
+        if not (workers := client.scheduler_info(n_workers=-1)["workers"]):
             raise InputError(f"the scheduler at {address} has no workers: start 'dask worker {address}'")
-        yield client.get_executor(pure=False), count
+        yield client.get_executor(pure=False), len(workers)

@@ -1,11 +1,10 @@
 """Recordings of a fleet: their logs, what is known of each, and the folder that holds their equations."""
 
 import hashlib
-import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any, TypeVar
@@ -15,7 +14,7 @@ import numpy as np
 
 from ...common.errors import InputError
 from ...common.files import made_folder, write_bytes
-from ...common.schema import Document, convert, given, json_text, naming, read_json, write_json
+from ...common.schema import Document, convert, naming, read_json, write_json
 from ...estimation.equations.equations import Equations
 from ...estimation.fit.drive_gains import Gains
 from ...estimation.fit.estimate import Estimate
@@ -51,35 +50,26 @@ class Log(Document, frozen=True, omit_defaults=True):
     @property
     def misdescribed(self) -> str:
         """Fault in what is known of the log; empty if there is none."""
-        if self.arm == "":
-            return "no arm is named"
-        try:
-            year = datetime.fromisoformat(self.day or "2000-01-01").year
-        except ValueError:
-            return f"day {self.day!r} is no date: write 2026-01-31 or 2026-01-31T02:00"
-        if not _YEARS[0] <= year <= _YEARS[1]:
-            return f"day {self.day!r} is of no recording: years {_YEARS[0]} to {_YEARS[1]} are"
+        fault = f"day {self.day!r} is no date: write 2026-01-31 or 2026-01-31T02:00"
         with suppress(ValueError):
+            year = datetime.fromisoformat(self.day or "2000-01-01").year
+            if not _YEARS[0] <= year <= _YEARS[1]:
+                return f"day {self.day!r} is of no recording: years {_YEARS[0]} to {_YEARS[1]} are"
+            fault = f"payload {self.payload!r} is no number"
             float(self.payload or 0.0)
-            return ""
-        return f"payload {self.payload!r} is no number"
+            fault = ""
+        return "no arm is named" if self.arm == "" else fault
 
     def other_day(self, start: float) -> str:
-        """Fault of a log whose clock, at ``start`` [s], tells another day than it is said to be of; empty if none.
-
-        Only times since 1970 tell a day: a log that counts from its own start, or by a clock that was never set,
-        has none.
-        """
+        """Fault of a log whose clock, at ``start`` [s since 1970], tells another day than stated; empty if none."""
         if self.day is None or not _CLOCKS[0] <= start <= _CLOCKS[1]:
             return ""
         stated, own = datetime.fromisoformat(self.day), datetime.fromtimestamp(start, UTC)
         apart = abs(stated.replace(tzinfo=stated.tzinfo or UTC) - own)
         if apart < timedelta(days=_NIGHT):
             return ""
-        return (
-            f"its clock starts on {own:%Y-%m-%d} but it is said to be of {self.day}: correct the path, or the "
-            "log's times (from 0 on, they state no day)"
-        )
+        fault = f"its clock starts on {own:%Y-%m-%d} but it is said to be of {self.day}"
+        return f"{fault}: correct the path, or the log's times (from 0 on, they state no day)"
 
 
 def found_logs(paths: Sequence[str]) -> tuple[str, ...]:
@@ -90,19 +80,17 @@ def found_logs(paths: Sequence[str]) -> tuple[str, ...]:
         inside = [place] if place.exists() else Path(anchor).glob(str(place.relative_to(anchor)))
         if place.is_dir():
             inside = (file for file in place.rglob("*") if file.name.endswith(SUFFIXES))
-        if not (found := {str(file) for file in inside if file == place or file.is_file()}):
-            raise InputError(f"{path}: no log there")
+        found = {str(file) for file in inside if file == place or file.is_file()}
         logs |= found
+        if not found:
+            raise InputError(f"{path}: no log there")
     return tuple(sorted(logs))
 
 
 def catalog(logs: Sequence[str], pattern: str = "") -> tuple[Log, ...]:
-    """Tell by each log's path what is known of it.
+    """Tell by each log's path what is known of it; a pattern that no path has is refused.
 
     ``pattern`` is the end of a path, "{arm}/{day}.csv": words of ``KNOWN`` in braces, ``*`` for anything else.
-
-    Raises:
-        InputError: for a pattern that no path has.
     """
     if not pattern:
         return tuple(map(Log, logs))
@@ -136,27 +124,23 @@ def same_time(logs: Iterable[Log]) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Recipe:
-    """Settings that make equations of logs.
-
-    ``drive_gains`` [N·m/A or N/A] are there if currents were read, ``gains`` unless these are taken as exact.
-    """
+    """Settings that make equations of logs."""
 
     processing: Processing
-    drive_gains: tuple[float, ...] | None = None
-    gains: Gains | None = None
+    drive_gains: tuple[float, ...] | None = None  # [N·m/A or N/A], if currents were read
+    gains: Gains | None = None  # unless these are taken as exact
     log_map: LogMap = field(default_factory=LogMap)
 
     @property
     def fingerprint(self) -> str:
         """Short text that differs between recipes; what a log map is called counts for nothing."""
-        how = {key: entry for key, entry in given(self.log_map).items() if key != "title"}
-        identity = (self.processing, self.drive_gains, self.gains, json_text(how).decode() if how else "")
-        return hashlib.sha256(repr(identity).encode()).hexdigest()[:16]
+        unnamed = replace(self, log_map=msgspec.structs.replace(self.log_map, source=""))
+        return hashlib.sha256(packed(unnamed)).hexdigest()[:16]
 
     def key(self, log: Log) -> str:
         """Name of a recording's file: by the log's bytes, what is known of it, and the recipe."""
-        identity = json.dumps([log.sha256, log.arm, log.day, log.payload, self.fingerprint])
-        return hashlib.sha256(identity.encode()).hexdigest()[:32]
+        identity = packed([log.sha256, log.arm, log.day, log.payload, self.fingerprint])
+        return hashlib.sha256(identity).hexdigest()[:32]
 
 
 @dataclass(frozen=True)
@@ -170,9 +154,8 @@ class Stored:
 
     def parquet(self, estimate: Estimate) -> bytes:
         """A table of one row: the log, the parameters identified by it alone, and the equations, packed."""
-        facts = {fact: getattr(self.log, fact) for fact in ("file", *KNOWN)}
-        numbers = {"parameters": estimate.names, "values": estimate.values, "sigma": estimate.sigma}
-        row = facts | numbers | {"equations": packed(self)}
+        row = {fact: getattr(self.log, fact) for fact in ("file", *KNOWN)} | {"equations": packed(self)}
+        row |= {"parameters": estimate.names, "values": estimate.values, "sigma": estimate.sigma}
         return parquet_bytes({name: [value] for name, value in row.items()})
 
 
@@ -221,11 +204,11 @@ class Store:
             if there != labels:
                 kind = "recipe" if there.get("fingerprint") == labels["fingerprint"] else "robot"
                 raise InputError(f"{root}: a store of another {kind} ({there.get('robot')}): give another folder")
-        elif store.root.is_dir() and any(store.root.iterdir()):
+            return store
+        if store.root.is_dir() and any(store.root.iterdir()):
             raise InputError(f"{root}: is a folder of other things: give a new one")
         made_folder(store.root / "recordings")
-        if not path.exists():
-            write_json(path, labels)
+        write_json(path, labels)
         return store
 
     @staticmethod
@@ -244,7 +227,7 @@ class Store:
         return self.root / "logs.parquet"
 
     def path(self, key: str) -> Path:
-        """Place of a recording."""
+        """Place of a recording's equations."""
         return self.root / "recordings" / f"{key}.parquet"
 
     def logs(self) -> tuple[Log, ...]:

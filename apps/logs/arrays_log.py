@@ -4,6 +4,7 @@ import struct
 import warnings
 import zlib
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -12,9 +13,9 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ..extras import extra
+from ..extras import extra, reading
+from .columns import RawLog
 from .map import Layout
-from .table import RawLog, reading
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _MATRIX, _COMPRESSED = 14, 15
@@ -37,11 +38,11 @@ def npz_log(path: Path, layout: Layout) -> RawLog:
         for name in data.files:
             try:
                 arrays[name] = data[name]
-                if not isinstance(arrays[name], np.ndarray):
-                    raise ValueError(f"{name} is not an array")
             except ValueError as error:
                 if "allow_pickle" not in str(error):  # an array of objects is none of numbers
                     raise
+        if other := next((name for name, array in arrays.items() if not isinstance(array, np.ndarray)), ""):
+            raise ValueError(f"{other} is not an array")
     return _arrays_log(path, arrays)
 
 
@@ -97,10 +98,9 @@ def _check_tags(content: memoryview, order: str, depth: int) -> None:
         begin, size, kind = (at + 4, small, kind & 0xFFFF) if small else (at + 8, size, kind)
         if kind not in _TAGS or (small > 4) or begin + size > len(content) or depth > 100:
             raise ValueError(f"wrong element at byte {at}")
-        if kind == _MATRIX:
-            _check_tags(content[begin : begin + size], order, depth + 1)
-        if kind == _COMPRESSED:
-            _check_tags(memoryview(zlib.decompress(content[begin : begin + size])), order, depth + 1)
+        inside = content[begin : begin + size]
+        if kind in (_MATRIX, _COMPRESSED):
+            _check_tags(inside if kind == _MATRIX else memoryview(zlib.decompress(inside)), order, depth + 1)
         at = at + 8 if small else begin + size + (0 if kind == _COMPRESSED else -size % 8)
 
 
@@ -140,16 +140,12 @@ def parquet_log(path: Path, layout: Layout) -> RawLog:
     columns: dict[str, Array] = {}
     with reading(path, "a Parquet file"), parquet.ParquetFile(path) as data:
         names = [entry.name for entry in data.schema_arrow if is_numeric(entry.type)]
-        table = data.read(columns=names)
-        for name in names:
-            column = table.column(name).combine_chunks()
-            flat = column.flatten() if is_list(column.type) else column
-            numbers = np.asarray(flat.cast(arrow.float64()).to_numpy(zero_copy_only=False))
+        for name, column in zip(names, data.read(columns=names).columns, strict=True):
             if not is_list(column.type):
-                columns[name] = numbers
-            elif not column.null_count and len(numbers) % max(len(column), 1) == 0:
-                columns |= _numbered(name, numbers.reshape(len(column), -1))
-            # Lists of several lengths hold no signal.
+                columns[name] = np.asarray(column.cast(arrow.float64()).to_numpy())
+                continue
+            with suppress(ValueError):  # lists of several lengths hold no signal
+                columns |= _numbered(name, np.stack(column.to_numpy()).astype(float))
     return _columns_log(path, columns)
 
 
@@ -170,14 +166,12 @@ def _arrays_log(path: Path, arrays: Mapping[str, Any], objects: Mapping[str, str
     """
     numeric = {name: array for name, array in arrays.items() if array.dtype.kind in "fiub"}
     rows = max((max(array.shape, default=0) for array in numeric.values()), default=0)
-    if rows < 2 and objects:
-        name, kind = next(iter(objects.items()))
-        remedy = _REMEDIES.get(kind, _OTHERWISE).format(name=name)
-        raise InputError(
-            f"{path}: variable {name} is a MATLAB {kind}, which only MATLAB reads: there write {remedy}"
-        )
     if rows < 2:
-        raise InputError(f"{path}: has no arrays of samples: give arrays named t, q, tau and so on")
+        fault = "has no arrays of samples: give arrays named t, q, tau and so on"
+        for name, kind in [*objects.items()][:1]:
+            remedy = _REMEDIES.get(kind, _OTHERWISE).format(name=name)
+            fault = f"variable {name} is a MATLAB {kind}, which only MATLAB reads: there write {remedy}"
+        raise InputError(f"{path}: {fault}")
     columns: dict[str, Array] = {}
     for name, array in numeric.items():
         lengths = [size for size in array.shape if size != 1]

@@ -1,4 +1,4 @@
-"""Columns of a log that are used: those of recorders that are known, standard names, patterns, names of joints.
+"""Columns of a log, and which are used: of recorders that are known, standard names, patterns, names of joints.
 
 One table serves text, arrays, Parquet and bags alike; near misses of its names are errors.
 """
@@ -6,23 +6,58 @@ One table serves text, arrays, Parquet and bags alike; near misses of its names 
 import difflib
 import math
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import Robot
-from .map import QUANTITIES, LogMap, listed, repeated, standard_pose
-from .table import RawLog
+from .map import LONGEST_NAME, QUANTITIES, LogMap, listed, repeated, standard_pose
 
 _TIME = re.compile(r"(?:t|time|timestamp|time_?stamp|stamp|__time)(?:_(s|sec|ms|msec|us|ns|nsec))?", re.IGNORECASE)
 _SUFFIXES = {"sec": "s", "msec": "ms", "nsec": "ns"}
+_HUGE = 1e30  # a time in nanoseconds is 2e18
 _ALIASES = {
     "time": "t", "timestamp": "t", "position": "q", "pos": "q", "velocity": "qd", "vel": "qd", "speed": "qd",
     "dq": "qd", "qdot": "qd", "torque": "tau", "tq": "tau", "current": "i", "cur": "i",
 }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class RawLog:
+    """A log that is open for reading, its numbers as they stand there."""
+
+    path: Path  # file or folder
+    names: tuple[str, ...]  # of all its columns
+    read: Callable[[Sequence[str]], Array]  # gives all rows of the columns that are asked for, in that order
+    place: Callable[[int], str] = lambda row: f"row {row + 1}"  # tells where a row stands; rows count from 0
+    joints: tuple[str, ...] = ()  # names, where the format has them
+    units: Mapping[str, str] = field(default_factory=dict)  # of columns, where the file names them
+    notes: Callable[[], tuple[str, ...]] = tuple  # on how it was read; after its rows were read, on these too
+    gain_sigma: float | None = None  # relative error of its torques' scale, where the file tells it
+
+    def __post_init__(self) -> None:
+        """Refuse names that no recorder writes."""
+        if longest := next((name for name in self.names if len(name) > LONGEST_NAME), ""):
+            where = f"{self.path}: the column name that begins {longest[:20]!r} has {len(longest)} characters"
+            raise InputError(f"{where}: is the first line a header? give short names")
+
+    def whole(self, columns: Sequence[str]) -> Array:
+        """All rows of the columns, rows x ``len(columns)``; refused where one is no time, place or torque."""
+        values = np.ascontiguousarray(self.read(columns))
+        if not (good := np.abs(values) < _HUGE).all():
+            row, column = np.argwhere(~good)[0]
+            bad = values[row, column]
+            fault = f"{bad} is {'too large a number' if np.isfinite(bad) else 'not a finite number'}"
+            where = f"{self.path}: {self.place(int(row))}, column {columns[column]!r}"
+            raise InputError(f"{where}: {fault}: correct or remove the row")
+        return values
 
 
 @dataclass(frozen=True)
@@ -49,12 +84,9 @@ class Known:
 
     def expanded(self, pattern: str, joints: Sequence[str], n: int) -> tuple[str, ...]:
         """Names of the columns of n joints."""
-        prefix = self.prefixes[0] if self.prefixes else ""
-        return tuple(
-            pattern.replace("*", prefix, 1).replace("{joint}", joints[j] if joints else "")
-            .replace("{}", str(j + 1)).replace("{0}", str(j))
-            for j in range(n)
-        )  # fmt: skip
+        pattern = pattern.replace("*", self.prefixes[0] if self.prefixes else "", 1)
+        named = (pattern.replace("{joint}", joints[j] if joints else "") for j in range(n))
+        return tuple(name.replace("{}", str(j + 1)).replace("{0}", str(j)) for j, name in enumerate(named))
 
 
 def _recorder(title: str, forms: str, names: Mapping[str, str], **more: Any) -> Known:
@@ -68,6 +100,14 @@ def _recorder(title: str, forms: str, names: Mapping[str, str], **more: Any) -> 
 
 _SHORT = {"position": "q", "velocity": "qd", "torque": "tau", "current": "i"}
 _FRANKA = {"position": "q", "velocity": "dq", "torque": "tau_J", "position_reference": "q_d"}
+_RTDE = {
+    "position": "actual_q", "velocity": "actual_qd", "torque": "actual_current_as_torque",
+    "current": "actual_current", "position_reference": "target_q", "torque_reference": "target_moment",
+}  # fmt: skip
+_LEROBOT = {
+    "position": "state position", "velocity": "velocity joint_velocities",
+    "torque": "effort torque joint_torques", "current": "current",
+}  # fmt: skip
 PLAIN = _recorder("plain columns", "@{}", {**_SHORT, "position_reference": "qref", "torque_reference": "tauref"})
 """Columns of a log that follows the documentation."""
 NAMED = _recorder(
@@ -84,18 +124,7 @@ NAMED = _recorder(
 KNOWN = (
     PLAIN,
     _recorder("columns counted from 0", "@{0} @_{0}", _SHORT),
-    _recorder(
-        "Universal Robots, RTDE",
-        "@_{0}",
-        {
-            "position": "actual_q",
-            "velocity": "actual_qd",
-            "torque": "actual_current_as_torque",
-            "current": "actual_current",
-            "position_reference": "target_q",
-            "torque_reference": "target_moment",
-        },
-    ),
+    _recorder("Universal Robots, RTDE", "@_{0}", _RTDE),
     _recorder("Franka, libfranka", "state.@[{0}] @[{0}]", _FRANKA, time=("time", "duration"), time_unit="ms"),
     _recorder("Franka, arrays of its state", "@{}", _FRANKA),
     _recorder("Franka, PlotJuggler", "*franka_states/@[{0}] *franka_states/@.{0}", _FRANKA),
@@ -104,17 +133,7 @@ KNOWN = (
         "*joint_states/{joint}/@ *measured_joint_state/{joint}/@",
         {"position": "position", "velocity": "velocity", "torque": "effort"},
     ),
-    _recorder(
-        "LeRobot data set",
-        "observation.@{}",
-        {
-            "position": "state position",
-            "velocity": "velocity joint_velocities",
-            "torque": "effort torque joint_torques",
-            "current": "current",
-        },
-        more=True,
-    ),
+    _recorder("LeRobot data set", "observation.@{}", _LEROBOT, more=True),
     NAMED,
 )
 """Every recorder whose columns are known; of two that fit alike the first counts."""
@@ -140,21 +159,19 @@ def _positions(known: Known, pattern: str, names: Sequence[str]) -> Known | None
     marks = {r"\*": "(?P<prefix>.*)", r"\{joint\}": "(?P<joint>[^/]+)", r"\{0\}": number, r"\{\}": number}
     for mark, group in marks.items():
         text = text.replace(mark, group)
-    arms: dict[str, list[str]] = {}
+    arms: dict[str, list[str]] = {"": []}
     for match in filter(None, (re.fullmatch(text, name) for name in names)):
         arms.setdefault(match.groupdict().get("prefix") or "", []).append(match["joint"])
-    most = max(map(len, arms.values()), default=0)
-    prefixes = tuple(prefix for prefix, joints in arms.items() if len(joints) == most)
-    if not prefixes:
-        return None
-    joints = tuple(arms[prefixes[0]])
+    joints = max(arms.values(), key=len)
+    prefixes = tuple(prefix for prefix, own in arms.items() if len(own) == len(joints))
     if "{joint}" in pattern:
-        return replace(known, prefixes=prefixes, joints=joints, size=most) if most > 1 else None
+        return (
+            replace(known, prefixes=prefixes, joints=tuple(joints), size=len(joints)) if len(joints) > 1 else None
+        )
     first = 0 if "{0}" in pattern else 1
-    if str(first - 1) in joints:  # numbers that begin before the first joint's are others
-        return None
-    count = next(k for k in range(len(joints) + 1) if str(first + k) not in joints)
-    return replace(known, prefixes=prefixes, size=count) if count else None
+    size = next(k for k in range(len(joints) + 1) if str(first + k) not in joints)
+    # Numbers that begin before the first joint's are others.
+    return replace(known, prefixes=prefixes, size=size) if size and str(first - 1) not in joints else None
 
 
 def time_column(names: Sequence[str], known: Known) -> str:
@@ -182,21 +199,17 @@ class Naming:
     def columns(self, kind: str) -> tuple[str, ...]:
         """Names that the columns of a quantity or reference must have, one for each joint."""
         named = listed(self.log_map.quantity(kind).columns)
-        if len(named) == 1 and "{" in named[0]:
-            return self._expanded(named[0])
-        if named:
+        if named and (len(named) > 1 or "{" not in named[0]):
             return named
-        known = self.known
-        patterns = known.columns.get(kind) or PLAIN.columns[kind]
+        patterns = named or self.known.columns.get(kind) or PLAIN.columns[kind]
         candidates = [self._expanded(pattern) for pattern in patterns]
         return next((names for names in candidates if set(names) & set(self.raw.names)), candidates[0])
 
     @property
     def time(self) -> str:
         """The column of time; empty where the log has a rate instead."""
-        if self.log_map.time.rate is not None:
-            return ""
-        return self.log_map.time.column or time_column(self.raw.names, self.known)
+        own = self.log_map.time
+        return "" if own.rate is not None else own.column or time_column(self.raw.names, self.known)
 
     @property
     def time_unit(self) -> str:
@@ -235,10 +248,8 @@ class Naming:
         n, numbers = self.robot.n, {int(match[1]): name for name in names if (match := re.search(r"(\d+)$", name))}
         if len(names) == n and sorted(numbers) in (list(range(n)), list(range(1, n + 1))):
             return tuple(numbers[k] for k in sorted(numbers))
-        raise InputError(
-            f"{self.raw.path}: names joints {', '.join(names)}: give the {n} of the robot from base to tip by "
-            "--joints"
-        )
+        advice = f"give the {n} of the robot from base to tip by --joints"
+        raise InputError(f"{self.raw.path}: names joints {', '.join(names)}: {advice}")
 
     def _expanded(self, pattern: str) -> tuple[str, ...]:
         joints = self.joints if "{joint}" in pattern else ()
@@ -246,10 +257,8 @@ class Naming:
             raise InputError(f"{self.log_map.source}: {pattern!r}: name the joints: joints = [...], --joints")
         prefixes = self.known.prefixes
         if "*" in pattern and len(prefixes) > 1:
-            raise InputError(
-                f"{self.raw.path}: has several arms or topics ({', '.join(prefixes)}): name one's columns "
-                "in a log map"
-            )
+            several = f"has several arms or topics ({', '.join(prefixes)})"
+            raise InputError(f"{self.raw.path}: {several}: name one's columns in a log map")
         return self.known.expanded(pattern, joints, self.robot.n)
 
 
@@ -262,9 +271,8 @@ def choose(naming: Naming, gains: Sequence[float] | None) -> tuple[dict[str, tup
     raw, log_map = naming.raw, naming.log_map
     load, notes = _load(naming, gains)
     speeds = naming.holds("velocity") or log_map.velocity.columns
-    kinds = ("position", "velocity", load) if speeds else ("position", load)
-    columns = {kind: naming.columns(kind) for kind in kinds}
-    columns = {"time": (naming.time,), **columns} if naming.time else columns
+    columns = dict[str, tuple[str, ...]]({"time": (naming.time,)} if naming.time else {})
+    columns |= {kind: naming.columns(kind) for kind in ("position", *["velocity"] * bool(speeds), load)}
     if not any(log_map.quantity(kind).columns for kind in QUANTITIES):
         notes = [*_check_layout(naming), *notes]
     names = list(chain.from_iterable(columns.values()))
@@ -279,22 +287,15 @@ def choose(naming: Naming, gains: Sequence[float] | None) -> tuple[dict[str, tup
 
 
 def _check_layout(naming: Naming) -> list[str]:
-    """Check columns that were recognised, and tell the user of them."""
     raw, robot, known = naming.raw, naming.robot, naming.known
-    if known.columns is NAMED.columns:
-        return []
     if known.columns is not PLAIN.columns:
         if known.size > robot.n and not known.by_name and not known.more:
-            raise InputError(
-                f"{raw.path}: holds {known.size} joints ({known.title}), but robot {robot.name!r} has {robot.n}: "
-                "is it the right robot?"
-            )
-        return [f"columns of: {known.title}"]
-    patterns = [PLAIN.columns[kind][0] for kind in QUANTITIES]
-    plain = {"t"} | {pattern.replace("{}", str(j)) for pattern in patterns for j in range(1, robot.n + 1)}
-    time = time_column(raw.names, PLAIN)
+            fault = f"holds {known.size} joints ({known.title}), but robot {robot.name!r} has {robot.n}"
+            raise InputError(f"{raw.path}: {fault}: is it the right robot?")
+        return [] if known.columns is NAMED.columns else [f"columns of: {known.title}"]
+    plain = {"t"}.union(*(PLAIN.expanded(PLAIN.columns[kind][0], (), robot.n) for kind in QUANTITIES))
     for name in raw.names:
-        if name in plain or name == time:
+        if name in plain or name == time_column(raw.names, PLAIN):
             continue
         match = re.fullmatch(r"([a-z]+?)0*(\d*)", re.sub(r"[\[(].*?[\])]|[^a-z0-9]", "", name.lower()))
         meant = _ALIASES.get(match[1], match[1]) + match[2] if match else name
@@ -307,7 +308,6 @@ def _check_layout(naming: Naming) -> list[str]:
 
 
 def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]]:
-    """Choose torques or currents, and tell the user of the choice."""
     path, n, there = naming.raw.path, naming.robot.n, set(naming.raw.names)
     currents = naming.columns("current")
     named = f"{currents[0]}..{currents[-1]}"
@@ -353,9 +353,8 @@ def in_a_row(names: Sequence[str]) -> str:
     for name in names:
         stem = name.rstrip("0123456789")
         before = f"{stem}{int(name[len(stem) :] or 0) - 1}"
-        if runs and runs[-1][-1] == before:
-            runs[-1].append(name)
-        else:
-            runs.append([name])
+        if not runs or runs[-1][-1] != before:
+            runs.append([])
+        runs[-1].append(name)
     words = [f"{run[0]} .. {run[-1]}" if len(run) > 2 else ", ".join(run) for run in runs]
     return ", ".join(words) if len(words) <= 60 else f"{', '.join(words[:60])} and {len(words) - 60} more"

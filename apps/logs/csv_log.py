@@ -2,24 +2,22 @@
 
 import csv
 import gzip
-import io
 import re
 import zlib
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain, islice
 from pathlib import Path
-from typing import IO, Any, cast
+from typing import IO, Any
 
 import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from .columns import RawLog
 from .map import DELIMITERS, Layout, known_unit, with_unit
-from .table import RawLog
 
 _SAMPLE = 1 << 17  # bytes that a dialect is found out from, and letters that a line may have
 _MOST_PASSED = 1_000_000  # lines without numbers
@@ -37,102 +35,128 @@ _SPREADSHEETS = (".xlsx", ".xlsm", ".xls", ".ods", ".numbers")
 _CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f]")
 _MARK = ("#", "%")
 _GAIN_SIGMA = re.compile(r"[#%]\s*gain_sigma\s*=\s*(.*?)\s*")
-_SEPARATOR = re.compile(r'"?sep=(.)"?', re.IGNORECASE)
+_SEPARATOR = re.compile(r'"?sep=([^"])"?', re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")
 _STOPPED = re.compile(r"string (.*) to float64 at row (\d+), column (\d+)", re.DOTALL)
 _NAMES = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars", None: "blanks"}
 
 
-@dataclass(frozen=True)
-class Dialect:
-    """Way in which a text file writes its table."""
+def csv_log(path: Path, layout: Layout) -> RawLog:
+    """Open a text file, whose dialect is found out where the layout does not say it."""
+    text = _Text(path, layout)
+    return RawLog(path, text.names, text.read, text.place, (), text.units, text.notes, text.gain_sigma)
 
-    encoding: str = "utf-8"
-    delimiter: str | None = ","  # between cells; None stands for any white space
-    decimal: str = "."  # or ","
-    before: int = 0  # lines before the first row of numbers
-    header: tuple[str, ...] = ()  # names of the columns as they stand there; empty where there is no such line
-    units: tuple[str, ...] = ()  # of the columns, as a row below the header gives them; empty without one
-    told: tuple[str, ...] = ()  # what differs from a plain file, in words
-    gain_sigma: float | None = None  # of a remark "# gain_sigma = 0.02": the torques' error of scale
 
-    def cells(self, line: str) -> list[str]:
-        """Cells of one line, without quotation marks; what a last delimiter ends is no further cell."""
-        line = line.rstrip("\r\n")
-        if self.delimiter is None:
-            return line.split()
-        split = line.split(self.delimiter) if line else []
-        if '"' in line:
-            try:
-                split = next(csv.reader([line], delimiter=self.delimiter, skipinitialspace=True), [])
-            except csv.Error:  # a cell of more than 131,072 characters
-                return [line]
-        cells = [cell.strip() for cell in split]
-        return cells[:-1] if len(cells) > 1 and not cells[-1] and len(cells) > len(self.header) > 0 else cells
+class _Text:
+    """A text file: the way in which it writes its table, and what reading its rows showed."""
 
-    def plain(self, cell: str) -> str:
+    def __init__(self, path: Path, layout: Layout) -> None:
+        """Find out how it writes its table; what the layout says is taken as said."""
+        self._path, self._per_row, self._encoding = path, layout.per_row, _encoding(path)
+        self._passed: list[int] = []  # rows before which a line without numbers was passed over
+        self._cut = ""
+        with _opened(path, self._encoding) as text:
+            lines = text.read(_SAMPLE).splitlines()
+        if len(lines) > 1 and len("\n".join(lines)) >= _SAMPLE - 1:
+            lines.pop()  # perhaps the beginning of one
+        self._before, remarks, stated = (layout.skip, [], "") if layout.skip else _preamble(lines)
+        header = lines[self._before] if self._before < len(lines) else ""
+        below = lines[self._before + (not layout.names) :]
+        usual, self._decimal = "\t" if ".tsv" in path.suffixes else ",", layout.decimal or "."
+        self._delimiter = stated or _delimiter(usual, header, below)
+        if layout.delimiter:
+            self._delimiter = DELIMITERS[layout.delimiter]
+        if not layout.decimal and self._delimiter != ",":
+            # A comma where numbers have one and none has a point.
+            cells = [cell for line in below if not line.startswith(_MARK) for cell in self._cells(line)]
+            points = any("." in cell and self._is_number(cell) for cell in cells)
+            if not points and any(map(_DECIMAL_COMMA.fullmatch, cells)):
+                self._decimal = ","
+        names, units = list(layout.names), list[str]()
+        if not names:
+            names, units = self._header(header, remarks, below)
+        self.gain_sigma: float | None = None
+        for remark in [line for line in remarks if _GAIN_SIGMA.fullmatch(line)]:
+            fraction = remark.partition("=")[2].strip()
+            self.gain_sigma = float(fraction) if self._is_number(fraction) else -1.0
+            if not 0.0 <= self.gain_sigma < 1.0:
+                raise InputError(f"{path}: gain_sigma = {fraction}: give a fraction from 0 to below 1; 0 if exact")
+            remarks.remove(remark)
+        named = [with_unit(name) for name in names]
+        self.names = tuple(name for name, _ in named)
+        self.units = dict(zip(self.names, units, strict=False)) | {name: unit for name, unit in named if unit}
+        unusual = not layout.delimiter and (self._delimiter != usual or bool(stated))
+        self._told = {
+            f"cells separated by {_NAMES.get(self._delimiter, repr(self._delimiter))}": unusual,
+            "decimal commas": not layout.decimal and self._decimal == ",",
+            "UTF-16 text": self._encoding.startswith("utf-16"),
+            "a byte order mark": self._encoding == "utf-8-sig",
+            "Latin-1 text": self._encoding == "latin-1",
+            "a row of units": bool(units),
+            "remarks": bool(remarks),
+        }
+
+    def _header(self, line: str, remarks: Sequence[str], below: Sequence[str]) -> tuple[list[str], list[str]]:
+        """Names of the columns, by the last remark of a file of numbers, and the row of units below them."""
+        names = self._cells(line)
+        while len(names) > 1 and not names[-1]:
+            names.pop()
+        numbers = all(map(self._is_number, names))
+        if remarks and names and numbers:
+            named = self._cells(remarks[-1].lstrip("".join(_MARK)).strip())
+            if len(named) == len(names):
+                return named, []
+        self._before += 1
+        if not any(names):
+            raise InputError(f"{self._path}: is empty: a header line and rows of numbers are needed")
+        if len(names) == 1:
+            fault = f"the header {names[0][:40]!r} has one column"
+            raise InputError(f"{self._path}: {fault}: separate columns by commas, semicolons, tabs or blanks")
+        if numbers:
+            raise InputError(f"{self._path}: line {self._before} has numbers: add a header with column names")
+        first = next((line for line in below if line.strip()), "")
+        units = self._cells(first)[: len(names)]
+        # A row of units holds no number, and some unit that is known.
+        if any(map(self._is_number, units)) or not any(known_unit(unit.strip("[]()")) for unit in units):
+            return names, []
+        self._before += below.index(first) + 1
+        return names, units
+
+    def _cells(self, line: str) -> list[str]:
+        return _cells(line, self._delimiter)
+
+    def _plain(self, cell: str) -> str:
         """A number as Python writes it."""
-        return cell.replace(",", ".") if self.decimal == "," else cell
+        return cell.replace(",", ".") if self._decimal == "," else cell
 
-    def is_number(self, cell: str) -> bool:
+    def _is_number(self, cell: str) -> bool:
         """True for a number, not a number and infinity among them."""
         try:
-            float(self.plain(cell))
+            float(self._plain(cell))
         except ValueError:
             return False
         return "_" not in cell
 
-
-def csv_log(path: Path, layout: Layout) -> RawLog:
-    """Open a text file, whose dialect is found out where the layout does not say it."""
-    dialect = dialect_of(path, layout)
-    header = dialect.header
-    if not layout.names:
-        if not any(header):
-            raise InputError(f"{path}: is empty: a header line and rows of numbers are needed")
-        if len(header) == 1:
-            raise InputError(
-                f"{path}: the header {header[0][:40]!r} has one column: separate columns by commas, semicolons, "
-                "tabs or blanks"
-            )
-        if all(map(dialect.is_number, header)):
-            raise InputError(f"{path}: line {dialect.before} has numbers: add a header with column names")
-    named = [with_unit(name) for name in layout.names or header]
-    names = tuple(name for name, _ in named)
-    units = dict(zip(names, dialect.units, strict=False)) | {name: unit for name, unit in named if unit}
-    text = _Text(path, dialect, layout.per_row, names)
-    return RawLog(path, names, text.read, text.place, units=units, notes=text.notes, gain_sigma=dialect.gain_sigma)
-
-
-class _Text:
-    """The rows of a text file, and what reading them showed."""
-
-    def __init__(self, path: Path, dialect: Dialect, per_row: int, names: tuple[str, ...]) -> None:
-        self._path, self._dialect, self._per_row, self._names = path, dialect, per_row, names
-        self._passed: list[int] = []  # rows before which a line without numbers was passed over
-        self._cut = ""
-
     def place(self, row: int) -> str:
         passed = bisect_right(self._passed, row)
-        return f"line {self._dialect.before + 1 + row * max(self._per_row, 1) + passed}"
+        return f"line {self._before + 1 + row * max(self._per_row, 1) + passed}"
 
     def notes(self) -> tuple[str, ...]:
-        told = self._dialect.told
-        return tuple(filter(None, (f"text read with {', '.join(told)}" if told else "", self._cut)))
+        told = ", ".join(words for words, is_so in self._told.items() if is_so)
+        return tuple(filter(None, (told and f"text read with {told}", self._cut)))
 
     def read(self, columns: Sequence[str]) -> Array:
         """Some of the columns."""
-        dialect, per_row, before = self._dialect, self._per_row, self._dialect.before
-        wanted = [self._names.index(name) for name in columns]
+        per_row, wanted = self._per_row, [self.names.index(name) for name in columns]
         indices = [0] if per_row else wanted
         self._passed, self._cut = [], ""
-        with opened_text(self._path, dialect.encoding) as text:
-            lines = islice(self._lines(text), before, None)
-            rows = map(dialect.plain, lines) if per_row else self._rows(enumerate(lines, before + 1), indices)
+        with _opened(self._path, self._encoding) as text:
+            lines = islice(self._lines(text), self._before, None)
+            rows = map(self._plain, lines) if per_row else self._rows(lines, indices)
             first = next(rows, None)
             if first is None:
                 return np.empty((0, len(columns)))
-            between, quote = (None, None) if per_row else (dialect.delimiter, '"')
+            between, quote = (None, None) if per_row else (self._delimiter, '"')
             form: dict[str, Any] = {"delimiter": between, "quotechar": quote, "usecols": indices, "comments": None}
             try:
                 values = np.loadtxt(chain([first], rows), ndmin=2, **form)
@@ -144,7 +168,7 @@ class _Text:
             raise InputError(f"{self._path}: {values.size} numbers are not a multiple of {per_row}: it is cut")
         return values.reshape(-1, per_row)[:, wanted] if per_row else values
 
-    def _lines(self, text: io.TextIOBase) -> Iterator[str]:
+    def _lines(self, text: IO[str]) -> Iterator[str]:
         """Lines of a text, which may be packed: one of 10 GB takes 10 MB."""
         for number, line in enumerate(iter(partial(text.readline, _SAMPLE), ""), 1):
             if len(line) == _SAMPLE:
@@ -152,11 +176,10 @@ class _Text:
                 raise InputError(f"{self._path}: {fault}: correct or remove it")
             yield line
 
-    def _rows(self, lines: Iterable[tuple[int, str]], indices: list[int]) -> Iterator[str]:
+    def _rows(self, lines: Iterable[str], indices: list[int]) -> Iterator[str]:
         """Rows as wide as the header: without remarks and empty lines, and without a last row that is cut."""
-        dialect, names, count = self._dialect, self._names, 0
-        delimiter, width = dialect.delimiter, len(names)
-        for number, line in lines:
+        width, count = len(self.names), 0
+        for number, line in enumerate(lines, self._before + 1):
             if not _has_cells(line):
                 self._passed.append(count)
                 if len(self._passed) > _MOST_PASSED:
@@ -165,36 +188,33 @@ class _Text:
                 continue
             whole = line.endswith(("\n", "\r"))
             # The quick way to count cells serves nearly every row.
-            if delimiter is None or not whole or line.count(delimiter) != width - 1 or '"' in line:
-                cells = dialect.cells(line)
-                if len(cells) == width + 1 and not cells[-1]:
+            if self._delimiter is None or not whole or line.count(self._delimiter) != width - 1 or '"' in line:
+                cells = self._cells(line)
+                while len(cells) > width and not cells[-1]:
                     cells.pop()
-                inside = width - 1 in indices and len(cells) == width and not dialect.is_number(cells[-1])
+                inside = width - 1 in indices and len(cells) == width and not self._is_number(cells[-1])
                 if not whole and (len(cells) < width or inside):
                     self._cut = f"the last row ({self.place(count)}) is cut off: left out"
                     return
                 if len(cells) != width:
                     advice = "correct or remove the row, or name every column"
-                    if missing := names[len(cells) :]:
+                    if missing := self.names[len(cells) :]:
                         advice = f"{missing[0]!r}{' and what follows it' if missing[1:] else ''} is missing"
-                    elif delimiter == "," and len(cells) > 1.5 * width:
+                    elif self._delimiter == "," and len(cells) > 1.5 * width:
                         advice = "numbers need decimal points, or semicolons between them"
                     counts = f"line {number} has {len(cells)} cells, the header {width} names"
                     raise InputError(f"{self._path}: {counts}: {advice}")
             count += 1
-            yield dialect.plain(line)
+            yield self._plain(line)
 
     def _bad_cell(self, fault: str) -> InputError:
-        """Say where the cell stands at which NumPy's reader stopped."""
         match = _STOPPED.search(fault)
         if match is None:
             return InputError(f"{self._path}: the rows cannot be read as numbers")
         row, column = int(match[2]), int(match[3]) - 1
-        place = f"line {self._dialect.before + 1 + row}" if self._per_row else self.place(row)
-        return InputError(
-            f"{self._path}: {place}, column {self._names[column]!r}: {match[1][:22]} is not a finite number: "
-            "correct or remove the row"
-        )
+        place = f"line {self._before + 1 + row}" if self._per_row else self.place(row)
+        where = f"{self._path}: {place}, column {self.names[column]!r}"
+        return InputError(f"{where}: {match[1][:22]} is not a finite number: correct or remove the row")
 
 
 def _has_cells(line: str) -> bool:
@@ -202,55 +222,23 @@ def _has_cells(line: str) -> bool:
     return bool(line.strip()) and not line.startswith(_MARK)
 
 
-def dialect_of(path: Path, layout: Layout) -> Dialect:
-    """Find out how a file writes its table; what the layout says is taken as said."""
-    encoding = _encoding(path)
-    with opened_text(path, encoding) as text:
-        lines = text.read(_SAMPLE).splitlines()
-    if len(lines) > 1 and len("\n".join(lines)) >= _SAMPLE - 1:
-        lines.pop()  # perhaps the beginning of one
-    start, remarks, stated = (layout.skip, [], "") if layout.skip else _preamble(lines)
-    header_line = lines[start] if start < len(lines) else ""
-    below = lines[start + (not layout.names) :]
-    usual = "\t" if ".tsv" in path.suffixes else ","
-    delimiter = stated or _delimiter(usual, header_line, below)
-    if layout.delimiter:
-        delimiter = DELIMITERS[layout.delimiter]
-    dialect = Dialect(encoding, delimiter, layout.decimal or ".", start)
-    if not layout.decimal and delimiter != ",":
-        # A comma where numbers have one and none has a point.
-        cells = [cell for line in below if not line.startswith(_MARK) for cell in dialect.cells(line)]
-        points = any("." in cell and dialect.is_number(cell) for cell in cells)
-        if not points and any(map(_DECIMAL_COMMA.fullmatch, cells)):
-            dialect = replace(dialect, decimal=",")
-    if not layout.names:
-        dialect = _with_header(dialect, header_line, remarks, below)
-    sigma = None
-    for remark in [line for line in remarks if _GAIN_SIGMA.fullmatch(line)]:
-        fraction = remark.partition("=")[2].strip()
-        sigma = float(fraction) if dialect.is_number(fraction) else -1.0
-        if not 0.0 <= sigma < 1.0:
-            raise InputError(f"{path}: gain_sigma = {fraction}: give a fraction from 0 to below 1; 0 if exact")
-        remarks.remove(remark)
-    unusual = not layout.delimiter and (delimiter != usual or bool(stated))
-    told = {
-        f"cells separated by {_NAMES.get(delimiter, repr(delimiter))}": unusual,
-        "decimal commas": not layout.decimal and dialect.decimal == ",",
-        "UTF-16 text": encoding.startswith("utf-16"),
-        "a byte order mark": encoding == "utf-8-sig",
-        "Latin-1 text": encoding == "latin-1",
-        "a row of units": bool(dialect.units),
-        "remarks": bool(remarks),
-    }
-    return replace(dialect, told=tuple(words for words, is_so in told.items() if is_so), gain_sigma=sigma)
+def _cells(line: str, delimiter: str | None) -> list[str]:
+    """Cells of one line, without quotation marks; no delimiter stands for any white space."""
+    line = line.rstrip("\r\n")
+    if delimiter is None:
+        return line.split()
+    try:
+        split = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])
+    except csv.Error:  # a cell of more than 131,072 characters
+        return [line]
+    return [cell.strip() for cell in split]
 
 
 def _encoding(path: Path) -> str:
-    """The encoding by the first bytes."""
     if path.suffix.lower() in _SPREADSHEETS and path.is_file():
         raise InputError(f"{path}: a spreadsheet: save it as CSV (Excel: Save As, 'CSV UTF-8') and give that file")
-    with _binary(path) as stream:
-        sample = stream.read(_SAMPLE)
+    with _opened(path, "latin-1") as text:
+        sample = text.read(_SAMPLE).encode("latin-1")
     for magic, advice in _NOT_TEXT.items():
         if sample.startswith(magic):
             raise InputError(f"{path}: {advice}")
@@ -285,12 +273,10 @@ def _preamble(lines: Sequence[str]) -> tuple[int, list[str], str]:
 
 def _delimiter(usual: str, header: str, below: Sequence[str]) -> str | None:
     """Find what cuts header and first rows into equally many cells, the most; where none does, the header alone."""
-    rows = list(filter(_has_cells, below[:50]))[:3]
+    rows = [header, *list(filter(_has_cells, below[:50]))[:3]]
     # Of delimiters that do as well as each other the first counts: the usual one.
     counts = {
-        delimiter: [
-            len(Dialect(delimiter=delimiter).cells(line.strip().rstrip(delimiter))) for line in (header, *rows)
-        ]
+        delimiter: [len(_cells(line.strip().rstrip(delimiter), delimiter)) for line in rows]
         for delimiter in dict.fromkeys((usual, *_NAMES))
     }
     several = {delimiter: cells for delimiter, cells in counts.items() if cells[0] > 1}
@@ -299,39 +285,15 @@ def _delimiter(usual: str, header: str, below: Sequence[str]) -> str | None:
     return max(alike or named or [usual], key=lambda delimiter: counts[delimiter][0])
 
 
-def _with_header(dialect: Dialect, line: str, remarks: Sequence[str], below: Sequence[str]) -> Dialect:
-    """Names of the columns, and the row of units below them; of a file of numbers the last remark may name them."""
-    names = dialect.cells(line)
-    while len(names) > 1 and not names[-1]:
-        names.pop()
-    if remarks and names and all(map(dialect.is_number, names)):
-        named = dialect.cells(remarks[-1].lstrip("".join(_MARK)).strip())
-        if len(named) == len(names):
-            return replace(dialect, header=tuple(named))
-    first = next((line for line in below if line.strip()), "")
-    units = dialect.cells(first)[: len(names)]
-    # A row of units holds no number, and some unit that is known.
-    if any(map(dialect.is_number, units)) or not any(known_unit(unit.strip("[]()")) for unit in units):
-        return replace(dialect, header=tuple(names), before=dialect.before + 1)
-    skipped = below.index(first) + 1
-    return replace(dialect, header=tuple(names), units=tuple(units), before=dialect.before + 1 + skipped)
-
-
 @contextmanager
-def opened_text(path: Path, encoding: str) -> Iterator[io.TextIOBase]:
+def _opened(path: Path, encoding: str) -> Iterator[IO[str]]:
     """Open a text file, plain or gzip; what is no text of its encoding comes as a mark, for a number is none."""
     errors = "replace" if encoding.startswith("utf-16") else "surrogateescape"
-    with _binary(path) as binary, io.TextIOWrapper(binary, encoding=encoding, errors=errors, newline="") as text:
-        yield text
-
-
-@contextmanager
-def _binary(path: Path) -> Iterator[IO[bytes]]:
     try:
         with path.open("rb") as stream:
             packed = path.suffix.lower() == ".gz" or stream.read(2) == b"\x1f\x8b"
-        with gzip.open(path, "rb") if packed else path.open("rb") as binary:
-            yield cast(IO[bytes], binary)
+        with (gzip.open if packed else open)(path, "rt", encoding=encoding, errors=errors, newline="") as text:
+            yield text
     except FileNotFoundError:
         raise InputError(f"{path}: no such file: check the path") from None
     except UnicodeError:

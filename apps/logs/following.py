@@ -35,17 +35,14 @@ Following = tuple[Missed, Recording]
 
 
 class Change(Document, frozen=True):
-    """Root mean square of a joint, or of all, before and after, and by what share it fell, with 95 % interval.
-
-    ``clear`` tells on which side of zero the interval lies.
-    """
+    """Root mean square of a joint, or of all, before and after, and by what share it fell."""
 
     name: str
     before: float
     after: float
     fall: float
-    interval: tuple[float, float]
-    clear: _Clear
+    interval: tuple[float, float]  # 95 %
+    clear: _Clear  # on which side of zero the interval lies
 
 
 class FollowingChange(Document, frozen=True):
@@ -72,10 +69,9 @@ def read_following(
         there = [name for name in names if name in naming.raw.names]
         if not there and not getattr(naming.log_map, quantity):
             continue
-        if len(there) < len(names):
-            missing = ", ".join(name for name in names if name not in there)
+        if missing := [name for name in names if name not in there]:
             beside = f", but {there[0]} is there: record it for every joint" if there else ""
-            raise InputError(f"{naming.raw.path}: no column {missing}{beside}")
+            raise InputError(f"{naming.raw.path}: no column {', '.join(missing)}{beside}")
         recording, wanted = read_beside(path, robot, drive_gains, log_map, quantity)
         kind: Missed = "following error" if quantity == "position_reference" else "unpredicted torque"
         error = wanted - recording.q if kind == "following error" else recording.torque - wanted
@@ -99,19 +95,15 @@ def following_change(
         held = f"{old.source} holds the {kind}, {new.source} the {new_kind}"
         raise InputError(f"{held}: log the same columns in both")
     pair = aligned(old, new, None, max_mismatch)
-    t = pair.loaded.t
-    too_short = f"{new.source}: less than {_FEWEST} s of common motion: give the whole recordings"
-    if len(t) < 2:
-        raise InputError(too_short)
-    qd: Array = np.gradient(pair.loaded.q, t, axis=0)
-    moving = moving_parts(Motion(t, pair.loaded.q, qd, np.zeros_like(qd)), still_speed)
-    q = pair.loaded.q[moving]
-    spans = q.max(axis=0) - q.min(axis=0) if len(q) else np.zeros(pair.loaded.q.shape[1])
-    joints = [int(j) for j in np.flatnonzero(spans > _MOVES)]
-    edges = np.arange(t[0], t[-1], _BLOCK)
-    block = np.searchsorted(edges, t[moving], side="right")
+    t, q, joints, block = pair.loaded.t, pair.loaded.q, list[int](), np.zeros(0, dtype=np.int_)
+    if len(t) > 1:
+        qd: Array = np.gradient(q, t, axis=0)
+        moving = moving_parts(Motion(t, q, qd, np.zeros_like(qd)), still_speed)
+        spans = q[moving].max(axis=0, initial=-np.inf) - q[moving].min(axis=0, initial=np.inf)
+        joints = np.flatnonzero(spans > _MOVES).tolist()
+        block = np.searchsorted(np.arange(t[0], t[-1], _BLOCK), t[moving], side="right")
     if not joints or len(np.unique(block)) < _FEWEST:
-        raise InputError(too_short)
+        raise InputError(f"{new.source}: less than {_FEWEST} s of common motion: give the whole recordings")
     squares = [np.square(recording.torque[moving]) for recording in (pair.unloaded, pair.loaded)]
 
     def change(name: str, joints: list[int]) -> Change:
@@ -120,15 +112,12 @@ def following_change(
         total, count = sums.sum(axis=0), len(sums)
         if not (total > 0.0).all():
             raise InputError(f"{name}: nothing was missed at all: the reference is the measurement itself")
-        left = total - sums
-        logs = 0.5 * np.log(left[:, 1] / left[:, 0])
-        value = 0.5 * float(np.log(total[1] / total[0]))
-        sigma = float(np.sqrt((count - 1.0) / count * np.sum((logs - logs.mean()) ** 2)))
-        half = student95(count - 1) * sigma
-        rms_old, rms_new = np.sqrt(total / (len(block) * len(joints))).tolist()
-        low, high = 1.0 - float(np.exp(value + half)), 1.0 - float(np.exp(value - half))
+        logs = 0.5 * np.diff(np.log(np.vstack([total, total - sums])))[:, 0]
+        half = student95(count - 1) * np.sqrt((count - 1.0) * np.var(logs[1:]))
+        low, fall, high = (1.0 - np.exp(logs[0] + half * np.array([1.0, 0.0, -1.0]))).tolist()
         clear: _Clear = "fell" if low > 0.0 else "rose" if high < 0.0 else "no clear change"
-        return Change(name, rms_old, rms_new, 1.0 - float(np.exp(value)), (low, high), clear)
+        old_rms, new_rms = np.sqrt(total / (len(block) * len(joints))).tolist()
+        return Change(name, old_rms, new_rms, fall, (low, high), clear)
 
     each = tuple(change(f"joint {j + 1}", [j]) for j in joints)
     return FollowingChange(kind, kind != "torque", pair.lag, each, change("all joints", joints))

@@ -1,7 +1,7 @@
 """A look at one log before anything is identified from it, and which of the shipped robots it can be of."""
 
 import dataclasses
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -48,7 +48,7 @@ class TimeFacts(Document, frozen=True):
     rate: float  # mean [Hz]
     steps: tuple[float, float]  # shortest and longest
     jitter: float  # standard deviation of the steps over their mean
-    moving: tuple[float, float] | None  # first and last moment of the motion that is used; None where nothing moves
+    moving: tuple[float, float] | None  # first and last moment of the motion that is used; None without motion
 
 
 class JointFacts(Document, frozen=True):
@@ -112,22 +112,16 @@ def check_log(
         motion = measurement(recording, processing).motion
     except InputError as refusal:
         return check.completed([error(str(refusal))])
-    steps, moving = np.diff(recording.t), motion.t[moving_parts(motion, processing.still_speed)]
-    time = TimeFacts(
-        samples=len(recording.t),
-        duration=float(recording.t[-1] - recording.t[0]),
-        rate=float(1.0 / steps.mean()),
-        steps=(float(steps.min()), float(steps.max())),
-        jitter=float(steps.std() / steps.mean()),
-        moving=(float(moving[0]), float(moving[-1])) if moving.size else None,
-    )
+    t, steps, moving = recording.t, np.diff(recording.t), motion.t[moving_parts(motion, processing.still_speed)]
+    mean, span = float(steps.mean()), _range(moving) if moving.size else None
+    time = TimeFacts(len(t), float(t[-1] - t[0]), 1.0 / mean, _range(steps), float(steps.std()) / mean, span)
     still = still_joints([recording])
     joints = tuple(
         JointFacts(
             moves=j not in still,
-            position=(float(q.min()), float(q.max())),
+            position=_range(q),
             speed=float(np.abs(speed).max()),
-            torque=(float(torque.min()), float(torque.max())),
+            torque=_range(torque),
             position_step=smallest_step(q),
             torque_step=smallest_step(torque),
             saturated=float(max((torque == torque.max()).mean(), (torque == torque.min()).mean())),
@@ -142,8 +136,8 @@ def check_log(
     source = Source((), (recording,), processing)
     nominal = nominal_gravity(robot, states_of(source, BLOCKS)) if currents else None
     if nominal is not None and np.isfinite(nominal.ratio).any():
-        shown = [(j, ratio) for j, ratio in enumerate(nominal.ratio.tolist(), 1) if np.isfinite(ratio)]
-        gains = ", ".join(f"{1.0 / ratio:.3g} at joint {j}" for j, ratio in shown)
+        ratios = {j: ratio for j, ratio in enumerate(nominal.ratio.tolist(), 1) if np.isfinite(ratio)}
+        gains = ", ".join(f"{1.0 / ratio:.3g} at joint {j}" for j, ratio in ratios.items())
         bodies = f"assumed: {nominal.assumed}" if nominal.assumed else "as described"
         text = (
             f"From the weight of the links ({bodies}) the drive gains are about {gains} (N·m or N per unit), "
@@ -176,25 +170,26 @@ def check_log(
     )
 
 
-def _signals(time: TimeFacts, joints: Sequence[JointFacts], currents: bool) -> list[Finding]:
+def _signals(time: TimeFacts, joints: Sequence[JointFacts], currents: bool) -> Iterator[Finding]:
     """Say what is wrong with the time stamps, with joints that rest, and with coarse torques."""
-    findings = []
     if time.moving is None:
-        findings.append(error("No joint ever moves: record a motion of every joint"))
+        yield error("No joint ever moves: record a motion of every joint")
     if time.jitter > _JITTER:
         steps = "from {:.3g} to {:.3g} ms".format(*(1e3 * step for step in time.steps))
-        text = f"Time steps vary {steps}: the log is resampled to an even rate before filtering"
-        findings.append(note(text))
+        yield note(f"Time steps vary {steps}: the log is resampled to an even rate before filtering")
     still = [str(j) for j, joint in enumerate(joints, 1) if not joint.moves]
     if 0 < len(still) < len(joints):
-        findings.append(warning(f"Joint {', '.join(still)} never moves: its parameters cannot be identified"))
+        yield warning(f"Joint {', '.join(still)} never moves: its parameters cannot be identified")
     quantity, unit = ("current", "A") if currents else ("torque", "N·m")
     for j, joint in enumerate(joints, 1):
         span = joint.torque[1] - joint.torque[0]
         if span > 0.0 and joint.torque_step > _COARSE * span:
             coarse = f"{joint.torque_step:.3g} {unit}, {100 * joint.torque_step / span:.0f} % of its range"
-            findings.append(warning(f"The {quantity} of joint {j} has a resolution of only {coarse}"))
-    return findings
+            yield warning(f"The {quantity} of joint {j} has a resolution of only {coarse}")
+
+
+def _range(values: Array) -> tuple[float, float]:
+    return float(values.min()), float(values.max())
 
 
 def smallest_step(values: Array) -> float:
@@ -226,18 +221,17 @@ def _reduced(
     robot: Robot, recording: Recording, processing: Processing, currents: bool
 ) -> tuple[Recording, Equations]:
     """Reduce one recording to equations; currents first become torques in one unknown unit."""
-    base = base_parameters(robot)
     if currents and robot.coupling is None and robot.spring is None:
         states = States.of(recording, processing)
         recording = dataclasses.replace(recording, torque=recording.torque / relative_scales(robot, states))
-    return recording, base_problem(robot, base, [recording], Settings(processing), check=False)
+    return recording, base_problem(robot, base_parameters(robot), [recording], Settings(processing), check=False)
 
 
 class RobotFit(Document, frozen=True):
-    """A shipped robot that a log can be of; ``residual``: what its model leaves of the torque, if that is known."""
+    """A shipped robot that a log can be of."""
 
     robot: str
-    residual: float | None
+    residual: float | None  # of the torque, by its model, if that is known
 
 
 class RobotFits(Document, frozen=True):

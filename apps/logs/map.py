@@ -15,17 +15,14 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.schema import Real, Table, WrongKeyError, at, read_toml
 
-Texts = str | tuple[str, ...]
-"""One text stands for a list of it."""
+Texts = str | tuple[str, ...]  # one text stands for a list of it
 _Count = Annotated[int, Meta(ge=0)]
 DELIMITERS = {"comma": ",", "tab": "\t", "semicolon": ";", "space": None}
 """Separators of cells; None stands for any white space."""
-QUANTITIES = ("position", "velocity", "torque", "current")
-"""Quantities that are measured of each joint."""
+QUANTITIES = ("position", "velocity", "torque", "current")  # quantities that are measured of each joint
 REFERENCES = {"position_reference": "position", "torque_reference": "torque"}
 """What the controller wanted of each joint, and the quantities it belongs to; ``read_following`` reads it."""
-FORMS = {"rotation_vector": 3, "rpy": 3, "quaternion": 4}
-"""Ways to write axes, and their number of columns."""
+FORMS = {"rotation_vector": 3, "rpy": 3, "quaternion": 4}  # ways to write axes, and their number of columns
 _ANGLE = {"rad": 1.0, "deg": math.pi / 180.0, "rev": 2.0 * math.pi, "m": 1.0, "mm": 1e-3}
 _UNITS = {
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
@@ -53,17 +50,16 @@ def factor(quantity: str, unit: str) -> float:
     return known[unit]
 
 
+def _spelt(unit: str) -> str:
+    return _SPELLINGS.get(unit, unit)
+
+
 def known_unit(text: str) -> bool:
     """Tell whether a text is a unit of time or of anything that a log holds of a joint."""
     return any(_spelt(text) in units for units in _UNITS.values())
 
 
-def _spelt(unit: str) -> str:
-    return _SPELLINGS.get(unit, unit)
-
-
-LONGEST_NAME = 1000
-"""Letters of a column's name; what looks for numbers and units in longer ones would take hours."""
+LONGEST_NAME = 1000  # letters of a column's name; what looks for numbers and units in longer ones would take hours
 
 
 def with_unit(name: str) -> tuple[str, str]:
@@ -82,13 +78,10 @@ def listed(names: Texts) -> tuple[str, ...]:
     result: list[str] = []
     for name in (names,) if isinstance(names, str) else names:
         match = re.fullmatch(r"(.*?)(\d+)\.\.(\d+)", name)
-        if not match:
-            result.append(name)
-            continue
-        first, last = int(match[2]), int(match[3])
+        first, last = (int(match[2]), int(match[3])) if match else (0, 0)
         if not first <= last <= first + 1000:
             raise InputError(f"names {name!r}: a range must rise, as in q1..6")
-        result += [f"{match[1]}{k}" for k in range(first, last + 1)]
+        result += [f"{match[1]}{k}" for k in range(first, last + 1)] if match else [name]
     return tuple(result)
 
 
@@ -216,19 +209,6 @@ class Quantity(Table, frozen=True):
         units = {_spelt(unit) for unit in self.unit}
         return bool(units & _UNITS["current"].keys()) and not self.rated
 
-    def factors(self, kind: str, n: int) -> Array:
-        """Factors from each column to SI, shape (n,)."""
-        factors = np.array([factor(kind, unit) for unit in self.unit or (SI[kind],)]) * np.ones(n)
-        for values in filter(None, (self.sign, self.rated)):
-            factors = factors * values
-        return factors
-
-    def lengths(self, kind: str) -> dict[str, int]:
-        """Lengths of the lists that must have an entry for each joint, by their keys."""
-        columns = self.columns if len(self.columns) > 1 or "{" not in "".join(self.columns) else ()
-        lists = {"columns": columns, "unit": self.unit[1:] and self.unit, "sign": self.sign, "zero": self.zero}
-        return {f"{kind}.{key}": len(values) for key, values in (lists | {"rated": self.rated}).items()}
-
 
 class ToolColumns(Table, frozen=True):
     """Columns of the tool's position and, perhaps, of its axes, in any fixed frame.
@@ -247,9 +227,9 @@ class ToolColumns(Table, frozen=True):
         """Refuse what contradicts itself."""
         force_setattr(self, "columns", listed(self.columns))
         force_setattr(self, "rotation", listed(self.rotation))
-        count, turns = len(self.columns), len(self.rotation)
-        if count != 3:
-            raise ValueError(f"pose.columns has {count} names: give those of x, y and z")
+        turns = len(self.rotation)
+        if len(self.columns) != 3:
+            raise ValueError(f"pose.columns has {len(self.columns)} names: give those of x, y and z")
         if bool(turns) != bool(self.form):
             raise ValueError(f"pose.rotation and pose.form go together; form is one of {', '.join(FORMS)}")
         if self.form and turns != FORMS[self.form]:
@@ -265,38 +245,26 @@ class ToolColumns(Table, frozen=True):
 
 def standard_pose(names: Collection[str]) -> ToolColumns | None:
     """Find x, y, z [m], perhaps with a quaternion qx, qy, qz, qw, in a log without a map; None without them."""
-    place, turn, there = ("x", "y", "z"), ("qx", "qy", "qz", "qw"), set(names)
-    if not there >= set(place):
-        return None
-    return ToolColumns(place, "m", turn, "quaternion") if there >= set(turn) else ToolColumns(place)
+    place, turn = ("x", "y", "z"), ("qx", "qy", "qz", "qw")
+    turned = ToolColumns(place, "m", turn, "quaternion") if set(names) >= set(turn) else ToolColumns(place)
+    return turned if set(names) >= set(place) else None
 
 
 class LogMap(Table, frozen=True, dict=True):
-    """Columns and units of a log; without arguments the standard CSV in SI units.
+    """Columns and units of a log; what is absent goes by the standard names, in SI units."""
 
-    Attributes:
-        source: where it came from, for messages.
-        joints: names of the joints, base to tip.
-        layout: of a text file.
-        files: the files of a log that is a folder.
-        motor: gears, where anything is on the motor side.
-        pose: columns of the tool's pose.
-        position, velocity, torque, current: what the log holds; what is absent goes by the standard names.
-        position_reference, torque_reference: what the controller wanted; else by standard names.
-    """
-
-    source: str = field(default="log map", name="title")
-    joints: Texts = ()
-    layout: Layout = field(default=Layout(), name="file")
-    files: tuple[Layout, ...] = ()
+    source: str = field(default="log map", name="title")  # where it came from, for messages
+    joints: Texts = ()  # names, base to tip
+    layout: Layout = field(default=Layout(), name="file")  # of a text file
+    files: tuple[Layout, ...] = ()  # of a log that is a folder
     time: Time = Time()
-    motor: Gears | None = None
+    motor: Gears | None = None  # where anything is on the motor side
     pose: ToolColumns | None = None
     position: Quantity = Quantity()
     velocity: Quantity = Quantity()
     torque: Quantity = Quantity()
     current: Quantity = Quantity()
-    position_reference: Quantity | None = None
+    position_reference: Quantity | None = None  # what the controller wanted
     torque_reference: Quantity | None = None
 
     def __post_init__(self) -> None:
@@ -328,9 +296,7 @@ class LogMap(Table, frozen=True, dict=True):
         stated: Quantity = getattr(self, kind) or Quantity()
         if kind not in REFERENCES:
             return stated
-        measured = self.quantity(REFERENCES[kind])
-        if kind == "torque_reference":
-            measured = Quantity(sign=measured.sign)
+        measured = self.position if kind == "position_reference" else Quantity(sign=self.torque.sign)
         rated = () if stated.unit else measured.rated
         return replace(measured, columns=stated.columns, unit=stated.unit or measured.unit, rated=rated)
 
@@ -338,7 +304,10 @@ class LogMap(Table, frozen=True, dict=True):
         """Refuse a map for another number of joints."""
         sizes = {"joints": len(self.joints), "gear_ratios": len(self.G)}
         for kind in (*QUANTITIES, *(kind for kind in REFERENCES if getattr(self, kind))):
-            sizes |= self.quantity(kind).lengths(REFERENCES.get(kind, kind))
+            own, name = self.quantity(kind), REFERENCES.get(kind, kind)
+            several = len(own.columns) > 1 or "{" not in "".join(own.columns)  # else one pattern for all
+            sizes |= {f"{name}.columns": several * len(own.columns), f"{name}.unit": len(own.unit[1:] and own.unit)}
+            sizes |= {f"{name}.{key}": len(getattr(own, key)) for key in ("sign", "zero", "rated")}
         for name, size in sizes.items():
             if size not in (0, n):
                 typed = self.source == COMMAND_LINE
@@ -348,25 +317,20 @@ class LogMap(Table, frozen=True, dict=True):
     def si(self, kind: str, raw: Array) -> Array:
         """Columns of a quantity or reference, rows x n, as joint-side SI values."""
         quantity, kind = self.quantity(kind), REFERENCES.get(kind, kind)
-        values = raw * quantity.factors(kind, raw.shape[1])
+        factors = np.array([factor(kind, unit) for unit in quantity.unit or (SI[kind],)])
+        values = raw * (factors * (quantity.sign or 1.0) * (quantity.rated or 1.0))
         if quantity.side == "motor":  # (8) and by duality (9): tau = G' tau_m
             values = values @ self.G if kind == "torque" else values @ np.linalg.inv(self.G).T
         return values + quantity.zero if quantity.zero else values
 
 
 def read_log_map(path: str | Path) -> LogMap:
-    """Read a log map; docs/logs.md tells its keys.
-
-    Raises:
-        InputError: names the file and the key.
-    """
+    """Read a log map; docs/logs.md tells its keys, and an ``InputError`` which of them is wrong."""
     return replace(read_toml(path, LogMap), source=str(path))
 
 
-COMMAND_LINE = "command line"
-"""Source of a map that no file gives."""
-_TYPED = {"sign": "signs", "joints": "--joints"}
-"""Keys of a map as they are typed."""
+COMMAND_LINE = "command line"  # source of a map that no file gives
+_TYPED = {"sign": "signs", "joints": "--joints"}  # keys of a map as they are typed
 
 
 def with_flags(
@@ -399,13 +363,11 @@ def with_flags(
             if log_map.quantity(kind).sign:
                 raise InputError("signs and a sign in the log map: give only one of them")
             log_map = replace(log_map, **{kind: replace(log_map.quantity(kind), sign=tuple(signs))})
-        option = "--joints"
-        if joints:
-            log_map = replace(log_map, joints=tuple(joints))
-        if topic:
-            log_map = replace(log_map, layout=replace(log_map.layout, topic=topic))
+        option, layout = "--joints", log_map.layout
+        return replace(
+            log_map, joints=tuple(joints) or log_map.joints, layout=replace(layout, topic=topic or layout.topic)
+        )
     except InputError:
         raise
     except ValueError as error:  # of a key of the map, which nobody typed
         raise InputError(f"{option}: {getattr(error, 'problem', error)}") from None
-    return log_map

@@ -14,16 +14,16 @@ from numpy.typing import NDArray
 
 from ...common.arrays import Array
 from ...common.errors import InputError, encodable
+from ...common.schema import WrongKeyError
 from ...estimation.diagnosis.kinematics import ToolPoses
 from ...estimation.signals.repeats import frozen_rows, without_held
 from ...estimation.signals.rows import cut, origin, pieces, typical_step
 from ...model import Processing, Recording, Robot
 from .arrays_log import mat_log, npz_log, parquet_log
-from .columns import PLAIN, Naming, check_missing, choose, in_a_row, recognised, time_column
+from .columns import PLAIN, Naming, RawLog, check_missing, choose, in_a_row, recognised, time_column
 from .csv_log import csv_log
 from .map import SHORT, SI, Layout, LogMap, Quantity, factor, standard_pose
 from .ros_bag import ros_bag
-from .table import RawLog
 
 _READERS: dict[str, Callable[[Path, Layout], RawLog]] = {
     ".npz": npz_log,
@@ -33,8 +33,7 @@ _READERS: dict[str, Callable[[Path, Layout], RawLog]] = {
     ".db3": ros_bag,
 }
 """Readers by ending; everything else is text."""
-LogPath = str | Path | Sequence[str | Path]
-"""A file or folder, or the files of one recording, one a signal."""
+LogPath = str | Path | Sequence[str | Path]  # a file or folder, or the files of one recording, one a signal
 SUFFIXES = (".csv", ".csv.gz", ".tsv", ".tsv.gz", *_READERS)
 """Endings of the files of a folder that are taken for logs."""
 _MOVES = 1e-3  # rad or m: a joint that covers less does not move
@@ -62,22 +61,21 @@ def open_log(path: LogPath, log_map: LogMap) -> RawLog:
             raise InputError(f"{log_map.source}: [file] name has no effect on files that are named: omit it")
         label = paths[0].with_name(f"{paths[0].name} and {len(paths) - 1} more")
         return _side_by_side(label, paths, [log_map.layout] * len(paths))
-    path = Path(path)
-    if log_map.layout.name and not log_map.files:
-        log_map = structs.replace(log_map, files=(log_map.layout,))
-    is_bag = not log_map.files and (path / "metadata.yaml").is_file()
+    path, files = Path(path), log_map.files or ((log_map.layout,) if log_map.layout.name else ())
+    is_bag = not files and (path / "metadata.yaml").is_file()
     reader = ros_bag if is_bag else _READERS.get(path.suffix.lower(), csv_log)
     if log_map.layout.topic and reader is not ros_bag and path.exists():
         raise InputError(f"{path}: is not a ROS 2 bag and has no topics: omit topic")
-    if log_map.files:
+    if files:
         if not path.is_dir():
-            raise InputError(f"{path}: {log_map.source} needs the folder that holds {log_map.files[0].name}")
-        return _side_by_side(path, [path / part.name for part in log_map.files], log_map.files)
-    if not is_bag and not path.exists():
-        raise InputError(f"{path}: no such file: check the path and the current folder")
+            raise InputError(f"{path}: {log_map.source} needs the folder that holds {files[0].name}")
+        return _side_by_side(path, [path / part.name for part in files], files)
     if not is_bag and not path.is_file():
-        kind = "a folder, but not a ROS 2 bag" if path.is_dir() else "not a regular file"
-        raise InputError(f"{path}: is {kind}: give the path of a log file or of a ROS 2 bag")
+        kind = "is a folder, but not a ROS 2 bag" if path.is_dir() else "is not a regular file"
+        fault = f"{kind}: give the path of a log file or of a ROS 2 bag"
+        raise InputError(
+            f"{path}: {fault if path.exists() else 'no such file: check the path and the current folder'}"
+        )
     return reader(path, log_map.layout)
 
 
@@ -218,19 +216,16 @@ def read_beside(
         t, later, since, about_time = _clock(raw, naming.time, naming.time_unit, values[:, 0])
         values = values if later.all() else values[later]
     if len(t) < 2:
-        raise InputError(
-            f"{raw.path}: has {len(t)} rows of numbers, which is no recording: record again, or give the file "
-            "with the rows"
-        )
+        few = f"has {len(t)} rows of numbers, which is no recording"
+        raise InputError(f"{raw.path}: {few}: record again, or give the file with the rows")
     columns.pop("time", None)
     t, values, about_rows = _once(raw, t, values[:, bool(naming.time) :], columns)
     parts = np.split(values, np.cumsum([len(names) for names in columns.values()])[:-1], axis=1)
     si = {kind: log_map.si(kind, part) for kind, part in zip(columns, parts, strict=True)}
     q, qd, load = si["position"], si.get("velocity"), si["current" if "current" in si else "torque"]
     read = hashlib.blake2b(np.ascontiguousarray(np.column_stack([t, q, load])).data, digest_size=16).hexdigest()
-    torque, gains = load, tuple[float, ...]()
-    if "current" in si and drive_gains is not None:
-        gains = tuple(drive_gains)
+    torque, gains = load, tuple(drive_gains) if "current" in si and drive_gains is not None else ()
+    if gains:
         torque = load * np.array(gains, dtype=float)
         torque = robot.coupling.joint_torques(torque) if robot.coupling else torque
     asked = _OTHER_NAMES.search(columns.get("torque", ("",))[0]) if not log_map.torque.unit else None
@@ -238,14 +233,11 @@ def read_beside(
     if asked:
         units.append(f"nothing tells the unit of {asked[0]}: N·m (or N) is taken; --units tau=.. says which it is")
     notes = [*raw.notes(), *units, *about_time, *about_rows, *chosen]
-    if qd is not None:
-        dead = np.flatnonzero(~qd.any(axis=0) & (np.ptp(q, axis=0) > _MOVES))
-        if len(dead):
-            qd = None
-            joints = ", ".join(str(j + 1) for j in dead)
-            notes.append(f"speeds of joint {joints} are zero throughout: taken from positions")
-    if len(dead := np.flatnonzero(np.ptp(load, axis=0) == 0.0)):
-        joints = ", ".join(str(j + 1) for j in dead)
+    unmoved = ~qd.any(axis=0) & (np.ptp(q, axis=0) > _MOVES) if qd is not None else np.zeros(robot.n, dtype=bool)
+    if joints := ", ".join(str(j + 1) for j in np.flatnonzero(unmoved)):
+        qd = None
+        notes.append(f"speeds of joint {joints} are zero throughout: taken from positions")
+    if joints := ", ".join(str(j + 1) for j in np.flatnonzero(np.ptp(load, axis=0) == 0.0)):
         notes.append(f"torque of joint {joints}: one number throughout, a dead channel; left out if others suffice")
     name, noted = encodable(str(raw.path)), tuple(f"{encodable(raw.path.name)}: {note}" for note in notes)
     recording = Recording(t, q, torque, qd, name, noted, read, gains, since, raw.gain_sigma, unit)
@@ -255,18 +247,16 @@ def read_beside(
 def _stated(raw: RawLog, columns: Mapping[str, Sequence[str]], log_map: LogMap) -> tuple[LogMap, list[str]]:
     """A log map with the units that the file itself tells, where the map says none, and what to say of these."""
     texts = []
-    for option, kind in SHORT.items():
-        names = columns.get(kind, ()) if kind != "time" else ()
-        stated = [raw.units.get(name, "") for name in names]
-        if not any(stated) or log_map.quantity(kind).unit:
+    for option, kind in ((option, kind) for option, kind in SHORT.items() if kind in columns and kind in SI):
+        stated, own = [raw.units.get(name, "") for name in columns[kind]], log_map.quantity(kind)
+        if not any(stated) or own.unit:
             continue
         units = tuple(unit or SI[kind] for unit in stated)
         try:
-            for unit in units:
-                factor(kind, unit)
-        except ValueError as error:
-            raise InputError(f"{raw.path}: column {names[0]!r}: {error} (or --units {option}={SI[kind]})") from None
-        log_map = structs.replace(log_map, **{kind: structs.replace(log_map.quantity(kind), unit=units)})
+            log_map = structs.replace(log_map, **{kind: structs.replace(own, unit=units)})
+        except WrongKeyError as error:
+            fault = f"column {columns[kind][0]!r}: {error.problem}"
+            raise InputError(f"{raw.path}: {fault} (or --units {option}={SI[kind]})") from None
         texts.append(f"{kind} {', '.join(dict.fromkeys(units))}")
     return log_map, [f"units as the file tells them: {'; '.join(texts)}"] if texts else []
 
@@ -280,17 +270,13 @@ def _clock(raw: RawLog, column: str, unit: str, values: Array) -> tuple[Array, N
     if not len(values):
         return values, np.zeros(0, dtype=bool), 0.0, []
     where, steps, notes = f"{raw.path}: column {column!r}", np.diff(values), list[str]()
-    still = float(np.mean(steps == 0.0)) if len(steps) else 0.0
-    if still > _MOST_REPEATED:
+    if (still := np.count_nonzero(steps == 0.0) / max(len(steps), 1)) > _MOST_REPEATED:
         raise InputError(f"{where}: time does not advance in {100 * still:.0f} % of the rows: write more digits")
     if not unit:
-        rising = steps[steps > 0.0]
-        typical = float(np.median(rising)) if len(rising) else 0.0
+        typical = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else 0.0
         if len(steps) > 1 and (steps == 1.0).all():
-            raise InputError(
-                f"{where} counts by ones: --units t=500Hz takes it for the number of a row (or another rate), "
-                "--units t=ms for milliseconds"
-            )
+            advice = "--units t=500Hz takes it for the number of a row (or another rate), --units t=ms for"
+            raise InputError(f"{where} counts by ones: {advice} milliseconds")
         unit = next((unit for unit, slowest in _SLOWEST.items() if typical <= slowest), "")
         if not unit:
             raise InputError(f"{where}: {typical:g} from row to row fits no known unit of time: give --units t=..")
@@ -300,12 +286,11 @@ def _clock(raw: RawLog, column: str, unit: str, values: Array) -> tuple[Array, N
     origin = float(values[0]) if values[0] * scale > _EPOCH else 0.0
     t = (values - origin) * scale
     if (steps < 0.0).any():
-        k, all_back = int(np.argmax(steps < 0.0)), bool((steps <= 0.0).all())
-        advice = "all its rows are in reverse order: sort them by time" if all_back else "split the file there"
-        raise InputError(
-            f"{raw.path}: {raw.place(k + 1)}, column {column!r}: time runs backwards ({t[k]:g} s, then "
-            f"{t[k + 1]:g} s): {advice}{' and give both parts' * (not all_back)}"
-        )
+        k, advice = int(np.argmax(steps < 0.0)), "split the file there and give both parts"
+        if (steps <= 0.0).all():
+            advice = "all its rows are in reverse order: sort them by time"
+        fault = f"column {column!r}: time runs backwards ({t[k]:g} s, then {t[k + 1]:g} s)"
+        raise InputError(f"{raw.path}: {raw.place(k + 1)}, {fault}: {advice}")
     later = np.append(True, np.diff(t) > 0.0)
     if repeated := len(t) - int(later.sum()):
         rows = "1 row repeats" if repeated == 1 else f"{repeated} rows repeat"
@@ -365,10 +350,8 @@ def read_tool_poses(path: LogPath, robot: Robot, log_map: LogMap | None = None) 
         norms = np.linalg.norm(turn, axis=1)
         k = int(np.argmax(abs(norms - 1.0)))
         if abs(norms[k] - 1.0) > 0.01:
-            raise InputError(
-                f"{raw.path}: {raw.place(k)}, columns {', '.join(pose.rotation)}: a quaternion of length "
-                f"{norms[k]:.3g}: it must be 1"
-            )
+            where = f"{raw.path}: {raw.place(k)}, columns {', '.join(pose.rotation)}"
+            raise InputError(f"{where}: a quaternion of length {norms[k]:.3g}: it must be 1")
         turned = Rotation.from_quat(turn)
     else:
         turn = turn * factor("position", pose.rotation_unit)
@@ -395,7 +378,8 @@ def read_trajectory(path: str | Path, robot: Robot) -> tuple[Array, Array, Array
     values = raw.whole(columns)
     if len(values) < 2:
         raise InputError(f"{path}: {len(values)} rows of numbers: a trajectory needs more")
-    t, q, qd, qdd = values[:, 0], *(values[:, 1 + k * n : 1 + (k + 1) * n] for k in range(3))
+    t, q, qd, qdd = np.split(values, [1, 1 + n, 1 + 2 * n], axis=1)
+    t = t[:, 0]
     _, later, _, _ = _clock(raw, "t", "s", t)
     if not later.all():
         where = raw.place(int(np.argmin(later)))

@@ -1,9 +1,10 @@
 """ROS 2 bags (a folder, or one .mcap or .db3 file) with messages of joint states, by the library rosbags."""
 
-import math
-from collections.abc import Iterable, Iterator, Sequence
+from array import array
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from itertools import chain, islice
+from math import nan
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +12,9 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ..extras import extra
+from ..extras import extra, reading
+from .columns import RawLog
 from .map import Layout
-from .table import RawLog, reading
 
 _FRANKA, _DYNAMIC = "franka_msgs/msg/FrankaRobotState", "control_msgs/msg/DynamicJointState"
 _TYPES = (_FRANKA, "sensor_msgs/msg/JointState", _DYNAMIC)
@@ -56,9 +57,20 @@ def ros_bag(path: Path, layout: Layout) -> RawLog:
     units = {f"{joint}.effort": "N·m" for joint in joints if kinds[topic] == _FRANKA}
 
     def read(columns: Sequence[str]) -> Array:
+        sought, stamps, numbers = {_joint(name) for name in columns if name != "t"}, list[int](), array("d")
         with _reader(path) as reader:
-            rows = _rows(path, topic, _messages(reader, topic), columns)
-            return np.fromiter(chain.from_iterable(rows), float).reshape(-1, len(columns))
+            for stamp, message in _messages(reader, topic):
+                values = _values(message)
+                missing = sorted(sought - set(map(_joint, values)))
+                if len(missing) == len(sought):  # other joints only, a gripper's on the same topic
+                    continue
+                if missing:
+                    raise InputError(f"{path}: a message of {topic} lacks joint {missing[0]!r}, which others have")
+                stamps.append(stamp)
+                numbers.extend(
+                    1e-9 * (stamp - stamps[0]) if name == "t" else values.get(name, nan) for name in columns
+                )
+        return np.array(numbers).reshape(-1, len(columns))
 
     return RawLog(path, tuple(names), read, lambda row: f"message {row + 1}", joints, units)
 
@@ -79,26 +91,8 @@ def _values(message: Any) -> dict[str, float]:
     return {f"{joint}.{field}": own[field] for joint, own in named.items() for field in _FIELDS if field in own}
 
 
-def _rows(
-    path: Path, topic: str, messages: Iterable[tuple[int, Any]], columns: Sequence[str]
-) -> Iterator[list[float]]:
-    """Numbers of each message; those that hold other joints only (a gripper's on the same topic) are left out."""
-    joints, first = {_joint(name) for name in columns if name != "t"}, None
-    for stamp, message in messages:
-        values = _values(message)
-        missing = sorted(joints - set(map(_joint, values)))
-        if len(missing) == len(joints):
-            continue
-        if missing:
-            raise InputError(f"{path}: a message of {topic} lacks joint {missing[0]!r}, which others have")
-        first = stamp if first is None else first
-        values["t"] = 1e-9 * (stamp - first)
-        yield [float(values.get(name, math.nan)) for name in columns]
-
-
 @contextmanager
 def _reader(path: Path) -> Iterator[Any]:
-    """An open bag."""
     highlevel, typesys = (extra(f"rosbags.{part}", _NEEDED) for part in ("highlevel", "typesys"))
     store = typesys.get_typestore(typesys.Stores.LATEST)
     for name, text in _DEFINITIONS.items():
@@ -114,5 +108,4 @@ def _messages(reader: Any, topic: str) -> Iterator[tuple[int, Any]]:
     for connection, recorded, data in reader.messages(connections=connections):
         message = reader.deserialize(data, connection.msgtype)
         stamp = message.header.stamp
-        own = stamp.sec * 1_000_000_000 + stamp.nanosec
-        yield own or recorded, message
+        yield stamp.sec * 1_000_000_000 + stamp.nanosec or recorded, message

@@ -32,27 +32,17 @@ ShownPayload = tuple[Array, InertialParameters | None]
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """An arm in motion as a viewer shows it.
-
-    Attributes:
-        times: [s], shape (N,).
-        frames: poses of frames 0 to n and the payload's, in the base, at each time.
-        path: points of the flange in the base [m], shape (k, 3); one where it does not move.
-        path_colours: of each piece between them, shape (k - 1, 3).
-        legend: colours and their words, of what is not the arm itself.
-        notes: what could not be shown as it looks.
-        ground: height of the plane that the arm stands on, in the base [m].
-    """
+    """An arm in motion as a viewer shows it."""
 
     title: str
-    times: Array
-    frames: tuple[tuple[Pose, ...], ...]
+    times: Array  # [s], shape (N,)
+    frames: tuple[tuple[Pose, ...], ...]  # frames 0 to n and the payload's, in the base, at each time
     shapes: tuple[Shape, ...]
-    path: Array
-    path_colours: NDArray[np.uint8]
-    legend: tuple[tuple[Colour, str], ...] = ()
-    notes: tuple[str, ...] = ()
-    ground: float = 0.0
+    path: Array  # points of the flange in the base [m], shape (k, 3); one where it does not move
+    path_colours: NDArray[np.uint8]  # of each piece between them, shape (k - 1, 3)
+    legend: tuple[tuple[Colour, str], ...] = ()  # of what is not the arm itself
+    notes: tuple[str, ...] = ()  # what could not be shown as it looks
+    ground: float = 0.0  # height of the plane that the arm stands on, in the base [m]
 
 
 def view_of(
@@ -77,15 +67,13 @@ def view_of(
     ]
     height, foot = ground_of(robot, frames, problem.scene if problem is not None else None)
     shapes = [*stand_ins, *meshes, *_axes(robot, touched), *(_surroundings(problem, robot) if problem else ())]
-    if payload is not None:
-        interval, body = payload
-        low, high = interval.T
-        if np.isfinite(interval).all():
-            ball = ellipsoid(0.5 * (low + high), np.diag(0.5 * (high - low)))
-            shapes.append(Shape("centre of mass, 95 %", robot.n + 1, ball, _CENTRE))
-        if body is not None:
-            solid = ellipsoid(body.com, inertia_axes(body.mass, body.inertia_com))
-            shapes.append(Shape("ellipsoid of inertia", robot.n + 1, solid, _INERTIA, 0.3))
+    interval, body = payload if payload is not None else (np.full((3, 2), np.nan), None)
+    if np.isfinite(interval).all():
+        ball = ellipsoid(interval.mean(axis=1), np.diag(0.5 * np.ptp(interval, axis=1)))
+        shapes.append(Shape("centre of mass, 95 %", robot.n + 1, ball, _CENTRE))
+    if body is not None:
+        solid = ellipsoid(body.com, inertia_axes(body.mass, body.inertia_com))
+        shapes.append(Shape("ellipsoid of inertia", robot.n + 1, solid, _INERTIA, 0.3))
     shapes += foot
     drawn = _picked(motion, _FINER)
     position = point_at(robot, robot.flange.p, motion.q[drawn])[0].T
@@ -100,11 +88,9 @@ def view_of(
     title = (robot.title or robot.name) + (f", {motion.t[-1] - motion.t[0]:.3g} s" if moves else "")
     named = {(shape.colour, shape.name.rstrip(" 0123456789")) for shape in shapes}  # without numbers of joints
     legend = sorted((colour, text) for colour, text in named if not text.startswith(("link", "axis")))
-    if moves and problem is None:
-        legend.append((_PATH, "path of the flange"))
-    elif moves:
-        legend.append((_LITTLE, "path of the flange where a second teaches little"))
-        legend.append((_MUCH, "where it teaches most"))
+    taught_by = [(_LITTLE, "path of the flange where a second teaches little"), (_MUCH, "where it teaches most")]
+    if moves:
+        legend += taught_by if problem is not None else [(_PATH, "path of the flange")]
     times = motion.t[picked] - motion.t[0]
     return View(title, times, frames, tuple(shapes), path, colours, tuple(legend), tuple(notes), height)
 

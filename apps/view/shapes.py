@@ -28,20 +28,14 @@ Colour = tuple[int, int, int]
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """Triangles in a frame [m]; its name is unique in a view.
+    """Triangles in a frame [m]."""
 
-    Attributes:
-        frame: number of the frame it is fixed to; 0 is the base's.
-        colour: red, green, blue, 0 to 255.
-        shown: at which of the view's times; always if None.
-    """
-
-    name: str
-    frame: int
+    name: str  # unique in a view
+    frame: int  # number of the frame it is fixed to; 0 is the base's
     mesh: Trimesh
-    colour: Colour
+    colour: Colour  # red, green, blue, 0 to 255
     opacity: float = 1.0
-    shown: NDArray[np.bool_] | None = None
+    shown: NDArray[np.bool_] | None = None  # at which of the view's times; always if None
 
 
 def capsule(start: Array, end: Array, radius: float) -> Trimesh:
@@ -86,11 +80,7 @@ def _affine(axes: Array, origin: Array) -> Array:
 
 
 def looks_of(robot: Robot, colour: Colour) -> tuple[list[Shape], set[int], list[str]]:
-    """Meshes of a robot's links; a link one of whose files is missing or cannot be read has none.
-
-    Returns:
-        The shapes, the numbers of the links that have them, and what could not be drawn.
-    """
+    """Meshes of a robot's links, the numbers of the links that have them, and what could not be drawn."""
     links = robot.links.meshes if robot.links is not None else ()
     most = _FACES // max(sum(map(len, links)), 1)
     shapes, failures = list[Shape](), dict[str, str]()
@@ -108,7 +98,6 @@ def looks_of(robot: Robot, colour: Colour) -> tuple[list[Shape], set[int], list[
 
 
 def _placed(mesh: Mesh) -> Trimesh:
-    """Triangles of a file in the link's frame."""
     path = Path(mesh.file)
     if not path.is_file():
         raise InputError("is not there: put the description's package beside it, or name it by ROS_PACKAGE_PATH")

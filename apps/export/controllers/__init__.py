@@ -1,9 +1,10 @@
-"""A payload in the format of a controller or of a simulator: one file a format, which is all that a new one needs.
+"""A payload in the format of a controller: one file a format, which is all that a new one needs; or of a simulator.
 
 Every format gives one small text that says frame, reference point, order, units and source of its numbers.
 """
 
+from .. import simulators
 from ..format import formats
 
-FORMATS = formats(__name__, __path__)
-"""Every format by its name on the command line."""
+_OF_SIMULATORS = formats(simulators.__name__, simulators.__path__, "PAYLOAD")
+FORMATS = dict(sorted((formats(__name__, __path__) | _OF_SIMULATORS).items()))  # every format by its name

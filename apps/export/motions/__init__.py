@@ -2,5 +2,4 @@
 
 from ..format import formats
 
-FORMATS = formats(__name__, __path__)
-"""Every format by its name."""
+FORMATS = formats(__name__, __path__)  # every format by its name

@@ -15,8 +15,7 @@ from ....trajectories import SampledTrajectory
 from ..format import Format
 from ..motion import DENSER, WrittenMotion, listed, motion_head, require_six_turning
 
-CONTROLLER_RATE = 500.0
-"""Hz: e-Series. A CB3 has 125."""
+CONTROLLER_RATE = 500.0  # Hz: e-Series. A CB3 has 125
 _LOOKAHEAD, _GAIN = 0.1, 300  # the manual's example
 _RAMP_SPEED, _RAMP_ACCELERATION = 0.25, 0.5  # rad/s, rad/s^2: to the first pose
 _FAR, _THERE = 1.0, 0.01  # rad: farther than _FAR from the first pose nothing moves

@@ -29,12 +29,9 @@ def _points(motion: WrittenMotion) -> tuple[ViaPoints, Array]:
     check_val3(motion.robot, isinstance(plan, ViaPoints), motion.name)
     assert isinstance(plan, ViaPoints)
     goes = np.diff(plan.points, axis=0).any(axis=1)
-    kept = np.append(True, goes)
-    held = np.zeros(kept.sum())
-    if goes.all():
-        return plan, held
-    np.add.at(held, (np.cumsum(kept) - 1)[1:][~goes], plan.durations[~goes])
-    return ViaPoints(plan.points[kept], plan.durations[goes], segment=plan.segment), held
+    held = np.bincount(np.cumsum(goes)[~goes], plan.durations[~goes], minlength=goes.sum() + 1).astype(float)
+    moved = ViaPoints(plan.points[np.append(True, goes)], plan.durations[goes], segment=plan.segment)
+    return plan if goes.all() else moved, held
 
 
 def val3_replay(motion: WrittenMotion) -> PointToPoint:
@@ -110,14 +107,8 @@ def _write(motion: WrittenMotion) -> str:
     plan, held = _points(motion)
     angles, motions = np.degrees(plan.points).tolist(), []
     for accel, vel, leave in [(_APPROACH, _APPROACH, 0.0), *zip(*_moves(motion, plan), strict=True)]:
-        profile = {
-            "accel": f"{accel:g}",
-            "vel": f"{vel:g}",
-            "decel": f"{accel:g}",
-            "tmax": "99999",
-            "rmax": "99999",
-        }
-        near = f"{leave:g}"
+        ramp, near = f"{accel:g}", f"{leave:g}"
+        profile = {"accel": ramp, "vel": f"{vel:g}", "decel": ramp, "tmax": "99999", "rmax": "99999"}
         motions.append(profile | ({"blend": "joint", "leave": near, "reach": near} if leave else {"blend": "off"}))
     variables = {
         ("jPoint", "jointRx"): [{f"j{j}": f"{angle:.6f}" for j, angle in enumerate(row, 1)} for row in angles],

@@ -1,10 +1,9 @@
-"""A whole robot in the format of a simulator: one file a format.
+"""A whole robot, or a payload, in the format of a simulator: one file a format.
 
-Every number says who decided it (data, rule or prior) and how sure it is, in comments and in what a simulator keeps
-when it writes the model again; what a format has no place for is said.
+Every number of a robot says who decided it (data, rule or prior) and how sure it is, in comments and in what a
+simulator keeps when it writes the model again; what a format has no place for is said.
 """
 
 from ..format import formats
 
-FORMATS = formats(__name__, __path__)
-"""Every format by its name on the command line."""
+FORMATS = formats(__name__, __path__)  # every format of a robot by its name

@@ -3,16 +3,19 @@
 A joint's armature, damping and frictionloss are its drive's; a coupled drive is a fixed tendon over both joints
 with its own; an offset is the bias of the joint's actuator, whose control is the motor's torque; a spring between
 two pivots is a spatial tendon between two sites. fullinertia is M11, M22, M33, M12, M13, M23 about pos in the axes
-of the body. Source: MuJoCo documentation, XML reference.
+of the body, positive definite with principal moments that fulfil A + B >= C. A payload is a body inside the body
+``flange``. Source: MuJoCo documentation, XML reference.
 """
 
 import math
 from xml.etree.ElementTree import Element
 
+from ....common.errors import InputError
 from ....estimation.possible.whole_robot import Labelled, WholeRobot
 from ....model import Pose
-from ...numbers import exact, quaternion
+from ...numbers import exact, principal_axes, quaternion
 from ..format import Format
+from ..load import ControllerLoad, load_format
 from ..robot import (
     drive_attributes,
     fields,
@@ -25,6 +28,7 @@ from ..robot import (
 )
 from ..xml import COMMENT, FIRST, element, mjcf_inertial, xml_text
 
+_LEAST = 1e-15  # MuJoCo's mjMINVAL: no moment of inertia may be smaller
 DRIVE = {"armature": "armature", "damping": "damping", "friction": "frictionloss"}
 """Attributes of a joint or a tendon for its drive."""
 
@@ -133,5 +137,30 @@ FORMAT = Format(
         "the actuators' bias.",
     ),
     first_line=FIRST,
+    comment=COMMENT,
+)
+
+
+def _write_payload(load: ControllerLoad) -> str:
+    body = element("body", {"name": "payload"}, mjcf_inertial(load.mass, load.com, load.inertia))
+    world = element("worldbody", {}, element("body", {"name": "flange"}, body))
+    return xml_text(element("mujoco", {"model": "payload"}, world))
+
+
+def _ready(load: ControllerLoad) -> ControllerLoad:
+    load = load.rounded()
+    least = float(principal_axes(load.inertia)[0].min())
+    if not load.point_mass and least < _LEAST:
+        raise InputError(f"the smallest moment of inertia is {least:.2g} kg m^2: MuJoCo refuses so small a body")
+    return load
+
+
+PAYLOAD = load_format(
+    title="MJCF (copy the body payload into the body of your flange)",
+    source="MuJoCo XML reference, body/inertial",
+    write=_write_payload,
+    ready=_ready,
+    order="pos x, y, z; fullinertia M11, M22, M33, M12, M13, M23",
+    in_part="the inertia is zero, a point mass; a moving link needs inertia of its own",
     comment=COMMENT,
 )

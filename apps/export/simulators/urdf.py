@@ -1,7 +1,9 @@
 """URDF: links, joints, limits, damping and dry friction; what Drake reads beside it holds the armature.
 
-A robot keeps the link frames of its own file. Sources: wiki.ros.org/urdf/XML; drake.mit.edu, Parsing models
-(drake:rotor_inertia of an actuator with the gear ratio 1 is the inertia on the joint's side, drake:acceleration).
+A robot keeps the link frames of its own file. A payload is a link fixed to the link ``tool0``; its inertial origin
+is not turned. Sources: wiki.ros.org/urdf/XML; wiki.ros.org/urdf/Tutorials (inertia, sign of products);
+drake.mit.edu, Parsing models (drake:rotor_inertia of an actuator with the gear ratio 1 is the inertia on the
+joint's side, drake:acceleration).
 """
 
 import math
@@ -11,6 +13,7 @@ from ....estimation.possible.whole_robot import WholeRobot
 from ....model import Pose
 from ...numbers import exact
 from ..format import Format
+from ..load import ControllerLoad, load_format
 from ..robot import drive_attributes, drive_value, flange_of, link_marks, marked, moved_links, robot_head
 from ..xml import COMMENT, DYNIDENT, FIRST, element, urdf_inertial, xml_text
 
@@ -73,5 +76,22 @@ FORMAT = Format(
         "set them there by hand (rotorInertia and armature, dof_armature). Drake has no dry friction.",
     ),
     first_line=FIRST,
+    comment=COMMENT,
+)
+
+
+def _write_payload(load: ControllerLoad) -> str:
+    fixed = {"name": "tool0-payload", "type": "fixed"}
+    joint = element("joint", fixed, *_place("tool0", "payload", Pose()))
+    link = element("link", {"name": "payload"}, urdf_inertial(load.mass, load.com, load.inertia))
+    return xml_text(element("robot", {"name": "payload"}, element("link", {"name": "tool0"}), joint, link))
+
+
+PAYLOAD = load_format(
+    title="URDF (copy joint and link payload into your robot, whose flange link is tool0 here)",
+    source="wiki.ros.org/urdf/XML/link",
+    write=_write_payload,
+    order="ixx, ixy, ixz, iyy, iyz, izz, entries of the matrix (ixy = -integral of x y dm)",
+    in_part="the inertia is zero, a point mass; simulators may ask for one of your own",
     comment=COMMENT,
 )

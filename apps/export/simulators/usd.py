@@ -2,9 +2,11 @@
 
 Angles are degrees, and so is what is per angle: speeds [deg/s] and viscous friction [N·m·s/deg]. The joint's axis
 is z of both its frames. Torque limits are the maxForce of a drive without stiffness and damping; the friction is
-the joint's own. Physics attributes have single precision; what customData tells of them has double. Sources:
-openusd.org, UsdPhysics; docs.omniverse.nvidia.com, Physx Joint Schema (PhysxJointAxisAPI, which takes precedence
-over PhysxJointAPI); nvidia-omniverse.github.io/PhysX, PhysxJointAxisAPI (degrees).
+the joint's own. Physics attributes have single precision; what customData tells of them has double. A payload is a
+prim whose origin is the flange, in the stage's units, for referencing a stage converts nothing; a mass or
+diagonalInertia of zero is ignored. Sources: openusd.org, UsdPhysics (UsdPhysicsMassAPI; its proposal on units);
+docs.omniverse.nvidia.com, Physx Joint Schema (PhysxJointAxisAPI, which takes precedence over PhysxJointAPI);
+nvidia-omniverse.github.io/PhysX, PhysxJointAxisAPI (degrees).
 """
 
 import json
@@ -16,6 +18,7 @@ from ....estimation.possible.whole_robot import Labelled, WholeRobot
 from ....model import Pose
 from ...numbers import exact, principal_axes, quaternion
 from ..format import Format
+from ..load import ControllerLoad, listed, load_format, number
 from ..robot import MovedLink, drive_value, fields, flange_of, gravity_of, link_marks, moved_links, robot_head
 
 
@@ -47,16 +50,13 @@ def _write(whole: WholeRobot) -> str:
         links += _prim(f'Xform "{_identifier(name)}"', inside, marks)
     held = _prim('PhysicsFixedJoint "world"', [f"rel physics:body1 = </{root}/{base}>"])
     joints = _prim('Scope "joints"', [*held, *(line for each in moved for line in _joint(each, root))])
-    lines = [
-        "(",
-        *_indented([f'defaultPrim = "{root}"', "kilogramsPerUnit = 1", "metersPerUnit = 1", 'upAxis = "Z"']),
-        ")",
-        "",
-        *_prim('PhysicsScene "physicsScene"', scene),
-        "",
-        *_prim(f'Xform "{root}"', [*links, *joints], [_schemas("PhysicsArticulationRootAPI")]),
-    ]
-    return "\n".join(lines)
+    arm = _prim(f'Xform "{root}"', [*links, *joints], [_schemas("PhysicsArticulationRootAPI")])
+    return _stage(root, "1", [*_prim('PhysicsScene "physicsScene"', scene), "", *arm])
+
+
+def _stage(root: str, unit: str, prims: Iterable[str]) -> str:
+    about = [f'defaultPrim = "{root}"', "kilogramsPerUnit = 1", f"metersPerUnit = {unit}", 'upAxis = "Z"']
+    return "\n".join(["(", *_indented(about), ")", "", *prims])
 
 
 def _prim(kind: str, inside: Iterable[str], metadata: Iterable[str] = ()) -> list[str]:
@@ -140,5 +140,32 @@ FORMAT = Format(
         "its jointFriction has no unit of torque and is not written. A base without mass gets PhysX's own; it is "
         "fixed to the world, so nothing shows it.",
     ),
+    first_line="#usda 1.0",
+)
+
+
+def _write_payload(load: ControllerLoad) -> str:
+    (moments, axes), unit, digits = principal_axes(load.inertia), load.meters_per_unit, load.moment_digits
+    digits = None if digits is None else digits + round(2.0 * math.log10(unit))
+    lines = [
+        f"float physics:mass = {number(load.mass)}",
+        f"point3f physics:centerOfMass = ({listed(load.com / unit)})",
+        f"float3 physics:diagonalInertia = ({listed(moments / unit**2, digits)})",
+        f"quatf physics:principalAxes = ({listed(quaternion(axes))})",
+    ]
+    schemas = _schemas("PhysicsRigidBodyAPI", "PhysicsMassAPI")
+    payload = _prim('Xform "payload"', lines[: 2 if load.point_mass else 4], [schemas])
+    return _stage("payload", number(unit), payload)
+
+
+PAYLOAD = load_format(
+    title="USD PhysicsMassAPI (stage units; copy into a stage of the same units)",
+    source="OpenUSD, UsdPhysicsMassAPI",
+    write=_write_payload,
+    holds=frozenset({"products", "units"}),
+    reference="principal moments about the centre of mass, their axes turned by principalAxes out of the prim's",
+    order="centerOfMass x, y, z; diagonalInertia along the principal axes; principalAxes w, x, y, z",
+    units="kg (kilogramsPerUnit = 1), length in metersPerUnit, inertia in kg times that squared",
+    in_part="no diagonalInertia: the simulator makes one from the shapes",
     first_line="#usda 1.0",
 )

@@ -7,7 +7,7 @@ from pathlib import PurePath
 import numpy as np
 
 from ....estimation.results.parts import Rollout
-from ...rollout.rollout import CONSTANT, GROWTH_TIME, IDENTIFIED
+from ...rollout import CONSTANT, GROWTH_TIME, IDENTIFIED
 from ..blocks import Block, Drawing, Notes, Report, Section, Table, Text
 from ..figures.canvas import BLUE, GREY, ORANGE, Figure, log_scale, panels, plain
 

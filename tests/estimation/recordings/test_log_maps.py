@@ -6,11 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 from dynident.apps.logs import Gears, Layout, Quantity, Time, with_flags
-from dynident.apps.logs.columns import Naming
+from dynident.apps.logs.columns import Naming, RawLog
 from dynident.apps.logs.following import following_change, read_following
 from dynident.apps.logs.map import LogMap, factor, read_log_map
 from dynident.apps.logs.read import read_recording
-from dynident.apps.logs.table import RawLog
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.common.schema import convert

@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident import model
-from dynident.apps.rollout.arm import IdentifiedArm, mujoco_arm
-from dynident.apps.rollout.rollout import CONSTANT, IDENTIFIED, roll_out_all
+from dynident.apps.rollout import CONSTANT, IDENTIFIED, IdentifiedArm, mujoco_arm, roll_out_all
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Settings

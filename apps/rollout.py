@@ -1,0 +1,328 @@
+"""Open loop and replay: how far predicted motion strays from measured motion, by horizon.
+
+Simulator users accept a model by the motion it predicts over a fraction of a second from the measured torques, on a
+recording that was never fitted. Small residuals do not prove that: a rotor inertia at zero leaves the torques right
+and the motion wrong. Open loop alone does not prove the contrary either: where errors of the start grow fast, no
+model could do better, and the replay under a controller decides.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from ..common.arrays import Array
+from ..common.errors import InputError
+from ..common.progress import Progress, each
+from ..estimation.fit.settings import DEFAULTS, Settings
+from ..estimation.results.parts import Horizon, Rollout
+from ..estimation.signals.filtering import lowpass, measurement, slopes
+from ..estimation.signals.rows import least_speed
+from ..model import BaseParameters, Processing, Recording, Robot, base_parameters, forward_dynamics_base
+from ..model.dynamics import SMOOTHING, dry_friction_names, smooth_dry_friction, stable_steps
+from ..model.kernel.kernel import Kernel
+from ..model.motion import Measurement
+from ..trajectories.simulation.closed_loop import integration_step
+from .extras import mujoco_model
+
+HORIZONS = (0.1, 0.5, 1.0, 2.0)  # s: after which times the error is stated, unless others are asked for
+IDENTIFIED, CONSTANT = "identified", "constant speed"
+_STARTS = 200  # at most
+_APART = 0.05  # s: between starts, at least
+_SETTLING = 3.0  # periods of the cut-off at the ends of a recording that the filter does not get right
+_LARGEST_END = 0.05  # of the recording
+_CURVE = 40  # points of the drawn curve
+_NUDGE = 1e-6  # rad or m: an error of the start whose growth is looked at
+GROWTH_TIME = 0.5  # s: after which the growth of an error of the start is stated
+_SEGMENT, _LEAD = 2.5, 0.5  # s: of the replay, which is made in pieces, and what its controller takes to settle
+_STEP = 1e-3  # s: the longest step of the integration
+_FINEST = 200  # steps per sample
+_AT_ONCE = 20  # samples whose path is made at once
+_STATES = 20  # of a path, at which stiffness and inertia are looked at
+_BANDWIDTH = 200.0  # 1/s: of the critically damped controller that follows a path
+
+Predict = Callable[[Array, Array, Array, float], Array]
+"""Positions under torques alone, S x K x n for S starts.
+
+Of positions and speeds at the start, S x n, torques at each of K samples, linear between them, S x K x n, and the
+time between samples [s].
+"""
+
+
+class IdentifiedArm:
+    """Integrates M(q) qdd = Gamma - h(q, qd) of base parameters for many starts at once.
+
+    Dry friction is FS tanh(qd / w), w = ``SMOOTHING``: a simulator's joints creep where a robot's would stick.
+    """
+
+    def __init__(self, robot: Robot, base: BaseParameters, values: Array) -> None:
+        """Prepare the integration; ``values``: of ``base.columns``."""
+        self.robot, self._chi = robot, values
+        known = dict(zip(base.columns, values, strict=True))
+        self._level = np.array([known.get(name, 0.0) for name in dry_friction_names(robot)])
+        self._friction = smooth_dry_friction(robot, SMOOTHING)
+        self._forward = forward_dynamics_base(robot, base, SMOOTHING)
+        self._step = Kernel(integration_step(robot, base, 0))
+
+    def positions(self, q: Array, qd: Array, torque: Array, step: float) -> Array:
+        """Positions under torques alone; see ``Predict``."""
+        path = np.concatenate([np.zeros((*torque.shape[:2], 2 * self.robot.n)), torque], axis=2)
+        return self._run(q, qd, path, step, np.zeros(self.robot.n))[0]
+
+    def followed(self, q: Array, qd: Array, step: float) -> tuple[Array, Array]:
+        """Positions and torques of a critically damped controller that follows paths, S x K x n."""
+        inertia = np.mean([np.diag(np.linalg.inv(mobility)) for mobility in self._mobilities(q)], axis=0)
+        return self._run(q[:, 0], qd[:, 0], np.concatenate([q, qd, np.zeros_like(q)], axis=2), step, inertia)
+
+    def _run(self, q: Array, qd: Array, path: Array, step: float, inertia: Array) -> tuple[Array, Array]:
+        """``path``: positions, speeds, torques beside the controller's, S x K x 3 n; no inertia, no controller."""
+        count, n, samples = self._steps(q, inertia, step), self.robot.n, path.shape[1]
+        settings = np.concatenate([[step / count, 0.5 * _BANDWIDTH, 2.0 * _BANDWIDTH, 0.0], inertia, np.zeros(n)])
+        positions, torques = (np.empty((len(q), samples, n)) for _ in range(2))
+        x = np.hstack([q, qd, np.zeros_like(q)])
+        with np.errstate(all="ignore"):  # a start that diverges ends as nan and is counted as such
+            for k in range(0, samples, _AT_ONCE):
+                part = np.arange(k, min(k + _AT_ONCE, samples))
+                halves = _half_steps(path[:, [*part, min(part[-1] + 1, samples - 1)]], 2 * count, step)
+                wanted = (halves[h : len(halves) - 2 + h : 2] for h in range(3))
+                out = self._step.chain(x, *wanted, self._chi, self._level, settings).swapaxes(1, 2)
+                states = np.concatenate([x[None], out[:, :, : 3 * n]])
+                positions[:, part] = states[:-1:count, :, :n].swapaxes(0, 1)
+                torques[:, part] = out[::count, :, 3 * n : 4 * n].swapaxes(0, 1)
+                x = states[-1]
+        return positions, torques
+
+    def _steps(self, q: Array, inertia: Array, step: float) -> int:
+        """Steps per sample that integrate the stiffest mode stably: dry friction about rest, or the controller."""
+        n, mobilities = self.robot.n, self._mobilities(q)
+        speed = ca.SX.sym("qd", n)
+        slope = ca.jacobian(self._friction(speed, self._level), speed)
+        slopes = np.array(ca.Function("slope", [speed], [ca.densify(slope)])(np.zeros(n)))
+        damping, stiffness = slopes + np.diag(2.0 * _BANDWIDTH * inertia), np.diag(_BANDWIDTH**2 * inertia)
+        rate = max(np.abs(np.linalg.eigvals(mobility @ damping)).max() for mobility in mobilities)
+        spring = max(np.abs(np.linalg.eigvals(mobility @ stiffness)).max() ** 0.5 for mobility in mobilities)
+        count = max(1, int(np.ceil(step / _STEP - 1e-9)), stable_steps(max(rate, spring), step))
+        if count > _FINEST:
+            j = int(np.argmax(np.max([np.diag(m @ damping) for m in mobilities], axis=0))) + 1
+            of_motor = (
+                f"is its rotor inertia IA{j} missing, or at its bound of zero? Identify it with a motion that "
+                f"accelerates joint {j} more"
+            )
+            of_link = (
+                "sensors on the link side see no rotor, and the links alone weigh too little: open loop judges "
+                "nothing here, the torques of 'dynident identify --validate' do"
+            )
+            fault = f"friction of joint {j} of {self.robot.name} is too fast to integrate ({rate:.0f} 1/s)"
+            raise InputError(f"{fault}: {of_link if self.robot.drives.side == 'link' else of_motor}")
+        return count
+
+    def _mobilities(self, q: Array) -> list[Array]:
+        """Inverses of the inertia matrix at some states of paths S x K x n, n x n each."""
+        n, states = self.robot.n, q.reshape(-1, self.robot.n)
+        picked = states[np.linspace(0, len(states) - 1, min(_STATES, len(states))).astype(int)]
+        x, torque = ca.SX.sym("q", n), ca.SX.sym("torque", n)
+        slope = ca.jacobian(self._forward(x, ca.SX.zeros(n), torque, self._chi), torque)
+        mobility = ca.Function("mobility", [x, torque], [ca.densify(slope)])
+        mobilities = [np.array(mobility(state, np.zeros(n))) for state in picked]
+        if not all(np.linalg.eigvalsh(0.5 * (M + M.T))[0] > 0.0 for M in mobilities):
+            raise InputError(
+                f"the parameters of {self.robot.name} are of no robot that can move: its inertia matrix is not "
+                "positive definite. Identify with --constrained prior, or over a motion that excites it more"
+            )
+        return mobilities
+
+
+def _half_steps(path: Array, count: int, step: float) -> Array:
+    """A path of M + 1 samples, S x (M + 1) x 3 n, ``count`` times a sample and at the end: (M count + 1) x S x 3 n.
+
+    Torques are linear; positions and speeds follow Hermite's cubic: a controller as stiff as this would feel the
+    corners of a path made of straight lines.
+    """
+    from scipy.interpolate import CubicHermiteSpline, make_interp_spline
+
+    q, qd, torque = np.split(path.swapaxes(0, 1), 3, axis=2)
+    t = np.arange(len(q))
+    fine, along = np.linspace(0.0, t[-1], count * t[-1] + 1), CubicHermiteSpline(t, q, step * qd)
+    return np.concatenate([along(fine), along(fine, 1) / step, make_interp_spline(t, torque, 1)(fine)], axis=2)
+
+
+def mujoco_arm(path: str | Path, robot: Robot) -> Predict:
+    """Make a prediction by MJCF or URDF; the model's first n joints are taken for the robot's, in order."""
+    mujoco, model = mujoco_model(path)
+    if model.nv != robot.n:
+        fault = f"has {model.nv} degrees of freedom, {robot.name} has {robot.n}"
+        raise InputError(f"{path} {fault}: give a model of the arm alone, fixed to the ground")
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
+
+    def positions(q: Array, qd: Array, torque: Array, step: float) -> Array:
+        count = max(1, int(np.ceil(step / _STEP - 1e-9)))
+        model.opt.timestep = step / count
+        result = np.empty_like(torque)
+        for start in range(len(q)):
+            data = mujoco.MjData(model)
+            data.qpos[:], data.qvel[:] = q[start], qd[start]
+            for k in range(torque.shape[1]):
+                result[start, k] = data.qpos
+                here, after = torque[start, k], torque[start, min(k + 1, torque.shape[1] - 1)]
+                for part in range(count):
+                    data.qfrc_applied[:] = here + (part + 0.5) / count * (after - here)
+                    mujoco.mj_step(model, data)
+        return result
+
+    return positions
+
+
+@dataclass(frozen=True, eq=False)
+class Errors:
+    """Errors of predicted motion on one recording, from every start."""
+
+    turning: bool  # all joints turn: errors are in rad then, else mixed with m
+    times: Array  # after the start [s], shape (K,), the horizons among them
+    by: Mapping[str, Array]  # model -> root mean square over the joints of each start at each time, S x K
+    resting: NDArray[np.bool_]  # starts at which no joint moved, shape (S,)
+
+    def spread(self, model: str, seconds: float, resting: bool = False) -> tuple[float, float] | None:
+        """Error of a model after one of ``times``, median and 90 % of the starts; None without such starts."""
+        k = int(np.argmin(np.abs(self.times - seconds)))
+        errors = self.by[model][self.resting == resting, k]
+        if not len(errors):
+            return None
+        ordered = np.sort(np.where(np.isfinite(errors), errors, np.inf))
+        half, most = (float(ordered[int(share * (len(ordered) - 1))]) for share in (0.5, 0.9))
+        return half, most
+
+    def spreads(self, seconds: float, resting: bool) -> dict[str, tuple[float, float]] | None:
+        """Errors of every model by its name; None without such starts."""
+        every = {model: self.spread(model, seconds, resting) for model in self.by}
+        return {model: spread for model, spread in every.items() if spread is not None} or None
+
+
+def roll_out_all(
+    robot: Robot,
+    values: Array,
+    recordings: Sequence[Recording],
+    settings: Settings = DEFAULTS,
+    horizons: Sequence[float] = HORIZONS,
+    others: Mapping[str, Predict] | None = None,
+) -> tuple[Rollout, ...]:
+    """Predict each recording's motion from its torques, from many starts, and follow its path.
+
+    Args:
+        values: of the columns of ``base_parameters(robot)``.
+        recordings: without payload, best such that were not fitted.
+        settings: processing and progress.
+        horizons: after which times errors are asked for [s]; those beyond half a recording are left out.
+        others: models to compare with, by name.
+    """
+    settings.progress("the robot's equations of motion")
+    base = base_parameters(robot)
+    if len(values) != len(base.columns):
+        advice = "give the robot as it was identified (Identification.robot), for its recordings chose its friction"
+        raise InputError(f"{len(values)} values for {len(base.columns)} base parameters: {advice}")
+    arm = IdentifiedArm(robot, base, values)
+    models, processing = {IDENTIFIED: arm.positions, **(others or {})}, settings.processing_of(robot)
+    return tuple(
+        _rolled(arm, recording, processing, horizons, models, settings.progress) for recording in recordings
+    )
+
+
+def _rolled(
+    arm: IdentifiedArm,
+    recording: Recording,
+    processing: Processing,
+    horizons: Sequence[float],
+    models: Mapping[str, Predict],
+    progress: Progress,
+) -> Rollout:
+    measured = measurement(recording, processing)
+    motion, step = measured.motion, float(measured.motion.t[1] - measured.motion.t[0])
+    duration = step * (len(motion.t) - 1)
+    lengths = [seconds for seconds in sorted(horizons) if seconds <= 0.5 * duration]
+    if not lengths:
+        fault = f"{duration:.3g} s are too short for a horizon of {min(horizons):g} s"
+        raise InputError(f"{recording.source}: {fault}: record at least twice the horizon")
+    count = round(lengths[-1] / step) + 1
+    curve = np.linspace(0.0, lengths[-1], _CURVE + 1)[1:]
+    samples = np.unique(np.clip(np.rint(np.concatenate([curve, lengths]) / step).astype(int), 1, count - 1))
+    # Away from the ends, which the filter does not get right.
+    size, cutoff = len(motion.t), processing.cutoff
+    edge = min(round(_SETTLING / cutoff / step), int(_LARGEST_END * size)) if cutoff else 0
+    last = size - count - edge
+    number = min(_STARTS, max(1, int((last - edge) * step / _APART)))
+    starts = np.linspace(edge, max(last, edge), number).astype(np.intp)
+    windows = starts[:, None] + np.arange(count)
+    q, qd, torque = motion.q[starts], motion.qd[starts], measured.torque[windows]
+    truth = motion.q[windows]
+    by = {}
+    for name, predict in each(list(models.items()), lambda entry: f"{recording.source}: {entry[0]}", progress):
+        by[name] = _rms(predict(q, qd, torque, step) - truth)[:, samples]
+    ahead = q[:, None] + qd[:, None] * (step * np.arange(count))[:, None]
+    by[CONSTANT] = _rms(ahead - truth)[:, samples]
+    resting = np.max(np.abs(qd), axis=1) < processing.still_speed
+    progress(f"{recording.source}: growth of errors, replay")
+    growth = _growth(arm, q, qd, torque, step)
+    relative, joints, strayed = _replay(arm, measured, processing, recording.source)
+    errors = Errors(all(joint.revolute for joint in arm.robot.joints), step * samples, by, resting)
+    return Rollout(
+        source=recording.source,
+        starts_in_motion=int((~resting).sum()),
+        starts_at_rest=int(resting.sum()),
+        diverged=int((~np.isfinite(by[IDENTIFIED][:, -1])).sum()),
+        horizons=tuple(Horizon(t, errors.spreads(t, False), errors.spreads(t, True)) for t in lengths),
+        growth=growth,
+        replay_relative=relative,
+        replay_joints=joints,
+        replay_strayed=strayed,
+    ).made_by(errors)
+
+
+def _rms(difference: Array) -> Array:
+    """Root mean square over the joints, the last axis; inf where a start ran away."""
+    with np.errstate(all="ignore"):
+        rms = np.sqrt(np.mean(np.square(difference), axis=2))
+    return np.where(np.isfinite(rms), rms, np.inf)
+
+
+def _growth(arm: IdentifiedArm, q: Array, qd: Array, torque: Array, step: float) -> float:
+    """Factor by which an error of the start's positions grows; the error's direction is drawn, its seed fixed."""
+    count = round(GROWTH_TIME / step) + 1
+    if count > torque.shape[1]:
+        return float("nan")
+    nudge = np.random.default_rng(0).standard_normal(q.shape)
+    nudge *= _NUDGE / np.linalg.norm(nudge, axis=1, keepdims=True)
+    ends = [arm.positions(start, qd, torque[:, :count], step)[:, -1] for start in (q, q + nudge)]
+    with np.errstate(all="ignore"):
+        growth = np.linalg.norm(ends[1] - ends[0], axis=1) / _NUDGE
+    return float(np.median(np.where(np.isfinite(growth), growth, np.inf)))
+
+
+def _replay(
+    arm: IdentifiedArm, measured: Measurement, processing: Processing, source: str
+) -> tuple[float, Array, float]:
+    """Follow the path in overlapping pieces, all at once; torques are compared below the cut-off."""
+    motion, size = measured.motion, len(measured.motion.t)
+    step = float(motion.t[1] - motion.t[0])
+    lead = min(round(_LEAD / step), size // 4)
+    length = min(round(_SEGMENT / step), size - lead)
+    pieces = max(1, (size - lead) // length)
+    windows = length * np.arange(pieces)[:, None] + np.arange(lead + length)
+    # A stiff controller would feel speeds that are not the slopes of the positions.
+    q, torque = arm.followed(motion.q[windows], slopes(motion.q, step)[windows], step)
+    joined = slice(lead, lead + pieces * length)
+    n = motion.q.shape[1]
+    predicted = torque[:, lead:].reshape(-1, n)
+    strayed = (q - motion.q[windows])[:, lead:]
+    speeds = np.abs(motion.qd)
+    fast = speeds[joined] >= least_speed(speeds.max(axis=0), processing)
+    measured_q, followed = (
+        np.where(fast, lowpass(torques, step, processing.cutoff, source), 0.0)
+        for torques in (measured.torque[joined], predicted)
+    )
+    errors, norms = np.linalg.norm(followed - measured_q, axis=0), np.linalg.norm(measured_q, axis=0)
+    with np.errstate(all="ignore"):
+        joints = np.where(norms > 0.0, errors / norms, np.nan)
+        relative = float(np.linalg.norm(errors) / np.linalg.norm(norms))
+    return relative, joints, float(np.sqrt(np.mean(np.square(strayed))))

@@ -1,1 +1,0 @@
-"""Motions predicted from measured torques by a robot's parameters, compared with what was measured."""
