@@ -178,7 +178,6 @@ class WrongKeyError(ValueError):
     """Fault of one key of a file: ``key`` as a path ("joints[2].d", counted from 1), ``problem``."""
 
     def __init__(self, key: str, problem: str) -> None:
-        """Keep the key and its fault."""
         super().__init__(f"key {key!r}: {problem}")
         self.key, self.problem = key, problem
 

@@ -43,7 +43,6 @@ class Coupling:
     rows: Literal["joint", "motor"] = field(default="joint", repr=False)
 
     def __post_init__(self) -> None:
-        """Refuse an unknown Coulomb form and a joint coupled with itself."""
         if self.coulomb not in ("sum", "paper"):
             raise ValueError(f"coulomb must be 'sum' or 'paper', got {self.coulomb!r}")
         if self.joints[0] == self.joints[1]:
@@ -87,7 +86,6 @@ class Spring:
     column: bool = field(default=False, repr=False)
 
     def __post_init__(self) -> None:
-        """Refuse a spring with two laws or none."""
         geometric = self.stiffness > 0.0 and min(self.arms) > 0.0 and self.length >= 0.0
         if geometric == bool(self.table):
             raise ValueError("a spring needs either a table or stiffness, length and arms")
@@ -148,7 +146,6 @@ class Drives:
     unmeasured: tuple[int, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
-        """Put the terms of friction in their order."""
         order = [*LAWS, *sorted(term.kind for term in self.friction)]
         object.__setattr__(self, "friction", tuple(sorted(self.friction, key=lambda term: order.index(term.kind))))
 

@@ -204,12 +204,10 @@ def _coriolis(robot: Robot, q: ca.SX, qd: ca.SX, chi: ca.SX) -> ca.SX:
 
 
 def _parameter_values(robot: Robot, chi: ca.SX) -> dict[str, ca.SX]:
-    """Map names of the standard parameters to the entries of ``chi``."""
     return dict(zip(standard_columns(robot), ca.vertsplit(chi), strict=True))
 
 
 def _rigid_body_torque(robot: Robot, q: ca.SX, qd: ca.SX, qdd: ca.SX, value: Mapping[str, ca.SX]) -> ca.SX:
-    """Torques that move the links, without drives, n x 1 [N·m or N]."""
     changes = [FrameChange.of(joint, q[j]) for j, joint in enumerate(robot.joints)]
     wrenches = list(link_wrenches(robot, changes, DriveState(q, qd, qdd, None)))
     torque = ca.SX.zeros(robot.n)

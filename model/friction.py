@@ -70,7 +70,6 @@ class Friction:
     code: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse a term without a law, and numbers that its law does not take."""
         if not re.fullmatch(r"F[A-Z]+", self.kind) or self.kind in ("FSM", "FVM"):
             raise InputError(f"friction {self.kind!r}: its name must be F and more capitals, and not FSM or FVM")
         if (self.kind in LAWS) == bool(self.code):

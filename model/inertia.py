@@ -40,7 +40,6 @@ class InertialParameters(Brief):
     vector: Array
 
     def __post_init__(self) -> None:
-        """Lock the numbers."""
         object.__setattr__(self, "vector", frozen_array(self.vector, (10,), "inertial parameters"))
 
     @staticmethod

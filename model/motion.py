@@ -28,7 +28,6 @@ class Motion(Brief):
     qdd: Array
 
     def __post_init__(self) -> None:
-        """Lock the arrays and check their shapes."""
         shape = len(self.t), np.shape(self.q)[-1]
         freeze_fields(self, t=(None,), q=shape, qd=shape, qdd=shape)
         if not (np.diff(self.t) > 0.0).all():
@@ -59,7 +58,6 @@ class Measurement(Brief):
     path: Array | None = None
 
     def __post_init__(self) -> None:
-        """Lock the arrays and check their shapes."""
         samples, joints = self.motion.t.shape, self.motion.q.shape
         freeze_fields(self, torque=joints, spring_before=samples, path=joints)
 
@@ -108,7 +106,6 @@ class Recording(Brief):
     torque_unit: Literal["named", "given", "unknown"] = "named"
 
     def __post_init__(self) -> None:
-        """Lock the arrays and check their shapes."""
         if not 0.0 <= (self.gain_sigma or 0.0) < 1.0:
             raise ValueError(f"gain_sigma is {self.gain_sigma}: give a fraction from 0 to below 1")
         shape = len(self.t), np.shape(self.q)[-1]
@@ -161,7 +158,6 @@ class Processing:
     max_mismatch: float = 0.01
 
     def __post_init__(self) -> None:
-        """Refuse settings without a meaning."""
         for name in ("rate", "cutoff", "equation_rate"):
             value = getattr(self, name)
             if value is not None and not _SLOWEST <= value < float("inf"):

@@ -49,7 +49,6 @@ class Pose:
     origin: _Row = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        """Refuse what is no rotation, and numbers that are not finite."""
         R = np.array(self.rotation)
         if R.shape != (3, 3) or len(self.origin) != 3 or not np.isfinite([*R.ravel(), *self.origin]).all():
             raise ValueError("a pose needs a 3 x 3 rotation and an origin of finite numbers")

@@ -138,7 +138,6 @@ def _matrix(robot: Robot, columns: Sequence[str], terms: dict[str, dict[int, Any
 
 @functools.lru_cache(maxsize=16)
 def _terms(robot: Robot) -> tuple[DriveState, dict[str, dict[int, Any]]]:
-    """Symbols q, qd, qdd, load, and the factors of each standard parameter; built once for a robot."""
     state = DriveState(*(ca.SX.sym(symbol, robot.n) for symbol in DriveState._fields))
     terms = inertial_terms(robot, state) | drive_terms(robot.drives, state)
     if robot.spring is not None and robot.spring.column:

@@ -54,7 +54,6 @@ class Limits:
     torque: float = math.inf
 
     def __post_init__(self) -> None:
-        """Refuse an empty range and a bound that is not positive."""
         if not self.position[0] < self.position[1]:
             raise ValueError(f"position limits {self.position} leave no range")
         for name in ("speed", "acceleration", "torque"):
@@ -83,7 +82,6 @@ class Joint:
     names: tuple[str, str] = ("", "")
 
     def __post_init__(self) -> None:
-        """Refuse an unknown kind and numbers that are not finite."""
         if self.kind not in ("revolute", "prismatic"):
             raise ValueError(
                 f"joint kind {self.kind!r} is not 'revolute' or 'prismatic'; a body fixed to a link is part of it"
@@ -165,7 +163,6 @@ class Robot(Brief):
     snapped: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse what no robot has and no file can hold; snap nearly special geometry."""
         if not self.joints:
             raise ValueError(f"robot {self.name!r} has no joints")
         if len(self.gravity) != 3 or not all(math.isfinite(value) for value in self.gravity):

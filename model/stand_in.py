@@ -114,13 +114,11 @@ def can_stand_in(robot: Robot) -> bool:
 
 
 def _bodiless(robot: Robot) -> list[int]:
-    """Links of which the description gives no inertial parameter."""
     links = range(1, robot.n + 1)
     return [link for link in links if not any(f"{kind}{link}" in robot.parameters for kind in INERTIAL)]
 
 
 def _mass_of_bodies(robot: Robot) -> float:
-    """Mass of the links whose bodies the description gives [kg]."""
     return sum(robot.parameters.get(f"M{link}", 0.0) for link in range(1, robot.n + 1))
 
 

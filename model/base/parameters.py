@@ -34,7 +34,6 @@ class BaseParameters(Brief):
     expressions: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Lock the grouping matrix, freed of rounding, and check its shape."""
         shape = (len(self.chosen), len(self.standard))
         exact = np.where(np.abs(self.grouping) < _ROUNDING, 0.0, self.grouping)
         object.__setattr__(self, "grouping", frozen_array(exact, shape, "grouping"))

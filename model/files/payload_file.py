@@ -34,7 +34,6 @@ class BodyTable(Table, frozen=True):
     inertia_com: Six | None = None
 
     def __post_init__(self) -> None:
-        """Refuse g, mm and g mm^2 for kg, m and kg m^2, which are off by powers of ten."""
         check_metres(self.com or (0.0,), "com")
         xx, _, _, yy, _, zz = self.inertia_com or (0.0,) * 6
         radius = math.sqrt(max(xx + yy + zz, 0.0) / 2.0 / self.mass) if self.mass > 0.0 else 0.0

@@ -32,7 +32,6 @@ class JointAxis:
     limits: Limits = Limits()
 
     def __post_init__(self) -> None:
-        """Refuse numbers that are not finite and an axis without direction."""
         if not all(math.isfinite(value) for value in (*self.direction, *self.point)):
             raise ValueError("direction and point of an axis must be finite")
         if math.hypot(*self.direction) < 1e-9:
@@ -85,7 +84,6 @@ def modified_dh(axes: Sequence[JointAxis], flange: Pose) -> Robot:
 
 
 def _foot(origin: Array, direction: Array, point: Array) -> Array:
-    """Point of an axis nearest to ``origin``."""
     return np.asarray(point + ((origin - point) @ direction) * direction)
 
 

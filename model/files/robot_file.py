@@ -80,7 +80,6 @@ _read_shipped = cache(_read)  # once a process: a search over all of them asks a
 
 
 def _no_robot(text: str) -> str:
-    """Say what is wrong with a name that is none: a missing file, or a robot that is not shipped."""
     if Path(text).is_dir():
         return f"no robot {text!r}: it is a folder; give the path of a TOML or URDF file"
     if Path(text).suffix or "/" in text or "\\" in text:

@@ -214,7 +214,6 @@ def _chain(tree: Urdf, base: str, tip: str) -> tuple[list[tuple[UrdfJoint, Pose]
 def _parameters(
     tree: Urdf, chain: Sequence[UrdfJoint], poses: Sequence[Pose]
 ) -> tuple[dict[str, float], list[str]]:
-    """Collect standard parameters of the links whose bodies the file gives, and note what is left out."""
     values: dict[str, float] = {}
     notes: list[str] = []
     for j, (moving, at) in enumerate(zip(chain, poses, strict=True), start=1):
@@ -309,7 +308,6 @@ def _of_xacro(element: _Element) -> bool:
 
 
 def _named(root: _Element, tag: str) -> dict[str, _Element]:
-    """Map names to the elements of a tag."""
     named: dict[str, _Element] = {}
     for element in root.findall(tag):
         name = element.get("name")

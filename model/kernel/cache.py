@@ -115,7 +115,6 @@ def _identity(compiler: Path) -> str:
 
 
 def _compile(compiler: Path, source: str, folder: Path, key: str) -> Path:
-    """Compile in ``folder`` and move the result to its place there in one step."""
     descriptor, name = tempfile.mkstemp(dir=folder, suffix=".part")
     os.close(descriptor)
     identity, problem = _identity(compiler), ""

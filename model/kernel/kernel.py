@@ -134,7 +134,6 @@ class Kernel:
         return out
 
     def _samples(self, inputs: Sequence[Array]) -> int:
-        """Count the samples; refuse inputs that do not fit the function or each other."""
         sizes = [x.shape[-1] for x in inputs if x.ndim in (1, 2)]
         counts = {len(x) for x in inputs if x.ndim == 2}
         if sizes != self._sizes or len(counts) > 1:

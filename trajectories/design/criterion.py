@@ -71,7 +71,6 @@ def relative_sigma(criterion: Criterion, G: Array, _: float) -> ValueSlope:
 
 
 def _inverted(G: Array) -> tuple[Array, float]:
-    """Inverse, and log of the determinant."""
     scale = _sizes(G)
     factor = np.linalg.cholesky(G / np.outer(scale, scale))
     half = np.linalg.inv(factor) / scale
@@ -79,7 +78,6 @@ def _inverted(G: Array) -> tuple[Array, float]:
 
 
 def _sizes(G: Array) -> Array:
-    """Norms of the columns of W; LinAlgError where one is zero or infinite."""
     scale = np.sqrt(np.diag(G))
     if not ((scale > 0.0) & (scale < np.inf)).all():
         raise np.linalg.LinAlgError("not positive definite")

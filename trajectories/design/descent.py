@@ -120,7 +120,6 @@ class Lagrangian:
     """
 
     def __init__(self, problem: DesignProblem, x: Array, stiffness: float, margin: float) -> None:
-        """Set all multipliers to zero, and draw all intervals in by the same ``margin``."""
         self.problem, self.x, self.stiffness = problem, x, stiffness  # the last: weight of squared violations
         self.curvature: Array | None = None  # at x, as the last descent has learnt it
         state = problem.state(x, WIDTH)

@@ -108,7 +108,6 @@ def _missed(problem: DesignProblem, x: Array) -> Missed:
 
 
 def _by_torques(missed: tuple[LimitCheck, ...], most: float) -> bool:
-    """True if torque limits alone are missed, and by less than ``most`` of them."""
     return all(limit.name.startswith("torque") and limit.relative < most for limit in missed)
 
 
@@ -199,8 +198,6 @@ def speed_ladder(
 
 
 def _fastest(problem: DesignProblem, motion: Fourier) -> float | None:
-    """Largest speed at which a run keeps all torque and clearance limits; None without any."""
-
     def bears(speed: float) -> bool:
         run = motion if speed == 1.0 else motion.slowed(speed)
         return not missed_on_run(problem, run, speed * _LADDER_RATE)

@@ -103,7 +103,6 @@ class Goal(Brief):
     paired: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse goals that contradict themselves."""
         if self.criterion not in CRITERIA:
             raise InputError(f"criterion {self.criterion!r} is not one of {', '.join(CRITERIA)}")
         if self.payload_only and self.columns is not None:
@@ -273,5 +272,4 @@ def second_pose(
 
 
 def _payload_kernel(robot: Robot) -> RegressorKernel:
-    """Kernel of the payload's ten columns, then constant torques and Coulomb friction."""
     return regressor_kernel(robot.with_offsets(True), (*payload_columns(robot), *friction_columns(robot)))

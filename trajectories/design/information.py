@@ -21,10 +21,9 @@ from ..motions.family import Samples
 
 
 class RegressorKernel:
-    """Evaluates the non-zero entries of the regressor, joint by joint, and their adjoint."""
+    """Evaluates the regressor's non-zero entries, joint by joint, and their adjoint; ``SPRING`` may be a column."""
 
     def __init__(self, robot: Robot, columns: Sequence[str]) -> None:
-        """Generate and compile the code; ``SPRING``, a known spring's torque, may be one of the columns."""
         self._robot, self.columns = robot, tuple(columns)
         own = [name for name in columns if name != SPRING]
         width, spring = ca.SX.sym("width"), ca.SX(robot.n, 1)

@@ -54,7 +54,6 @@ class PayloadSet(Brief):
     region: Region = "ball"
 
     def __post_init__(self) -> None:
-        """Lock the arrays; refuse a mass or an axis that is not positive."""
         freeze_fields(self, centre=(3,), axes=(3, 3))
         if not 0.0 < self.mass < np.inf or not (self.half > 0.0).all():
             raise InputError("payloads within bounds need a positive mass and a region of positive size")
@@ -105,7 +104,6 @@ def unit_point(x: Any, y: Any, z: Any) -> list[Any]:
 
 @functools.cache
 def _kernel(region: Region) -> Kernel:
-    """Kernel of largest torque, its body, smallest torque, its body, from a regressor's row and a set's numbers."""
     row, bounds = ca.SX.sym("row", 10), ca.SX.sym("bounds", 13)
     mass, centre, axes = bounds[0], bounds[1:4], ca.reshape(bounds[4:], 3, 3)
     # The torque of a unit point mass at r is r' Q r + (MX MY MZ columns)' r + (M column).
@@ -182,7 +180,6 @@ def _largest_in_ball(values: list[ca.SX], V: ca.SX, b: ca.SX) -> tuple[ca.SX, li
 
 
 def _largest_in_cube(Q: ca.SX, b: ca.SX) -> tuple[ca.SX, list[ca.SX]]:
-    """Compute the largest value over |s_i| <= 1, and where it is taken."""
     value, point = ca.SX(-ca.inf), [ca.SX(0.0)] * 3
     for pattern in product((-1.0, 1.0, 0.0), repeat=3):
         s = [ca.SX(side) for side in pattern]

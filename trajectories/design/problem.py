@@ -62,7 +62,6 @@ class DesignProblem(Brief):
     scene: Scene | None = None
 
     def __post_init__(self) -> None:
-        """Refuse reference values, noise or earlier recordings that do not fit the robot."""
         _ = self.criterion, self.noise, self.earlier
 
     @cached_property
@@ -248,7 +247,6 @@ class Loads(Brief):
     margin: float = 0.0
 
     def __post_init__(self) -> None:
-        """Copy the parameters; refuse a margin that leaves nothing."""
         object.__setattr__(self, "parameters", dict(self.parameters))
         if not 0.0 <= self.margin < 1.0:
             raise InputError(f"a torque margin of {self.margin:g}: give a share of the limits from 0 to below 1")
@@ -318,7 +316,6 @@ def build_design(
 def _torque_limits(
     robot: Robot, base: BaseParameters, kernel: RegressorKernel, torque: Array, loads: Loads
 ) -> Iterator[Limit]:
-    """Make the torque limits for each load."""
     known, torque, heaviest = loads.parameters, (1.0 - loads.margin) * torque, loads.heaviest
     if all(name in known for name in base.standard):
         values = base.value(known)

@@ -51,7 +51,6 @@ class Capsule(Table, frozen=True):
     end: Triple | None = None  # a sphere if it is the start
 
     def __post_init__(self) -> None:
-        """Refuse a body without size."""
         if not 0.0 <= self.radius < math.inf or self.link < 0:
             raise InputError(f"body {self.name!r}: link {self.link} and radius {self.radius:g} m are not possible")
 
@@ -64,7 +63,6 @@ class HalfSpace(Table, frozen=True):
     offset: Real = 0.0  # of the surface along the unit normal [m]
 
     def __post_init__(self) -> None:
-        """Refuse a normal without direction."""
         if not 0.0 < math.hypot(*self.normal) < math.inf:
             raise InputError(f"half-space {self.name!r} needs a normal of positive length")
 
@@ -95,7 +93,6 @@ class Scene(Table, frozen=True):
     clearance: Real = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse names that are not there or stand for two things."""
         names = [body.name for body in self.bodies] + [surface.name for surface in self.surfaces]
         if len(set(names)) != len(names):
             raise InputError("two bodies or surfaces of the scene have the same name")
@@ -190,7 +187,6 @@ def clearance(robot: Robot, scene: Scene) -> Limit:
 
 @functools.lru_cache(maxsize=16)
 def _functions(robot: Robot, scene: Scene) -> tuple[ca.Function, ca.Function, tuple[str, ...]]:
-    """Make functions of distances (one per pair) and of their adjoint, and name the pairs."""
     if any(body.link > robot.n for body in scene.bodies):
         raise InputError(f"the scene names a link that robot {robot.name!r} does not have: it has {robot.n}")
     q = ca.SX.sym("q", robot.n)

@@ -157,8 +157,6 @@ _FRESH = Effort(160, 150, 60, 4, 8, False)
 
 @dataclass
 class _Search:
-    """Search from one begin: the best motion so far and its score, and the way to better ones."""
-
     problem: DesignProblem
     draw: np.random.Generator
     progress: Progress
@@ -179,7 +177,6 @@ class _Search:
 
     @cached_property
     def effort(self) -> Effort:
-        """Effort with which motions of the problem's family come out best for the time it takes."""
         family = self.problem.family
         if family.size > _SMALL:
             return _FRESH
@@ -241,7 +238,6 @@ class _Search:
             return courses[0][1]
 
         def promise(start: tuple[int, Lagrangian]) -> tuple[bool, float, int]:
-            """Rank starts near their limits first, by their value; the first of equal ones."""
             number, course = start
             merit, _ = self.problem.evaluate(course.x, orders[-1], WIDTH, course)
             return course.violation(self.problem.state(course.x, WIDTH)) > _ASTRAY, merit, number
@@ -254,7 +250,6 @@ class _Search:
         return courses[0][1]
 
     def _first(self) -> Array:
-        """Start where another search ended, or at a random motion."""
         return self.problem.family.random(self.draw, self.problem.clear) if self.begin is None else self.begin
 
     def _begun(self, number: int) -> Lagrangian:
@@ -289,7 +284,6 @@ class _Search:
         return score
 
     def _improved(self, course: Lagrangian, order: float, width: float, iterations: int, text: str) -> Score:
-        """Descend, update the multipliers where that ends, and judge the motion there."""
         function = partial(self.problem.evaluate, order=order, width=width, limits=course)
         course.x, course.curvature = self._descended(function, course.x, iterations, course.curvature)
         course.update(width)
@@ -298,8 +292,6 @@ class _Search:
     def _descended(
         self, function: Smooth, x: Array, iterations: int, curvature: Array | None = None
     ) -> tuple[Array, Array | None]:
-        """Descend and count the evaluations."""
-
         def counted(y: Array) -> tuple[float, Array]:
             self.evaluations += 1
             if time.process_time() > self.begun + _BUDGET:
@@ -330,7 +322,6 @@ class FreeStates:
     """
 
     def __init__(self, bounds: JointBounds, count: int) -> None:
-        """Lay out x."""
         self._bounds, self.reach, self._shape = bounds, (bounds.low, bounds.high), (3, count, len(bounds.low))
         self._linear = 3 * count * len(bounds.low)
         self.size = self._linear + count

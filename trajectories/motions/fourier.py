@@ -60,7 +60,6 @@ class Fourier(Plan, Brief):
     transfer: float = 0.0
 
     def __post_init__(self) -> None:
-        """Lock the arrays and check them."""
         shape = np.shape(self.a)
         freeze_fields(self, poses=shape[:2], a=(None, None, None), b=shape)
         if not 0.0 < self.period < np.inf or self.repeats < 1 or (self.transfer > 0.0) != (len(self.poses) > 1):
@@ -113,7 +112,6 @@ class FourierShape:
     span = 0.5  # of range, speed and acceleration that a random motion uses at first
 
     def __post_init__(self) -> None:
-        """Refuse too few harmonics: nothing moves that begins and ends at rest."""
         if not 2 <= self.harmonics <= _MOST or not 0.0 < self.duration <= LONGEST:
             raise InputError(
                 f"{self.harmonics} harmonics in {self.duration:g} s: give at least 2, at most {_MOST}, in up to "
@@ -184,7 +182,6 @@ class NearShape(Brief):
 
 @lru_cache(maxsize=64)
 def _grid(harmonics: int, samples: int) -> Grid:
-    """Even times of one period."""
     return np.full(samples, 1.0 / samples), _series(np.arange(samples) / samples, harmonics)
 
 
@@ -206,7 +203,6 @@ class FreeSeries:
     transfer: float = 0.0
 
     def __post_init__(self) -> None:
-        """Find functions that begin and end at rest, by the coefficients a_1 .. a_H, b_1 .. b_H; lay out x."""
         self.harmonics = H = self.shape.harmonics
         ends = np.zeros((2, 2 * H))
         ends[0, :H], ends[1, H:] = 1.0, np.arange(1, H + 1)
@@ -226,7 +222,6 @@ class FreeSeries:
         self.reach = low, high
 
     def _pieces(self, x: Array) -> Pieces:
-        """One period at each pose."""
         weights, F = x.reshape(self.layout), self.functions
         c = (weights[..., : F.shape[1]] @ F.T) * self._scale[:, None]
         C = np.zeros((len(self.poses), 2 * self.harmonics, self.poses.shape[1]))

@@ -37,7 +37,6 @@ class PointToPoint(Plan, Brief):
     smoothing: float = 0.25
 
     def __post_init__(self) -> None:
-        """Lock the arrays and check that ramps fit into their moves."""
         moves = len(self.points) - 1
         freeze_fields(self, points=(None, None), durations=(moves,), ramps=(moves, 2))
         if moves < 1 or not (self.ramps > 0.0).all():
@@ -147,7 +146,6 @@ def plan_stops(
 def _step_and_limits(
     robot: Robot, points: Array, speed: float | Array, acceleration: float | Array, smoothing: float
 ) -> tuple[Array, Array, Array]:
-    """Steps between the points, and the largest speeds and mean accelerations of ramps that may be used."""
     limits = [joint.limits for joint in robot.joints]
     top = np.array([limit.speed for limit in limits]) * speed
     strong = np.array([limit.acceleration for limit in limits]) * acceleration * (1.0 - smoothing)

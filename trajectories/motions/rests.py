@@ -51,7 +51,6 @@ class StaticShape(Brief):
     mass_alike = 0.5  # at rest a mass twice as sure costs the centre of mass of most arms little
 
     def __post_init__(self) -> None:
-        """Refuse too few or too many poses, or too short or too long a rest."""
         for text, value, (least, most) in (("poses", self.count, _POSES), ("s at rest", self.hold, _HOLD)):
             if not least <= value <= most:
                 raise InputError(f"a weighing at rest needs {least:g} to {most:g} {text}, not {value:g}")
@@ -94,7 +93,6 @@ class FreeRests:
     """
 
     def __init__(self, shape: StaticShape, bounds: JointBounds) -> None:
-        """Lay out x, and the points of the way: start, four of each pose, start."""
         self.shape, self._bounds = shape, bounds
         self._moving = [joint - 1 for joint in shape.joints]
         self._middle, self._half = 0.5 * (shape.low + shape.high), 0.5 * (shape.high - shape.low) - shape.approach
@@ -149,7 +147,6 @@ class FreeRests:
         return np.append(smaller * x[:-1], min(x[-1] + np.log(slower), self.high[-1]))
 
     def _points(self, x: Array) -> Array:
-        """Points of the way, shape (4 count + 2, n)."""
         points, poses = self._fixed.copy(), self._middle + self._half * x[:-1].reshape(self.shape.count, -1)
         points[1:-1, self._moving] += np.repeat(poses, 4, axis=0)
         return points

@@ -83,7 +83,6 @@ class Trapezoid:
     passes = False
 
     def __post_init__(self) -> None:
-        """Check the ramp."""
         if not 0.0 < self.ramp <= 0.5:
             raise InputError(f"a ramp of {self.ramp:g} of a move's time: give a share above 0, at most 0.5")
 
@@ -129,7 +128,6 @@ of a step of 1 in unit time, at rest at both ends."""
 
 
 def _even(parts: int) -> Array:
-    """Weights of the trapezoidal rule over unit time in even parts, shape (parts + 1,)."""
     weights = np.full(parts + 1, 1.0 / parts)
     weights[[0, -1]] *= 0.5
     return weights
@@ -166,7 +164,6 @@ class ViaPoints(Plan, Brief):
     segment: Segment = QUINTIC
 
     def __post_init__(self) -> None:
-        """Lock the arrays and check them."""
         shape = np.shape(self.points)
         freeze_fields(self, points=(None, None), durations=(shape[0] - 1,), speeds=shape, accelerations=shape)
         if shape[0] < 2 or not (self.durations > 0.0).all():
@@ -211,7 +208,6 @@ class ViaPointShape:
     start: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
-        """Refuse points and durations that do not fit each other."""
         _check_count(self.count)
         if self.passing and not self.segment.passes:
             raise InputError(f"a {self.segment.name} rests in every via point: set passing to False")
@@ -242,7 +238,6 @@ class FreeViaPoints:
     """
 
     def __init__(self, bounds: JointBounds, shape: ViaPointShape) -> None:
-        """Lay out x for a start, where one is given."""
         self.shape, self._bounds, self.reach = shape, bounds, (bounds.low, bounds.high)
         self._start, self.free_duration = shape.start, shape.fixed is None
         self._first, n, moves = int(shape.start is not None), len(bounds.low), shape.count - 1
@@ -415,7 +410,6 @@ class SampledTrajectory(Plan, Brief):
     source: str = "trajectory"
 
     def __post_init__(self) -> None:
-        """Lock the arrays; refuse a trajectory that does not rest at its ends."""
         object.__setattr__(self, "t", np.asarray(self.t) - self.t[0])
         shape = (len(self.t), np.shape(self.q)[-1])
         freeze_fields(self, t=(None,), q=shape, qd=shape, qdd=shape)

@@ -68,7 +68,6 @@ class Controller:
     rate: float = 250.0
 
     def __post_init__(self) -> None:
-        """Refuse gains that cannot hold a robot."""
         if not (self.position > 0.0 and self.speed > 0.0 and self.integral >= 0.0):
             raise ValueError("position and speed gains must be positive, the integral gain not negative")
         if self.compensates not in ("motion", "gravity"):

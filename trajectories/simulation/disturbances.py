@@ -45,7 +45,6 @@ class Disturbances(Brief):
     gain_error: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse levels that are negative or do not fit each other."""
         if not len(self.white) == len(self.slow) == len(self.ripple):
             raise ValueError("white, slow and ripple need one number per joint")
         single = (self.friction, self.encoder, self.gain_error)

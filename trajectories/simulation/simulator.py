@@ -18,7 +18,6 @@ RX90_NOISE = (24.0, 30.0, 10.8, 5.1, 6.6, 2.3)
 
 @lru_cache(maxsize=16)
 def _torque_code(robot: Robot) -> Kernel:
-    """Generate the code of the torques, once: fleets and trials simulate one robot many times."""
     return Kernel(inverse_dynamics(robot))
 
 
