@@ -16,6 +16,7 @@ the unit cube it is taken at a stationary point of the inside, of a face, of an 
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from typing import Any, Literal
 
@@ -26,7 +27,7 @@ from ...common import Array, ArrayLike, Brief, InputError, freeze_fields
 from ...model import Pose
 from ...model.kernel.kernel import Kernel
 from .information import RegressorKernel
-from .limits import Limit, State, joint_labels, latest
+from .limits import Limit, Pullback, State, joint_labels
 
 _SWEEPS = 4  # of Jacobi's rotations: a 3 x 3 matrix is then diagonal to rounding
 _NEWTON = 8  # steps: with seven, rows of the shipped arms were bounded to 1e-12, with eight to rounding
@@ -220,36 +221,33 @@ def payload_limit(
     unit = np.tile(np.where(finite, torque, 1.0), 2)
     none, bound = np.full(n, np.inf), np.where(finite, 1.0, np.inf)
     ten = [kernel.columns.index(name) for name in columns]
+    name, labels = f"torque with any payload up to {payloads.mass:g} kg", joint_labels(n) * 2
+    low, high = np.concatenate([-none, -bound]), np.concatenate([bound, none])
+    measure = partial(_extreme_torques, (kernel, chi, root), (payloads, ten), unit)
+    return Limit("torque", name, labels, low, high, np.zeros(2 * n), unit, measure)
 
-    @latest
-    def extremes(state: State) -> Array:
-        return payloads.extremes(kernel.dense(state.entries)[:, :, ten].reshape(-1, 10))
 
-    @latest
-    def doubt(state: State) -> tuple[Array, list[Array]]:
-        spread = [root[names].T @ state.entries[part] for part, names in kernel.parts]
-        return np.stack([np.sqrt((part**2).sum(axis=0)) for part in spread], axis=1), spread
+def _extreme_torques(
+    robot: tuple[RegressorKernel, Array, Array], load: tuple[PayloadSet, list[int]], unit: Array, state: State
+) -> tuple[Array, Pullback]:
+    (kernel, chi, root), (payloads, ten) = robot, load
+    own = kernel.torque(state.entries, chi)
+    extremes = payloads.extremes(kernel.dense(state.entries)[:, :, ten].reshape(-1, 10))
+    spread = [root[names].T @ state.entries[part] for part, names in kernel.parts]
+    doubt = np.stack([np.sqrt((part**2).sum(axis=0)) for part in spread], axis=1)
+    largest, smallest = (torque.reshape(own.T.shape).T for torque in extremes[:, 0])
 
-    def values(state: State) -> Array:
-        own, doubtful = kernel.torque(state.entries, chi), _SIGMAS * doubt(state)[0]
-        largest, smallest = (torque.reshape(own.T.shape).T for torque in extremes(state)[:, 0])
-        return np.asarray(np.hstack([own + doubtful + largest, own - doubtful + smallest]) / unit)
-
-    def pullback(state: State, slope: Array, into: State) -> None:
+    def pullback(slope: Array, into: State) -> None:
         up, down = np.split(slope / unit, 2, axis=1)
         kernel.torque_slope(up + down, chi, into.entries)
         if root.shape[1]:
-            sizes, spread = doubt(state)
             for j, (part, names) in enumerate(kernel.parts):
-                size = np.where(sizes[:, j] > 0.0, sizes[:, j], 1.0) / _SIGMAS
+                size = np.where(doubt[:, j] > 0.0, doubt[:, j], 1.0) / _SIGMAS
                 into.entries[part] += root[names] @ spread[j] * ((up - down)[:, j] / size)
-        for weight, extreme in zip((up, down), extremes(state)[:, 1:], strict=True):
+        for weight, extreme in zip((up, down), extremes[:, 1:], strict=True):
             if weight.any():
-                bodies = np.zeros((len(kernel.columns), n, len(weight)))
-                bodies[ten] = extreme.reshape(10, n, -1)
+                bodies = np.zeros((len(kernel.columns), *weight.T.shape))
+                bodies[ten] = extreme.reshape(10, *weight.T.shape)
                 kernel.torque_slope(weight, bodies, into.entries)
 
-    name, labels = f"torque with any payload up to {payloads.mass:g} kg", joint_labels(n) * 2
-    low, high = np.concatenate([-none, -bound]), np.concatenate([bound, none])
-    made = payload_limit, (kernel, chi, root, torque, payloads, columns)
-    return Limit("torque", name, labels, low, high, np.zeros(2 * n), unit, made, values, pullback)
+    return np.hstack([own + _SIGMAS * doubt + largest, own - _SIGMAS * doubt + smallest]) / unit, pullback

@@ -8,6 +8,7 @@ have slopes everywhere but where two axes cross; slopes come from CasADi through
 import functools
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar
 
@@ -22,7 +23,7 @@ from ...model.frames import frames_at, step
 from ...model.kernel.kernel import Kernel
 from ...model.kinematics import link_frames
 from ...model.stand_in import cylinder_radius
-from .limits import Limit, State
+from .limits import Limit, Pullback, State
 
 _TINY = 1e-12  # m^2: keeps slopes finite where two axes touch, and spheres have an axis of no length
 _UNIT = 0.1  # m
@@ -171,18 +172,32 @@ def clearance(robot: Robot, scene: Scene) -> Limit:
     Raises:
         InputError: if the scene names a link that the robot does not have, or nothing could collide.
     """
-    *functions, labels = _functions(robot, scene)
-    distance, adjoint = map(Kernel, functions)
+    labels = _functions(robot, scene)[2]
     unit, low, high = (np.full(len(labels), value) for value in (_UNIT, scene.clearance / _UNIT, np.inf))
+    measure = _Distances(robot, scene)
+    return Limit("clearance", "clearance", labels, low, high, np.zeros(len(labels)), unit, measure)
 
-    def values(state: State) -> Array:
-        return np.asarray(distance(state.samples.q).T / unit)
 
-    def pullback(state: State, slope: Array, into: State) -> None:
-        into.samples.q[...] += adjoint(state.samples.q, slope / unit).T
+@dataclass(frozen=True)
+class _Distances:
+    robot: Robot
+    scene: Scene
 
-    middle, made = np.zeros(len(labels)), (clearance, (robot, scene))
-    return Limit("clearance", "clearance", labels, low, high, middle, unit, made, values, pullback)
+    @functools.cached_property
+    def _kernels(self) -> tuple[Kernel, Kernel]:
+        distance, adjoint, _ = _functions(self.robot, self.scene)
+        return Kernel(distance), Kernel(adjoint)
+
+    def __getstate__(self) -> dict[str, object]:
+        return {"robot": self.robot, "scene": self.scene}
+
+    def __call__(self, state: State) -> tuple[Array, Pullback]:
+        distance, adjoint = self._kernels
+
+        def pullback(slope: Array, into: State) -> None:
+            into.samples.q[...] += adjoint(state.samples.q, slope / _UNIT).T
+
+        return distance(state.samples.q).T / _UNIT, pullback
 
 
 @functools.lru_cache(maxsize=16)
