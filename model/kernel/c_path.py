@@ -183,20 +183,12 @@ def compiled_fill(program: Program) -> Fill:
         apart = [x.shape[-1] if x.ndim >= 2 else 0 for x in inputs]
         ahead = [x.strides[0] // x.itemsize if x.ndim == 3 else 0 for x in inputs]
         numbers = ctypes.c_longlong * len(inputs)
-        work, state = aligned_empty((size,)), inputs[0].ctypes.data if chained else 0
+        work, state = np.empty(size), inputs[0].ctypes.data if chained else 0
         steps, _, samples = out.shape
         arrays = starts, numbers(*apart), numbers(*ahead)
         run(*arrays, state, out.ctypes.data, work.ctypes.data, samples, steps)
 
     return fill
-
-
-def aligned_empty(shape: tuple[int, ...]) -> Array:
-    """Make an empty array that begins at a multiple of 64 bytes: a store of eight numbers fills a cache line."""
-    size = math.prod(shape)
-    room = np.empty(size + 8)
-    start = -(room.ctypes.data // 8) % 8
-    return room[start : start + size].reshape(shape)
 
 
 _WIDTH = 90  # largest length of expressions that are written where they are used, if only once

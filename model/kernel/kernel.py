@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from ...common import Array
-from .c_path import Fill, aligned_empty, compiled_fill
+from .c_path import Fill, compiled_fill
 from .cache import CompilerUnavailable
 from .program import OPERATIONS, Program, read_program
 
@@ -56,26 +56,20 @@ class Kernel:
         """True if compiled code does the work."""
         return self._compiled is not None
 
-    def __call__(self, *inputs: Array, out: Array | None = None) -> Array:
+    def __call__(self, *inputs: Array) -> Array:
         """Evaluate on N samples.
 
         Args:
-            inputs: one array per input of the function, each (N, size), or (size,) where all samples
-                share it.
-            out: where to put the result, C-contiguous; made if it is not given.
+            inputs: one array per input of the function, each (N, size), or (size,) where all samples share it.
 
         Returns:
             The non-zero entries, shape (entries, N), in CasADi's (column-major) order.
 
         Raises:
-            ValueError: if the inputs or ``out`` do not fit the function.
+            ValueError: if the inputs do not fit the function.
         """
-        samples = self._samples(inputs)
-        shape = (self._outputs, samples)
-        if out is not None and (out.shape != shape or out.dtype != np.float64 or not out.flags.c_contiguous):
-            raise ValueError(f"out must be a C-contiguous float array of shape {shape}, got {out.shape}")
-        result = aligned_empty(shape) if out is None else out
-        if samples:
+        result = np.empty((self._outputs, self._samples(inputs)))
+        if result.size:
             ready = [np.ascontiguousarray(x, dtype=np.float64) for x in inputs]
             if self._compiled is not None:
                 self._compiled(ready, result[None], False)
