@@ -11,6 +11,7 @@ from .base.parameters import base_regressor as base_regressor
 from .base.rank import base_parameters as base_parameters
 from .codegen import code_names as code_names
 from .codegen import generate_code as generate_code
+from .codegen import generate_numpy as generate_numpy
 from .drives import Coupling as Coupling
 from .drives import Drives as Drives
 from .drives import Spring as Spring
@@ -41,7 +42,6 @@ from .kinematics import forward_kinematics as forward_kinematics
 from .motion import Motion as Motion
 from .motion import Processing as Processing
 from .motion import Recording as Recording
-from .numpy_code import generate_numpy as generate_numpy
 from .pose import Pose as Pose
 from .regressors import payload_regressor as payload_regressor
 from .regressors import regressor as regressor

@@ -8,9 +8,8 @@ import casadi as ca
 import numpy as np
 
 from ...common import Array
-from .c_path import Fill, compiled_fill
 from .cache import CompilerUnavailable
-from .program import OPERATIONS, Program, read_program
+from .program import OPERATIONS, Fill, Program, compiled_fill, read_program
 
 NumpyRows = Callable[[Sequence[Array], Array], None]
 """Function of the inputs, and of the array of entries x N that it fills."""
@@ -93,15 +92,13 @@ class Kernel:
         """
         if self._outputs < self._sizes[0]:  # compiled code would read beyond them
             raise ValueError(f"{self._outputs} outputs cannot be the next state of {self._sizes[0]} numbers")
-        ready, steps = [np.asarray(x, dtype=np.float64) for x in inputs], {len(x) for x in inputs if x.ndim == 3}
+        ready = [np.ascontiguousarray(x, dtype=np.float64) for x in inputs]
+        steps = {len(x) for x in ready if x.ndim == 3}
         if len(steps) != 1 or state.ndim != 2:
             raise ValueError(f"inputs must have one number of steps and a state of two axes, got {steps or 'none'}")
         self._samples([state, *(x[0] if x.ndim == 3 else x for x in ready)])
         out = np.empty((steps.pop(), self._outputs, len(state)))
         if self._compiled is not None:
-            # Copied where the values of a step do not lie side by side.
-            contiguous = [(x[:1] if x.ndim == 3 else x).flags.c_contiguous for x in ready]
-            ready = [x if fine else np.ascontiguousarray(x) for x, fine in zip(ready, contiguous, strict=True)]
             self._compiled([np.array(state, dtype=np.float64, order="C"), *ready], out, True)
             return out
         # NumPy's way through a function, one call an operation, would take far longer for so few samples at once.
@@ -110,18 +107,14 @@ class Kernel:
         step = ca.Function("step", symbols, [ca.vertcat(*(part.nz[:] for part in parts))]).map(len(state))
         buffer: Any  # its stub asks for sizes, which a memoryview brings along
         buffer, evaluate = step.buffer()
-        entries, given = np.empty((len(state), self._outputs)), [np.array(state, dtype=np.float64, order="C")]
-        for x in ready:
-            given.append(
-                np.array(np.broadcast_to(x[0] if x.ndim == 3 else x, (len(state), x.shape[-1])), order="C")
-            )
+        entries, given = np.empty((len(state), self._outputs)), [np.empty((len(state), x)) for x in self._sizes]
         for k, x in enumerate(given):
             buffer.set_arg(k, x.data)
         buffer.set_res(0, entries.data)
-        varying = [(own, x) for own, x in zip(given[1:], ready, strict=True) if x.ndim == 3]
+        given[0][:] = state
         for k in range(len(out)):
-            for own, x in varying:
-                own[:] = x[k]
+            for own, x in zip(given[1:], ready, strict=True):
+                own[:] = x[k] if x.ndim == 3 else x
             evaluate()
             out[k] = entries.T
             given[0][:] = entries[:, : self._sizes[0]]

@@ -16,7 +16,7 @@ from dynident.model import Motion, Robot, base_parameters, load_robot
 from dynident.model.dynamics import SMOOTHING, dry_friction_names, smooth_dry_friction
 from dynident.trajectories.motions.via_points import random_points
 from dynident.trajectories.simulation.closed_loop import CONTROLLERS, ClosedLoop
-from dynident.trajectories.simulation.disturbances import (
+from dynident.trajectories.simulation.simulator import (
     RX90_DISTURBANCES,
     RX90_SLOW_NOISE,
     draw_friction,

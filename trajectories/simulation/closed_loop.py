@@ -28,8 +28,7 @@ from ...model.kernel.kernel import Kernel
 from ...model.motion import Measurement
 from ...model.stand_in import completed, poses_in_range, rotor_inertias, with_rotors
 from ..motions.family import Plan, sample_count
-from .disturbances import Disturbances, draw_friction, draw_robot_errors, no_disturbances, record
-from .simulator import Simulator
+from .simulator import Disturbances, Simulator, draw_friction, draw_robot_errors, no_disturbances, record
 
 _POSES = 200  # over which a joint's inertia is averaged
 _TIMES = 2000  # of each reference, at which a payload's torque is looked at
@@ -389,11 +388,3 @@ def run_experiment(
         distance = np.abs(exact.motion.q - reference).max(axis=0)
         runs.append(SimulatedRun(task, recording, exact, levels, distance))
     return Experiment(robot, disturbances, phases, gains, seed, tuple(runs))
-
-
-def mean_friction(runs: Sequence[SimulatedRun]) -> dict[str, float]:
-    """Average dry friction over the motion of several runs, by parameter [N·m or N]."""
-    weights = [len(run.exact.motion.t) for run in runs]
-    return {
-        name: float(np.average([run.friction[name] for run in runs], weights=weights)) for name in runs[0].friction
-    }
