@@ -64,11 +64,7 @@ _DEEP = re.compile(r"""(?<![\w"'-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.
 
 
 def toml_data(text: str, source: str | Path) -> dict[str, Any]:
-    """Parse TOML, whatever its tables.
-
-    Raises:
-        InputError: names the source, if it is no TOML, or would stall or break the parser.
-    """
+    """Parse TOML, whatever its tables."""
     # The parser would need a time that grows with the square of a key's parts.
     if deep := _DEEP.search(text):
         raise InputError(f"{source}: a key of twenty parts or more ({deep[0][:20]}...): no table is as deep")

@@ -54,9 +54,6 @@ def bodies_in_link_frames(robot: Robot, parameters: Mapping[str, float]) -> dict
     What is fixed to a link is part of it.
 
     ``parameters``: the ten of every link by name.
-
-    Raises:
-        InputError: names what is missing.
     """
     missing = [f"{kind}{j}" for j in range(1, robot.n + 1) for kind in INERTIAL if f"{kind}{j}" not in parameters]
     if missing:

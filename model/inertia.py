@@ -202,17 +202,11 @@ def gradients(x: Array) -> Array:
 
 
 class PayloadSpread(Document, frozen=True, eq=False):
-    """Standard deviations of a body's numbers; infinite where a number is not determined, null in a document.
+    """Standard deviations of a body's numbers; infinite where a number is not determined, null in a document."""
 
-    Attributes:
-        mass: [kg].
-        com: of the centre of mass [m], shape (3,).
-        inertia_com: of the inertia at the centre of mass [kg m^2], 3 x 3.
-    """
-
-    mass: Float
-    com: Vector
-    inertia_com: Matrix
+    mass: Float  # [kg]
+    com: Vector  # of the centre of mass [m], shape (3,)
+    inertia_com: Matrix  # of the inertia at the centre of mass [kg m^2], 3 x 3
 
     @property
     def moments(self) -> Array:
@@ -223,10 +217,7 @@ class PayloadSpread(Document, frozen=True, eq=False):
 def payload_spread(values: Array, covariance: Array, indices: Sequence[int]) -> PayloadSpread:
     """Standard deviations of a body's numbers to first order, by the full covariance.
 
-    Args:
-        values: the ten, shape (10,); those that are not determined are not used.
-        covariance: of the determined ones, k x k.
-        indices: which of the ten they are, k.
+    ``values``: the ten, shape (10,); ``covariance``: of those that are determined, k x k; ``indices``: which, k.
     """
     C = np.zeros((10, 10))
     C[np.ix_(indices, indices)] = covariance

@@ -17,11 +17,7 @@ _FARTHEST = 3.0  # m: no payload or tool of an arm reaches farther
 
 
 def check_metres(lengths: ArrayLike, name: str) -> None:
-    """Refuse lengths of a payload or a tool that no arm carries: mostly they are in mm.
-
-    Raises:
-        InputError: if one is 3 m or more.
-    """
+    """Refuse lengths of a payload or a tool that no arm carries: mostly they are in mm."""
     farthest = float(max(np.ravel(lengths), key=abs))
     if abs(farthest) >= _FARTHEST:
         fault = f"{name}: {farthest:g} m is farther than a payload or a tool reaches"

@@ -196,9 +196,6 @@ def completed(robot: Robot, limits: bool = True, frames: int = 3) -> Robot:
     """Complete a robot that lacks parameters, or ``limits``, as ``rehearsed``, and warn of what was assumed.
 
     ``frames``: from here to the user's line, which the warning names.
-
-    Raises:
-        InputError: if it lacks parameters that nothing stands in for, and ``limits`` are not what is wanted.
     """
     check_robot(robot)
     told = all(name in robot.parameters for name in robot.standard)

@@ -106,11 +106,7 @@ def payload_visibility(
 
     By rank on random states in the ranges: the rows of held joints say nothing (stiction) and do not count.
 
-    ``poses``: each of shape (n,) [rad or m]; ``joints``: numbers of the joints that move; ``ranges``: how far each
-    of them moves to either side [rad or m].
-
-    Raises:
-        InputError: for joints that the robot does not have.
+    ``poses``: each of shape (n,) [rad or m]; ``ranges``: how far each joint moves to either side [rad or m].
     """
     moving = checked_joints(robot, joints)
     draw, count = np.random.default_rng(0), _STATES * max(len(moving), 2)
@@ -139,11 +135,7 @@ def friction_columns(robot: Robot) -> tuple[str, ...]:
 
 
 def checked_joints(robot: Robot, joints: Sequence[int]) -> list[int]:
-    """Indices of joints, from 0.
-
-    Raises:
-        InputError: for numbers that the robot does not have, or twice the same, or none.
-    """
+    """Indices of joints, from 0."""
     wrong = [joint for joint in joints if not 1 <= joint <= robot.n]
     if wrong or len(set(joints)) != len(joints) or not joints:
         numbers = ", ".join(map(str, joints)) or "none"

@@ -82,9 +82,6 @@ def load_urdf(path: str | Path | Source, base: str | None = None, tip: str | Non
     Args:
         base: first link of the chain; the root by default.
         tip: the flange's link; by default the only link at an end of the tree that a joint moves.
-
-    Raises:
-        InputError: if there is no such chain, or several, or a joint of it is of a kind that is not supported.
     """
     tree = read_urdf(path)
     for link in (base, tip):
@@ -248,11 +245,7 @@ def _impossible(name: str, body: InertialParameters) -> list[str]:
 
 
 def read_urdf(source: str | Path | Source) -> Urdf:
-    """Read a file, expanded by xacro where it waits for that.
-
-    Raises:
-        InputError: names the element that cannot be used.
-    """
+    """Read a file, expanded by xacro where it waits for that."""
     source = source if isinstance(source, Source) else Source(Path(source))
     path = source.path
     root = _parsed(path, read_text(path, _LARGEST_FILE))

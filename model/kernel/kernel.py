@@ -27,11 +27,7 @@ class Kernel:
     """
 
     def __init__(self, function: ca.Function) -> None:
-        """Prepare the function.
-
-        Raises:
-            TypeError: if the function is not an SX function or has an operation the kernel does not know.
-        """
+        """Prepare the function."""
         program = read_program(function)
         self._function = function
         self._sizes = list(program.input_sizes)

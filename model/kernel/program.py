@@ -311,9 +311,6 @@ def c_body(function: ca.Function) -> list[str]:
 
     Inputs and output are arrays called as in the function, the output dense and row-major. What is used more than
     once is declared, the rest written where it is used.
-
-    Raises:
-        TypeError: if the function is not made of scalar operations the kernel knows.
     """
     program = read_program(function)
     names = [function.name_in(k) for k in range(function.n_in())]

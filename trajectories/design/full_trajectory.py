@@ -140,18 +140,13 @@ def _friction_speeds(robot: Robot, qd: Array) -> Array:
 
 
 class Rung(Document, frozen=True):
-    """Run of the ladder of speeds: the motion, slowed.
+    """Run of the ladder of speeds: the motion, slowed."""
 
-    Attributes:
-        speed: of the full speed, above 0 and at most 1.
-        mass: largest mass for which the run keeps the torque limits, by what the run before has shown [kg].
-        bound: largest mass after the run, if the payload is the one expected [kg].
-        duration: of the run [s].
-    """
-
-    speed: float
-    mass: float = field(name="bears_kg")
-    bound: float = field(name="bound_kg")
+    speed: float  # of the full speed, above 0 and at most 1
+    mass: float = field(
+        name="bears_kg"
+    )  # largest for which it keeps its limits, by the run before
+    bound: float = field(name="bound_kg")  # largest mass after the run, if the payload is the one expected
     duration: float = field(name="duration_s")
 
 
@@ -169,12 +164,8 @@ def speed_ladder(
     Args:
         bearing: the problem whose torque limits hold for each payload of a set.
         payloads: what is known before the first run.
-        motion: at full speed.
         expected: mass of the payload expected [kg].
         sigma: predicted standard deviation of the mass after a run [kg].
-
-    Raises:
-        InputError: if even a slow run breaks a limit, or the runs do not tell enough to get faster.
     """
     rungs: list[Rung] = []
     mass, last = payloads.mass, 0.0

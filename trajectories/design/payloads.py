@@ -210,12 +210,11 @@ def payload_limit(
     bounded below alone.
 
     Args:
-        kernel: holds the payload's columns, c in all.
         chi: coefficients of the robot's own torque in the kernel's columns, shape (c,).
         root: C = root root' is the covariance of chi, c x r; r = 0 where it is taken as exact.
         torque: limits [N·m or N], shape (n,), infinite where there is none.
         payloads: in the last link's frame.
-        columns: names of the payload's ten columns.
+        columns: names of the payload's ten columns, which the kernel holds.
     """
     n, finite = len(torque), np.isfinite(torque)
     unit = np.tile(np.where(finite, torque, 1.0), 2)

@@ -167,11 +167,7 @@ def usual_scene(robot: Robot, poses: Array, floor: bool = True) -> Scene | None:
 
 
 def clearance(robot: Robot, scene: Scene) -> Limit:
-    """Limit the distances in the scene, a column per pair; values in units of 0.1 m.
-
-    Raises:
-        InputError: if the scene names a link that the robot does not have, or nothing could collide.
-    """
+    """Limit the distances in the scene, a column per pair; values in units of 0.1 m."""
     labels = _functions(robot, scene)[2]
     unit, low, high = (np.full(len(labels), value) for value in (_UNIT, scene.clearance / _UNIT, np.inf))
     measure = _Distances(robot, scene)

@@ -146,8 +146,7 @@ class Effort(NamedTuple):
     stages: int  # of refinement; the last has the fine sign
     turns: int  # of settling at most
     by_matrix: bool  # whether descents go on from the curvature that the last one has learnt, kept as a matrix
-    # of the criterion, a stage that gains less is the last of its kind; None where a better may follow
-    gain: float | None = None
+    gain: float = -np.inf  # of the criterion: a stage that gains no more is the last of its kind
 
 
 _NEAR, _VIA = Effort(150, 50, 40, 3, 8, True, 2e-3), Effort(100, 100, 50, 2, 14, True)
@@ -170,10 +169,7 @@ class _Search:
     @property
     def found(self) -> tuple[Array, Score]:
         """Best motion and its score; a random start if the search was interrupted before its first look."""
-        if self.best is None:
-            self.consider(self._first(), "random start")
-        assert self.best is not None
-        return self.best
+        return self.best or self.consider(self._first(), "random start")
 
     @cached_property
     def effort(self) -> Effort:
@@ -201,15 +197,14 @@ class _Search:
 
         That makes it slower and smaller until it keeps all limits; where that never does, it stays as it is.
         """
-        effort, order = self.effort, self.problem.criterion.orders[-1]
-        last: float | None = None
+        effort, order, last = self.effort, self.problem.criterion.orders[-1], np.nan
 
         def gains(width: float, iterations: int, text: str) -> bool:
             """Improve; true if this motion or the last one misses a limit, or this one is clearly better."""
             nonlocal last
             score = self._improved(course, order, width, iterations, text)
-            before, last = last, score.value if score.feasible else None
-            return effort.gain is None or before is None or last is None or before - last > effort.gain
+            before, last = last, score.value if score.feasible else np.nan
+            return not before - last <= effort.gain
 
         for stage in range(effort.stages - 1):
             if not gains(WIDTH, effort.refined, f"refined {stage + 1}"):
@@ -264,7 +259,7 @@ class _Search:
         self.consider(x, f"start {number}")
         return Lagrangian(problem, x, _STIFFNESS, _MARGIN)
 
-    def consider(self, x: Array, text: str) -> Score:
+    def consider(self, x: Array, text: str) -> tuple[Array, Score]:
         """Judge a motion, slower or smaller where that makes room between fine samples too; remember the best."""
 
         def rank(score: Score) -> tuple[float, float]:
@@ -281,13 +276,13 @@ class _Search:
             self.best = (x, score)
         best = self.best[1]
         self.progress(text, best.value if best.feasible else None, self.evaluations)
-        return score
+        return x, score
 
     def _improved(self, course: Lagrangian, order: float, width: float, iterations: int, text: str) -> Score:
         function = partial(self.problem.evaluate, order=order, width=width, limits=course)
         course.x, course.curvature = self._descended(function, course.x, iterations, course.curvature)
         course.update(width)
-        return self.consider(course.x, text)
+        return self.consider(course.x, text)[1]
 
     def _descended(
         self, function: Smooth, x: Array, iterations: int, curvature: Array | None = None

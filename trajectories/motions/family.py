@@ -31,11 +31,7 @@ def everywhere(poses: Array) -> bool:
 
 
 def sample_count(duration: float, rate: float) -> int:
-    """Count samples of a motion of so many seconds at ``rate`` [Hz], its end included where one falls on it.
-
-    Raises:
-        InputError: if there are too many to be held.
-    """
+    """Count samples of a motion of so many seconds at ``rate`` [Hz], its end included where one falls on it."""
     if not duration * rate < _MOST:
         raise InputError(
             f"a motion of {duration:g} s at {rate:g} Hz has more than {_MOST} samples: make it shorter"

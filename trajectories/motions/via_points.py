@@ -341,9 +341,6 @@ def quickest(
     """Compute durations in which steps (K, n) at rest at both ends keep speeds and accelerations (n,), shape (K,).
 
     None is shorter than ``least`` [s].
-
-    Raises:
-        ValueError: if no limit bounds a step.
     """
     # In a time T speeds fall as 1/T and accelerations as 1/T^2.
     by_speed = segment.peak_speed * np.abs(step) / speed

@@ -134,15 +134,7 @@ class ClosedLoop:
         disturbances: Disturbances | None = None,
         phases: Array | None = None,
     ) -> None:
-        """Generate the code of one integration step.
-
-        Args:
-            disturbances: whose ripple acts on the robot; None for none.
-            phases: of the ripple [rad], n x waves; None for those of seed 0.
-
-        Raises:
-            InputError: if the robot lacks parameters that nothing stands in for, or its links cannot exist.
-        """
+        """Generate the code of one step; ``disturbances``: whose ripple, of ``phases`` [rad], n x waves, acts."""
         robot = completed(robot, limits=False, frames=4)
         self._controller = controller or Controller()
         self.robot, self.rate = robot, self._controller.rate
@@ -275,11 +267,7 @@ def integration_step(robot: Robot, base: BaseParameters, waves: int) -> ca.Funct
 
 
 def steps_per_sample(robot: Robot, controller: Controller, inertia: Array) -> int:
-    """Count the steps by which the stiffest mode, dry friction about rest, is integrated stably.
-
-    Raises:
-        InputError: if the robot's links cannot exist or its friction is too stiff.
-    """
+    """Count the steps by which the stiffest mode, dry friction about rest, is integrated stably."""
     friction, names = smooth_dry_friction(robot, SMOOTHING), dry_friction_names(robot)
     qd, level = ca.SX.sym("qd", robot.n), [robot.parameters[name] for name in names]
     slope = np.array(ca.Function("slope", [qd], [ca.densify(ca.jacobian(friction(qd, level), qd))])(0.0))

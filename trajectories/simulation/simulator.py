@@ -162,11 +162,7 @@ far less about the robot.
 
 
 def remembered_disturbances(noise: Array, rate: float) -> Disturbances:
-    """Make levels whose torque errors are as a design assumes them: exponential memory, nothing else.
-
-    ``noise``: standard deviations [N·m or N], shape (n,); ``rate``: samples a second that are independent [Hz]: the
-    errors remember half of their interval.
-    """
+    """Make levels as a design assumes them: ``noise`` [N·m or N], (n,), that remembers half of 1/``rate`` [s]."""
     none = (0.0,) * len(noise)
     return Disturbances(none, tuple(noise.tolist()), none, slow_memory=0.5 / rate, encoder=1e-5)
 
