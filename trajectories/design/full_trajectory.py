@@ -143,9 +143,7 @@ class Rung(Document, frozen=True):
     """Run of the ladder of speeds: the motion, slowed."""
 
     speed: float  # of the full speed, above 0 and at most 1
-    mass: float = field(
-        name="bears_kg"
-    )  # largest for which it keeps its limits, by the run before
+    mass: float = field(name="bears_kg")  # largest for which it keeps its limits, by the run before
     bound: float = field(name="bound_kg")  # largest mass after the run, if the payload is the one expected
     duration: float = field(name="duration_s")
 
