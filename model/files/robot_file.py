@@ -149,21 +149,12 @@ class JointTable(Table, frozen=True):
         shown = degrees if joint.revolute else float
         limits: dict[str, Any] = {}
         for name, key in _LIMITS.items():
-            value, key = getattr(joint.limits, name), key.format(_UNITS[joint.kind])
-            if name == "position" and all(map(math.isfinite, value)):
-                limits[key] = tuple(map(shown, value))
-            elif name != "position" and math.isfinite(value):
-                limits[key] = shown(value)
-        d, r = length_names(joint, number)
-        return JointTable(
-            kind=joint.kind,
-            alpha_deg=degrees(joint.alpha),
-            d=d if joint.d else 0.0,
-            theta_deg=degrees(joint.theta),
-            r=r if joint.r else 0.0,
-            torque=_finite(joint.limits.torque),
-            **limits,
-        )
+            ends = joint.limits.position if name == "position" else (getattr(joint.limits, name),)
+            if all(map(math.isfinite, ends)):
+                limits[key.format(_UNITS[joint.kind])] = tuple(map(shown, ends)) if len(ends) > 1 else shown(*ends)
+        d, r = (name if length else 0.0 for name, length in lengths_of(joint, number))
+        alpha, theta = degrees(joint.alpha), degrees(joint.theta)
+        return JointTable(joint.kind, alpha, d, theta, r, torque=_finite(joint.limits.torque), **limits)
 
     def joint(self, lengths: Mapping[str, float]) -> Joint:
         """Make the joint."""
@@ -178,31 +169,25 @@ class JointTable(Table, frozen=True):
                     own = key.format(_UNITS[self.kind])
                     raise WrongKeyError(key.format(unit), f"a {self.kind} joint takes {own}")
                 limits[name] = tuple(end * scale for end in value) if name == "position" else value * scale
-        (d, d_name), (r, r_name) = self._length("d", lengths), self._length("r", lengths)
+        for key, value in (("d", self.d), ("r", self.r)):
+            if isinstance(value, str) and value not in lengths:
+                raise WrongKeyError(key, f"no length {value!r} in [lengths]")
+        d, r = (lengths[x] if isinstance(x, str) else x for x in (self.d, self.r))
+        d_name, r_name = (x if isinstance(x, str) else "" for x in (self.d, self.r))
         alpha, theta = math.radians(self.alpha_deg), math.radians(self.theta_deg)
         return Joint(self.kind, alpha, d, theta, r, Limits(**limits), (d_name, r_name))
 
-    def _length(self, key: str, lengths: Mapping[str, float]) -> tuple[float, str]:
-        value = getattr(self, key)
-        if not isinstance(value, str):
-            return value, ""
-        if value not in lengths:
-            raise WrongKeyError(key, f"no length {value!r} in [lengths]")
-        return lengths[value], value
 
-
-def length_names(joint: Joint, number: int) -> tuple[str, str]:
-    """Names of the lengths d and r of a joint (from 1)."""
-    return joint.names[0] or f"D{number}", joint.names[1] or f"R{number}"
+def lengths_of(joint: Joint, number: int) -> tuple[tuple[str, float], ...]:
+    """Names and sizes of the lengths d and r of a joint (from 1)."""
+    return (joint.names[0] or f"D{number}", joint.d), (joint.names[1] or f"R{number}", joint.r)
 
 
 def degrees(angle: float) -> float:
     """Write an angle in as few digits as give it back to 1e-14 rad."""
-    degrees = math.degrees(angle)
-    short = (round(degrees, digits) + 0.0 for digits in range(14))
-    return next(
-        (value for value in short if abs(math.radians(value) - angle) <= 1e-14 * max(1.0, abs(angle))), degrees
-    )
+    exact, near = math.degrees(angle), 1e-14 * max(1.0, abs(angle))
+    short = (round(exact, digits) + 0.0 for digits in range(14))
+    return next((value for value in short if abs(math.radians(value) - angle) <= near), exact)
 
 
 def _finite(value: float) -> float | None:
@@ -329,9 +314,8 @@ class RobotTable(Table, frozen=True, kw_only=True):
     @staticmethod
     def of(robot: Robot, source: str) -> "RobotTable":
         """Make the table of a robot; ``source`` says where its numbers come from."""
-        lengths: dict[str, float] = {}
-        for number, joint in enumerate(robot.joints, start=1):
-            lengths |= zip(length_names(joint, number), (joint.d, joint.r), strict=True)
+        numbered = [*enumerate(robot.joints, start=1)]
+        lengths = {name: value for number, joint in numbered for name, value in lengths_of(joint, number) if value}
         return RobotTable(
             name=robot.name,
             title=robot.title,
@@ -345,19 +329,15 @@ class RobotTable(Table, frozen=True, kw_only=True):
             sources={name: robot.sources[name] for name in SOURCED if name in robot.sources},
             flange=PoseTable.of(robot.flange),
             base=PoseTable.of(robot.base),
-            lengths={name: value for name, value in lengths.items() if value != 0.0},
-            joints=tuple(JointTable.of(joint, number) for number, joint in enumerate(robot.joints, start=1)),
+            lengths=lengths,
+            joints=tuple(JointTable.of(joint, number) for number, joint in numbered),
             drives=DrivesTable.of(robot.drives),
             processing=ProcessingTable(**asdict(robot.processing)),
             parameters=dict(robot.parameters),
         )
 
     def robot(self) -> Robot:
-        """Make the robot.
-
-        Raises:
-            WrongKeyError: names the key.
-        """
+        """Make the robot."""
         for name in self.sources:
             if name not in SOURCED:
                 raise WrongKeyError(f"sources.{name}", unknown(SOURCED, name))
