@@ -44,7 +44,7 @@ def promised_and_shown(name: str, seed: int) -> Ratios:
     plan = trajectories.random_via_points(robot, count=14, seed=seed)
     motion = plan.motion(250.0)
     unloaded, loaded = (
-        record(motion, np.array(arm.measure(motion, body).torque), errors, np.ones(robot.n), [seed, k])
+        record(arm.measure(motion, body), errors, np.ones(robot.n), [seed, k])
         for k, body in enumerate((None, BODY))
     )
     of_robot, of_payload = (

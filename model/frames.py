@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..common import InputError
+from ..common.errors import InputError, listed
 from .inertia import INERTIAL, InertialParameters
 from .pose import Pose, check_metres
 from .robot import Joint, Robot
@@ -58,8 +58,7 @@ def bodies_in_link_frames(robot: Robot, parameters: Mapping[str, float]) -> dict
     missing = [f"{kind}{j}" for j in range(1, robot.n + 1) for kind in INERTIAL if f"{kind}{j}" not in parameters]
     if missing:
         raise InputError(
-            f"robot {robot.name!r}: no {', '.join(missing[:6])}{' and more' if len(missing) > 6 else ''}: bodies "
-            "need all ten parameters of every link"
+            f"robot {robot.name!r}: no {listed(missing)}: bodies need all ten parameters of every link"
         )
     bodies = {}
     for j in range(robot.n):

@@ -19,7 +19,7 @@ import numpy as np
 
 from ..common.arrays import Array
 from ..common.brief import Brief
-from ..common.errors import InputError, holds_control
+from ..common.errors import InputError, holds_control, listed
 from .drives import Coupling, Drives, Spring
 from .friction import Friction, term_names, terms_of
 from .inertia import INERTIAL, InertialParameters
@@ -223,10 +223,8 @@ class Robot(Brief):
         """
         values = dict(self.parameters if parameters is None else parameters)
         if missing := [name for name in self.standard if name not in values]:
-            raise InputError(
-                f"robot {self.name!r} cannot be simulated: its description lacks {', '.join(missing[:6])}"
-                f"{' and more' if len(missing) > 6 else ''}; add a [parameters] table, or use with_stand_in"
-            )
+            fault = f"robot {self.name!r} cannot be simulated: its description lacks {listed(missing)}"
+            raise InputError(f"{fault}; add a [parameters] table, or use with_stand_in")
         if payload is not None:
             for name, value in payload.moved(self.flange.R, self.flange.p).named(str(self.n)).items():
                 values[name] += value

@@ -10,6 +10,7 @@ import casadi as ca
 import numpy as np
 
 from ..common import Array, InputError
+from ..common.errors import listed
 from .drives import joint_of, parameter_kind
 from .dynamics import gravity, mass_matrix
 from .inertia import INERTIAL, InertialParameters
@@ -41,12 +42,10 @@ def with_assumed_limits(robot: Robot) -> Robot:
         joints.append(replace(joint, limits=replace(limits, **assumed)))
         for name in assumed:
             lacking.setdefault(name, []).append(str(number))
-    sources = {
-        name: f"{ASSUMED}: joint {', '.join(lacking[name])}: {rule}"
-        for name, rule in _RULES.items()
-        if name in lacking
+    told = {
+        name: f"{ASSUMED}: joint {', '.join(lacking[name])}: {_RULES[name]}" for name in _RULES if name in lacking
     }
-    return replace(robot, joints=tuple(joints), sources={**robot.sources, **sources}) if sources else robot
+    return replace(robot, joints=tuple(joints), sources={**robot.sources, **told}) if told else robot
 
 
 _RULES = {
@@ -110,7 +109,7 @@ def can_stand_in(robot: Robot) -> bool:
     """True if ``with_stand_in`` has what it starts from: the bodies of some links or all, or the arm's mass."""
     bodiless = _bodiless(robot)
     whole = len(missing_inertial(robot)) == len(INERTIAL) * len(bodiless)
-    return whole and (not bodiless or robot.mass is not None or _mass_of_bodies(robot) > 0.0)
+    return whole and (not bodiless or robot.mass is not None or _mass_of_links(robot.parameters) > 0.0)
 
 
 def _bodiless(robot: Robot) -> list[int]:
@@ -118,8 +117,8 @@ def _bodiless(robot: Robot) -> list[int]:
     return [link for link in links if not any(f"{kind}{link}" in robot.parameters for kind in INERTIAL)]
 
 
-def _mass_of_bodies(robot: Robot) -> float:
-    return sum(robot.parameters.get(f"M{link}", 0.0) for link in range(1, robot.n + 1))
+def _mass_of_links(parameters: Mapping[str, float]) -> float:
+    return sum(value for name, value in parameters.items() if parameter_kind(name) == "M")
 
 
 def with_stand_in(robot: Robot) -> Robot:
@@ -134,24 +133,21 @@ def with_stand_in(robot: Robot) -> Robot:
         InputError: if the description holds neither bodies nor the arm's mass, or a part of a body only.
     """
     if not can_stand_in(robot):
-        missing = missing_inertial(robot)
-        more = " and more" if len(missing) > 6 else ""
         raise InputError(
-            f"robot {robot.name!r}: its description lacks {', '.join(missing[:6])}{more}; give the arm's mass for "
-            "a stand-in (--arm-mass KG, or mass_kg in its TOML), or the bodies of all links ([parameters], "
+            f"robot {robot.name!r}: its description lacks {listed(missing_inertial(robot))}; give the arm's mass "
+            "for a stand-in (--arm-mass KG, or mass_kg in its TOML), or the bodies of all links ([parameters], "
             "<inertial>)"
         )
     robot = with_assumed_limits(robot)
     bodies, assumed = nominal_bodies(robot)
-    values, assumptions = dict.fromkeys(standard_columns(robot), 0.0) | bodies, [assumed] if assumed else []
+    values, assumptions = dict.fromkeys(robot.standard, 0.0) | bodies, [assumed] if assumed else []
     values |= robot.parameters
     unknown = values.keys() - robot.parameters.keys()
     if rotors := [name for name in unknown if parameter_kind(name) == "IA"]:
         inertias = rotor_inertias(robot, values)
         values |= {name: float(inertias[joint_of(name)]) for name in rotors}
         assumptions.append(f"rotors add {100 * ROTOR:g} % of the inertia that they turn")
-    limited = _limited(robot, values)
-    friction: dict[str, float] = {}
+    limited, friction = _limited(robot, values), dict[str, float]()
     for number, joint in enumerate(limited.joints, start=1):
         most, fastest = joint.limits.torque, joint.limits.speed
         if np.isfinite([most, fastest]).all():  # of coupled drives one rotor turns with both joints, and rubs too
@@ -174,7 +170,7 @@ def nominal_bodies(robot: Robot) -> tuple[dict[str, float], str]:
     if not bodiless:
         return known, ""
     if robot.mass is None:
-        weight, fractions = _mass_of_bodies(robot), [body.mass for body in cylinders(robot, 1.0)]
+        weight, fractions = _mass_of_links(known), [body.mass for body in cylinders(robot, 1.0)]
         total = weight / (1.0 - sum(fractions[link - 1] for link in bodiless))
         density = f"as dense as the others, which weigh {weight:.3g} kg"
     else:
@@ -270,9 +266,7 @@ def poses_in_range(robot: Robot, count: int) -> Array:
 
 def _load(robot: Robot, parameters: Mapping[str, float]) -> float:
     """Payload that the drives are made for [kg]: the rated one, or a fraction of the links' mass."""
-    if np.isfinite(robot.rated_payload):
-        return robot.rated_payload
-    return LOAD * sum(parameters[f"M{link}"] for link in range(1, robot.n + 1))
+    return robot.rated_payload if np.isfinite(robot.rated_payload) else LOAD * _mass_of_links(parameters)
 
 
 def _limited(robot: Robot, parameters: Mapping[str, float]) -> Robot:
@@ -287,10 +281,9 @@ def _limited(robot: Robot, parameters: Mapping[str, float]) -> Robot:
     rest, inertia = _needed(robot, parameters)
     strong = np.array([limit.acceleration for limit in limits])
     needed = SAFETY * (np.abs(rest) + inertia * strong[:, None]).max(axis=1)
-    dry, viscous = (
-        np.array([parameters.get(f"{kind}{j}", 0.0) for j in range(1, robot.n + 1)]) for kind in ("FS", "FV")
+    rubs = SAFETY * np.array(
+        [parameters.get(f"FS{j}", 0.0) + parameters.get(f"FV{j}", 0.0) * x.speed for j, x in enumerate(limits, 1)]
     )
-    rubs = SAFETY * (dry + viscous * np.array([limit.speed for limit in limits]))
     joints = tuple(
         replace(joint, limits=replace(joint.limits, torque=min(joint.limits.torque, float(most))))
         for joint, most in zip(robot.joints, np.maximum(needed, rubs), strict=True)

@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ...common.errors import InputError
+from ...common.errors import InputError, listed
 from ...common.schema import naming, read_text
 from ..frames import frames_at
 from ..inertia import InertialParameters, ten_parameters
@@ -87,13 +87,15 @@ def load_urdf(path: str | Path | Source, base: str | None = None, tip: str | Non
     with naming(tree.source):
         for link in (base, tip):
             if link is not None and link not in tree.links:
-                raise ValueError(f"chain = BASE:TIP: no link {link!r}: the links are {_list([*tree.links])}")
+                raise ValueError(f"chain = BASE:TIP: no link {link!r}: the links are {listed([*tree.links], 30)}")
         below = {joint.child for joint in tree.joints}
         roots = [name for name in tree.links if name not in below] if base is None else [base]
         if not roots:
             raise ValueError("no links in the file")
         if len(roots) > 1:
-            raise ValueError(f"{len(roots)} links have no parent: set chain to BASE:, BASE one of {_list(roots)}")
+            raise ValueError(
+                f"{len(roots)} links have no parent: set chain to BASE:, BASE one of {listed(roots, 30)}"
+            )
         first, by_convention = roots[0], list[str]()
         last = _tip(tree, first, by_convention) if tip is None else tip
         moving, flange = _chain(tree, first, last)
@@ -150,15 +152,11 @@ def _tip(tree: Urdf, base: str, notes: list[str]) -> str:
         if named := [link for link in moved if re.fullmatch(pattern, link)]:
             break
     if len(named) != 1:  # none, or several arms have one each
-        raise ValueError(f"several chains end in a link: set chain to :TIP, TIP one of {_list(ends)}")
+        raise ValueError(f"several chains end in a link: set chain to :TIP, TIP one of {listed(ends, 30)}")
     notes.append(
-        f"link {named[0]!r} is taken as the flange by its name; ends are {_list(ends)}: chain = :TIP chooses"
+        f"link {named[0]!r} is taken as the flange by its name; ends are {listed(ends, 30)}: chain = :TIP chooses"
     )
     return named[0]
-
-
-def _list(names: Sequence[str]) -> str:
-    return ", ".join(names[:30]) + (" and more" if len(names) > 30 else "")
 
 
 def _chain(tree: Urdf, base: str, tip: str) -> tuple[list[tuple[UrdfJoint, Pose]], Pose]:

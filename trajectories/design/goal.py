@@ -12,6 +12,7 @@ from itertools import product
 import numpy as np
 
 from ...common import Array, ArrayLike, Brief, InputError, decomposed, without
+from ...common.errors import listed
 from ...model import InertialParameters, Robot, base_parameters, standard_columns
 from ...model.base.rank import leftmost_independent
 from ...model.drives import parameter_kind
@@ -132,10 +133,9 @@ class Goal(Brief):
         names = payload_columns(robot) if self.payload_only else self.columns or base_parameters(robot).columns
         known, interest = standard_columns(self.model(robot)), self.interest or ()
         wrong = [name for name in names if name not in known] + [name for name in interest if name not in names]
-        if not wrong and (not names or len(set(names)) != len(names)):
-            wrong = ["none or the same twice"]
-        if wrong:
-            raise InputError(f"cannot design for these parameters of robot {robot.name!r}: {', '.join(wrong[:6])}")
+        if wrong or not names or len(set(names)) != len(names):
+            fault = listed(wrong or ["none or the same twice"])
+            raise InputError(f"cannot design for these parameters of robot {robot.name!r}: {fault}")
         return names
 
 

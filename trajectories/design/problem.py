@@ -13,6 +13,7 @@ import numpy as np
 from msgspec import structs
 
 from ...common import Array, Brief, Indices, InputError
+from ...common.errors import listed
 from ...model import InertialParameters, Robot, base_parameters, standard_columns
 from ...model.base.parameters import BaseParameters
 from ...model.base.rank import base_parameters_of
@@ -25,16 +26,7 @@ from ..motions.via_points import ViaPointShape
 from .criterion import CRITERIA, Criterion
 from .goal import ASSUMED_NOISE, Goal, NearGoal, Shape, assumed_noise
 from .information import RegressorKernel, regressor_kernel
-from .limits import (
-    Limit,
-    Penalty,
-    State,
-    check,
-    duration_limit,
-    slow_limit,
-    state_limits,
-    torque_limit,
-)
+from .limits import Limit, Penalty, State, check, duration_limit, slow_limit, state_limits, torque_limit
 from .payloads import PayloadSet, payload_limit
 from .scene import Capsule, Scene, clearance, tubes
 
@@ -78,9 +70,8 @@ class DesignProblem(Brief):
             criterion = criterion._replace(interest=[names.index(name) for name in goal.interest])
         if goal.criterion != "a":
             return criterion
-        missing = [name for name in goal.interest or names if not values.get(name, 0.0)]
-        if missing:
-            raise InputError(f"criterion a needs a reference value other than zero for {', '.join(missing[:6])}")
+        if missing := [name for name in goal.interest or names if not values.get(name, 0.0)]:
+            raise InputError(f"criterion a needs a reference value other than zero for {listed(missing)}")
         return criterion._replace(reference=np.array([values.get(name, 0.0) or 1.0 for name in names]))
 
     @cached_property
@@ -109,11 +100,11 @@ class DesignProblem(Brief):
         known = self.goal.earlier
         if known is None:
             return np.zeros((0, len(self.names)))
-        unmatched = set(known.columns) ^ set(self.names)
+        unmatched = sorted(set(known.columns) ^ set(self.names))
         if unmatched or np.shape(known.factor)[-1] != len(known.columns):
             raise InputError(
-                "the earlier recordings' factor does not fit the design's columns: "
-                f"{', '.join(sorted(unmatched)[:6])} stand on one side only; select the same columns"
+                f"the earlier recordings' factor does not fit the design's columns: {listed(unmatched)} stand on "
+                "one side only; select the same columns"
             )
         return np.asarray(known.factor)[:, [known.columns.index(name) for name in self.names]]
 
@@ -128,10 +119,8 @@ class DesignProblem(Brief):
 
     def with_torque_share(self, part: float) -> DesignProblem:
         """Pose the same problem with only a part of the torque limits."""
-        limits = (
-            replace(limit, low=part * limit.low, high=part * limit.high) if limit.kind == "torque" else limit
-            for limit in self.limits
-        )
+        parts = (part if limit.kind == "torque" else 1.0 for limit in self.limits)
+        limits = (replace(x, low=k * x.low, high=k * x.high) for x, k in zip(self.limits, parts, strict=True))
         return replace(self, limits=tuple(limits))
 
     def with_slow_torques(self, speed: float) -> DesignProblem:
@@ -214,13 +203,12 @@ class DesignProblem(Brief):
         if len(W) < W.shape[1]:
             raise InputError(f"{len(W)} equations cannot tell {W.shape[1]} parameters: use more samples")
         base = base_parameters_of(self.names, W)
-        if len(base.chosen) == len(self.names):
-            return
         texts = [f"{name} has no effect" for name in base.unidentifiable]
         for k in sorted(set(range(len(self.names))) - set(base.chosen)):
-            with_it = [base.columns[i] for i in np.flatnonzero(np.abs(base.grouping[:, k]) > 1e-6)]
-            if with_it:
+            if with_it := [base.columns[i] for i in np.flatnonzero(np.abs(base.grouping[:, k]) > 1e-6)]:
                 texts.append(f"{self.names[k]} acts only together with {', '.join(with_it)}")
+        if len(base.chosen) == len(self.names):
+            return
         more = f"; and {len(texts) - 6} more" if len(texts) > 6 else ""
         raise InputError(
             f"these parameters cannot all be told apart (rank {len(base.chosen)} of {len(self.names)}): "
@@ -321,8 +309,8 @@ def _torque_limits(
         values = base.value(known)
     elif missing := [name for name in base.columns if name not in known]:
         raise InputError(
-            f"torque limits need the parameters of robot {robot.name!r}: {', '.join(missing[:6])} "
-            "are missing; identify the robot first, or omit torque limits"
+            f"torque limits need the parameters of robot {robot.name!r}: {listed(missing)} are missing; identify "
+            "the robot first, or omit torque limits"
         )
     else:
         values = np.array([known[name] for name in base.columns])

@@ -181,21 +181,16 @@ class ClosedLoop:
         for start in range(first, len(log), _CHUNK):
             # Runs that have not ended go on for some samples.
             stop, active = min(start + _CHUNK, len(log)), np.flatnonzero(counts > start).tolist()
-            # Positions, speeds and feed-forward at every half step, once for runs on the same reference.
-            t = np.arange(start * halves, stop * halves + 1) / (rate * halves)
-            known: dict[int, Array] = {}
-            for plan in (tasks[k].reference for k in active):
-                if id(plan) not in known:
-                    q, qd, qdd = plan.at(t)
-                    torque = self._feed_forward(q, moving * qd, moving * qdd, self._bare).T
-                    known[id(plan)] = np.hstack([q, qd, self._controller.feed_forward * torque])
-            reference = np.stack([known[id(tasks[k].reference)] for k in active], axis=1)
-            levels = [
-                [frictions[k][min(max(sample, 0), len(frictions[k]) - 1)] for k in active]
-                for sample in range(start, stop)
-            ]
+            # Positions, speeds and feed-forward at every half step.
+            t, sample = np.arange(start * halves, stop * halves + 1) / (rate * halves), np.arange(start, stop)
+            parts = []
+            for q, qd, qdd in (tasks[k].reference.at(t) for k in active):
+                torque = self._feed_forward(q, moving * qd, moving * qdd, self._bare).T
+                parts.append(np.hstack([q, qd, self._controller.feed_forward * torque]))
+            reference = np.stack(parts, axis=1)
             wanted = (reference[k : len(reference) - 2 + k : 2] for k in range(3))
-            friction = np.repeat(np.array(levels), self.steps, axis=0)
+            levels = [frictions[k][np.clip(sample, 0, len(frictions[k]) - 1)] for k in active]
+            friction = np.repeat(np.stack(levels, axis=1), self.steps, axis=0)
             out = self._step.chain(state[active], *wanted, chi[active], friction, self._settings).swapaxes(1, 2)
             states = np.concatenate([state[active][None], out[:, :, : 3 * n]])
             logged = slice(max(start, 0), stop)
@@ -342,9 +337,8 @@ class Experiment(Brief):
         phases, gains = draw_robot_errors(disturbances, self.seed)
         runs = []
         for k, run in enumerate(self.runs):
-            motion, torque = run.exact.motion, run.exact.torque
-            recording = record(motion, torque, disturbances, gains, [self.seed, k], run.task.name)
-            runs.append(replace(run, recording=recording))
+            again = record(run.exact, disturbances, gains, [self.seed, k], run.task.name)
+            runs.append(replace(run, recording=again))
         return replace(self, disturbances=disturbances, phases=phases, gains=gains, runs=tuple(runs))
 
 
@@ -371,7 +365,7 @@ def run_experiment(
     frictions = [draw_friction(robot, disturbances, count, loop.rate, [seed, k]) for k, count in enumerate(counts)]
     rubbing = [task._replace(friction=friction) for task, friction in zip(tasks, frictions, strict=True)]
     for k, (task, (exact, reference)) in enumerate(zip(tasks, loop.run(rubbing, progress), strict=True)):
-        recording = record(exact.motion, exact.torque, disturbances, gains, [seed, k], task.name)
+        recording = record(exact, disturbances, gains, [seed, k], task.name)
         levels = dict(zip(dry_friction_names(robot), frictions[k].mean(axis=0).tolist(), strict=True))
         distance = np.abs(exact.motion.q - reference).max(axis=0)
         runs.append(SimulatedRun(task, recording, exact, levels, distance))

@@ -198,18 +198,13 @@ def draw_friction(robot: Robot, disturbances: Disturbances, count: int, rate: fl
 
 
 def record(
-    motion: Motion,
-    torque: Array,
-    disturbances: Disturbances,
-    gains: Array,
-    seed: Sequence[int],
-    source: str = "simulated",
+    exact: Measurement, disturbances: Disturbances, gains: Array, seed: Sequence[int], source: str = "simulated"
 ) -> Recording:
     """Record a motion and its motor torques as the controller writes them down.
 
-    ``torque``: exact motor torques [N·m or N], shape (N, n); ``gains``: of the drives, measured over true torque,
-    shape (n,).
+    ``gains``: of the drives, measured over true torque, shape (n,).
     """
+    motion, torque = exact.motion, exact.torque
     draw = np.random.default_rng([*seed, _RECORDING])
     noise = np.array(disturbances.white) * draw.standard_normal(torque.shape)
     slow = _exponential(draw, torque.shape, disturbances.slow_memory * motion.rate)
