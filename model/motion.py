@@ -15,17 +15,12 @@ _SLOWEST = 1e-12  # lowest rate [Hz] of which samples in a period can be counted
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Motion(Brief):
-    """A joint motion on a uniform or uneven time grid.
+    """A joint motion on a uniform or uneven time grid."""
 
-    Attributes:
-        t: time [s], shape (N,), rising.
-        q, qd, qdd: positions [rad or m], speeds [.../s], accelerations [.../s^2], each of shape (N, n).
-    """
-
-    t: Array
-    q: Array
-    qd: Array
-    qdd: Array
+    t: Array  # time [s], shape (N,), rising
+    q: Array  # positions [rad or m], shape (N, n)
+    qd: Array  # speeds [.../s], as q
+    qdd: Array  # accelerations [.../s^2], as q
 
     def __post_init__(self) -> None:
         shape = len(self.t), np.shape(self.q)[-1]

@@ -215,11 +215,7 @@ class Robot(Brief):
     ) -> Array:
         """Order standard parameters as ``standard``, shape (N_s,): the description's, unless others are given.
 
-        Args:
-            payload: in its own frame, added to the last link's.
-
-        Raises:
-            InputError: if some are missing.
+        ``payload``: in its own frame, added to the last link's.
         """
         values = dict(self.parameters if parameters is None else parameters)
         if missing := [name for name in self.standard if name not in values]:

@@ -65,11 +65,7 @@ class BaseParameters(Brief):
     def groupings(self, symbolic: bool = False) -> tuple[str, ...]:
         """Write each base parameter as a sum: "XX2R = XX2 - YY2 - 0.2025 M3".
 
-        Args:
-            symbolic: with the robot's own lengths instead: "XX2R = -D3^2*(M3+M4) + XX2 - YY2".
-
-        Raises:
-            ValueError: if symbolic text is asked for and there is none.
+        ``symbolic``: with the robot's own lengths, where there is such text: "XX2R = -D3^2*(M3+M4) + XX2 - YY2".
         """
         if symbolic:
             if not self.expressions:

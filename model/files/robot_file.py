@@ -95,9 +95,7 @@ def _no_robot(text: str) -> str:
 def robot_toml(robot: Robot, source: str = "") -> str:
     """Write a robot's description as the text of a TOML file, as ``load_robot`` reads it.
 
-    Args:
-        robot: the robot; frames of a URDF it came from are not kept.
-        source: where its numbers come from.
+    Frames of a URDF it came from are not kept. ``source``: where its numbers come from.
     """
     table = given(RobotTable.of(robot, source))
     table["joints"] = [{"alpha_deg": 0.0} | joint for joint in table["joints"]]

@@ -61,14 +61,10 @@ class Earlier(Brief):
     """Information of earlier recordings: R of a QR decomposition of their observation matrix.
 
     For "d" and "a" the rows of W are divided by the joints' torque noise, for condition numbers they are not.
-
-    Attributes:
-        columns: names of the columns, c.
-        factor: k x c.
     """
 
-    columns: tuple[str, ...]
-    factor: Array
+    columns: tuple[str, ...]  # names of the columns, c
+    factor: Array  # k x c
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -36,22 +36,16 @@ _WRIST = 3  # links before the flange that the ball of the payloads may overlap
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DesignProblem(Brief):
-    """Problem that ``solve_design`` solves; made by ``build_design``.
-
-    Attributes:
-        family: the motions among which to choose.
-        scene: what the motion keeps clear of, the ball of ``payloads`` included.
-        payloads: the set for each body of which the torque limits hold, in the last link's frame.
-    """
+    """Problem that ``solve_design`` solves; made by ``build_design``."""
 
     robot: Robot
     bounds: JointBounds
-    family: Family
+    family: Family  # the motions among which to choose
     goal: Goal
     kernel: RegressorKernel
     limits: tuple[Limit, ...]
-    payloads: PayloadSet | None = None
-    scene: Scene | None = None
+    payloads: PayloadSet | None = None  # for each body of which the torque limits hold, in the last link's frame
+    scene: Scene | None = None  # what the motion keeps clear of, the ball of ``payloads`` included
 
     def __post_init__(self) -> None:
         _ = self.criterion, self.noise, self.earlier

@@ -38,15 +38,13 @@ class Learnt(NamedTuple):
 class Score(Brief):
     """Score of a motion, whatever the criterion it was designed for.
 
-    Attributes:
-        value: of the goal's criterion without surrogate, for one second of data or the goal's data length: small
-            is good.
-        problem: by whose goal and limits it was judged.
+    ``value``: of the goal's criterion without surrogate, for one second of data or the goal's data length: small is
+    good.
     """
 
     value: float
     limits: tuple[LimitCheck, ...]
-    problem: DesignProblem
+    problem: DesignProblem  # by whose goal and limits it was judged
     samples: Samples
 
     @property

@@ -41,20 +41,13 @@ def sample_count(duration: float, rate: float) -> int:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class JointBounds(Brief):
-    """Limits of all joints, each of shape (n,).
+    """Limits of all joints, each of shape (n,)."""
 
-    Attributes:
-        low, high: positions [rad or m].
-        speed: [rad/s or m/s].
-        acceleration: [rad/s^2 or m/s^2].
-        torque: [N·m or N], infinite where there is none.
-    """
-
-    low: Array
+    low: Array  # positions [rad or m]
     high: Array
-    speed: Array
-    acceleration: Array
-    torque: Array
+    speed: Array  # [rad/s or m/s]
+    acceleration: Array  # [rad/s^2 or m/s^2]
+    torque: Array  # [N·m or N], infinite where there is none
 
     @staticmethod
     def of(
@@ -67,7 +60,6 @@ class JointBounds(Brief):
         """Collect the limits of a robot.
 
         Args:
-            robot: its description holds positions and speeds; a design needs both.
             override: fraction of the nominal speed that may be used, as on a controller.
             acceleration: instead of the description's [rad/s^2 or m/s^2].
             torque: instead of the description's [N·m or N].
