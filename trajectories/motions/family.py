@@ -141,10 +141,8 @@ class Samples(NamedTuple):
     @staticmethod
     def of(motion: Motion) -> "Samples":
         """Take a motion's samples, each for its part of the time by the trapezoidal rule."""
-        weight, step = np.zeros(len(motion.t)), np.diff(motion.t)
-        weight[:-1] += 0.5 * step
-        weight[1:] += 0.5 * step
-        return Samples(weight, motion.q, motion.qd, motion.qdd)
+        step = np.diff(motion.t, prepend=motion.t[0], append=motion.t[-1])
+        return Samples(0.5 * (step[:-1] + step[1:]), motion.q, motion.qd, motion.qdd)
 
 
 class Pieces(NamedTuple):
