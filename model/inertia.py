@@ -61,7 +61,19 @@ class InertialParameters(Brief):
         if c.shape != (3,):
             raise InputError(f"centre of mass of shape {c.shape}: give x, y, z [m]")
         rounding = _ROUNDING * float(mass * (c @ c))
-        inertia = _inertia_matrix(inertia_com, rounding)
+        inertia = _numbers(inertia_com, "inertia")
+        if inertia.shape == (3,):
+            inertia = np.diag(inertia)
+        elif inertia.shape == (6,):
+            inertia = symmetric(inertia)
+        elif inertia.shape != (3, 3):
+            raise InputError(
+                f"inertia of shape {inertia.shape}: give three moments, six entries XX XY XZ YY YZ ZZ, or a 3 x 3 "
+                "matrix"
+            )
+        if np.abs(inertia - inertia.T).max() > 1e-6 * np.abs(inertia).max() + rounding:
+            raise InputError("inertia: the 3 x 3 matrix is not symmetric: check the products of inertia")
+        inertia = 0.5 * (inertia + inertia.T)
         # No body has a negative principal moment, or one that exceeds the sum of the others.
         moments = np.linalg.eigvalsh(inertia)
         allowed = _ROUNDING * float(np.abs(moments).sum()) + rounding
@@ -87,8 +99,7 @@ class InertialParameters(Brief):
     @cached_property
     def inertia(self) -> Array:
         """Inertia about the frame's origin [kg m^2], 3 x 3."""
-        xx, xy, xz, yy, yz, zz = self.vector[:6]
-        return frozen_array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], (3, 3), "inertia")
+        return frozen_array(symmetric(self.vector[:6]), (3, 3), "inertia")
 
     @cached_property
     def com(self) -> Array:
@@ -151,23 +162,11 @@ def ten_parameters(mass: float, com: Array, inertia_com: Array) -> Array:
     return np.concatenate([inertia[_ROWS, _COLUMNS], mass * com, [mass]])
 
 
-def _inertia_matrix(values: ArrayLike, rounding: float) -> Array:
-    """Make the 3 x 3 matrix; ``rounding``: how much mirror images may differ besides a millionth of the largest."""
-    numbers = _numbers(values, "inertia")
-    if numbers.shape == (3,):
-        return np.diag(numbers)
-    if numbers.shape == (6,):
-        matrix = np.empty((3, 3))
-        matrix[_ROWS, _COLUMNS] = matrix[_COLUMNS, _ROWS] = numbers
-        return matrix
-    if numbers.shape != (3, 3):
-        raise InputError(
-            f"inertia of shape {numbers.shape}: give three moments, six entries XX XY XZ YY YZ ZZ, or a 3 x 3 "
-            "matrix"
-        )
-    if np.abs(numbers - numbers.T).max() > 1e-6 * np.abs(numbers).max() + rounding:
-        raise InputError("inertia: the 3 x 3 matrix is not symmetric: check the products of inertia")
-    return np.asarray(0.5 * (numbers + numbers.T))
+def symmetric(entries: ArrayLike) -> Array:
+    """Make the 3 x 3 matrix of its entries XX XY XZ YY YZ ZZ."""
+    matrix = np.empty((3, 3))
+    matrix[_ROWS, _COLUMNS] = matrix[_COLUMNS, _ROWS] = entries
+    return matrix
 
 
 def _numbers(values: ArrayLike, name: str) -> Array:

@@ -63,23 +63,15 @@ class Limits:
 
 @dataclass(frozen=True)
 class Joint:
-    """Joint of a chain, and the frame change before it.
-
-    Attributes:
-        alpha: angle about x from z of frame j-1 to z of frame j [rad].
-        d: distance along x [m].
-        theta: zero offset of a revolute joint, constant angle of a prismatic one [rad].
-        r: constant distance along z of a revolute joint, zero offset of a prismatic one [m].
-        names: the geometric names of ``d`` and ``r`` ("D3", "RL4"), empty where the length has none.
-    """
+    """Joint of a chain, and the frame change before it."""
 
     kind: Literal["revolute", "prismatic"] = "revolute"
-    alpha: float = 0.0
-    d: float = 0.0
-    theta: float = 0.0
-    r: float = 0.0
+    alpha: float = 0.0  # angle about x from z of frame j-1 to z of frame j [rad]
+    d: float = 0.0  # distance along x [m]
+    theta: float = 0.0  # zero offset of a revolute joint, constant angle of a prismatic one [rad]
+    r: float = 0.0  # constant distance along z of a revolute joint, zero offset of a prismatic one [m]
     limits: Limits = Limits()
-    names: tuple[str, str] = ("", "")
+    names: tuple[str, str] = ("", "")  # of ``d`` and ``r`` ("D3", "RL4"), empty where the length has none
 
     def __post_init__(self) -> None:
         if self.kind not in ("revolute", "prismatic"):
@@ -271,12 +263,9 @@ class Robot(Brief):
 
     def for_currents(self) -> Robot:
         """Copy the robot whose equations each hold one motor's torque, a spring's torque as a column."""
-        drives = self.drives
-        if drives.coupling is not None:
-            drives = replace(drives, coupling=replace(drives.coupling, rows="motor"))
-        if drives.spring is not None:
-            drives = replace(drives, spring=replace(drives.spring, column=True))
-        return replace(self, drives=drives)
+        coupling = self.coupling and replace(self.coupling, rows="motor")
+        spring = self.spring and replace(self.spring, column=True)
+        return replace(self, drives=replace(self.drives, coupling=coupling, spring=spring))
 
     def with_coulomb(self, form: Literal["sum", "paper"]) -> Robot:
         """Copy the robot with the coupled Coulomb friction as the sum (dual) or as the paper prints it."""

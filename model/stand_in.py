@@ -279,11 +279,9 @@ def _limited(robot: Robot, parameters: Mapping[str, float]) -> Robot:
     if np.isfinite([limit.torque for limit in limits]).all():
         return robot
     rest, inertia = _needed(robot, parameters)
-    strong = np.array([limit.acceleration for limit in limits])
-    needed = SAFETY * (np.abs(rest) + inertia * strong[:, None]).max(axis=1)
-    rubs = SAFETY * np.array(
-        [parameters.get(f"FS{j}", 0.0) + parameters.get(f"FV{j}", 0.0) * x.speed for j, x in enumerate(limits, 1)]
-    )
+    needed = SAFETY * (np.abs(rest) + inertia * np.array([[limit.acceleration] for limit in limits])).max(axis=1)
+    friction = ((parameters.get(f"FS{j}", 0.0), parameters.get(f"FV{j}", 0.0)) for j in range(1, robot.n + 1))
+    rubs = SAFETY * np.array([FS + FV * limit.speed for (FS, FV), limit in zip(friction, limits, strict=True)])
     joints = tuple(
         replace(joint, limits=replace(joint.limits, torque=min(joint.limits.torque, float(most))))
         for joint, most in zip(robot.joints, np.maximum(needed, rubs), strict=True)

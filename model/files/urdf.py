@@ -17,7 +17,7 @@ import numpy as np
 from ...common.errors import InputError, listed
 from ...common.schema import naming, read_text
 from ..frames import frames_at
-from ..inertia import InertialParameters, ten_parameters
+from ..inertia import InertialParameters, symmetric, ten_parameters
 from ..motion import Processing, usual_slow_speed
 from ..pose import Pose
 from ..robot import Limits, Links, Mesh, Robot, snapped
@@ -343,24 +343,21 @@ def _joint(name: str, element: _Element, notes: _Notes) -> UrdfJoint:
         for value in _numbers(dynamics, key, _UNKNOWN, where)
         if not math.isnan(value)
     }
+    ends = {tag: "" if (end := element.find(tag)) is None else end.get("link", "") for tag in ("parent", "child")}
+    for tag, link in ends.items():
+        if not link:
+            raise ValueError(f"{where}: <{tag} link=...> is missing")
     return UrdfJoint(
         name,
         kind,
-        _end(element, "parent", where),
-        _end(element, "child", where),
+        ends["parent"],
+        ends["child"],
         _pose(element.find("origin"), where, notes),
         axis,
         _limits(element.find("limit"), kind, where, notes),
         friction,
         mimic.get("joint", "another joint") if mimic is not None else "",
     )
-
-
-def _end(joint: _Element, tag: str, where: str) -> str:
-    end = joint.find(tag)
-    if end is None or not (link := end.get("link", "")):
-        raise ValueError(f"{where}: <{tag} link=...> is missing")
-    return link
 
 
 def _body(link: _Element, where: str, notes: _Notes) -> InertialParameters | None:
@@ -372,11 +369,9 @@ def _body(link: _Element, where: str, notes: _Notes) -> InertialParameters | Non
     (mass,) = _numbers(inertial.find("mass"), "value", _UNKNOWN, where)
     if not np.isfinite([mass, *entries]).all():
         raise ValueError(f"{where}: needs <mass> and <inertia> with all their numbers")
-    xx, xy, xz, yy, yz, zz = entries
     at = _pose(inertial.find("origin"), where, notes)
-    inertia_com = at.R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ at.R.T
     # Files hold bodies that cannot exist: the chain's are noted.
-    return InertialParameters(ten_parameters(mass, at.p, inertia_com))
+    return InertialParameters(ten_parameters(mass, at.p, at.R @ symmetric(entries) @ at.R.T))
 
 
 def _limits(element: _Element | None, kind: str, where: str, notes: _Notes) -> Limits:

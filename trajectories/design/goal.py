@@ -141,20 +141,13 @@ class NearGoal(Brief):
 
     They move all the time as a ``NearShape`` says, or stand still as a ``StaticShape`` does, where each approach to
     a pose is one sample.
-
-    Attributes:
-        noise: standard deviation of a torque sample of a recording per joint [N·m or N], shape (n,).
-        rate: independent torque samples per second [Hz]; of a ``StaticShape`` one in the time that a pose is held.
-        expected: about what the payload is; what is predicted depends on it.
-        mass_sigma: of the scale on which the payload was weighed [kg]; None where it was not.
-        noise_from: source of the noise, in words.
     """
 
-    noise: Array
-    rate: float
-    expected: InertialParameters
-    mass_sigma: float | None = None
-    noise_from: str = "as given"
+    noise: Array  # standard deviation of a torque sample of a recording per joint [N·m or N], shape (n,)
+    rate: float  # independent torque samples per second [Hz]; of a ``StaticShape`` one while a pose is held
+    expected: InertialParameters  # about what the payload is; what is predicted depends on it
+    mass_sigma: float | None = None  # of the scale on which the payload was weighed [kg]; None where it was not
+    noise_from: str = "as given"  # source of the noise, in words
 
     def with_friction(self, robot: Robot, shape: Shape, family: Family) -> Goal:
         """Extend the goal to all that such motions tell apart: of the payload, and of friction.

@@ -47,10 +47,6 @@ class Simulator(Brief):
         """
         object.__setattr__(self, "robot", completed(self.robot, limits=False, frames=4))
 
-    @property
-    def _kernel(self) -> Kernel:
-        return _torque_code(self.robot)
-
     def measure(
         self,
         motion: Motion,
@@ -58,9 +54,9 @@ class Simulator(Brief):
         parameters: Mapping[str, float] | None = None,
     ) -> Measurement:
         """Compute exact joint torques [N·m or N] on a motion; ``parameters``: of a twin, else the robot's own."""
-        chi = self.robot.chi(parameters, payload)
+        chi, kernel = self.robot.chi(parameters, payload), _torque_code(self.robot)
         torque = np.zeros(motion.q.shape)
-        torque[:, self._kernel.rows] = self._kernel(motion.q, motion.qd, motion.qdd, chi).T
+        torque[:, kernel.rows] = kernel(motion.q, motion.qd, motion.qdd, chi).T
         return Measurement(motion, torque)
 
     def record(
