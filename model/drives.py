@@ -50,17 +50,16 @@ class Coupling:
 
     def joint_torques(self, motors: Array) -> Array:
         """Convert torques of the motors on the joint side to those of the joints, both N x n [N·m] (9)."""
-        j, k = (joint - 1 for joint in self.joints)
-        joints = np.array(motors, dtype=np.float64)
-        joints[:, j] += joints[:, k]
-        return joints
+        return self._turned(motors, 1.0)
 
     def motor_torques(self, joints: Array) -> Array:
         """Convert torques of the joints to those of the motors on the joint side, both N x n [N·m] (9)."""
-        j, k = (joint - 1 for joint in self.joints)
-        motors = np.array(joints, dtype=np.float64)
-        motors[:, j] -= motors[:, k]
-        return motors
+        return self._turned(joints, -1.0)
+
+    def _turned(self, torques: Array, sign: float) -> Array:
+        turned, (j, k) = np.array(torques, dtype=np.float64), self.joints
+        turned[:, j - 1] += sign * turned[:, k - 1]
+        return turned
 
 
 @dataclass(frozen=True)

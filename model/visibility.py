@@ -72,14 +72,12 @@ class PayloadVisibility:
             Indices of x among ``INERTIAL``, k; A, k x r; b, shape (k,), zero where the known mass M is not needed.
         """
         indices, chosen = self.determined(mass_known), self.base.chosen
-        A, b = np.zeros((len(indices), self.rank)), np.zeros(len(indices))
+        A, b = np.zeros((len(indices), self.rank)), np.ones(len(indices))
         for row, k in enumerate(indices):
             if k in chosen:
                 own = chosen.index(k)
                 A[row, own] = 1.0
                 b[row] = -self.base.grouping[own, 9] if k != 9 and 9 not in chosen else 0.0
-            else:
-                b[row] = 1.0
         return indices, A, b
 
     def combination(self, kind: str) -> str:

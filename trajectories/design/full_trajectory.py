@@ -123,11 +123,8 @@ def _turns(robot: Robot, plan: Plan, t: Array) -> Array:
         step = np.divide(speed, bend, out=np.zeros_like(speed), where=bend != 0.0)
         turn = np.clip(turn - step, low, high)
     around = np.maximum(turn - _NEAR_TURN, low), np.minimum(turn + _NEAR_TURN, high)
-    still = speeds == 0.0
-    leaves, comes = (
-        (first & ~second).any(axis=1) for first, second in ((still[:-1], still[1:]), (still[1:], still[:-1]))
-    )
-    near = _FROM_REST * np.diff(t)
+    before, after, near = speeds[:-1] == 0.0, speeds[1:] == 0.0, _FROM_REST * np.diff(t)
+    leaves, comes = (before & ~after).any(axis=1), (after & ~before).any(axis=1)
     return np.concatenate([*around, (t[:-1] + near)[leaves], (t[1:] - near)[comes]])
 
 

@@ -272,8 +272,7 @@ class _Search:
             after = score_of(self.problem, eased)
             if after.max_violation <= max(score.max_violation, TOLERANCE):
                 x, score = eased, after
-        if self.best is None or rank(score) < rank(self.best[1]):
-            self.best = (x, score)
+        self.best = min(self.best or (x, score), (x, score), key=lambda found: rank(found[1]))
         best = self.best[1]
         self.progress(text, best.value if best.feasible else None, self.evaluations)
         return x, score
