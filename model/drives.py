@@ -195,15 +195,12 @@ class Drives:
 
 
 class DriveState(NamedTuple):
-    """State of the joints that drives depend on; each n x 1, or as arrays n x N.
-
-    ``load``: torques of links, payload and spring [N·m or N], which the gears carry.
-    """
+    """State of the joints that drives depend on; each n x 1, or as arrays n x N."""
 
     q: Any
     qd: Any
     qdd: Any
-    load: Any
+    load: Any  # torques of links, payload and spring [N·m or N], which the gears carry
 
 
 Sign = Callable[[Any], Any]  # function that stands for the sign in dry friction

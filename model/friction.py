@@ -144,10 +144,9 @@ def term_names(terms: Sequence[Friction]) -> tuple[str, ...]:
 
 
 def terms_of(names: Sequence[str], own: Sequence[Friction], joints: int) -> tuple[Friction, ...]:
-    """Read the friction of a model from the names of its parameters.
+    """Read the friction of a model from the names of its parameters, base or standard ones.
 
-    ``names``: of all parameters, base or standard ones; ``own``: terms of the robot's description, which tell what
-    no name does: a Stribeck speed, a law of one's own; ``joints``: number of joints.
+    ``own``: terms of the robot's description, which tell what no name does: a Stribeck speed, a law of one's own.
     """
     described = [term for term in own if term.speed or term.code]
     terms = []

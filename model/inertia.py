@@ -154,10 +154,7 @@ class InertialParameters(Brief):
 
 
 def ten_parameters(mass: float, com: Array, inertia_com: Array) -> Array:
-    """Compute Khalil's ten by Steiner's theorem, (10,), of any numbers; ``from_com`` refuses impossible bodies.
-
-    ``mass``: [kg]; ``com``: [m], shape (3,); ``inertia_com``: about the centre of mass [kg m^2], 3 x 3.
-    """
+    """Compute Khalil's ten by Steiner's theorem, (10,), of any numbers; ``from_com`` refuses impossible bodies."""
     inertia = inertia_com - mass * skew(com) @ skew(com)
     return np.concatenate([inertia[_ROWS, _COLUMNS], mass * com, [mass]])
 

@@ -161,10 +161,7 @@ def with_stand_in(robot: Robot) -> Robot:
 
 
 def nominal_bodies(robot: Robot) -> tuple[dict[str, float], str]:
-    """Inertial parameters of all links as far as described, and what was assumed of the others, as text.
-
-    Links without a body are ``cylinders`` as ``with_stand_in`` says, of a robot that ``can_stand_in``.
-    """
+    """Inertial parameters of all links as far as described, and what was assumed of the others, as text."""
     bodiless = _bodiless(robot)
     known = {name: value for name, value in robot.parameters.items() if parameter_kind(name) in INERTIAL}
     if not bodiless:
@@ -216,8 +213,6 @@ def rotor_inertias(robot: Robot, parameters: Mapping[str, float]) -> Array:
 
     The fraction ``ROTOR`` of the largest inertia of links and rated payload, and twice the payload's own at the
     flange: rotors of an identified RX90 and UR10e are about as large, from the base to the wrist.
-
-    ``parameters``: standard parameters of its links; those of rotors do not count.
     """
     without = {name: 0.0 if parameter_kind(name) == "IA" else value for name, value in parameters.items()}
     _, inertia = _needed(robot, without)
@@ -234,10 +229,7 @@ def with_rotors(robot: Robot, inertias: Array) -> Robot:
 
 
 def _needed(robot: Robot, parameters: Mapping[str, float]) -> tuple[Array, Array]:
-    """Torque at rest [N·m or N] and inertia [kg m^2 or kg] of each joint with the rated payload, n x poses.
-
-    Positions are ``poses_in_range``.
-    """
+    """Torque at rest and inertia of each joint with the rated payload, n x poses, at ``poses_in_range``."""
     mass, flange = _load(robot, parameters), robot.flange_pose or Pose()
     body = InertialParameters.from_com(mass, PAYLOAD_COM, PAYLOAD_INERTIA * mass * np.eye(3))
     chi = robot.chi(parameters, body.moved(flange.R, flange.p))
@@ -248,10 +240,7 @@ def _needed(robot: Robot, parameters: Mapping[str, float]) -> tuple[Array, Array
 
 
 def typical_load(robot: Robot, parameters: Mapping[str, float]) -> Array:
-    """Mean size of the torque that carries the links against gravity [N·m or N], shape (n,).
-
-    Without payload and spring, over ``poses_in_range``.
-    """
+    """Mean size of the torque that carries the links alone, over ``poses_in_range`` [N·m or N], shape (n,)."""
     chi = [parameters.get(name, 0.0) for name in standard_columns(robot)]
     rest = np.array(gravity(robot).map(_POSES)(poses_in_range(robot, _POSES).T, np.tile(chi, (_POSES, 1)).T))
     return np.asarray(np.abs(rest).mean(axis=1))

@@ -90,10 +90,7 @@ class PayloadVisibility:
 
 
 def visibility_of(W: Array, joints: Sequence[int]) -> PayloadVisibility:
-    """Find what equations show of a payload.
-
-    ``W``: columns of the ten on many states, friction taken out, k x 10; ``joints``: whose rows they are.
-    """
+    """Find what rows of some joints show: columns of the ten on many states, friction taken out, k x 10."""
     return PayloadVisibility(tuple(joints), base_parameters_of(INERTIAL, W))
 
 

@@ -42,10 +42,7 @@ class Criterion(NamedTuple):
 
 
 def determinant(criterion: Criterion, G: Array, _: float) -> ValueSlope:
-    """-log det of the information about the parameters of interest, per parameter.
-
-    exp(value / 2) is the geometric mean of their uncertainty.
-    """
+    """-log det of the information about those of interest, per parameter: twice the log of the mean sigma."""
     inverse, log_det = _inverted(G)
     if criterion.interest is None:
         return -log_det / len(G), inverse / -len(G)

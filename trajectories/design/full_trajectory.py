@@ -71,10 +71,7 @@ def missed_on_replay(problem: DesignProblem, plan: Plan, rate: float) -> tuple[L
 
 
 def kept_throughout(problem: DesignProblem, x: Array, score: Score) -> tuple[Array, Score, Missed]:
-    """Keep a motion that keeps all limits throughout, or one slower or smaller by what torques miss that does.
-
-    A motion whose score misses a limit on its own samples is left as it is.
-    """
+    """Keep a motion, or one slower by what torques miss that keeps all limits throughout."""
     run, rehearsal = missed = _missed(problem, x) if score.feasible else ((), ())
     if any(missed) and _by_torques(run + rehearsal, _BETWEEN):
         slower = max(_LEAST, *(limit.relative for limit in run + rehearsal))
@@ -87,11 +84,8 @@ def kept_throughout(problem: DesignProblem, x: Array, score: Score) -> tuple[Arr
 
 
 def harder(problem: DesignProblem, missed: Missed) -> DesignProblem | None:
-    """Pose the problem to go on with where a run misses torque limits; None where a search sees what is missed.
-
-    What a run misses between samples is taken off the limits, and some more; a rehearsal's torques become limits
-    of their own.
-    """
+    """Pose the problem to go on with where a run misses torque limits; None where a search sees what is missed."""
+    # What a run misses between samples is taken off the limits, and some more.
     run, rehearsal = missed
     if not any(missed) or not _by_torques(run, _BETWEEN) or not _by_torques(rehearsal, np.inf):
         return None

@@ -103,10 +103,7 @@ def read_scene(path: str | Path) -> Scene:
 
 
 def tubes(robot: Robot, radius: float) -> tuple[Capsule, ...]:
-    """Make bodies from each frame to the next one: along x, then along the joint's axis; at last to the flange.
-
-    In front of a sliding joint stands a rail over its range.
-    """
+    """Make bodies along x and each joint's axis (over its range if it slides) to the next frame, and to the flange."""
     bodies = list[Capsule]()
 
     def add(name: str, link: int, start: Array, end: Array) -> None:

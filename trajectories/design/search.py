@@ -193,10 +193,7 @@ class _Search:
             self.interrupted = True
 
     def _finish(self, course: Lagrangian) -> None:
-        """Refine a start, then settle it within its limits; where it does not come within them, draw it back.
-
-        That makes it slower and smaller until it keeps all limits; where that never does, it stays as it is.
-        """
+        """Refine a start, then settle it within its limits, or else by making it slower and smaller."""
         effort, order, last = self.effort, self.problem.criterion.orders[-1], np.nan
 
         def gains(width: float, iterations: int, text: str) -> bool:
@@ -220,10 +217,7 @@ class _Search:
             self.consider(next((y for y in eased if score_of(self.problem, y).feasible), x), "drawn back")
 
     def _best_start(self, starts: int) -> Lagrangian:
-        """Find the most promising of some random starts, improved for a while.
-
-        All are improved for half of that, the best third of them for the other half.
-        """
+        """Find the most promising of some random starts: all are improved, the best third of them further."""
         orders, first = self.problem.criterion.orders, self.effort.first
         courses = [(1, self._begun(1))]
         while len(courses) < starts and time.process_time() < self.begun + _BEGINNING * _BUDGET:

@@ -112,10 +112,7 @@ def plan_point_to_point(
 def plan_stops(
     robot: Robot, points: Array, speed: float | Array, acceleration: float | Array, smoothing: float = 0.25
 ) -> PointToPoint:
-    """Plan the quickest such motion that stops at every point, each move by its own speed and acceleration.
-
-    As ``plan_point_to_point``, but the acceleration may be one for each move, shape (K - 1, 1).
-    """
+    """Plan the quickest motion that stops at every point; speed and acceleration may be each move's, (K - 1, 1)."""
     step, top, strong = _step_and_limits(robot, points, speed, acceleration, smoothing)
     by_speed, by_acceleration = ((np.abs(step) / most).max(axis=1) for most in (top, strong))
     # A move of duration D and ramps R turns by step, with speed step / D <= top and step / (D R) <= strong; R <= D.

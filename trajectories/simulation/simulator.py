@@ -147,21 +147,14 @@ def remembered_disturbances(noise: Array, rate: float) -> Disturbances:
 
 
 def relative_disturbances(torque: Array, share: float) -> Disturbances:
-    """Make levels for a robot about which nothing is known: fractions of the joints' root mean square torque.
-
-    A fraction ``share`` of the torque becomes white noise; half of it each is ripple and change of friction.
-    """
+    """Make levels as fractions of the rms torque: ``share`` white, half of it each ripple and friction."""
     joints = tuple(float(x) for x in share * torque)
     half = tuple(0.5 * x for x in joints)
     return Disturbances(joints, (0.0,) * len(joints), half, friction=0.5 * share, encoder=1e-5)
 
 
 def draw_robot_errors(disturbances: Disturbances, seed: int) -> tuple[Array, Array]:
-    """Draw the errors that are alike in all recordings of a robot.
-
-    Returns:
-        Phases of the ripple [rad], n x waves, and the drives' gains, measured over true torque, shape (n,).
-    """
+    """Draw the ripple's phases [rad], n x waves, and the drives' gains, (n,), alike in all recordings."""
     draw, n = np.random.default_rng([seed, _ROBOT]), len(disturbances.white)
     phases = draw.uniform(-np.pi, np.pi, (n, len(disturbances.waves)))
     return phases, 1.0 + disturbances.gain_error * draw.standard_normal(n)
