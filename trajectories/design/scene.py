@@ -103,7 +103,7 @@ def read_scene(path: str | Path) -> Scene:
 
 
 def tubes(robot: Robot, radius: float) -> tuple[Capsule, ...]:
-    """Make bodies along x and each joint's axis (over its range if it slides) to the next frame, and to the flange."""
+    """Make bodies along x and each joint's axis (over its range if it slides) to the next frame and the flange."""
     bodies = list[Capsule]()
 
     def add(name: str, link: int, start: Array, end: Array) -> None:
