@@ -13,10 +13,10 @@ import numpy as np
 from ..common.arrays import Array
 from ..common.errors import InputError
 from ..common.files import made_folder, write_text
-from . import dynamics
 from .base.parameters import base_regressor
 from .base.rank import base_parameters
 from .drives import DriveState, drive_terms, parameter_kind
+from .dynamics import coriolis, forward_dynamics, gravity, inverse_dynamics, inverse_dynamics_base, mass_matrix
 from .inertia import INERTIAL
 from .kernel.program import c_body
 from .kinematics import FrameChange, add, cross, dot
@@ -31,18 +31,10 @@ from .regressors import (
 )
 from .robot import Joint, Limits, Robot
 
-_FUNCTIONS: dict[str, Callable[..., ca.Function]] = {
-    "inverse_dynamics": dynamics.inverse_dynamics,
-    "inverse_dynamics_base": dynamics.inverse_dynamics_base,
-    "mass_matrix": dynamics.mass_matrix,
-    "coriolis": dynamics.coriolis,
-    "gravity": dynamics.gravity,
-    "forward_dynamics": dynamics.forward_dynamics,
-    "standard_regressor": standard_regressor,
-    "base_regressor": base_regressor,
-    "payload_regressor": payload_regressor,
-}
-_OF_BASE = ("inverse_dynamics_base", "base_regressor")  # functions that are made for base parameters
+_OF_BASE = inverse_dynamics_base, base_regressor  # functions that are made for base parameters
+_OF_MOTION = inverse_dynamics, inverse_dynamics_base, mass_matrix, coriolis, gravity, forward_dynamics
+_REGRESSORS = standard_regressor, base_regressor, payload_regressor
+_FUNCTIONS: dict[str, Callable[..., ca.Function]] = {make.__name__: make for make in (*_OF_MOTION, *_REGRESSORS)}
 
 _MEANING = {
     "q": "joint positions [rad or m]",
@@ -75,8 +67,9 @@ def generate_code(robot: Robot, name: str, folder: str | Path) -> tuple[Path, ..
     """
     if name not in _FUNCTIONS:
         raise InputError(f"no function {name!r} to generate: give one of {', '.join(_FUNCTIONS)}")
-    base = base_parameters(robot) if name in _OF_BASE else None
-    function = _FUNCTIONS[name](robot, base) if base else _FUNCTIONS[name](robot)
+    make = _FUNCTIONS[name]
+    base = base_parameters(robot) if make in _OF_BASE else None
+    function = make(robot, base) if base else make(robot)
     columns = payload_columns(robot) if name == "payload_regressor" else standard_columns(robot)
     columns = base.columns if base else columns
     where = "Columns of Phi" if function.name_out(0) == "Phi" else "Entries of chi"
@@ -98,11 +91,10 @@ def generate_code(robot: Robot, name: str, folder: str | Path) -> tuple[Path, ..
         f"{symbol}.c": "\n".join(source),
         f"{symbol}_example.c": _example(function, symbol, chi),
     }
-    folder = Path(folder)
-    made_folder(folder)
-    for file, text in texts.items():
-        write_text(folder / file, text)
-    return tuple(folder / file for file in texts)
+    paths = {made_folder(folder) / file: text for file, text in texts.items()}
+    for path, text in paths.items():
+        write_text(path, text)
+    return tuple(paths)
 
 
 def symbol_of(robot: Robot) -> str:
@@ -304,8 +296,7 @@ def generate_numpy(robot: Robot, folder: str | Path) -> Path:
         standard=entries(known.items()),
         base=entries(zip(base.columns, grouped, strict=True)),
     )
-    made_folder(Path(folder))
-    path = Path(folder) / f"{symbol_of(robot)}.py"
+    path = made_folder(folder) / f"{symbol_of(robot)}.py"
     write_text(path, text)
     return path
 
