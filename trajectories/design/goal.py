@@ -23,8 +23,7 @@ from ..motions.family import Family, JointBounds, Plan, Samples
 from ..motions.fourier import FourierShape, NearShape
 from ..motions.rests import StaticShape
 from ..motions.via_points import ViaPoints, ViaPointShape
-from .criterion import CRITERIA, Kind
-from .information import RegressorKernel, regressor_kernel
+from .criterion import CRITERIA, Kind, RegressorKernel, regressor_kernel
 
 Shape = ViaPointShape | FourierShape | NearShape | StaticShape
 """Kinds of motion among which a design chooses: each is a small value that stands for a family."""

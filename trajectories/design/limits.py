@@ -14,7 +14,7 @@ import numpy as np
 
 from ...common import Array, Brief, Document
 from ..motions.family import JointBounds, Samples
-from .information import RegressorKernel
+from .criterion import RegressorKernel
 
 
 class State(NamedTuple):

@@ -26,7 +26,7 @@ import numpy as np
 from ...common import Array, ArrayLike, Brief, InputError, freeze_fields
 from ...model import Pose
 from ...model.kernel.kernel import Kernel
-from .information import RegressorKernel
+from .criterion import RegressorKernel
 from .limits import Limit, Pullback, State, joint_labels
 
 _SWEEPS = 4  # of Jacobi's rotations: a 3 x 3 matrix is then diagonal to rounding

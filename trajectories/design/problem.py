@@ -23,9 +23,8 @@ from ...model.stand_in import completed
 from ..motions.family import Family, JointBounds, Samples
 from ..motions.fourier import NearShape
 from ..motions.via_points import ViaPointShape
-from .criterion import CRITERIA, Criterion
+from .criterion import CRITERIA, Criterion, RegressorKernel, regressor_kernel
 from .goal import ASSUMED_NOISE, Goal, NearGoal, Shape, assumed_noise
-from .information import RegressorKernel, regressor_kernel
 from .limits import Limit, Penalty, State, check, duration_limit, slow_limit, state_limits, torque_limit
 from .payloads import PayloadSet, payload_limit
 from .scene import Capsule, Scene, clearance, tubes
