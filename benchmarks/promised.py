@@ -20,7 +20,7 @@ from dynident.estimation.payload.result import frame_change
 from dynident.estimation.results.payload import FreeEstimate, numbers
 from dynident.model import InertialParameters, load_robot, stand_in
 from dynident.model.files.robot_file import robot_names
-from dynident.trajectories.simulation.disturbances import record
+from dynident.trajectories.simulation.simulator import record
 
 BODY = InertialParameters.from_com(2.5, [0.01, 0.03, 0.08], np.diag([0.0125, 0.0132, 0.007]))
 
@@ -44,7 +44,7 @@ def promised_and_shown(name: str, seed: int) -> Ratios:
     plan = trajectories.random_via_points(robot, count=14, seed=seed)
     motion = plan.motion(250.0)
     unloaded, loaded = (
-        record(motion, np.array(arm.measure(motion, body).torque), errors, np.ones(robot.n), [seed, k])
+        record(arm.measure(motion, body), errors, np.ones(robot.n), [seed, k])
         for k, body in enumerate((None, BODY))
     )
     of_robot, of_payload = (

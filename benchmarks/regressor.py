@@ -25,7 +25,6 @@ from dynident import model
 from dynident.benchmarks.shared import options, show
 from dynident.common.arrays import Array
 from dynident.model.base.rank import random_states
-from dynident.model.kernel.c_path import aligned_empty
 from dynident.model.kernel.kernel import Kernel
 from dynident.model.kernel.program import read_program
 
@@ -97,16 +96,16 @@ def times() -> None:
     os.environ["DYNIDENT_NO_COMPILER"] = "1"
     plain = Kernel(function)
     entries = function.nnz_out(0)
-    rows = aligned_empty((entries, SAMPLES))
+    rows = np.empty((entries, SAMPLES))
     with tempfile.TemporaryDirectory() as folder:
         compiled = {
             CASADI: casadi_c(function, states, Path(folder)),
-            "dynident, compiled": lambda: kernel(*states, out=rows),
+            "dynident, compiled": lambda: kernel(*states),
         }
         runs: dict[str, Callable[[], object]] = {
             PINOCCHIO: pinocchio_loop(robot, tuple(x[:PINOCCHIO_SAMPLES] for x in states)),
             **(compiled if kernel.compiled else {}),
-            "dynident, NumPy": lambda: plain(*states, out=rows),
+            "dynident, NumPy": lambda: plain(*states),
             WRITING: lambda: rows.fill(1.0),
         }
         taken: dict[str, list[float]] = {name: [] for name in runs}

@@ -15,14 +15,11 @@ _FEW = 3  # largest size of an array whose numbers are shown
 
 
 class _Short(Repr):
-    """Cuts texts, lists and nested values, and shows arrays by their shape."""
-
     def __init__(self) -> None:
         super().__init__()
         self.maxlevel, self.maxtuple, self.maxlist, self.maxdict, self.maxstring, self.maxother = 2, 4, 4, 3, 60, 60
 
     def repr_ndarray(self, array: Any, level: int) -> str:
-        """Show a small array by its numbers, a large one by its shape."""
         if array.size <= _FEW and array.dtype.kind == "f":
             return str(np.array2string(array, formatter={"float_kind": lambda x: f"{x:.5g}"}, separator=", "))
         return f"<{' x '.join(map(str, array.shape))}>"
@@ -37,11 +34,9 @@ class Brief:
     __slots__ = ()
 
     def __eq__(self, other: object) -> bool:
-        """Compare all fields, arrays by their numbers; nan is the same as nan."""
         return same(self, other) if type(self) is type(other) else NotImplemented
 
     def __hash__(self) -> int:
-        """Hash by the type alone: arrays have no hash, and such values are seldom keys."""
         return hash(type(self))
 
     def __repr__(self) -> str:
@@ -55,7 +50,6 @@ class Brief:
 
 
 def _silent(value: Any) -> bool:
-    """True for a value that says nothing: none, or an empty text or list."""
     return value is None or value is UNSET or (isinstance(value, str | tuple | dict) and not value)
 
 

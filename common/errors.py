@@ -1,6 +1,7 @@
 """The one error a user can mend, and texts that a terminal can show, without letters that move it."""
 
 import re
+from collections.abc import Sequence
 
 
 class InputError(ValueError):
@@ -34,6 +35,11 @@ def one_line(text: str) -> str:
     """Write a message in one line; of one too long to be read the middle is left out."""
     line = printable(" ".join(text.split()))
     return line if len(line) <= _LONGEST else f"{line[: _LONGEST - _END]} .. {line[-_END:]}"
+
+
+def listed(names: Sequence[str], most: int = 6) -> str:
+    """Write the first of some names with commas, and whether there are more."""
+    return ", ".join(names[:most]) + (" and more" if len(names) > most else "")
 
 
 def encodable(text: str) -> str:

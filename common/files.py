@@ -51,12 +51,8 @@ def write_bytes(path: str | Path, content: bytes) -> None:
         if is_device(target):
             target.write_bytes(content)
             return
-        if target.exists():
-            mode = target.stat().st_mode & 0o7777
-        else:
-            umask = os.umask(0o077)
-            os.umask(umask)
-            mode = 0o666 & ~umask
+        os.umask(umask := os.umask(0o077))
+        mode = target.stat().st_mode & 0o7777 if target.exists() else 0o666 & ~umask
         descriptor, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name[:50]}.")
         try:
             with os.fdopen(descriptor, "wb") as stream:

@@ -38,10 +38,8 @@ class Section(NamedTuple):
 
 
 def butterworth(order: int, cutoff: float) -> tuple[Section, ...]:
-    """Sections of a Butterworth low-pass, the most resonant last (bilinear transform of its poles, prewarped).
-
-    ``order``: an even number; ``cutoff``: fraction of the Nyquist frequency.
-    """
+    """Sections of a Butterworth low-pass of even order, the most resonant last; ``cutoff`` over Nyquist's."""
+    # Bilinear transform of its poles, prewarped.
     k = np.tan(0.5 * np.pi * cutoff)
     sections = []
     for pair in reversed(range(order // 2)):

@@ -64,11 +64,7 @@ _DEEP = re.compile(r"""(?<![\w"'-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.
 
 
 def toml_data(text: str, source: str | Path) -> dict[str, Any]:
-    """Parse TOML, whatever its tables.
-
-    Raises:
-        InputError: names the source, if it is no TOML, or would stall or break the parser.
-    """
+    """Parse TOML, whatever its tables."""
     # The parser would need a time that grows with the square of a key's parts.
     if deep := _DEEP.search(text):
         raise InputError(f"{source}: a key of twenty parts or more ({deep[0][:20]}...): no table is as deep")
@@ -178,7 +174,6 @@ class WrongKeyError(ValueError):
     """Fault of one key of a file: ``key`` as a path ("joints[2].d", counted from 1), ``problem``."""
 
     def __init__(self, key: str, problem: str) -> None:
-        """Keep the key and its fault."""
         super().__init__(f"key {key!r}: {problem}")
         self.key, self.problem = key, problem
 

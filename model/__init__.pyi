@@ -11,6 +11,7 @@ from .base.parameters import base_regressor as base_regressor
 from .base.rank import base_parameters as base_parameters
 from .codegen import code_names as code_names
 from .codegen import generate_code as generate_code
+from .codegen import generate_numpy as generate_numpy
 from .drives import Coupling as Coupling
 from .drives import Drives as Drives
 from .drives import Spring as Spring
@@ -23,10 +24,10 @@ from .dynamics import inverse_dynamics as inverse_dynamics
 from .dynamics import inverse_dynamics_base as inverse_dynamics_base
 from .dynamics import inverse_dynamics_slopes as inverse_dynamics_slopes
 from .dynamics import mass_matrix as mass_matrix
-from .files.payload_file import read_payload as read_payload
 from .files.reframe import JointAxis as JointAxis
 from .files.reframe import modified_dh as modified_dh
 from .files.robot_file import load_robot as load_robot
+from .files.robot_file import read_payload as read_payload
 from .files.robot_file import robot_names as robot_names
 from .files.robot_file import robot_toml as robot_toml
 from .frames import mounted as mounted
@@ -41,7 +42,6 @@ from .kinematics import forward_kinematics as forward_kinematics
 from .motion import Motion as Motion
 from .motion import Processing as Processing
 from .motion import Recording as Recording
-from .numpy_code import generate_numpy as generate_numpy
 from .pose import Pose as Pose
 from .regressors import payload_regressor as payload_regressor
 from .regressors import regressor as regressor

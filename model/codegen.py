@@ -1,34 +1,40 @@
-"""Self-contained C of a robot's functions, for a controller: no allocation, no state, only <math.h>."""
+"""Code of a robot's functions: self-contained C for a controller, or readable Python that needs NumPy alone."""
 
+import inspect
 import re
 import textwrap
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import casadi as ca
+import numpy as np
 
+from ..common.arrays import Array
 from ..common.errors import InputError
 from ..common.files import made_folder, write_text
-from . import dynamics
 from .base.parameters import base_regressor
 from .base.rank import base_parameters
-from .drives import parameter_kind
-from .kernel.c_path import c_body
-from .regressors import payload_columns, payload_regressor, standard_columns, standard_regressor
-from .robot import Robot
+from .drives import DriveState, drive_terms, parameter_kind
+from .dynamics import coriolis, forward_dynamics, gravity, inverse_dynamics, inverse_dynamics_base, mass_matrix
+from .inertia import INERTIAL
+from .kernel.program import c_body
+from .kinematics import FrameChange, add, cross, dot
+from .pose import cos_sin
+from .regressors import (
+    inertial_terms,
+    link_wrenches,
+    payload_columns,
+    payload_regressor,
+    standard_columns,
+    standard_regressor,
+)
+from .robot import Joint, Limits, Robot
 
-_FUNCTIONS: dict[str, Callable[..., ca.Function]] = {
-    "inverse_dynamics": dynamics.inverse_dynamics,
-    "inverse_dynamics_base": dynamics.inverse_dynamics_base,
-    "mass_matrix": dynamics.mass_matrix,
-    "coriolis": dynamics.coriolis,
-    "gravity": dynamics.gravity,
-    "forward_dynamics": dynamics.forward_dynamics,
-    "standard_regressor": standard_regressor,
-    "base_regressor": base_regressor,
-    "payload_regressor": payload_regressor,
-}
-_OF_BASE = ("inverse_dynamics_base", "base_regressor")  # functions that are made for base parameters
+_OF_BASE = inverse_dynamics_base, base_regressor  # functions that are made for base parameters
+_OF_MOTION = inverse_dynamics, inverse_dynamics_base, mass_matrix, coriolis, gravity, forward_dynamics
+_REGRESSORS = standard_regressor, base_regressor, payload_regressor
+_FUNCTIONS: dict[str, Callable[..., ca.Function]] = {make.__name__: make for make in (*_OF_MOTION, *_REGRESSORS)}
 
 _MEANING = {
     "q": "joint positions [rad or m]",
@@ -58,15 +64,12 @@ def generate_code(robot: Robot, name: str, folder: str | Path) -> tuple[Path, ..
 
     Returns:
         Paths of the header, the source and the example. Matrices are dense and row-major.
-
-    Raises:
-        InputError: if there is no function of that name.
-        OSError: if a file cannot be written.
     """
     if name not in _FUNCTIONS:
         raise InputError(f"no function {name!r} to generate: give one of {', '.join(_FUNCTIONS)}")
-    base = base_parameters(robot) if name in _OF_BASE else None
-    function = _FUNCTIONS[name](robot, base) if base else _FUNCTIONS[name](robot)
+    make = _FUNCTIONS[name]
+    base = base_parameters(robot) if make in _OF_BASE else None
+    function = make(robot, base) if base else make(robot)
     columns = payload_columns(robot) if name == "payload_regressor" else standard_columns(robot)
     columns = base.columns if base else columns
     where = "Columns of Phi" if function.name_out(0) == "Phi" else "Entries of chi"
@@ -88,11 +91,10 @@ def generate_code(robot: Robot, name: str, folder: str | Path) -> tuple[Path, ..
         f"{symbol}.c": "\n".join(source),
         f"{symbol}_example.c": _example(function, symbol, chi),
     }
-    folder = Path(folder)
-    made_folder(folder)
-    for file, text in texts.items():
-        write_text(folder / file, text)
-    return tuple(folder / file for file in texts)
+    paths = {made_folder(folder) / file: text for file, text in texts.items()}
+    for path, text in paths.items():
+        write_text(path, text)
+    return tuple(paths)
 
 
 def symbol_of(robot: Robot) -> str:
@@ -156,3 +158,171 @@ def _example(function: ca.Function, symbol: str, chi: list[float]) -> str:
     entry = f"{output}[{columns} * row + column]"
     end = f"""column + 1 < {columns} ? ' ' : '\\n'"""
     return "\n".join([*lines, f'      printf("%.17g%c", {entry}, {end});', "  return 0;", "}", ""])
+
+
+class Arm(NamedTuple):
+    """A robot. States and torques are arrays of n numbers, or n x N for N states at once; SI units.
+
+    ``gravity``: acceleration in frame 0; ``standard``: parameters by name; ``base``: what is grouped in each base
+    parameter; ``drives``: gives the entries of the drives' parameters, ``spring`` its torque, by joint from 0.
+    """
+
+    joints: tuple[Joint, ...]
+    gravity: tuple[float, float, float]
+    standard: dict[str, float]
+    base: dict[str, dict[str, float]]
+    drives: Callable[[Array, Array, Array, Array], dict[str, dict[int, Any]]]
+    spring: Callable[[Array], dict[int, Any]]
+
+    def regressor(self, q: Array, qd: Array, qdd: Array, load: Array | None = None) -> Array:
+        """Columns of all standard parameters, n x N_s (x N); ``load``: torques that the gears carry."""
+        load = np.zeros_like(q) if load is None else load
+        robot: Any = self
+        terms = inertial_terms(robot, DriveState(q, qd, qdd, load), np) | self.drives(q, qd, qdd, load)
+        phi = np.zeros((len(self.joints), len(self.standard), *q.shape[1:]))
+        for k, name in enumerate(self.standard):
+            for row, value in terms[name].items():
+                phi[row, k] = value
+        return phi
+
+    def base_regressor(self, q: Array, qd: Array, qdd: Array, load: Array | None = None) -> Array:
+        """Columns of the base parameters, n x N_b (x N)."""
+        return self.regressor(q, qd, qdd, load)[:, [list(self.standard).index(name) for name in self.base]]
+
+    def inverse_dynamics(self, q: Array, qd: Array, qdd: Array, chi: Array | None = None) -> Array:
+        """Torques that a motion needs; ``chi``: other standard parameters than the arm's own."""
+        chi = np.array([*self.standard.values()]) if chi is None else chi
+        links = np.array([name.rstrip("0123456789") in INERTIAL for name in self.standard])
+        load = np.einsum("jk...,k->j...", self.regressor(q, qd, qdd), chi * links)
+        for row, torque in self.spring(q).items():
+            load[row] -= torque
+        rubbing = np.einsum("jk...,k->j...", self.regressor(q, qd, qdd, load), chi * ~links)
+        return np.asarray(load + rubbing)
+
+    def mass_matrix(self, q: Array, chi: Array | None = None) -> Array:
+        """Inertia matrix, n x n, rotors included."""
+        rest, units = np.zeros_like(q), np.eye(len(q))
+        still = self.inverse_dynamics(q, rest, rest, chi)
+        return np.column_stack([self.inverse_dynamics(q, rest, unit, chi) - still for unit in units])
+
+
+_FILE = '''"""{title}: regressor and dynamics in NumPy alone. Generated by dynident.
+
+Torques are ``arm.regressor(q, qd, qdd) @ [*arm.standard.values()]`` [N m or N]. Base parameters:
+
+{groupings}
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from math import inf
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+Array, Vector, Robot = np.ndarray, tuple, Any
+_ROUNDING, ZERO = 1e-12, (0.0, 0.0, 0.0)
+INERTIAL = {inertial}
+
+
+{code}
+
+def drives(q: Array, qd: Array, qdd: Array, load: Array) -> dict[str, dict[int, Any]]:
+    """Entries of the drives' parameters, by joint from 0."""
+    return {{
+{drives}
+    }}
+
+
+def spring(q: Array) -> dict[int, Any]:
+    """Torque of a spring that is known, by joint from 0; of a table within its range."""
+    return {spring}
+
+
+arm = Arm(
+    joints=(
+{joints}
+    ),
+    gravity={gravity},
+    standard={{
+{standard}
+    }},
+    base={{
+{base}
+    }},
+    drives=drives,
+    spring=spring,
+)
+'''
+_CODE: Any = cos_sin, add, dot, cross, FrameChange, DriveState, link_wrenches, inertial_terms, Limits, Joint, Arm
+"""Functions and types that the file takes over as they stand here."""
+
+
+def generate_numpy(robot: Robot, folder: str | Path) -> Path:
+    """Write regressor and dynamics of a robot as one file of Python that needs NumPy alone.
+
+    It holds ``arm``, with ``regressor``, ``inverse_dynamics`` and others, and stands in ``folder``, which is made.
+
+    Raises:
+        InputError: if the robot has a law of friction of one's own.
+    """
+    if any(term.code for term in robot.drives.friction):
+        raise InputError(f"robot {robot.name!r} has a law of friction of its own: only C can be generated of it")
+    base, known, spring = base_parameters(robot), known_parameters(robot), "{}"
+    state = DriveState(*(np.array([_Formula(f"{x}[{j}]") for j in range(robot.n)]) for x in DriveState._fields))
+    terms = drive_terms(robot.drives, state, lambda speed: _Formula(f"np.sign({speed})"))
+    if robot.spring is not None:
+        j = robot.spring.joint - 1
+        table = ", ".join(map(str, zip(*robot.spring.table, strict=True)))
+        law: object = f"np.interp(q[{j}], {table})"
+        spring = f"{{{j}: {law if table else robot.spring.law(_Formula(f'q[{j}]'), _Formula)}}}"
+    grouped = [{base.standard[k]: float(row[k]) for k in np.flatnonzero(row)} for row in base.grouping]
+
+    def entries(table: Any) -> str:
+        return "\n".join(f"        {name!r}: {value!r}," for name, value in table)
+
+    text = _FILE.format(
+        title=re.sub(r'[^ -~]|[\\"]', "_", robot.title or robot.name),
+        groupings="\n".join(f"    {line}" for line in base.groupings()),
+        inertial=INERTIAL,
+        code=re.sub(r"\bca\b", "np", "\n\n".join(map(inspect.getsource, _CODE))),
+        drives=entries(terms.items()),
+        spring=spring,
+        joints="\n".join(f"        {joint}," for joint in robot.joints),
+        gravity=robot.gravity,
+        standard=entries(known.items()),
+        base=entries(zip(base.columns, grouped, strict=True)),
+    )
+    path = made_folder(folder) / f"{symbol_of(robot)}.py"
+    write_text(path, text)
+    return path
+
+
+class _Formula:
+    """Formula as Python writes it, made by computing with it."""
+
+    def __init__(self, text: object) -> None:
+        self.text = str(text)
+
+    def __repr__(self) -> str:
+        return self.text
+
+    def __abs__(self) -> "_Formula":
+        return _Formula(f"abs({self})")
+
+    def __neg__(self) -> "_Formula":
+        return _Formula(f"(-{self})")
+
+
+def _written(form: str) -> Callable[..., _Formula]:
+    return lambda *values: _Formula(form.format(*values))
+
+
+for _name, _sign in {"add": "+", "sub": "-", "mul": "*", "truediv": "/", "pow": "**"}.items():
+    setattr(_Formula, f"__{_name}__", _written(f"({{0}} {_sign} {{1}})"))
+    setattr(_Formula, f"__r{_name}__", _written(f"({{1}} {_sign} {{0}})"))
+for _name in ("sqrt", "cos", "sin"):
+    setattr(_Formula, _name, staticmethod(_written(f"np.{_name}({{0}})")))

@@ -43,7 +43,6 @@ class Coupling:
     rows: Literal["joint", "motor"] = field(default="joint", repr=False)
 
     def __post_init__(self) -> None:
-        """Refuse an unknown Coulomb form and a joint coupled with itself."""
         if self.coulomb not in ("sum", "paper"):
             raise ValueError(f"coulomb must be 'sum' or 'paper', got {self.coulomb!r}")
         if self.joints[0] == self.joints[1]:
@@ -51,17 +50,16 @@ class Coupling:
 
     def joint_torques(self, motors: Array) -> Array:
         """Convert torques of the motors on the joint side to those of the joints, both N x n [N·m] (9)."""
-        j, k = (joint - 1 for joint in self.joints)
-        joints = np.array(motors, dtype=np.float64)
-        joints[:, j] += joints[:, k]
-        return joints
+        return self._turned(motors, 1.0)
 
     def motor_torques(self, joints: Array) -> Array:
         """Convert torques of the joints to those of the motors on the joint side, both N x n [N·m] (9)."""
-        j, k = (joint - 1 for joint in self.joints)
-        motors = np.array(joints, dtype=np.float64)
-        motors[:, j] -= motors[:, k]
-        return motors
+        return self._turned(joints, -1.0)
+
+    def _turned(self, torques: Array, sign: float) -> Array:
+        turned, (j, k) = np.array(torques, dtype=np.float64), self.joints
+        turned[:, j - 1] += sign * turned[:, k - 1]
+        return turned
 
 
 @dataclass(frozen=True)
@@ -87,7 +85,6 @@ class Spring:
     column: bool = field(default=False, repr=False)
 
     def __post_init__(self) -> None:
-        """Refuse a spring with two laws or none."""
         geometric = self.stiffness > 0.0 and min(self.arms) > 0.0 and self.length >= 0.0
         if geometric == bool(self.table):
             raise ValueError("a spring needs either a table or stiffness, length and arms")
@@ -148,7 +145,6 @@ class Drives:
     unmeasured: tuple[int, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
-        """Put the terms of friction in their order."""
         order = [*LAWS, *sorted(term.kind for term in self.friction)]
         object.__setattr__(self, "friction", tuple(sorted(self.friction, key=lambda term: order.index(term.kind))))
 
@@ -199,15 +195,12 @@ class Drives:
 
 
 class DriveState(NamedTuple):
-    """State of the joints that drives depend on; each n x 1, or as arrays n x N.
-
-    ``load``: torques of links, payload and spring [N·m or N], which the gears carry.
-    """
+    """State of the joints that drives depend on; each n x 1, or as arrays n x N."""
 
     q: Any
     qd: Any
     qdd: Any
-    load: Any
+    load: Any  # torques of links, payload and spring [N·m or N], which the gears carry
 
 
 Sign = Callable[[Any], Any]  # function that stands for the sign in dry friction

@@ -142,10 +142,7 @@ def dry_friction_names(robot: Robot) -> tuple[str, ...]:
 def smooth_dry_friction(robot: Robot, width: float) -> ca.Function:
     """``smooth_dry_friction(qd, level) -> Gamma``, n x 1: the largest dry friction, where load counts at its limit.
 
-    ``width``: of ``smooth_sign``.
-
-    Returns:
-        Function of the speeds and the parameters ``dry_friction_names`` [N·m or N].
+    ``level``: the parameters ``dry_friction_names`` [N·m or N]; ``width``: of ``smooth_sign``.
     """
     names = dry_friction_names(robot)
     qd, level, none = ca.SX.sym("qd", robot.n), ca.SX.sym("level", len(names)), ca.SX.zeros(robot.n)
@@ -161,13 +158,9 @@ def smooth_dry_friction(robot: Robot, width: float) -> ca.Function:
 def runge_kutta(
     slope: Callable[[ca.SX, ca.SX], ca.SX], x: ca.SX, h: ca.SX, inputs: tuple[ca.SX, ca.SX, ca.SX]
 ) -> ca.SX:
-    """Step a state by the classical fourth-order method.
+    """Step a state ``x`` by ``h`` [s] by the classical fourth-order method.
 
-    Args:
-        slope: time derivative of the state, by state and input.
-        x: state at the start.
-        h: step [s].
-        inputs: at the start, middle and end of the step.
+    ``slope``: time derivative, by state and input; ``inputs``: at the start, middle and end of the step.
     """
     start, middle, end = inputs
     k1 = slope(x, start)
@@ -204,12 +197,10 @@ def _coriolis(robot: Robot, q: ca.SX, qd: ca.SX, chi: ca.SX) -> ca.SX:
 
 
 def _parameter_values(robot: Robot, chi: ca.SX) -> dict[str, ca.SX]:
-    """Map names of the standard parameters to the entries of ``chi``."""
     return dict(zip(standard_columns(robot), ca.vertsplit(chi), strict=True))
 
 
 def _rigid_body_torque(robot: Robot, q: ca.SX, qd: ca.SX, qdd: ca.SX, value: Mapping[str, ca.SX]) -> ca.SX:
-    """Torques that move the links, without drives, n x 1 [N·m or N]."""
     changes = [FrameChange.of(joint, q[j]) for j, joint in enumerate(robot.joints)]
     wrenches = list(link_wrenches(robot, changes, DriveState(q, qd, qdd, None)))
     torque = ca.SX.zeros(robot.n)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..common import InputError
+from ..common.errors import InputError, listed
 from .inertia import INERTIAL, InertialParameters
 from .pose import Pose, check_metres
 from .robot import Joint, Robot
@@ -18,9 +18,7 @@ MOUNTS = {"floor": (0.0, 0.0, 0.0), "wall": (0.0, 90.0, 0.0), "ceiling": (180.0,
 def mounted(robot: Robot, rpy: tuple[float, float, float]) -> Robot:
     """Turn the robot's base in the world: gravity in frame 0 follows.
 
-    Args:
-        robot: its base frame stands at ``robot.base`` in frame 0.
-        rpy: roll, pitch, yaw [rad] of the base in the world, whose z axis points up.
+    ``rpy``: roll, pitch, yaw [rad] of the base in the world, whose z axis points up.
     """
     down = np.array([0.0, 0.0, -math.hypot(*robot.gravity)])
     return with_gravity(robot, tuple((Pose.from_rpy((0.0, 0.0, 0.0), rpy).R.T @ down).tolist()))
@@ -33,12 +31,7 @@ def with_gravity(robot: Robot, gravity: tuple[float, ...]) -> Robot:
 
 
 def with_tool(robot: Robot, tool: Pose, name: str) -> Robot:
-    """Give payloads of the robot in a tool's frame.
-
-    Args:
-        robot: payloads are given in its flange so far.
-        tool: the tool's frame in the flange.
-        name: text that names the new frame.
+    """Give payloads of the robot in a tool's frame, ``tool`` in the flange, called ``name``.
 
     Raises:
         InputError: for a tool that no arm carries, mostly one in mm.
@@ -54,15 +47,11 @@ def bodies_in_link_frames(robot: Robot, parameters: Mapping[str, float]) -> dict
     What is fixed to a link is part of it.
 
     ``parameters``: the ten of every link by name.
-
-    Raises:
-        InputError: names what is missing.
     """
     missing = [f"{kind}{j}" for j in range(1, robot.n + 1) for kind in INERTIAL if f"{kind}{j}" not in parameters]
     if missing:
         raise InputError(
-            f"robot {robot.name!r}: no {', '.join(missing[:6])}{' and more' if len(missing) > 6 else ''}: bodies "
-            "need all ten parameters of every link"
+            f"robot {robot.name!r}: no {listed(missing)}: bodies need all ten parameters of every link"
         )
     bodies = {}
     for j in range(robot.n):

@@ -53,24 +53,15 @@ _NAME = re.compile(r"(F[A-Z]+)([1-9]\d*)?(?:@(\d*\.?\d+(?:[eE][+-]?\d+)?))?(?:=(
 
 @dataclass(frozen=True)
 class Friction:
-    """Term of the friction of a joint or of all.
+    """Term of the friction of a joint or of all."""
 
-    Attributes:
-        kind: what its parameters are called, "FL" of FL2: one of ``LAWS``, or another that begins with F.
-        joint: number of the joint that has it; 0 for all.
-        speed: at which the Stribeck term has fallen to 1/e [rad/s or m/s]; of no other term.
-        unit: of the parameter of a law of one's own.
-        code: such a law, as ``Friction.of`` writes it.
-    """
-
-    kind: str
-    joint: int = 0
-    speed: float = 0.0
-    unit: str = ""
-    code: str = ""
+    kind: str  # what its parameters are called, "FL" of FL2: one of ``LAWS``, or another that begins with F
+    joint: int = 0  # number of the joint that has it; 0 for all
+    speed: float = 0.0  # at which the Stribeck term has fallen to 1/e [rad/s or m/s]; of no other term
+    unit: str = ""  # of the parameter of a law of one's own
+    code: str = ""  # such a law, as ``Friction.of`` writes it
 
     def __post_init__(self) -> None:
-        """Refuse a term without a law, and numbers that its law does not take."""
         if not re.fullmatch(r"F[A-Z]+", self.kind) or self.kind in ("FSM", "FVM"):
             raise InputError(f"friction {self.kind!r}: its name must be F and more capitals, and not FSM or FVM")
         if (self.kind in LAWS) == bool(self.code):
@@ -153,10 +144,9 @@ def term_names(terms: Sequence[Friction]) -> tuple[str, ...]:
 
 
 def terms_of(names: Sequence[str], own: Sequence[Friction], joints: int) -> tuple[Friction, ...]:
-    """Read the friction of a model from the names of its parameters.
+    """Read the friction of a model from the names of its parameters, base or standard ones.
 
-    ``names``: of all parameters, base or standard ones; ``own``: terms of the robot's description, which tell what
-    no name does: a Stribeck speed, a law of one's own; ``joints``: number of joints.
+    ``own``: terms of the robot's description, which tell what no name does: a Stribeck speed, a law of one's own.
     """
     described = [term for term in own if term.speed or term.code]
     terms = []

@@ -40,7 +40,6 @@ class InertialParameters(Brief):
     vector: Array
 
     def __post_init__(self) -> None:
-        """Lock the numbers."""
         object.__setattr__(self, "vector", frozen_array(self.vector, (10,), "inertial parameters"))
 
     @staticmethod
@@ -62,7 +61,19 @@ class InertialParameters(Brief):
         if c.shape != (3,):
             raise InputError(f"centre of mass of shape {c.shape}: give x, y, z [m]")
         rounding = _ROUNDING * float(mass * (c @ c))
-        inertia = _inertia_matrix(inertia_com, rounding)
+        inertia = _numbers(inertia_com, "inertia")
+        if inertia.shape == (3,):
+            inertia = np.diag(inertia)
+        elif inertia.shape == (6,):
+            inertia = symmetric(inertia)
+        elif inertia.shape != (3, 3):
+            raise InputError(
+                f"inertia of shape {inertia.shape}: give three moments, six entries XX XY XZ YY YZ ZZ, or a 3 x 3 "
+                "matrix"
+            )
+        if np.abs(inertia - inertia.T).max() > 1e-6 * np.abs(inertia).max() + rounding:
+            raise InputError("inertia: the 3 x 3 matrix is not symmetric: check the products of inertia")
+        inertia = 0.5 * (inertia + inertia.T)
         # No body has a negative principal moment, or one that exceeds the sum of the others.
         moments = np.linalg.eigvalsh(inertia)
         allowed = _ROUNDING * float(np.abs(moments).sum()) + rounding
@@ -88,8 +99,7 @@ class InertialParameters(Brief):
     @cached_property
     def inertia(self) -> Array:
         """Inertia about the frame's origin [kg m^2], 3 x 3."""
-        xx, xy, xz, yy, yz, zz = self.vector[:6]
-        return frozen_array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], (3, 3), "inertia")
+        return frozen_array(symmetric(self.vector[:6]), (3, 3), "inertia")
 
     @cached_property
     def com(self) -> Array:
@@ -128,9 +138,7 @@ class InertialParameters(Brief):
     def moved(self, rotation: ArrayLike, origin: ArrayLike) -> "InertialParameters":
         """Describe the body in another frame.
 
-        Args:
-            rotation: 3 x 3; its columns are this frame's axes in the other frame.
-            origin: this frame's origin in the other frame [m], shape (3,).
+        ``rotation``: its columns are this frame's axes there, 3 x 3; ``origin``: its origin there [m], shape (3,).
         """
         R, p = np.asarray(rotation, dtype=float), np.asarray(origin, dtype=float)
         h = R @ self.first_moments
@@ -146,31 +154,16 @@ class InertialParameters(Brief):
 
 
 def ten_parameters(mass: float, com: Array, inertia_com: Array) -> Array:
-    """Compute Khalil's ten by Steiner's theorem, (10,), of any numbers; ``from_com`` refuses impossible bodies.
-
-    ``mass``: [kg]; ``com``: [m], shape (3,); ``inertia_com``: about the centre of mass [kg m^2], 3 x 3.
-    """
+    """Compute Khalil's ten by Steiner's theorem, (10,), of any numbers; ``from_com`` refuses impossible bodies."""
     inertia = inertia_com - mass * skew(com) @ skew(com)
     return np.concatenate([inertia[_ROWS, _COLUMNS], mass * com, [mass]])
 
 
-def _inertia_matrix(values: ArrayLike, rounding: float) -> Array:
-    """Make the 3 x 3 matrix; ``rounding``: how much mirror images may differ besides a millionth of the largest."""
-    numbers = _numbers(values, "inertia")
-    if numbers.shape == (3,):
-        return np.diag(numbers)
-    if numbers.shape == (6,):
-        matrix = np.empty((3, 3))
-        matrix[_ROWS, _COLUMNS] = matrix[_COLUMNS, _ROWS] = numbers
-        return matrix
-    if numbers.shape != (3, 3):
-        raise InputError(
-            f"inertia of shape {numbers.shape}: give three moments, six entries XX XY XZ YY YZ ZZ, or a 3 x 3 "
-            "matrix"
-        )
-    if np.abs(numbers - numbers.T).max() > 1e-6 * np.abs(numbers).max() + rounding:
-        raise InputError("inertia: the 3 x 3 matrix is not symmetric: check the products of inertia")
-    return np.asarray(0.5 * (numbers + numbers.T))
+def symmetric(entries: ArrayLike) -> Array:
+    """Make the 3 x 3 matrix of its entries XX XY XZ YY YZ ZZ."""
+    matrix = np.empty((3, 3))
+    matrix[_ROWS, _COLUMNS] = matrix[_COLUMNS, _ROWS] = entries
+    return matrix
 
 
 def _numbers(values: ArrayLike, name: str) -> Array:
@@ -203,17 +196,11 @@ def gradients(x: Array) -> Array:
 
 
 class PayloadSpread(Document, frozen=True, eq=False):
-    """Standard deviations of a body's numbers; infinite where a number is not determined, null in a document.
+    """Standard deviations of a body's numbers; infinite where a number is not determined, null in a document."""
 
-    Attributes:
-        mass: [kg].
-        com: of the centre of mass [m], shape (3,).
-        inertia_com: of the inertia at the centre of mass [kg m^2], 3 x 3.
-    """
-
-    mass: Float
-    com: Vector
-    inertia_com: Matrix
+    mass: Float  # [kg]
+    com: Vector  # of the centre of mass [m], shape (3,)
+    inertia_com: Matrix  # of the inertia at the centre of mass [kg m^2], 3 x 3
 
     @property
     def moments(self) -> Array:
@@ -224,10 +211,7 @@ class PayloadSpread(Document, frozen=True, eq=False):
 def payload_spread(values: Array, covariance: Array, indices: Sequence[int]) -> PayloadSpread:
     """Standard deviations of a body's numbers to first order, by the full covariance.
 
-    Args:
-        values: the ten, shape (10,); those that are not determined are not used.
-        covariance: of the determined ones, k x k.
-        indices: which of the ten they are, k.
+    ``values``: the ten, shape (10,); ``covariance``: of those that are determined, k x k; ``indices``: which, k.
     """
     C = np.zeros((10, 10))
     C[np.ix_(indices, indices)] = covariance

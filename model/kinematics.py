@@ -92,10 +92,7 @@ def forward_kinematics(robot: Robot) -> ca.Function:
 
 
 def point_at(robot: Robot, point: Array, q: Array) -> tuple[Array, Array]:
-    """Position of a point of the last link at N states, in frame 0 [m], and its Jacobian; 3 x (n x) N.
-
-    ``robot``: the robot, n joints; ``point``: in frame n [m]; ``q``: positions [rad or m], N x n.
-    """
+    """Position of a point of frame n at positions q, N x n, in frame 0 [m], and its Jacobian; 3 x (n x) N."""
     x, y, z = point[:, None] + np.zeros(len(q))
     position: Vector = (x, y, z)
     x, y, z = np.zeros((3, *q.T.shape))

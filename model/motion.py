@@ -15,20 +15,14 @@ _SLOWEST = 1e-12  # lowest rate [Hz] of which samples in a period can be counted
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Motion(Brief):
-    """A joint motion on a uniform or uneven time grid.
+    """A joint motion on a uniform or uneven time grid."""
 
-    Attributes:
-        t: time [s], shape (N,), rising.
-        q, qd, qdd: positions [rad or m], speeds [.../s], accelerations [.../s^2], each of shape (N, n).
-    """
-
-    t: Array
-    q: Array
-    qd: Array
-    qdd: Array
+    t: Array  # time [s], shape (N,), rising
+    q: Array  # positions [rad or m], shape (N, n)
+    qd: Array  # speeds [.../s], as q
+    qdd: Array  # accelerations [.../s^2], as q
 
     def __post_init__(self) -> None:
-        """Lock the arrays and check their shapes."""
         shape = len(self.t), np.shape(self.q)[-1]
         freeze_fields(self, t=(None,), q=shape, qd=shape, qdd=shape)
         if not (np.diff(self.t) > 0.0).all():
@@ -59,7 +53,6 @@ class Measurement(Brief):
     path: Array | None = None
 
     def __post_init__(self) -> None:
-        """Lock the arrays and check their shapes."""
         samples, joints = self.motion.t.shape, self.motion.q.shape
         freeze_fields(self, torque=joints, spring_before=samples, path=joints)
 
@@ -108,7 +101,6 @@ class Recording(Brief):
     torque_unit: Literal["named", "given", "unknown"] = "named"
 
     def __post_init__(self) -> None:
-        """Lock the arrays and check their shapes."""
         if not 0.0 <= (self.gain_sigma or 0.0) < 1.0:
             raise ValueError(f"gain_sigma is {self.gain_sigma}: give a fraction from 0 to below 1")
         shape = len(self.t), np.shape(self.q)[-1]
@@ -161,7 +153,6 @@ class Processing:
     max_mismatch: float = 0.01
 
     def __post_init__(self) -> None:
-        """Refuse settings without a meaning."""
         for name in ("rate", "cutoff", "equation_rate"):
             value = getattr(self, name)
             if value is not None and not _SLOWEST <= value < float("inf"):

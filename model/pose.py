@@ -17,11 +17,7 @@ _FARTHEST = 3.0  # m: no payload or tool of an arm reaches farther
 
 
 def check_metres(lengths: ArrayLike, name: str) -> None:
-    """Refuse lengths of a payload or a tool that no arm carries: mostly they are in mm.
-
-    Raises:
-        InputError: if one is 3 m or more.
-    """
+    """Refuse lengths of a payload or a tool that no arm carries: mostly they are in mm."""
     farthest = float(max(np.ravel(lengths), key=abs))
     if abs(farthest) >= _FARTHEST:
         fault = f"{name}: {farthest:g} m is farther than a payload or a tool reaches"
@@ -38,18 +34,12 @@ def cos_sin(angle: float) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Pose:
-    """Axes and origin of a frame in another one.
+    """Axes and origin of a frame in another one."""
 
-    Attributes:
-        rotation: rows of the 3 x 3 matrix whose columns are the frame's axes.
-        origin: the frame's origin [m].
-    """
-
-    rotation: tuple[_Row, _Row, _Row] = _IDENTITY
-    origin: _Row = (0.0, 0.0, 0.0)
+    rotation: tuple[_Row, _Row, _Row] = _IDENTITY  # rows of the 3 x 3 matrix whose columns are the frame's axes
+    origin: _Row = (0.0, 0.0, 0.0)  # the frame's origin [m]
 
     def __post_init__(self) -> None:
-        """Refuse what is no rotation, and numbers that are not finite."""
         R = np.array(self.rotation)
         if R.shape != (3, 3) or len(self.origin) != 3 or not np.isfinite([*R.ravel(), *self.origin]).all():
             raise ValueError("a pose needs a 3 x 3 rotation and an origin of finite numbers")

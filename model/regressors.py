@@ -76,11 +76,9 @@ def regressor_expression(robot: Robot, columns: Sequence[str]) -> tuple[DriveSta
 
 
 def load_expression(robot: Robot, state: DriveState, columns: Sequence[str], chi: ca.SX) -> ca.SX:
-    """Torques of links, payload and spring, which the gears carry, by values of some columns; n x 1.
+    """Torques of links, payload and spring, which the gears carry, n x 1, by values ``chi`` of some columns.
 
-    Args:
-        columns: standard parameters; those of drives do not count.
-        chi: their values, as base parameters where the others are zero.
+    Columns of drives do not count; values may be of base parameters, where the others are zero.
     """
     _, terms = _terms(robot)
     load = ca.SX.zeros(robot.n)
@@ -108,15 +106,10 @@ def own_regressor(robot: Robot, columns: Sequence[str], sign: Sign = ca.sign) ->
 def regressor_at(
     robot: Robot, columns: Sequence[str], q: Array, qd: Array, qdd: Array, load: Array | None = None
 ) -> Array:
-    """Columns of the standard regressor at N states, n x ``len(columns)`` x N.
+    """Columns of the standard regressor at N states, each N x n; n x ``len(columns)`` x N.
 
-    Args:
-        robot: the robot, n joints.
-        columns: standard parameters; offsets whether the robot has them or not.
-        q: positions [rad or m], N x n.
-        qd: speeds, N x n.
-        qdd: accelerations, N x n.
-        load: torques that the gears carry [N·m or N], N x n, for friction that depends on them; zero by default.
+    ``columns``: standard parameters; offsets whether the robot has them or not; ``load``: torques that the gears
+    carry [N·m or N], for friction that depends on them; zero by default.
     """
     W, carried = np.zeros((robot.n, len(columns), len(q))), np.zeros(q.shape) if load is None else load
     state = DriveState(q.T, qd.T, qdd.T, carried.T)
@@ -138,7 +131,6 @@ def _matrix(robot: Robot, columns: Sequence[str], terms: dict[str, dict[int, Any
 
 @functools.lru_cache(maxsize=16)
 def _terms(robot: Robot) -> tuple[DriveState, dict[str, dict[int, Any]]]:
-    """Symbols q, qd, qdd, load, and the factors of each standard parameter; built once for a robot."""
     state = DriveState(*(ca.SX.sym(symbol, robot.n) for symbol in DriveState._fields))
     terms = inertial_terms(robot, state) | drive_terms(robot.drives, state)
     if robot.spring is not None and robot.spring.column:

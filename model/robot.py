@@ -19,7 +19,7 @@ import numpy as np
 
 from ..common.arrays import Array
 from ..common.brief import Brief
-from ..common.errors import InputError, holds_control
+from ..common.errors import InputError, holds_control, listed
 from .drives import Coupling, Drives, Spring
 from .friction import Friction, term_names, terms_of
 from .inertia import INERTIAL, InertialParameters
@@ -54,7 +54,6 @@ class Limits:
     torque: float = math.inf
 
     def __post_init__(self) -> None:
-        """Refuse an empty range and a bound that is not positive."""
         if not self.position[0] < self.position[1]:
             raise ValueError(f"position limits {self.position} leave no range")
         for name in ("speed", "acceleration", "torque"):
@@ -64,26 +63,17 @@ class Limits:
 
 @dataclass(frozen=True)
 class Joint:
-    """Joint of a chain, and the frame change before it.
-
-    Attributes:
-        alpha: angle about x from z of frame j-1 to z of frame j [rad].
-        d: distance along x [m].
-        theta: zero offset of a revolute joint, constant angle of a prismatic one [rad].
-        r: constant distance along z of a revolute joint, zero offset of a prismatic one [m].
-        names: the geometric names of ``d`` and ``r`` ("D3", "RL4"), empty where the length has none.
-    """
+    """Joint of a chain, and the frame change before it."""
 
     kind: Literal["revolute", "prismatic"] = "revolute"
-    alpha: float = 0.0
-    d: float = 0.0
-    theta: float = 0.0
-    r: float = 0.0
+    alpha: float = 0.0  # angle about x from z of frame j-1 to z of frame j [rad]
+    d: float = 0.0  # distance along x [m]
+    theta: float = 0.0  # zero offset of a revolute joint, constant angle of a prismatic one [rad]
+    r: float = 0.0  # constant distance along z of a revolute joint, zero offset of a prismatic one [m]
     limits: Limits = Limits()
-    names: tuple[str, str] = ("", "")
+    names: tuple[str, str] = ("", "")  # of ``d`` and ``r`` ("D3", "RL4"), empty where the length has none
 
     def __post_init__(self) -> None:
-        """Refuse an unknown kind and numbers that are not finite."""
         if self.kind not in ("revolute", "prismatic"):
             raise ValueError(
                 f"joint kind {self.kind!r} is not 'revolute' or 'prismatic'; a body fixed to a link is part of it"
@@ -165,7 +155,6 @@ class Robot(Brief):
     snapped: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse what no robot has and no file can hold; snap nearly special geometry."""
         if not self.joints:
             raise ValueError(f"robot {self.name!r} has no joints")
         if len(self.gravity) != 3 or not all(math.isfinite(value) for value in self.gravity):
@@ -218,18 +207,12 @@ class Robot(Brief):
     ) -> Array:
         """Order standard parameters as ``standard``, shape (N_s,): the description's, unless others are given.
 
-        Args:
-            payload: in its own frame, added to the last link's.
-
-        Raises:
-            InputError: if some are missing.
+        ``payload``: in its own frame, added to the last link's.
         """
         values = dict(self.parameters if parameters is None else parameters)
         if missing := [name for name in self.standard if name not in values]:
-            raise InputError(
-                f"robot {self.name!r} cannot be simulated: its description lacks {', '.join(missing[:6])}"
-                f"{' and more' if len(missing) > 6 else ''}; add a [parameters] table, or use with_stand_in"
-            )
+            fault = f"robot {self.name!r} cannot be simulated: its description lacks {listed(missing)}"
+            raise InputError(f"{fault}; add a [parameters] table, or use with_stand_in")
         if payload is not None:
             for name, value in payload.moved(self.flange.R, self.flange.p).named(str(self.n)).items():
                 values[name] += value
@@ -280,12 +263,9 @@ class Robot(Brief):
 
     def for_currents(self) -> Robot:
         """Copy the robot whose equations each hold one motor's torque, a spring's torque as a column."""
-        drives = self.drives
-        if drives.coupling is not None:
-            drives = replace(drives, coupling=replace(drives.coupling, rows="motor"))
-        if drives.spring is not None:
-            drives = replace(drives, spring=replace(drives.spring, column=True))
-        return replace(self, drives=drives)
+        coupling = self.coupling and replace(self.coupling, rows="motor")
+        spring = self.spring and replace(self.spring, column=True)
+        return replace(self, drives=replace(self.drives, coupling=coupling, spring=spring))
 
     def with_coulomb(self, form: Literal["sum", "paper"]) -> Robot:
         """Copy the robot with the coupled Coulomb friction as the sum (dual) or as the paper prints it."""

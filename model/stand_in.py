@@ -10,6 +10,7 @@ import casadi as ca
 import numpy as np
 
 from ..common import Array, InputError
+from ..common.errors import listed
 from .drives import joint_of, parameter_kind
 from .dynamics import gravity, mass_matrix
 from .inertia import INERTIAL, InertialParameters
@@ -41,12 +42,10 @@ def with_assumed_limits(robot: Robot) -> Robot:
         joints.append(replace(joint, limits=replace(limits, **assumed)))
         for name in assumed:
             lacking.setdefault(name, []).append(str(number))
-    sources = {
-        name: f"{ASSUMED}: joint {', '.join(lacking[name])}: {rule}"
-        for name, rule in _RULES.items()
-        if name in lacking
+    told = {
+        name: f"{ASSUMED}: joint {', '.join(lacking[name])}: {_RULES[name]}" for name in _RULES if name in lacking
     }
-    return replace(robot, joints=tuple(joints), sources={**robot.sources, **sources}) if sources else robot
+    return replace(robot, joints=tuple(joints), sources={**robot.sources, **told}) if told else robot
 
 
 _RULES = {
@@ -110,18 +109,16 @@ def can_stand_in(robot: Robot) -> bool:
     """True if ``with_stand_in`` has what it starts from: the bodies of some links or all, or the arm's mass."""
     bodiless = _bodiless(robot)
     whole = len(missing_inertial(robot)) == len(INERTIAL) * len(bodiless)
-    return whole and (not bodiless or robot.mass is not None or _mass_of_bodies(robot) > 0.0)
+    return whole and (not bodiless or robot.mass is not None or _mass_of_links(robot.parameters) > 0.0)
 
 
 def _bodiless(robot: Robot) -> list[int]:
-    """Links of which the description gives no inertial parameter."""
     links = range(1, robot.n + 1)
     return [link for link in links if not any(f"{kind}{link}" in robot.parameters for kind in INERTIAL)]
 
 
-def _mass_of_bodies(robot: Robot) -> float:
-    """Mass of the links whose bodies the description gives [kg]."""
-    return sum(robot.parameters.get(f"M{link}", 0.0) for link in range(1, robot.n + 1))
+def _mass_of_links(parameters: Mapping[str, float]) -> float:
+    return sum(value for name, value in parameters.items() if parameter_kind(name) == "M")
 
 
 def with_stand_in(robot: Robot) -> Robot:
@@ -136,24 +133,21 @@ def with_stand_in(robot: Robot) -> Robot:
         InputError: if the description holds neither bodies nor the arm's mass, or a part of a body only.
     """
     if not can_stand_in(robot):
-        missing = missing_inertial(robot)
-        more = " and more" if len(missing) > 6 else ""
         raise InputError(
-            f"robot {robot.name!r}: its description lacks {', '.join(missing[:6])}{more}; give the arm's mass for "
-            "a stand-in (--arm-mass KG, or mass_kg in its TOML), or the bodies of all links ([parameters], "
+            f"robot {robot.name!r}: its description lacks {listed(missing_inertial(robot))}; give the arm's mass "
+            "for a stand-in (--arm-mass KG, or mass_kg in its TOML), or the bodies of all links ([parameters], "
             "<inertial>)"
         )
     robot = with_assumed_limits(robot)
     bodies, assumed = nominal_bodies(robot)
-    values, assumptions = dict.fromkeys(standard_columns(robot), 0.0) | bodies, [assumed] if assumed else []
+    values, assumptions = dict.fromkeys(robot.standard, 0.0) | bodies, [assumed] if assumed else []
     values |= robot.parameters
     unknown = values.keys() - robot.parameters.keys()
     if rotors := [name for name in unknown if parameter_kind(name) == "IA"]:
         inertias = rotor_inertias(robot, values)
         values |= {name: float(inertias[joint_of(name)]) for name in rotors}
         assumptions.append(f"rotors add {100 * ROTOR:g} % of the inertia that they turn")
-    limited = _limited(robot, values)
-    friction: dict[str, float] = {}
+    limited, friction = _limited(robot, values), dict[str, float]()
     for number, joint in enumerate(limited.joints, start=1):
         most, fastest = joint.limits.torque, joint.limits.speed
         if np.isfinite([most, fastest]).all():  # of coupled drives one rotor turns with both joints, and rubs too
@@ -167,16 +161,13 @@ def with_stand_in(robot: Robot) -> Robot:
 
 
 def nominal_bodies(robot: Robot) -> tuple[dict[str, float], str]:
-    """Inertial parameters of all links as far as described, and what was assumed of the others, as text.
-
-    Links without a body are ``cylinders`` as ``with_stand_in`` says, of a robot that ``can_stand_in``.
-    """
+    """Inertial parameters of all links as far as described, and what was assumed of the others, as text."""
     bodiless = _bodiless(robot)
     known = {name: value for name, value in robot.parameters.items() if parameter_kind(name) in INERTIAL}
     if not bodiless:
         return known, ""
     if robot.mass is None:
-        weight, fractions = _mass_of_bodies(robot), [body.mass for body in cylinders(robot, 1.0)]
+        weight, fractions = _mass_of_links(known), [body.mass for body in cylinders(robot, 1.0)]
         total = weight / (1.0 - sum(fractions[link - 1] for link in bodiless))
         density = f"as dense as the others, which weigh {weight:.3g} kg"
     else:
@@ -198,9 +189,6 @@ def completed(robot: Robot, limits: bool = True, frames: int = 3) -> Robot:
     """Complete a robot that lacks parameters, or ``limits``, as ``rehearsed``, and warn of what was assumed.
 
     ``frames``: from here to the user's line, which the warning names.
-
-    Raises:
-        InputError: if it lacks parameters that nothing stands in for, and ``limits`` are not what is wanted.
     """
     check_robot(robot)
     told = all(name in robot.parameters for name in robot.standard)
@@ -225,8 +213,6 @@ def rotor_inertias(robot: Robot, parameters: Mapping[str, float]) -> Array:
 
     The fraction ``ROTOR`` of the largest inertia of links and rated payload, and twice the payload's own at the
     flange: rotors of an identified RX90 and UR10e are about as large, from the base to the wrist.
-
-    ``parameters``: standard parameters of its links; those of rotors do not count.
     """
     without = {name: 0.0 if parameter_kind(name) == "IA" else value for name, value in parameters.items()}
     _, inertia = _needed(robot, without)
@@ -243,10 +229,7 @@ def with_rotors(robot: Robot, inertias: Array) -> Robot:
 
 
 def _needed(robot: Robot, parameters: Mapping[str, float]) -> tuple[Array, Array]:
-    """Torque at rest [N·m or N] and inertia [kg m^2 or kg] of each joint with the rated payload, n x poses.
-
-    Positions are ``poses_in_range``.
-    """
+    """Torque at rest and inertia of each joint with the rated payload, n x poses, at ``poses_in_range``."""
     mass, flange = _load(robot, parameters), robot.flange_pose or Pose()
     body = InertialParameters.from_com(mass, PAYLOAD_COM, PAYLOAD_INERTIA * mass * np.eye(3))
     chi = robot.chi(parameters, body.moved(flange.R, flange.p))
@@ -257,10 +240,7 @@ def _needed(robot: Robot, parameters: Mapping[str, float]) -> tuple[Array, Array
 
 
 def typical_load(robot: Robot, parameters: Mapping[str, float]) -> Array:
-    """Mean size of the torque that carries the links against gravity [N·m or N], shape (n,).
-
-    Without payload and spring, over ``poses_in_range``.
-    """
+    """Mean size of the torque that carries the links alone, over ``poses_in_range`` [N·m or N], shape (n,)."""
     chi = [parameters.get(name, 0.0) for name in standard_columns(robot)]
     rest = np.array(gravity(robot).map(_POSES)(poses_in_range(robot, _POSES).T, np.tile(chi, (_POSES, 1)).T))
     return np.asarray(np.abs(rest).mean(axis=1))
@@ -275,9 +255,7 @@ def poses_in_range(robot: Robot, count: int) -> Array:
 
 def _load(robot: Robot, parameters: Mapping[str, float]) -> float:
     """Payload that the drives are made for [kg]: the rated one, or a fraction of the links' mass."""
-    if np.isfinite(robot.rated_payload):
-        return robot.rated_payload
-    return LOAD * sum(parameters[f"M{link}"] for link in range(1, robot.n + 1))
+    return robot.rated_payload if np.isfinite(robot.rated_payload) else LOAD * _mass_of_links(parameters)
 
 
 def _limited(robot: Robot, parameters: Mapping[str, float]) -> Robot:
@@ -290,12 +268,9 @@ def _limited(robot: Robot, parameters: Mapping[str, float]) -> Robot:
     if np.isfinite([limit.torque for limit in limits]).all():
         return robot
     rest, inertia = _needed(robot, parameters)
-    strong = np.array([limit.acceleration for limit in limits])
-    needed = SAFETY * (np.abs(rest) + inertia * strong[:, None]).max(axis=1)
-    dry, viscous = (
-        np.array([parameters.get(f"{kind}{j}", 0.0) for j in range(1, robot.n + 1)]) for kind in ("FS", "FV")
-    )
-    rubs = SAFETY * (dry + viscous * np.array([limit.speed for limit in limits]))
+    needed = SAFETY * (np.abs(rest) + inertia * np.array([[limit.acceleration] for limit in limits])).max(axis=1)
+    friction = ((parameters.get(f"FS{j}", 0.0), parameters.get(f"FV{j}", 0.0)) for j in range(1, robot.n + 1))
+    rubs = SAFETY * np.array([FS + FV * limit.speed for (FS, FV), limit in zip(friction, limits, strict=True)])
     joints = tuple(
         replace(joint, limits=replace(joint.limits, torque=min(joint.limits.torque, float(most))))
         for joint, most in zip(robot.joints, np.maximum(needed, rubs), strict=True)

@@ -72,14 +72,12 @@ class PayloadVisibility:
             Indices of x among ``INERTIAL``, k; A, k x r; b, shape (k,), zero where the known mass M is not needed.
         """
         indices, chosen = self.determined(mass_known), self.base.chosen
-        A, b = np.zeros((len(indices), self.rank)), np.zeros(len(indices))
+        A, b = np.zeros((len(indices), self.rank)), np.ones(len(indices))
         for row, k in enumerate(indices):
             if k in chosen:
                 own = chosen.index(k)
                 A[row, own] = 1.0
                 b[row] = -self.base.grouping[own, 9] if k != 9 and 9 not in chosen else 0.0
-            else:
-                b[row] = 1.0
         return indices, A, b
 
     def combination(self, kind: str) -> str:
@@ -92,10 +90,7 @@ class PayloadVisibility:
 
 
 def visibility_of(W: Array, joints: Sequence[int]) -> PayloadVisibility:
-    """Find what equations show of a payload.
-
-    ``W``: columns of the ten on many states, friction taken out, k x 10; ``joints``: whose rows they are.
-    """
+    """Find what rows of some joints show: columns of the ten on many states, friction taken out, k x 10."""
     return PayloadVisibility(tuple(joints), base_parameters_of(INERTIAL, W))
 
 
@@ -106,11 +101,7 @@ def payload_visibility(
 
     By rank on random states in the ranges: the rows of held joints say nothing (stiction) and do not count.
 
-    ``poses``: each of shape (n,) [rad or m]; ``joints``: numbers of the joints that move; ``ranges``: how far each
-    of them moves to either side [rad or m].
-
-    Raises:
-        InputError: for joints that the robot does not have.
+    ``poses``: each of shape (n,) [rad or m]; ``ranges``: how far each joint moves to either side [rad or m].
     """
     moving = checked_joints(robot, joints)
     draw, count = np.random.default_rng(0), _STATES * max(len(moving), 2)
@@ -139,11 +130,7 @@ def friction_columns(robot: Robot) -> tuple[str, ...]:
 
 
 def checked_joints(robot: Robot, joints: Sequence[int]) -> list[int]:
-    """Indices of joints, from 0.
-
-    Raises:
-        InputError: for numbers that the robot does not have, or twice the same, or none.
-    """
+    """Indices of joints, from 0."""
     wrong = [joint for joint in joints if not 1 <= joint <= robot.n]
     if wrong or len(set(joints)) != len(joints) or not joints:
         numbers = ", ".join(map(str, joints)) or "none"

@@ -48,16 +48,15 @@ from .simulation.closed_loop import CONTROLLERS as CONTROLLERS
 from .simulation.closed_loop import Controller as Controller
 from .simulation.closed_loop import Experiment as Experiment
 from .simulation.closed_loop import Task as Task
-from .simulation.closed_loop import mean_friction as mean_friction
 from .simulation.closed_loop import run_experiment as run_experiment
-from .simulation.disturbances import RX90_DISTURBANCES as RX90_DISTURBANCES
-from .simulation.disturbances import RX90_SLOW_NOISE as RX90_SLOW_NOISE
-from .simulation.disturbances import Disturbances as Disturbances
-from .simulation.disturbances import no_disturbances as no_disturbances
-from .simulation.disturbances import relative_disturbances as relative_disturbances
-from .simulation.disturbances import remembered_disturbances as remembered_disturbances
+from .simulation.simulator import RX90_DISTURBANCES as RX90_DISTURBANCES
 from .simulation.simulator import RX90_NOISE as RX90_NOISE
+from .simulation.simulator import RX90_SLOW_NOISE as RX90_SLOW_NOISE
+from .simulation.simulator import Disturbances as Disturbances
 from .simulation.simulator import Simulator as Simulator
+from .simulation.simulator import no_disturbances as no_disturbances
+from .simulation.simulator import relative_disturbances as relative_disturbances
+from .simulation.simulator import remembered_disturbances as remembered_disturbances
 
 __all__ = [
     "RX90_NOISE",

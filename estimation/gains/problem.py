@@ -20,7 +20,7 @@ from ...common.schema import Real, WrongKeyError
 from ...model import Recording, Robot, standard_columns
 from ...model.base.rank import random_states
 from ...model.drives import SPRING, parameter_kind
-from ...model.files.payload_file import BodyTable
+from ...model.files.robot_file import BodyTable
 from ...model.regressors import regressor_at
 from ..equations.equations import PAYLOAD, Equations, merged
 from ..fit.settings import DEFAULTS, Candidates, Settings

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from dynident import estimation, trajectories
 
 ESSENTIAL_BOUND = 0.10
@@ -26,7 +27,11 @@ def essential_joint(problem: estimation.LongMotion) -> estimation.Estimate:
 
 def true_values(experiment: trajectories.Experiment, problem: estimation.LongMotion) -> dict[str, float]:
     """Base parameters and payload of the simulated robot, by name."""
-    friction = trajectories.mean_friction(experiment.runs[:-2])
+    runs = experiment.runs[:-2]
+    weights = [len(run.exact.motion.t) for run in runs]
+    friction = {
+        name: np.average([run.friction[name] for run in runs], weights=weights) for name in runs[0].friction
+    }
     base = problem.base.value(dict(experiment.robot.parameters) | friction)
     payload = experiment.runs[1].task.payload
     assert payload is not None

@@ -82,14 +82,12 @@ def closed_form_base_parameters(robot: Robot) -> BaseParameters:
     chosen = [k for k, name in enumerate(columns) if name not in dropped]
 
     def grouping(lengths: Mapping[str, float]) -> Array:
-        joints = [  # a length that is zero has no name
-            replace(
-                joint,
-                d=lengths.get(joint.names[0], joint.d) if joint.d else 0.0,
-                r=lengths.get(joint.names[1], joint.r) if joint.r else 0.0,
+        joints = []
+        for joint in robot.joints:  # a length that is zero has no name
+            d, r = (
+                lengths.get(name, x) if x else 0.0 for name, x in zip(joint.names, (joint.d, joint.r), strict=True)
             )
-            for joint in robot.joints
-        ]
+            joints.append(replace(joint, d=d, r=r))
         return _grouping(regroupings, joints, columns)[chosen]
 
     terms = _second_degree(grouping, sorted(lengths))

@@ -34,7 +34,6 @@ class BaseParameters(Brief):
     expressions: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Lock the grouping matrix, freed of rounding, and check its shape."""
         shape = (len(self.chosen), len(self.standard))
         exact = np.where(np.abs(self.grouping) < _ROUNDING, 0.0, self.grouping)
         object.__setattr__(self, "grouping", frozen_array(exact, shape, "grouping"))
@@ -66,11 +65,7 @@ class BaseParameters(Brief):
     def groupings(self, symbolic: bool = False) -> tuple[str, ...]:
         """Write each base parameter as a sum: "XX2R = XX2 - YY2 - 0.2025 M3".
 
-        Args:
-            symbolic: with the robot's own lengths instead: "XX2R = -D3^2*(M3+M4) + XX2 - YY2".
-
-        Raises:
-            ValueError: if symbolic text is asked for and there is none.
+        ``symbolic``: with the robot's own lengths, where there is such text: "XX2R = -D3^2*(M3+M4) + XX2 - YY2".
         """
         if symbolic:
             if not self.expressions:

@@ -34,11 +34,7 @@ def base_parameters(robot: Robot, seed: int = 0) -> BaseParameters:
 
 
 def base_parameters_of(columns: tuple[str, ...], W: Array) -> BaseParameters:
-    """Find the base parameters that an observation matrix shows.
-
-    ``columns``: names of the columns of ``W``, N_s; ``W``: standard regressor on many states, at least N_s rows x
-    N_s.
-    """
+    """Find the base parameters that a standard regressor W on many states shows, at least N_s rows x N_s."""
     R = np.asarray(np.linalg.qr(W, mode="r"))
     residuals = left_residuals(R)
     chosen = np.flatnonzero(residuals > RANK_TOLERANCE)
@@ -83,11 +79,8 @@ def leftmost_independent(W: Array) -> list[int]:
 
 
 def left_residuals(W: Array, tolerance: float = RANK_TOLERANCE) -> Array:
-    """Residual of each column without those to its left, relative to the largest column.
-
-    A column is dependent if that is below the tolerance.
-    Every residual is orthogonalised twice, so that the decision does not hang on rounding.
-    """
+    """Residual of each column without those to its left, over the largest column: dependent below the tolerance."""
+    # Every residual is orthogonalised twice, so that the decision does not hang on rounding.
     largest = np.linalg.norm(W, axis=0).max(initial=0.0)
     residuals = np.zeros(W.shape[1])
     basis = np.empty((W.shape[0], min(W.shape)))

@@ -19,20 +19,14 @@ from ..robot import SNAP_ANGLE, SNAP_LENGTH, Joint, Limits, Robot
 
 @dataclass(frozen=True)
 class JointAxis:
-    """A joint's axis at the zero pose, in the base's frame.
-
-    Attributes:
-        direction: along the positive sense (right-hand rule), of any length but zero.
-        point: a point on the axis [m].
-    """
+    """A joint's axis at the zero pose, in the base's frame."""
 
     kind: Literal["revolute", "prismatic"]
-    direction: tuple[float, float, float]
-    point: tuple[float, float, float]
+    direction: tuple[float, float, float]  # along the positive sense (right-hand rule), of any length but zero
+    point: tuple[float, float, float]  # a point on the axis [m]
     limits: Limits = Limits()
 
     def __post_init__(self) -> None:
-        """Refuse numbers that are not finite and an axis without direction."""
         if not all(math.isfinite(value) for value in (*self.direction, *self.point)):
             raise ValueError("direction and point of an axis must be finite")
         if math.hypot(*self.direction) < 1e-9:
@@ -48,9 +42,7 @@ def modified_dh(axes: Sequence[JointAxis], flange: Pose) -> Robot:
     Frame 0 is the base wherever the first axis allows it, frame n the flange wherever the last one does; axes
     within 1e-4 rad of parallel, or 1e-6 m of meeting, are taken as such.
 
-    Args:
-        axes: of the joints 1 to n at the zero pose, in the base.
-        flange: the flange at the zero pose, in the base.
+    ``axes``: of the joints 1 to n; ``flange``: at the zero pose, in the base.
     """
     lines = list[_Line]()
     for axis in axes:
@@ -85,7 +77,6 @@ def modified_dh(axes: Sequence[JointAxis], flange: Pose) -> Robot:
 
 
 def _foot(origin: Array, direction: Array, point: Array) -> Array:
-    """Point of an axis nearest to ``origin``."""
     return np.asarray(point + ((origin - point) @ direction) * direction)
 
 

@@ -1,4 +1,4 @@
-"""Robots from and to files: a TOML file of tables, a URDF, or a name of robot_descriptions.
+"""Robots from and to files: a TOML file of tables, a URDF, or a name of robot_descriptions; payloads from TOML.
 
 In TOML angles are in degrees, everything else in SI units.
 """
@@ -6,20 +6,35 @@ In TOML angles are in degrees, everything else in SI units.
 import math
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import asdict, replace
 from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, cast
 
-from msgspec import Meta, field, structs
+import numpy as np
+from msgspec import Meta, defstruct, field, structs
 
 from ...common.errors import InputError
-from ...common.schema import Real, Table, Triple, WrongKeyError, at, given, naming, read_toml, toml_text, unknown
+from ...common.schema import (
+    Real,
+    Table,
+    Triple,
+    WrongKeyError,
+    at,
+    convert,
+    given,
+    naming,
+    read_toml,
+    toml_text,
+    unknown,
+)
 from ..drives import Coupling, Drives, Spring
 from ..friction import PAPER, friction_terms, term_names
+from ..inertia import INERTIAL, InertialParameters
 from ..motion import Processing, usual_slow_speed
-from ..pose import Pose
+from ..pose import Pose, check_metres
 from ..regressors import standard_columns
 from ..robot import SOURCED, Joint, Limits, Robot
 from .described import ENDING, described
@@ -80,7 +95,6 @@ _read_shipped = cache(_read)  # once a process: a search over all of them asks a
 
 
 def _no_robot(text: str) -> str:
-    """Say what is wrong with a name that is none: a missing file, or a robot that is not shipped."""
     if Path(text).is_dir():
         return f"no robot {text!r}: it is a folder; give the path of a TOML or URDF file"
     if Path(text).suffix or "/" in text or "\\" in text:
@@ -96,9 +110,7 @@ def _no_robot(text: str) -> str:
 def robot_toml(robot: Robot, source: str = "") -> str:
     """Write a robot's description as the text of a TOML file, as ``load_robot`` reads it.
 
-    Args:
-        robot: the robot; frames of a URDF it came from are not kept.
-        source: where its numbers come from.
+    Frames of a URDF it came from are not kept. ``source``: where its numbers come from.
     """
     table = given(RobotTable.of(robot, source))
     table["joints"] = [{"alpha_deg": 0.0} | joint for joint in table["joints"]]
@@ -150,21 +162,12 @@ class JointTable(Table, frozen=True):
         shown = degrees if joint.revolute else float
         limits: dict[str, Any] = {}
         for name, key in _LIMITS.items():
-            value, key = getattr(joint.limits, name), key.format(_UNITS[joint.kind])
-            if name == "position" and all(map(math.isfinite, value)):
-                limits[key] = tuple(map(shown, value))
-            elif name != "position" and math.isfinite(value):
-                limits[key] = shown(value)
-        d, r = length_names(joint, number)
-        return JointTable(
-            kind=joint.kind,
-            alpha_deg=degrees(joint.alpha),
-            d=d if joint.d else 0.0,
-            theta_deg=degrees(joint.theta),
-            r=r if joint.r else 0.0,
-            torque=_finite(joint.limits.torque),
-            **limits,
-        )
+            ends = joint.limits.position if name == "position" else (getattr(joint.limits, name),)
+            if all(map(math.isfinite, ends)):
+                limits[key.format(_UNITS[joint.kind])] = tuple(map(shown, ends)) if len(ends) > 1 else shown(*ends)
+        d, r = (name if length else 0.0 for name, length in lengths_of(joint, number))
+        alpha, theta = degrees(joint.alpha), degrees(joint.theta)
+        return JointTable(joint.kind, alpha, d, theta, r, torque=_finite(joint.limits.torque), **limits)
 
     def joint(self, lengths: Mapping[str, float]) -> Joint:
         """Make the joint."""
@@ -179,31 +182,25 @@ class JointTable(Table, frozen=True):
                     own = key.format(_UNITS[self.kind])
                     raise WrongKeyError(key.format(unit), f"a {self.kind} joint takes {own}")
                 limits[name] = tuple(end * scale for end in value) if name == "position" else value * scale
-        (d, d_name), (r, r_name) = self._length("d", lengths), self._length("r", lengths)
+        for key, value in (("d", self.d), ("r", self.r)):
+            if isinstance(value, str) and value not in lengths:
+                raise WrongKeyError(key, f"no length {value!r} in [lengths]")
+        d, r = (lengths[x] if isinstance(x, str) else x for x in (self.d, self.r))
+        d_name, r_name = (x if isinstance(x, str) else "" for x in (self.d, self.r))
         alpha, theta = math.radians(self.alpha_deg), math.radians(self.theta_deg)
         return Joint(self.kind, alpha, d, theta, r, Limits(**limits), (d_name, r_name))
 
-    def _length(self, key: str, lengths: Mapping[str, float]) -> tuple[float, str]:
-        value = getattr(self, key)
-        if not isinstance(value, str):
-            return value, ""
-        if value not in lengths:
-            raise WrongKeyError(key, f"no length {value!r} in [lengths]")
-        return lengths[value], value
 
-
-def length_names(joint: Joint, number: int) -> tuple[str, str]:
-    """Names of the lengths d and r of a joint (from 1)."""
-    return joint.names[0] or f"D{number}", joint.names[1] or f"R{number}"
+def lengths_of(joint: Joint, number: int) -> tuple[tuple[str, float], ...]:
+    """Names and sizes of the lengths d and r of a joint (from 1)."""
+    return (joint.names[0] or f"D{number}", joint.d), (joint.names[1] or f"R{number}", joint.r)
 
 
 def degrees(angle: float) -> float:
     """Write an angle in as few digits as give it back to 1e-14 rad."""
-    degrees = math.degrees(angle)
-    short = (round(degrees, digits) + 0.0 for digits in range(14))
-    return next(
-        (value for value in short if abs(math.radians(value) - angle) <= 1e-14 * max(1.0, abs(angle))), degrees
-    )
+    exact, near = math.degrees(angle), 1e-14 * max(1.0, abs(angle))
+    short = (round(exact, digits) + 0.0 for digits in range(14))
+    return next((value for value in short if abs(math.radians(value) - angle) <= near), exact)
 
 
 def _finite(value: float) -> float | None:
@@ -330,9 +327,8 @@ class RobotTable(Table, frozen=True, kw_only=True):
     @staticmethod
     def of(robot: Robot, source: str) -> "RobotTable":
         """Make the table of a robot; ``source`` says where its numbers come from."""
-        lengths: dict[str, float] = {}
-        for number, joint in enumerate(robot.joints, start=1):
-            lengths |= zip(length_names(joint, number), (joint.d, joint.r), strict=True)
+        numbered = [*enumerate(robot.joints, start=1)]
+        lengths = {name: value for number, joint in numbered for name, value in lengths_of(joint, number) if value}
         return RobotTable(
             name=robot.name,
             title=robot.title,
@@ -346,19 +342,15 @@ class RobotTable(Table, frozen=True, kw_only=True):
             sources={name: robot.sources[name] for name in SOURCED if name in robot.sources},
             flange=PoseTable.of(robot.flange),
             base=PoseTable.of(robot.base),
-            lengths={name: value for name, value in lengths.items() if value != 0.0},
-            joints=tuple(JointTable.of(joint, number) for number, joint in enumerate(robot.joints, start=1)),
+            lengths=lengths,
+            joints=tuple(JointTable.of(joint, number) for number, joint in numbered),
             drives=DrivesTable.of(robot.drives),
             processing=ProcessingTable(**asdict(robot.processing)),
             parameters=dict(robot.parameters),
         )
 
     def robot(self) -> Robot:
-        """Make the robot.
-
-        Raises:
-            WrongKeyError: names the key.
-        """
+        """Make the robot."""
         for name in self.sources:
             if name not in SOURCED:
                 raise WrongKeyError(f"sources.{name}", unknown(SOURCED, name))
@@ -393,3 +385,67 @@ class RobotTable(Table, frozen=True, kw_only=True):
             if key not in known:
                 raise WrongKeyError(f"parameters.{key}", "not a standard parameter of this robot")
         return robot
+
+
+_Bounded = Annotated[float, Meta(ge=-1e6, le=1e6)]
+Three = tuple[_Bounded, _Bounded, _Bounded]
+Six = tuple[_Bounded, _Bounded, _Bounded, _Bounded, _Bounded, _Bounded]
+
+TenTable = cast(
+    type[Table],
+    defstruct("TenTable", [(kind, _Bounded, 0.0) for kind in INERTIAL], bases=(Table,), frozen=True),
+)
+"""Table of Khalil's ten about the frame's origin."""
+_WIDEST = 3.0  # m: radius of gyration that no payload has
+_NARROWEST = 1e-3  # m of a mass of 1 kg; a ball of gold has 0.02
+
+
+class BodyTable(Table, frozen=True):
+    """Table of a body: centre of mass, and the entries Ixx, Ixy, Ixz, Iyy, Iyz, Izz of its inertia about it."""
+
+    mass: _Bounded = 0.0
+    com: Three | None = None
+    inertia_com: Six | None = None
+
+    def __post_init__(self) -> None:
+        check_metres(self.com or (0.0,), "com")
+        xx, _, _, yy, _, zz = self.inertia_com or (0.0,) * 6
+        radius = math.sqrt(max(xx + yy + zz, 0.0) / 2.0 / self.mass) if self.mass > 0.0 else 0.0
+        fault = f"with this inertia_com a mass of {self.mass:g} kg "
+        if radius >= _WIDEST:
+            fault += f"would spread over {radius:.3g} m"
+            raise ValueError(f"{fault}: give inertia_com in kg m^2 (1 kg mm^2 is 1e-6, 1 g mm^2 is 1e-9)")
+        if 0.0 < radius < self.mass ** (1.0 / 3.0) * _NARROWEST:
+            fault += f"would fit within {1e3 * radius:.2g} mm, denser than any metal"
+            raise ValueError(f"{fault}: give mass in kg (1 g is 0.001) and inertia_com in kg m^2")
+
+    def body(self) -> InertialParameters:
+        """Make the body; what is missing is zero."""
+        return InertialParameters.from_com(self.mass, self.com or (0.0,) * 3, self.inertia_com or (0.0,) * 6)
+
+
+def read_payload(path: str | Path) -> InertialParameters:
+    """Read a payload, in the robot's payload frame.
+
+    The file, or its table [payload], holds either Khalil's ten about the frame's origin (``XX`` to ``M``; what is
+    missing is zero), or ``mass`` [kg], ``com`` [m] (three numbers) and ``inertia_com`` [kg m^2] about the centre of
+    mass (Ixx, Ixy, Ixz, Iyy, Iyz, Izz, entries of the matrix).
+
+    Raises:
+        InputError: if the file cannot be used, or no body has such parameters.
+    """
+    data = read_toml(path, dict[str, Any])
+    with naming(path), at("payload") if "payload" in data else nullcontext():
+        own = convert(data.get("payload", data), dict[str, Any])
+        if own and not set(INERTIAL) & set(own):
+            body = convert(own, BodyTable).body()
+        else:
+            body = InertialParameters(np.array(structs.astuple(convert(own, TenTable))))
+            if body.mass > 0.0:
+                check_metres(body.com, "first moments over the mass")
+    if not body.physically_consistent:
+        raise InputError(
+            f"{path}: no body has such parameters (smallest eigenvalue of the pseudo-inertia "
+            f"{body.min_pseudo_inertia_eigenvalue:.3g}): check the signs, and about which point the inertia is"
+        )
+    return body

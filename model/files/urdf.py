@@ -14,10 +14,10 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ...common.errors import InputError
+from ...common.errors import InputError, listed
 from ...common.schema import naming, read_text
 from ..frames import frames_at
-from ..inertia import InertialParameters, ten_parameters
+from ..inertia import InertialParameters, symmetric, ten_parameters
 from ..motion import Processing, usual_slow_speed
 from ..pose import Pose
 from ..robot import Limits, Links, Mesh, Robot, snapped
@@ -65,12 +65,12 @@ class Urdf(NamedTuple):
     notes: tuple[str, ...]  # what was made exact or left out
     meshes: Mapping[str, tuple[Mesh, ...]]  # of every link, in its own frame
 
-    def fixed_to(self, link: str, pose: Pose) -> list[tuple[str, Pose]]:
+    def fixed_to(self, link: str, pose: Pose) -> Iterator[tuple[str, Pose]]:
         """List a link and all that is fixed to it, with their frames where the link's is at ``pose``."""
-        fixed = [(link, pose)]
-        for name, at in fixed:  # grows while it is walked
-            fixed += [(joint.child, at @ joint.origin) for joint in self.children[name] if joint.kind == "fixed"]
-        return fixed
+        yield link, pose
+        for joint in self.children[link]:
+            if joint.kind == "fixed":
+                yield from self.fixed_to(joint.child, pose @ joint.origin)
 
 
 def load_urdf(path: str | Path | Source, base: str | None = None, tip: str | None = None) -> Robot:
@@ -82,55 +82,54 @@ def load_urdf(path: str | Path | Source, base: str | None = None, tip: str | Non
     Args:
         base: first link of the chain; the root by default.
         tip: the flange's link; by default the only link at an end of the tree that a joint moves.
-
-    Raises:
-        InputError: if there is no such chain, or several, or a joint of it is of a kind that is not supported.
     """
     tree = read_urdf(path)
-    for link in (base, tip):
-        if link is not None and link not in tree.links:
-            raise InputError(
-                f"{tree.source}: chain = BASE:TIP: no link {link!r}: the links are {_list(list(tree.links))}"
-            )
-    first = _root(tree) if base is None else base
-    last, by_convention = _tip(tree, first) if tip is None else (tip, ())
-    moving, flange = _chain(tree, first, last)
-    axes = [
-        JointAxis(
-            "prismatic" if joint.kind == "prismatic" else "revolute",
-            tuple((pose.R @ np.array(joint.axis)).tolist()),
-            pose.origin,
-            joint.limits,
-        )
-        for joint, pose in moving
-    ]
-    robot = modified_dh(axes, flange)
-    far = [
-        f"axes {number - 1} and {number} are almost parallel (a calibrated description?): their common normal lies "
-        f"{away:.3g} m away, and parameters lose digits; the nominal description has them parallel"
-        for number, joint in enumerate(robot.joints, start=1)
-        if (away := max(abs(joint.d), abs(joint.r))) > _FAR
-    ]
-    frames = frames_at(robot, [0.0] * robot.n)[1:-1]
-    poses = tuple(frame.inverse() @ pose for frame, (_, pose) in zip(frames, moving, strict=True))
-    names = tuple(joint.child for joint, _ in moving)
-    looks = tuple(
-        tuple(
-            mesh._replace(pose=at @ mesh.pose)
-            for fixed, at in tree.fixed_to(link, pose)
-            for mesh in tree.meshes[fixed]
-        )
-        for link, pose in zip((first, *names), (robot.base, *poses), strict=True)
-    )
-    parameters, left_out = _parameters(tree, [joint for joint, _ in moving], poses)
-    file, is_flange = Path(tree.source).name, any(re.fullmatch(pattern, last) for pattern in _FLANGES[::2])
     with naming(tree.source):
+        for link in (base, tip):
+            if link is not None and link not in tree.links:
+                raise ValueError(f"chain = BASE:TIP: no link {link!r}: the links are {listed([*tree.links], 30)}")
+        below = {joint.child for joint in tree.joints}
+        roots = [name for name in tree.links if name not in below] if base is None else [base]
+        if not roots:
+            raise ValueError("no links in the file")
+        if len(roots) > 1:
+            raise ValueError(
+                f"{len(roots)} links have no parent: set chain to BASE:, BASE one of {listed(roots, 30)}"
+            )
+        first, by_convention = roots[0], list[str]()
+        last = _tip(tree, first, by_convention) if tip is None else tip
+        moving, flange = _chain(tree, first, last)
+        axes = [
+            JointAxis(
+                "prismatic" if joint.kind == "prismatic" else "revolute",
+                tuple((pose.R @ np.array(joint.axis)).tolist()),
+                pose.origin,
+                joint.limits,
+            )
+            for joint, pose in moving
+        ]
+        robot = modified_dh(axes, flange)
+        far = [
+            f"axes {number - 1} and {number} are almost parallel (a calibrated description?): their common normal "
+            f"lies {away:.3g} m away, and parameters lose digits; the nominal description has them parallel"
+            for number, joint in enumerate(robot.joints, start=1)
+            if (away := max(abs(joint.d), abs(joint.r))) > _FAR
+        ]
+        frames = frames_at(robot, [0.0] * robot.n)[1:-1]
+        poses = tuple(frame.inverse() @ pose for frame, (_, pose) in zip(frames, moving, strict=True))
+        names = tuple(joint.child for joint, _ in moving)
+        looks = (
+            [mesh._replace(pose=at @ mesh.pose) for part, at in tree.fixed_to(*link) for mesh in tree.meshes[part]]
+            for link in zip((first, *names), (robot.base, *poses), strict=True)
+        )
+        parameters, left_out = _parameters(tree, [joint for joint, _ in moving], poses)
+        file, is_flange = Path(tree.source).name, any(re.fullmatch(pattern, last) for pattern in _FLANGES[::2])
         return replace(
             robot,
             name=re.sub(r"\s+", "_", tree.name.strip()) or "robot",
             # The axes of a link "flange" are not the controller's: its x points out.
             payload_frame=f"{'flange: ' if is_flange else ''}link {last} of {file}",
-            links=Links(names, poses, tuple(joint.name for joint, _ in moving), first, last, looks),
+            links=Links(names, poses, tuple(x.name for x, _ in moving), first, last, tuple(map(tuple, looks))),
             processing=Processing(slow_speed=usual_slow_speed([joint.revolute for joint in robot.joints])),
             parameters=parameters,
             title=f"{tree.name} ({file}, {first} to {last})",
@@ -138,83 +137,55 @@ def load_urdf(path: str | Path | Source, base: str | None = None, tip: str | Non
         )
 
 
-def _root(tree: Urdf) -> str:
-    below = {joint.child for joint in tree.joints}
-    roots = [name for name in tree.links if name not in below]
-    if not roots:
-        raise InputError(f"{tree.source}: no links in the file")
-    if len(roots) > 1:
-        raise InputError(
-            f"{tree.source}: {len(roots)} links have no parent: set chain to BASE:, BASE one of {_list(roots)}"
-        )
-    return roots[0]
-
-
-def _tip(tree: Urdf, base: str) -> tuple[str, tuple[str, ...]]:
+def _tip(tree: Urdf, base: str, notes: list[str]) -> str:
     """Find the flange's link, and note where it was one of several by its name."""
-    fixed = {name for name, _ in tree.fixed_to(base, Pose())}
-    below = [base]
+    fixed, below = {name for name, _ in tree.fixed_to(base, Pose())}, [base]
     for link in below:  # grows while it is walked
         below += [joint.child for joint in tree.children[link]]
     moved = [link for link in below if link not in fixed]
     ends = sorted(link for link in moved if not tree.children[link])
     if not ends:
-        raise InputError(
-            f"{tree.source}: no joint moves anything from link {base!r} on: give another BASE (chain BASE:TIP)"
-        )
+        raise ValueError(f"no joint moves anything from link {base!r} on: give another BASE (chain BASE:TIP)")
     if len(ends) == 1:
-        return ends[0], ()
+        return ends[0]
     for pattern in _FLANGES:
         if named := [link for link in moved if re.fullmatch(pattern, link)]:
             break
     if len(named) != 1:  # none, or several arms have one each
-        raise InputError(
-            f"{tree.source}: several chains end in a link: set chain to :TIP, TIP one of {_list(ends)}"
-        )
-    return named[0], (
-        f"link {named[0]!r} is taken as the flange by its name; ends are {_list(ends)}: chain = :TIP chooses",
+        raise ValueError(f"several chains end in a link: set chain to :TIP, TIP one of {listed(ends, 30)}")
+    notes.append(
+        f"link {named[0]!r} is taken as the flange by its name; ends are {listed(ends, 30)}: chain = :TIP chooses"
     )
-
-
-def _list(names: Sequence[str]) -> str:
-    return ", ".join(names[:30]) + (" and more" if len(names) > 30 else "")
+    return named[0]
 
 
 def _chain(tree: Urdf, base: str, tip: str) -> tuple[list[tuple[UrdfJoint, Pose]], Pose]:
     """Find the moving joints from base to tip with their frames, and the tip's, in the base at zero position."""
-    above = {joint.child: joint for joint in tree.joints}
-    path: list[UrdfJoint] = []
-    link = tip
+    above, path, link = {joint.child: joint for joint in tree.joints}, list[UrdfJoint](), tip
     while link != base:
         if link not in above:
-            raise InputError(f"{tree.source}: no chain leads from {base!r} down to {tip!r}: swap or change them")
+            raise ValueError(f"no chain leads from {base!r} down to {tip!r}: swap or change them")
         path.append(above[link])
         link = above[link].parent
-    pose, moving = Pose(), []
+    pose, moving, fault = Pose(), [], ""
     for joint in reversed(path):
         pose = pose @ joint.origin
         if joint.kind == "fixed":
             continue
         if joint.kind not in _MOVES:
-            raise InputError(
-                f"{tree.source}: joint {joint.name!r} is {joint.kind or 'of no kind'!r}: a chain of revolute, "
-                "continuous, prismatic and fixed joints is needed; choose another chain BASE:TIP"
-            )
-        if joint.mimics:
-            raise InputError(
-                f"{tree.source}: joint {joint.name!r} mimics {joint.mimics!r}: coupled joints of a URDF are not "
-                "supported; choose another chain BASE:TIP"
-            )
+            fault = f"joint {joint.name!r} is {joint.kind or 'of no kind'!r}: a chain of revolute, continuous, "
+            fault += "prismatic and fixed joints is needed"
+        elif joint.mimics:
+            fault = f"joint {joint.name!r} mimics {joint.mimics!r}: coupled joints of a URDF are not supported"
         moving.append((joint, pose))
-    if not moving:
-        raise InputError(f"{tree.source}: no joint moves between base and tip: choose another chain BASE:TIP")
+    if fault or not moving:
+        raise ValueError(f"{fault or 'no joint moves between base and tip'}; choose another chain BASE:TIP")
     return moving, pose
 
 
 def _parameters(
     tree: Urdf, chain: Sequence[UrdfJoint], poses: Sequence[Pose]
 ) -> tuple[dict[str, float], list[str]]:
-    """Collect standard parameters of the links whose bodies the file gives, and note what is left out."""
     values: dict[str, float] = {}
     notes: list[str] = []
     for j, (moving, at) in enumerate(zip(chain, poses, strict=True), start=1):
@@ -238,22 +209,17 @@ def _impossible(name: str, body: InertialParameters) -> list[str]:
     """Name what no body can have; a link without mass and inertia only carries others."""
     if body.mass < 0.0 or (body.mass == 0.0 and body.vector.any()):
         return [f"link {name!r}: no body has a mass of {body.mass:g} kg and this inertia: correct the file"]
-    moments = np.linalg.eigvalsh(body.inertia_com) if body.mass else np.zeros(3)
-    if moments[0] + moments[1] >= (1.0 - _DIGITS) * moments[2] and moments[0] >= -_DIGITS * moments[2]:
+    a, b, c = np.linalg.eigvalsh(body.inertia_com) if body.mass else np.zeros(3)
+    if a + b >= (1.0 - _DIGITS) * c and a >= -_DIGITS * c:
         return []
-    shown = ", ".join(f"{moment:.3g}" for moment in moments)
     return [
-        f"link {name!r}: no body has these principal moments of inertia: {shown} kg m^2 (the largest exceeds the "
-        "sum of the others, or one is negative): correct the file"
+        f"link {name!r}: no body has these principal moments of inertia: {a:.3g}, {b:.3g}, {c:.3g} kg m^2 (the "
+        "largest exceeds the sum of the others, or one is negative): correct the file"
     ]
 
 
 def read_urdf(source: str | Path | Source) -> Urdf:
-    """Read a file, expanded by xacro where it waits for that.
-
-    Raises:
-        InputError: names the element that cannot be used.
-    """
+    """Read a file, expanded by xacro where it waits for that."""
     source = source if isinstance(source, Source) else Source(Path(source))
     path = source.path
     root = _parsed(path, read_text(path, _LARGEST_FILE))
@@ -309,7 +275,6 @@ def _of_xacro(element: _Element) -> bool:
 
 
 def _named(root: _Element, tag: str) -> dict[str, _Element]:
-    """Map names to the elements of a tag."""
     named: dict[str, _Element] = {}
     for element in root.findall(tag):
         name = element.get("name")
@@ -378,24 +343,21 @@ def _joint(name: str, element: _Element, notes: _Notes) -> UrdfJoint:
         for value in _numbers(dynamics, key, _UNKNOWN, where)
         if not math.isnan(value)
     }
+    ends = {tag: "" if (end := element.find(tag)) is None else end.get("link", "") for tag in ("parent", "child")}
+    for tag, link in ends.items():
+        if not link:
+            raise ValueError(f"{where}: <{tag} link=...> is missing")
     return UrdfJoint(
         name,
         kind,
-        _end(element, "parent", where),
-        _end(element, "child", where),
+        ends["parent"],
+        ends["child"],
         _pose(element.find("origin"), where, notes),
         axis,
         _limits(element.find("limit"), kind, where, notes),
         friction,
         mimic.get("joint", "another joint") if mimic is not None else "",
     )
-
-
-def _end(joint: _Element, tag: str, where: str) -> str:
-    end = joint.find(tag)
-    if end is None or not (link := end.get("link", "")):
-        raise ValueError(f"{where}: <{tag} link=...> is missing")
-    return link
 
 
 def _body(link: _Element, where: str, notes: _Notes) -> InertialParameters | None:
@@ -407,11 +369,9 @@ def _body(link: _Element, where: str, notes: _Notes) -> InertialParameters | Non
     (mass,) = _numbers(inertial.find("mass"), "value", _UNKNOWN, where)
     if not np.isfinite([mass, *entries]).all():
         raise ValueError(f"{where}: needs <mass> and <inertia> with all their numbers")
-    xx, xy, xz, yy, yz, zz = entries
     at = _pose(inertial.find("origin"), where, notes)
-    inertia_com = at.R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ at.R.T
     # Files hold bodies that cannot exist: the chain's are noted.
-    return InertialParameters(ten_parameters(mass, at.p, inertia_com))
+    return InertialParameters(ten_parameters(mass, at.p, at.R @ symmetric(entries) @ at.R.T))
 
 
 def _limits(element: _Element | None, kind: str, where: str, notes: _Notes) -> Limits:

@@ -115,31 +115,27 @@ def _identity(compiler: Path) -> str:
 
 
 def _compile(compiler: Path, source: str, folder: Path, key: str) -> Path:
-    """Compile in ``folder`` and move the result to its place there in one step."""
-    descriptor, name = tempfile.mkstemp(dir=folder, suffix=".part")
-    os.close(descriptor)
     identity, problem = _identity(compiler), ""
-    try:
+    with tempfile.TemporaryDirectory(dir=folder, suffix=".part", ignore_cleanup_errors=True) as beside:
+        made = Path(beside, "library")
         if identity not in _problems:
             # One that hangs or fails at anything is found out by one line of C.
-            _problems[identity] = _asked(compiler, _FLAGS, "int answer(void) { return 0; }", name)
+            _problems[identity] = _asked(compiler, _FLAGS, "int answer(void) { return 0; }", str(made))
         for flags in ((*_FLAGS, _NATIVE), _FLAGS):
             if _problems[identity]:
                 break
-            problem = _asked(compiler, flags, source, name)
+            problem = _asked(compiler, flags, source, str(made))
             _problems[identity] = problem if problem.startswith(_LATE) else ""
             if not problem:
-                library = folder / f"{key}-{_digest(Path(name).read_bytes())}{_SUFFIX}"
+                library = folder / f"{key}-{_digest(made.read_bytes())}{_SUFFIX}"
                 try:
-                    return Path(name).replace(library)
+                    return made.replace(library)
                 except PermissionError:
                     # Windows keeps a library that another process has loaded; its name holds the checksum.
                     if library.is_file():
                         return library
                     raise
-        raise CompilerUnavailable(f"the C compiler failed {_problems[identity] or problem}")
-    finally:
-        Path(name).unlink(missing_ok=True)
+    raise CompilerUnavailable(f"the C compiler failed {_problems[identity] or problem}")
 
 
 def _asked(compiler: Path, flags: Sequence[str], source: str, target: str) -> str:

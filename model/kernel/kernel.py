@@ -8,9 +8,8 @@ import casadi as ca
 import numpy as np
 
 from ...common import Array
-from .c_path import Fill, aligned_empty, compiled_fill
 from .cache import CompilerUnavailable
-from .program import OPERATIONS, Program, read_program
+from .program import OPERATIONS, Fill, Program, compiled_fill, read_program
 
 NumpyRows = Callable[[Sequence[Array], Array], None]
 """Function of the inputs, and of the array of entries x N that it fills."""
@@ -28,11 +27,7 @@ class Kernel:
     """
 
     def __init__(self, function: ca.Function) -> None:
-        """Prepare the function.
-
-        Raises:
-            TypeError: if the function is not an SX function or has an operation the kernel does not know.
-        """
+        """Prepare the function."""
         program = read_program(function)
         self._function = function
         self._sizes = list(program.input_sizes)
@@ -56,26 +51,20 @@ class Kernel:
         """True if compiled code does the work."""
         return self._compiled is not None
 
-    def __call__(self, *inputs: Array, out: Array | None = None) -> Array:
+    def __call__(self, *inputs: Array) -> Array:
         """Evaluate on N samples.
 
         Args:
-            inputs: one array per input of the function, each (N, size), or (size,) where all samples
-                share it.
-            out: where to put the result, C-contiguous; made if it is not given.
+            inputs: one array per input of the function, each (N, size), or (size,) where all samples share it.
 
         Returns:
             The non-zero entries, shape (entries, N), in CasADi's (column-major) order.
 
         Raises:
-            ValueError: if the inputs or ``out`` do not fit the function.
+            ValueError: if the inputs do not fit the function.
         """
-        samples = self._samples(inputs)
-        shape = (self._outputs, samples)
-        if out is not None and (out.shape != shape or out.dtype != np.float64 or not out.flags.c_contiguous):
-            raise ValueError(f"out must be a C-contiguous float array of shape {shape}, got {out.shape}")
-        result = aligned_empty(shape) if out is None else out
-        if samples:
+        result = np.empty((self._outputs, self._samples(inputs)))
+        if result.size:
             ready = [np.ascontiguousarray(x, dtype=np.float64) for x in inputs]
             if self._compiled is not None:
                 self._compiled(ready, result[None], False)
@@ -99,15 +88,13 @@ class Kernel:
         """
         if self._outputs < self._sizes[0]:  # compiled code would read beyond them
             raise ValueError(f"{self._outputs} outputs cannot be the next state of {self._sizes[0]} numbers")
-        ready, steps = [np.asarray(x, dtype=np.float64) for x in inputs], {len(x) for x in inputs if x.ndim == 3}
+        ready = [np.ascontiguousarray(x, dtype=np.float64) for x in inputs]
+        steps = {len(x) for x in ready if x.ndim == 3}
         if len(steps) != 1 or state.ndim != 2:
             raise ValueError(f"inputs must have one number of steps and a state of two axes, got {steps or 'none'}")
         self._samples([state, *(x[0] if x.ndim == 3 else x for x in ready)])
         out = np.empty((steps.pop(), self._outputs, len(state)))
         if self._compiled is not None:
-            # Copied where the values of a step do not lie side by side.
-            contiguous = [(x[:1] if x.ndim == 3 else x).flags.c_contiguous for x in ready]
-            ready = [x if fine else np.ascontiguousarray(x) for x, fine in zip(ready, contiguous, strict=True)]
             self._compiled([np.array(state, dtype=np.float64, order="C"), *ready], out, True)
             return out
         # NumPy's way through a function, one call an operation, would take far longer for so few samples at once.
@@ -116,25 +103,20 @@ class Kernel:
         step = ca.Function("step", symbols, [ca.vertcat(*(part.nz[:] for part in parts))]).map(len(state))
         buffer: Any  # its stub asks for sizes, which a memoryview brings along
         buffer, evaluate = step.buffer()
-        entries, given = np.empty((len(state), self._outputs)), [np.array(state, dtype=np.float64, order="C")]
-        for x in ready:
-            given.append(
-                np.array(np.broadcast_to(x[0] if x.ndim == 3 else x, (len(state), x.shape[-1])), order="C")
-            )
+        entries, given = np.empty((len(state), self._outputs)), [np.empty((len(state), x)) for x in self._sizes]
         for k, x in enumerate(given):
             buffer.set_arg(k, x.data)
         buffer.set_res(0, entries.data)
-        varying = [(own, x) for own, x in zip(given[1:], ready, strict=True) if x.ndim == 3]
+        given[0][:] = state
         for k in range(len(out)):
-            for own, x in varying:
-                own[:] = x[k]
+            for own, x in zip(given[1:], ready, strict=True):
+                own[:] = x[k] if x.ndim == 3 else x
             evaluate()
             out[k] = entries.T
             given[0][:] = entries[:, : self._sizes[0]]
         return out
 
     def _samples(self, inputs: Sequence[Array]) -> int:
-        """Count the samples; refuse inputs that do not fit the function or each other."""
         sizes = [x.shape[-1] for x in inputs if x.ndim in (1, 2)]
         counts = {len(x) for x in inputs if x.ndim == 2}
         if sizes != self._sizes or len(counts) > 1:

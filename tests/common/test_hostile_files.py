@@ -8,7 +8,7 @@ import pytest
 from dynident.common.errors import InputError
 from dynident.common.schema import TOML_BYTES, read_json
 from dynident.model import load_robot, read_payload
-from dynident.model.files.payload_file import BodyTable
+from dynident.model.files.robot_file import BodyTable
 from dynident.trajectories import read_scene
 
 READERS = [load_robot, read_payload, read_scene]

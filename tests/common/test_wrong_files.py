@@ -16,7 +16,7 @@ from dynident.estimation import GainsResult, PayloadResult, RobotResult, robot_r
 from dynident.estimation.answers.payload import payload_result
 from dynident.estimation.gains.problem import KnownLoad
 from dynident.model import load_robot, read_payload
-from dynident.model.files import payload_file
+from dynident.model.files import robot_file
 from dynident.model.files.robot_file import RobotTable
 from dynident.tests.model.test_robot_file import FULL
 from dynident.tests.report import made
@@ -180,8 +180,8 @@ FILES = [
     toml("scene", WHOLE, Scene, read_scene),
     toml("map", MAP, LogMap, read_log_map),
     toml("load", LOAD, KnownLoad, lambda path: read_toml(path, KnownLoad)),
-    toml("body", LOAD.replace("mass_sigma = 0.01\n", ""), payload_file.BodyTable, read_payload),
-    toml("ten", TEN, payload_file.TenTable, read_payload),
+    toml("body", LOAD.replace("mass_sigma = 0.01\n", ""), robot_file.BodyTable, read_payload),
+    toml("ten", TEN, robot_file.TenTable, read_payload),
     *stored(),
 ]
 

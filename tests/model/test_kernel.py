@@ -74,19 +74,6 @@ def test_every_size(mixed: ca.Function, compiled: bool, size: int) -> None:
     assert compiled == kernel.compiled
 
 
-def test_a_given_array_is_filled(mixed: ca.Function, compiled: bool) -> None:
-    draw = np.random.default_rng(1)
-    x, p = draw.normal(size=(9, 3)), draw.normal(size=2)
-    kernel = Kernel(mixed)
-    rows = kernel(x, p)
-    target = np.full_like(rows, np.nan)
-    assert kernel(x, p, out=target) is target
-    np.testing.assert_array_equal(target, rows)
-    for wrong in (np.empty((4, 10)), np.empty((9, 4)).T, rows.astype("f4")):
-        with pytest.raises(ValueError, match="out must be"):
-            kernel(x, p, out=wrong)
-
-
 @pytest.mark.parametrize(
     "shapes",
     [[], [(5, 3)], [(5, 3), (5, 3)], [(5, 2), (5, 3)], [(5, 5)], [(5, 3), (5, 2), (5, 1)], [(5, 3), (4, 2)],

@@ -36,10 +36,9 @@ from dynident.trajectories import (
     score_motion,
     solve_design,
 )
-from dynident.trajectories.design.criterion import CRITERIA, Kind
+from dynident.trajectories.design.criterion import CRITERIA, Kind, RegressorKernel, regressor_kernel
 from dynident.trajectories.design.descent import Lagrangian
 from dynident.trajectories.design.goal import Shape
-from dynident.trajectories.design.information import RegressorKernel, regressor_kernel
 from dynident.trajectories.design.scene import Capsule, HalfSpace
 from dynident.trajectories.design.score import score_of
 from dynident.trajectories.design.search import floor_under

@@ -32,7 +32,7 @@ from dynident.trajectories import (
 from dynident.trajectories.design.scene import Capsule, HalfSpace, clearance
 from dynident.trajectories.motions.via_points import quickest, random_points
 from dynident.trajectories.simulation.closed_loop import ClosedLoop
-from dynident.trajectories.simulation.disturbances import RX90_DISTURBANCES, no_disturbances
+from dynident.trajectories.simulation.simulator import RX90_DISTURBANCES, no_disturbances
 
 RX90, UR10E = load_robot("rx90"), load_robot("ur10e")
 FREE = Robot("free", (Joint(limits=Limits(speed=1.0)),))

@@ -177,7 +177,7 @@ def test_values_are_those_of_the_slow_run_and_slopes_those_of_differences(arm: s
         assert np.allclose(limit.values(at_fast), of_run.values(at_run), atol=1e-9)
         assert not np.allclose(limit.values(at_fast), of_run.values(at_fast), atol=1e-3)
         weights = draw.standard_normal(limit.values(state).shape)
-        limit.pullback(state, weights, slopes)
+        limit.measure(state)[1](weights, slopes)
         total += float(((limit.values(ends[0]) - limit.values(ends[1])) * weights).sum()) / (2.0 * h)
     assert total == pytest.approx(problem.family.pullback(x, slopes.samples) @ step, rel=1e-4)
 

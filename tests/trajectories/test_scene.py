@@ -75,7 +75,7 @@ def test_slopes_are_derivatives() -> None:
     q, limit = draw.uniform(-2.0, 2.0, (15, 6)), clearance(ROBOT, SCENE)
     seed, direction = draw.standard_normal((15, len(limit.labels))), draw.standard_normal(q.shape)
     slopes = State(Samples.zeros(state(q).samples), np.zeros((0, 15)))
-    limit.pullback(state(q), seed, slopes)
+    limit.measure(state(q))[1](seed, slopes)
     change = limit.values(state(q + step * direction)) - limit.values(state(q - step * direction))
     assert np.sum(slopes.samples.q * direction) == pytest.approx(np.sum(seed * change) / (2 * step), rel=1e-6)
 

@@ -14,9 +14,10 @@ from dynident.common.arrays import Array
 from dynident.examples.paper.printed import paper_tables
 from dynident.model import Motion, Robot, base_parameters, load_robot
 from dynident.model.dynamics import SMOOTHING, dry_friction_names, smooth_dry_friction
+from dynident.model.motion import Measurement
 from dynident.trajectories.motions.via_points import random_points
 from dynident.trajectories.simulation.closed_loop import CONTROLLERS, ClosedLoop
-from dynident.trajectories.simulation.disturbances import (
+from dynident.trajectories.simulation.simulator import (
     RX90_DISTURBANCES,
     RX90_SLOW_NOISE,
     draw_friction,
@@ -45,7 +46,7 @@ ZERO = np.zeros((len(T), 6))
 
 def noise(disturbances: trajectories.Disturbances, seed: int = 0) -> np.ndarray:
     _, gains = draw_robot_errors(disturbances, seed)
-    return np.asarray(record(STILL, ZERO, disturbances, gains, [seed, 0]).torque)
+    return np.asarray(record(Measurement(STILL, ZERO), disturbances, gains, [seed, 0]).torque)
 
 
 def correlation(x: np.ndarray, lag: int) -> float:
@@ -84,7 +85,7 @@ def test_levels_are_shares_of_the_torque() -> None:
 def test_encoder_and_gains() -> None:
     levels = replace(no_disturbances(6), encoder=1e-3, gain_error=0.02)
     _, gains = draw_robot_errors(levels, 5)
-    recording = record(STILL, ZERO + 10.0, levels, gains, [5, 0])
+    recording = record(Measurement(STILL, ZERO + 10.0), levels, gains, [5, 0])
     assert np.abs(recording.q - STILL.q).max() == pytest.approx(0.5e-3, rel=0.01)
     assert np.allclose(recording.q / 1e-3, np.round(recording.q / 1e-3))
     assert np.allclose(recording.torque, 10.0 * gains)

@@ -6,13 +6,13 @@ methods, 2013); elsewhere L-BFGS. Limits low <= y <= high: an augmented Lagrangi
 chapter 17) whose intervals are drawn in until the fine grid shows none missed.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from ...common import Array, Mask
 from ..motions.family import Family
-from .limits import State, excess
+from .limits import Pullback, State, excess
 from .problem import DesignProblem
 from .score import FINER, TOLERANCE
 
@@ -120,7 +120,6 @@ class Lagrangian:
     """
 
     def __init__(self, problem: DesignProblem, x: Array, stiffness: float, margin: float) -> None:
-        """Set all multipliers to zero, and draw all intervals in by the same ``margin``."""
         self.problem, self.x, self.stiffness = problem, x, stiffness  # the last: weight of squared violations
         self.curvature: Array | None = None  # at x, as the last descent has learnt it
         state = problem.state(x, WIDTH)
@@ -133,16 +132,16 @@ class Lagrangian:
     def __call__(self, state: State, into: State) -> float:
         """Evaluate the terms; their slopes are added to ``into``."""
         total = 0.0
-        for limit, old, new in zip(self.problem.limits, self._values, self._next(state), strict=True):
+        for old, (new, pullback) in zip(self._values, self._next(state), strict=True):
             total += float((new**2).sum() - (old**2).sum()) / (2.0 * self.stiffness)
             if new.any():
-                limit.pullback(state, new, into)
+                pullback(new, into)
         return total
 
     def update(self, width: float) -> None:
         """Update multipliers to first order at a minimum; violations that do not shrink gain weight."""
         state = self.problem.state(self.x, width)
-        self._values = self._next(state)
+        self._values = [values for values, _ in self._next(state)]
         violation = self.violation(state)
         if violation > max(_SMALL, _SHRINK * self._last):
             self.stiffness = min(_STIFFER * self.stiffness, _STIFFEST)
@@ -175,10 +174,8 @@ class Lagrangian:
             drawn[...] = np.maximum(drawn, np.maximum(again, np.maximum(padded[:-2], padded[2:])))
         return all_kept
 
-    def _next(self, state: State) -> list[Array]:
-        shifted = []
+    def _next(self, state: State) -> Iterator[tuple[Array, Pullback]]:
         for limit, drawn, old in zip(self.problem.limits, self.drawn, self._values, strict=True):
-            z = old + self.stiffness * limit.values(state)
-            low, high = limit.low + drawn, limit.high - drawn
-            shifted.append(z - np.clip(z, self.stiffness * low, self.stiffness * high))
-        return shifted
+            values, pullback = limit.measure(state)
+            z, low, high = old + self.stiffness * values, limit.low + drawn, limit.high - drawn
+            yield z - np.clip(z, self.stiffness * low, self.stiffness * high), pullback

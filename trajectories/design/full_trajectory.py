@@ -71,10 +71,7 @@ def missed_on_replay(problem: DesignProblem, plan: Plan, rate: float) -> tuple[L
 
 
 def kept_throughout(problem: DesignProblem, x: Array, score: Score) -> tuple[Array, Score, Missed]:
-    """Keep a motion that keeps all limits throughout, or one slower or smaller by what torques miss that does.
-
-    A motion whose score misses a limit on its own samples is left as it is.
-    """
+    """Keep a motion, or one slower by what torques miss that keeps all limits throughout."""
     run, rehearsal = missed = _missed(problem, x) if score.feasible else ((), ())
     if any(missed) and _by_torques(run + rehearsal, _BETWEEN):
         slower = max(_LEAST, *(limit.relative for limit in run + rehearsal))
@@ -87,11 +84,8 @@ def kept_throughout(problem: DesignProblem, x: Array, score: Score) -> tuple[Arr
 
 
 def harder(problem: DesignProblem, missed: Missed) -> DesignProblem | None:
-    """Pose the problem to go on with where a run misses torque limits; None where a search sees what is missed.
-
-    What a run misses between samples is taken off the limits, and some more; a rehearsal's torques become limits
-    of their own.
-    """
+    """Pose the problem to go on with where a run misses torque limits; None where a search sees what is missed."""
+    # What a run misses between samples is taken off the limits, and some more.
     run, rehearsal = missed
     if not any(missed) or not _by_torques(run, _BETWEEN) or not _by_torques(rehearsal, np.inf):
         return None
@@ -108,7 +102,6 @@ def _missed(problem: DesignProblem, x: Array) -> Missed:
 
 
 def _by_torques(missed: tuple[LimitCheck, ...], most: float) -> bool:
-    """True if torque limits alone are missed, and by less than ``most`` of them."""
     return all(limit.name.startswith("torque") and limit.relative < most for limit in missed)
 
 
@@ -124,11 +117,8 @@ def _turns(robot: Robot, plan: Plan, t: Array) -> Array:
         step = np.divide(speed, bend, out=np.zeros_like(speed), where=bend != 0.0)
         turn = np.clip(turn - step, low, high)
     around = np.maximum(turn - _NEAR_TURN, low), np.minimum(turn + _NEAR_TURN, high)
-    still = speeds == 0.0
-    leaves, comes = (
-        (first & ~second).any(axis=1) for first, second in ((still[:-1], still[1:]), (still[1:], still[:-1]))
-    )
-    near = _FROM_REST * np.diff(t)
+    before, after, near = speeds[:-1] == 0.0, speeds[1:] == 0.0, _FROM_REST * np.diff(t)
+    leaves, comes = (before & ~after).any(axis=1), (after & ~before).any(axis=1)
     return np.concatenate([*around, (t[:-1] + near)[leaves], (t[1:] - near)[comes]])
 
 
@@ -141,18 +131,11 @@ def _friction_speeds(robot: Robot, qd: Array) -> Array:
 
 
 class Rung(Document, frozen=True):
-    """Run of the ladder of speeds: the motion, slowed.
+    """Run of the ladder of speeds: the motion, slowed."""
 
-    Attributes:
-        speed: of the full speed, above 0 and at most 1.
-        mass: largest mass for which the run keeps the torque limits, by what the run before has shown [kg].
-        bound: largest mass after the run, if the payload is the one expected [kg].
-        duration: of the run [s].
-    """
-
-    speed: float
-    mass: float = field(name="bears_kg")
-    bound: float = field(name="bound_kg")
+    speed: float  # of the full speed, above 0 and at most 1
+    mass: float = field(name="bears_kg")  # largest for which it keeps its limits, by the run before
+    bound: float = field(name="bound_kg")  # largest mass after the run, if the payload is the one expected
     duration: float = field(name="duration_s")
 
 
@@ -170,12 +153,8 @@ def speed_ladder(
     Args:
         bearing: the problem whose torque limits hold for each payload of a set.
         payloads: what is known before the first run.
-        motion: at full speed.
         expected: mass of the payload expected [kg].
         sigma: predicted standard deviation of the mass after a run [kg].
-
-    Raises:
-        InputError: if even a slow run breaks a limit, or the runs do not tell enough to get faster.
     """
     rungs: list[Rung] = []
     mass, last = payloads.mass, 0.0
@@ -199,8 +178,6 @@ def speed_ladder(
 
 
 def _fastest(problem: DesignProblem, motion: Fourier) -> float | None:
-    """Largest speed at which a run keeps all torque and clearance limits; None without any."""
-
     def bears(speed: float) -> bool:
         run = motion if speed == 1.0 else motion.slowed(speed)
         return not missed_on_run(problem, run, speed * _LADDER_RATE)

@@ -12,6 +12,7 @@ from itertools import product
 import numpy as np
 
 from ...common import Array, ArrayLike, Brief, InputError, decomposed, without
+from ...common.errors import listed
 from ...model import InertialParameters, Robot, base_parameters, standard_columns
 from ...model.base.rank import leftmost_independent
 from ...model.drives import parameter_kind
@@ -22,8 +23,7 @@ from ..motions.family import Family, JointBounds, Plan, Samples
 from ..motions.fourier import FourierShape, NearShape
 from ..motions.rests import StaticShape
 from ..motions.via_points import ViaPoints, ViaPointShape
-from .criterion import CRITERIA, Kind
-from .information import RegressorKernel, regressor_kernel
+from .criterion import CRITERIA, Kind, RegressorKernel, regressor_kernel
 
 Shape = ViaPointShape | FourierShape | NearShape | StaticShape
 """Kinds of motion among which a design chooses: each is a small value that stands for a family."""
@@ -60,14 +60,10 @@ class Earlier(Brief):
     """Information of earlier recordings: R of a QR decomposition of their observation matrix.
 
     For "d" and "a" the rows of W are divided by the joints' torque noise, for condition numbers they are not.
-
-    Attributes:
-        columns: names of the columns, c.
-        factor: k x c.
     """
 
-    columns: tuple[str, ...]
-    factor: Array
+    columns: tuple[str, ...]  # names of the columns, c
+    factor: Array  # k x c
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -103,7 +99,6 @@ class Goal(Brief):
     paired: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse goals that contradict themselves."""
         if self.criterion not in CRITERIA:
             raise InputError(f"criterion {self.criterion!r} is not one of {', '.join(CRITERIA)}")
         if self.payload_only and self.columns is not None:
@@ -133,10 +128,9 @@ class Goal(Brief):
         names = payload_columns(robot) if self.payload_only else self.columns or base_parameters(robot).columns
         known, interest = standard_columns(self.model(robot)), self.interest or ()
         wrong = [name for name in names if name not in known] + [name for name in interest if name not in names]
-        if not wrong and (not names or len(set(names)) != len(names)):
-            wrong = ["none or the same twice"]
-        if wrong:
-            raise InputError(f"cannot design for these parameters of robot {robot.name!r}: {', '.join(wrong[:6])}")
+        if wrong or not names or len(set(names)) != len(names):
+            fault = listed(wrong or ["none or the same twice"])
+            raise InputError(f"cannot design for these parameters of robot {robot.name!r}: {fault}")
         return names
 
 
@@ -146,20 +140,13 @@ class NearGoal(Brief):
 
     They move all the time as a ``NearShape`` says, or stand still as a ``StaticShape`` does, where each approach to
     a pose is one sample.
-
-    Attributes:
-        noise: standard deviation of a torque sample of a recording per joint [N·m or N], shape (n,).
-        rate: independent torque samples per second [Hz]; of a ``StaticShape`` one in the time that a pose is held.
-        expected: about what the payload is; what is predicted depends on it.
-        mass_sigma: of the scale on which the payload was weighed [kg]; None where it was not.
-        noise_from: source of the noise, in words.
     """
 
-    noise: Array
-    rate: float
-    expected: InertialParameters
-    mass_sigma: float | None = None
-    noise_from: str = "as given"
+    noise: Array  # standard deviation of a torque sample of a recording per joint [N·m or N], shape (n,)
+    rate: float  # independent torque samples per second [Hz]; of a ``StaticShape`` one while a pose is held
+    expected: InertialParameters  # about what the payload is; what is predicted depends on it
+    mass_sigma: float | None = None  # of the scale on which the payload was weighed [kg]; None where it was not
+    noise_from: str = "as given"  # source of the noise, in words
 
     def with_friction(self, robot: Robot, shape: Shape, family: Family) -> Goal:
         """Extend the goal to all that such motions tell apart: of the payload, and of friction.
@@ -240,10 +227,7 @@ def assumed_noise(robot: Robot, ratio: float = ASSUMED_RATIO) -> Array:
 def second_pose(
     robot: Robot, shape: NearShape, goal: NearGoal, bounds: JointBounds | None = None, seed: int = 0
 ) -> Array | None:
-    """Find a second pose that would tell clearly more, moving wrist joints turned by 90 degrees; None without one.
-
-    Judged on a few random motions each, before any design.
-    """
+    """Find a second pose, wrist joints turned by 90 degrees, that tells clearly more on a few random motions."""
     bounds, n = bounds or JointBounds.of(robot), robot.n
     wrist = [j for j in range(max(n - 3, 0), n) if j + 1 in shape.joints and robot.joints[j].revolute]
     pose, candidates = shape.poses[0], []
@@ -273,5 +257,4 @@ def second_pose(
 
 
 def _payload_kernel(robot: Robot) -> RegressorKernel:
-    """Kernel of the payload's ten columns, then constant torques and Coulomb friction."""
     return regressor_kernel(robot.with_offsets(True), (*payload_columns(robot), *friction_columns(robot)))

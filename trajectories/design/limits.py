@@ -6,14 +6,15 @@ one adjoint takes them on.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
-from typing import Any, Literal, NamedTuple, TypeVar
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from ...common import Array, Brief, Document
 from ..motions.family import JointBounds, Samples
-from .information import RegressorKernel
+from .criterion import RegressorKernel
 
 
 class State(NamedTuple):
@@ -27,9 +28,10 @@ class State(NamedTuple):
     width: float = 0.0
 
 
-_Value = TypeVar("_Value")
 Penalty = Callable[[State, State], float]
 """Function that evaluates terms which limits add to a criterion in a state; slopes are added to the second one."""
+Pullback = Callable[[Array, State], None]
+"""Function that adds what a slope in a limit's values means for samples and entries."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -43,21 +45,12 @@ class Limit(Brief):
     high: Array
     middle: Array  # the value in SI units is middle + y * unit
     unit: Array
-    made: tuple[
-        Callable[..., "Limit"], tuple[Any, ...]
-    ]  # function and arguments, by which it is copied and pickled
-    # y of a motion, a row per sample, or one for the motion as a whole
-    values: Callable[[State], Array] = field(compare=False)
-    # adds what a slope in the values means for samples and entries
-    pullback: Callable[[State, Array, State], None] = field(compare=False)
+    # y of a motion, a row per sample, or one for the motion as a whole; and its pullback
+    measure: Callable[[State], tuple[Array, Pullback]]
 
-    def __reduce__(self) -> tuple[Callable[..., "Limit"], tuple[Any, ...]]:
-        """Make it anew, with the same ends."""
-        return _again, (*self.made, self.low, self.high)
-
-
-def _again(make: Callable[..., Limit], arguments: tuple[Any, ...], low: Array, high: Array) -> Limit:
-    return replace(make(*arguments), low=low, high=high)
+    def values(self, state: State) -> Array:
+        """Evaluate y alone."""
+        return self.measure(state)[0]
 
 
 def joint_labels(n: int) -> tuple[str, ...]:
@@ -65,85 +58,98 @@ def joint_labels(n: int) -> tuple[str, ...]:
     return tuple(f"joint {j + 1}" for j in range(n))
 
 
-def state_limits(bounds: JointBounds, reach: tuple[Array, Array] | None = None) -> tuple[Limit, Limit, Limit]:
+def state_limits(bounds: JointBounds, reach: tuple[Array, Array] | None = None) -> tuple[Limit, ...]:
     """Limit position, speed and acceleration of each joint; 1 at the limit.
 
     ``reach``: lowest and highest positions instead of the bounds' own, each (n,), or (k, n) for k equal parts of
     the samples.
     """
-    v, a = bounds.speed, bounds.acceleration
-    position = _state_limit("position", *(reach or (bounds.low, bounds.high)))
-    return position, _state_limit("speed", -v, v), _state_limit("acceleration", -a, a)
+    v, a, limits = bounds.speed, bounds.acceleration, []
+    ranges = {"position": reach or (bounds.low, bounds.high), "speed": (-v, v), "acceleration": (-a, a)}
+    for index, (name, ends) in enumerate(ranges.items(), start=1):
+        low, high = np.atleast_2d(*ends)
+        middle, half, unit = 0.5 * (low + high), 0.5 * (high - low), np.ones(low.shape[1])
+        measure = partial(_states, index, middle, half)
+        # In messages the first part stands for all; each sample is judged by its own.
+        labels = joint_labels(len(unit))
+        limits.append(Limit("state", name, labels, -unit, unit, middle[0], half[0], measure))
+    return tuple(limits)
 
 
-def _state_limit(name: str, low: Array, high: Array) -> Limit:
-    index = ("position", "speed", "acceleration").index(name) + 1
-    low, high = np.atleast_2d(low, high)
-    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+def _states(index: int, middle: Array, half: Array, state: State) -> tuple[Array, Pullback]:
+    x = state.samples[index]
+    if len(half) > 1:
+        middle, half = (np.repeat(parts, len(x) // len(parts), axis=0) for parts in (middle, half))
 
-    def each(parts: Array, samples: int) -> Array:
-        return parts if len(parts) == 1 else np.repeat(parts, samples // len(parts), axis=0)
+    def pullback(slope: Array, into: State) -> None:
+        into.samples[index][...] += slope / half
 
-    def values(state: State) -> Array:
-        x = state.samples[index]
-        return np.asarray((x - each(middle, len(x))) / each(half, len(x)))
-
-    def pullback(_: State, slope: Array, into: State) -> None:
-        into.samples[index][...] += slope / each(half, len(slope))
-
-    unit, made = np.ones(low.shape[1]), (_state_limit, (name, low, high))
-    # In messages the first part stands for all; each sample is judged by its own.
-    return Limit("state", name, joint_labels(len(unit)), -unit, unit, middle[0], half[0], made, values, pullback)
+    return (x - middle) / half, pullback
 
 
 def torque_limit(kernel: RegressorKernel, chi: Array, torque: Array, load: str = "") -> Limit:
     """Limit the torque of each joint, over its limit (infinite where there is none), tau = W chi, for one load."""
     finite, n = np.isfinite(torque), len(torque)
     unit, high, name = np.where(finite, torque, 1.0), np.where(finite, 1.0, np.inf), f"torque {load}".strip()
+    measure = partial(_torques, kernel, chi, unit)
+    return Limit("torque", name, joint_labels(n), -high, high, np.zeros(n), unit, measure)
 
-    def values(state: State) -> Array:
-        return kernel.torque(state.entries, chi) / unit
 
-    def pullback(_: State, slope: Array, into: State) -> None:
+def _torques(kernel: RegressorKernel, chi: Array, unit: Array, state: State) -> tuple[Array, Pullback]:
+    def pullback(slope: Array, into: State) -> None:
         kernel.torque_slope(slope / unit, chi, into.entries)
 
-    made = torque_limit, (kernel, chi, torque, load)
-    return Limit("torque", name, joint_labels(n), -high, high, np.zeros(n), unit, made, values, pullback)
+    return kernel.torque(state.entries, chi) / unit, pullback
 
 
 def duration_limit(duration: float) -> Limit:
     """Limit the time that the whole motion may take [s]."""
     low, high, middle, unit = np.array([[-np.inf], [1.0], [0.0], [duration]])
+    return Limit("duration", "duration", ("motion",), low, high, middle, unit, partial(_duration, duration))
 
-    def values(state: State) -> Array:
-        return np.asarray(state.samples.weight.sum() / unit)[None]
 
-    def pullback(_: State, slope: Array, into: State) -> None:
-        into.samples.weight[...] += slope[0, 0] / duration
+def _duration(longest: float, state: State) -> tuple[Array, Pullback]:
+    def pullback(slope: Array, into: State) -> None:
+        into.samples.weight[...] += slope[0, 0] / longest
 
-    made = duration_limit, (duration,)
-    return Limit("duration", "duration", ("motion",), low, high, middle, unit, made, values, pullback)
+    return np.array([[state.samples.weight.sum() / longest]]), pullback
+
+
+def slow_limit(kernel: RegressorKernel, limit: Limit, speed: float) -> Limit:
+    """Limit the torque at a fraction of the speed: speeds shrink by it, accelerations by its square.
+
+    What dynamic forces help to lift has to be held without them: a limit may be active in the slow run alone.
+    """
+    name = f"{limit.name} at {100.0 * speed:g} % of the speed"
+    return replace(limit, name=name, measure=partial(_slowed, kernel, limit, speed))
+
+
+def _slowed(kernel: RegressorKernel, limit: Limit, speed: float, state: State) -> tuple[Array, Pullback]:
+    weight, q, qd, qdd = state.samples
+    slow, width = Samples(weight / speed, q, speed * qd, speed**2 * qdd), speed * state.width
+    entries = kernel.entries(slow, width)
+    values, own = limit.measure(State(slow, entries, width))
+
+    def pullback(slope: Array, into: State) -> None:
+        slopes = State(Samples.zeros(slow), np.zeros_like(entries))
+        own(slope, slopes)
+        by_state = kernel.state_slope(slow, width, slopes.entries)
+        for part, by, power in zip(into.samples[1:], by_state, (0, 1, 2), strict=True):
+            part += speed**power * by
+
+    return values, pullback
 
 
 class LimitCheck(Document, frozen=True):
-    """Result of a check: how near a motion comes to one limit on a fine grid.
-
-    Attributes:
-        name: of the limit.
-        worst: what comes nearest ("joint 3").
-        value, limit: there, SI units.
-        violation: by how much the limit is missed, SI units; 0 where it is met.
-        relative: ``violation`` in units of the limit.
-        room: what is left to the limit, in units of the limit; negative where it is missed.
-    """
+    """Result of a check: how near a motion comes to one limit on a fine grid, in SI units."""
 
     name: str
-    worst: str
-    value: float
-    limit: float
-    violation: float
-    relative: float
-    room: float
+    worst: str  # what comes nearest ("joint 3")
+    value: float  # there
+    limit: float  # there
+    violation: float  # by how much the limit is missed; 0 where it is met
+    relative: float  # ``violation`` in units of the limit
+    room: float  # what is left to the limit, in its units; negative where it is missed
 
     def __str__(self) -> str:
         """Write the check in one line."""
@@ -166,40 +172,3 @@ def check(limit: Limit, state: State) -> LimitCheck:
     nearest = high if value - high >= low - value else low
     missed, shown = max(beyond, 0.0), (middle + value * unit, middle + nearest * unit)
     return LimitCheck(limit.name, limit.labels[int(column)], *shown, missed * unit, missed, -beyond)
-
-
-def latest(compute: Callable[[State], _Value]) -> Callable[[State], _Value]:
-    """Keep a function's last value until another state comes: slopes are asked for after values."""
-    last: list[tuple[State, _Value]] = []
-
-    def kept(state: State) -> _Value:
-        if not last or last[0][0] is not state:
-            last[:] = [(state, compute(state))]
-        return last[0][1]
-
-    return kept
-
-
-def slow_limit(kernel: RegressorKernel, limit: Limit, speed: float) -> Limit:
-    """Limit the torque at a fraction of the speed: speeds shrink by it, accelerations by its square.
-
-    What dynamic forces help to lift has to be held without them: a limit may be active in the slow run alone.
-    """
-
-    @latest
-    def slowed(state: State) -> State:
-        weight, q, qd, qdd = state.samples
-        slow, width = Samples(weight / speed, q, speed * qd, speed**2 * qdd), speed * state.width
-        return State(slow, kernel.entries(slow, width), width)
-
-    def pullback(state: State, slope: Array, into: State) -> None:
-        slow = slowed(state)
-        slopes = State(Samples.zeros(slow.samples), np.zeros_like(slow.entries))
-        limit.pullback(slow, slope, slopes)
-        by_state = kernel.state_slope(slow.samples, slow.width, slopes.entries)
-        for part, by, power in zip(into.samples[1:], by_state, (0, 1, 2), strict=True):
-            part += speed**power * by
-
-    name = f"{limit.name} at {100.0 * speed:g} % of the speed"
-    values, made = (lambda state: limit.values(slowed(state))), (slow_limit, (kernel, limit, speed))
-    return replace(limit, name=name, made=made, values=values, pullback=pullback)

@@ -16,6 +16,7 @@ the unit cube it is taken at a stationary point of the inside, of a face, of an 
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from typing import Any, Literal
 
@@ -25,8 +26,8 @@ import numpy as np
 from ...common import Array, ArrayLike, Brief, InputError, freeze_fields
 from ...model import Pose
 from ...model.kernel.kernel import Kernel
-from .information import RegressorKernel
-from .limits import Limit, State, joint_labels, latest
+from .criterion import RegressorKernel
+from .limits import Limit, Pullback, State, joint_labels
 
 _SWEEPS = 4  # of Jacobi's rotations: a 3 x 3 matrix is then diagonal to rounding
 _NEWTON = 8  # steps: with seven, rows of the shipped arms were bounded to 1e-12, with eight to rounding
@@ -39,22 +40,14 @@ Region = Literal["ball", "cube"]  # region that holds a body: an ellipsoid or a 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PayloadSet(Brief):
-    """Set of every body of at most a mass within an ellipsoid or a box, and of no body at all.
+    """Set of every body of at most a mass within an ellipsoid or a box, and of no body at all."""
 
-    Attributes:
-        mass: largest mass [kg].
-        centre: of the region [m], shape (3,).
-        axes: half axes of the ellipsoid, or half edges of the box, as columns [m], 3 x 3.
-        region: "ball" for the ellipsoid, "cube" for the box.
-    """
-
-    mass: float
-    centre: Array
-    axes: Array
+    mass: float  # largest mass [kg]
+    centre: Array  # of the region [m], shape (3,)
+    axes: Array  # half axes of the ellipsoid, or half edges of the box, as columns [m], 3 x 3
     region: Region = "ball"
 
     def __post_init__(self) -> None:
-        """Lock the arrays; refuse a mass or an axis that is not positive."""
         freeze_fields(self, centre=(3,), axes=(3, 3))
         if not 0.0 < self.mass < np.inf or not (self.half > 0.0).all():
             raise InputError("payloads within bounds need a positive mass and a region of positive size")
@@ -105,7 +98,6 @@ def unit_point(x: Any, y: Any, z: Any) -> list[Any]:
 
 @functools.cache
 def _kernel(region: Region) -> Kernel:
-    """Kernel of largest torque, its body, smallest torque, its body, from a regressor's row and a set's numbers."""
     row, bounds = ca.SX.sym("row", 10), ca.SX.sym("bounds", 13)
     mass, centre, axes = bounds[0], bounds[1:4], ca.reshape(bounds[4:], 3, 3)
     # The torque of a unit point mass at r is r' Q r + (MX MY MZ columns)' r + (M column).
@@ -182,7 +174,6 @@ def _largest_in_ball(values: list[ca.SX], V: ca.SX, b: ca.SX) -> tuple[ca.SX, li
 
 
 def _largest_in_cube(Q: ca.SX, b: ca.SX) -> tuple[ca.SX, list[ca.SX]]:
-    """Compute the largest value over |s_i| <= 1, and where it is taken."""
     value, point = ca.SX(-ca.inf), [ca.SX(0.0)] * 3
     for pattern in product((-1.0, 1.0, 0.0), repeat=3):
         s = [ca.SX(side) for side in pattern]
@@ -212,47 +203,43 @@ def payload_limit(
     bounded below alone.
 
     Args:
-        kernel: holds the payload's columns, c in all.
         chi: coefficients of the robot's own torque in the kernel's columns, shape (c,).
         root: C = root root' is the covariance of chi, c x r; r = 0 where it is taken as exact.
         torque: limits [N·m or N], shape (n,), infinite where there is none.
         payloads: in the last link's frame.
-        columns: names of the payload's ten columns.
+        columns: names of the payload's ten columns, which the kernel holds.
     """
     n, finite = len(torque), np.isfinite(torque)
     unit = np.tile(np.where(finite, torque, 1.0), 2)
     none, bound = np.full(n, np.inf), np.where(finite, 1.0, np.inf)
     ten = [kernel.columns.index(name) for name in columns]
+    name, labels = f"torque with any payload up to {payloads.mass:g} kg", joint_labels(n) * 2
+    low, high = np.concatenate([-none, -bound]), np.concatenate([bound, none])
+    measure = partial(_extreme_torques, (kernel, chi, root), (payloads, ten), unit)
+    return Limit("torque", name, labels, low, high, np.zeros(2 * n), unit, measure)
 
-    @latest
-    def extremes(state: State) -> Array:
-        return payloads.extremes(kernel.dense(state.entries)[:, :, ten].reshape(-1, 10))
 
-    @latest
-    def doubt(state: State) -> tuple[Array, list[Array]]:
-        spread = [root[names].T @ state.entries[part] for part, names in kernel.parts]
-        return np.stack([np.sqrt((part**2).sum(axis=0)) for part in spread], axis=1), spread
+def _extreme_torques(
+    robot: tuple[RegressorKernel, Array, Array], load: tuple[PayloadSet, list[int]], unit: Array, state: State
+) -> tuple[Array, Pullback]:
+    (kernel, chi, root), (payloads, ten) = robot, load
+    own = kernel.torque(state.entries, chi)
+    extremes = payloads.extremes(kernel.dense(state.entries)[:, :, ten].reshape(-1, 10))
+    spread = [root[names].T @ state.entries[part] for part, names in kernel.parts]
+    doubt = np.stack([np.sqrt((part**2).sum(axis=0)) for part in spread], axis=1)
+    largest, smallest = (torque.reshape(own.T.shape).T for torque in extremes[:, 0])
 
-    def values(state: State) -> Array:
-        own, doubtful = kernel.torque(state.entries, chi), _SIGMAS * doubt(state)[0]
-        largest, smallest = (torque.reshape(own.T.shape).T for torque in extremes(state)[:, 0])
-        return np.asarray(np.hstack([own + doubtful + largest, own - doubtful + smallest]) / unit)
-
-    def pullback(state: State, slope: Array, into: State) -> None:
+    def pullback(slope: Array, into: State) -> None:
         up, down = np.split(slope / unit, 2, axis=1)
         kernel.torque_slope(up + down, chi, into.entries)
         if root.shape[1]:
-            sizes, spread = doubt(state)
             for j, (part, names) in enumerate(kernel.parts):
-                size = np.where(sizes[:, j] > 0.0, sizes[:, j], 1.0) / _SIGMAS
+                size = np.where(doubt[:, j] > 0.0, doubt[:, j], 1.0) / _SIGMAS
                 into.entries[part] += root[names] @ spread[j] * ((up - down)[:, j] / size)
-        for weight, extreme in zip((up, down), extremes(state)[:, 1:], strict=True):
+        for weight, extreme in zip((up, down), extremes[:, 1:], strict=True):
             if weight.any():
-                bodies = np.zeros((len(kernel.columns), n, len(weight)))
-                bodies[ten] = extreme.reshape(10, n, -1)
+                bodies = np.zeros((len(kernel.columns), *weight.T.shape))
+                bodies[ten] = extreme.reshape(10, *weight.T.shape)
                 kernel.torque_slope(weight, bodies, into.entries)
 
-    name, labels = f"torque with any payload up to {payloads.mass:g} kg", joint_labels(n) * 2
-    low, high = np.concatenate([-none, -bound]), np.concatenate([bound, none])
-    made = payload_limit, (kernel, chi, root, torque, payloads, columns)
-    return Limit("torque", name, labels, low, high, np.zeros(2 * n), unit, made, values, pullback)
+    return np.hstack([own + _SIGMAS * doubt + largest, own - _SIGMAS * doubt + smallest]) / unit, pullback

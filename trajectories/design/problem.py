@@ -13,6 +13,7 @@ import numpy as np
 from msgspec import structs
 
 from ...common import Array, Brief, Indices, InputError
+from ...common.errors import listed
 from ...model import InertialParameters, Robot, base_parameters, standard_columns
 from ...model.base.parameters import BaseParameters
 from ...model.base.rank import base_parameters_of
@@ -22,19 +23,9 @@ from ...model.stand_in import completed
 from ..motions.family import Family, JointBounds, Samples
 from ..motions.fourier import NearShape
 from ..motions.via_points import ViaPointShape
-from .criterion import CRITERIA, Criterion
+from .criterion import CRITERIA, Criterion, RegressorKernel, regressor_kernel
 from .goal import ASSUMED_NOISE, Goal, NearGoal, Shape, assumed_noise
-from .information import RegressorKernel, regressor_kernel
-from .limits import (
-    Limit,
-    Penalty,
-    State,
-    check,
-    duration_limit,
-    slow_limit,
-    state_limits,
-    torque_limit,
-)
+from .limits import Limit, Penalty, State, check, duration_limit, slow_limit, state_limits, torque_limit
 from .payloads import PayloadSet, payload_limit
 from .scene import Capsule, Scene, clearance, tubes
 
@@ -44,25 +35,18 @@ _WRIST = 3  # links before the flange that the ball of the payloads may overlap
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DesignProblem(Brief):
-    """Problem that ``solve_design`` solves; made by ``build_design``.
-
-    Attributes:
-        family: the motions among which to choose.
-        scene: what the motion keeps clear of, the ball of ``payloads`` included.
-        payloads: the set for each body of which the torque limits hold, in the last link's frame.
-    """
+    """Problem that ``solve_design`` solves; made by ``build_design``."""
 
     robot: Robot
     bounds: JointBounds
-    family: Family
+    family: Family  # the motions among which to choose
     goal: Goal
     kernel: RegressorKernel
     limits: tuple[Limit, ...]
-    payloads: PayloadSet | None = None
-    scene: Scene | None = None
+    payloads: PayloadSet | None = None  # for each body of which the torque limits hold, in the last link's frame
+    scene: Scene | None = None  # what the motion keeps clear of, the ball of ``payloads`` included
 
     def __post_init__(self) -> None:
-        """Refuse reference values, noise or earlier recordings that do not fit the robot."""
         _ = self.criterion, self.noise, self.earlier
 
     @cached_property
@@ -79,9 +63,8 @@ class DesignProblem(Brief):
             criterion = criterion._replace(interest=[names.index(name) for name in goal.interest])
         if goal.criterion != "a":
             return criterion
-        missing = [name for name in goal.interest or names if not values.get(name, 0.0)]
-        if missing:
-            raise InputError(f"criterion a needs a reference value other than zero for {', '.join(missing[:6])}")
+        if missing := [name for name in goal.interest or names if not values.get(name, 0.0)]:
+            raise InputError(f"criterion a needs a reference value other than zero for {listed(missing)}")
         return criterion._replace(reference=np.array([values.get(name, 0.0) or 1.0 for name in names]))
 
     @cached_property
@@ -110,11 +93,11 @@ class DesignProblem(Brief):
         known = self.goal.earlier
         if known is None:
             return np.zeros((0, len(self.names)))
-        unmatched = set(known.columns) ^ set(self.names)
+        unmatched = sorted(set(known.columns) ^ set(self.names))
         if unmatched or np.shape(known.factor)[-1] != len(known.columns):
             raise InputError(
-                "the earlier recordings' factor does not fit the design's columns: "
-                f"{', '.join(sorted(unmatched)[:6])} stand on one side only; select the same columns"
+                f"the earlier recordings' factor does not fit the design's columns: {listed(unmatched)} stand on "
+                "one side only; select the same columns"
             )
         return np.asarray(known.factor)[:, [known.columns.index(name) for name in self.names]]
 
@@ -129,10 +112,8 @@ class DesignProblem(Brief):
 
     def with_torque_share(self, part: float) -> DesignProblem:
         """Pose the same problem with only a part of the torque limits."""
-        limits = (
-            replace(limit, low=part * limit.low, high=part * limit.high) if limit.kind == "torque" else limit
-            for limit in self.limits
-        )
+        parts = (part if limit.kind == "torque" else 1.0 for limit in self.limits)
+        limits = (replace(x, low=k * x.low, high=k * x.high) for x, k in zip(self.limits, parts, strict=True))
         return replace(self, limits=tuple(limits))
 
     def with_slow_torques(self, speed: float) -> DesignProblem:
@@ -215,13 +196,12 @@ class DesignProblem(Brief):
         if len(W) < W.shape[1]:
             raise InputError(f"{len(W)} equations cannot tell {W.shape[1]} parameters: use more samples")
         base = base_parameters_of(self.names, W)
-        if len(base.chosen) == len(self.names):
-            return
         texts = [f"{name} has no effect" for name in base.unidentifiable]
         for k in sorted(set(range(len(self.names))) - set(base.chosen)):
-            with_it = [base.columns[i] for i in np.flatnonzero(np.abs(base.grouping[:, k]) > 1e-6)]
-            if with_it:
+            if with_it := [base.columns[i] for i in np.flatnonzero(np.abs(base.grouping[:, k]) > 1e-6)]:
                 texts.append(f"{self.names[k]} acts only together with {', '.join(with_it)}")
+        if len(base.chosen) == len(self.names):
+            return
         more = f"; and {len(texts) - 6} more" if len(texts) > 6 else ""
         raise InputError(
             f"these parameters cannot all be told apart (rank {len(base.chosen)} of {len(self.names)}): "
@@ -248,7 +228,6 @@ class Loads(Brief):
     margin: float = 0.0
 
     def __post_init__(self) -> None:
-        """Copy the parameters; refuse a margin that leaves nothing."""
         object.__setattr__(self, "parameters", dict(self.parameters))
         if not 0.0 <= self.margin < 1.0:
             raise InputError(f"a torque margin of {self.margin:g}: give a share of the limits from 0 to below 1")
@@ -318,14 +297,13 @@ def build_design(
 def _torque_limits(
     robot: Robot, base: BaseParameters, kernel: RegressorKernel, torque: Array, loads: Loads
 ) -> Iterator[Limit]:
-    """Make the torque limits for each load."""
     known, torque, heaviest = loads.parameters, (1.0 - loads.margin) * torque, loads.heaviest
     if all(name in known for name in base.standard):
         values = base.value(known)
     elif missing := [name for name in base.columns if name not in known]:
         raise InputError(
-            f"torque limits need the parameters of robot {robot.name!r}: {', '.join(missing[:6])} "
-            "are missing; identify the robot first, or omit torque limits"
+            f"torque limits need the parameters of robot {robot.name!r}: {listed(missing)} are missing; identify "
+            "the robot first, or omit torque limits"
         )
     else:
         values = np.array([known[name] for name in base.columns])

@@ -8,6 +8,7 @@ have slopes everywhere but where two axes cross; slopes come from CasADi through
 import functools
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar
 
@@ -22,7 +23,7 @@ from ...model.frames import frames_at, step
 from ...model.kernel.kernel import Kernel
 from ...model.kinematics import link_frames
 from ...model.stand_in import cylinder_radius
-from .limits import Limit, State
+from .limits import Limit, Pullback, State
 
 _TINY = 1e-12  # m^2: keeps slopes finite where two axes touch, and spheres have an axis of no length
 _UNIT = 0.1  # m
@@ -51,7 +52,6 @@ class Capsule(Table, frozen=True):
     end: Triple | None = None  # a sphere if it is the start
 
     def __post_init__(self) -> None:
-        """Refuse a body without size."""
         if not 0.0 <= self.radius < math.inf or self.link < 0:
             raise InputError(f"body {self.name!r}: link {self.link} and radius {self.radius:g} m are not possible")
 
@@ -64,21 +64,12 @@ class HalfSpace(Table, frozen=True):
     offset: Real = 0.0  # of the surface along the unit normal [m]
 
     def __post_init__(self) -> None:
-        """Refuse a normal without direction."""
         if not 0.0 < math.hypot(*self.normal) < math.inf:
             raise InputError(f"half-space {self.name!r} needs a normal of positive length")
 
 
 class Scene(Table, frozen=True):
-    """Scene of bodies, surfaces and the pairs that must stay apart.
-
-    Attributes:
-        bodies: on the links and in the world.
-        surfaces: floor and walls; every body of a link keeps clear of all, except ``may_touch``.
-        pairs: names of bodies that keep clear of each other.
-        may_touch: (body, surface) pairs that need not.
-        clearance: smallest distance [m].
-    """
+    """Scene of bodies, surfaces and the pairs that must stay apart."""
 
     advice: ClassVar[Mapping[str, str]] = {
         "bodies": "must be tables [[bodies]]",
@@ -88,14 +79,13 @@ class Scene(Table, frozen=True):
         "clearance": "must be a number [m]",
     }
 
-    bodies: tuple[Capsule, ...] = ()
-    surfaces: tuple[HalfSpace, ...] = ()
-    pairs: _Pairs = ()
-    may_touch: _Pairs = ()
-    clearance: Real = 0.0
+    bodies: tuple[Capsule, ...] = ()  # on the links and in the world
+    surfaces: tuple[HalfSpace, ...] = ()  # floor and walls; every body of a link keeps clear of all
+    pairs: _Pairs = ()  # names of bodies that keep clear of each other
+    may_touch: _Pairs = ()  # names of bodies and surfaces that need not
+    clearance: Real = 0.0  # smallest distance [m]
 
     def __post_init__(self) -> None:
-        """Refuse names that are not there or stand for two things."""
         names = [body.name for body in self.bodies] + [surface.name for surface in self.surfaces]
         if len(set(names)) != len(names):
             raise InputError("two bodies or surfaces of the scene have the same name")
@@ -113,10 +103,7 @@ def read_scene(path: str | Path) -> Scene:
 
 
 def tubes(robot: Robot, radius: float) -> tuple[Capsule, ...]:
-    """Make bodies from each frame to the next one: along x, then along the joint's axis; at last to the flange.
-
-    In front of a sliding joint stands a rail over its range.
-    """
+    """Make bodies along x and each joint's axis (over its range if it slides) to the next frame and the flange."""
     bodies = list[Capsule]()
 
     def add(name: str, link: int, start: Array, end: Array) -> None:
@@ -169,28 +156,37 @@ def usual_scene(robot: Robot, poses: Array, floor: bool = True) -> Scene | None:
 
 
 def clearance(robot: Robot, scene: Scene) -> Limit:
-    """Limit the distances in the scene, a column per pair; values in units of 0.1 m.
-
-    Raises:
-        InputError: if the scene names a link that the robot does not have, or nothing could collide.
-    """
-    *functions, labels = _functions(robot, scene)
-    distance, adjoint = map(Kernel, functions)
+    """Limit the distances in the scene, a column per pair; values in units of 0.1 m."""
+    labels = _functions(robot, scene)[2]
     unit, low, high = (np.full(len(labels), value) for value in (_UNIT, scene.clearance / _UNIT, np.inf))
+    measure = _Distances(robot, scene)
+    return Limit("clearance", "clearance", labels, low, high, np.zeros(len(labels)), unit, measure)
 
-    def values(state: State) -> Array:
-        return np.asarray(distance(state.samples.q).T / unit)
 
-    def pullback(state: State, slope: Array, into: State) -> None:
-        into.samples.q[...] += adjoint(state.samples.q, slope / unit).T
+@dataclass(frozen=True)
+class _Distances:
+    robot: Robot
+    scene: Scene
 
-    middle, made = np.zeros(len(labels)), (clearance, (robot, scene))
-    return Limit("clearance", "clearance", labels, low, high, middle, unit, made, values, pullback)
+    @functools.cached_property
+    def _kernels(self) -> tuple[Kernel, Kernel]:
+        distance, adjoint, _ = _functions(self.robot, self.scene)
+        return Kernel(distance), Kernel(adjoint)
+
+    def __getstate__(self) -> dict[str, object]:
+        return {"robot": self.robot, "scene": self.scene}
+
+    def __call__(self, state: State) -> tuple[Array, Pullback]:
+        distance, adjoint = self._kernels
+
+        def pullback(slope: Array, into: State) -> None:
+            into.samples.q[...] += adjoint(state.samples.q, slope / _UNIT).T
+
+        return distance(state.samples.q).T / _UNIT, pullback
 
 
 @functools.lru_cache(maxsize=16)
 def _functions(robot: Robot, scene: Scene) -> tuple[ca.Function, ca.Function, tuple[str, ...]]:
-    """Make functions of distances (one per pair) and of their adjoint, and name the pairs."""
     if any(body.link > robot.n for body in scene.bodies):
         raise InputError(f"the scene names a link that robot {robot.name!r} does not have: it has {robot.n}")
     q = ca.SX.sym("q", robot.n)

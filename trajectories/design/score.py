@@ -38,15 +38,13 @@ class Learnt(NamedTuple):
 class Score(Brief):
     """Score of a motion, whatever the criterion it was designed for.
 
-    Attributes:
-        value: of the goal's criterion without surrogate, for one second of data or the goal's data length: small
-            is good.
-        problem: by whose goal and limits it was judged.
+    ``value``: of the goal's criterion without surrogate, for one second of data or the goal's data length: small is
+    good.
     """
 
     value: float
     limits: tuple[LimitCheck, ...]
-    problem: DesignProblem
+    problem: DesignProblem  # by whose goal and limits it was judged
     samples: Samples
 
     @property
@@ -81,10 +79,7 @@ class Score(Brief):
 
 
 def learnt_of(problem: DesignProblem, W: Sequence[Array], parts: Sequence[Array], duration: float) -> Learnt:
-    """Compute what each joint's rows of a motion of ``duration`` [s] teach together with the earlier recordings.
-
-    ``parts``: what part of the time each row stands for.
-    """
+    """Compute what each joint's rows, each for its part of the time, teach with the earlier recordings."""
     with_earlier, recorded = problem.criterion.weighted, problem.goal.single_rate
     recorded *= problem.goal.data_length or duration
     used = np.isfinite(problem.noise)
@@ -117,10 +112,7 @@ def score_motion(problem: DesignProblem, motion: Motion) -> Score:
 
 
 def holding_torques(problem: DesignProblem, poses: Array) -> Array:
-    """Largest torque [N·m or N] of each joint that holds the arm at poses (N, n), of all loads; shape (n,).
-
-    It is what brakes have to hold when power is cut there. Zero without torque limits.
-    """
+    """Largest torque of each joint that brakes hold at poses (N, n), of all loads; zero without torque limits."""
     state, n = problem.at_rest(poses), problem.robot.n
     torques = [np.abs(limit.values(state) * limit.unit).reshape(-1, n) for limit in problem.of_kind("torque")]
     return np.asarray(np.vstack([np.zeros((1, n)), *torques]).max(axis=0))
@@ -145,21 +137,14 @@ def room_over_time(problem: DesignProblem, motion: Motion) -> Array:
 
 
 def taught_over_time(problem: DesignProblem, motion: Motion) -> Array:
-    """Fraction of the information in each sample of a motion, summing to the rank; shape (N,).
-
-    It is the trace of the hat matrix, sample by sample.
-    """
+    """Fraction of the information in each sample of a motion, (N,): the trace of the hat matrix, by samples."""
     state = problem.exact(Samples.of(motion))
     rows = _rows(problem, state, problem.row_weights(state.samples, True), False)
     return np.asarray((decomposed(rows).range ** 2).sum(axis=1).reshape(problem.robot.n, -1).sum(axis=0))
 
 
 def load_torques(problem: DesignProblem, motion: Motion) -> dict[str, Array]:
-    """Torques on a motion [N·m or N], (N, n), by the name of each load that the design reckons with.
-
-    They are those of the torque limits; without any, those of the parameters in the robot's description; nothing
-    if it holds none.
-    """
+    """Torques on a motion [N·m or N], (N, n), by each load of the torque limits; without any, the description's."""
     n, torques = motion.q.shape[1], {}
     if problem.torque_limited:
         state = problem.exact(Samples.of(motion))

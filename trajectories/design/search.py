@@ -146,8 +146,7 @@ class Effort(NamedTuple):
     stages: int  # of refinement; the last has the fine sign
     turns: int  # of settling at most
     by_matrix: bool  # whether descents go on from the curvature that the last one has learnt, kept as a matrix
-    # of the criterion, a stage that gains less is the last of its kind; None where a better may follow
-    gain: float | None = None
+    gain: float = -np.inf  # of the criterion: a stage that gains no more is the last of its kind
 
 
 _NEAR, _VIA = Effort(150, 50, 40, 3, 8, True, 2e-3), Effort(100, 100, 50, 2, 14, True)
@@ -157,8 +156,6 @@ _FRESH = Effort(160, 150, 60, 4, 8, False)
 
 @dataclass
 class _Search:
-    """Search from one begin: the best motion so far and its score, and the way to better ones."""
-
     problem: DesignProblem
     draw: np.random.Generator
     progress: Progress
@@ -172,14 +169,10 @@ class _Search:
     @property
     def found(self) -> tuple[Array, Score]:
         """Best motion and its score; a random start if the search was interrupted before its first look."""
-        if self.best is None:
-            self.consider(self._first(), "random start")
-        assert self.best is not None
-        return self.best
+        return self.best or self.consider(self._first(), "random start")
 
     @cached_property
     def effort(self) -> Effort:
-        """Effort with which motions of the problem's family come out best for the time it takes."""
         family = self.problem.family
         if family.size > _SMALL:
             return _FRESH
@@ -200,19 +193,15 @@ class _Search:
             self.interrupted = True
 
     def _finish(self, course: Lagrangian) -> None:
-        """Refine a start, then settle it within its limits; where it does not come within them, draw it back.
-
-        That makes it slower and smaller until it keeps all limits; where that never does, it stays as it is.
-        """
-        effort, order = self.effort, self.problem.criterion.orders[-1]
-        last: float | None = None
+        """Refine a start, then settle it within its limits, or else by making it slower and smaller."""
+        effort, order, last = self.effort, self.problem.criterion.orders[-1], np.nan
 
         def gains(width: float, iterations: int, text: str) -> bool:
             """Improve; true if this motion or the last one misses a limit, or this one is clearly better."""
             nonlocal last
             score = self._improved(course, order, width, iterations, text)
-            before, last = last, score.value if score.feasible else None
-            return effort.gain is None or before is None or last is None or before - last > effort.gain
+            before, last = last, score.value if score.feasible else np.nan
+            return not before - last <= effort.gain
 
         for stage in range(effort.stages - 1):
             if not gains(WIDTH, effort.refined, f"refined {stage + 1}"):
@@ -228,10 +217,7 @@ class _Search:
             self.consider(next((y for y in eased if score_of(self.problem, y).feasible), x), "drawn back")
 
     def _best_start(self, starts: int) -> Lagrangian:
-        """Find the most promising of some random starts, improved for a while.
-
-        All are improved for half of that, the best third of them for the other half.
-        """
+        """Find the most promising of some random starts: all are improved, the best third of them further."""
         orders, first = self.problem.criterion.orders, self.effort.first
         courses = [(1, self._begun(1))]
         while len(courses) < starts and time.process_time() < self.begun + _BEGINNING * _BUDGET:
@@ -241,7 +227,6 @@ class _Search:
             return courses[0][1]
 
         def promise(start: tuple[int, Lagrangian]) -> tuple[bool, float, int]:
-            """Rank starts near their limits first, by their value; the first of equal ones."""
             number, course = start
             merit, _ = self.problem.evaluate(course.x, orders[-1], WIDTH, course)
             return course.violation(self.problem.state(course.x, WIDTH)) > _ASTRAY, merit, number
@@ -254,7 +239,6 @@ class _Search:
         return courses[0][1]
 
     def _first(self) -> Array:
-        """Start where another search ended, or at a random motion."""
         return self.problem.family.random(self.draw, self.problem.clear) if self.begin is None else self.begin
 
     def _begun(self, number: int) -> Lagrangian:
@@ -269,7 +253,7 @@ class _Search:
         self.consider(x, f"start {number}")
         return Lagrangian(problem, x, _STIFFNESS, _MARGIN)
 
-    def consider(self, x: Array, text: str) -> Score:
+    def consider(self, x: Array, text: str) -> tuple[Array, Score]:
         """Judge a motion, slower or smaller where that makes room between fine samples too; remember the best."""
 
         def rank(score: Score) -> tuple[float, float]:
@@ -282,24 +266,20 @@ class _Search:
             after = score_of(self.problem, eased)
             if after.max_violation <= max(score.max_violation, TOLERANCE):
                 x, score = eased, after
-        if self.best is None or rank(score) < rank(self.best[1]):
-            self.best = (x, score)
+        self.best = min(self.best or (x, score), (x, score), key=lambda found: rank(found[1]))
         best = self.best[1]
         self.progress(text, best.value if best.feasible else None, self.evaluations)
-        return score
+        return x, score
 
     def _improved(self, course: Lagrangian, order: float, width: float, iterations: int, text: str) -> Score:
-        """Descend, update the multipliers where that ends, and judge the motion there."""
         function = partial(self.problem.evaluate, order=order, width=width, limits=course)
         course.x, course.curvature = self._descended(function, course.x, iterations, course.curvature)
         course.update(width)
-        return self.consider(course.x, text)
+        return self.consider(course.x, text)[1]
 
     def _descended(
         self, function: Smooth, x: Array, iterations: int, curvature: Array | None = None
     ) -> tuple[Array, Array | None]:
-        """Descend and count the evaluations."""
-
         def counted(y: Array) -> tuple[float, Array]:
             self.evaluations += 1
             if time.process_time() > self.begun + _BUDGET:
@@ -330,7 +310,6 @@ class FreeStates:
     """
 
     def __init__(self, bounds: JointBounds, count: int) -> None:
-        """Lay out x."""
         self._bounds, self.reach, self._shape = bounds, (bounds.low, bounds.high), (3, count, len(bounds.low))
         self._linear = 3 * count * len(bounds.low)
         self.size = self._linear + count

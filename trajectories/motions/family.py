@@ -31,11 +31,7 @@ def everywhere(poses: Array) -> bool:
 
 
 def sample_count(duration: float, rate: float) -> int:
-    """Count samples of a motion of so many seconds at ``rate`` [Hz], its end included where one falls on it.
-
-    Raises:
-        InputError: if there are too many to be held.
-    """
+    """Count samples of a motion of so many seconds at ``rate`` [Hz], its end included where one falls on it."""
     if not duration * rate < _MOST:
         raise InputError(
             f"a motion of {duration:g} s at {rate:g} Hz has more than {_MOST} samples: make it shorter"
@@ -45,20 +41,13 @@ def sample_count(duration: float, rate: float) -> int:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class JointBounds(Brief):
-    """Limits of all joints, each of shape (n,).
+    """Limits of all joints, each of shape (n,)."""
 
-    Attributes:
-        low, high: positions [rad or m].
-        speed: [rad/s or m/s].
-        acceleration: [rad/s^2 or m/s^2].
-        torque: [N·m or N], infinite where there is none.
-    """
-
-    low: Array
+    low: Array  # positions [rad or m]
     high: Array
-    speed: Array
-    acceleration: Array
-    torque: Array
+    speed: Array  # [rad/s or m/s]
+    acceleration: Array  # [rad/s^2 or m/s^2]
+    torque: Array  # [N·m or N], infinite where there is none
 
     @staticmethod
     def of(
@@ -71,7 +60,6 @@ class JointBounds(Brief):
         """Collect the limits of a robot.
 
         Args:
-            robot: its description holds positions and speeds; a design needs both.
             override: fraction of the nominal speed that may be used, as on a controller.
             acceleration: instead of the description's [rad/s^2 or m/s^2].
             torque: instead of the description's [N·m or N].
@@ -153,10 +141,8 @@ class Samples(NamedTuple):
     @staticmethod
     def of(motion: Motion) -> "Samples":
         """Take a motion's samples, each for its part of the time by the trapezoidal rule."""
-        weight, step = np.zeros(len(motion.t)), np.diff(motion.t)
-        weight[:-1] += 0.5 * step
-        weight[1:] += 0.5 * step
-        return Samples(weight, motion.q, motion.qd, motion.qdd)
+        step = np.diff(motion.t, prepend=motion.t[0], append=motion.t[-1])
+        return Samples(0.5 * (step[:-1] + step[1:]), motion.q, motion.qd, motion.qdd)
 
 
 class Pieces(NamedTuple):

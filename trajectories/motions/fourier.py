@@ -43,24 +43,16 @@ class Fourier(Plan, Brief):
     """Motion along equal periods of a Fourier series at one or two poses, at rest before and after each.
 
     Between poses it goes on straight lines in joint space, and at the end back to the first.
-
-    Attributes:
-        poses: where each series begins and ends [rad or m], poses x n.
-        a, b: speed amplitudes of sine and cosine terms [rad/s or m/s], poses x n x harmonics.
-        period: of the series [s].
-        repeats: periods at each pose.
-        transfer: duration of the way from one pose to the other [s]; 0 with one pose.
     """
 
-    poses: Array
-    a: Array
-    b: Array
-    period: float
-    repeats: int = 1
-    transfer: float = 0.0
+    poses: Array  # where each series begins and ends [rad or m], poses x n
+    a: Array  # speed amplitudes of the sine terms [rad/s or m/s], poses x n x harmonics
+    b: Array  # and of the cosine terms
+    period: float  # of the series [s]
+    repeats: int = 1  # periods at each pose
+    transfer: float = 0.0  # duration of the way from one pose to the other [s]; 0 with one pose
 
     def __post_init__(self) -> None:
-        """Lock the arrays and check them."""
         shape = np.shape(self.a)
         freeze_fields(self, poses=shape[:2], a=(None, None, None), b=shape)
         if not 0.0 < self.period < np.inf or self.repeats < 1 or (self.transfer > 0.0) != (len(self.poses) > 1):
@@ -98,22 +90,16 @@ class Fourier(Plan, Brief):
 
 @dataclass(frozen=True)
 class FourierShape:
-    """Shape of a Fourier series of a fixed duration.
-
-    Attributes:
-        duration: period [s].
-        start: where it begins and ends [rad or m], n numbers; None for anywhere.
-    """
+    """Shape of a Fourier series of a fixed duration."""
 
     harmonics: int = 5
-    duration: float = 10.0
-    start: tuple[float, ...] | None = None
+    duration: float = 10.0  # period [s]
+    start: tuple[float, ...] | None = None  # where it begins and ends [rad or m], n numbers; None for anywhere
 
     samples = 24  # per period of the highest harmonic while optimising
     span = 0.5  # of range, speed and acceleration that a random motion uses at first
 
     def __post_init__(self) -> None:
-        """Refuse too few harmonics: nothing moves that begins and ends at rest."""
         if not 2 <= self.harmonics <= _MOST or not 0.0 < self.duration <= LONGEST:
             raise InputError(
                 f"{self.harmonics} harmonics in {self.duration:g} s: give at least 2, at most {_MOST}, in up to "
@@ -130,19 +116,12 @@ class FourierShape:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class NearShape(Brief):
-    """Shape of a motion about one pose or two.
+    """Shape of a motion about one pose or two."""
 
-    Attributes:
-        poses: where the robot stands [rad or m], shape (1 or 2, n).
-        joints: numbers of the joints that move.
-        ranges: how far each of them goes to either side [rad or m], shape (k,).
-        duration: of the motion, the ways between two poses included [s].
-    """
-
-    poses: Array
-    joints: tuple[int, ...]
-    ranges: Array
-    duration: float
+    poses: Array  # where the robot stands [rad or m], shape (1 or 2, n)
+    joints: tuple[int, ...]  # numbers of the joints that move
+    ranges: Array  # how far each of them goes to either side [rad or m], shape (k,)
+    duration: float  # of the motion, the ways between two poses included [s]
 
     harmonics, samples, span = 8, 16, 0.7  # as of a ``FourierShape``
     mass_alike = 1.0
@@ -184,7 +163,6 @@ class NearShape(Brief):
 
 @lru_cache(maxsize=64)
 def _grid(harmonics: int, samples: int) -> Grid:
-    """Even times of one period."""
     return np.full(samples, 1.0 / samples), _series(np.arange(samples) / samples, harmonics)
 
 
@@ -206,7 +184,6 @@ class FreeSeries:
     transfer: float = 0.0
 
     def __post_init__(self) -> None:
-        """Find functions that begin and end at rest, by the coefficients a_1 .. a_H, b_1 .. b_H; lay out x."""
         self.harmonics = H = self.shape.harmonics
         ends = np.zeros((2, 2 * H))
         ends[0, :H], ends[1, H:] = 1.0, np.arange(1, H + 1)
@@ -226,7 +203,6 @@ class FreeSeries:
         self.reach = low, high
 
     def _pieces(self, x: Array) -> Pieces:
-        """One period at each pose."""
         weights, F = x.reshape(self.layout), self.functions
         c = (weights[..., : F.shape[1]] @ F.T) * self._scale[:, None]
         C = np.zeros((len(self.poses), 2 * self.harmonics, self.poses.shape[1]))

@@ -19,25 +19,15 @@ _STRETCH = 1.02  # steps in which moves too short for their ramps are made longe
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PointToPoint(Plan, Brief):
-    """Motion through points by synchronised moves.
+    """Motion through points by synchronised moves."""
 
-    Attributes:
-        points: positions [rad or m], shape (K, n).
-        durations: of the moves, from the middle of a ramp up to the middle of the ramp down [s], shape (K - 1,).
-        ramps: durations of the ramps up and down of each move [s], shape (K - 1, 2).
-        blend: part of a ramp for which the moves before and after a via point overlap: 1 passes it at speed, 0
-            stops there.
-        smoothing: part of a ramp in which its acceleration rises, and again falls; in (0, 0.5].
-    """
-
-    points: Array
-    durations: Array
-    ramps: Array
-    blend: float = 1.0
-    smoothing: float = 0.25
+    points: Array  # positions [rad or m], shape (K, n)
+    durations: Array  # of the moves, from the middle of the ramp up to that of the ramp down [s], shape (K - 1,)
+    ramps: Array  # durations of the ramps up and down of each move [s], shape (K - 1, 2)
+    blend: float = 1.0  # part of a ramp for which moves overlap at a via point: 1 passes it at speed, 0 stops there
+    smoothing: float = 0.25  # part of a ramp in which its acceleration rises, and again falls; in (0, 0.5]
 
     def __post_init__(self) -> None:
-        """Lock the arrays and check that ramps fit into their moves."""
         moves = len(self.points) - 1
         freeze_fields(self, points=(None, None), durations=(moves,), ramps=(moves, 2))
         if moves < 1 or not (self.ramps > 0.0).all():
@@ -72,19 +62,15 @@ class PointToPoint(Plan, Brief):
 def _cubic(s: Array) -> Factors:
     """Factors of T qd and T^2 qdd at the beginning, and of T^3 times the constant jerk."""
     still, one = np.zeros_like(s), np.ones_like(s)
-    q, qd, qdd = (s, s**2 / 2.0, s**3 / 6.0), (one, s, s**2 / 2.0), (still, one, s)
-    return np.column_stack(q), np.column_stack(qd), np.column_stack(qdd)
+    powers = np.stack([still, one, s, s**2 / 2.0, s**3 / 6.0], axis=1)
+    return powers[:, 2:], powers[:, 1:4], powers[:, :3]
 
 
 def _ramp(x: Array, s: float) -> tuple[Array, Array, Array]:
     """Ramp of unit time and height: its integral, itself and its slope (a trapezoid of height 1 / (1 - s))."""
-    inside = np.clip(x, 0.0, 1.0)
-
-    def power(m: int) -> Array:
-        parts = [np.maximum(inside - corner, 0.0) ** m for corner in (0.0, s, 1.0 - s)]
-        return np.asarray((parts[0] - parts[1] - parts[2]) / (s * (1.0 - s)))
-
-    return power(3) / 6.0 + np.maximum(x - 1.0, 0.0), power(2) / 2.0, power(1)
+    a, b, c = (np.maximum(np.clip(x, 0.0, 1.0) - corner, 0.0) for corner in (0.0, s, 1.0 - s))
+    integral, ramp, slope = ((a**m - b**m - c**m) / (s * (1.0 - s)) for m in (3, 2, 1))
+    return integral / 6.0 + np.maximum(x - 1.0, 0.0), ramp / 2.0, slope
 
 
 def plan_point_to_point(
@@ -124,16 +110,9 @@ def plan_point_to_point(
 
 
 def plan_stops(
-    robot: Robot,
-    points: Array,
-    speed: float | Array = 0.5,
-    acceleration: float | Array = 0.5,
-    smoothing: float = 0.25,
+    robot: Robot, points: Array, speed: float | Array, acceleration: float | Array, smoothing: float = 0.25
 ) -> PointToPoint:
-    """Plan the quickest such motion that stops at every point, each move by its own speed and acceleration.
-
-    As ``plan_point_to_point``, but the acceleration may be one for each move, shape (K - 1, 1).
-    """
+    """Plan the quickest motion that stops at every point; speed and acceleration may be each move's, (K - 1, 1)."""
     step, top, strong = _step_and_limits(robot, points, speed, acceleration, smoothing)
     by_speed, by_acceleration = ((np.abs(step) / most).max(axis=1) for most in (top, strong))
     # A move of duration D and ramps R turns by step, with speed step / D <= top and step / (D R) <= strong; R <= D.
@@ -147,7 +126,6 @@ def plan_stops(
 def _step_and_limits(
     robot: Robot, points: Array, speed: float | Array, acceleration: float | Array, smoothing: float
 ) -> tuple[Array, Array, Array]:
-    """Steps between the points, and the largest speeds and mean accelerations of ramps that may be used."""
     limits = [joint.limits for joint in robot.joints]
     top = np.array([limit.speed for limit in limits]) * speed
     strong = np.array([limit.acceleration for limit in limits]) * acceleration * (1.0 - smoothing)

@@ -29,29 +29,19 @@ _SIDES = np.array([-1.0, 0.0, 1.0, 0.0])  # of a pose, by approaches: from below
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StaticShape(Brief):
-    """Shape of a motion that stands still in some poses, each reached from below and from above.
+    """Shape of a motion that stands still in some poses, each reached from below and from above."""
 
-    Attributes:
-        start: where it begins and ends; joints that do not move stay there [rad or m], shape (n,).
-        joints: numbers of the joints that move, k.
-        low, high: positions that they keep to [rad or m], shape (k,).
-        approach: small move of each of them to a pose [rad or m], shape (k,).
-        count: number of poses.
-        hold: time at rest after each approach [s].
-    """
-
-    start: Array
-    joints: tuple[int, ...]
-    low: Array
+    start: Array  # where it begins and ends; joints that do not move stay there [rad or m], shape (n,)
+    joints: tuple[int, ...]  # numbers of the joints that move, k
+    low: Array  # positions that they keep to [rad or m], shape (k,)
     high: Array
-    approach: Array
-    count: int = 8
-    hold: float = 1.5
+    approach: Array  # small move of each of them to a pose [rad or m], shape (k,)
+    count: int = 8  # number of poses
+    hold: float = 1.5  # time at rest after each approach [s]
 
     mass_alike = 0.5  # at rest a mass twice as sure costs the centre of mass of most arms little
 
     def __post_init__(self) -> None:
-        """Refuse too few or too many poses, or too short or too long a rest."""
         for text, value, (least, most) in (("poses", self.count, _POSES), ("s at rest", self.hold, _HOLD)):
             if not least <= value <= most:
                 raise InputError(f"a weighing at rest needs {least:g} to {most:g} {text}, not {value:g}")
@@ -94,7 +84,6 @@ class FreeRests:
     """
 
     def __init__(self, shape: StaticShape, bounds: JointBounds) -> None:
-        """Lay out x, and the points of the way: start, four of each pose, start."""
         self.shape, self._bounds = shape, bounds
         self._moving = [joint - 1 for joint in shape.joints]
         self._middle, self._half = 0.5 * (shape.low + shape.high), 0.5 * (shape.high - shape.low) - shape.approach
@@ -149,7 +138,6 @@ class FreeRests:
         return np.append(smaller * x[:-1], min(x[-1] + np.log(slower), self.high[-1]))
 
     def _points(self, x: Array) -> Array:
-        """Points of the way, shape (4 count + 2, n)."""
         points, poses = self._fixed.copy(), self._middle + self._half * x[:-1].reshape(self.shape.count, -1)
         points[1:-1, self._moving] += np.repeat(poses, 4, axis=0)
         return points

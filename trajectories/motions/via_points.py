@@ -36,6 +36,7 @@ _HERMITE = np.array(
         [0.0, 0.0, 0.0, 10.0, -15.0, 6.0],
     ]
 )
+_DERIVATIVES = [np.polynomial.polynomial.polyder(_HERMITE, m, axis=1) for m in range(3)]
 
 
 @dataclass(frozen=True)
@@ -49,11 +50,8 @@ class Quintic:
 
     def basis(self, s: Array) -> Factors:
         """Evaluate the Hermite polynomials."""
-        powers, k = s[:, None] ** np.arange(6), np.arange(1, 6)
-        first, second = np.zeros_like(powers), np.zeros_like(powers)
-        first[:, 1:] = k * powers[:, :5]
-        second[:, 2:] = k[1:] * k[:4] * powers[:, :4]
-        return powers @ _HERMITE.T, first @ _HERMITE.T, second @ _HERMITE.T
+        q, qd, qdd = (np.vander(s, D.shape[1], increasing=True) @ D.T for D in _DERIVATIVES)
+        return q, qd, qdd
 
     def grid(self, parts: int) -> Grid:
         """Divide the segment into even parts."""
@@ -69,21 +67,14 @@ class Trapezoid:
 
     It rests at both ends. All joints follow one law q0 + (q1 - q0) f(t / T). Its acceleration is constant in each
     phase and steps between them.
-
-    Attributes:
-        ramp: fraction of the time that each of the two ramps takes, above 0, at most 0.5 (no constant speed then).
-
-    Raises:
-        InputError: if the ramp is out of range.
     """
 
-    ramp: float = 0.25
+    ramp: float = 0.25  # fraction of the time that each of the two ramps takes, at most 0.5: no constant speed then
 
     name = "trapezoid"
     passes = False
 
     def __post_init__(self) -> None:
-        """Check the ramp."""
         if not 0.0 < self.ramp <= 0.5:
             raise InputError(f"a ramp of {self.ramp:g} of a move's time: give a share above 0, at most 0.5")
 
@@ -129,7 +120,6 @@ of a step of 1 in unit time, at rest at both ends."""
 
 
 def _even(parts: int) -> Array:
-    """Weights of the trapezoidal rule over unit time in even parts, shape (parts + 1,)."""
     weights = np.full(parts + 1, 1.0 / parts)
     weights[[0, -1]] *= 0.5
     return weights
@@ -149,24 +139,15 @@ def _segments(p: Array, v: Array, a: Array, T: Array, segment: Segment = QUINTIC
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ViaPoints(Plan, Brief):
-    """Motion through via points: the durations between them, and the speeds and accelerations there.
+    """Motion through via points: the durations between them, and the speeds and accelerations there."""
 
-    Attributes:
-        points: positions [rad or m], shape (points, n).
-        durations: of the segments [s], shape (points - 1,).
-        speeds: at the points [rad/s or m/s], shape (points, n); None for rest in each.
-        accelerations: at the points [rad/s^2 or m/s^2], shape (points, n); None for zero.
-        segment: how it goes from point to point.
-    """
-
-    points: Array
-    durations: Array
-    speeds: Array | None = None
-    accelerations: Array | None = None
-    segment: Segment = QUINTIC
+    points: Array  # positions [rad or m], shape (points, n)
+    durations: Array  # of the segments [s], shape (points - 1,)
+    speeds: Array | None = None  # at the points [rad/s or m/s], shape (points, n); None for rest in each
+    accelerations: Array | None = None  # at the points [rad/s^2 or m/s^2], shape (points, n); None for zero
+    segment: Segment = QUINTIC  # how it goes from point to point
 
     def __post_init__(self) -> None:
-        """Lock the arrays and check them."""
         shape = np.shape(self.points)
         freeze_fields(self, points=(None, None), durations=(shape[0] - 1,), speeds=shape, accelerations=shape)
         if shape[0] < 2 or not (self.durations > 0.0).all():
@@ -193,25 +174,16 @@ class ViaPoints(Plan, Brief):
 
 @dataclass(frozen=True)
 class ViaPointShape:
-    """Shape of a motion through via points.
-
-    Attributes:
-        passing: whether it passes the inner points, or rests in each.
-        fixed: the times from point to point themselves [s], count - 1 of them or one for all; None for free.
-        longest: time that the whole motion may take [s]; None for any.
-        start: where it begins [rad or m], n numbers; None for anywhere.
-        segment: ``Quintic()``, or ``Trapezoid(ramp)``, which rests in each point.
-    """
+    """Shape of a motion through via points."""
 
     count: int = 14
-    passing: bool = True
-    fixed: float | tuple[float, ...] | None = None
-    segment: Segment = QUINTIC
-    longest: float | None = None
-    start: tuple[float, ...] | None = None
+    passing: bool = True  # whether it passes the inner points, or rests in each
+    fixed: float | tuple[float, ...] | None = None  # times from point to point [s], or one for all; None for free
+    segment: Segment = QUINTIC  # or ``Trapezoid(ramp)``, which rests in each point
+    longest: float | None = None  # time that the whole motion may take [s]; None for any
+    start: tuple[float, ...] | None = None  # where it begins [rad or m], n numbers; None for anywhere
 
     def __post_init__(self) -> None:
-        """Refuse points and durations that do not fit each other."""
         _check_count(self.count)
         if self.passing and not self.segment.passes:
             raise InputError(f"a {self.segment.name} rests in every via point: set passing to False")
@@ -242,7 +214,6 @@ class FreeViaPoints:
     """
 
     def __init__(self, bounds: JointBounds, shape: ViaPointShape) -> None:
-        """Lay out x for a start, where one is given."""
         self.shape, self._bounds, self.reach = shape, bounds, (bounds.low, bounds.high)
         self._start, self.free_duration = shape.start, shape.fixed is None
         self._first, n, moves = int(shape.start is not None), len(bounds.low), shape.count - 1
@@ -346,9 +317,6 @@ def quickest(
     """Compute durations in which steps (K, n) at rest at both ends keep speeds and accelerations (n,), shape (K,).
 
     None is shorter than ``least`` [s].
-
-    Raises:
-        ValueError: if no limit bounds a step.
     """
     # In a time T speeds fall as 1/T and accelerations as 1/T^2.
     by_speed = segment.peak_speed * np.abs(step) / speed
@@ -400,22 +368,15 @@ class SampledTrajectory(Plan, Brief):
 
     With speeds and accelerations a quintic between samples, with speeds alone a cubic, with neither the quintic
     spline that starts and ends at rest.
-
-    Attributes:
-        t: times [s], shape (N,), rising; counted from the first.
-        q: positions [rad or m], shape (N, n).
-        qd, qdd: speeds and accelerations there, shape (N, n), or None.
-        source: name for messages.
     """
 
-    t: Array
-    q: Array
-    qd: Array | None = None
-    qdd: Array | None = None
-    source: str = "trajectory"
+    t: Array  # times [s], shape (N,), rising; counted from the first
+    q: Array  # positions [rad or m], shape (N, n)
+    qd: Array | None = None  # speeds there, as q
+    qdd: Array | None = None  # accelerations there, as q
+    source: str = "trajectory"  # name for messages
 
     def __post_init__(self) -> None:
-        """Lock the arrays; refuse a trajectory that does not rest at its ends."""
         object.__setattr__(self, "t", np.asarray(self.t) - self.t[0])
         shape = (len(self.t), np.shape(self.q)[-1])
         freeze_fields(self, t=(None,), q=shape, qd=shape, qdd=shape)

@@ -28,8 +28,7 @@ from ...model.kernel.kernel import Kernel
 from ...model.motion import Measurement
 from ...model.stand_in import completed, poses_in_range, rotor_inertias, with_rotors
 from ..motions.family import Plan, sample_count
-from .disturbances import Disturbances, draw_friction, draw_robot_errors, no_disturbances, record
-from .simulator import Simulator
+from .simulator import Disturbances, Simulator, draw_friction, draw_robot_errors, no_disturbances, record
 
 _POSES = 200  # over which a joint's inertia is averaged
 _TIMES = 2000  # of each reference, at which a payload's torque is looked at
@@ -51,24 +50,16 @@ class Controller:
     see the exact positions and speeds: a step of the encoder of 1e-5 rad changes the torque by far less than the
     recorded noise.
 
-    Attributes:
-        position: kp [1/s].
-        speed: kv [1/s].
-        integral: ki [1/s^2].
-        feed_forward: fraction of the model's torque that is fed forward.
-        compensates: whether that is the torque of the whole motion, or only what holds the reference pose at rest.
-        rate: samples a second that it records [Hz].
     """
 
-    position: float = 100.0
-    speed: float = 450.0
-    integral: float = 30000.0
-    feed_forward: float = 1.0
-    compensates: Literal["motion", "gravity"] = "motion"
-    rate: float = 250.0
+    position: float = 100.0  # kp [1/s]
+    speed: float = 450.0  # kv [1/s]
+    integral: float = 30000.0  # ki [1/s^2]
+    feed_forward: float = 1.0  # fraction of the model's torque that is fed forward
+    compensates: Literal["motion", "gravity"] = "motion"  # all of that, or what holds the pose at rest
+    rate: float = 250.0  # samples a second that it records [Hz]
 
     def __post_init__(self) -> None:
-        """Refuse gains that cannot hold a robot."""
         if not (self.position > 0.0 and self.speed > 0.0 and self.integral >= 0.0):
             raise ValueError("position and speed gains must be positive, the integral gain not negative")
         if self.compensates not in ("motion", "gravity"):
@@ -110,19 +101,13 @@ CONTROLLERS = {
 
 
 class Task(NamedTuple):
-    """Run to be simulated.
+    """Run to be simulated."""
 
-    Attributes:
-        name: of the recording.
-        reference: what the robot is to do.
-        payload: fixed to the last link, in the robot's payload frame.
-        friction: dry friction at each sample [N·m or N], at least (samples, names) with the columns of
-            ``dry_friction_names``; the last row holds on. None for the robot's own at all times.
-    """
-
-    name: str
-    reference: Plan
-    payload: InertialParameters | None = None
+    name: str  # of the recording
+    reference: Plan  # what the robot is to do
+    payload: InertialParameters | None = None  # fixed to the last link, in the robot's payload frame
+    # Dry friction at each sample [N·m or N], columns as ``dry_friction_names``; the last row holds on. None for the
+    # robot's own at all times.
     friction: Array | None = None
 
 
@@ -136,15 +121,7 @@ class ClosedLoop:
         disturbances: Disturbances | None = None,
         phases: Array | None = None,
     ) -> None:
-        """Generate the code of one integration step.
-
-        Args:
-            disturbances: whose ripple acts on the robot; None for none.
-            phases: of the ripple [rad], n x waves; None for those of seed 0.
-
-        Raises:
-            InputError: if the robot lacks parameters that nothing stands in for, or its links cannot exist.
-        """
+        """Generate the code of one step; ``disturbances``: whose ripple, of ``phases`` [rad], n x waves, acts."""
         robot = completed(robot, limits=False, frames=4)
         self._controller = controller or Controller()
         self.robot, self.rate = robot, self._controller.rate
@@ -191,21 +168,16 @@ class ClosedLoop:
         for start in range(first, len(log), _CHUNK):
             # Runs that have not ended go on for some samples.
             stop, active = min(start + _CHUNK, len(log)), np.flatnonzero(counts > start).tolist()
-            # Positions, speeds and feed-forward at every half step, once for runs on the same reference.
-            t = np.arange(start * halves, stop * halves + 1) / (rate * halves)
-            known: dict[int, Array] = {}
-            for plan in (tasks[k].reference for k in active):
-                if id(plan) not in known:
-                    q, qd, qdd = plan.at(t)
-                    torque = self._feed_forward(q, moving * qd, moving * qdd, self._bare).T
-                    known[id(plan)] = np.hstack([q, qd, self._controller.feed_forward * torque])
-            reference = np.stack([known[id(tasks[k].reference)] for k in active], axis=1)
-            levels = [
-                [frictions[k][min(max(sample, 0), len(frictions[k]) - 1)] for k in active]
-                for sample in range(start, stop)
-            ]
+            # Positions, speeds and feed-forward at every half step.
+            t, sample = np.arange(start * halves, stop * halves + 1) / (rate * halves), np.arange(start, stop)
+            parts = []
+            for q, qd, qdd in (tasks[k].reference.at(t) for k in active):
+                torque = self._feed_forward(q, moving * qd, moving * qdd, self._bare).T
+                parts.append(np.hstack([q, qd, self._controller.feed_forward * torque]))
+            reference = np.stack(parts, axis=1)
             wanted = (reference[k : len(reference) - 2 + k : 2] for k in range(3))
-            friction = np.repeat(np.array(levels), self.steps, axis=0)
+            levels = [frictions[k][np.clip(sample, 0, len(frictions[k]) - 1)] for k in active]
+            friction = np.repeat(np.stack(levels, axis=1), self.steps, axis=0)
             out = self._step.chain(state[active], *wanted, chi[active], friction, self._settings).swapaxes(1, 2)
             states = np.concatenate([state[active][None], out[:, :, : 3 * n]])
             logged = slice(max(start, 0), stop)
@@ -277,11 +249,7 @@ def integration_step(robot: Robot, base: BaseParameters, waves: int) -> ca.Funct
 
 
 def steps_per_sample(robot: Robot, controller: Controller, inertia: Array) -> int:
-    """Count the steps by which the stiffest mode, dry friction about rest, is integrated stably.
-
-    Raises:
-        InputError: if the robot's links cannot exist or its friction is too stiff.
-    """
+    """Count the steps by which the stiffest mode, dry friction about rest, is integrated stably."""
     friction, names = smooth_dry_friction(robot, SMOOTHING), dry_friction_names(robot)
     qd, level = ca.SX.sym("qd", robot.n), [robot.parameters[name] for name in names]
     slope = np.array(ca.Function("slope", [qd], [ca.densify(ca.jacobian(friction(qd, level), qd))])(0.0))
@@ -327,21 +295,14 @@ class SimulatedRun(Brief):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Experiment(Brief):
-    """Runs of one robot with what disturbs it.
+    """Runs of one robot with what disturbs it."""
 
-    Attributes:
-        robot: the robot; its parameters are the truth, dry friction on average over all times.
-        phases, gains: of the ripple and of the drives, as ``draw_robot_errors`` gives them.
-        seed: of everything that was drawn.
-        runs: in the order of the tasks.
-    """
-
-    robot: Robot
+    robot: Robot  # its parameters are the truth, dry friction on average over all times
     disturbances: Disturbances
-    phases: Array
-    gains: Array
-    seed: int
-    runs: tuple[SimulatedRun, ...]
+    phases: Array  # of the ripple, as ``draw_robot_errors`` gives them
+    gains: Array  # of the drives, likewise
+    seed: int  # of everything that was drawn
+    runs: tuple[SimulatedRun, ...]  # in the order of the tasks
 
     def again(self, disturbances: Disturbances) -> "Experiment":
         """Record the same runs again with other errors of measurement.
@@ -356,9 +317,8 @@ class Experiment(Brief):
         phases, gains = draw_robot_errors(disturbances, self.seed)
         runs = []
         for k, run in enumerate(self.runs):
-            motion, torque = run.exact.motion, run.exact.torque
-            recording = record(motion, torque, disturbances, gains, [self.seed, k], run.task.name)
-            runs.append(replace(run, recording=recording))
+            again = record(run.exact, disturbances, gains, [self.seed, k], run.task.name)
+            runs.append(replace(run, recording=again))
         return replace(self, disturbances=disturbances, phases=phases, gains=gains, runs=tuple(runs))
 
 
@@ -385,16 +345,8 @@ def run_experiment(
     frictions = [draw_friction(robot, disturbances, count, loop.rate, [seed, k]) for k, count in enumerate(counts)]
     rubbing = [task._replace(friction=friction) for task, friction in zip(tasks, frictions, strict=True)]
     for k, (task, (exact, reference)) in enumerate(zip(tasks, loop.run(rubbing, progress), strict=True)):
-        recording = record(exact.motion, exact.torque, disturbances, gains, [seed, k], task.name)
+        recording = record(exact, disturbances, gains, [seed, k], task.name)
         levels = dict(zip(dry_friction_names(robot), frictions[k].mean(axis=0).tolist(), strict=True))
         distance = np.abs(exact.motion.q - reference).max(axis=0)
         runs.append(SimulatedRun(task, recording, exact, levels, distance))
     return Experiment(robot, disturbances, phases, gains, seed, tuple(runs))
-
-
-def mean_friction(runs: Sequence[SimulatedRun]) -> dict[str, float]:
-    """Average dry friction over the motion of several runs, by parameter [N·m or N]."""
-    weights = [len(run.exact.motion.t) for run in runs]
-    return {
-        name: float(np.average([run.friction[name] for run in runs], weights=weights)) for name in runs[0].friction
-    }
