@@ -229,7 +229,7 @@ def identify(
 
         def over_blocks(one: Estimate) -> Estimate:
             part = posed.part(one.names)
-            robust = jackknifed(part, one, [each], problem.blocks.length)
+            robust = jackknifed(part, one, [each], problem.block_length)
             # No block shows the errors of a prior.
             return replace(one, robust=replace(robust, covariance=robust.covariance + part.lasting(one.weights)))
 

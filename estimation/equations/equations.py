@@ -4,8 +4,8 @@ import io
 import zipfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, reduce
-from itertools import accumulate
+from functools import cached_property
+from itertools import accumulate, chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -36,51 +36,6 @@ class Anchor(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Blocks(Brief):
-    """Equations cut in blocks of time, stacked; together they are the whole."""
-
-    # per joint, B x k x (c + 1): the blocks' own, rows of zeros below the shorter ones
-    factors: tuple[Array, ...] = ()
-    rows: Array = field(default_factory=lambda: np.zeros((0, 0)))  # number of equations, B x n
-    # number of those with independent noise, B x n
-    effective_rows: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    length: float = 0.0  # shortest length of a block [s], unless a whole recording is shorter
-
-    def __len__(self) -> int:
-        """Number of blocks."""
-        return len(self.rows)
-
-    @staticmethod
-    def of(blocks: "Sequence[Equations]", length: float = 0.0) -> "Blocks":
-        """Stack the equations of blocks."""
-        factors = [_stack([part.factors[j][None] for part in blocks]) for j in range(len(blocks[0].factors))]
-        rows = np.array([part.rows for part in blocks], dtype=float)
-        return Blocks(tuple(factors), rows, np.array([part.effective_rows for part in blocks]), length)
-
-    def joined(self, others: "Blocks", together: bool = False) -> "Blocks":
-        """Append other blocks; ``together``: each with its partner of the same motion."""
-        pairs, length = zip(self.factors, others.factors, strict=True), max(self.length, others.length)
-        if together:
-            rows, effective = self.rows + others.rows, self.effective_rows + others.effective_rows
-            return Blocks(tuple(np.concatenate(pair, axis=1) for pair in pairs), rows, effective, length)
-        rows, effective = (
-            np.vstack([self.rows, others.rows]),
-            np.vstack([self.effective_rows, others.effective_rows]),
-        )
-        return Blocks(tuple(map(_stack, pairs)), rows, effective, length)
-
-    def weighted(self, weights: Array) -> Array:
-        """Rows of all joints, those of joint j times ``weights[j]``, B x k x (c + 1)."""
-        return np.concatenate([w * stack for w, stack in zip(weights, self.factors, strict=True)], axis=1)
-
-
-def _stack(parts: Sequence[Array]) -> Array:
-    """Stack factors, each B x k x (c + 1), as one; rows of zeros below the shorter ones."""
-    most = max(part.shape[1] for part in parts)
-    return np.concatenate([np.pad(part, ((0, 0), (0, most - part.shape[1]), (0, 0))) for part in parts])
-
-
-@dataclass(frozen=True, eq=False, repr=False)
 class Equations(Brief):
     """Triangular factors that hold all an estimator can learn from Y = W chi + rho.
 
@@ -92,7 +47,9 @@ class Equations(Brief):
         shared: by joint and motor (both from 0), the part of the joint's torque Y_j that another joint's motor
             makes, whose gain is in both joints' torques where drives are coupled (9), or a known spring
             (``NO_MOTOR``), whose torque no gain scales: Q' times it, rows as those of the joint's factor.
-        blocks: the same equations cut in blocks of time, where the memory of the residuals was asked for.
+        blocks: the same equations cut in blocks of time, where the memory of the residuals was asked for; nothing
+            shared is kept of them.
+        block_length: shortest length of a block [s], unless a whole recording is shorter.
 
     >>> Equations.from_arrays([[1.0], [2.0]], [1.1, 1.9], joint=[1, 1], names=["FV1"]).equations
     2
@@ -103,7 +60,8 @@ class Equations(Brief):
     rows: tuple[int, ...]
     effective_rows: tuple[float, ...]
     shared: Mapping[tuple[int, int], Array] = field(default_factory=dict)
-    blocks: Blocks = Blocks()
+    blocks: tuple["Equations", ...] = ()
+    block_length: float = 0.0
 
     @staticmethod
     def from_arrays(W: ArrayLike, Y: ArrayLike, joint: ArrayLike, names: Sequence[str]) -> "Equations":
@@ -143,20 +101,17 @@ class Equations(Brief):
             shift: shape (c,); zero by default.
             joints: whose equations are kept, from 0; all by default.
         """
-        joints, blocks = range(len(self.factors)) if joints is None else joints, self.blocks
+        joints = range(len(self.factors)) if joints is None else joints
         right = np.append(np.zeros(len(self.columns)) if shift is None else -shift, 1.0)
         change = np.column_stack([np.vstack([M, np.zeros(M.shape[1])]), right])
-        if len(blocks):
-            factors = tuple(blocks.factors[j] @ change for j in joints)
-            blocks = Blocks(factors, blocks.rows[:, joints], blocks.effective_rows[:, joints], blocks.length)
-        return Equations(
-            tuple(names),
-            tuple(self.factors[j] @ change for j in joints),
-            tuple(self.rows[j] for j in joints),
-            tuple(self.effective_rows[j] for j in joints),
-            self.shared if shift is None and len(joints) == len(self.factors) else {},
-            blocks,
-        )
+
+        def changed(one: Equations) -> Equations:
+            own = [(one.factors[j] @ change, one.rows[j], one.effective_rows[j]) for j in joints]
+            factors, rows, effective = zip(*own, strict=True)
+            return replace(one, columns=tuple(names), factors=factors, rows=rows, effective_rows=effective)
+
+        shared = self.shared if shift is None and len(joints) == len(self.factors) else {}
+        return replace(changed(self), shared=shared, blocks=tuple(map(changed, self.blocks)))
 
     def select(self, names: Sequence[str]) -> "Equations":
         """Keep only some of the parameters, or put all among others, whose columns are zero; in the order given."""
@@ -217,24 +172,15 @@ class Equations(Brief):
     @property
     def whole(self) -> "Equations":
         """Drop the blocks."""
-        return replace(self, blocks=Blocks())
-
-    def parts(self) -> list["Equations"]:
-        """Split into the equations of each block; nothing shared is kept."""
-        counts = zip(self.blocks.rows.astype(int).tolist(), self.blocks.effective_rows.tolist(), strict=True)
-        return [
-            Equations(self.columns, tuple(stack[b] for stack in self.blocks.factors), tuple(rows), tuple(effective))
-            for b, (rows, effective) in enumerate(counts)
-        ]
+        return replace(self, blocks=())
 
     def without_each(self) -> list["Equations"]:
         """Leave out each block in turn, for a jackknife; nothing shared is kept.
 
         What lies before and after each block is merged once for all: 3 B merges instead of B^2.
         """
-        if len(self.blocks) < 2:
+        if len(blocks := self.blocks) < 2:
             raise InputError("robust standard deviations need two blocks of time at least: record longer")
-        blocks = self.parts()
         before = list(accumulate(blocks[:-1], lambda done, block: merged([done, block])))
         after = list(accumulate(blocks[:0:-1], lambda done, block: merged([block, done])))[::-1]
         return [after[0], *map(merged, zip(before[:-1], after[1:], strict=True)), before[-1]]
@@ -406,5 +352,6 @@ def merged(parts: Iterable[Equations]) -> Equations:
         tuple(np.sum([part.rows for part in parts], axis=0).tolist()),
         tuple(np.sum([part.effective_rows for part in parts], axis=0).tolist()),
         shared,
-        reduce(Blocks.joined, [p.blocks for p in parts]) if all(len(p.blocks) for p in parts) else Blocks(),
+        tuple(chain.from_iterable(p.blocks for p in parts)) if all(p.blocks for p in parts) else (),
+        max(p.block_length for p in parts),
     )

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...common import Array, decomposed
-from ..equations.equations import Blocks, Equations
+from ..equations.equations import Equations
 from ..equations.observer import Observation, reduced
 
 _WINDOW = 5.0  # lags summed, in autocorrelation times
@@ -139,8 +139,8 @@ def in_blocks(
 ) -> Equations:
     """Add blocks of time to equations, between their recordings' edges."""
     pairs = zip(recordings, edges, strict=True)
-    blocks = [reduced(recording.between(*between)) for recording, ends in pairs for between in pairwise(ends)]
-    return replace(equations, blocks=Blocks.of(blocks, length))
+    blocks = (reduced(recording.between(*between)) for recording, ends in pairs for between in pairwise(ends))
+    return replace(equations, blocks=tuple(replace(block, shared={}) for block in blocks), block_length=length)
 
 
 def weighted_solution(equations: Equations) -> Array:

@@ -59,10 +59,12 @@ def left_out(
     indices = [*(equations.columns.index(name) for name in (*names, *known)), -1]
     near = np.zeros((0, len(indices))) if near is None else near
     count = np.array([equations.equations, sum(equations.effective_rows)]) + len(near)
-    counts = count - np.column_stack([blocks.rows.sum(axis=1), blocks.effective_rows.sum(axis=1)])
+    counts = count - np.array([[block.equations, sum(block.effective_rows)] for block in blocks])
     factors = [w * factor[:, indices] for w, factor in zip(weights, equations.factors, strict=True)]
     root, whole = _solved(np.vstack([*factors, near]), names, count)
-    rows = blocks.weighted(weights)[:, :, indices]
+    parts = [np.vstack([w * own for w, own in zip(weights, block.factors, strict=True)]) for block in blocks]
+    most = max(map(len, parts))
+    rows = np.array([np.pad(part[:, indices], ((0, most - len(part)), (0, 0))) for part in parts])
     chunks = [_downdated(root, whole, rows[k : k + _AT_ONCE]) for k in range(0, len(rows), _AT_ONCE)]
     little = np.concatenate([own for own, _ in chunks])
     solutions = [np.concatenate(arrays) for arrays in zip(*(own for _, own in chunks), strict=True)]

@@ -133,9 +133,9 @@ def _held_out(equations: Equations, names: Sequence[str], weights: Array) -> tup
     solutions = left_out(equations, names, weights).values[:, :, 0]
     places = [*(equations.columns.index(name) for name in names), -1]
     rows = np.column_stack([-solutions[:-1], np.ones(len(solutions) - 1)])
-    errors = [np.einsum("bkc,bc->bk", stack[:, :, places], rows) for stack in equations.blocks.factors]
-    squares = np.column_stack([np.sum(error**2, axis=1) for error in errors])
-    return squares, dict(zip(names, solutions[-1].tolist(), strict=True))
+    every = zip(equations.blocks, rows, strict=True)
+    squares = [[float(np.sum((own[:, places] @ row) ** 2)) for own in block.factors] for block, row in every]
+    return np.array(squares), dict(zip(names, solutions[-1].tolist(), strict=True))
 
 
 def base_problem(

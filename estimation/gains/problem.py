@@ -367,11 +367,8 @@ def _with_gains(robot: Robot, recording: Recording, K: Array) -> Recording:
 def _times(equations: Equations, ratio: Array) -> Equations:
     """Multiply right-hand sides of joint j by ``ratio[j]``."""
     changes = [np.append(np.ones(len(equations.columns)), joint_ratio) for joint_ratio in ratio]
-    factors, stacks = (
-        tuple(factor * change for factor, change in zip(own, changes, strict=False))
-        for own in (equations.factors, equations.blocks.factors)
-    )
-    return replace(equations, factors=factors, blocks=replace(equations.blocks, factors=stacks))
+    factors = tuple(factor * change for factor, change in zip(equations.factors, changes, strict=True))
+    return replace(equations, factors=factors, blocks=tuple(_times(block, ratio) for block in equations.blocks))
 
 
 def free_gains(equations: Equations, weights: Array, loads: Sequence[KnownLoad]) -> CurrentFit:

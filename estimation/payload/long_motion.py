@@ -94,7 +94,7 @@ class LongMotion(Brief):
     @property
     def paired(self) -> bool:
         """True if the blocks with and without payload are of one motion."""
-        return self.difference is not None and len(self.difference.blocks) > 0
+        return self.difference is not None and bool(self.difference.blocks)
 
     @property
     def why_no_pair(self) -> str:
@@ -173,8 +173,8 @@ class LongMotion(Brief):
         unloaded = self.unloaded.select(loaded.columns)
         if not (self.paired and unloaded.blocks and loaded.blocks):
             return merged([unloaded, loaded])
-        blocks = unloaded.blocks.joined(loaded.blocks, together=True)
-        return replace(merged([unloaded.whole, loaded.whole]), blocks=blocks)
+        blocks = tuple(map(merged, zip(unloaded.blocks, loaded.blocks, strict=True)))
+        return replace(merged([unloaded.whole, loaded.whole]), blocks=blocks, block_length=loaded.block_length)
 
     @property
     def left_out(self) -> tuple[tuple[tuple[int, int], ...], ...]:
@@ -193,7 +193,7 @@ class LongMotion(Brief):
     @property
     def block_length(self) -> float:
         """Shortest length of a block [s], unless a whole recording is shorter."""
-        return self.loaded.blocks.length
+        return self.loaded.block_length
 
 
 def check_blocks(*counts: int) -> None:

@@ -156,7 +156,7 @@ class ShortMotion(Brief):
     @property
     def block_length(self) -> float:
         """Shortest length of a block [s], unless a whole recording is shorter."""
-        return max(run.blocks.length for run in self.runs)
+        return max(run.block_length for run in self.runs)
 
     @property
     def needed_scale(self) -> KnownMass | None:
