@@ -264,10 +264,8 @@ def _prior(base: BaseParameters, robot: Robot, given: Estimate | None) -> Known 
             f"prior: {', '.join(unknown)} is no base parameter: give some of {', '.join(base.columns)}"
         )
     floor = _FIXED * np.maximum(np.abs(given.values), _FIXED)
-    C = given.covariance + np.diag(floor**2)
-    exact = np.zeros((len(C), robot.n))
-    names = tuple(columns[name] for name in given.names)
-    return Known(names, given.values, C, C, given.degrees_of_freedom, lambda: exact)
+    C, names = given.covariance + np.diag(floor**2), tuple(columns[name] for name in given.names)
+    return Known(names, given.values, C, C, given.degrees_of_freedom, np.zeros((len(C), robot.n)))
 
 
 def held_out_fit(

@@ -113,9 +113,10 @@ def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
         # Without each block with payload; then without each of those that the robot's parameters come from.
         parts = [whole.without_each()]
         for k, known in enumerate(whole.fixed):
-            if (left := known.left_out()) is not None:
+            if known.left_out is not None:
                 before, after = whole.fixed[:k], whole.fixed[k + 1 :]
-                parts.append([replace(whole, fixed=(*before, known._replace(values=x), *after)) for x in left])
+                left = (known._replace(values=x) for x in known.left_out())
+                parts.append([replace(whole, fixed=(*before, one, *after)) for one in left])
         robust = jackknife([map(again, part) for part in parts], np.nan_to_num(values), 0.0)
         variance = np.maximum(variance, np.diag(robust.covariance) + lasting)
         dof = max(float(robust.degrees_of_freedom), 1.0)

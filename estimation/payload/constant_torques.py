@@ -68,7 +68,7 @@ class HeldFriction(Brief):
         k, n = len(self.held), len(self.noise)
         lasting = np.diag([role.sigma**2 for role in self.held.values()])
         names = tuple(f"{_LEVEL}{name}" for name in self.held)
-        return Known(names, np.zeros(k), np.zeros((k, k)), lasting, gain_sensitivity=lambda: np.zeros((k, n)))
+        return Known(names, np.zeros(k), np.zeros((k, k)), lasting, gain_sensitivity=np.zeros((k, n)))
 
     def friction_free(self, equations: Equations) -> Equations:
         """Take off all that constant torques, friction and ripple of one recording can explain.

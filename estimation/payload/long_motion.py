@@ -136,14 +136,11 @@ class LongMotion(Brief):
             raise InputError(
                 "method 1 needs the robot's parameters: give a recording without payload or --robot-parameters"
             )
-        return stored_robot(
-            own
-        )._replace(
-            lasting=0.0 * own.covariance,  # blocks of time hold the recording they come from
-            left_out=lambda: (
-                left_out(unloaded, own.names, own.weights).values[:-1, :, 0] if unloaded.blocks else None
-            ),
-        )
+        # Blocks of time hold the recording they come from.
+        known = stored_robot(own)._replace(lasting=0.0 * own.covariance)
+        if not unloaded.blocks:
+            return known
+        return known._replace(left_out=lambda: left_out(unloaded, own.names, own.weights).values[:-1, :, 0])
 
     @property
     def corrected(self) -> bool:
@@ -229,8 +226,8 @@ def measured_part(known: Estimate, robot: Robot) -> Estimate:
 def stored_robot(robot: Estimate) -> Known:
     """Parameters of an earlier identification; no block of time shows their error, robust where it is known."""
     C = robot.covariance
-    lasting, sensitivity = robot.robust.covariance if robot.robust else C, robot.gain_sensitivity
-    return Known(robot.names, robot.values, C, lasting, robot.degrees_of_freedom, lambda: sensitivity)
+    lasting = robot.robust.covariance if robot.robust else C
+    return Known(robot.names, robot.values, C, lasting, robot.degrees_of_freedom, robot.gain_sensitivity)
 
 
 def prior_of(known: Estimate | None, inflation: tuple[float, ...], loaded: Equations) -> Known:
@@ -422,8 +419,8 @@ def known_path(columns: Sequence[str], joints: int) -> tuple[Known, ...]:
     """Prior of the torque of paths that differ: nothing of it is left, but for a quarter."""
     if PATH not in columns:
         return ()
-    zero, derivatives = np.zeros((1, 1)), np.zeros((1, joints))
-    return (Known((PATH,), zero[0], zero, zero + _UNSURE**2, gain_sensitivity=lambda: derivatives),)
+    zero = np.zeros((1, 1))
+    return (Known((PATH,), zero[0], zero, zero + _UNSURE**2, gain_sensitivity=np.zeros((1, joints))),)
 
 
 def friction_changes(robot: Estimate, inflation: Sequence[float], ratio: float) -> dict[str, SoftPrior]:
