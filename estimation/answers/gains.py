@@ -35,12 +35,12 @@ from .system import DRAWN, TorquePrediction, payload_predictions
 class GainsWorking(Brief):
     """Weighings by the torques that drive gains give, one for each mounting of the known weight."""
 
-    source: Source  # the recordings of currents, and how they were processed
+    source: Source  # the recordings of currents
     mountings: tuple[int, ...]  # their numbers
-    loads: tuple[KnownLoad, ...]  # what was known of the payload in each
-    payloads: tuple[InertialParameters, ...]  # as identified in each, what is known as given
+    loads: tuple[KnownLoad, ...]
+    payloads: tuple[InertialParameters, ...]  # as identified in each mounting, what is known as given
     posed: tuple[LongMotion, ...]
-    by_joints: tuple[ByJoints, ...]  # the weight as single joints see it
+    by_joints: tuple[ByJoints, ...]
 
     @cached_property
     def predictions(self) -> tuple[TorquePrediction, ...]:

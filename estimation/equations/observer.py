@@ -54,8 +54,8 @@ class Observation:
     """The equations of one recording, row by row."""
 
     layout: Layout  # what the rows hold
-    # per joint, entries of W that are not zero, torque [N·m or N] (known torques, such as a spring's, are already
-    # moved there), and parts of it that are not of its own motor; numbers of an equation x r_j
+    # Per joint, entries of W that are not zero, torque [N·m or N] (known torques, such as a spring's, are already
+    # moved there), and parts of it that are not of its own motor; numbers of an equation x r_j.
     rows: tuple[Array, ...]
     t: tuple[Array, ...]  # per joint, time of the rows [s], shape (r_j,)
     bandwidth: float  # fraction of the frequency range that white noise fills; 1 without decimation
@@ -69,13 +69,7 @@ class Observation:
         bandwidth: float,
         motors: tuple[tuple[int, ...], ...] | None = None,
     ) -> "Observation":
-        """Make equations of whole matrices.
-
-        Args:
-            W: per joint, r_j x c.
-            torques: per joint, (r_j,); or torque and its parts, as by ``torques``.
-            motors: as of a ``Layout``; none by default.
-        """
+        """Make equations of whole matrices, per joint r_j x c, and torques, (r_j,), or as by ``torques``."""
         touched = tuple(np.flatnonzero(own.any(axis=0)) for own in W)
         layout = Layout(tuple(columns), np.arange(len(columns)), touched, motors or ((),) * len(W))
         parts = zip(W, touched, torques, strict=True)
@@ -152,8 +146,8 @@ def _sharing(robot: Robot) -> tuple[tuple[int, ...], ...]:
 def equation_code(robot: Robot, columns: tuple[str, ...]) -> tuple[Kernel, tuple[Indices, ...]]:
     """Kernel of q, qd, qdd, torque to each joint's entries and torques, and the columns of the entries.
 
-    With a known spring its torque in the recording that was subtracted is one more input; of the column ``PATH``,
-    which is taken off the torques, its values are; where friction depends on load, the columns' parameters are.
+    Further inputs: a known spring's torque in the recording that was subtracted; values of the column ``PATH``,
+    which is taken off the torques; the columns' parameters, where friction depends on load.
     """
     own = [name for name in columns if name != PATH]
     state, phi = regressor_expression(robot, own)
@@ -204,11 +198,7 @@ class Used(NamedTuple):
 
 
 def used(data: Measurement, processing: Processing, partner: Motion | None = None) -> Used:
-    """Find the rows of a measurement to use: moving stretches less rows of slow joints.
-
-    ``data``: the measurement, even in time if it is to be decimated; ``partner``: another motion on the same time
-    whose slow rows are left out as well.
-    """
+    """Find the rows of a measurement to use: moving stretches less rows of slow joints, of a partner's as well."""
     keep = used_rows(data.motion, processing)
     if partner is not None:
         keep &= used_rows(partner, processing)
@@ -219,12 +209,7 @@ class Observer:
     """Turns measurements of one robot into equations in chosen columns, as its ``layout`` says."""
 
     def __init__(self, robot: Robot, columns: Sequence[str], names: Sequence[str] | None = None) -> None:
-        """Generate the code of the columns' regressor.
-
-        Args:
-            columns: standard parameters whose columns make up W, may repeat; and ``PATH``.
-            names: what the columns are called, by default the standard names.
-        """
+        """Generate the code of the regressor of standard parameters, which may repeat, and ``PATH``; name them."""
         self.robot, self._evaluated_columns = robot, tuple(dict.fromkeys(columns))
         self._kernel, touched = equation_code(robot, self._evaluated_columns)
         self._chi = np.zeros(len(self._evaluated_columns))
@@ -239,10 +224,7 @@ class Observer:
         return self.layout.columns
 
     def at(self, values: Array) -> "Observer":
-        """Make the observer whose friction is that under the load which parameters of these values cause.
-
-        ``values``: of the first columns; those of the others are zero.
-        """
+        """Make the observer whose friction is that under the load which these values of the first columns cause."""
         there, evaluated = copy.copy(self), self._evaluated_columns
         there._chi = np.zeros(len(evaluated))
         there._chi[[evaluated.index(name) for name in self._standard]] = self.layout.values(values)

@@ -66,11 +66,7 @@ def current_weights(equations: Equations) -> Array:
 def gauss_newton(equations: Equations, weights: Array, free: Sequence[int], known: Array) -> CurrentFit:
     """Minimise sum_j w_j^2 ||i_j - k_j W_j x||^2.
 
-    Args:
-        equations: factors of [W i].
-        weights: per joint [1/A].
-        free: indices of the unknown parameters among the columns.
-        known: the others' values, which set the scale, zero at the free ones, shape (c,).
+    ``free``: indices of the unknown parameters; ``known``: the others' values, which set the scale, shape (c,).
     """
     c, factors = len(free), equations.factors
     k, x = torque_side(factors, free, known)
@@ -203,10 +199,6 @@ def mountings(
 ) -> tuple[dict[int, tuple[int, ...]], tuple[KnownLoad, ...]]:
     """Group the loaded recordings, this many, by the number of their mounting: one number, one centre of mass.
 
-    Args:
-        numbers: one for each of them; all in one mounting by default.
-        load: the known parameters of the payload, the same in all mountings or those of each.
-
     Returns:
         The indices of each number's recordings, in the order in which they come, and the load of each.
     """
@@ -264,19 +256,18 @@ class GainProblem(Brief):
             motors = coupling.motor_torques(recording.torque) if coupling else recording.torque
             return _with_gains(self.robot, replace(recording, torque=motors), ratio)
 
-        problems = []
-        for problem in self.posed:
+        def changed(problem: LongMotion) -> LongMotion:
             source = problem.source
             loaded, unloaded = (tuple(map(rescaled, part)) for part in (source.loaded, source.unloaded))
-            changed = replace(
+            return replace(
                 problem,
                 loaded=_times(problem.loaded, ratio),
                 unloaded=problem.unloaded and _times(problem.unloaded, ratio),
                 difference=problem.difference and _times(problem.difference, ratio),
                 source=source._replace(loaded=loaded, unloaded=unloaded),
             )
-            problems.append(changed)
-        return tuple(problems)
+
+        return tuple(map(changed, self.posed))
 
 
 def gain_problem(
@@ -287,11 +278,7 @@ def gain_problem(
     mounting: Sequence[int] = (),
     settings: Settings = DEFAULTS,
 ) -> GainProblem:
-    """Process recordings whose ``torque`` holds motor currents [A] and reduce them, as ``identify_gains``.
-
-    Raises:
-        InputError: if the recordings cannot be used, or there are not as many numbers as loaded recordings.
-    """
+    """Process recordings whose ``torque`` holds motor currents [A] and reduce them, as ``identify_gains``."""
     description, robot = robot, robot.for_currents()
     if not unloaded:
         raise InputError("drive gains need recordings without and with the payload: give both")
@@ -302,7 +289,7 @@ def gain_problem(
     paired = len(loaded) == len(unloaded) or len(groups) < 2  # each loaded recording has its own without payload
 
     def posed(K: Array, robust: bool) -> tuple[LongMotion, ...]:
-        """Pose the payload problem of each mounting, with joint torques that gains K would give."""
+        """Pose each mounting's payload problem, with joint torques that gains K would give."""
         with_load, without = ([_with_gains(robot, one, K) for one in some] for some in (loaded, unloaded))
         return tuple(
             payload_problem(
@@ -342,9 +329,8 @@ def gain_problem(
             deletions += parts
     except InputError as error:
         deletions, reason = [], str(error)
-    source = Source(tuple(loaded), tuple(unloaded), settings.processing_of(robot))
-    by, left_out = tuple(K.tolist()), tuple(deletions)
-    return GainProblem(description, equations, tuple(groups), loads, source, problems, by, left_out, reason)
+    source, by = Source(tuple(loaded), tuple(unloaded), settings.processing_of(robot)), tuple(K.tolist())
+    return GainProblem(description, equations, tuple(groups), loads, source, problems, by, tuple(deletions), reason)
 
 
 def _together(problems: Sequence[LongMotion], paired: bool) -> list[Equations]:

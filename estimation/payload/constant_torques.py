@@ -30,11 +30,9 @@ Measured without any payload (benchmarks/constant_torques.py): constant torques 
 scatter by 2.3 % of it from 10 s to 10 s beyond their noise (90 % interval 1.1 to 4.1 %); the difference of two by
 sqrt(2) more.
 """
-_WRIST = 3
-"""Number of last joints, always free: their torque shifts the centre of mass, and the TX40's scatter by 17 %."""
+_WRIST = 3  # last joints, always free: their torque shifts the centre of mass, and the TX40's scatter by 17 %
 _CONTRADICTED = 1e-3  # probability of what the recordings say, below which the constant torques are free
-_FEWEST_LEFT = 6
-"""Number of rows of a joint beyond its free columns; fewer may be fitted exactly, and show no errors."""
+_FEWEST_LEFT = 6  # rows of a joint beyond its free columns; fewer may be fitted exactly, and show no errors
 _HIDDEN = 1e-6  # fraction of a friction in undetermined directions above which it is not known
 
 
@@ -75,26 +73,25 @@ class HeldFriction(Brief):
 
         Each prior is one more equation: the friction is its own ``known`` value, as sure as noise and memory allow.
         """
-        anchors = []
-        for name, role in self.held.items():
-            stiffness = float(self.noise[joint_of(name)] * role.weight)
-            anchors.append(Anchor(f"{FREE}{name}", joint_of(name), stiffness, f"{_LEVEL}{name}"))
+        noise = {name: float(self.noise[joint_of(name)]) for name in self.held}
+        anchors = [
+            Anchor(f"{FREE}{name}", joint_of(name), noise[name] * role.weight, f"{_LEVEL}{name}")
+            for name, role in self.held.items()
+        ]
         return equations.eliminate(free_columns(equations.columns), anchors)
 
 
 def friction_prior(observations: Sequence[Observation], sigmas: Mapping[str, float]) -> HeldFriction:
-    """Make the prior of friction near zero; an equation counts as much as the joint's noise and memory allow.
+    """Make the prior of friction near zero with standard deviations by name [N·m or N, or per speed].
 
-    ``observations``: with free columns of each joint, ``PAYLOAD`` and no other, or ``PATH`` besides; ``sigmas``:
-    standard deviations by name [N·m or N, or per speed].
+    ``observations``: with free columns of each joint, ``PAYLOAD`` and no other, or ``PATH`` besides.
     """
     left = [one.eliminate(free_columns(one.columns)) for one in observations]
     problem = merged(map(reduced, left)).select(PAYLOAD)
     values = weighted_solution(problem)
     noise, spare = problem.error_norms(values) / np.sqrt(np.maximum(problem.rows, 1)), np.array(problem.rows)
     for one in observations:
-        names = one.columns
-        free = [names.index(name) for name in free_columns(names)]
+        free = [one.columns.index(name) for name in free_columns(one.columns)]
         spare = spare - [int(W[:, free].any(axis=0).sum()) for W in one.W]
     noise[spare < _FEWEST_LEFT] = 0.0  # too few rows, beyond the free columns that act on them, to tell it
     memory = np.array(Remembered.of(left, values).inflation)
@@ -106,8 +103,7 @@ def friction_prior(observations: Sequence[Observation], sigmas: Mapping[str, flo
 def offset_prior(observations: Sequence[Observation], coulomb: Array) -> HeldFriction:
     """Make the prior of the arm's constant torques near zero; wholly free where the recordings contradict that.
 
-    ``coulomb``: friction of each joint without payload [N·m or N], shape (n,); where it is not known, and 0, the
-    joint's constant torque is free.
+    ``coulomb``: friction of each joint without payload [N·m or N], shape (n,); 0 where it is not known.
     """
     arm = coulomb[: max(len(coulomb) - _WRIST, 1)].tolist()
     prior = friction_prior(observations, {f"OFF{j}": OFFSET_SHARE * level for j, level in enumerate(arm, start=1)})
@@ -116,9 +112,8 @@ def offset_prior(observations: Sequence[Observation], coulomb: Array) -> HeldFri
     free = HeldFriction({}, np.zeros(n), np.ones(n))
     factors = [reduced(one) for one in observations]
     squares = [_left(merged(map(each.friction_free, factors)).select(PAYLOAD), weights) for each in (prior, free)]
-    count = len(prior.joints)
-    contradicted = count > 0 and chdtrc(count, max(squares[0] - squares[1], 0.0)) < _CONTRADICTED
-    return free if contradicted else prior
+    rise, count = max(squares[0] - squares[1], 0.0), len(prior.joints)
+    return free if count and chdtrc(count, rise) < _CONTRADICTED else prior
 
 
 def _left(problem: Equations, weights: Array) -> float:
@@ -130,15 +125,9 @@ def _left(problem: Equations, weights: Array) -> float:
 def coulomb_friction(problem: Equations) -> Array:
     """Coulomb friction of each joint [N·m or N], shape (n,); 0 where the motion, or the model, does not show it.
 
-    By recordings without payload in all base parameters, constant torques among them. A short motion leaves much
-    of the robot undetermined; what it leaves has no part in friction.
+    By recordings without payload in all base parameters, constant torques among them.
     """
-    n = len(problem.rows)
     hidden = decomposed(problem.stacked()[:, :-1]).hidden
-    values = weighted_solution(problem)
-    levels = np.zeros(n)
-    for j in range(n):
-        name = f"FS{j + 1}"
-        if name in problem.columns and hidden[problem.columns.index(name)] < _HIDDEN:
-            levels[j] = max(values[problem.columns.index(name)], 0.0)
-    return levels
+    every = zip(problem.columns, weighted_solution(problem).tolist(), hidden, strict=True)
+    known = {name: max(value, 0.0) for name, value, part in every if part < _HIDDEN}
+    return np.array([known.get(f"FS{j}", 0.0) for j in range(1, len(problem.rows) + 1)])

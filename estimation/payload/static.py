@@ -34,19 +34,14 @@ _AT_REST = ("MX", "MY", "MZ", "M", "FS", "FSM", "OFF")  # kinds of parameters th
 
 
 class Drift(Document, frozen=True):
-    """Drift of the torques that is linear in time, per hour where files share a clock, else per recording.
-
-    ``offset``, ``friction``: of each joint's constant torque and Coulomb level [N·m or N], both with ``sigma``;
-    ``mass``: what it would add to the mass [kg] from one recording to the next, were it not known; ``ratio``: its
-    part of the mass's variance.
-    """
+    """Drift of the torques that is linear in time, per hour where files share a clock, else per recording."""
 
     per: str
-    offset: Vector
-    friction: Vector
-    sigma: Vector
-    mass: Float
-    ratio: float
+    offset: Vector  # of each joint's constant torque [N·m or N]
+    friction: Vector  # of its Coulomb level
+    sigma: Vector  # of both
+    mass: Float  # what it would add to the mass [kg] from one recording to the next, were it not known
+    ratio: float  # its part of the mass's variance
 
 
 class Standing(Document, frozen=True):
@@ -121,10 +116,10 @@ def static_weighing(
         robot,
         base_parameters(robot),
         Source(tuple(loaded), tuple(unloaded), processing, rate=every[-1].rate),
-        tuple((np.flatnonzero(keep.any(axis=0)) + 1).tolist()),
-        (in_blocks(reduced(change), [change], [ends], 0.0),),
-        offset_prior([change], np.abs((each * side[0] * without.torque).sum(axis=0))),
-        np.sqrt(np.mean(under_load.torque**2, axis=0)),
+        joints=tuple((np.flatnonzero(keep.any(axis=0)) + 1).tolist()),
+        runs=(in_blocks(reduced(change), [change], [ends], 0.0),),
+        held=offset_prior([change], np.abs((each * side[0] * without.torque).sum(axis=0))),
+        torque_rms=np.sqrt(np.mean(under_load.torque**2, axis=0)),
         settings=settings,
         rests=tuple(every),
         one_sided=one_sided,

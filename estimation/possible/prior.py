@@ -14,7 +14,7 @@ from ...common import Array, InputError
 from ...model import INERTIAL, BaseParameters, InertialParameters, Robot
 from ...model.stand_in import MOVING, cylinder_radius, cylinders, missing_inertial
 from ..fit.estimate import Estimate, error_model
-from .cone import Cone, ConeProgram, SolverError, cone_solver, solve_cone
+from .cone import ConeProgram, Part, SolverError, cone_solver, solve_cone
 from .constraints import PSEUDO_INERTIA, MassBounds
 from .payload import TOLERANCE
 from .robot import PossibleRobot, RobotProgram
@@ -28,11 +28,10 @@ _TRIED = ((0.1, 1e-10), (1.0, 1e-10), (10.0, 1e-10), (1e3, 1e-10), (0.1, 1e-8), 
 
 @dataclass(frozen=True)
 class RobotPrior:
-    """Prior of a robot: links as they are thought to be."""
+    """Prior of a robot: links as they are thought to be, each in its own frame, and the text on where from."""
 
-    # one per link, in its own frame; each has some extent (positive definite pseudo-inertia)
     bodies: tuple[InertialParameters, ...]
-    source: str  # where they come from, in text
+    source: str
 
     def __post_init__(self) -> None:
         """Refuse a link from which no distance can be measured."""
@@ -45,13 +44,10 @@ class RobotPrior:
 
 
 def robot_prior(robot: Robot, total_mass: float | None = None) -> RobotPrior:
-    """Make the prior of a robot: the inertial parameters of its file, or cylinders of a total mass.
+    """Make the prior of a robot: the inertial parameters of its file, or cylinders of a total mass [kg].
 
     Without a stated mass, and where the file has no parameters, it is the fraction ``MOVING`` of the maker's mass
     of the whole arm, for that holds the base.
-
-    Args:
-        total_mass: of all moving links [kg]; asks for the cylinders even if the file has parameters.
 
     Raises:
         InputError: if none of them is there, the file holds only some of the parameters, or the mass is not
@@ -93,10 +89,9 @@ class PriorRobot(PossibleRobot):
     """Robot that can exist, data first, then a prior."""
 
     nearest: PossibleRobot = field(kw_only=True)  # the base gauge: the nearest robot that can exist
-    prior: RobotPrior = field(kw_only=True)  # the links as they were thought to be
+    prior: RobotPrior = field(kw_only=True)
     budget: float = field(kw_only=True)  # by which chi2 was allowed to rise above ``nearest.chi2_rise``
-    # of the entropic distance; infinite where the prior itself is within the budget
-    weight: float = field(kw_only=True)
+    weight: float = field(kw_only=True)  # of the entropic distance; infinite if the prior is within the budget
     origins: dict[str, Origin] = field(kw_only=True)  # who decides each standard parameter
     distances: tuple[float, ...] = field(kw_only=True)  # entropic distance of each link from its prior
 
@@ -111,14 +106,8 @@ def solve_constrained_prior(
 ) -> PriorRobot:
     """Find the robot nearest to a prior among those that explain the data within a budget.
 
-    Links can exist, and drives hold the rules of ``solve_constrained_base``; the distance is that of the links
-    alone. chi2 goes by robust standard deviations where the estimate has them (``error_model``).
-
-    Args:
-        estimate: of all of them, in their order.
-        prior: one body for each link.
-        budget: by which chi2 may rise above the constrained minimum.
-        total_mass: bounds of the mass of all links together, where known.
+    Links can exist, and drives hold the rules of ``solve_constrained_base``, as which it takes its arguments; the
+    distance is that of the links alone. chi2 may rise by ``budget`` above the constrained minimum.
 
     Raises:
         InputError: if the estimate or the prior are not of this robot, or the budget is not positive.
@@ -192,19 +181,21 @@ def _nearest(program: ConeProgram, prior: Array, possible: Array, radius: float)
             exponentials[j, i, 0, logs[j, i]] = 1.0
     upper = [(i, j) for j in range(8) for i in range(j + 1)]
     triangles = np.stack([(1.0 if i == j else np.sqrt(2.0)) * blocks[:, i, j] for i, j in upper], axis=1)
-    linear, left = np.zeros((r + k + 1, n + 14 * p + 1)), program.R @ possible - program.d
-    linear[:r, :n], linear[:r, -1], linear[r, -1] = program.A, program.slack(possible), radius
-    linear[r + 1 :, :n], linear[r + 1 :, -1] = program.R, left
-    cones: list[Cone] = [("Nonnegative", r), ("SecondOrder", k + 1)]
-    cones += [("PSDTriangle", 8)] * p
-    cones += [("Exponential", 3)] * (4 * p)
+    rules, norm, left = (
+        np.zeros((r, n + 14 * p + 1)),
+        np.zeros((k + 1, n + 14 * p + 1)),
+        program.R @ possible - program.d,
+    )
+    rules[:, :n], rules[:, -1], norm[0, -1] = program.A, program.slack(possible), radius
+    norm[1:, :n], norm[1:, -1] = program.R, left
+    links: list[Part] = [("PSDTriangle", body) for body in triangles]
+    links += [("Exponential", rows) for rows in exponentials.reshape(4 * p, 3, -1)]
     cost = np.concatenate([np.einsum("piin->n", own), np.zeros(10 * p), -np.ones(4 * p)])
     ends = dict[str, tuple[Any, float]]()
     for largest, tolerance in _TRIED:
         size = float(np.abs(program.R).max()) / largest
-        norm = linear / np.append(np.ones(r), np.full(k + 1, size))[:, None]
-        matrix = np.vstack([norm, triangles.reshape(36 * p, -1), exponentials.reshape(12 * p, -1)])
-        solution = cone_solver(cost, -matrix[:, :-1], matrix[:, -1], cones, tolerance).solve()
+        parts: list[Part] = [("Nonnegative", rules), ("SecondOrder", norm / size), *links]
+        solution = cone_solver(cost, parts, tolerance).solve()
         ends[str(solution.status)] = solution, size
         if "Solved" in ends:
             break

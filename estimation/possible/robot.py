@@ -23,16 +23,14 @@ from .payload import NOISE_FLOOR, TOLERANCE, Active, Possible, lifted, posed, wh
 _NOT_NEGATIVE = ("IA", "FV", "FS", "FL", "FVM", "FSM")
 POWERS = {**dict.fromkeys(INERTIAL[:6], 2), **dict.fromkeys(INERTIAL[6:9], 1), "M": 0, "IA": 2}
 """Power of a length in the unit of each kind."""
-_NEXT_TO_NOTHING = 1e-3
-"""Fraction of the largest multiplier: smaller ones belong to directions that the data do not see."""
+_NEXT_TO_NOTHING = 1e-3  # of the largest multiplier: smaller ones belong to directions that the data do not see
 _WAYS = ((1e3, np.inf), (1e3, 1e3), (1e2, 1e3), (10.0, 1e3), (10.0, np.inf), (1.0, np.inf))
 """Largest entry of R, for the norm of exact data is zero, at the tip of its cone; radius that z may not leave.
 
 No torque may show some direction, and no finite robot attain the least value: the program is closed then, at a
 thousand times the size of each parameter. Where the search stops short of its end, a smaller R has it end.
 """
-_ABOVE = 1.0 + 4.0 * np.finfo(float).eps
-"""Factor by which a larger number is above a smaller one, whatever rounding a change of scale leaves."""
+_ABOVE = 1.0 + 4.0 * np.finfo(float).eps  # factor that keeps a larger number above a smaller one in other scales
 _UNSEEN = 1e-3  # standard deviations by which a repair may change a number
 
 
@@ -52,9 +50,9 @@ def drive_rules(
     """Rules A z >= 0 of standard parameters in units of ``scale``: drives neither push nor have negative inertia.
 
     Returns:
-        A, r x N_s; its rows as text, r; indices of parameters that must not be negative, friction and rotor
-        inertias; and indices (whole, part) of what coupled drives share: IA_j = K_j^2 JA_j + K_k^2 JA_k is at least
-        IA_k = K_k^2 JA_k, and FV_j and FV_k hold the viscous friction FVM_k of rotor k besides the joint's own.
+        A, r x N_s; its rows as text; indices of friction and rotor inertias, which must not be negative; and
+        indices (whole, part) of what coupled drives share: IA_j = K_j^2 JA_j + K_k^2 JA_k is at least IA_k = K_k^2
+        JA_k, and FV_j and FV_k hold the viscous friction FVM_k of rotor k besides the joint's own.
     """
     pairs: list[tuple[str, str]] = []
     if robot.coupling is not None:
@@ -72,11 +70,10 @@ def drive_rules(
 class PossibleRobot(Possible):
     """Base parameters of a robot whose links can exist, and one such robot."""
 
-    # standard parameters of that robot by name. In the base gauge it is one of many with the same base parameters
-    # and nothing in it is identified; with a prior, what is not identified is its choice
+    # Standard parameters of that robot by name. In the base gauge it is one of many with the same base parameters
+    # and nothing in it is identified; with a prior, what is not identified is its choice.
     parameters: dict[str, float] = field(kw_only=True)
-    # changes of standard parameters that change no torque ("M1", "IA1 - ZZ1")
-    unidentifiable: tuple[str, ...] = field(kw_only=True)
+    unidentifiable: tuple[str, ...] = field(kw_only=True)  # changes that change no torque ("M1", "IA1 - ZZ1")
 
 
 class RobotProgram(NamedTuple):
@@ -87,7 +84,7 @@ class RobotProgram(NamedTuple):
     scale: Array  # (N_s,)
     R: Array  # whitens base parameters, N_b x N_b
     program: ConeProgram  # minimises ||R (G x - chi)||, its rows ``drive_rules``, then bounds of the total mass
-    texts: tuple[str, ...]  # on the rows
+    texts: tuple[str, ...]
     signed: list[int]  # as of ``drive_rules``
     shared: list[tuple[int, int]]
     links: Indices  # indices of each link's ten, n x 10
@@ -154,12 +151,8 @@ class RobotProgram(NamedTuple):
     ) -> PossibleRobot:
         """Make the robot that z stands for.
 
-        Args:
-            status: of the solver.
-            prices: multipliers of the rows, and of the links where they have one; a constraint holds the robot
-                where its own exceeds its slack and is not next to nothing.
-            floor: of those that are not.
-            slope: of chi2 by what the multipliers are of.
+        ``prices``: multipliers of the rows, and of the links where they have one; a constraint holds the robot
+        where its own exceeds its slack and ``floor``; ``slope``: of chi2 by what they are multipliers of.
         """
         x, links = z * self.scale, self.program.bodies
         values = self.base.grouping @ x
@@ -189,10 +182,7 @@ def solve_constrained_base(
     """Find the nearest base parameters of a robot that can exist.
 
     Every link can exist, friction and rotor inertias are not negative, and coupled drives share some. Nearest
-    by robust standard deviations where the estimate has them (``error_model``).
-
-    ``estimate``: of all of them, in their order; ``total_mass``: bounds of the mass of all links together, where
-    known.
+    by robust standard deviations where the estimate of all base parameters has them (``error_model``).
 
     Raises:
         InputError: if the estimate is not of these parameters, or its covariance does not determine them.
@@ -209,9 +199,6 @@ def build_constrained_base(
     Returns:
         The ``cvxpy.Problem``; the standard parameters by name and the pseudo-inertia of each link, 4 x 4, all
         expressions in SI units. What no torque shows of them is left to your own terms.
-
-    Raises:
-        InputError: if the estimate is not of these parameters, or its covariance does not determine them.
     """
     made = RobotProgram.of(robot, base, error_model(estimate), total_mass)
     problem, x, inertias = posed(made.program, made.scale)

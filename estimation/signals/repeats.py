@@ -35,10 +35,10 @@ def without_held(t: Array, values: Array, slowest: Mask) -> tuple[Array, Indices
     """Take columns that are held between the samples of a slower signal at these alone.
 
     Rows are left at which one of the columns ``slowest`` changes, where all of these are held; else all rows. There
-    any other held column is interpolated between its own samples.
+    any other held column is interpolated between its own samples. These are the torques': interpolated ones would
+    count as measured.
 
-    ``t``: times [s], shape (N,); ``values``: numbers as they stand in the log, N x k; ``slowest``: marks the
-    torques' columns, shape (k,): interpolated torques would count as measured.
+    ``t``: times [s], shape (N,); ``values``: numbers as they stand in the log, N x k; ``slowest``: shape (k,).
 
     Returns:
         Rows of the log to a sample of each column, 0 where it is not held; rows that are left; all values there.
@@ -57,10 +57,8 @@ def without_held(t: Array, values: Array, slowest: Mask) -> tuple[Array, Indices
 
 
 def _period(column: Array, changed: Indices) -> float:
-    """Rows from one sample to the next of a column that is held; 0 of another one.
-
-    Coarse numbers repeat too, but change by one quantum at a time, and a joint at rest changes seldom.
-    """
+    """Rows from one sample to the next of a column that is held; 0 of another one."""
+    # Coarse numbers repeat too, but change by one quantum at a time, and a joint at rest changes seldom.
     spaces, jumps = np.diff(changed), np.abs(column[changed] - column[changed - 1])
     usual = float(np.median(spaces)) if len(spaces) >= _FEWEST else 0.0
     near = (spaces >= 0.5 * usual) & (spaces <= 2.0 * usual)

@@ -19,8 +19,8 @@ _BIN, _FASTEST = 0.1, 10.0  # Hz
 class Rests(NamedTuple):
     """R rests of one recording of n joints, each after a motion."""
 
-    q: Array  # mean position once settled [rad or m], R x n
-    torque: Array  # mean torque once settled [N·m or N], R x n
+    q: Array  # mean once settled [rad or m], R x n
+    torque: Array  # mean once settled [N·m or N], R x n
     side: Array  # way a joint came, 1, -1 or 0, R x n
     moving: Array  # deviation of the torques on the way, (n,)
     held: tuple[Array, ...]  # torques at rest, m x n

@@ -35,8 +35,8 @@ def used_rows(motion: Motion, processing: Processing) -> Mask:
 def inner_samples(motion: Motion, processing: Processing) -> Mask:
     """Mark the samples at which the robot is on its way and the filter has settled, shape (N,).
 
-    The filter does not know how a motion goes on before the first and after the last sample: where the robot is in
-    full motion there, three periods of the cut-off (5 % of the recording at most) are left out.
+    Where the robot is in full motion at an end, three periods of the cut-off (5 % of the recording at most) are
+    left out: the filter does not know how the motion goes on.
     """
     t, qd = motion.t, motion.qd
     moving = moving_parts(motion, processing.still_speed)
@@ -60,24 +60,19 @@ def least_speed(fastest: Array, processing: Processing) -> Array:
 
 
 def moving_parts(motion: Motion, still_speed: float) -> Mask:
-    """Mark the samples at which the robot is on its way, shape (N,).
+    """Mark the samples at which some joint is faster than ``still_speed`` [rad/s or m/s], shape (N,).
 
     Pauses under 0.3 s belong to the motion; a stretch under 1 s (controllers often jog to the start) is left out,
     unless there is no longer one.
-
-    ``still_speed``: a joint below it stands still [rad/s or m/s].
     """
     t, on_its_way = motion.t, np.asarray((np.abs(motion.qd) > still_speed).any(axis=1))
     edges = np.flatnonzero(np.diff(np.concatenate([[False], on_its_way, [False]])))
-    starts, stops = edges[::2], edges[1::2]
-    mask = np.zeros(len(on_its_way), dtype=bool)
+    starts, stops, mask = edges[::2], edges[1::2], np.zeros(len(on_its_way), dtype=bool)
     if starts.size == 0:
         return mask
-    begins, ends = t[starts], t[stops - 1]
-    new = begins[1:] - ends[:-1] > _BRIDGE
-    starts, begins = starts[np.append(True, new)], begins[np.append(True, new)]
-    stops, ends = stops[np.append(new, True)], ends[np.append(new, True)]
-    lasts = ends - begins
+    new = t[starts[1:]] - t[stops[:-1] - 1] > _BRIDGE
+    starts, stops = starts[np.append(True, new)], stops[np.append(new, True)]
+    lasts = t[stops - 1] - t[starts]
     for start, stop, last in zip(starts, stops, lasts, strict=True):
         mask[start:stop] = last >= min(_STRETCH, lasts.max())
     return mask
@@ -106,12 +101,9 @@ def origin(recording: Recording) -> str:
 
 
 def pieces(t: Array, cutoff: float | None, source: str) -> tuple[list[slice], list[str]]:
-    """Split a recording at its gaps, by its times: stretches without one, as rows, and what to report of the gaps.
+    """Split a recording at its gaps, by its times [s]: stretches without one, and what to report of the gaps.
 
-    Args:
-        t: times [s], rising, shape (N,).
-        cutoff: of the filter that it will pass [Hz]; None without one.
-        source: for messages.
+    ``cutoff``: of the filter that it will pass [Hz]; None without one.
 
     Raises:
         InputError: if gaps leave no stretch that is long enough to be filtered.
@@ -133,8 +125,7 @@ def pieces(t: Array, cutoff: float | None, source: str) -> tuple[list[slice], li
     lasts = [float(t[piece.stop - 1] - t[piece.start]) for piece in every]
     long_enough = [piece for piece, last in zip(every, lasts, strict=True) if last >= least]
     begins = ", ".join(f"{begin:.4g}" for begin in t[gaps[:3]]) + " s"
-    begins += f" and {len(gaps) - 3} more" if len(gaps) > 3 else ""
-    worst = float(steps[gaps].max())
+    begins, worst = begins + f" and {len(gaps) - 3} more" * (len(gaps) > 3), float(steps[gaps].max())
     if not long_enough:
         raise InputError(
             f"{source}: gaps after {begins} ({worst:.3g} s at most) leave no {least:.2g} s "
@@ -144,8 +135,7 @@ def pieces(t: Array, cutoff: float | None, source: str) -> tuple[list[slice], li
         f"split at {len(gaps)} gap{'s' * (len(gaps) > 1)} (after {begins}; {worst:.3g} s at most) into "
         f"{len(long_enough)} piece{'s' * (len(long_enough) > 1)}"
     )
-    short = [last for last in lasts if last < least]
-    if short:
+    if short := [last for last in lasts if last < least]:
         note += f"; {len(short)} shorter than {least:.2g} s left out ({sum(short):.3g} s)"
     return long_enough, [*notes, note]
 
@@ -158,8 +148,7 @@ def cut(recording: Recording, rows: Sequence[slice], notes: Sequence[str]) -> It
         if piece == slice(0, len(recording.t)):
             yield recording
             continue
-        t = recording.t[piece]
-        mark = f"{recording.fingerprint} {piece.start} {piece.stop}".encode()
+        t, mark = recording.t[piece], f"{recording.fingerprint} {piece.start} {piece.stop}".encode()
         yield replace(
             recording,
             t=t,
