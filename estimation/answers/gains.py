@@ -19,8 +19,7 @@ from ..fit.covariance import NORMAL95, RobustCovariance, jackknife
 from ..fit.drive_gains import fingerprints
 from ..fit.estimate import Estimate, Fit
 from ..fit.settings import DEFAULTS, Settings
-from ..gains.possible import possible_gains
-from ..gains.problem import GainProblem, KnownLoad, free_gains, gain_problem, known_values, rests_on
+from ..gains.problem import GainProblem, KnownLoad, free_gains, gain_problem, known_values, possible_gains, rests_on
 from ..payload.by_joints import ByJoints
 from ..payload.long_motion import LongMotion, Source
 from ..payload.methods import payload_estimate

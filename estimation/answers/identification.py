@@ -32,8 +32,7 @@ from ..payload.long_motion import Source, check_blocks
 from ..payload.methods import jackknifed
 from ..possible.cone import SolverError
 from ..possible.payload import rise_p_value, solve_constrained
-from ..possible.prior import robot_prior, solve_constrained_prior
-from ..possible.robot import PossibleRobot, solve_constrained_base
+from ..possible.robot import PossibleRobot, robot_prior, solve_constrained_base, solve_constrained_prior
 from ..results import parts
 from ..results.robot import RobotData, RobotResult
 from ..signals.plausibility import check_given

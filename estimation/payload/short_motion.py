@@ -25,7 +25,6 @@ from ..signals.alignment import aligned
 from ..signals.filtering import grid_rate, measurement
 from ..signals.plausibility import check_apart, check_recordings, without_dead
 from ..signals.rows import inner_samples, least_speed, moving_parts
-from .constant_torques import FREE, HeldFriction, coulomb_friction, free_columns, friction_prior, offset_prior
 from .long_motion import (
     Source,
     check_blocks,
@@ -37,9 +36,18 @@ from .long_motion import (
     robot_of,
     stored_robot,
 )
+from .nuisance import (
+    FREE,
+    HeldFriction,
+    Wave,
+    coulomb_friction,
+    free_columns,
+    friction_prior,
+    offset_prior,
+    ripple_of,
+)
 from .pairs import torque_change
 from .result import in_payload_frame
-from .ripple import Wave, ripple_of
 
 SLOW = 0.03
 """Speed [rad/s or m/s] of a joint below which rows are not used; the sign of its friction is not sure there."""

@@ -51,7 +51,7 @@ _MEANING = {  # of the solver's states
 
 
 class SolverError(RuntimeError):
-    """Error of the cone solver, which ended without a clean solution: status, demands, and the status in plain words."""
+    """Error of the cone solver, which ended without a clean solution."""
 
     def __init__(self, status: str, demands: Sequence[str] = ()) -> None:
         """Say what may be the reason."""

@@ -18,52 +18,9 @@ from ...model.friction import PAPER
 from ...model.inertia import gradients
 from ...model.stand_in import typical_load
 from ..fit.estimate import Estimate, error_model
-from .robot import POWERS, typical_length
+from .robot import Origin, origins_of
 
 _ROUNDING = 1e-9
-_NOTHING = 1e-12  # fraction of a gradient's largest entry below which it is a rotation's rounding
-
-
-class Origin(NamedTuple):
-    """Origin of a number of the robot: who decides it.
-
-    ``base``: the base parameters it is part of; ``share``: squared length of the part of its unit gradient in the
-    row space of the grouping G, in units of one mass and one length for all links: 1 if they alone determine it.
-    """
-
-    base: tuple[str, ...] = ()
-    share: float = 0.0
-
-    @property
-    def kind(self) -> Literal["identified", "combination", "prior"]:
-        """Kind: the data determine it, or only combinations of it with others, or no motion shows it."""
-        return "prior" if not self.base else "identified" if self.share == 1.0 else "combination"
-
-    def decided_by(self) -> str:
-        """Label of every table, document and export: "data", "prior", or "prior within MX2R, ZZ2R"."""
-        within = f"prior within {', '.join(self.base)}"
-        return {"identified": "data", "prior": "prior", "combination": within}[self.kind]
-
-
-def origins(robot: Robot, base: BaseParameters) -> dict[str, Origin]:
-    """Origins of every standard parameter, by name."""
-    return dict(zip(base.standard, origins_of(robot, base, np.eye(len(base.standard))), strict=True))
-
-
-def origins_of(robot: Robot, base: BaseParameters, gradients: Array) -> list[Origin]:
-    """Find origins of numbers whose gradients by the standard parameters are columns of ``gradients``, N_s x m."""
-    length = typical_length(robot)
-    units = np.array([length ** POWERS.get(parameter_kind(name), 0) for name in base.standard])
-    rows = decomposed((base.grouping * units).T).range.T
-    scaled = gradients * units[:, None]
-    scaled[np.abs(scaled) < _NOTHING * np.abs(scaled).max(axis=0)] = 0.0
-    shares = np.sum((rows @ scaled) ** 2, axis=0) / np.sum(scaled**2, axis=0)
-    shares = np.where(shares > 1.0 - _ROUNDING, 1.0, np.maximum(shares, 0.0))
-    parts = (base.grouping != 0.0) @ (scaled != 0.0)
-    names = [tuple(base.names[i] for i in np.flatnonzero(part)) for part in parts.T]
-    return [Origin(own, share if own else 0.0) for own, share in zip(names, shares.tolist(), strict=True)]
-
-
 BODY_NUMBERS = ("mass", "x", "y", "z", "ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 """Numbers of a body: mass [kg], centre of mass [m], inertia there [kg m^2], in the link's frame."""
 DRIVE_NUMBERS = {"armature": "IA", "damping": "FV", "friction": "FS", "offset": "OFF"}

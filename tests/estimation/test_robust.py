@@ -20,8 +20,7 @@ from dynident.estimation.fit.linear_problem import weighted
 from dynident.estimation.payload.long_motion import long_motion
 from dynident.estimation.payload.methods import METHODS
 from dynident.estimation.payload.pairs import PairedMeasurement
-from dynident.estimation.possible.prior import robot_prior, solve_constrained_prior
-from dynident.estimation.possible.robot import solve_constrained_base
+from dynident.estimation.possible.robot import robot_prior, solve_constrained_base, solve_constrained_prior
 from dynident.estimation.signals.filtering import measurement
 from dynident.model import InertialParameters, Motion, Processing, Recording, base_parameters, load_robot
 from dynident.model.motion import Measurement
