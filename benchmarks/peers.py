@@ -49,7 +49,7 @@ from dynident.benchmarks.shared import UR10E_GAINS, options, recordings_folder, 
 from dynident.cli import main as main_of
 from dynident.common.arrays import Array
 from dynident.estimation import Settings, identify, identify_payload, whole_robot
-from dynident.estimation.possible.prior import robot_prior
+from dynident.estimation.possible.robot import robot_prior
 from dynident.estimation.signals.filtering import measurement
 from dynident.model import (
     PAPER,

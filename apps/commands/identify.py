@@ -10,7 +10,7 @@ from cyclopts import Group, Parameter
 
 from ... import estimation, model
 from ...common.errors import InputError
-from ...estimation.possible.prior import RobotPrior
+from ...estimation.possible.robot import RobotPrior
 from ...estimation.results.parts import Rollout
 from .. import results
 from ..report.documents import RolloutsDocument

@@ -237,5 +237,5 @@ def compared_by(equations: Equations) -> tuple[Estimate, Array]:
         with suppress(InputError):
             every = [[(b, -1) for b in range(blocks)]]
             posed = LinearProblem(equations, equations.columns)
-            sigma = jackknifed(posed, robust, every, equations.blocks.length).sigma
+            sigma = jackknifed(posed, robust, every, equations.block_length).sigma
     return estimate, excess(estimate, sigma)

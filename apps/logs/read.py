@@ -16,8 +16,7 @@ from ...common.arrays import Array
 from ...common.errors import InputError, encodable
 from ...common.schema import WrongKeyError
 from ...estimation.diagnosis.kinematics import ToolPoses
-from ...estimation.signals.repeats import frozen_rows, without_held
-from ...estimation.signals.rows import cut, origin, pieces, typical_step
+from ...estimation.signals.rows import cut, frozen_rows, origin, pieces, typical_step, without_held
 from ...model import Processing, Recording, Robot
 from .arrays_log import mat_log, npz_log, parquet_log
 from .columns import PLAIN, Naming, RawLog, check_missing, choose, in_a_row, recognised, time_column

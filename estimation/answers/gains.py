@@ -19,8 +19,7 @@ from ..fit.covariance import NORMAL95, RobustCovariance, jackknife
 from ..fit.drive_gains import fingerprints
 from ..fit.estimate import Estimate, Fit
 from ..fit.settings import DEFAULTS, Settings
-from ..gains.possible import possible_gains
-from ..gains.problem import GainProblem, KnownLoad, free_gains, gain_problem, known_values, rests_on
+from ..gains.problem import GainProblem, KnownLoad, free_gains, gain_problem, known_values, possible_gains, rests_on
 from ..payload.by_joints import ByJoints
 from ..payload.long_motion import LongMotion, Source
 from ..payload.methods import payload_estimate
@@ -35,12 +34,12 @@ from .system import DRAWN, TorquePrediction, payload_predictions
 class GainsWorking(Brief):
     """Weighings by the torques that drive gains give, one for each mounting of the known weight."""
 
-    source: Source  # the recordings of currents, and how they were processed
+    source: Source  # the recordings of currents
     mountings: tuple[int, ...]  # their numbers
-    loads: tuple[KnownLoad, ...]  # what was known of the payload in each
-    payloads: tuple[InertialParameters, ...]  # as identified in each, what is known as given
+    loads: tuple[KnownLoad, ...]
+    payloads: tuple[InertialParameters, ...]  # as identified in each mounting, what is known as given
     posed: tuple[LongMotion, ...]
-    by_joints: tuple[ByJoints, ...]  # the weight as single joints see it
+    by_joints: tuple[ByJoints, ...]
 
     @cached_property
     def predictions(self) -> tuple[TorquePrediction, ...]:

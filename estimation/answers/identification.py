@@ -32,8 +32,7 @@ from ..payload.long_motion import Source, check_blocks
 from ..payload.methods import jackknifed
 from ..possible.cone import SolverError
 from ..possible.payload import rise_p_value, solve_constrained
-from ..possible.prior import robot_prior, solve_constrained_prior
-from ..possible.robot import PossibleRobot, solve_constrained_base
+from ..possible.robot import PossibleRobot, robot_prior, solve_constrained_base, solve_constrained_prior
 from ..results import parts
 from ..results.robot import RobotData, RobotResult
 from ..signals.plausibility import check_given
@@ -45,7 +44,7 @@ _ZERO = 1e-2  # fraction of its own standard deviation within which an eliminate
 
 
 def impossible_payload(elimination: Elimination) -> tuple[str, ...]:
-    """Name what speaks against a payload with the eliminated parameters zero, a line each; empty if nothing does.
+    """Name what speaks against a payload with the eliminated parameters zero, a line each.
 
     Without XX, YY, ZZ or M no body of any thickness is left, whatever the data say. Else the nearest possible
     payload with these zeros must lie within the accuracy of the data.
@@ -76,11 +75,10 @@ def impossible_payload(elimination: Elimination) -> tuple[str, ...]:
 def impossible_robot(
     robot: Robot, base: BaseParameters, estimate: Estimate, elimination: Elimination
 ) -> tuple[str, ...]:
-    """Name what speaks against a robot with the eliminated base parameters zero; empty if nothing does.
+    """Name what speaks against a robot with the eliminated base parameters zero; before, all had ``estimate``.
 
     The nearest robot that can exist, its eliminated base parameters zero within 1 % of their standard deviations,
-    must lie within the accuracy of the data: by robust standard deviations where the estimates have them. Before
-    elimination all had ``estimate``; those of a payload are left aside.
+    must lie within the accuracy of the data: by robust standard deviations where the estimates have them.
     """
     gone, left = _parted(elimination, base.columns)
     if not gone or not left:
@@ -123,15 +121,15 @@ class Identification(Speaks, Brief):
     """Base parameters of a robot, estimated, and what they come from."""
 
     robot: Robot
-    base: BaseParameters  # which parameters, and how the standard ones are grouped in them
+    base: BaseParameters
     problem: Equations
-    estimate: Estimate  # values in the order of ``base.columns``, with covariance
-    elimination: Elimination  # essential parameters, and how they were found
+    estimate: Estimate  # in the order of ``base.columns``
+    elimination: Elimination
     processing: Processing
     without_robust: str = ""  # why there are no robust standard deviations although they were asked for
-    gains: Gains | None = None  # uncertainty of the drive gains; None where they are taken as exact
+    gains: Gains | None = None  # None where they are taken as exact
     validation: Fit | None = None  # on the recordings held out, if there were any
-    recordings: tuple[Recording, ...] = ()  # what was fitted
+    recordings: tuple[Recording, ...] = ()
     held_out: tuple[Recording, ...] = ()
     choices: tuple[TermChoice, ...] = ()  # terms of friction that were tried
 
@@ -143,13 +141,11 @@ class Identification(Speaks, Brief):
     @cached_property
     def possible(self) -> PossibleRobot | None:
         """The nearest robot that can exist, by a prior where the robot's file has one; None where none is found."""
-        prior = None
+        robot, prior = (self.robot, self.base, self.estimate), None
         with suppress(InputError):  # there is none, or links of CAD that cannot exist
             prior = robot_prior(self.robot)
         with suppress(SolverError):
-            if prior is not None:
-                return solve_constrained_prior(self.robot, self.base, self.estimate, prior)
-            return solve_constrained_base(self.robot, self.base, self.estimate)
+            return solve_constrained_prior(*robot, prior) if prior is not None else solve_constrained_base(*robot)
         return None
 
     def __getitem__(self, name: str) -> Parameter:
@@ -158,7 +154,7 @@ class Identification(Speaks, Brief):
 
     @property
     def essential(self) -> tuple[str, ...]:
-        """Names of the columns that remain after elimination."""
+        """Columns that remain after elimination."""
         return self.elimination.essential
 
     @cached_property
@@ -229,7 +225,7 @@ def identify(
 
         def over_blocks(one: Estimate) -> Estimate:
             part = posed.part(one.names)
-            robust = jackknifed(part, one, [each], problem.blocks.length)
+            robust = jackknifed(part, one, [each], problem.block_length)
             # No block shows the errors of a prior.
             return replace(one, robust=replace(robust, covariance=robust.covariance + part.lasting(one.weights)))
 
@@ -264,10 +260,8 @@ def _prior(base: BaseParameters, robot: Robot, given: Estimate | None) -> Known 
             f"prior: {', '.join(unknown)} is no base parameter: give some of {', '.join(base.columns)}"
         )
     floor = _FIXED * np.maximum(np.abs(given.values), _FIXED)
-    C = given.covariance + np.diag(floor**2)
-    exact = np.zeros((len(C), robot.n))
-    names = tuple(columns[name] for name in given.names)
-    return Known(names, given.values, C, C, given.degrees_of_freedom, lambda: exact)
+    C, names = given.covariance + np.diag(floor**2), tuple(columns[name] for name in given.names)
+    return Known(names, given.values, C, C, given.degrees_of_freedom, np.zeros((len(C), robot.n)))
 
 
 def held_out_fit(

@@ -61,12 +61,8 @@ from .identification import held_out_fit, impossible_payload, impossible_robot
 from .system import TorquePrediction, payload_predictions, robot_predictions
 
 _VAGUE = "not measured well enough"
-_BY_LEVEL = {
-    "use": ("use", "use", "use"),
-    "mass_and_com_only": ("use", "use", _VAGUE),
-    "do_not_use": ("do not use",) * 3,
-}
-"""Most that may be done with mass, centre of mass and inertia, by the verdict."""
+# Most that may be done with mass, centre of mass and inertia, by the verdict.
+_BY_LEVEL = {"use": ("use",) * 3, "mass_and_com_only": ("use", "use", _VAGUE), "do_not_use": ("do not use",) * 3}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -88,7 +84,7 @@ class PayloadAnswer(Speaks, Brief):
     gains: Gains | None
     held_out: tuple[Recording, ...]
     evidence: Evidence
-    verdict: Verdict  # on that
+    verdict: Verdict
 
     @cached_property
     def result(self) -> PayloadResult:
@@ -138,10 +134,7 @@ class PayloadAnswer(Speaks, Brief):
 
     @cached_property
     def predictions(self) -> tuple[TorquePrediction, ...]:
-        """Torques of a few held-out recordings without payload, then of loaded ones, which were used.
-
-        Empty where the robot's own parameters are not known.
-        """
+        """Torques of a few held-out recordings without payload, then of loaded ones; none of an unknown robot."""
         problem, own = self.problem, self.problem.robot_estimate
         if own is None:
             return ()
@@ -194,17 +187,14 @@ def weigh(
     """Identify what a short motion near one pose shows of a payload, and judge each quantity.
 
     Torque differences answer where there are recordings without payload; the robot's parameters, where they are
-    known too, are compared with them. Other arguments as of ``identify_payload``.
-
-    Args:
-        unloaded: recordings without payload; one for all, or one for each of ``loaded`` in the same order.
+    known too, are compared with them. Arguments as of ``identify_payload``, but for ``unloaded``: one for all, or
+    one for each of ``loaded`` in the same order.
 
     Raises:
-        InputError: if the recordings cannot be used, or nothing shows the mass.
-        SolverError: if no body that holds the constraints comes near the data.
+        InputError: if the recordings cannot be used, or nothing shows the mass. SolverError: if no body that holds
+        the constraints comes near the data.
 
-    >>> f"{weigh(robot, loaded, unloaded).mass.value:.0f} kg"
-    '7 kg'
+    >>> f"{weigh(robot, loaded, unloaded).mass.value:.0f} kg" '7 kg'
     """
     check_given(robot, loaded, unloaded)
     problems, (robot, stored) = [], _described(robot, known)
@@ -260,7 +250,7 @@ def answer_payload(
 
     Args:
         held_out: recordings without payload to validate the robot's parameters on.
-        constraints: what is known of the payload, a weighed mass among it; that it can exist is always demanded.
+        constraints: what is known of the payload; that it can exist is always demanded.
         others: the same payload by a short motion reduced in another way, for comparison.
 
     Raises:
@@ -278,8 +268,7 @@ def answer_payload(
     if isinstance(problem, ShortMotion):
         problem, others = replace(problem, scale=scale), [replace(other, scale=scale) for other in others]
     free, left_out = _identified(problem)
-    repeats = repeats_of(problem)
-    if repeats is not None:  # the scatter of repeated recordings beyond their own
+    if (repeats := repeats_of(problem)) is not None:  # the scatter of repeated recordings beyond their own
         free = [moved(estimate, factor=repeats.excess) for estimate in free]
     # Errors that are assumed, not known, excuse no joint that disagrees.
     stated = None if gains is not None and gains.assumed else gains
@@ -290,8 +279,7 @@ def answer_payload(
     own, validation = problem.robot_estimate, None
     if own is not None and held_out:
         validation = held_out_fit(problem.robot, problem.base, own, held_out, problem.settings)
-    constrained: list[ConstrainedPayload] = []
-    failures: dict[int, SolverError] = {}
+    constrained, failures = list[ConstrainedPayload](), dict[int, SolverError]()
     for estimate in free:
         hard = [known for known in constraints if not (isinstance(known, KnownMass) and estimate.from_scale)]
         try:
@@ -392,7 +380,7 @@ def _identified(problem: PayloadProblem) -> tuple[list[PayloadEstimate], dict[in
 def _reported(
     free: PayloadEstimate, possible: ConstrainedPayload | None, model: Estimate, scale: KnownMass | None
 ) -> tuple[Array, PayloadSpread, Array]:
-    """Ten parameters as they are reported, their spread, and the intervals of mass and centre of mass."""
+    """Ten parameters as they are reported, their spread, and intervals of mass and centre of mass."""
     values, C = model.values, model.covariance
     if scale is not None and not free.from_scale:
         # The scale is one more measurement, of x[k] alone: Kalman's update. It counts once.
@@ -416,13 +404,17 @@ def payload_result(answer: PayloadAnswer) -> PayloadResult:
     problem, source, robot, gains = answer.problem, answer.problem.source, answer.problem.robot, answer.gains
     evidence, by_joints = answer.evidence, answer.evidence.diagnosis.by_joints
     flange, worst, scale = robot.flange_pose, worst_joint(by_joints, answer.mass), answer.scale
-    told, (method, reason), possible = robot.sources.get("flange", ""), answer.recommendation, answer.possible
+    (method, reason), possible, spread, ends = (
+        answer.recommendation,
+        answer.possible,
+        answer.spread,
+        answer.intervals,
+    )
     # Free estimates, then possible ones; of a payload that is visible in part what was determined.
-    spread, ends = answer.spread, answer.intervals
-    estimates: tuple[documents.FreeEstimate | documents.PossibleEstimate, ...] = (
+    estimates: list[documents.FreeEstimate | documents.PossibleEstimate] = [
         *map(documents.FreeEstimate.made, answer.estimates),
         *map(documents.PossibleEstimate.made, answer.constrained),
-    )
+    ]
     if not answer.constrained:
         free, model, more = answer.free, answer.model, dict[str, Any](com=answer.com, com_sigma=spread.com)
         if gains:
@@ -431,7 +423,7 @@ def payload_result(answer: PayloadAnswer) -> PayloadResult:
             sigma = float(model.sigma[model.names.index("M_L")])
             more["weighed"] = (Weighing.by(scale, model["M_L"], sigma, model.degrees_of_freedom),)
         made = documents.FreeEstimate.made(free)
-        estimates = (structs.replace(made, parameters=documents.named(answer.ten), **more),)
+        estimates = [structs.replace(made, parameters=documents.named(answer.ten), **more)]
     inertia: tuple[Any, Any, Any] = None, None, None
     if possible is not None:
         inertia = possible.body.inertia_com, possible.intervals.inertia_com, spread.inertia_com
@@ -487,11 +479,13 @@ def payload_result(answer: PayloadAnswer) -> PayloadResult:
         robot_title=robot.title or UNSET,
         frame=robot.payload_frame,
         flange_in_payload_frame=(
-            documents.FlangeDocument.of(PoseTable.of(flange), source=told) if flange else UNSET
+            documents.FlangeDocument.of(PoseTable.of(flange), source=robot.sources.get("flange", ""))
+            if flange
+            else UNSET
         ),
         rated_payload_kg=robot.rated_payload,
         processing=parts.ProcessingDocument.made(robot, source.processing, source.loaded[0].gains),
-        estimates=estimates,
+        estimates=tuple(estimates),
         recommended=documents.Recommended(method, "constrained" if answer.constrained else "wls", reason),
         gain_sigma=gains if gains is not None else UNSET,
         mass_by_joints=by_joints.masses,

@@ -21,17 +21,17 @@ POINTS = 2000  # largest number of a joint's rows in a drawing
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TorquePrediction(Brief):
-    """Measured and predicted torques of one recording, joint by joint."""
+    """Measured and predicted torques of one recording, joint by joint, without slow rows."""
 
     source: str
     loaded: bool
     held_out: bool
-    t: tuple[Array, ...]  # time of the joint's rows [s], (r_j,); slow rows are left out
-    measured: tuple[Array, ...]  # its torques [N·m or N], (r_j,)
+    t: tuple[Array, ...]  # [s], (r_j,)
+    measured: tuple[Array, ...]  # [N·m or N], (r_j,)
     curves: dict[str, tuple[Array, ...]]  # predictions by what they are; residuals are those of the first
 
     def residual(self, joint: int) -> Array:
-        """Measured less predicted torque of one joint, counted from 0."""
+        """Measured less predicted torque of a joint, counted from 0."""
         return np.asarray(self.measured[joint] - next(iter(self.curves.values()))[joint])
 
     @property
@@ -48,19 +48,15 @@ class TorquePrediction(Brief):
     @property
     def step(self) -> float:
         """Time between neighbouring rows [s]; nan if no joint has two."""
-        gaps = [float(np.median(np.diff(t))) for t in self.t if len(t) > 1]
-        return min(gaps, default=float("nan"))
+        return min((float(np.median(np.diff(t))) for t in self.t if len(t) > 1), default=float("nan"))
 
     def autocorrelation(self, joint: int, span: float = 2.0) -> tuple[Array, Array]:
         """Lags [s] up to ``span`` and the residual's autocorrelation there; a joint counted from 0."""
-        t = self.t[joint]
+        t, step = self.t[joint], self.step
         if len(t) < 3:
             return np.zeros(1), np.ones(1)
-        step = self.step
         lags = max(1, min(round(span / step), int((t[-1] - t[0]) / step) // 2))
-        return np.asarray(step * np.arange(lags + 1), dtype=float), autocorrelation(
-            t, self.residual(joint), step, lags
-        )
+        return np.arange(lags + 1.0) * step, autocorrelation(t, self.residual(joint), step, lags)
 
 
 def robot_predictions(
@@ -79,15 +75,12 @@ def robot_predictions(
 def payload_predictions(problem: PayloadProblem, body: InertialParameters) -> tuple[TorquePrediction, ...]:
     """Predict a few loaded recordings of a problem by a body in the payload's frame and by the unloaded robot."""
     assert problem.robot_estimate is not None
-    robot_values, flange = problem.robot_estimate.values, problem.robot.flange
+    own, flange, source = problem.robot_estimate.values, problem.robot.flange, problem.source
     moved, observer = body.moved(flange.R, flange.p).vector, _loaded_observer(problem)
-    curves = {
-        "predicted with payload": np.append(robot_values, moved),
-        "predicted without payload": np.append(robot_values, 0.0 * moved),
-    }
+    both = {"predicted with payload": moved, "predicted without payload": 0.0 * moved}
+    curves = {label: np.append(own, ten) for label, ten in both.items()}
     return tuple(
-        _prediction(observer, curves, recording, problem.source.processing, loaded=True)
-        for recording in problem.source.loaded[:DRAWN]
+        _prediction(observer, curves, one, source.processing, loaded=True) for one in source.loaded[:DRAWN]
     )
 
 
@@ -120,14 +113,14 @@ class ObservationSystem(Brief):
     Rows stand recording by recording, in each joint by joint, in each by time.
     """
 
-    columns: tuple[str, ...]  # names of the columns of W, c
-    W: Array  # observation matrix, SI units, r x c
+    columns: tuple[str, ...]  # c
+    W: Array  # SI units, r x c
     Y: Array  # torques [N·m or N], known ones (a spring) moved there, (r,)
-    joint: Indices  # number of each row's joint, from 1, (r,)
-    recording: Indices  # number of each row's recording in ``sources``, from 0, (r,)
-    t: Array  # time of each row in its recording [s], (r,)
+    joint: Indices  # each row's joint, from 1, (r,)
+    recording: Indices  # each row's recording in ``sources``, from 0, (r,)
+    t: Array  # [s], (r,)
     loaded: Mask  # whether each row's recording is with payload, (r,)
-    sources: tuple[str, ...]  # names of the recordings
+    sources: tuple[str, ...]  # the recordings
     weights: Array  # per joint, of the weighted least squares [1/(N·m) or 1/N], (n,)
     reduced: Equations  # the same equations as triangular factors
     known: Array | None = None  # values of the first columns that are known from an earlier identification
@@ -136,8 +129,7 @@ class ObservationSystem(Brief):
 def payload_system(problem: LongMotion) -> ObservationSystem:
     """Build the system of method 4, (30): base parameters, then the payload's ten in ``robot.last_frame``.
 
-    Rows of unloaded recordings have zeros in the payload's columns; without any it is the system of method 1, (22),
-    with the robot's stored values as ``known``.
+    Without unloaded recordings it is the system of method 1, (22), with the robot's stored values as ``known``.
     """
     source, robot, observer = problem.source, problem.robot_estimate, _loaded_observer(problem)
     own = robot.values if robot is not None else np.zeros(len(problem.base.columns))
@@ -157,8 +149,7 @@ def joined(
     processing: Processing,
 ) -> ObservationSystem:
     """Join recordings, each with its observer and whether it is with payload, to one system that is held whole."""
-    robot_only = np.array([name not in PAYLOAD for name in reduced.columns], dtype=float)
-    rows = []
+    robot_only, rows = np.array([name not in PAYLOAD for name in reduced.columns], dtype=float), []
     for k, (observer, recording, loaded) in enumerate(recordings):
         one = observer.observe(measurement(recording, processing), processing)
         for j, (W, Y, t) in enumerate(zip(one.W, one.Y, one.t, strict=True), start=1):

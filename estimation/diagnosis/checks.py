@@ -14,9 +14,9 @@ from ...common import Array
 from ...model.inertia import PayloadSpread
 from ..fit.covariance import NORMAL95, few_blocks
 from ..fit.estimate import Fit
+from ..payload.static import oscillation
 from ..possible.constraints import PossibleBody
 from ..possible.payload import CONFLICT
-from ..signals.rests import oscillation
 from .evidence import KNOWN_WELL, UNFREED, Evidence, Judged
 from .finding import Finding, error, note, warning
 

@@ -58,8 +58,11 @@ def scales(problem: LongMotion, weights: Array) -> tuple[Effect, ...]:
 
     def grams(equations: Equations, changes: Sequence[Array]) -> Array:
         """Gram matrices of these columns, block by block."""
-        rows = [w * stack @ M for w, stack, M in zip(weights, equations.blocks.factors, changes, strict=True)]
-        return sum((part.swapaxes(1, 2) @ part for part in rows), np.zeros(()))
+        rows = (
+            np.vstack([w * own @ M for w, own, M in zip(weights, block.factors, changes, strict=True)])
+            for block in equations.blocks
+        )
+        return np.array([part.T @ part for part in rows])
 
     without, with_payload = grams(unloaded, [own] * n) if unloaded.blocks else (), grams(loaded, of_joints)
     # Blocks of one motion are left out together.

@@ -4,8 +4,8 @@ import io
 import zipfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, reduce
-from itertools import accumulate
+from functools import cached_property
+from itertools import accumulate, chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -36,66 +36,21 @@ class Anchor(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Blocks(Brief):
-    """Equations cut in blocks of time, stacked; together they are the whole."""
-
-    # per joint, B x k x (c + 1): the blocks' own, rows of zeros below the shorter ones
-    factors: tuple[Array, ...] = ()
-    rows: Array = field(default_factory=lambda: np.zeros((0, 0)))  # number of equations, B x n
-    # number of those with independent noise, B x n
-    effective_rows: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    length: float = 0.0  # shortest length of a block [s], unless a whole recording is shorter
-
-    def __len__(self) -> int:
-        """Number of blocks."""
-        return len(self.rows)
-
-    @staticmethod
-    def of(blocks: "Sequence[Equations]", length: float = 0.0) -> "Blocks":
-        """Stack the equations of blocks."""
-        factors = [_stack([part.factors[j][None] for part in blocks]) for j in range(len(blocks[0].factors))]
-        rows = np.array([part.rows for part in blocks], dtype=float)
-        return Blocks(tuple(factors), rows, np.array([part.effective_rows for part in blocks]), length)
-
-    def joined(self, others: "Blocks", together: bool = False) -> "Blocks":
-        """Append other blocks; ``together``: each with its partner of the same motion."""
-        pairs, length = zip(self.factors, others.factors, strict=True), max(self.length, others.length)
-        if together:
-            rows, effective = self.rows + others.rows, self.effective_rows + others.effective_rows
-            return Blocks(tuple(np.concatenate(pair, axis=1) for pair in pairs), rows, effective, length)
-        rows, effective = (
-            np.vstack([self.rows, others.rows]),
-            np.vstack([self.effective_rows, others.effective_rows]),
-        )
-        return Blocks(tuple(map(_stack, pairs)), rows, effective, length)
-
-    def weighted(self, weights: Array) -> Array:
-        """Rows of all joints, those of joint j times ``weights[j]``, B x k x (c + 1)."""
-        return np.concatenate([w * stack for w, stack in zip(weights, self.factors, strict=True)], axis=1)
-
-
-def _stack(parts: Sequence[Array]) -> Array:
-    """Stack factors, each B x k x (c + 1), as one; rows of zeros below the shorter ones."""
-    most = max(part.shape[1] for part in parts)
-    return np.concatenate([np.pad(part, ((0, 0), (0, most - part.shape[1]), (0, 0))) for part in parts])
-
-
-@dataclass(frozen=True, eq=False, repr=False)
 class Equations(Brief):
     """Triangular factors that hold all an estimator can learn from Y = W chi + rho.
 
     Attributes:
-        columns: names of the parameters, c.
-        factors: per joint, k x (c + 1) with k <= c + 1: R of the QR decomposition of [W_j Y_j].
-        rows: per joint, number of equations.
-        effective_rows: per joint, number of equations with independent noise (noise bandwidth times rows).
-        shared: by joint and motor (both from 0), the part of the joint's torque Y_j that another joint's motor
-            makes, whose gain is in both joints' torques where drives are coupled (9), or a known spring
-            (``NO_MOTOR``), whose torque no gain scales: Q' times it, rows as those of the joint's factor.
-        blocks: the same equations cut in blocks of time, where the memory of the residuals was asked for.
+        columns: names of the parameters, c. factors: per joint, k x (c + 1) with k <= c + 1: R of the QR
+        decomposition of [W_j Y_j]. rows: per joint, number of equations. effective_rows: per joint, number of
+        equations with independent noise (noise bandwidth times rows). shared: by joint and motor (both from 0), the
+        part of the joint's torque Y_j that another joint's motor makes,
+            where drives are coupled (9), or a known spring (``NO_MOTOR``), whose torque no gain scales: Q' times
+            it, rows as those of the joint's factor.
+        blocks: the same equations cut in blocks of time, where the memory of the residuals was asked for; nothing
+            shared is kept of them.
+        block_length: shortest length of a block [s], unless a whole recording is shorter.
 
-    >>> Equations.from_arrays([[1.0], [2.0]], [1.1, 1.9], joint=[1, 1], names=["FV1"]).equations
-    2
+    >>> Equations.from_arrays([[1.0], [2.0]], [1.1, 1.9], joint=[1, 1], names=["FV1"]).equations 2
     """
 
     columns: tuple[str, ...]
@@ -103,7 +58,8 @@ class Equations(Brief):
     rows: tuple[int, ...]
     effective_rows: tuple[float, ...]
     shared: Mapping[tuple[int, int], Array] = field(default_factory=dict)
-    blocks: Blocks = Blocks()
+    blocks: tuple["Equations", ...] = ()
+    block_length: float = 0.0
 
     @staticmethod
     def from_arrays(W: ArrayLike, Y: ArrayLike, joint: ArrayLike, names: Sequence[str]) -> "Equations":
@@ -114,9 +70,6 @@ class Equations(Brief):
             Y: torques [N·m or N], shape (r,).
             joint: number of each row's joint, from 1, shape (r,).
             names: of the c parameters.
-
-        Raises:
-            InputError: if they do not fit each other.
         """
         W, Y, joint = np.asarray(W, dtype=float), np.asarray(Y, dtype=float), np.asarray(joint)
         if W.shape != (len(Y), len(names)) or joint.shape != Y.shape or not len(Y) or joint.min() < 1:
@@ -132,31 +85,22 @@ class Equations(Brief):
     def transformed(
         self, M: Array, names: Sequence[str], shift: Array | None = None, joints: Sequence[int] | None = None
     ) -> "Equations":
-        """Write the equations in other parameters p, of which these are chi = M p + shift.
+        """Write the equations of all or some joints (from 0) in other parameters p, of which these are M p + shift.
 
         With a shift the torque W shift is taken off: the rest is no motor's any more, so nothing shared is kept;
         nor is it where only some joints' equations are.
-
-        Args:
-            M: c x len(names).
-            names: of p.
-            shift: shape (c,); zero by default.
-            joints: whose equations are kept, from 0; all by default.
         """
-        joints, blocks = range(len(self.factors)) if joints is None else joints, self.blocks
+        joints = range(len(self.factors)) if joints is None else joints
         right = np.append(np.zeros(len(self.columns)) if shift is None else -shift, 1.0)
         change = np.column_stack([np.vstack([M, np.zeros(M.shape[1])]), right])
-        if len(blocks):
-            factors = tuple(blocks.factors[j] @ change for j in joints)
-            blocks = Blocks(factors, blocks.rows[:, joints], blocks.effective_rows[:, joints], blocks.length)
-        return Equations(
-            tuple(names),
-            tuple(self.factors[j] @ change for j in joints),
-            tuple(self.rows[j] for j in joints),
-            tuple(self.effective_rows[j] for j in joints),
-            self.shared if shift is None and len(joints) == len(self.factors) else {},
-            blocks,
-        )
+
+        def changed(one: Equations) -> Equations:
+            own = [(one.factors[j] @ change, one.rows[j], one.effective_rows[j]) for j in joints]
+            factors, rows, effective = zip(*own, strict=True)
+            return replace(one, columns=tuple(names), factors=factors, rows=rows, effective_rows=effective)
+
+        shared = self.shared if shift is None and len(joints) == len(self.factors) else {}
+        return replace(changed(self), shared=shared, blocks=tuple(map(changed, self.blocks)))
 
     def select(self, names: Sequence[str]) -> "Equations":
         """Keep only some of the parameters, or put all among others, whose columns are zero; in the order given."""
@@ -180,12 +124,7 @@ class Equations(Brief):
 
         Each joint must have parameters of its own there, such as friction: this is then exact, what is left are the
         equations of the least-squares problem after those unknowns were solved for. Blocks of time are not kept:
-        what remains of each depends on the others.
-
-        Args:
-            columns: what goes.
-            anchors: equations that hold some of them; their levels are new last columns, left out where the levels
-                are meant to be zero.
+        what remains of each depends on the others. The levels of ``anchors`` are new last columns.
         """
         gone = [self.columns.index(name) for name in columns]
         rest = [k for k in range(len(self.columns)) if k not in gone]
@@ -217,24 +156,12 @@ class Equations(Brief):
     @property
     def whole(self) -> "Equations":
         """Drop the blocks."""
-        return replace(self, blocks=Blocks())
-
-    def parts(self) -> list["Equations"]:
-        """Split into the equations of each block; nothing shared is kept."""
-        counts = zip(self.blocks.rows.astype(int).tolist(), self.blocks.effective_rows.tolist(), strict=True)
-        return [
-            Equations(self.columns, tuple(stack[b] for stack in self.blocks.factors), tuple(rows), tuple(effective))
-            for b, (rows, effective) in enumerate(counts)
-        ]
+        return replace(self, blocks=())
 
     def without_each(self) -> list["Equations"]:
-        """Leave out each block in turn, for a jackknife; nothing shared is kept.
-
-        What lies before and after each block is merged once for all: 3 B merges instead of B^2.
-        """
-        if len(self.blocks) < 2:
+        """Leave out each block in turn; what lies before and after each is merged once for all."""
+        if len(blocks := self.blocks) < 2:
             raise InputError("robust standard deviations need two blocks of time at least: record longer")
-        blocks = self.parts()
         before = list(accumulate(blocks[:-1], lambda done, block: merged([done, block])))
         after = list(accumulate(blocks[:0:-1], lambda done, block: merged([block, done])))[::-1]
         return [after[0], *map(merged, zip(before[:-1], after[1:], strict=True)), before[-1]]
@@ -285,11 +212,7 @@ class Equations(Brief):
 
     @staticmethod
     def load(path: str | Path) -> "Equations":
-        """Read equations that ``save`` wrote.
-
-        Raises:
-            InputError: if the file holds something else.
-        """
+        """Read equations that ``save`` wrote; InputError if the file holds something else."""
         try:
             with np.load(path, allow_pickle=False) as data:
                 shared = {}
@@ -319,10 +242,7 @@ class Equations(Brief):
         return condition_numbers(self.stacked()[:, :-1])
 
     def by_motor(self) -> tuple[Array, ...]:
-        """Split a joint's right-hand side by motors: per joint k x n, rows as those of its factor.
-
-        They add up to the right-hand side, but for the torque of a known spring, which no gain scales.
-        """
+        """Split each joint's right-hand side by motors, but for a known spring's torque: per joint k x n."""
         torques = tuple(np.zeros((len(factor), len(self.factors))) for factor in self.factors)
         for j, factor in enumerate(self.factors):
             torques[j][:, j] += factor[:, -1]
@@ -334,11 +254,9 @@ class Equations(Brief):
 
 
 def compressed(rows: Array, extra: int = 0) -> tuple[Array, Array]:
-    """R of a QR decomposition, and Q' times some last columns that take no part in it.
+    """R of a QR decomposition, and Q' times some last ``extra`` columns that take no part in it.
 
     Fewer rows than columns are kept as they are.
-
-    ``rows``: columns of the factor, then extra ones, N x (c + extra); ``extra``: number of the extra ones.
     """
     width = rows.shape[1] - extra
     if len(rows) > width:
@@ -353,14 +271,7 @@ def triangular(rows: Array) -> Array:
 
 
 def checked(factor: Array, columns: tuple[str, ...], rows: int, effective_rows: float) -> Array:
-    """The triangular factor of equations that determine every parameter.
-
-    Args:
-        factor: [W Y] or its triangular factor, k x (c + 1) or more, already weighted.
-        columns: names of the c parameters.
-        rows: number of equations behind it.
-        effective_rows: number of those with independent noise.
-    """
+    """Triangular factor of weighted equations [W Y] that determine every parameter; InputError of others."""
     c = len(columns)
     if rows < c:
         raise InputError(
@@ -406,5 +317,6 @@ def merged(parts: Iterable[Equations]) -> Equations:
         tuple(np.sum([part.rows for part in parts], axis=0).tolist()),
         tuple(np.sum([part.effective_rows for part in parts], axis=0).tolist()),
         shared,
-        reduce(Blocks.joined, [p.blocks for p in parts]) if all(len(p.blocks) for p in parts) else Blocks(),
+        tuple(chain.from_iterable(p.blocks for p in parts)) if all(p.blocks for p in parts) else (),
+        max(p.block_length for p in parts),
     )

@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
-from scipy.linalg import lapack
 
 from ...common import Array, Indices, Mask, without
 from ...model import Motion, Processing, Robot, Spring
@@ -55,8 +54,8 @@ class Observation:
     """The equations of one recording, row by row."""
 
     layout: Layout  # what the rows hold
-    # per joint, entries of W that are not zero, torque [N·m or N] (known torques, such as a spring's, are already
-    # moved there), and parts of it that are not of its own motor; numbers of an equation x r_j
+    # Per joint, entries of W that are not zero, torque [N·m or N] (known torques, such as a spring's, are already
+    # moved there), and parts of it that are not of its own motor; numbers of an equation x r_j.
     rows: tuple[Array, ...]
     t: tuple[Array, ...]  # per joint, time of the rows [s], shape (r_j,)
     bandwidth: float  # fraction of the frequency range that white noise fills; 1 without decimation
@@ -70,13 +69,7 @@ class Observation:
         bandwidth: float,
         motors: tuple[tuple[int, ...], ...] | None = None,
     ) -> "Observation":
-        """Make equations of whole matrices.
-
-        Args:
-            W: per joint, r_j x c.
-            torques: per joint, (r_j,); or torque and its parts, as by ``torques``.
-            motors: as of a ``Layout``; none by default.
-        """
+        """Make equations of whole matrices, per joint r_j x c, and torques, (r_j,), or as by ``torques``."""
         touched = tuple(np.flatnonzero(own.any(axis=0)) for own in W)
         layout = Layout(tuple(columns), np.arange(len(columns)), touched, motors or ((),) * len(W))
         parts = zip(W, touched, torques, strict=True)
@@ -153,8 +146,8 @@ def _sharing(robot: Robot) -> tuple[tuple[int, ...], ...]:
 def equation_code(robot: Robot, columns: tuple[str, ...]) -> tuple[Kernel, tuple[Indices, ...]]:
     """Kernel of q, qd, qdd, torque to each joint's entries and torques, and the columns of the entries.
 
-    With a known spring its torque in the recording that was subtracted is one more input; of the column ``PATH``,
-    which is taken off the torques, its values are; where friction depends on load, the columns' parameters are.
+    Further inputs: a known spring's torque in the recording that was subtracted; values of the column ``PATH``,
+    which is taken off the torques; the columns' parameters, where friction depends on load.
     """
     own = [name for name in columns if name != PATH]
     state, phi = regressor_expression(robot, own)
@@ -205,11 +198,7 @@ class Used(NamedTuple):
 
 
 def used(data: Measurement, processing: Processing, partner: Motion | None = None) -> Used:
-    """Find the rows of a measurement to use: moving stretches less rows of slow joints.
-
-    ``data``: the measurement, even in time if it is to be decimated; ``partner``: another motion on the same time
-    whose slow rows are left out as well.
-    """
+    """Find the rows of a measurement to use: moving stretches less rows of slow joints, of a partner's as well."""
     keep = used_rows(data.motion, processing)
     if partner is not None:
         keep &= used_rows(partner, processing)
@@ -220,12 +209,7 @@ class Observer:
     """Turns measurements of one robot into equations in chosen columns, as its ``layout`` says."""
 
     def __init__(self, robot: Robot, columns: Sequence[str], names: Sequence[str] | None = None) -> None:
-        """Generate the code of the columns' regressor.
-
-        Args:
-            columns: standard parameters whose columns make up W, may repeat; and ``PATH``.
-            names: what the columns are called, by default the standard names.
-        """
+        """Generate the code of the regressor of standard parameters, which may repeat, and ``PATH``; name them."""
         self.robot, self._evaluated_columns = robot, tuple(dict.fromkeys(columns))
         self._kernel, touched = equation_code(robot, self._evaluated_columns)
         self._chi = np.zeros(len(self._evaluated_columns))
@@ -240,10 +224,7 @@ class Observer:
         return self.layout.columns
 
     def at(self, values: Array) -> "Observer":
-        """Make the observer whose friction is that under the load which parameters of these values cause.
-
-        ``values``: of the first columns; those of the others are zero.
-        """
+        """Make the observer whose friction is that under the load which these values of the first columns cause."""
         there, evaluated = copy.copy(self), self._evaluated_columns
         there._chi = np.zeros(len(evaluated))
         there._chi[[evaluated.index(name) for name in self._standard]] = self.layout.values(values)
@@ -264,23 +245,20 @@ class Observer:
         part.layout = Layout(tuple(names or columns), index, tuple(touched), self.layout.motors)
         return part
 
-    def stream(
-        self, pieces: Iterable[tuple[Measurement, Mask]], factor: int
-    ) -> Iterator[tuple[Array, Mask, Array]]:
-        """Make equations of one recording that arrives in pieces, each with its rows to use (N x n).
+    def stream(self, pieces: Iterable[tuple[Measurement, Mask]], factor: int) -> Iterator[Observation]:
+        """Observe one recording that arrives in pieces, each with its rows to use (N x n), stretch by stretch.
 
         Y and every column of W are filtered and decimated alike.
-
-        Yields:
-            What is evaluated, placed as ``layout.rows`` says, numbers x M; which rows are used, n x M; their times.
         """
-        decimator, skip = Decimator(self.layout.rows[-1].stop, factor), 0
+        decimator, skip, bandwidth = Decimator(self.layout.rows[-1].stop, factor), 0, noise_bandwidth(factor)
         waiting = np.empty((self.robot.n + 1, 0))  # times and rows to use that the filter has not given yet
 
-        def made(equations: Array) -> tuple[Array, Mask, Array]:
+        def made(equations: Array) -> Observation:
             nonlocal waiting
             (t, *keep), waiting = waiting[:, : equations.shape[1]], waiting[:, equations.shape[1] :]
-            return equations, np.array(keep, dtype=bool), t
+            used = [row > 0.0 for row in keep]
+            rows = tuple(equations[own][:, there] for own, there in zip(self.layout.rows, used, strict=True))
+            return Observation(self.layout, rows, tuple(t[there] for there in used), bandwidth)
 
         for data, keep in pieces:
             if self.robot.spring is not None:  # its table does not go on beyond its ends
@@ -306,13 +284,10 @@ class Observer:
 
     def observe_rows(self, data: Measurement, keep: Mask, decimate: int) -> Observation:
         """Observe a measurement with the rows to use, N x n, given."""
-        rows, times = [list[Array]() for _ in self.layout.rows], [list[Array]() for _ in self.layout.rows]
-        for equations, kept, t in self.stream([(data, keep)], decimate):
-            for j, (own, used) in enumerate(zip(self.layout.rows, kept, strict=True)):
-                rows[j].append(equations[own][:, used])
-                times[j].append(t[used])
-        joined = tuple(np.concatenate(parts, axis=1) for parts in rows)
-        return Observation(self.layout, joined, tuple(map(np.concatenate, times)), noise_bandwidth(decimate))
+        parts = list(self.stream([(data, keep)], decimate))
+        rows = tuple(np.concatenate(own, axis=1) for own in zip(*(part.rows for part in parts), strict=True))
+        t = tuple(map(np.concatenate, zip(*(part.t for part in parts), strict=True)))
+        return replace(parts[0], rows=rows, t=t)
 
     def torques(self, motion: Motion, values: Array) -> Array:
         """Torques of the joints that parameters of these values cause [N·m or N], N x n."""
@@ -346,10 +321,6 @@ def _parts(samples: int, factor: int) -> Iterator[slice]:
     return (slice(start, start + size) for start in range(0, samples, size))
 
 
-_ROWS = 1024  # per QR: the rows and the factor stay in the processor's cache
-_PANEL = 8  # columns that the QR takes at once
-
-
 def recorded(observer: Observer, recordings: Iterable[Used]) -> tuple[Equations, list[Observation]]:
     """Reduce all recordings of one load, and keep the equations of each."""
     each = [observer.observe_rows(*recording) for recording in recordings]
@@ -357,11 +328,18 @@ def recorded(observer: Observer, recordings: Iterable[Used]) -> tuple[Equations,
 
 
 def reduced(observation: Observation) -> Equations:
-    """Reduce the equations of one recording."""
-    starts = range(0, max(own.shape[1] for own in observation.rows), _ROWS)
-    copies = ([own[:, k : k + _ROWS].copy() for own in observation.rows] for k in starts)
-    parts = ((rows, [own.shape[1] for own in rows]) for rows in copies)
-    return _reduced(observation.layout, parts, observation.bandwidth)
+    """Reduce the equations of one recording: of each joint's rows the columns that they touch, then spread out."""
+    layout, factors, shared = observation.layout, list[Array](), dict[tuple[int, int], Array]()
+    parts = zip(observation.rows, layout.touched, layout.motors, strict=True)
+    for j, (rows, touched, motors) in enumerate(parts):
+        R, others = compressed(rows.T, len(motors))
+        wide = np.zeros((len(R), layout.distinct + 1))
+        wide[:, touched], wide[:, -1] = R[:, :-1], R[:, -1]
+        factors.append(wide[:, [*layout.index, -1]])
+        shared |= zip(((j, motor) for motor in motors), others.T, strict=True)
+    counts = tuple(rows.shape[1] for rows in observation.rows)
+    effective = tuple(observation.bandwidth * count for count in counts)
+    return Equations(layout.columns, tuple(factors), counts, effective, shared)
 
 
 def reduced_pieces(observer: Observer, pieces: Iterable[tuple[Measurement, Mask]], decimate: int = 1) -> Equations:
@@ -370,50 +348,5 @@ def reduced_pieces(observer: Observer, pieces: Iterable[tuple[Measurement, Mask]
     ``pieces``: consecutive pieces, even in time if they are to be decimated, each with its rows to use, N x n;
     ``decimate``: parallel decimation of Y and W.
     """
-
-    def parts() -> Iterator[tuple[list[Array], list[int]]]:
-        for equations, keep, _ in observer.stream(pieces, decimate):
-            rows = [equations[own] for own in observer.layout.rows]
-            for own, used in zip(rows, keep, strict=True):
-                if not used.all():
-                    own *= used  # a row of zeros says nothing
-            yield rows, keep.sum(axis=1).tolist()
-
-    return _reduced(observer.layout, parts(), noise_bandwidth(decimate))
-
-
-def _reduced(layout: Layout, parts: Iterable[tuple[list[Array], list[int]]], bandwidth: float) -> Equations:
-    """Reduce by QR the columns that each joint's rows touch, spread out at the end.
-
-    ``parts``: rows as of an ``Observation``, used up for the QR works where they stand, and how many of them count.
-    """
-    factors = [np.zeros((own.stop - own.start,) * 2, order="F") for own in layout.rows]
-    count = np.zeros(len(factors), dtype=int)
-    for rows, counted in parts:
-        count += counted
-        factors = [_folded(factor, own.T) for factor, own in zip(factors, rows, strict=True)]
-    spread, shared = [], dict[tuple[int, int], Array]()
-    for j, (factor, touched, motors) in enumerate(zip(factors, layout.touched, layout.motors, strict=True)):
-        own = np.triu(factor)[: len(touched) + 1]  # what stands below is of the others' torques alone
-        wide = np.zeros((len(own), layout.distinct + 1 + len(motors)))
-        wide[:, touched], wide[:, layout.distinct :] = own[:, : len(touched)], own[:, len(touched) :]
-        asked = [*layout.index, *range(layout.distinct, wide.shape[1])]
-        factor, others = compressed(wide[:, asked], len(motors))
-        spread.append(factor)
-        shared |= zip(((j, motor) for motor in motors), others.T, strict=True)
-    effective = tuple((bandwidth * count).tolist())
-    return Equations(layout.columns, tuple(spread), tuple(count.tolist()), effective, shared)
-
-
-def _folded(factor: Array, equations: Array) -> Array:
-    """R of a factor with more rows below it; both are Fortran-ordered, and overwritten.
-
-    LAPACK's QR of a triangle above a rectangle: faster than a QR of both as one matrix.
-    """
-    if len(equations):
-        factor, _, _, failed = lapack.dtpqrt(
-            0, min(_PANEL, len(factor)), factor, equations, overwrite_a=1, overwrite_b=1
-        )
-        if failed:
-            raise ValueError(f"QR: LAPACK refuses argument {-failed}")
-    return factor
+    parts = map(reduced, observer.stream(pieces, decimate))
+    return functools.reduce(lambda done, part: merged([done, part]), parts)

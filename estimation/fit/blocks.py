@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...common import Array, decomposed
-from ..equations.equations import Blocks, Equations
+from ..equations.equations import Equations
 from ..equations.observer import Observation, reduced
 
 _WINDOW = 5.0  # lags summed, in autocorrelation times
@@ -25,9 +25,7 @@ def autocorrelation_time(series: Sequence[tuple[Array, Array]], step: float) -> 
     in statistical mechanics, 1997, section 3). White noise has step / 2; noise that forgets as exp(-t / T), T.
     Rows that were left out form no pairs; each rho_k divides by the number of pairs that are there.
 
-    Args:
-        series: times [s] on a grid of ``step`` and residuals, (r,) each; recordings of one process.
-        step: time between neighbouring rows [s].
+    ``series``: times on a grid of ``step`` [s] and residuals, (r,) each; recordings of one process.
     """
     grids = [_on_grid(t, values, step) for t, values in series if len(t)]
     power = _mean_product(grids, 0)
@@ -41,10 +39,7 @@ def autocorrelation_time(series: Sequence[tuple[Array, Array]], step: float) -> 
 
 
 def inflation(series: Sequence[tuple[Array, Array]]) -> float:
-    """Factor by which the memory of errors raises the variance of their mean, 1 + 2 (rho_1 + ...), at least 1.
-
-    ``series``: as of ``autocorrelation_time``, on the closest rows' grid.
-    """
+    """Factor by which the memory of errors raises the variance of their mean, 1 + 2 (rho_1 + ...), at least 1."""
     there = [(t, values) for t, values in series if len(t) > 1]
     if not there:
         return 1.0
@@ -53,17 +48,11 @@ def inflation(series: Sequence[tuple[Array, Array]]) -> float:
 
 
 def autocorrelation(t: Array, values: Array, step: float, lags: int) -> Array:
-    """Autocorrelation rho_0 = 1, rho_1 ... rho_lags of one series, shape (lags + 1,); zeros where it has no power.
-
-    Args:
-        t: times on a grid of ``step`` [s], shape (r,); rows that were left out form no pairs.
-        values: residuals, shape (r,).
-    """
+    """Autocorrelation rho_0 = 1, rho_1 ... rho_lags of one series, shape (lags + 1,); 0 without power."""
     grids = [_on_grid(t, values, step)] if len(t) else []
     power = _mean_product(grids, 0)
-    if power == 0.0:
-        return np.append(1.0, np.zeros(lags))
-    return np.array([_mean_product(grids, lag) / power for lag in range(lags + 1)])
+    products = [_mean_product(grids, lag) for lag in range(lags + 1)]
+    return np.array(products) / power if power else np.eye(1, lags + 1)[0]
 
 
 def _on_grid(t: Array, values: Array, step: float) -> tuple[Array, Array]:
@@ -108,10 +97,7 @@ def remembered(recordings: Sequence[Observation], equations: Equations) -> Remem
 
 
 def block_length(loads: Sequence[Remembered]) -> float:
-    """Length of a block [s]: 5 autocorrelation times of the joint that remembers longest, at least 1 s.
-
-    Longer where all recordings of one load together would give more than 100 blocks.
-    """
+    """Length of a block [s]: 5 autocorrelation times of the slowest joint, 1 s, or 100th of a load."""
     duration = max(sum(float(np.ptp(ends)) for ends in load.spans) for load in loads)
     return max(_TIMES * max(load.memory for load in loads), SHORTEST, duration / _MOST)
 
@@ -123,9 +109,9 @@ def span(recording: Observation) -> Array:
 
 
 def block_edges(recording: Observation | Array, length: float) -> Array:
-    """Times between blocks [s] for as many equal blocks of at least ``length`` as fit; infinite at the ends.
+    """Times between as many equal blocks of at least ``length`` [s] as fit; infinite at the ends.
 
-    ``recording``: what is cut, or the times of its first and last row; ``length``: [s].
+    ``recording``: what is cut, or the times of its first and last row.
     """
     start, stop = recording if isinstance(recording, np.ndarray) else span(recording)
     count = max(1, int((stop - start) / length * (1.0 + 1e-9)))
@@ -139,8 +125,8 @@ def in_blocks(
 ) -> Equations:
     """Add blocks of time to equations, between their recordings' edges."""
     pairs = zip(recordings, edges, strict=True)
-    blocks = [reduced(recording.between(*between)) for recording, ends in pairs for between in pairwise(ends)]
-    return replace(equations, blocks=Blocks.of(blocks, length))
+    blocks = (reduced(recording.between(*between)) for recording, ends in pairs for between in pairwise(ends))
+    return replace(equations, blocks=tuple(replace(block, shared={}) for block in blocks), block_length=length)
 
 
 def weighted_solution(equations: Equations) -> Array:

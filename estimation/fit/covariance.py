@@ -61,24 +61,22 @@ class RobustCovariance(Brief):
     @property
     def warning(self) -> str:
         """Reason against trusting it; empty where there is none."""
+        length = f"{self.block_length:.2g} s"
         if self.by_memory:
-            blocks = (
-                f"{self.blocks} blocks of at least {self.block_length:.2g} s are" if self.blocks else "blocks are"
+            blocks = f"{self.blocks} blocks of at least {length}" if self.blocks else "blocks"
+            return (
+                f"{blocks} are too few for a jackknife; the errors' autocorrelation is used instead: record longer"
             )
-            return f"{blocks} too few for a jackknife; the errors' autocorrelation is used instead: record longer"
         if self.degrees_of_freedom + 1 >= FEW or not self.block_length:
             return ""
-        return (
-            f"the robust standard deviations rest on only {self.degrees_of_freedom + 1} blocks of at least "
-            f"{self.block_length:.2g} s: record longer"
-        )
+        blocks = f"{self.degrees_of_freedom + 1} blocks of at least {length}"
+        return f"the robust standard deviations rest on only {blocks}: record longer"
 
 
 def formula(root: Array, squares: float, degrees_of_freedom: float) -> Array:
     """Covariance s^2 (W'W)^-1 of (17)-(19), s^2 the squares of the weighted errors over their degrees of freedom.
 
-    ``root``: R^-1 of the weighted equations, c x c; ``squares``: sum of the weighted errors' squares;
-    ``degrees_of_freedom``: equations with independent noise minus parameters.
+    ``root``: R^-1 of the weighted equations, c x c.
     """
     return np.asarray(squares / degrees_of_freedom * root @ root.T)
 
@@ -90,10 +88,7 @@ def jackknife(groups: Sequence[Iterable[Array]], values: Array, block_length: fl
     observations, 1989). Independent groups of blocks (recordings without and with payload that have no motion in
     common) add up; the degrees of freedom are then those of the smaller group, which is on the safe side (Welch).
 
-    Args:
-        groups: solutions without block 1, 2, ... B of each group, weights fixed at those of ``values``.
-        values: the parameters x by all data, shape (c,).
-        block_length: shortest length of a block [s].
+    ``groups``: solutions without block 1, 2, ... B of each, weights fixed at those of x = ``values`` by all data.
     """
     covariance, counts = np.zeros((len(values), len(values))), []
     for group in groups:
@@ -105,11 +100,7 @@ def jackknife(groups: Sequence[Iterable[Array]], values: Array, block_length: fl
 
 
 def sandwich(inverse: Array, scores: Array) -> Array:
-    """Covariance (W'W)^-1 S'S (W'W)^-1: each row by its own error, in units of all (White 1980).
-
-    ``inverse``: rows of (W'W)^-1, weighted, k x c; ``scores``: S, weighted rows of W times the size of their
-    weighted errors, m x c.
-    """
+    """Covariance (W'W)^-1 S'S (W'W)^-1, S the weighted rows of W times the size of their errors (White 1980)."""
     moved = inverse @ scores.T
     return np.asarray(moved @ moved.T)
 

@@ -21,16 +21,12 @@ STOP_RATIO = 1.02  # limit of the paper: the error's standard deviation over tha
 
 @dataclass(frozen=True)
 class SigmaRatio:
-    """The paper's rule: end before the error's standard deviation reaches ``limit`` times the first one.
-
-    Attributes:
-        limit: the ratio, above 1.
-    """
+    """The paper's rule: end before the error's standard deviation reaches ``limit`` times the first one."""
 
     limit: float = STOP_RATIO
 
     def __post_init__(self) -> None:
-        """Refuse a ratio that no set of parameters meets."""
+        """Refuse a ratio that nothing meets."""
         if not 1.0 < self.limit < np.inf:
             raise InputError(f"essential parameters: ratio {self.limit:g} must be above 1, such as {STOP_RATIO}")
 
@@ -47,11 +43,7 @@ class SigmaRatio:
 
 @dataclass(frozen=True)
 class SigmaBound:
-    """End at the first set whose relative standard deviations are all within ``limit``.
-
-    Attributes:
-        limit: largest relative standard deviation, a fraction (the paper speaks of 0.05 to 0.10).
-    """
+    """End at the first set whose relative standard deviations are all within ``limit``; the paper: .05 to .10."""
 
     limit: float = 0.10
 
@@ -79,8 +71,8 @@ class Elimination(Brief):
     """Essential parameters, and backward elimination down to no parameter at all."""
 
     order: tuple[str, ...]  # the parameters, first eliminated first, c
-    # with k parameters eliminated, k = 0 .. c, the error's standard deviation over that with none, and the largest
-    # relative standard deviation of those that remain, a fraction, 0 where none does; (c + 1) x 2
+    # With k parameters eliminated, k = 0 .. c, the error's standard deviation over that with none, and the largest
+    # relative standard deviation of those that remain, 0 where none does; (c + 1) x 2.
     path: Array
     rule: StopRule  # when it ended
     estimate: Estimate  # of the essential parameters, the others zero; weights as with all parameters
@@ -99,12 +91,9 @@ class Elimination(Brief):
 def eliminate(
     problem: Equations, estimate: Estimate, rule: StopRule | None = None, prior: Known | None = None
 ) -> Elimination:
-    """Find the essential parameters of a problem.
+    """Find the essential parameters of a problem by its weighted estimate, whose weights stay as they are.
 
-    Args:
-        estimate: its weighted estimate; the weights stay as they are.
-        rule: when to end; the paper's by default.
-        prior: of some of the parameters.
+    ``rule``: the paper's by default; ``prior``: of some of the parameters.
     """
     rule, posed = rule or SigmaRatio(), LinearProblem(problem, problem.columns, prior=prior)
     R, c = posed.triangle(estimate.weights).R, len(problem.columns)

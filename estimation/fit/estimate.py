@@ -188,9 +188,9 @@ class Estimate(Brief):
         by_gains, robust = self.sigma_by_gains, self.robust
         if by_gains is None:
             return None
-        if robust is None:
-            return self._interval(student95(self.degrees_of_freedom), np.hypot(self.sigma, by_gains))
-        return self._interval(robust.quantile95, np.hypot(robust.sigma, by_gains))
+        sigma = self.sigma if robust is None else robust.sigma
+        dof = self.degrees_of_freedom if robust is None else robust.degrees_of_freedom
+        return self._interval(student95(dof), np.hypot(sigma, by_gains))
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -218,13 +218,7 @@ class Estimate(Brief):
         return self.mapped(np.eye(len(self.names))[[self.names.index(name) for name in names]], names)
 
     def mapped(self, T: Array, names: Sequence[str] | None = None, shift: Array | None = None) -> Estimate:
-        """Transform to other parameters T x + shift, with all their covariances.
-
-        Args:
-            T: k x c.
-            names: of the k; by default they keep their own.
-            shift: shape (k,); none by default.
-        """
+        """Transform to other parameters T x + shift, by default of the same names, with all their covariances."""
         robust, S = self.robust, self.gain_sensitivity
         return replace(
             self,
@@ -241,10 +235,7 @@ def error_model(estimate: Estimate, gains: Gains | None = None) -> Estimate:
 
     C = S C_formula S + C_gains with S = diag(sigma_robust / sigma): from a few dozen blocks the jackknife knows
     standard deviations well, ten directions not; the correlations are the formula's. Without robust standard
-    deviations S = 1.
-
-    ``estimate``: of one method, or of the robot, whose own estimate brings its errors of the drive gains itself;
-    ``gains``: uncertainty of the drive gains, which no residual shows.
+    deviations S = 1. The robot's own estimate brings its errors of the drive gains itself.
 
     Raises:
         InputError: if the gains are another number of joints', or what the estimate owes to them is not known.

@@ -13,12 +13,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from ...common import Array, Brief, freeze_fields
+from ...common import Array
 from ..equations.equations import Equations, checked, compressed, triangular
 from .covariance import formula, sandwich
 from .estimate import Estimate, fit
@@ -35,8 +35,7 @@ class LeftOut(NamedTuple):
     variance: Array  # of the weighted errors, (B + 1) x m
 
 
-_Solution = tuple[Array, Array, Array]
-"""Solution: parameters x, c x m; covariance for errors of variance 1; squares of the weighted errors, (m,)."""
+_Solution = tuple[Array, Array, Array]  # x, c x m; covariance for errors of variance 1; squared errors, (m,)
 
 
 def left_out(
@@ -46,23 +45,21 @@ def left_out(
     known: Sequence[str] = (),
     near: Array | None = None,
 ) -> LeftOut:
-    """Solve without each of the equations' blocks in turn.
+    """Solve for the parameters of some columns without each of the equations' blocks in turn, weights (n,).
 
-    Args:
-        equations: in two blocks at least.
-        columns: whose parameters are solved for.
-        weights: of the joints, shape (n,).
-        known: other columns, each a right-hand side of its own; the last one is Y.
-        near: further equations that no block holds, weighted, m x (c + k + 1): in columns, known ones, and Y.
+    ``known``: other columns, each a right-hand side of its own, the last of all being Y; ``near``: further weighted
+    equations that no block holds, in columns, known ones and Y.
     """
     names, blocks = tuple(columns), equations.blocks
     indices = [*(equations.columns.index(name) for name in (*names, *known)), -1]
     near = np.zeros((0, len(indices))) if near is None else near
     count = np.array([equations.equations, sum(equations.effective_rows)]) + len(near)
-    counts = count - np.column_stack([blocks.rows.sum(axis=1), blocks.effective_rows.sum(axis=1)])
+    counts = count - np.array([[block.equations, sum(block.effective_rows)] for block in blocks])
     factors = [w * factor[:, indices] for w, factor in zip(weights, equations.factors, strict=True)]
     root, whole = _solved(np.vstack([*factors, near]), names, count)
-    rows = blocks.weighted(weights)[:, :, indices]
+    parts = [np.vstack([w * own for w, own in zip(weights, block.factors, strict=True)]) for block in blocks]
+    most = max(map(len, parts))
+    rows = np.array([np.pad(part[:, indices], ((0, most - len(part)), (0, 0))) for part in parts])
     chunks = [_downdated(root, whole, rows[k : k + _AT_ONCE]) for k in range(0, len(rows), _AT_ONCE)]
     little = np.concatenate([own for own, _ in chunks])
     solutions = [np.concatenate(arrays) for arrays in zip(*(own for _, own in chunks), strict=True)]
@@ -76,7 +73,7 @@ def left_out(
 
 
 def _solved(rows: Array, names: tuple[str, ...], counts: Array) -> tuple[Array, _Solution]:
-    """Solve equations, N x (c + m), by their numbers of rows and of independent ones: R^-1 and the solution."""
+    """Find R^-1 and the solution of equations, N x (c + m); ``counts``: of rows and of independent ones."""
     c = len(names)
     R = checked(rows, names, int(counts[0]), float(counts[1]))
     root = solve_triangular(R[:c, :c], np.eye(c))
@@ -109,25 +106,20 @@ class Known(NamedTuple):
         Array  # what no block of time shows of it, zero where the blocks hold the recordings that it comes from
     )
     degrees_of_freedom: float = float("inf")
-    # Derivatives by the relative error of each motor's torque, c x n, None where they are not known.
-    gain_sensitivity: Callable[[], Array | None] = lambda: None
-    left_out: Callable[[], Array | None] = lambda: None  # values without each of the blocks they come from, B x c
+    gain_sensitivity: Array | None = None  # by the relative error of each motor's torque, c x n, where known
+    left_out: Callable[[], Array] | None = None  # values without each of the blocks they come from, B x c
     inflation: float = 1.0  # of a prior as of ``SoftPrior``
 
     def part(self, names: Sequence[str]) -> "Known":
         """Take some of the parameters."""
-        own = [self.names.index(name) for name in names]
-
-        def some(given: Callable[[], Array | None], index: Any) -> Callable[[], Array | None]:
-            return lambda: None if (every := given()) is None else every[index]
-
+        own, S, each = [self.names.index(name) for name in names], self.gain_sensitivity, self.left_out
         return self._replace(
             names=tuple(names),
             values=self.values[own],
             covariance=self.covariance[own][:, own],
             lasting=self.lasting[own][:, own],
-            gain_sensitivity=some(self.gain_sensitivity, (own,)),
-            left_out=some(self.left_out, (slice(None), own)),
+            gain_sensitivity=None if S is None else S[own],
+            left_out=None if each is None else lambda: each()[:, own],
         )
 
     @property
@@ -142,7 +134,7 @@ class Known(NamedTuple):
 class SoftPrior(NamedTuple):
     """Prior on a parameter near zero: one more equation."""
 
-    sigma: float  # standard deviation
+    sigma: float
     inflation: float = 1.0  # of the variance of what the recordings say of it, by the memory of their errors
 
     @property
@@ -207,11 +199,9 @@ class LinearProblem:
         return self.triangle(weights).values[self._indices]
 
     def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
-        """Solve without a block of these equations and one of those that known parameters come from.
+        """Solve without a block of these equations and one of those that known parameters come from, -1 for none.
 
-        Args:
-            weights: of the joints, shape (n,).
-            pairs: which blocks, -1 for none; without known parameters the equations' own blocks in their order.
+        Without known parameters ``pairs`` are the equations' own blocks in their order.
         """
         if self.parts:
             return np.array([part.values(weights) for part in self.without_each()])
@@ -223,8 +213,8 @@ class LinearProblem:
         if not self.fixed:
             return np.asarray(values[: len(pairs), :, 0])
         # Without each of their own blocks, last of all the whole ones.
-        every = ((group.left_out(), group.values[None]) for group in self.fixed)
-        known = np.hstack([whole if parts is None else np.vstack([parts, whole]) for parts, whole in every])
+        every = ((group.left_out() if group.left_out else values[:0, 0], group.values) for group in self.fixed)
+        known = np.hstack([np.vstack([*parts, whole]) for parts, whole in every])
         return np.array([values[a, :, -1] - values[a, :, :-1] @ known[min(b, len(known) - 1)] for a, b in pairs])
 
     def without_each(self) -> "list[LinearProblem]":
@@ -234,8 +224,6 @@ class LinearProblem:
 
     def estimate(self, weights: Array | None = None) -> Estimate:
         """Estimate all unknown parameters, with what is known to be part of their error.
-
-        ``weights``: per joint [1/(N·m) or 1/N], shape (n,); by default from its error in the ordinary solution.
 
         Raises:
             InputError: if the equations leave a parameter undetermined.
@@ -280,10 +268,7 @@ class LinearProblem:
         return total
 
     def sandwich(self, weights: Array, inflation: Sequence[float]) -> Array:
-        """HAC (sandwich) covariance of the wanted parameters, ``lasting`` among it: each joint's errors remember.
-
-        ``weights``: of the joints; ``inflation``: of each joint's errors, by their memory, n.
-        """
+        """HAC (sandwich) covariance of the wanted parameters, ``lasting`` among it: errors remember."""
         unknown, triangle = self.unknown, self.triangle(weights)
         freedom = max(1.0 - len(unknown.columns) / max(self._rows[0], 1), 1e-3)
         errors = unknown.error_norms(triangle.values) / np.sqrt(np.maximum(unknown.rows, 1) * freedom)
@@ -309,10 +294,7 @@ class LinearProblem:
 
     @cached_property
     def _prior_rows(self) -> tuple[Array, Array, Array, Array]:
-        """Rows of priors in the unknown columns, m x c, levels and inflation, (m,), and how e_j move the levels.
-
-        The last are derivatives, m x n, zeros where they are not known.
-        """
+        """Rows of priors in the unknown columns, m x c, levels and inflation, (m,), the levels' derivatives."""
         columns, c = self.unknown.columns, len(self.unknown.columns)
         rows = [role.weight * np.eye(1, c, columns.index(name)) for name, role in self.soft.items()]
         levels, inflation = np.zeros(len(rows)), [role.inflation for role in self.soft.values()]
@@ -323,7 +305,7 @@ class LinearProblem:
             rows.append(wide)
             levels = np.concatenate([levels, root @ self.prior.values])
             inflation += [self.prior.inflation] * len(root)
-            own = self.prior.gain_sensitivity()
+            own = self.prior.gain_sensitivity
             by_gains.append(root @ own if own is not None else np.zeros((len(root), by_gains[0].shape[1])))
         return np.vstack([np.zeros((0, c)), *rows]), levels, np.array(inflation), np.vstack(by_gains)
 
@@ -356,17 +338,18 @@ class LinearProblem:
         Without a known spring they add up to the solution: an error common to all joints scales it. Fixed
         parameters were identified with the same drives, so with the same errors; None where theirs are not known.
         """
-        own = [group.gain_sensitivity() for group in self.given]
         triangle = self.triangle(weights)
         total = triangle.by_torques
-        for influence, derivatives in zip(triangle.influences, own, strict=False):
-            if derivatives is not None:
-                total = total - influence @ derivatives
-        return None if any(derivatives is None for derivatives in own) else total
+        if self.prior is not None and self.prior.gain_sensitivity is None:
+            return None
+        for P, group in zip(triangle.influences, self.fixed, strict=True):
+            if group.gain_sensitivity is None:
+                return None
+            total = total - P @ group.gain_sensitivity
+        return total
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Excitation(Brief):
+class Excitation(NamedTuple):
     """Signal of each parameter in weighted equations, in units of the noise.
 
     The relative standard deviation of a parameter is 1 / ``independent``: with all others known it would be
@@ -376,10 +359,6 @@ class Excitation(Brief):
     names: tuple[str, ...]  # of the parameters, c
     signal: Array  # norm of the parameter's torque, |chi_k| ||W_k|| over the noise, shape (c,)
     independent: Array  # the same of its part that no combination of the others can imitate, |chi_k| / sigma_k
-
-    def __post_init__(self) -> None:
-        """Lock the arrays."""
-        freeze_fields(self, signal=(len(self.names),), independent=(len(self.names),))
 
     @property
     def share(self) -> Array:
@@ -391,13 +370,8 @@ class Excitation(Brief):
 
 
 def excitation(problem: Equations, estimate: Estimate) -> Excitation:
-    """Measure the excitation of an estimate's parameters by the equations it comes from.
-
-    Args:
-        estimate: weighted, of the same columns.
-    """
-    c = len(problem.columns)
-    R = problem.stacked(estimate.weights)
+    """Measure the excitation of an estimate's parameters by the equations it comes from, in the same columns."""
+    c, R = len(problem.columns), problem.stacked(estimate.weights)
     T = solve_triangular(R[:c, :c], np.eye(c))
     spare = max(sum(problem.effective_rows) - c, 1.0)
     error = R @ np.append(-estimate.values, 1.0)

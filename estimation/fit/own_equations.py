@@ -57,15 +57,10 @@ def under_own_load(
     """Reduce recordings with friction under the load that their own parameters cause.
 
     The first pass finds the load without friction that grows with it; the next ones refresh it until no parameter
-    moves by more than 1e-3 of its standard deviation.
-
-    Args:
-        observer: of the equations.
-        reduced: equations of the recordings by an observer, and what else it keeps of them.
-        known: values of the first columns, which are not found anew; none by default.
+    moves by more than 1e-3 of its standard deviation. ``known``: values of the first columns, not found anew.
 
     Returns:
-        What ``reduced`` gives, and the parameters by which the load is.
+        What ``reduced`` gives by the last observer, and the parameters by which the load is.
     """
     known = np.zeros(0) if known is None else known
     values = np.concatenate([known, np.zeros(len(observer.columns) - len(known))])
@@ -88,10 +83,9 @@ def under_own_load(
 def chosen_terms(
     robot: Robot, candidates: Sequence[Friction], equations: Equations
 ) -> tuple[tuple[Friction, ...], tuple[TermChoice, ...]]:
-    """Keep the terms by which a joint's error on held-out blocks falls by two standard errors.
+    """Keep the terms by which a joint's error on held-out blocks of ``equations`` falls by two standard errors.
 
-    ``robot``: with all candidates at all joints; ``candidates``: tried one after the other; ``equations``: in its
-    base parameters, in blocks of time.
+    ``robot``: with all candidates at all joints; they are tried one after the other.
     """
     kinds, kept, choices = [term.kind for term in candidates], dict[str, list[str]](), dict[str, TermChoice]()
     own = [name for name in equations.columns if parameter_kind(name) not in kinds]
@@ -108,11 +102,12 @@ def chosen_terms(
             joint = joint_of(name)
             falls = before[0][:, joint] - after[0][:, joint]
             total, error = float(falls.sum()), float(np.sqrt(len(falls)) * falls.std(ddof=1))
-            size = max(float(before[0][:, joint].sum()), np.finfo(float).tiny)
-            why_not = "" if total > _SURE * error else "explains no more on held-out blocks"
+            size, why_not = max(float(before[0][:, joint].sum()), np.finfo(float).tiny), ""
             if name not in tried:
                 why_not = "cannot be separated from the others"
-            elif not why_not and term.loaded and after[1][name] <= 0.0:
+            elif not total > _SURE * error:
+                why_not = "explains no more on held-out blocks"
+            elif term.loaded and after[1][name] <= 0.0:
                 why_not = "would be negative"
             choices[name] = TermChoice(name, not why_not, total / size, error / size, why_not or UNSET)
         kept[term.kind] = [name for name in names if choices[name].kept]
@@ -122,10 +117,9 @@ def chosen_terms(
 
 def _own_fraction(equations: Equations, name: str, others: Sequence[str]) -> float:
     """Fraction of a column that its joint's other columns cannot imitate."""
-    factor = equations.factors[joint_of(name)]
-    column = factor[:, [equations.columns.index(name)]]
-    own = without(column, factor[:, [equations.columns.index(other) for other in others]])
-    return float(np.linalg.norm(own)) / max(float(np.linalg.norm(column)), np.finfo(float).tiny)
+    factor = equations.whole.select([name, *others]).factors[joint_of(name)]
+    own, size = without(factor[:, :1], factor[:, 1:-1]), float(np.linalg.norm(factor[:, 0]))
+    return float(np.linalg.norm(own)) / max(size, np.finfo(float).tiny)
 
 
 def _held_out(equations: Equations, names: Sequence[str], weights: Array) -> tuple[Array, dict[str, float]]:
@@ -133,9 +127,9 @@ def _held_out(equations: Equations, names: Sequence[str], weights: Array) -> tup
     solutions = left_out(equations, names, weights).values[:, :, 0]
     places = [*(equations.columns.index(name) for name in names), -1]
     rows = np.column_stack([-solutions[:-1], np.ones(len(solutions) - 1)])
-    errors = [np.einsum("bkc,bc->bk", stack[:, :, places], rows) for stack in equations.blocks.factors]
-    squares = np.column_stack([np.sum(error**2, axis=1) for error in errors])
-    return squares, dict(zip(names, solutions[-1].tolist(), strict=True))
+    every = zip(equations.blocks, rows, strict=True)
+    squares = [[float(np.sum((own[:, places] @ row) ** 2)) for own in block.factors] for block, row in every]
+    return np.array(squares), dict(zip(names, solutions[-1].tolist(), strict=True))
 
 
 def base_problem(
@@ -146,12 +140,10 @@ def base_problem(
     check: bool = True,
     fitted: Array | None = None,
 ) -> Equations:
-    """Process recordings and reduce them to equations in the base parameters, in blocks of time where robust.
+    """Process recordings of one load to equations in the base parameters, in blocks of time where robust.
 
-    Args:
-        recordings: recordings of one and the same load.
-        check: refuse recordings in which some joint never moves.
-        fitted: base parameters under whose load friction is; by default under that which the recordings show.
+    ``check``: refuse recordings in which some joint never moves; ``fitted``: base parameters under whose load
+    friction is, by default those that the recordings show.
     """
     processing = settings.processing_of(robot)
     check_recordings(robot, recordings)
@@ -177,10 +169,8 @@ def with_friction(
 ) -> tuple[Robot, tuple[TermChoice, ...]]:
     """Give a robot the friction that the settings ask for, and tell which terms were tried.
 
-    Of candidates those are kept that recordings without payload, in blocks of time, show; none where that cannot be
+    Of candidates those are kept that recordings of one load show, in blocks of time; none where that cannot be
     judged or no gear's friction is measured.
-
-    ``recordings``: of one and the same load.
     """
     asked, own = settings.friction, robot.drives.friction
     if not isinstance(asked, Candidates):

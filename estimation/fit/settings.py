@@ -18,10 +18,8 @@ from .estimate import Estimate
 METHOD_NAMES = {1: "known-robot", 2: "change", 3: "difference", 4: "global"}
 """Short names of the paper's methods, by number."""
 FRICTION_CHANGE = 0.10
-"""Standard deviation of Coulomb and viscous friction from one recording to another, as a fraction of it.
-
-From day to day a real UR10e's Coulomb friction differs by 1 to 9 %, its viscous friction by 2 to 12 %.
-"""
+"""Standard deviation of friction from one recording to another, as a fraction of it: from day to day a real UR10e's
+Coulomb friction differs by 1 to 9 %, its viscous friction by 2 to 12 %."""
 
 
 @dataclass(frozen=True)

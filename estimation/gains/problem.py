@@ -5,6 +5,10 @@ Least squares on the currents, i_j = k_j (W_j x) + rho_j, over k and x, by Gauss
 The errors are in the currents. Fitting torques, K_j i_j = W_j x, has them in a regressor's place and gives gains
 that are too small (on a UR10e by 10 % and more); it serves as the start only (its linear system is that of Gautier
 and Briot, Global identification of joint drive gains and dynamic parameters of robots, 2014).
+
+Gains of a robot and a payload that can exist are the same least squares over possible bodies, as cones. The
+equations are homogeneous, torques and gains may be scaled together: the gain that is known best is therefore fixed
+while the linearised problem is solved; the load's known mass sets the scale at the end.
 """
 
 from collections.abc import Sequence
@@ -17,15 +21,17 @@ from scipy.linalg import block_diag
 
 from ...common import Array, Brief, InputError, decomposed
 from ...common.schema import Real, WrongKeyError
-from ...model import Recording, Robot, standard_columns
+from ...model import INERTIAL, Recording, Robot, standard_columns
 from ...model.base.rank import random_states
 from ...model.drives import SPRING, parameter_kind
 from ...model.files.robot_file import BodyTable
 from ...model.regressors import regressor_at
-from ..equations.equations import PAYLOAD, Equations, merged
+from ..equations.equations import PAYLOAD, Equations, merged, triangular
 from ..fit.settings import DEFAULTS, Candidates, Settings
 from ..payload.long_motion import LongMotion, Source, check_blocks, payload_problem
 from ..payload.result import in_payload_frame
+from ..possible.cone import ConeProgram, SolverError, solve_cone
+from ..possible.robot import POWERS, drive_rules, link_indices, typical_length
 from ..signals.plausibility import without_dead
 
 _SHOWN = 0.05  # of a joint's squared residual: what a payload that is there takes off at least
@@ -66,11 +72,7 @@ def current_weights(equations: Equations) -> Array:
 def gauss_newton(equations: Equations, weights: Array, free: Sequence[int], known: Array) -> CurrentFit:
     """Minimise sum_j w_j^2 ||i_j - k_j W_j x||^2.
 
-    Args:
-        equations: factors of [W i].
-        weights: per joint [1/A].
-        free: indices of the unknown parameters among the columns.
-        known: the others' values, which set the scale, zero at the free ones, shape (c,).
+    ``free``: indices of the unknown parameters; ``known``: the others' values, which set the scale, shape (c,).
     """
     c, factors = len(free), equations.factors
     k, x = torque_side(factors, free, known)
@@ -203,10 +205,6 @@ def mountings(
 ) -> tuple[dict[int, tuple[int, ...]], tuple[KnownLoad, ...]]:
     """Group the loaded recordings, this many, by the number of their mounting: one number, one centre of mass.
 
-    Args:
-        numbers: one for each of them; all in one mounting by default.
-        load: the known parameters of the payload, the same in all mountings or those of each.
-
     Returns:
         The indices of each number's recordings, in the order in which they come, and the load of each.
     """
@@ -264,19 +262,18 @@ class GainProblem(Brief):
             motors = coupling.motor_torques(recording.torque) if coupling else recording.torque
             return _with_gains(self.robot, replace(recording, torque=motors), ratio)
 
-        problems = []
-        for problem in self.posed:
+        def changed(problem: LongMotion) -> LongMotion:
             source = problem.source
             loaded, unloaded = (tuple(map(rescaled, part)) for part in (source.loaded, source.unloaded))
-            changed = replace(
+            return replace(
                 problem,
                 loaded=_times(problem.loaded, ratio),
                 unloaded=problem.unloaded and _times(problem.unloaded, ratio),
                 difference=problem.difference and _times(problem.difference, ratio),
                 source=source._replace(loaded=loaded, unloaded=unloaded),
             )
-            problems.append(changed)
-        return tuple(problems)
+
+        return tuple(map(changed, self.posed))
 
 
 def gain_problem(
@@ -287,11 +284,7 @@ def gain_problem(
     mounting: Sequence[int] = (),
     settings: Settings = DEFAULTS,
 ) -> GainProblem:
-    """Process recordings whose ``torque`` holds motor currents [A] and reduce them, as ``identify_gains``.
-
-    Raises:
-        InputError: if the recordings cannot be used, or there are not as many numbers as loaded recordings.
-    """
+    """Process recordings whose ``torque`` holds motor currents [A] and reduce them, as ``identify_gains``."""
     description, robot = robot, robot.for_currents()
     if not unloaded:
         raise InputError("drive gains need recordings without and with the payload: give both")
@@ -302,7 +295,7 @@ def gain_problem(
     paired = len(loaded) == len(unloaded) or len(groups) < 2  # each loaded recording has its own without payload
 
     def posed(K: Array, robust: bool) -> tuple[LongMotion, ...]:
-        """Pose the payload problem of each mounting, with joint torques that gains K would give."""
+        """Pose each mounting's payload problem, with joint torques that gains K would give."""
         with_load, without = ([_with_gains(robot, one, K) for one in some] for some in (loaded, unloaded))
         return tuple(
             payload_problem(
@@ -342,9 +335,8 @@ def gain_problem(
             deletions += parts
     except InputError as error:
         deletions, reason = [], str(error)
-    source = Source(tuple(loaded), tuple(unloaded), settings.processing_of(robot))
-    by, left_out = tuple(K.tolist()), tuple(deletions)
-    return GainProblem(description, equations, tuple(groups), loads, source, problems, by, left_out, reason)
+    source, by = Source(tuple(loaded), tuple(unloaded), settings.processing_of(robot)), tuple(K.tolist())
+    return GainProblem(description, equations, tuple(groups), loads, source, problems, by, tuple(deletions), reason)
 
 
 def _together(problems: Sequence[LongMotion], paired: bool) -> list[Equations]:
@@ -367,11 +359,8 @@ def _with_gains(robot: Robot, recording: Recording, K: Array) -> Recording:
 def _times(equations: Equations, ratio: Array) -> Equations:
     """Multiply right-hand sides of joint j by ``ratio[j]``."""
     changes = [np.append(np.ones(len(equations.columns)), joint_ratio) for joint_ratio in ratio]
-    factors, stacks = (
-        tuple(factor * change for factor, change in zip(own, changes, strict=False))
-        for own in (equations.factors, equations.blocks.factors)
-    )
-    return replace(equations, factors=factors, blocks=replace(equations.blocks, factors=stacks))
+    factors = tuple(factor * change for factor, change in zip(equations.factors, changes, strict=True))
+    return replace(equations, factors=factors, blocks=tuple(_times(block, ratio) for block in equations.blocks))
 
 
 def free_gains(equations: Equations, weights: Array, loads: Sequence[KnownLoad]) -> CurrentFit:
@@ -421,3 +410,79 @@ def rests_on(robot: Robot) -> tuple[str, ...]:
         texts[j - 1] += f" (the torque of joint {j} less that of joint {k})"
         texts[k - 1] += f" (motor {k} turns with joints {j} and {k})"
     return tuple(texts)
+
+
+_LINEARISED = 50  # cone programs
+_CLOSE = 1e-5  # relative change of a gain
+_WAYS = ((1e5, np.inf), (1e5, 1e3), (1e5, 1e2), (1e3, 1e2), (1e2, 1e2), (1e2, 30.0))
+"""Bounds on the scaled unknowns, entry and radius: what no current shows has no least value, and may run away."""
+_LENGTH = 0.1  # m: size of a payload, for scaling only
+
+
+def possible_gains(problem: GainProblem, equations: Equations, start: CurrentFit, anchor: int) -> CurrentFit:
+    """Find gains, base parameters and payload of bodies that can exist, drives that do not push.
+
+    ``equations``: all of the problem's or those without a block; ``start``: gains to begin with, whose covariance
+    is kept; ``anchor``: index of the gain that stays while solving.
+    """
+    to_x, to_bodies, rules = _variables(problem, start.x)
+    k, x, others = start.k, start.x, len(start.k) - 1
+    c, m = to_x.shape
+    # The unknowns are z, then the other gains over their present values.
+    A = block_diag(rules, np.eye(others))
+    bodies = np.pad(to_bodies, ((0, 0), (0, 0), (0, others)))
+    for _ in range(_LINEARISED):
+        J, errors = linearised(equations.factors, problem.weights, k, x, range(c))
+        by_ratio = np.delete(J[:, c:] * k, anchor, axis=1)
+        right = errors + J[:, :c] @ x + by_ratio.sum(axis=1)
+        # Below the triangle of the unknowns stands what none of them explains.
+        R = triangular(np.column_stack([J[:, :c] @ to_x, by_ratio, right]))[: m + others]
+        try:
+            solution = solve_cone(ConeProgram(R[:, :-1], R[:, -1], A, np.zeros(len(A)), bodies), _WAYS)
+        except SolverError as error:
+            raise InputError(f"gains of bodies that can exist were not found ({error.explanation})") from None
+        ratio, load = np.insert(solution.z[m:], anchor, 1.0), float(solution.z[m - 1])
+        if load <= 0.0 or (ratio <= 0.0).any():
+            raise InputError("no gain explains the currents: check units, signs, order of joints and the payload")
+        x = to_x @ solution.z[:m] / load
+        ratio *= load
+        k = k * ratio
+        if np.abs(ratio - 1.0).max() < _CLOSE:
+            return start._replace(k=k, x=x)
+    raise InputError(
+        "the gains of bodies that can exist do not settle: check units, signs and order of the currents"
+    )
+
+
+def _variables(problem: GainProblem, x: Array) -> tuple[Array, Array, Array]:
+    """Map the cone program's z to the base parameters and the payload's ten, c x m, and to bodies, p x 10 x m.
+
+    z are standard parameters of the robot, the unknown ones of the payload, and the factor of its known ones,
+    scaled; last the rows A z that must not be negative.
+    """
+    base, loads, length = problem.posed[0].base, problem.loads, typical_length(problem.robot)
+    spring = np.array([parameter_kind(name) == SPRING for name in base.standard])
+    names = [name for name in base.standard if parameter_kind(name) != SPRING]
+    unknown = [(k, name) for k, load in enumerate(loads) for name in load.free]
+    s, m = len(names), len(names) + len(unknown) + 1
+    # One mass and one length for all links, one size for friction.
+    own = [(parameter_kind(name), abs(value)) for name, value in zip(base.columns, x, strict=False)]
+    masses = [value / length ** POWERS[kind] for kind, value in own if kind in INERTIAL]
+    frictions = [value for kind, value in own if kind not in POWERS and kind != SPRING]
+    mass, friction = float(np.median(masses)) or 1.0, max(float(np.median(frictions or [1.0])), 1e-6)
+    kinds = [parameter_kind(name) for name in names]
+    scale = np.ones(m)
+    scale[:s] = [mass * length ** POWERS[kind] if kind in POWERS else friction for kind in kinds]
+    scale[s:-1] = [loads[k].mass * _LENGTH ** POWERS[name.removesuffix("_L")] for k, name in unknown]
+    payloads = np.zeros((len(loads), len(PAYLOAD), m))
+    for column, (k, name) in enumerate(unknown, s):
+        payloads[k, PAYLOAD.index(name), column] = 1.0
+    payloads[:, :, -1] = [load.ten for load in loads]
+    robot = np.zeros((len(base.columns), m))
+    robot[:, :s] = base.grouping[:, ~spring]
+    robot[:, -1] = base.grouping[:, spring].sum(axis=1)  # a spring's torque: its parameter is 1
+    rules = block_diag(drive_rules(problem.robot, names, scale[:s])[0], np.zeros((0, len(unknown))), np.eye(1))
+    # A body whose ten are all known needs no cone: it was checked when it was read.
+    open_ones = [body for body, load in zip(payloads, loads, strict=True) if load.free]
+    bodies = np.array([*np.eye(s, m)[link_indices(problem.robot, names)], *open_ones])
+    return np.vstack([robot, *payloads]) * scale, bodies * scale, rules

@@ -18,26 +18,26 @@ from ..fit.linear_problem import LinearProblem
 from .methods import PayloadProblem, from_difference, from_robot
 from .short_motion import ShortMotion
 
-_BLURRED = 0.05
-"""Fraction of noise in the torque that the other joints' payload predicts, above which a ratio says nothing."""
+_BLURRED = 0.05  # of noise in the torque that the other joints' payload predicts: above, a ratio says nothing
 _HIDDEN = 1e-6  # fraction of the mass in undetermined directions above which it is not visible
-_BLIND = 1e3
-"""Standard deviation over the best group's above which a mass is not visible: one joint at rest hardly shows it."""
-WITHOUT_BLOCKS = 4.0
-"""Factor on the formula's standard deviations where no jackknife is possible: on real data they are up to 4.1 times
-too small."""
+_BLIND = 1e3  # sigma over the best group's above which a mass is not visible: one joint at rest hardly shows it
+WITHOUT_BLOCKS = (
+    4.0  # on the formula's sigmas where no jackknife is possible: on real data up to 4.1 times too small
+)
 
 
 class JointsMass(Document, frozen=True):
-    """Mass by the equations of some joints alone, all ten parameters of the payload unknown; gains as exact."""
+    """Mass by the equations of some joints alone, all ten parameters of the payload unknown; gains as exact.
+
+    ``share``: payload ratio of a single joint, 1 where its torque is what the other joints' payload demands; None
+    where they tell it too badly.
+    """
 
     joints: tuple[int, ...]
-    visible: bool  # whether their torques determine the mass
+    visible: bool
     mass: float | None  # kg; None where they leave it undetermined, alone or together with others
     sigma: Float  # kg, the larger of the formula's, widened without blocks, and the jackknife's
     interval95: tuple[Float, Float] | None
-    # Payload ratio of a single joint, 1 where its torque is what the other joints' payload demands; None where they
-    # tell it too badly.
     share: float | UnsetType | None = UNSET
     share_sigma: Float | UnsetType = UNSET
 
@@ -83,11 +83,7 @@ class ByJoints(Brief):
 
 
 def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
-    """Estimate mass and ratio by joints, all ten unknown, with standard deviations for autocorrelated noise.
-
-    Without blocks of time they are ``WITHOUT_BLOCKS`` times the formula's. Weights, one a joint, matter within a
-    group only.
-    """
+    """Estimate mass and ratio by joints, all ten unknown; weights, one a joint, matter within a group only."""
     if isinstance(problem, ShortMotion):
         joints, whole = problem.joints, problem.posed(PAYLOAD)
         # The arm's joints together, those from the elbow on, the wrist's, and all.
@@ -113,9 +109,10 @@ def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
         # Without each block with payload; then without each of those that the robot's parameters come from.
         parts = [whole.without_each()]
         for k, known in enumerate(whole.fixed):
-            if (left := known.left_out()) is not None:
+            if known.left_out is not None:
                 before, after = whole.fixed[:k], whole.fixed[k + 1 :]
-                parts.append([replace(whole, fixed=(*before, known._replace(values=x), *after)) for x in left])
+                left = (known._replace(values=x) for x in known.left_out())
+                parts.append([replace(whole, fixed=(*before, one, *after)) for one in left])
         robust = jackknife([map(again, part) for part in parts], np.nan_to_num(values), 0.0)
         variance = np.maximum(variance, np.diag(robust.covariance) + lasting)
         dof = max(float(robust.degrees_of_freedom), 1.0)
@@ -138,8 +135,7 @@ def _numbers(
 ) -> Array:
     """Estimate the mass by the equations of groups of joints, then the payload ratio of joints, all from 1.
 
-    Returns:
-        A row a number: value, variance by the formula, and the between-session part of it; nan where undetermined.
+    Returns a row a number: value, variance by the formula, and its between-session part; nan where undetermined.
     """
     unknown, given = problem.unknown.select(PAYLOAD), problem.fixed
     taken = problem.equations.whole.select([name for group in given for name in group.names]).factors

@@ -69,7 +69,7 @@ class LongMotion(Brief):
     robot: Robot
     base: BaseParameters  # their columns make up W
     loaded: Equations  # [W W_L] of (22) with payload in frame n; columns base, then ``PAYLOAD``
-    source: Source  # the recordings themselves, in which the verdict looks for causes
+    source: Source
     unloaded: Equations | None = None  # W without payload, for methods 1, 2 and 4
     difference: Equations | None = None  # W_L of (29) for method 3, if a pair on one trajectory is there
     runs: tuple[Equations, ...] = ()  # ``difference`` pair by pair, where there are several in blocks of time
@@ -94,7 +94,7 @@ class LongMotion(Brief):
     @property
     def paired(self) -> bool:
         """True if the blocks with and without payload are of one motion."""
-        return self.difference is not None and len(self.difference.blocks) > 0
+        return self.difference is not None and bool(self.difference.blocks)
 
     @property
     def why_no_pair(self) -> str:
@@ -116,10 +116,7 @@ class LongMotion(Brief):
 
     @property
     def torque_noise(self) -> tuple[Array, float] | None:
-        """Errors without payload: sigma of each joint, memory counted [N·m or N], and independent ones a second.
-
-        None where there are no such recordings, or their memory was not asked for.
-        """
+        """Errors without payload: sigma of each joint, memory counted [N·m or N], and independent ones a second."""
         own, unloaded, source = self.bare, self.unloaded, self.source
         if own is None or unloaded is None or not self.inflation or not source.unloaded:
             return None
@@ -136,14 +133,11 @@ class LongMotion(Brief):
             raise InputError(
                 "method 1 needs the robot's parameters: give a recording without payload or --robot-parameters"
             )
-        return stored_robot(
-            own
-        )._replace(
-            lasting=0.0 * own.covariance,  # blocks of time hold the recording they come from
-            left_out=lambda: (
-                left_out(unloaded, own.names, own.weights).values[:-1, :, 0] if unloaded.blocks else None
-            ),
-        )
+        # Blocks of time hold the recording they come from.
+        known = stored_robot(own)._replace(lasting=0.0 * own.covariance)
+        if not unloaded.blocks:
+            return known
+        return known._replace(left_out=lambda: left_out(unloaded, own.names, own.weights).values[:-1, :, 0])
 
     @property
     def corrected(self) -> bool:
@@ -173,15 +167,14 @@ class LongMotion(Brief):
         unloaded = self.unloaded.select(loaded.columns)
         if not (self.paired and unloaded.blocks and loaded.blocks):
             return merged([unloaded, loaded])
-        blocks = unloaded.blocks.joined(loaded.blocks, together=True)
-        return replace(merged([unloaded.whole, loaded.whole]), blocks=blocks)
+        blocks = tuple(map(merged, zip(unloaded.blocks, loaded.blocks, strict=True)))
+        return replace(merged([unloaded.whole, loaded.whole]), blocks=blocks, block_length=loaded.block_length)
 
     @property
     def left_out(self) -> tuple[tuple[tuple[int, int], ...], ...]:
         """Blocks of time with payload, and without, that are left out in turn, -1 for none, group by group.
 
-        Blocks that share no motion are left out one recording at a time: two groups then, without payload first, as
-        the equations of method 4 hold them.
+        Blocks that share no motion are left out one recording at a time, without payload first, as in method 4.
         """
         loaded, unloaded = len(self.loaded.blocks), len(self.unloaded.blocks) if self.unloaded else 0
         check_blocks(loaded, unloaded or loaded)
@@ -193,7 +186,7 @@ class LongMotion(Brief):
     @property
     def block_length(self) -> float:
         """Shortest length of a block [s], unless a whole recording is shorter."""
-        return self.loaded.blocks.length
+        return self.loaded.block_length
 
 
 def check_blocks(*counts: int) -> None:
@@ -213,11 +206,8 @@ def check_known(robot: Robot, base: BaseParameters, known: Estimate | None) -> N
 
 
 def measured_part(known: Estimate, robot: Robot) -> Estimate:
-    """Take a robot known earlier in the base parameters that are left where joints' torques are not measured.
-
-    Values of the user's own, which come with no equations, owe nothing to the errors of any joint's gain.
-    """
-    if not known.fit.rows:
+    """Take a robot known earlier in the base parameters that are left where joints' torques are not measured."""
+    if not known.fit.rows:  # values of the user's own owe nothing to the errors of any joint's gain
         S, none = np.zeros((len(known.values), robot.n)), np.zeros(robot.n)
         known = replace(known, fit=Fit(none, none, (0,) * robot.n), gain_sensitivity=S)
     base = base_parameters(robot)
@@ -229,15 +219,14 @@ def measured_part(known: Estimate, robot: Robot) -> Estimate:
 def stored_robot(robot: Estimate) -> Known:
     """Parameters of an earlier identification; no block of time shows their error, robust where it is known."""
     C = robot.covariance
-    lasting, sensitivity = robot.robust.covariance if robot.robust else C, robot.gain_sensitivity
-    return Known(robot.names, robot.values, C, lasting, robot.degrees_of_freedom, lambda: sensitivity)
+    lasting = robot.robust.covariance if robot.robust else C
+    return Known(robot.names, robot.values, C, lasting, robot.degrees_of_freedom, robot.gain_sensitivity)
 
 
 def prior_of(known: Estimate | None, inflation: tuple[float, ...], loaded: Equations) -> Known:
-    """Prior of a robot known earlier, by the covariance that its errors really have.
+    """Prior of a robot known earlier, by the covariance that its errors really have; memory's middle one counts.
 
-    The jackknife's has no more rank than blocks, and no inverse; its standard deviations scale the formula's. The
-    memory of errors, ``inflation``, is the middle one of the joints that have equations.
+    The jackknife's has no more rank than blocks, and no inverse; its standard deviations scale the formula's.
     """
     assert known is not None
     factors = [factor for factor, rows in zip(inflation, loaded.rows, strict=True) if rows]
@@ -253,12 +242,9 @@ def payload_problem(
     known: Estimate | None = None,
     settings: Settings = DEFAULTS,
 ) -> LongMotion:
-    """Process recordings with and without payload and reduce them.
+    """Process recordings with and without payload and reduce them, as ``identify_payload``.
 
-    Args:
-        unloaded: recordings without; for method 3 the k-th file is the same trajectory as the k-th of ``loaded``.
-        known: the robot's identified parameters, instead of or beside ``unloaded``; without robust standard
-            deviations of its own there are none of the payload.
+    Where ``known`` has no robust standard deviations there are none of the payload.
 
     Raises:
         InputError: if a recording cannot be used.
@@ -312,11 +298,8 @@ def long_motion(
 ) -> LongMotion:
     """Reduce measurements, in blocks of time where robust; those of a pair at the same points of the motion.
 
-    Args:
-        loaded: with payload, each on its own time.
-        unloaded: without; where there are pairs, the k-th is that of the k-th pair.
-        pairs: for method 3.
-        known: the robot's parameters; without unloaded measurements the errors are those that they leave.
+    Where there are ``pairs``, the k-th unloaded measurement is that of the k-th pair; ``known``: without unloaded
+    ones the errors are those that the robot's parameters leave.
     """
     base, processing = base_parameters(robot), settings.processing_of(robot)
     observer = Observer(robot, (*base.columns, *payload_columns(robot), PATH))
@@ -379,10 +362,7 @@ def _changes(
     unloaded: Equations,
     processing: Processing,
 ) -> tuple[Equations, list[Observation]]:
-    """Equations (29) of pairs, Y_T - Y_wL, the torque that the robot needs more on the loaded path taken off.
-
-    Friction's columns, of the loaded path, stand behind the payload's.
-    """
+    """Equations (29) of pairs, Y_T - Y_wL, the torque that the robot needs more on the loaded path taken off."""
     friction = [name for name in base.columns if is_friction(name)]
     own, chi = weighted_solution(unloaded), robot_of(unloaded)
     grows = [k for k, name in enumerate(base.columns) if parameter_kind(name) in observer.robot.drives.loaded]
@@ -400,9 +380,7 @@ def _changes(
 
 _UNSURE = 0.25  # fraction of the path's correction that may be wrong (1 sigma)
 _SMALL = 1e-3  # smallest singular value over the largest, columns scaled, that recordings without payload show
-_OFFSETS = 0.012
-"""Standard deviation of a constant torque's change, as a fraction of the arm's largest Coulomb friction: 0.2 N·m on
-a UR10e."""
+_OFFSETS = 0.012  # sigma of a constant torque's change, of the arm's largest Coulomb friction: .2 N·m on a UR10e
 _NONE = 1e-9  # fraction of the arm's largest friction below which a joint has none
 _SCALE = "scale under load"
 
@@ -422,8 +400,8 @@ def known_path(columns: Sequence[str], joints: int) -> tuple[Known, ...]:
     """Prior of the torque of paths that differ: nothing of it is left, but for a quarter."""
     if PATH not in columns:
         return ()
-    zero, derivatives = np.zeros((1, 1)), np.zeros((1, joints))
-    return (Known((PATH,), zero[0], zero, zero + _UNSURE**2, gain_sensitivity=lambda: derivatives),)
+    zero = np.zeros((1, 1))
+    return (Known((PATH,), zero[0], zero, zero + _UNSURE**2, gain_sensitivity=np.zeros((1, joints))),)
 
 
 def friction_changes(robot: Estimate, inflation: Sequence[float], ratio: float) -> dict[str, SoftPrior]:
@@ -436,20 +414,21 @@ def friction_changes(robot: Estimate, inflation: Sequence[float], ratio: float) 
     """
     kinds = {name: parameter_kind(name) for name in robot.names}
     largest = max((abs(robot[name]) for name, kind in kinds.items() if kind == "FS"), default=0.0)
-    rubs = [name for name, kind in kinds.items() if kind in ("FS", "FV", "FSM", "FVM")]
-    sigmas = {name: ratio * abs(robot[name]) for name in rubs}
+    sigmas = {name: ratio * abs(robot[name]) for name, kind in kinds.items() if kind in ("FS", "FV", "FSM", "FVM")}
     if ratio > 0.0:
         sigmas |= {name: _OFFSETS * largest for name, kind in kinds.items() if kind == "OFF"}
-    there = {name: sigma for name, sigma in sigmas.items() if sigma > _NONE * largest}
-    return {name: SoftPrior(sigma, inflation[joint_of(name)]) for name, sigma in there.items()}
+    return {
+        name: SoftPrior(sigma, inflation[joint_of(name)])
+        for name, sigma in sigmas.items()
+        if sigma > _NONE * largest
+    }
 
 
 def with_scale(loaded: Equations, robot: Known, role: SoftPrior) -> tuple[Equations, dict[str, SoftPrior]]:
-    """Add one column for the scale under load, and its prior.
+    """Add one column for the scale under load, and ``role``, the prior of its difference from 1.
 
     1 % of it (drives warm up, sensors drift) moves the mass by several percent, for the arm weighs more than its
     payload. It scales the torque of both, without friction; the payload's own is therefore found first.
-    ``role`` is the prior of its difference from 1.
     """
 
     def scaled_by(scaled: Mapping[str, float]) -> Equations:

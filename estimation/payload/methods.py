@@ -44,8 +44,9 @@ def from_robot(motion: LongMotion) -> LinearProblem:
         return LinearProblem(loaded, PAYLOAD, soft=changes, prior=prior)
     loaded, scale = under_load(motion, {})
     robot = motion.robot_known
-    rigid = [name for name in robot.names if not is_friction(name)]
-    return LinearProblem(loaded, PAYLOAD, (robot.part(rigid) if free_friction else robot,), scale)
+    if free_friction:
+        robot = robot.part([name for name in robot.names if not is_friction(name)])
+    return LinearProblem(loaded, PAYLOAD, (robot,), scale)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -92,7 +93,7 @@ class ChangeOfParameters(Brief):
         return np.array([_generalised(self.G, chi_b[b] - chi_a[a], C_a[a] + C_b[b])[0] for b, a in pairs])
 
     def lasting(self, weights: Array) -> Array:
-        """Between-session covariance: none, blocks of time hold all recordings that it uses."""
+        """Between-session covariance: none, blocks hold all recordings that it uses."""
         return np.zeros((10, 10))
 
     def sandwich(self, weights: Array, inflation: Sequence[float]) -> Array:
@@ -102,8 +103,7 @@ class ChangeOfParameters(Brief):
     def _change_by_gains(self, after: Estimate, x: Array) -> Array:
         """Derivatives of chi_T - chi by the relative errors of the drive gains, the change of its weights included.
 
-        Besides the parameters, the variances of both identifications change, and with them the weight of each:
-        with x = (G'C^-1G)^-1 G'C^-1 d, dx = inverse (dd - dC C^-1 (d - G x)).
+        Of x = (G'C^-1G)^-1 G'C^-1 d: dx = inverse (dd - dC C^-1 (d - G x)), C the variances of both.
         """
         at = np.ix_(self.indices, self.indices)
         rest = (after.values - self.before.values)[self.indices] - self.G @ x
@@ -134,7 +134,7 @@ def _generalised(G: Array, change: Array, C: Array) -> tuple[Array, Array, Array
 
 
 def from_change(motion: LongMotion) -> ChangeOfParameters:
-    """Method 2, (24)-(28), where there are recordings without payload."""
+    """Method 2, (24)-(28)."""
     if motion.bare is None or motion.unloaded is None:
         raise InputError("method 2 needs a recording without payload")
     columns, flange = motion.base.columns, motion.robot.flange
@@ -193,12 +193,9 @@ Posed = LinearProblem | ChangeOfParameters
 PREFERRED = (3, 4, 1, 2)
 """Methods in the order of their expected errors, where each can be used and a pair ran one path."""
 ONE_PATH = 2e-3  # distance of positions [rad or m], rms of the worst joint, above which a pair is not of one path
-METHODS: dict[int, Callable[[LongMotion], Posed]] = {
-    1: from_robot,
-    2: from_change,
-    3: from_difference,
-    4: global_fit,
-}
+METHODS: dict[int, Callable[[LongMotion], Posed]] = dict(
+    enumerate((from_robot, from_change, from_difference, global_fit), 1)
+)
 """Methods of the paper by number."""
 
 
@@ -221,7 +218,7 @@ def payload_estimate(problem: PayloadProblem, method: int, covariance: Rule | No
     Args:
         method: 1 robot known (22)-(23), 2 change of the base parameters (24)-(28), 3 torque difference (29),
             4 robot and payload together (30).
-        covariance: by which rule; by default the jackknife, with few blocks the sandwich.
+        covariance: rule for it; by default the jackknife, with few blocks the sandwich.
 
     Raises:
         InputError: if the problem lacks what the method needs; "mass not visible" if nothing shows it.
@@ -241,10 +238,9 @@ def payload_estimate(problem: PayloadProblem, method: int, covariance: Rule | No
 def recommended_method(problem: PayloadProblem, methods: Iterable[int]) -> tuple[int, str]:
     """Choose the method with the least expected error of those that gave a payload, and say why of several.
 
-    Errors of the robot's model count. On one path method 3 cancels what the model lacks, and weighs the joints by
-    what is left then; methods 1, 2 and 4 carry it. Where the paths differ, method 3 must subtract the robot's own
-    torque difference, which adds an error that method 4 does not have. The shortest interval is never the
-    criterion: to choose by it would be biased.
+    On one path method 3 cancels what the robot's model lacks, which methods 1, 2 and 4 carry. Where the paths
+    differ, method 3 must subtract the robot's own torque difference, which adds an error that method 4 does not
+    have. To choose by the shortest interval would be biased.
     """
     there = sorted(methods, key=PREFERRED.index)
     apart = max((pair.rms_mismatch for pair in problem.source.compared), default=float("inf"))
@@ -280,9 +276,8 @@ def with_robust(
 ) -> tuple[Estimate, str]:
     """Add the robust covariance to the estimate of a posed problem; give the reason where there is none.
 
-    Args:
-        estimate: its result, where it is there already; its weights are kept.
-        rule: for the covariance; by default the jackknife where there are blocks enough, else the sandwich.
+    ``estimate``: its result, where it is there already; ``rule``: by default the jackknife, with few blocks the
+    sandwich.
     """
     estimate = posed.solved() if estimate is None else estimate
     if rule == "formula":
@@ -312,8 +307,7 @@ def _robust(problem: PayloadProblem, posed: Posed, estimate: Estimate, rule: Rul
         few = few or (problem.corrected and robust.degrees_of_freedom + 1 < FEW)
         lasting = posed.lasting(weights)  # what no block shows; none where the method does without anything known
         if lasting.any():
-            # A robot that was identified earlier adds its own robust covariance, propagated: its blocks were left
-            # out one at a time as well.
+            # A robot that was identified earlier adds its own robust covariance, propagated.
             own = known.robust if known is not None else None
             if known is not None and own is None and isinstance(problem, LongMotion):
                 raise InputError(_FORMULA_ONLY)
@@ -346,5 +340,4 @@ def jackknifed(
     """Solve without each block of time, group by group, weights fixed; ``length``: the shortest of a block [s]."""
     with naming_blocks(length):
         values = posed.without_blocks(estimate.weights, list(chain.from_iterable(groups)))
-    ends = np.cumsum([len(group) for group in groups])[:-1]
-    return jackknife(np.split(values, ends), estimate.values, length)
+    return jackknife(np.split(values, np.cumsum([*map(len, groups)])[:-1]), estimate.values, length)

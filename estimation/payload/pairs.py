@@ -50,14 +50,11 @@ class Order(NamedTuple):
 
 
 class PairedMeasurement(NamedTuple):
-    """Measurements of one trajectory without and with payload, on the loaded recording's time.
-
-    ``lag`` [s]: what the loaded recording's clock shows more than the unloaded one's own.
-    """
+    """Measurements of one trajectory without and with payload, on the loaded recording's time."""
 
     unloaded: Measurement
     loaded: Measurement
-    lag: float = 0.0
+    lag: float = 0.0  # what the loaded recording's clock shows more than the unloaded one's own [s]
 
 
 def torque_change(robot: Robot, unloaded: Measurement, loaded: Measurement, path: Array) -> Measurement:
@@ -106,16 +103,10 @@ def side_by_side(
 def cut_alike(
     loaded: Sequence[Recording], unloaded: Sequence[Recording], processing: Processing
 ) -> tuple[_Recordings, _Recordings, tuple[float | None, ...]]:
-    """Cut recordings with and without payload alike where gaps split those of one file into more pieces.
+    """Cut recordings alike where gaps split those of one file into more pieces; give the known lags [s] besides.
 
-    They stay as they are where they form pairs already, or where no pairs can be made of them.
-
-    Args:
-        loaded: with payload, pieces of one file one after the other.
-        unloaded: without; the k-th file is of the same trajectory as the k-th of ``loaded``.
-
-    Returns:
-        Both, and the lag of each pair [s] where it is known.
+    They stay as they are where they form pairs already, or where no pairs can be made of them. The pieces of a file
+    follow each other; the k-th file without payload is of the trajectory of the k-th with it.
     """
     whole = tuple(loaded), tuple(unloaded), (None,) * len(loaded)
     loaded_files, unloaded_files = (
@@ -123,13 +114,12 @@ def cut_alike(
     )
     if len(loaded) == len(unloaded) or len(loaded_files) != len(unloaded_files):
         return whole
-    try:
+    with suppress(InputError):  # no pair of one trajectory: method 3 refuses it where it is asked for
         files = zip(unloaded_files, loaded_files, strict=True)
-        pairs = [pair for a, b in files for pair in _pieces(a, b, processing)]
-    except InputError:  # no pair of one trajectory: method 3 refuses it where it is asked for
-        return whole
-    unloaded_pieces, loaded_pieces, lags = zip(*pairs, strict=True) if pairs else ((), (), ())
-    return (loaded_pieces, unloaded_pieces, lags) if pairs else whole
+        if pairs := [pair for a, b in files for pair in _pieces(a, b, processing)]:
+            unloaded_pieces, loaded_pieces, lags = zip(*pairs, strict=True)
+            return loaded_pieces, unloaded_pieces, lags
+    return whole
 
 
 def _pieces(unloaded: _Recordings, loaded: _Recordings, processing: Processing) -> list[_Pair]:
@@ -159,7 +149,7 @@ def _pieces(unloaded: _Recordings, loaded: _Recordings, processing: Processing) 
 
 
 def _within(pieces: _Recordings, low: float, high: float, least: float, partner: Recording) -> Recording | None:
-    """Cut out what of a file lies between two times [s] and is long enough; ``partner`` is named in a note."""
+    """Cut out what of a file lies between two times and is long enough; ``partner`` is named in a note."""
     for piece in pieces:
         rows = slice(*(int(row) for row in np.searchsorted(piece.t, [low, high])))
         if rows.stop - rows.start > 1 and piece.t[rows.stop - 1] - piece.t[rows.start] >= least:

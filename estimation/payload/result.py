@@ -38,9 +38,9 @@ class PayloadEstimate(Brief):
 
     def unexplained(self, torque_rms: Array) -> Array:
         """Ratio of each joint's error to another torque (rms), shape (n,); nan without equations or torque."""
-        rows = np.array(self.estimate.fit.rows, dtype=float)
-        torque = np.where((rows > 0) & (torque_rms > 0.0), torque_rms, np.nan)
-        return np.asarray(self.estimate.fit.error_norms / np.sqrt(np.maximum(rows, 1.0)) / torque)
+        fit = self.estimate.fit
+        there = (np.array(fit.rows) > 0) & (torque_rms > 0.0)
+        return np.asarray(fit.rms / np.where(there, torque_rms, np.nan))
 
     @property
     def ten(self) -> Array:
@@ -74,10 +74,7 @@ class PayloadEstimate(Brief):
 def moved(
     estimate: PayloadEstimate, change: Array | None = None, more: Array | None = None, factor: float | Array = 1.0
 ) -> PayloadEstimate:
-    """Change the values, multiply sigmas by ``factor`` and add ``more`` covariance; of the ten, (10,), 10 x 10.
-
-    ``factor``: one for all, or one for each of the estimate's parameters.
-    """
+    """Change the values, multiply sigmas by one ``factor`` or one each and add ``more`` covariance; of the ten."""
     indices, own = list(estimate.indices), estimate.estimate
     wider = 0.0 if more is None else more[np.ix_(indices, indices)]
     factors = np.outer(factor, factor)
@@ -137,9 +134,7 @@ def constrain_payload(
 ) -> ConstrainedPayload:
     """Find the nearest payload that keeps the constraints, with intervals; all ten must be determined.
 
-    Args:
-        constraints: what is known beforehand; that the body can exist is always demanded.
-        gains: uncertainty of the drive gains; taken as exact by default.
+    That the body can exist is always demanded; ``gains``: taken as exact by default.
 
     Raises:
         InputError: if the covariance does not determine every parameter, or what the result owes to the drive gains

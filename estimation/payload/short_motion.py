@@ -25,7 +25,6 @@ from ..signals.alignment import aligned
 from ..signals.filtering import grid_rate, measurement
 from ..signals.plausibility import check_apart, check_recordings, without_dead
 from ..signals.rows import inner_samples, least_speed, moving_parts
-from .constant_torques import FREE, HeldFriction, coulomb_friction, free_columns, friction_prior, offset_prior
 from .long_motion import (
     Source,
     check_blocks,
@@ -37,9 +36,18 @@ from .long_motion import (
     robot_of,
     stored_robot,
 )
+from .nuisance import (
+    FREE,
+    HeldFriction,
+    Wave,
+    coulomb_friction,
+    free_columns,
+    friction_prior,
+    offset_prior,
+    ripple_of,
+)
 from .pairs import torque_change
 from .result import in_payload_frame
-from .ripple import Wave, ripple_of
 
 SLOW = 0.03
 """Speed [rad/s or m/s] of a joint below which rows are not used; the sign of its friction is not sure there."""
@@ -62,7 +70,7 @@ class ShortMotion(Brief):
     # Of each recording with payload: the robot's base parameters (none where the unloaded torque was subtracted),
     # what is free in it, waves of ``ripple`` among that, and ``PAYLOAD``, in blocks of time.
     runs: tuple[Equations, ...]
-    held: HeldFriction  # prior of constant torques and friction, the same in all recordings
+    held: HeldFriction  # the same in all recordings
     torque_rms: Array  # of each joint's torque with payload in the rows used [N·m or N], (n,)
     known: Estimate | None = None  # the robot, where no torque was subtracted
     settings: Settings = DEFAULTS
@@ -107,9 +115,9 @@ class ShortMotion(Brief):
     def posed(self, wanted: Sequence[str] | None = None) -> LinearProblem:
         """Pose (29): Y_T - Y_wL = W_L chi_L, or (23): Y_T - W chi = W_L chi_L.
 
-        Wanted: what is visible of chi_L. Fixed: the values of friction's prior; for (29) the difference of the
-        paths, for (23) chi, whose errors weigh too much here for the formula's covariance. Soft prior: chi, where
-        friction has one. By default those are ``wanted`` that stand for all that can be seen.
+        Wanted: by default those of chi_L that stand for all that is visible. Fixed: the values of friction's prior;
+        for (29) the difference of the paths, for (23) chi, whose errors weigh too much here for the formula's
+        covariance. Soft prior: chi, where friction has one.
         """
         wanted = tuple(wanted or (PAYLOAD[k] for k in self.visibility.base.chosen))
 
@@ -117,26 +125,22 @@ class ShortMotion(Brief):
             columns = [name for name in equations.columns if name in wanted or name not in PAYLOAD]
             return in_payload_frame(self.robot, equations).select(columns)
 
-        equations = shown(self.loaded)
+        equations, prior = shown(self.loaded), None
         fixed: tuple[Known, ...] = (self.held.known,)
         if self.known is None:
-            fixed = (*fixed, *known_path(equations.columns, self.robot.n))
-        elif not self.corrected:
+            fixed += known_path(equations.columns, self.robot.n)
+        elif self.corrected:
+            prior = prior_of(self.known, self.inflation, self.loaded)
+        else:
             robot = stored_robot(self.known)
             fixed = (robot._replace(covariance=robot.lasting), *fixed)
-        return LinearProblem(
-            equations,
-            wanted,
-            fixed,
-            prior=prior_of(self.known, self.inflation, self.loaded) if self.corrected else None,
-            # Against the robot's torque the payload's own is what the joints of a short motion are compared by.
-            own_torque=True,
-            parts=tuple(map(shown, self.without_each)),
-        )
+        parts = tuple(map(shown, self.without_each))
+        # Against the robot's torque the payload's own is what the joints of a short motion are compared by.
+        return LinearProblem(equations, wanted, fixed, prior=prior, own_torque=True, parts=parts)
 
     @cached_property
     def without_each(self) -> tuple[Equations, ...]:
-        """Leave out each block of time of ``loaded``; nothing shared is kept."""
+        """Leave out each block of time of ``loaded``."""
         runs, left = [replace(self.held.friction_free(run), shared={}) for run in self.runs], list[Equations]()
         for k, run in enumerate(self.runs):
             others = [*runs[:k], *runs[k + 1 :]]
@@ -156,19 +160,16 @@ class ShortMotion(Brief):
     @property
     def block_length(self) -> float:
         """Shortest length of a block [s], unless a whole recording is shorter."""
-        return max(run.blocks.length for run in self.runs)
+        return max(run.block_length for run in self.runs)
 
     @property
     def needed_scale(self) -> KnownMass | None:
-        """Scale that is needed where torques do not show the mass; else it takes no part in the free estimate."""
+        """Scale, where torques do not show the mass; else it takes no part in the free estimate."""
         check_mass_visible(self.visibility, self.scale is not None, "by this motion")
         return None if self.visibility.mass_visible else self.scale
 
     def resolved(self, estimate: Estimate) -> Estimate:
-        """Determine parameters from those posed; a ``needed_scale`` makes others follow from sums.
-
-        Nothing that the torques leave open is filled in.
-        """
+        """Determine parameters from those posed; a ``needed_scale`` makes others follow from sums."""
         scale = self.needed_scale
         indices, A, by_mass = self.visibility.resolved(scale is not None)
         mass, variance = (scale.mass, scale.sigma**2) if scale is not None else (0.0, 0.0)
@@ -188,7 +189,7 @@ def known_robot_weighing(
     check_recordings(robot, loaded)
     progress("base parameters")
     known = measured_part(known, robot)
-    base, sources = base_parameters(robot), [recording.source for recording in loaded]
+    base = base_parameters(robot)
     measured = filtered(loaded, processing, progress)
     moving = moving_joints(measured, processing, settings.joints, robot)
     still = [at_rest(data, moving) for data in measured]
@@ -196,7 +197,7 @@ def known_robot_weighing(
         Used(data, telling_rows(data.motion, moving, processing), processing.thinning(data.motion.rate))
         for data in still
     ]
-    rms = _torque_rms(sources, rows)
+    rms = _torque_rms(loaded, rows)
 
     def observed(observer: Observer) -> tuple[Equations, list[Observation]]:
         each_one = [observer.observe_rows(*one) for one in rows]
@@ -210,21 +211,18 @@ def known_robot_weighing(
         for one in observations
     ]
     own = {name: one.sigma for name, one in changes.items() if parameter_kind(name) in ("FS", "FV", "OFF")}
-    source = Source(tuple(loaded), (), processing, rate=measured[0].motion.rate)
+    source, held = (
+        Source(tuple(loaded), (), processing, rate=measured[0].motion.rate),
+        friction_prior(payload_only, own),
+    )
     # Of a single recording the robot's own ripple is what would be found: it takes weight along.
-    held = friction_prior(payload_only, own)
     return ShortMotion(robot, base, source, moving, _runs(observations), held, rms, known, settings)
 
 
 def difference_weighing(
     robot: Robot, loaded: Sequence[Recording], unloaded: Sequence[Recording], settings: Settings = DEFAULTS
 ) -> ShortMotion:
-    """Weigh by torque differences (29) on one and the same motion.
-
-    Args:
-        loaded: recordings of the motion with the payload.
-        unloaded: without it; one for all, or one for each of ``loaded`` in the same order.
-    """
+    """Weigh by torque differences (29) on one and the same motion; arguments as of ``weigh``."""
     processing, progress = settings.processing_of(robot), settings.progress
     robot = without_dead(robot, [*loaded, *unloaded])
     check_recordings(robot, [*loaded, *unloaded])
@@ -237,28 +235,23 @@ def difference_weighing(
         )
     partners = list(unloaded) * (len(loaded) if len(unloaded) == 1 else 1)
     together = each(list(zip(partners, loaded, strict=True)), lambda pair: f"aligning {pair[1].source}", progress)
-    pairs = [
-        aligned(without, recording, grid_rate(recording, processing), processing.max_mismatch)
-        for without, recording in together
-    ]
+    pairs = [aligned(a, b, grid_rate(b, processing), processing.max_mismatch) for a, b in together]
     measured = [(measurement(p.unloaded, processing), measurement(p.loaded, processing)) for p in pairs]
     moving = moving_joints([under_load for _, under_load in measured], processing, settings.joints, robot)
-    sources, rows = [pair.loaded.source for pair in pairs], list[tuple[Used, Used]]()
+    rows = list[list[Used]]()
     for both in measured:
         # The filter's error at cut ends is alike in both, and a short motion needs its ends.
-        without, under_load = (at_rest(data, moving) for data in both)
-        keep = telling_rows(without.motion, moving, processing, ends=True)
-        keep &= telling_rows(under_load.motion, moving, processing, ends=True)
-        factor = processing.thinning(under_load.motion.rate)
-        rows.append((Used(without, keep, factor), Used(under_load, keep, factor)))
-    rms = _torque_rms(sources, [used for _, used in rows])
+        still = [at_rest(data, moving) for data in both]
+        keep = np.all([telling_rows(one.motion, moving, processing, ends=True) for one in still], axis=0)
+        rows.append([Used(one, keep, processing.thinning(one.motion.rate)) for one in still])
+    rms = _torque_rms([pair.loaded for pair in pairs], [under_load for _, under_load in rows])
     progress("the robot without payload")
     free = robot.with_offsets(True)
     whole, observer = Observer(free, base_parameters(free).columns), observer_of(robot, None)
-    without_payload = merged(reduced(whole.observe_rows(*used)) for used, _ in rows)
+    without_payload = merged(reduced(whole.observe_rows(*bare)) for bare, _ in rows)
     own, resting = robot_of(without_payload), [j for j in range(robot.n) if j + 1 not in moving]
     observations, ripple = list[Observation](), list[Wave]()
-    for source, ((without, *_), used) in zip(sources, rows, strict=True):
+    for pair, ((without, *_), used) in zip(pairs, rows, strict=True):
         # No motion shows how torques change with a joint at rest, so that it stays where it was before.
         motion, q = used.data.motion, np.array(used.data.motion.q)
         q[:, resting] = without.motion.q[:, resting]
@@ -266,24 +259,17 @@ def difference_weighing(
         used = used._replace(data=torque_change(robot, without, used.data, path))
         plain = observer.observe_rows(*used)
         names, dense = plain.columns, plain.W
-        waves, columns = ripple_of(source, [W[:, :-1] for W in dense], plain, used)
+        waves, columns = ripple_of(pair.loaded.source, [W[:, :-1] for W in dense], plain, used)
         if waves:  # free beside the payload
             names = (*names, *(f"{FREE}{k}" for k in range(columns[0].shape[1])))
             W = [np.column_stack(both) for both in zip(dense, columns, strict=True)]
             plain = Observation.of(names, W, plain.torques, plain.t, plain.bandwidth, plain.layout.motors)
         observations.append(plain)
         ripple += waves
-    return ShortMotion(
-        robot,
-        base_parameters(robot),
-        Source(tuple(loaded), tuple(unloaded), processing, tuple(pairs), rate=measured[0][1].motion.rate),
-        moving,
-        _runs(observations),
-        offset_prior(observations, coulomb_friction(without_payload)),
-        rms,
-        settings=settings,
-        ripple=tuple(ripple),
-    )
+    source = Source(tuple(loaded), tuple(unloaded), processing, tuple(pairs), rate=measured[0][1].motion.rate)
+    base, held = base_parameters(robot), offset_prior(observations, coulomb_friction(without_payload))
+    problem = ShortMotion(robot, base, source, moving, _runs(observations), held, rms, settings=settings)
+    return replace(problem, ripple=tuple(ripple))
 
 
 def observer_of(robot: Robot, base: BaseParameters | None, frees: bool = True) -> Observer:
@@ -304,11 +290,11 @@ def _runs(observations: Sequence[Observation]) -> tuple[Equations, ...]:
     return tuple(in_blocks(reduced(one), [one], [block_edges(one, length)], length) for one in observations)
 
 
-def _torque_rms(sources: Sequence[str], rows: Sequence[Used]) -> Array:
+def _torque_rms(loaded: Sequence[Recording], rows: Sequence[Used]) -> Array:
     """Root mean square torque of each joint over the rows that are used; 0 where there are none."""
-    for source, used in zip(sources, rows, strict=True):
+    for recording, used in zip(loaded, rows, strict=True):
         if not used.keep.any():
-            raise InputError(f"{source}: no joint moves fast enough: nothing can be compared")
+            raise InputError(f"{recording.source}: no joint moves fast enough: nothing can be compared")
     squares, keep = np.vstack([used.data.torque**2 for used in rows]), np.vstack([used.keep for used in rows])
     return np.asarray(np.sqrt(np.where(keep, squares, 0.0).sum(axis=0) / np.maximum(keep.sum(axis=0), 1)))
 
@@ -332,10 +318,7 @@ def moving_joints(
 
 
 def at_rest(data: Measurement, moving: Sequence[int]) -> Measurement:
-    """Set joints at rest exactly at rest: what their encoders flicker is no motion.
-
-    A joint at rest that goes to another pose on the way keeps what was measured.
-    """
+    """Set joints at rest, unless they go to another pose, exactly at rest: what encoders flicker is no motion."""
     q, qd, qdd = (np.array(x) for x in (data.motion.q, data.motion.qd, data.motion.qdd))
     for j in range(data.motion.n):
         if j + 1 not in moving and np.ptp(q[:, j]) < _AT_REST:

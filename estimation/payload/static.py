@@ -7,21 +7,22 @@ Coulomb level of each joint and side. A drift linear in time goes out pose by po
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from ...common import Array, Document, Float, Indices, InputError, Vector, decomposed
-from ...model import Motion, Recording, Robot, base_parameters
+from ...common import Array, Document, Float, Indices, InputError, Vector, decomposed, without
+from ...model import Motion, Processing, Recording, Robot, base_parameters
 from ...model.drives import parameter_kind
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns, regressor_at
 from ..equations.observer import Observation, Observer, reduced
 from ..fit.blocks import in_blocks
 from ..fit.settings import DEFAULTS, Settings
+from ..signals.filtering import measurement
 from ..signals.plausibility import check_apart, check_recordings, without_dead
-from ..signals.rests import Rests, rests_of
-from .constant_torques import offset_prior
 from .long_motion import Source, robot_of
+from .nuisance import offset_prior
 from .pairs import Order, torque_change
 from .short_motion import ShortMotion, observer_of
 
@@ -31,22 +32,70 @@ _SPEED = 1e-9  # rad/s or m/s: of the approach, whose sign alone counts
 _ROUNDING = 1e-9  # of the largest entry of the payload's regressor
 _COSTS = 2.0  # variance with drift over that without, above which the order does not tell it
 _AT_REST = ("MX", "MY", "MZ", "M", "FS", "FSM", "OFF")  # kinds of parameters that act at rest
+_SHORTEST = 0.6  # s: where a motion only turns round, the arm rests for less
+_SETTLED = 0.5, 0.8  # of a rest: before, its torque settles; after, the next motion begins
+_TREND = 0.2  # s of a rest after which its torque oscillates only where something swings
+_CAME = 2e-3  # rad or m: a joint that came from less far away did not move
+_BIN, _FASTEST = 0.1, 10.0  # Hz
+
+
+class Rests(NamedTuple):
+    """R rests of one recording of n joints, each after a motion."""
+
+    q: Array  # mean once settled [rad or m], R x n
+    torque: Array  # mean once settled [N·m or N], R x n
+    side: Array  # way a joint came, 1, -1 or 0, R x n
+    moving: Array  # deviation of the torques on the way, (n,)
+    held: tuple[Array, ...]  # torques at rest, m x n
+    rate: float  # of those [Hz]
+
+
+def rests_of(recording: Recording, processing: Processing) -> Rests:
+    """Find the rests of a recording: slower than ``still_speed`` for 0.6 s, and after a motion."""
+    data = measurement(recording, processing)
+    q, torque, rate = data.motion.q, data.torque, data.motion.rate
+    still = (np.abs(data.motion.qd) < processing.still_speed).all(axis=1)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]))).reshape(-1, 2)
+    earlier, found, held = 0, list[tuple[Array, ...]](), list[Array]()
+    for start, stop in edges[np.diff(edges)[:, 0] >= _SHORTEST * rate].tolist():
+        if start > 0:
+            settled = slice(*(start + int(part * (stop - start)) for part in _SETTLED))
+            pose = q[settled].mean(axis=0)
+            away = (q[earlier:start] - pose)[::-1]
+            far = np.abs(away) > _CAME
+            side = -np.sign(np.take_along_axis(away * far, far.argmax(axis=0)[None], axis=0)[0])
+            found.append((pose, torque[settled].mean(axis=0), side))
+            held.append(torque[start + int(_TREND * rate) : stop])
+        earlier = stop
+    if not found:
+        raise InputError(
+            f"{recording.source}: no pose is held for {_SHORTEST:g} s after a motion, all joints slower than "
+            f"{processing.still_speed:g} rad/s or m/s: let it rest, or weigh without --static"
+        )
+    pose, mean, side = map(np.array, zip(*found, strict=True))
+    return Rests(pose, mean, side, torque[~still].std(axis=0), tuple(held), rate)
+
+
+def oscillation(rests: Sequence[Rests]) -> tuple[Array, Array]:
+    """Frequencies [Hz], (F,), and rms of the torques' oscillations at rest [N·m or N], F x n, trends taken off."""
+    frequencies, squares = np.arange(_BIN, _FASTEST, _BIN), list[Array]()
+    for one in rests:
+        for held in one.held:
+            line = np.column_stack([np.ones(len(held)), np.linspace(0.0, 1.0, len(held))])
+            waves = np.fft.rfft(without(held, line), max(round(one.rate / _BIN), len(held)), axis=0)
+            squares.append(2.0 * np.abs(waves[1 : len(frequencies) + 1]) ** 2 / len(held) ** 2)
+    return frequencies, np.asarray(np.sqrt(np.mean(squares, axis=0)))
 
 
 class Drift(Document, frozen=True):
-    """Drift of the torques that is linear in time, per hour where files share a clock, else per recording.
-
-    ``offset``, ``friction``: of each joint's constant torque and Coulomb level [N·m or N], both with ``sigma``;
-    ``mass``: what it would add to the mass [kg] from one recording to the next, were it not known; ``ratio``: its
-    part of the mass's variance.
-    """
+    """Drift of the torques that is linear in time, per hour where files share a clock, else per recording."""
 
     per: str
-    offset: Vector
-    friction: Vector
-    sigma: Vector
-    mass: Float
-    ratio: float
+    offset: Vector  # of each joint's constant torque [N·m or N]
+    friction: Vector  # of its Coulomb level
+    sigma: Vector  # of both
+    mass: Float  # what it would add to the mass [kg] from one recording to the next, were it not known
+    ratio: float  # its part of the mass's variance
 
 
 class Standing(Document, frozen=True):
@@ -121,10 +170,10 @@ def static_weighing(
         robot,
         base_parameters(robot),
         Source(tuple(loaded), tuple(unloaded), processing, rate=every[-1].rate),
-        tuple((np.flatnonzero(keep.any(axis=0)) + 1).tolist()),
-        (in_blocks(reduced(change), [change], [ends], 0.0),),
-        offset_prior([change], np.abs((each * side[0] * without.torque).sum(axis=0))),
-        np.sqrt(np.mean(under_load.torque**2, axis=0)),
+        joints=tuple((np.flatnonzero(keep.any(axis=0)) + 1).tolist()),
+        runs=(in_blocks(reduced(change), [change], [ends], 0.0),),
+        held=offset_prior([change], np.abs((each * side[0] * without.torque).sum(axis=0))),
+        torque_rms=np.sqrt(np.mean(under_load.torque**2, axis=0)),
         settings=settings,
         rests=tuple(every),
         one_sided=one_sided,

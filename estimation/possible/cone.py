@@ -12,8 +12,8 @@ import numpy as np
 from ...common import Array
 from .constraints import PSEUDO_INERTIA
 
-Cone = tuple[Literal["Zero", "Nonnegative", "SecondOrder", "PSDTriangle", "Exponential"], int]
-"""Cone and its size: rows, but for a triangle the side of its matrix; an exponential one has three rows."""
+Part = tuple[Literal["Zero", "Nonnegative", "SecondOrder", "PSDTriangle", "Exponential"], Array]
+"""Cone, and rows (A b) of what lies in it, A x + b; those of a triangle by its columns."""
 
 
 class ConeProgram(NamedTuple):
@@ -31,15 +31,15 @@ class ConeProgram(NamedTuple):
 
 
 class ConeSolution(NamedTuple):
-    """Solution, and how fast its norm falls as constraints are relaxed."""
+    """Solution, and how fast its norm ||R z - d|| falls as constraints are relaxed."""
 
     z: Array  # (n,)
-    norm: float  # ||R z - d||
+    norm: float
     row_multipliers: Array  # by A z + b >= -e, (r,)
     body_multipliers: Array  # by J >= -e times identity, (p,)
 
 
-_MEANING = {
+_MEANING = {  # of the solver's states
     "PrimalInfeasible": "nothing holds all of it",
     "DualInfeasible": "the data leave it open",
     "AlmostSolved": "the search came near an end, not to it",
@@ -48,20 +48,13 @@ _MEANING = {
     "NumericalError": "the search lost its digits",
     "InsufficientProgress": "the search got stuck",
 }
-"""Text on each of the solver's states."""
 
 
 class SolverError(RuntimeError):
-    """Error of the cone solver, which ended without a clean solution.
-
-    Attributes:
-        status: what the solver says.
-        demands: what the constraints demand, in text.
-        explanation: the status for those who do not know the solver.
-    """
+    """Error of the cone solver, which ended without a clean solution."""
 
     def __init__(self, status: str, demands: Sequence[str] = ()) -> None:
-        """Say what happened and what may be the reason."""
+        """Say what may be the reason."""
         self.status, self.demands, self.explanation = status, tuple(demands), _MEANING.get(status, status)
         infeasible = "Infeasible" in status
         text = f"the constrained estimate was not found: {self.explanation}"
@@ -81,12 +74,8 @@ class SolverError(RuntimeError):
 
 _ENTRIES = [(row, column) for column in range(4) for row in range(column + 1)]
 _DIAGONAL = [k for k, (row, column) in enumerate(_ENTRIES) if row == column]
-TRIANGLE: Array = np.array(
-    [(1.0 if i == j else np.sqrt(2.0)) * PSEUDO_INERTIA[:, i, j] for i, j in _ENTRIES],
-)
+TRIANGLE: Array = np.array([(1.0 if i == j else np.sqrt(2.0)) * PSEUDO_INERTIA[:, i, j] for i, j in _ENTRIES])
 """Map from the ten to the pseudo-inertia's upper triangle, by columns, off-diagonals times sqrt 2: 10 x 10."""
-
-
 Ways = Sequence[tuple[float, float]]
 """Largest entry of R, to which a larger one is scaled down, and radius of a ball that z may not leave.
 
@@ -100,22 +89,19 @@ def solve_cone(program: ConeProgram, ways: Ways = ((1e5, np.inf),)) -> ConeSolut
     ``ways``: the usual one cares for data almost without noise.
     """
     (k, n), r, p, status = program.R.shape, len(program.A), len(program.bodies), ""
+    bodies = np.pad(TRIANGLE @ program.bodies, ((0, 0), (0, 0), (0, 2)))
     for largest, ball in ways:
         scale = max(1.0, float(np.abs(program.R).max()) / largest)
-        # right - matrix (z, t) lies in the cones.
-        matrix = np.zeros((r + k + 1 + 10 * p, n + 1))
-        matrix[:r, :n] = -program.A
-        matrix[r, n] = -1.0
-        matrix[r + 1 : r + k + 1, :n] = -program.R / scale
-        matrix[r + k + 1 :, :n] = -(TRIANGLE @ program.bodies).reshape(10 * p, n)
-        right = np.concatenate([program.b, [0.0], -program.d / scale, np.zeros(10 * p)])
-        cones: list[Cone] = [("Nonnegative", r), ("SecondOrder", k + 1)]
-        cones += [("PSDTriangle", 4)] * p
+        # Rows in (z, t, 1).
+        norm = np.column_stack([program.R, np.zeros(k), -program.d]) / scale
+        parts: list[Part] = [
+            ("Nonnegative", np.column_stack([program.A, np.zeros(r), program.b])),
+            ("SecondOrder", np.vstack([np.eye(1, n + 2, n), norm])),
+            *(("PSDTriangle", body) for body in bodies),
+        ]
         if np.isfinite(ball):
-            cones.append(("SecondOrder", n + 1))
-            matrix = np.vstack([matrix, np.zeros((1, n + 1)), np.hstack([-np.eye(n), np.zeros((n, 1))])])
-            right = np.concatenate([right, [ball], np.zeros(n)])
-        solution = cone_solver(np.append(np.zeros(n), 1.0), matrix, right, cones).solve()
+            parts.append(("SecondOrder", np.vstack([ball * np.eye(1, n + 2, n + 1), np.eye(n, n + 2)])))
+        solution = cone_solver(np.eye(n + 1)[n], parts).solve()
         status = str(solution.status)
         if status == "Solved":
             z, dual = np.asarray(solution.x)[:n], np.asarray(solution.z) * scale
@@ -124,23 +110,11 @@ def solve_cone(program: ConeProgram, ways: Ways = ((1e5, np.inf),)) -> ConeSolut
     raise SolverError(status)
 
 
-def cone_solver(
-    cost: Array,
-    matrix: Array,
-    right: Array,
-    cones: Sequence[Cone],
-    tolerance: float = 1e-8,
-    reused: bool = False,
-) -> Any:
-    """Make a solver for the x of least cost with right - matrix x in the cones; one thread, no output.
+def cone_solver(cost: Array, parts: Sequence[Part], tolerance: float = 1e-8, reused: bool = False) -> Any:
+    """Make a solver for the x of least cost whose parts lie in their cones; one thread, no output.
 
-    Args:
-        cost: shape (n,).
-        matrix: m x n.
-        right: shape (m,).
-        cones: for the rows in their order.
-        tolerance: of gap and feasibility.
-        reused: whether other costs come later. Such a solver's rows are well scaled and stay as they are.
+    ``tolerance``: of gap and feasibility; ``reused``: whether other costs come later. Such a solver's rows are well
+    scaled and stay as they are.
     """
     import clarabel  # both take their time to import: only where a cone program is solved
     from scipy.sparse import csc_matrix
@@ -153,7 +127,10 @@ def cone_solver(
         settings.presolve_enable = False
         settings.chordal_decomposition_enable = False
         settings.equilibrate_enable = False
-    sizes = [(kind, () if kind == "Exponential" else (size,)) for kind, size in cones if size]
-    kinds = [getattr(clarabel, f"{kind}ConeT")(*size) for kind, size in sizes]
-    no_squares = csc_matrix((len(cost), len(cost)))
-    return clarabel.DefaultSolver(no_squares, cost, csc_matrix(matrix), right, kinds, settings)
+    cones = []
+    for kind, rows in parts:
+        size = int(np.sqrt(2 * len(rows))) if kind == "PSDTriangle" else len(rows)
+        if size:
+            cones.append(getattr(clarabel, f"{kind}ConeT")(*(() if kind == "Exponential" else (size,))))
+    matrix, no_squares = np.vstack([rows for _, rows in parts]), csc_matrix((len(cost), len(cost)))
+    return clarabel.DefaultSolver(no_squares, cost, csc_matrix(-matrix[:, :-1]), matrix[:, -1], cones, settings)

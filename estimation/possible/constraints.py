@@ -25,8 +25,7 @@ def lowest_eigenvalue(x: Array) -> float:
 class Constraint:
     """Constraint on x, Khalil's ten of one body about the origin and in the axes of its frame."""
 
-    demand: ClassVar[str]
-    """Demand in one line, its numbers to be filled in from the attributes."""
+    demand: ClassVar[str]  # its numbers to be filled in from the attributes
 
     @property
     def description(self) -> str:
@@ -34,7 +33,7 @@ class Constraint:
         return self.demand.format(**vars(self))
 
     def violation(self, x: ArrayLike) -> float:
-        """Distance of x, shape (10,), from keeping it: <= 0 where it is kept, in the constraint's own unit."""
+        """Distance of x, (10,), from keeping it: <= 0 where it is kept, in the constraint's own unit."""
         A, b = self.rows
         return float(np.max(-(A @ np.asarray(x, dtype=float) + b), initial=-np.inf))
 
@@ -50,9 +49,6 @@ class PossibleBody(Constraint):
 
     Nothing weaker will do: positive mass and a positive definite inertia still allow principal inertias that
     break the triangle inequality, which no distribution of mass has. Every estimate holds it, listed or not.
-
-    Attributes:
-        body: how texts call the body.
     """
 
     body: str = "payload"
@@ -65,12 +61,7 @@ class PossibleBody(Constraint):
 
 @dataclass(frozen=True)
 class MassBounds(Constraint):
-    """Bounds on the mass: low <= M <= high.
-
-    Attributes:
-        low: smallest mass [kg].
-        high: largest mass [kg]; may be infinite.
-    """
+    """Bounds on the mass [kg]: low <= M <= high, which may be infinite."""
 
     low: float = 0.0
     high: float = float("inf")
@@ -86,20 +77,14 @@ class MassBounds(Constraint):
     @cached_property
     def rows(self) -> tuple[Array, Array]:
         """Rows of M - low >= 0 and high - M >= 0 [kg]."""
-        finite = np.isfinite([self.low, self.high])
-        A = np.zeros((2, 10))
+        finite, A = np.isfinite([self.low, self.high]), np.zeros((2, 10))
         A[:, 9] = 1.0, -1.0
         return A[finite], np.array([-self.low, self.high])[finite]
 
 
 @dataclass(frozen=True)
 class KnownMass(Constraint):
-    """Weighed mass: a soft term ((M - mass) / sigma)^2, because scales err too, that nothing violates.
-
-    Attributes:
-        mass: what the scale shows [kg].
-        sigma: its standard deviation [kg].
-    """
+    """Weighed mass [kg]: a soft term ((M - mass) / sigma)^2, because scales err too, that nothing violates."""
 
     mass: float
     sigma: float
@@ -115,12 +100,7 @@ class KnownMass(Constraint):
 
 @dataclass(frozen=True)
 class CentreOfMassInBox(Constraint):
-    """Box along the frame's axes in which the centre of mass lies.
-
-    Attributes:
-        low: smallest coordinates [m], shape (3,).
-        high: largest coordinates [m], shape (3,).
-    """
+    """Box along the frame's axes in which the centre of mass lies, by its lowest and highest corner [m], (3,)."""
 
     low: ArrayLike
     high: ArrayLike
@@ -147,13 +127,9 @@ class CentreOfMassInBox(Constraint):
 class InEllipsoid(Constraint):
     """Ellipsoid in which all mass lies: tr(J Q) >= 0 for the pseudo-inertia J (Wensing, Kim and Slotine, 2018).
 
-    Q is the 4 x 4 matrix with [p 1] Q [p 1]' >= 0 for points p inside. Together with ``PossibleBody`` the
-    condition is necessary and sufficient.
-
-    Attributes:
-        centre: of the ellipsoid [m], shape (3,).
-        semi_axes: half the lengths of its axes [m], shape (3,).
-        rotation: 3 x 3, its columns are the directions of the axes; the frame's own by default.
+    Q is the 4 x 4 matrix with [p 1] Q [p 1]' >= 0 for points p inside. Together with ``PossibleBody`` the condition
+    is necessary and sufficient. ``centre`` and ``semi_axes``: [m], shape (3,); the columns of ``rotation``, 3 x 3,
+    are the directions of the axes, by default the frame's.
     """
 
     centre: ArrayLike
@@ -183,7 +159,7 @@ class InEllipsoid(Constraint):
 
 
 def _as_tuples(values: ArrayLike, shape: tuple[int, ...], name: str) -> Any:
-    """Convert numbers to nested tuples, which compare and hash, after a check of their shape."""
+    """Convert numbers to nested tuples, which compare and hash."""
     try:
         array = frozen_array(values, shape, name)
     except ValueError as error:

@@ -21,7 +21,7 @@ from ...common import Array, Brief, one_thread
 from ...model.inertia import inertia_gradient
 from ..equations.equations import PAYLOAD
 from ..fit.covariance import student95
-from .cone import TRIANGLE, Cone, SolverError, cone_solver
+from .cone import TRIANGLE, Part, SolverError, cone_solver
 from .constraints import PSEUDO_INERTIA
 from .payload import Possible, ScaledProblem
 
@@ -38,10 +38,10 @@ _NOT_NEGATIVE = [0, 3, 5, 9]  # XX, YY, ZZ, M
 
 
 class ProfileSet:
-    """Set of payloads that keep a scaled problem's constraints, little farther from its centre than the nearest."""
+    """Payloads that keep a scaled problem's constraints, with squared distances up to ``q`` above the nearest's."""
 
     def __init__(self, problem: ScaledProblem, nearest: Array, q: float) -> None:
-        """Bound the squared distance by that of ``nearest`` plus ``q``, in the problem's metric R."""
+        """Set up the cones: K (u, 1) lies in those of bounds, distance and pseudo-inertia."""
         self.problem = problem
         self.mass = int(problem.select[:, 9].argmax())
         R, _, A, b, _ = problem.program
@@ -49,11 +49,10 @@ class ProfileSet:
         offset = R @ (nearest - problem.centre) / np.sqrt(q)  # kappa e
         self._inverse, self._radius = inverse, float(np.sqrt(q * (1.0 + offset @ offset)))
         self._to_z = np.column_stack([np.sqrt(q) * inverse, nearest])  # z = _to_z (u, 1)
-        # K (u, 1) lies in the cones of bounds, distance and pseudo-inertia.
         n, bounds, body = len(nearest), A @ self._to_z, TRIANGLE @ problem.select.T @ self._to_z
         bounds[:, -1] += b
-        self._K = np.vstack([bounds, np.append(-offset, 1.0), np.eye(n, n + 1), np.append(offset, 0.0), body])
-        self._cones: list[Cone] = [("Nonnegative", len(bounds)), ("SecondOrder", n + 2), ("PSDTriangle", 4)]
+        distance = np.vstack([np.append(-offset, 1.0), np.eye(n, n + 1), np.append(offset, 0.0)])
+        self._K: list[Part] = [("Nonnegative", bounds), ("SecondOrder", distance), ("PSDTriangle", body)]
 
     def farthest(self, c: Array) -> Array:
         """Point z of the set with the largest c'z."""
@@ -70,18 +69,18 @@ class ProfileSet:
     @cached_property
     def _least_point(self) -> Callable[[Array], Array]:
         """Find the least point of the set in u."""
-        return _least_in(-self._K[:, :-1], self._K[:, -1], self._cones)
+        return _least_in(self._K)
 
     @cached_property
     def _least_ratios(self) -> Callable[[Array], Array]:
         """Find the least point of the set in (u / z_k, 1 / z_k), z_k the mass."""
-        matrix = np.vstack([self._to_z[self.mass], -self._K])
-        return _least_in(matrix, np.append(1.0, np.zeros(len(self._K))), [("Zero", 1), *self._cones])
+        scaled: list[Part] = [(kind, np.pad(rows, ((0, 0), (0, 1)))) for kind, rows in self._K]
+        return _least_in([("Zero", np.append(-self._to_z[self.mass], 1.0)[None]), *scaled])
 
 
-def _least_in(matrix: Array, right: Array, cones: list[Cone]) -> Callable[[Array], Array]:
-    """Make the function that finds, of all x with right - matrix x in the cones, the one of least cost."""
-    solver = cone_solver(np.zeros(matrix.shape[1]), matrix, right, cones, 1e-7, reused=True)
+def _least_in(parts: list[Part]) -> Callable[[Array], Array]:
+    """Make the function that finds, of all x whose parts lie in their cones, the one of least cost."""
+    solver = cone_solver(np.zeros(parts[0][1].shape[1] - 1), parts, 1e-7, reused=True)
 
     def least(cost: Array) -> Array:
         unit = cost / np.linalg.norm(cost)  # a cost of norm 1 is what the solver's tolerances are made for
@@ -89,7 +88,7 @@ def _least_in(matrix: Array, right: Array, cones: list[Cone]) -> Callable[[Array
         solution = solver.solve()
         if str(solution.status) != "Solved":
             # About once in 100,000 directions the rows' own scale will not do: begin anew with the solver's.
-            solution = cone_solver(unit, matrix, right, cones).solve()
+            solution = cone_solver(unit, parts).solve()
         if str(solution.status) != "Solved":
             raise SolverError(str(solution.status))
         return np.asarray(solution.x)
@@ -102,7 +101,7 @@ class Intervals(Brief):
     """95 % intervals, each [low, high].
 
     Centre of mass and inertia are infinitely uncertain where the data allow a payload without mass. All are nan
-    where constraints contradict the data: however short, no interval would mean anything.
+    where constraints contradict the data: no interval would mean anything.
     """
 
     parameters: Array  # of the ten, 10 x 2
@@ -112,14 +111,11 @@ class Intervals(Brief):
 
     def __post_init__(self) -> None:
         """Lock the arrays."""
-        for name, values in vars(self).items():
-            locked = np.array(values, dtype=float)
-            locked.setflags(write=False)
-            object.__setattr__(self, name, locked)
+        for values in vars(self).values():
+            values.setflags(write=False)
 
 
 NO_INTERVALS = Intervals(*(np.full(shape, np.nan) for shape in ((10, 2), (3, 2), (3, 3, 2), (3, 2))))
-"""Intervals where constraints contradict the data."""
 
 
 @one_thread()
@@ -129,10 +125,8 @@ def profile_intervals(result: Possible) -> Intervals:
     The ten and the centre of mass are exact, one cone program for each end. The inertia at the centre of mass is
     found by repeated linearisation, which stays in the set and only ever gains. Principal moments, which repel each
     other where they should be equal, go by the delta method with room for that: simulated for a disc, a cube and a
-    body of three unequal moments it covers 89 to 100 %, the profile 72 to 99 %.
-
-    ``result``: the nearest payload; the covariance and the degrees of freedom of its free estimate are those that
-    the intervals go by.
+    body of three unequal moments it covers 89 to 100 %, the profile 72 to 99 %. Covariance and degrees of freedom
+    are those of the free estimate.
 
     Raises:
         SolverError: for anything but a clean solve.

@@ -28,11 +28,10 @@ CONFLICT = 0.01  # probability below which a constraint and the data contradict 
 class Active(NamedTuple):
     """A demand that holds the estimate back.
 
-    ``description``: what is demanded; ``multiplier``: how fast chi2 falls as that is relaxed, per scaled unit
-    (M l^2, M l, M of the body): a slope, so that of several the one to blame is found by leaving each out in turn;
-    ``constraint``: of a payload, what ``description`` describes. Once ``tested``, ``rise`` is what it adds to chi2,
-    and ``p_value`` the probability of as much if it is true, at most: by chi-squared (or Fisher's F) of as many
-    degrees as the constraint restricts directions; nan before.
+    ``multiplier``: how fast chi2 falls as it is relaxed, per scaled unit (M l^2, M l, M of the body): a slope, so
+    that of several the one to blame is found by leaving each out in turn; ``constraint``: of a payload. Once
+    ``tested``, ``rise`` is what it adds to chi2, and ``p_value`` the probability of as much if it is true, at most:
+    by chi-squared (or Fisher's F) of as many degrees as the constraint restricts directions; nan before.
     """
 
     description: str
@@ -50,9 +49,8 @@ class Active(NamedTuple):
 class Weighing(Document, frozen=True):
     """A weighed mass beside the identified one [kg], each with its standard deviation.
 
-    Attributes:
-        z: standard deviations of their difference by which the identified mass is larger.
-        p_value: probability of as large a difference of either sign.
+    ``z``: standard deviations of their difference by which the identified mass is larger; ``p_value``: probability
+    of as large a difference of either sign.
     """
 
     mass: float
@@ -81,9 +79,7 @@ class Possible(Brief):
     """A payload, or the links of a robot, that can exist."""
 
     free: Estimate  # the unconstrained estimate with the covariance by which distance and p-value go
-    # the constrained parameters: of a payload all ten in the order of ``PAYLOAD``, eliminated ones zero; of a robot
-    # its base parameters in the order of ``free.names``
-    values: Array
+    values: Array  # of a payload the ten of ``PAYLOAD``, eliminated ones zero; of a robot those of ``free.names``
     chi2_rise: float  # of these values, squared distance from the free ones by their covariance, plus soft terms
     active: tuple[Active, ...]  # what holds the estimate back, largest multiplier first
     bodies: tuple[InertialParameters, ...]  # the payload alone, or one robot's links; each can exist
@@ -114,13 +110,12 @@ class Possible(Brief):
 
     @cached_property
     def p_value(self) -> float:
-        """Probability of a rise this large if what is true keeps the constraints.
+        """Probability of a rise this large if what is true keeps the constraints, at most.
 
         The nearest admissible point is no farther than the truth, whose squared distance is chi-squared with as
         many degrees of freedom k as there are parameters and soft terms (k times Fisher's F, as the covariance
-        holds an estimated variance). At the boundary of a cone the rise itself follows a mixture of chi-squared
-        laws of 0 to k degrees of freedom, for which the law of k is an upper bound: this p-value is too large,
-        never too small; a small one says that a constraint or the model is wrong.
+        holds an estimated variance). At the boundary of a cone the rise follows a mixture of laws of 0 to k
+        degrees, of which that of k is an upper bound: a small p-value says that a constraint or the model is wrong.
         """
         k = len(self.free.names) + sum(isinstance(constraint, KnownMass) for constraint in self.constraints)
         return rise_p_value(self.chi2_rise, k, self.free.degrees_of_freedom)
@@ -207,15 +202,15 @@ class ScaledProblem(NamedTuple):
 
     def active(self, z: Array, solution: ConeSolution) -> tuple[Active, ...]:
         """Constraints whose multiplier exceeds their slack, largest first."""
-        ends, active = np.cumsum([len(c.rows[1]) for c in self.constraints])[:-1], list[Active]()
+        ends, found = np.cumsum([len(c.rows[1]) for c in self.constraints])[:-1], list[Active]()
         slacks, prices = np.split(self.program.slack(z), ends), np.split(solution.row_multipliers, ends)
         for constraint, slack, price in zip(self.constraints, slacks, prices, strict=True):
             if isinstance(constraint, PossibleBody):
                 slack, price = np.array([lowest_eigenvalue(z @ self.select)]), solution.body_multipliers
             holding = float(price[price > np.maximum(slack, _NO_MULTIPLIER)].sum())
             if holding > 0.0:  # d chi2 = 2 norm d norm
-                active.append(Active(constraint.description, 2.0 * solution.norm * holding, constraint))
-        return tuple(sorted(active, key=lambda active: -active.multiplier))
+                found.append(Active(constraint.description, 2.0 * solution.norm * holding, constraint))
+        return tuple(sorted(found, key=lambda one: -one.multiplier))
 
 
 IDENTITY: Array = np.array([2.0, 0.0, 0.0, 2.0, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0])
@@ -223,12 +218,7 @@ IDENTITY: Array = np.array([2.0, 0.0, 0.0, 2.0, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0])
 
 
 def lifted(z: Array, scale: Array) -> Array:
-    """Move a body's ten by as little as leaves no negative eigenvalue.
-
-    Args:
-        z: the ten in units of ``scale``, shape (10,).
-        scale: shape (10,); what has none was eliminated and stays as it is.
-    """
+    """Move a body's ten in units of ``scale`` by as little as leaves no negative eigenvalue."""
     size, inward = max(1.0, float(np.abs(z).max())), np.where(scale > 0.0, IDENTITY, 0.0)
     step = 1.01 * max(-lowest_eigenvalue(z), 0.0)
     limit = TOLERANCE * size
@@ -291,9 +281,9 @@ def tested(result: Possible) -> tuple[Active, ...]:
 
     That a body must exist is not left out; its rise is that which it causes alone.
     """
-    tested = []
+    tested, free = [], result.free
     for active in result.active:
-        constraint, free = active.constraint, result.free
+        constraint = active.constraint
         assert constraint is not None
         if isinstance(constraint, PossibleBody):
             rise, k = solve_constrained(free, [constraint]).chi2_rise, len(free.names)
@@ -309,7 +299,7 @@ def tested(result: Possible) -> tuple[Active, ...]:
 def build_constrained(estimate: Estimate, constraints: Sequence[Constraint] = POSSIBLE) -> tuple[Any, Any, Any]:
     """Build the problem of ``solve_constrained`` in CVXPY, not solved yet: constraints and terms can be added.
 
-    Add your own by ``cvxpy.Problem(problem.objective, [*problem.constraints, ...])``. Its solution is not repaired:
+    As by ``cvxpy.Problem(problem.objective, [*problem.constraints, ...])``. Its solution is not repaired:
     eigenvalues down to -1e-7 of the largest are left.
 
     Returns:
@@ -334,7 +324,5 @@ def posed(program: ConeProgram, scale: Array) -> tuple[Any, Any, list[Any]]:
         [cvxpy.reshape(entries @ body @ parameters, (4, 4), order="C") for body in program.bodies]
         for parameters in (z, x)
     )
-    rules = [inertia >> 0 for inertia in scaled]
-    if len(program.A):
-        rules.append(program.A @ z + program.b >= 0)
+    rules = [*(inertia >> 0 for inertia in scaled), *([program.A @ z + program.b >= 0] if len(program.A) else [])]
     return cvxpy.Problem(cvxpy.Minimize(cvxpy.norm(program.R @ z - program.d)), rules), x, inertias

@@ -1,38 +1,39 @@
-"""Base parameters of a robot that can exist.
+"""Robots that can exist: the base parameters of the nearest one, and standard parameters by a prior.
 
 Standard parameters are the variables, the data speak only through base parameters chi = G x: the nearest chi for
 which *some* robot exists whose every link can exist and whose drives neither push nor have negative inertia. The
-standard parameters themselves stay undetermined (26 directions on the RX90) and are not a result.
+standard parameters themselves stay undetermined (26 directions on the RX90). Of all robots that explain the data
+about as well, the one whose links are nearest to a prior in entropic distance is one definite answer. The weight of
+the distance is chosen so that chi2 rises by a stated budget above that of the nearest robot that can exist.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from ...common import Array, Indices, InputError, one_thread
+from ...common import Array, Indices, InputError, decomposed, one_thread
 from ...model import INERTIAL, BaseParameters, InertialParameters, Robot
 from ...model.base.parameters import sum_text
 from ...model.drives import parameter_kind
+from ...model.stand_in import MOVING, cylinder_radius, cylinders, missing_inertial
 from ..fit.estimate import Estimate, error_model
-from .cone import ConeProgram, SolverError, solve_cone
-from .constraints import MassBounds, lowest_eigenvalue
+from .cone import ConeProgram, Part, SolverError, cone_solver, solve_cone
+from .constraints import PSEUDO_INERTIA, MassBounds, lowest_eigenvalue
 from .payload import NOISE_FLOOR, TOLERANCE, Active, Possible, lifted, posed, whitening
 
 _NOT_NEGATIVE = ("IA", "FV", "FS", "FL", "FVM", "FSM")
 POWERS = {**dict.fromkeys(INERTIAL[:6], 2), **dict.fromkeys(INERTIAL[6:9], 1), "M": 0, "IA": 2}
 """Power of a length in the unit of each kind."""
-_NEXT_TO_NOTHING = 1e-3
-"""Fraction of the largest multiplier: smaller ones belong to directions that the data do not see."""
+_NEXT_TO_NOTHING = 1e-3  # of the largest multiplier: smaller ones belong to directions that the data do not see
 _WAYS = ((1e3, np.inf), (1e3, 1e3), (1e2, 1e3), (10.0, 1e3), (10.0, np.inf), (1.0, np.inf))
 """Largest entry of R, for the norm of exact data is zero, at the tip of its cone; radius that z may not leave.
 
 No torque may show some direction, and no finite robot attain the least value: the program is closed then, at a
 thousand times the size of each parameter. Where the search stops short of its end, a smaller R has it end.
 """
-_ABOVE = 1.0 + 4.0 * np.finfo(float).eps
-"""Factor by which a larger number is above a smaller one, whatever rounding a change of scale leaves."""
+_ABOVE = 1.0 + 4.0 * np.finfo(float).eps  # factor that keeps a larger number above a smaller one in other scales
 _UNSEEN = 1e-3  # standard deviations by which a repair may change a number
 
 
@@ -52,9 +53,9 @@ def drive_rules(
     """Rules A z >= 0 of standard parameters in units of ``scale``: drives neither push nor have negative inertia.
 
     Returns:
-        A, r x N_s; its rows as text, r; indices of parameters that must not be negative, friction and rotor
-        inertias; and indices (whole, part) of what coupled drives share: IA_j = K_j^2 JA_j + K_k^2 JA_k is at least
-        IA_k = K_k^2 JA_k, and FV_j and FV_k hold the viscous friction FVM_k of rotor k besides the joint's own.
+        A, r x N_s; its rows as text; indices of friction and rotor inertias, which must not be negative; and
+        indices (whole, part) of what coupled drives share: IA_j = K_j^2 JA_j + K_k^2 JA_k is at least IA_k = K_k^2
+        JA_k, and FV_j and FV_k hold the viscous friction FVM_k of rotor k besides the joint's own.
     """
     pairs: list[tuple[str, str]] = []
     if robot.coupling is not None:
@@ -72,11 +73,10 @@ def drive_rules(
 class PossibleRobot(Possible):
     """Base parameters of a robot whose links can exist, and one such robot."""
 
-    # standard parameters of that robot by name. In the base gauge it is one of many with the same base parameters
-    # and nothing in it is identified; with a prior, what is not identified is its choice
+    # Standard parameters of that robot by name. In the base gauge it is one of many with the same base parameters
+    # and nothing in it is identified; with a prior, what is not identified is its choice.
     parameters: dict[str, float] = field(kw_only=True)
-    # changes of standard parameters that change no torque ("M1", "IA1 - ZZ1")
-    unidentifiable: tuple[str, ...] = field(kw_only=True)
+    unidentifiable: tuple[str, ...] = field(kw_only=True)  # changes that change no torque ("M1", "IA1 - ZZ1")
 
 
 class RobotProgram(NamedTuple):
@@ -87,7 +87,7 @@ class RobotProgram(NamedTuple):
     scale: Array  # (N_s,)
     R: Array  # whitens base parameters, N_b x N_b
     program: ConeProgram  # minimises ||R (G x - chi)||, its rows ``drive_rules``, then bounds of the total mass
-    texts: tuple[str, ...]  # on the rows
+    texts: tuple[str, ...]
     signed: list[int]  # as of ``drive_rules``
     shared: list[tuple[int, int]]
     links: Indices  # indices of each link's ten, n x 10
@@ -154,12 +154,8 @@ class RobotProgram(NamedTuple):
     ) -> PossibleRobot:
         """Make the robot that z stands for.
 
-        Args:
-            status: of the solver.
-            prices: multipliers of the rows, and of the links where they have one; a constraint holds the robot
-                where its own exceeds its slack and is not next to nothing.
-            floor: of those that are not.
-            slope: of chi2 by what the multipliers are of.
+        ``prices``: multipliers of the rows, and of the links where they have one; a constraint holds the robot
+        where its own exceeds its slack and ``floor``; ``slope``: of chi2 by what they are multipliers of.
         """
         x, links = z * self.scale, self.program.bodies
         values = self.base.grouping @ x
@@ -189,10 +185,7 @@ def solve_constrained_base(
     """Find the nearest base parameters of a robot that can exist.
 
     Every link can exist, friction and rotor inertias are not negative, and coupled drives share some. Nearest
-    by robust standard deviations where the estimate has them (``error_model``).
-
-    ``estimate``: of all of them, in their order; ``total_mass``: bounds of the mass of all links together, where
-    known.
+    by robust standard deviations where the estimate of all base parameters has them (``error_model``).
 
     Raises:
         InputError: if the estimate is not of these parameters, or its covariance does not determine them.
@@ -209,9 +202,6 @@ def build_constrained_base(
     Returns:
         The ``cvxpy.Problem``; the standard parameters by name and the pseudo-inertia of each link, 4 x 4, all
         expressions in SI units. What no torque shows of them is left to your own terms.
-
-    Raises:
-        InputError: if the estimate is not of these parameters, or its covariance does not determine them.
     """
     made = RobotProgram.of(robot, base, error_model(estimate), total_mass)
     problem, x, inertias = posed(made.program, made.scale)
@@ -223,3 +213,244 @@ def hidden_directions(base: BaseParameters) -> tuple[str, ...]:
     rest = [k for k in range(len(base.standard)) if k not in base.chosen]
     # One more of parameter k is the same as less of those that it is grouped into.
     return tuple(sum_text(base.standard[k], base.columns, -base.grouping[:, k]) for k in rest)
+
+
+_ROUNDING = 1e-9
+_NOTHING = 1e-12  # fraction of a gradient's largest entry below which it is a rotation's rounding
+
+
+class Origin(NamedTuple):
+    """Origin of a number of the robot: who decides it.
+
+    ``base``: the base parameters it is part of; ``share``: squared length of the part of its unit gradient in the
+    row space of the grouping G, in units of one mass and one length for all links: 1 if they alone determine it.
+    """
+
+    base: tuple[str, ...] = ()
+    share: float = 0.0
+
+    @property
+    def kind(self) -> Literal["identified", "combination", "prior"]:
+        """Kind: the data determine it, or only combinations of it with others, or no motion shows it."""
+        return "prior" if not self.base else "identified" if self.share == 1.0 else "combination"
+
+    def decided_by(self) -> str:
+        """Label of every table, document and export: "data", "prior", or "prior within MX2R, ZZ2R"."""
+        within = f"prior within {', '.join(self.base)}"
+        return {"identified": "data", "prior": "prior", "combination": within}[self.kind]
+
+
+def origins(robot: Robot, base: BaseParameters) -> dict[str, Origin]:
+    """Origins of every standard parameter, by name."""
+    return dict(zip(base.standard, origins_of(robot, base, np.eye(len(base.standard))), strict=True))
+
+
+def origins_of(robot: Robot, base: BaseParameters, gradients: Array) -> list[Origin]:
+    """Find origins of numbers whose gradients by the standard parameters are columns of ``gradients``, N_s x m."""
+    length = typical_length(robot)
+    units = np.array([length ** POWERS.get(parameter_kind(name), 0) for name in base.standard])
+    rows = decomposed((base.grouping * units).T).range.T
+    scaled = gradients * units[:, None]
+    scaled[np.abs(scaled) < _NOTHING * np.abs(scaled).max(axis=0)] = 0.0
+    shares = np.sum((rows @ scaled) ** 2, axis=0) / np.sum(scaled**2, axis=0)
+    shares = np.where(shares > 1.0 - _ROUNDING, 1.0, np.maximum(shares, 0.0))
+    parts = (base.grouping != 0.0) @ (scaled != 0.0)
+    names = [tuple(base.names[i] for i in np.flatnonzero(part)) for part in parts.T]
+    return [Origin(own, share if own else 0.0) for own, share in zip(names, shares.tolist(), strict=True)]
+
+
+BUDGET = 1.0
+"""Rise of chi2 that is allowed above the constrained minimum."""
+_TRIED = ((0.1, 1e-10), (1.0, 1e-10), (10.0, 1e-10), (1e3, 1e-10), (0.1, 1e-8), (10.0, 1e-8), (1e3, 1e-8))
+"""Largest entry of R, and the solver's tolerance, which is fine: near the nearest robot distances hardly change."""
+
+
+@dataclass(frozen=True)
+class RobotPrior:
+    """Prior of a robot: links as they are thought to be, each in its own frame, and the text on where from."""
+
+    bodies: tuple[InertialParameters, ...]
+    source: str
+
+    def __post_init__(self) -> None:
+        """Refuse a link from which no distance can be measured."""
+        for link, body in enumerate(self.bodies, start=1):
+            if body.mass <= 0.0 or body.min_pseudo_inertia_eigenvalue <= 0.0:
+                raise InputError(
+                    f"prior of link {link} ({self.source}): smallest eigenvalue of its pseudo-inertia "
+                    f"{body.min_pseudo_inertia_eigenvalue:.2g}: give a body with mass and some extent"
+                )
+
+
+def robot_prior(robot: Robot, total_mass: float | None = None) -> RobotPrior:
+    """Make the prior of a robot: the inertial parameters of its file, or cylinders of a total mass [kg].
+
+    Without a stated mass, and where the file has no parameters, it is the fraction ``MOVING`` of the maker's mass
+    of the whole arm, for that holds the base.
+
+    Raises:
+        InputError: if none of them is there, the file holds only some of the parameters, or the mass is not
+            positive.
+    """
+    names = [f"{kind}{link}" for link in range(1, robot.n + 1) for kind in INERTIAL]
+    missing, derived = missing_inertial(robot), ""
+    if total_mass is None and len(missing) == len(names):
+        if robot.mass is None:
+            raise InputError(
+                f"robot {robot.name!r} has no inertial parameters in its file to serve as prior: give them under "
+                "[parameters] of a robot file of your own, or the total mass of its links (--prior-mass KG)"
+            )
+        total_mass, doubt = MOVING * robot.mass, robot.assumed("mass").get("mass", "")
+        derived = f": {100.0 * MOVING:g} % of the maker's {robot.mass:g} kg, which holds the base"
+        derived += f" (assumed: {doubt})" if doubt else ""
+    if total_mass is not None:
+        source = (
+            f"cylinders of one density, radius {cylinder_radius(robot):.3g} m, {total_mass:g} kg in all{derived}"
+        )
+        return RobotPrior(cylinders(robot, total_mass), source)
+    if missing:
+        raise InputError(
+            f"robot {robot.name!r}: {', '.join(missing[:6])} missing in [parameters]: a prior needs the ten of "
+            "every link"
+        )
+    vectors = np.array([robot.parameters[name] for name in names]).reshape(robot.n, 10)
+    return RobotPrior(tuple(map(InertialParameters, vectors)), f"the robot file of {robot.name}")
+
+
+def has_prior(robot: Robot) -> bool:
+    """True if the robot's own file gives ``robot_prior`` something to start from."""
+    missing = missing_inertial(robot)
+    return not missing or (robot.mass is not None and len(missing) == len(INERTIAL) * robot.n)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PriorRobot(PossibleRobot):
+    """Robot that can exist, data first, then a prior."""
+
+    nearest: PossibleRobot = field(kw_only=True)  # the base gauge: the nearest robot that can exist
+    prior: RobotPrior = field(kw_only=True)
+    budget: float = field(kw_only=True)  # by which chi2 was allowed to rise above ``nearest.chi2_rise``
+    weight: float = field(kw_only=True)  # of the entropic distance; infinite if the prior is within the budget
+    origins: dict[str, Origin] = field(kw_only=True)  # who decides each standard parameter
+    distances: tuple[float, ...] = field(kw_only=True)  # entropic distance of each link from its prior
+
+
+def solve_constrained_prior(
+    robot: Robot,
+    base: BaseParameters,
+    estimate: Estimate,
+    prior: RobotPrior,
+    budget: float = BUDGET,
+    total_mass: MassBounds | None = None,
+) -> PriorRobot:
+    """Find the robot nearest to a prior among those that explain the data within a budget.
+
+    Links can exist, and drives hold the rules of ``solve_constrained_base``, as which it takes its arguments; the
+    distance is that of the links alone. chi2 may rise by ``budget`` above the constrained minimum.
+
+    Raises:
+        InputError: if the estimate or the prior are not of this robot, or the budget is not positive.
+        SolverError: for anything but a clean solve.
+    """
+    if len(prior.bodies) != robot.n:
+        raise InputError(f"a prior of {len(prior.bodies)} links for the {robot.n} of {robot.name}: give one each")
+    if not 0.0 < budget < np.inf:
+        raise InputError(f"budget {budget:g} of the prior must be positive: 1 is one standard deviation")
+    problem = RobotProgram.of(robot, base, error_model(estimate), total_mass)
+    nearest = problem.nearest()
+    z0 = np.zeros(len(problem.scale))  # the prior's links; drives are zero
+    z0[problem.links] = [body.vector for body in prior.bodies] / problem.scale[problem.links]
+    expected = _pseudo_inertias(problem.program, z0)
+    limit, possible = nearest.chi2_rise + budget, np.array(list(nearest.parameters.values())) / problem.scale
+    solution, weight, prices, status = _prior_itself(problem, z0, limit), np.inf, np.zeros(0), "prior"
+    if solution is None:
+        (solution, weight, prices), status = _nearest(problem.program, expected, possible, np.sqrt(limit)), "Solved"
+    z = problem.repaired(solution)
+    ratio = np.linalg.solve(expected, _pseudo_inertias(problem.program, z))
+    distances = np.trace(ratio, axis1=1, axis2=2) - np.linalg.slogdet(ratio)[1] - 4.0
+    return PriorRobot(
+        **vars(problem.answer(z, status, prices)),
+        nearest=nearest,
+        prior=prior,
+        budget=budget,
+        weight=weight,
+        origins=origins(robot, base),
+        distances=tuple(distances.tolist()),
+    )
+
+
+def _prior_itself(problem: RobotProgram, z0: Array, limit: float) -> Array | None:
+    """Take the prior's links with the drives that suit them best, if that is within the limit."""
+    F, d, A, _, bodies = problem.program
+    drives, rows = np.setdiff1d(np.arange(len(z0)), problem.links), len(problem.signed) + len(problem.shared)
+    room = problem.program.slack(z0)
+    if (room[rows:] < -TOLERANCE).any():
+        return None  # the prior breaks a bound of the mass
+    z = z0.copy()
+    if len(drives):
+        part = ConeProgram(F[:, drives], d - F @ z0, A[:rows, drives], room[:rows], bodies[:0, :, drives])
+        z[drives] = solve_cone(part, [(1e3, np.inf)]).z
+        z[problem.signed] = np.maximum(z[problem.signed], 0.0)
+    return z if float(np.sum((F @ z - d) ** 2)) <= limit else None
+
+
+def _nearest(program: ConeProgram, prior: Array, possible: Array, radius: float) -> tuple[Array, float, Array]:
+    """Find z of least entropic distance with ||R z - d|| <= radius, the distance's weight, multipliers of the rows.
+
+    D(P || P0) = tr P' - log det P' - 4 with P' = L^-1 P L'^-1 and P0 = L L' is the log-det divergence of
+    pseudo-inertias (Lee, Wensing and Park, 2020); it keeps every P positive definite and does not change with
+    frames or units. log det P' is the largest sum of log Z_ii of a lower triangle Z for which [P' Z; Z' diag(Z)] is
+    positive semidefinite. The z also minimises ||R z - d||^2 + weight sum D, whose multipliers are given.
+
+    ``prior``: P0 of each body, p x 4 x 4, in the program's scaled units; ``possible``: a z that holds all.
+    """
+    (k, n), r, p = program.R.shape, len(program.A), len(program.bodies)
+    root = np.linalg.inv(np.linalg.cholesky(prior))
+    own = np.einsum("pij,kjl,pml,pkn->pimn", root, PSEUDO_INERTIA, root, program.bodies, optimize=True)
+    # Unknown are z - possible, the ten of each Z, row by row, and the logarithms of their diagonals; what is known
+    # is the last column.
+    Z, logs = n + np.arange(10 * p).reshape(p, 10), n + 10 * p + np.arange(4 * p).reshape(p, 4)
+    (rows, columns), blocks = np.tril_indices(4), np.zeros((p, 8, 8, n + 14 * p + 1))
+    exponentials = np.zeros((p, 4, 3, n + 14 * p + 1))  # log, 1 and Z_ii of each diagonal entry
+    blocks[:, :4, :4, :n], blocks[:, :4, :4, -1], exponentials[:, :, 1, -1] = own, own @ possible, 1.0
+    for j in range(p):
+        blocks[j, rows, 4 + columns, Z[j]] = 1.0
+        for i, diagonal in enumerate(Z[j, rows == columns]):
+            blocks[j, 4 + i, 4 + i, diagonal] = exponentials[j, i, 2, diagonal] = 1.0
+            exponentials[j, i, 0, logs[j, i]] = 1.0
+    upper = [(i, j) for j in range(8) for i in range(j + 1)]
+    triangles = np.stack([(1.0 if i == j else np.sqrt(2.0)) * blocks[:, i, j] for i, j in upper], axis=1)
+    rules, norm, left = (
+        np.zeros((r, n + 14 * p + 1)),
+        np.zeros((k + 1, n + 14 * p + 1)),
+        program.R @ possible - program.d,
+    )
+    rules[:, :n], rules[:, -1], norm[0, -1] = program.A, program.slack(possible), radius
+    norm[1:, :n], norm[1:, -1] = program.R, left
+    links: list[Part] = [("PSDTriangle", body) for body in triangles]
+    links += [("Exponential", rows) for rows in exponentials.reshape(4 * p, 3, -1)]
+    cost = np.concatenate([np.einsum("piin->n", own), np.zeros(10 * p), -np.ones(4 * p)])
+    ends = dict[str, tuple[Any, float]]()
+    for largest, tolerance in _TRIED:
+        size = float(np.abs(program.R).max()) / largest
+        parts: list[Part] = [("Nonnegative", rules), ("SecondOrder", norm / size), *links]
+        solution = cone_solver(cost, parts, tolerance).solve()
+        ends[str(solution.status)] = solution, size
+        if "Solved" in ends:
+            break
+    # With exact data the search may end next to where it should; the budget is kept there as well.
+    solution, size = ends.get("Solved") or ends.get("AlmostSolved") or (None, 1.0)
+    if solution is None:
+        raise SolverError(next(iter(ends)))
+    change, dual = np.asarray(solution.x)[:n], np.asarray(solution.z)
+    # As far towards the solution as |left + part moved| = radius allows.
+    moved = program.R @ change
+    a, b, c = moved @ moved, moved @ left, left @ left - radius**2
+    part = min(1.0, float((np.sqrt(b * b - a * c) - b) / a))
+    weight = 2.0 * radius * size / float(dual[r])
+    return possible + part * change, weight, weight * dual[:r]
+
+
+def _pseudo_inertias(program: ConeProgram, z: Array) -> Array:
+    """Pseudo-inertia P of each body of a program, p x 4 x 4."""
+    return np.asarray(np.tensordot(program.bodies @ z, PSEUDO_INERTIA, 1))

@@ -18,51 +18,9 @@ from ...model.friction import PAPER
 from ...model.inertia import gradients
 from ...model.stand_in import typical_load
 from ..fit.estimate import Estimate, error_model
-from .robot import POWERS, typical_length
+from .robot import Origin, origins_of
 
 _ROUNDING = 1e-9
-_NOTHING = 1e-12  # fraction of a gradient's largest entry below which it is a rotation's rounding
-
-
-class Origin(NamedTuple):
-    """Origin of a number of the robot: who decides it."""
-
-    base: tuple[str, ...] = ()  # names of the base parameters it is part of
-    # Squared length of the part of its unit gradient (of a standard parameter: its unit vector) in the row space of
-    # the grouping G, in units of one mass and one length for all links: 1 if base parameters alone determine it.
-    share: float = 0.0
-
-    @property
-    def kind(self) -> Literal["identified", "combination", "prior"]:
-        """Kind of origin: the data determine it, or only combinations of it with others, or no motion shows it."""
-        return "prior" if not self.base else "identified" if self.share == 1.0 else "combination"
-
-    def decided_by(self) -> str:
-        """Label of every table, document and export: "data", "prior", or "prior within MX2R, ZZ2R"."""
-        within = f"prior within {', '.join(self.base)}"
-        return {"identified": "data", "prior": "prior", "combination": within}[self.kind]
-
-
-def origins(robot: Robot, base: BaseParameters) -> dict[str, Origin]:
-    """Origins of every standard parameter, by name."""
-    by_parameter = origins_of(robot, base, np.eye(len(base.standard)))
-    return dict(zip(base.standard, by_parameter, strict=True))
-
-
-def origins_of(robot: Robot, base: BaseParameters, gradients: Array) -> list[Origin]:
-    """Find origins of numbers whose gradients by the standard parameters are columns of ``gradients``, N_s x m."""
-    length = typical_length(robot)
-    units = np.array([length ** POWERS.get(parameter_kind(name), 0) for name in base.standard])
-    rows = decomposed((base.grouping * units).T).range.T
-    scaled = gradients * units[:, None]
-    scaled[np.abs(scaled) < _NOTHING * np.abs(scaled).max(axis=0)] = 0.0
-    shares = np.sum((rows @ scaled) ** 2, axis=0) / np.sum(scaled**2, axis=0)
-    shares = np.where(shares > 1.0 - _ROUNDING, 1.0, np.maximum(shares, 0.0))
-    parts = (base.grouping != 0.0) @ (scaled != 0.0)
-    names = [tuple(base.names[i] for i in np.flatnonzero(part)) for part in parts.T]
-    return [Origin(own, share if own else 0.0) for own, share in zip(names, shares.tolist(), strict=True)]
-
-
 BODY_NUMBERS = ("mass", "x", "y", "z", "ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 """Numbers of a body: mass [kg], centre of mass [m], inertia there [kg m^2], in the link's frame."""
 DRIVE_NUMBERS = {"armature": "IA", "damping": "FV", "friction": "FS", "offset": "OFF"}
@@ -71,20 +29,21 @@ SIGNED = ("armature", "damping", "friction")  # numbers of a drive that are not 
 
 
 class Labelled(NamedTuple):
-    """Number with its origin and its standard deviation, the data's where they determine it."""
+    """Number with its origin, and the data's standard deviation and 95 % interval where they determine it.
+
+    ``bound``: it stands at the bound of what can exist, which data alone would pass.
+    """
 
     value: float
     origin: Origin = Origin()
     sigma: float | None = None
-    interval: tuple[float, float] | None = None  # 95 %
-    bound: bool = False  # whether it stands at the bound of what can exist, which data alone would pass
+    interval: tuple[float, float] | None = None
+    bound: bool = False
 
     @property
     def mark(self) -> Literal["data", "rule", "prior"]:
         """Origin in one word; the part that data have in a prior's number is ``origin.share``."""
-        if self.bound:
-            return "rule"
-        return "data" if self.origin.kind == "identified" else "prior"
+        return "rule" if self.bound else "data" if self.origin.kind == "identified" else "prior"
 
 
 class LinkNumbers(NamedTuple):
@@ -113,13 +72,11 @@ class WholeRobot:
 
     robot: Robot
     links: tuple[LinkNumbers, ...]
-    # of each joint, by the keys of ``DRIVE_NUMBERS``; what is not known is not there
-    drives: tuple[dict[str, Labelled], ...]
+    drives: tuple[dict[str, Labelled], ...]  # of each joint, what is known by the keys of ``DRIVE_NUMBERS``
     coupled: dict[str, Labelled]  # of the drive that turns with both joints of a coupling; empty without one
-    # as ``drives`` for who cannot couple joints: the diagonal of what ``drives`` and ``coupled`` say
-    apart: tuple[dict[str, Labelled], ...]
+    apart: tuple[dict[str, Labelled], ...]  # as ``drives`` for who cannot couple joints: the diagonal of both
     groupings: tuple[str, ...]  # the base parameters, in text; none where nothing was identified
-    source: str  # where the numbers come from
+    source: str
     prior: str  # what decides where data do not
 
     @property
@@ -161,7 +118,6 @@ _AT_BOUND = 1e-3
 """Fraction of its standard deviation, or of the largest such number: a smaller one stands at its bound, zero."""
 Slopes = dict[str, float]  # derivatives of a number by standard parameters
 Labelling = Callable[[Sequence[float], Sequence[Slopes]], list[Labelled]]
-"""Function that labels numbers, each by its slopes."""
 
 
 def _labelling(
@@ -179,23 +135,20 @@ def _labelling(
         by_base = np.asarray(np.linalg.lstsq(base.grouping.T, gradients, rcond=None)[0].T, dtype=float)
         # To first order the free estimate's own number, for what can exist may be moved away from it.
         free = errors.mapped(by_base, tuple(map(str, range(len(numbers)))))
-        middle = np.asarray(numbers) + by_base @ moved
-        ends = middle[:, None] + free.interval95 - free.values[:, None]
-        data = zip(free.sigma.tolist(), ends.tolist(), strict=True)
-        every = zip(numbers, origins_of(robot, base, gradients), data, strict=True)
+        ends = (np.asarray(numbers) + by_base @ moved - free.values)[:, None] + free.interval95
+        every = zip(numbers, origins_of(robot, base, gradients), free.sigma.tolist(), ends.tolist(), strict=True)
         return [
-            Labelled(number, origin, sigma, (low, high)) if origin.share == 1.0 else Labelled(number, origin)
-            for number, origin, (sigma, (low, high)) in every
+            Labelled(number, origin, *((sigma, tuple(interval)) if origin.share == 1.0 else ()))
+            for number, origin, sigma, interval in every
         ]
 
     return labels
 
 
 def _plain_friction(robot: Robot, parameters: Mapping[str, float]) -> list[dict[str, tuple[float, float]]]:
-    """Coulomb and viscous friction nearest to each other term, by joint and name, per unit of its parameter.
+    """Coulomb and viscous friction nearest to each other term, per unit of its parameter, by joint and name.
 
-    Under the ``typical_load``, over speeds up to the joint's limit (1 without one) and, for a law of one's own, in
-    the middle of its range.
+    Under the ``typical_load``, over speeds up to the joint's limit, in the middle of its range.
     """
     rows = []
     for j, (joint, load) in enumerate(zip(robot.joints, typical_load(robot, parameters), strict=True), 1):
@@ -226,29 +179,24 @@ def whole_robot(
     changes that no motion shows move it. Standard deviations are those of the identified base parameters.
 
     Args:
-        parameters: its standard parameters by name, the ten of every link; of its drives what is known.
-        source: where they come from, in text.
-        base: its base parameters, where they were identified.
-        estimate: of all of them; without it all numbers are the prior's.
+        parameters: standard ones by name, the ten of every link; of its drives what is known.
+        estimate: of all base parameters; without it all numbers are the prior's.
         prior: what decides where data do not, in text.
 
     Raises:
         InputError: if parameters of a link are missing.
     """
     bodies = bodies_in_link_frames(robot, parameters)
-    known = base is not None and estimate is not None
-    labels = _labelling(robot, base, estimate, parameters)
+    known, labels = base is not None and estimate is not None, _labelling(robot, base, estimate, parameters)
     by_parameter = labels(list(parameters.values()), [{name: 1.0} for name in parameters])
-    own = dict(zip(parameters, by_parameter, strict=True))
-    links, columns = [], []
+    own, links, columns = dict(zip(parameters, by_parameter, strict=True)), [], []
     for unit in np.eye(len(INERTIAL)):
         units = {f"{kind}{j}": one for j in range(1, robot.n + 1) for kind, one in zip(INERTIAL, unit, strict=True)}
         columns.append([there.vector for there in bodies_in_link_frames(robot, units).values()])
     # Per link, the ten in its own frame by the ten in the modified DH frame, 10 x 10.
     moves = np.array(columns).transpose(1, 2, 0)
     for j, ((name, body), move) in enumerate(zip(bodies.items(), moves, strict=True), start=1):
-        # Of a body without mass there is no more than that.
-        numbers = {"mass": own[f"M{j}"]}
+        numbers = {"mass": own[f"M{j}"]}  # of a body without mass there is no more than that
         if body.mass != 0.0:
             ten = [f"{kind}{j}" for kind in INERTIAL]
             values = [*body.com.tolist(), *body.inertia_com[np.triu_indices(3)].tolist()]
@@ -258,7 +206,7 @@ def whole_robot(
         links.append(LinkNumbers(name, body, numbers, its))
 
     def drives(rows: Sequence[dict[str, Slopes]]) -> list[dict[str, Labelled]]:
-        """Labels of drives' numbers, those that stand at their bound marked."""
+        """Label drives' numbers, those that stand at their bound marked."""
         drives = []
         for row in rows:
             terms = [[slope * parameters[name] for name, slope in slopes.items()] for slopes in row.values()]
@@ -266,12 +214,10 @@ def whole_robot(
             sums = [0.0 if abs(sum(own)) < _ROUNDING * max(map(abs, own)) else sum(own) for own in terms]
             drives.append(dict(zip(row, labels(sums, list(row.values())), strict=True)))
         for quantity in SIGNED if known else ():
-            there = [drive for drive in drives if quantity in drive]
-            largest = max((abs(drive[quantity].value) for drive in there), default=0.0)
-            for drive in there:
+            largest = max((abs(drive[quantity].value) for drive in drives if quantity in drive), default=0.0)
+            for drive in (drive for drive in drives if quantity in drive):
                 label = drive[quantity]
-                bound = label.value <= _AT_BOUND * (label.sigma or largest)
-                drive[quantity] = label._replace(bound=bound)
+                drive[quantity] = label._replace(bound=label.value <= _AT_BOUND * (label.sigma or largest))
         return drives
 
     # Numbers of each joint's drive as far as they are known.
@@ -297,13 +243,5 @@ def whole_robot(
             for joint in (j, k):
                 remaining[joint - 1]["damping"] = {**remaining[joint - 1]["damping"], f"FVM{k}": -1.0}
     *joints, coupled = drives([*remaining, shared])
-    return WholeRobot(
-        robot=robot,
-        links=tuple(links),
-        drives=tuple(joints),
-        coupled=coupled,
-        apart=tuple(drives(apart)),
-        groupings=tuple(base.groupings()) if base is not None and estimate is not None else (),
-        source=source,
-        prior=prior,
-    )
+    groupings = tuple(base.groupings()) if base is not None and estimate is not None else ()
+    return WholeRobot(robot, tuple(links), tuple(joints), coupled, tuple(drives(apart)), groupings, source, prior)

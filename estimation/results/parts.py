@@ -16,8 +16,7 @@ from ...model.friction import term_names
 from ..fit.covariance import RobustCovariance
 from ..fit.essential import Elimination, SigmaRatio
 from ..fit.estimate import Estimate
-from ..possible.prior import PriorRobot
-from ..possible.robot import PossibleRobot
+from ..possible.robot import PossibleRobot, PriorRobot
 
 Number = float | None  # number that is null where it was not determined
 Ten = Mapping[str, Number]  # numbers of the ten parameters by name, XX to M

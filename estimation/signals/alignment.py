@@ -67,13 +67,10 @@ def check_mismatch(pair: AlignedPair, max_mismatch: float) -> None:
 def best_aligned(
     unloaded: Recording, loaded: Recording, rate: float | None, near: float | None = None
 ) -> AlignedPair:
-    """Align by cross-correlation of the positions, to a fraction of a sample.
+    """Align recordings of one trajectory by cross-correlation of the positions, to a fraction of a sample.
 
-    Args:
-        unloaded: recording without payload.
-        loaded: recording with payload, on the same trajectory.
-        rate: even rate to resample to [Hz]; None takes the loaded recording's mean rate.
-        near: the lag [s] to a sample, where it is known; searched for by default.
+    ``rate``: even rate to resample to [Hz], by default the loaded one's mean; ``near``: the lag [s] to a sample,
+    where it is known.
     """
     loaded = resampled(loaded, rate)
     step = float(loaded.t[1] - loaded.t[0])
@@ -115,14 +112,11 @@ def _coarse_lag(a: Array, b: Array) -> int:
     lags = len(a) + len(b) - 1
     length = 1 << (lags - 1).bit_length()  # of the transforms: at least as many as there are lags
     spectrum = np.zeros(length // 2 + 1, dtype=complex)
-    for j in range(a.shape[1]):
-        x, y = a[:, j] - a[:, j].mean(), b[:, j] - b[:, j].mean()
-        size = np.linalg.norm(x) * np.linalg.norm(y)
-        if size > 0.0:
-            spectrum += np.fft.rfft(x, length).conj() * np.fft.rfft(y, length) / size
+    for x, y in zip((a - a.mean(axis=0)).T, (b - b.mean(axis=0)).T, strict=True):
+        size = max(float(np.linalg.norm(x) * np.linalg.norm(y)), np.finfo(float).tiny)
+        spectrum += np.fft.rfft(x, length).conj() * np.fft.rfft(y, length) / size
     # Lags below zero stand at the end.
-    correlation = np.roll(np.fft.irfft(spectrum, length), len(a) - 1)[:lags]
-    return int(np.argmax(correlation)) - (len(a) - 1)
+    return int(np.argmax(np.roll(np.fft.irfft(spectrum, length), len(a) - 1)[:lags])) - (len(a) - 1)
 
 
 def _fine_lag(unloaded: Recording, loaded: Recording, coarse: float, step: float, every: int) -> float:
@@ -130,9 +124,7 @@ def _fine_lag(unloaded: Recording, loaded: Recording, coarse: float, step: float
 
     ``coarse`` is sure to ``every`` steps. Of long recordings some stretches are compared.
     """
-    width = 2.0 * step * every
-    # Times and positions of the loaded recording, and the unloaded one's positions at any time near them (or nan).
-    compared: list[tuple[Array, Array, MonotoneCubic]] = []
+    width, compared = 2.0 * step * every, list[tuple[Array, Array, MonotoneCubic]]()
     size = len(loaded.t) if len(loaded.t) <= _COMPARED else _COMPARED // _STRETCHES
     for start in range(0, len(loaded.t), max(size, len(loaded.t) // _STRETCHES)):
         t, q = loaded.t[start : start + size], loaded.q[start : start + size]

@@ -66,16 +66,15 @@ _FULL_MOTION = 0.1  # of a joint's largest speed
 _EVEN = 1e-2  # time steps that differ by less than this fraction count as even
 
 
-_made: dict[tuple[int, float | None, float | None], Measurement] = {}
-"""Filtered recordings by a recording's identity, and the settings that the filter knows of."""
+_made: dict[tuple[int, float | None, float | None], Measurement] = {}  # by a recording's identity, rate and cut-off
 
 
 def measurement(recording: Recording, processing: Processing) -> Measurement:
     """Make a recording even in time and filter positions and speeds; torques stay as they are.
 
     Accelerations are central differences of the filtered speeds, speeds of the filtered positions where the
-    controller writes none. The filter runs forward and backward, so that nothing is delayed. It is made once, and
-    kept as long as the recording lives.
+    controller writes none. The filter runs forward and backward: nothing is delayed. What it gives is kept as long
+    as the recording lives.
     """
     key = id(recording), grid_rate(recording, processing), processing.cutoff
     if key in _made:
@@ -108,10 +107,7 @@ def grid_rate(recording: Recording, processing: Processing) -> float | None:
 
 
 def resampled(recording: Recording, rate: float | None) -> Recording:
-    """Resample the recording on an even time grid.
-
-    ``rate``: wanted rate [Hz]; None keeps a recording that is even already, and gives an uneven one its mean rate.
-    """
+    """Resample the recording on an even time grid of a rate [Hz]; None: its mean, unless it is even."""
     times, count = recording.t, len(recording.t)
     mean = float(times[-1] - times[0]) / (count - 1)
     step = 1.0 / rate if rate else mean
@@ -141,10 +137,7 @@ def on_grid(recording: Recording, t: Array) -> Recording:
 
 
 def _cut_ends(even: Recording, cutoff: float | None) -> tuple[int, int]:
-    """Samples by which an end must be mirrored for the filter to go on as the motion does: 0 at rest.
-
-    Where a recording was cut in full motion, the few samples by which ``lowpass`` mirrors an end would stop it.
-    """
+    """Samples by which an end must be mirrored for the filter to go on as a motion does that was cut; 0 at rest."""
     window, ends = (int(periods * even.rate / cutoff) if cutoff else 0 for periods in (_WINDOW, _ENDS))
     if not window or len(even.t) < 3 * ends:
         return 0, 0
@@ -205,34 +198,29 @@ def _taps(factor: int) -> Array:
 @cache
 def _band(factor: int) -> Array:
     """Matrix that turns a stretch of samples into _GROUP decimated ones: one product instead of many filters."""
-    taps = _taps(factor)
-    band = np.zeros(((_GROUP - 1) * factor + len(taps), _GROUP))
-    for k in range(_GROUP):
-        band[k * factor : k * factor + len(taps), k] = taps
-    return band
+    taps = np.pad(_taps(factor), (0, (_GROUP - 1) * factor))
+    return np.column_stack([np.roll(taps, k * factor) for k in range(_GROUP)])
 
 
 def noise_bandwidth(factor: int) -> float:
     """Fraction of the new frequency range that white noise still fills after decimation.
 
-    r decimated rows hold as much independent noise as ``noise_bandwidth * r`` white ones: within the filter's pass
-    band, where the columns of W live, the noise has the density of white noise, but its variance, which is what
-    residuals show, is smaller by this factor.
+    r decimated rows hold as much independent noise as ``noise_bandwidth * r`` white ones: in the pass band, where
+    the columns of W live, the noise keeps its density, but its variance, which residuals show, is smaller by this
+    factor.
     """
     return float(factor * np.sum(_taps(factor) ** 2))
 
 
 class Decimator:
-    """Low-pass and keep every k-th sample, block by block, without delay.
+    """Low-pass and keep every k-th sample, without delay; pieces of a recording give what it gives as a whole.
 
-    The filter has finite length: a recording cut into blocks gives what it gives in one piece. Beyond the ends of a
-    recording everything counts as zero, in Y as in W; the same linear operation on both keeps Y = W chi.
+    Beyond the ends of a recording everything counts as zero, in Y as in W: one linear operation keeps Y = W chi.
     """
 
     def __init__(self, rows: int, factor: int) -> None:
         """Prepare for ``rows`` signals; ``factor`` 1 passes them through."""
-        self._factor = factor
-        self._reach = _HALF * factor if factor > 1 else 0
+        self._factor, self._reach = factor, _HALF * factor if factor > 1 else 0
         self._held = np.zeros((rows, self._reach))
 
     def push(self, signals: Array) -> Array:

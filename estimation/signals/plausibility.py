@@ -53,8 +53,7 @@ def check_recordings(robot: Robot, recordings: Sequence[Recording]) -> None:
                 f"{recording.source} has the same numbers as {earlier.source}, which would only make the "
                 "result look more certain: give it once"
             )
-        mistake = next(implausible(robot, recording), None)
-        if mistake is not None:
+        if mistake := next(implausible(robot, recording), None):
             raise InputError(f"{recording.source}: {mistake}")
 
 
@@ -102,7 +101,6 @@ def out_of_range(robot: Robot, recording: Recording) -> Iterator[str]:
 
 
 def _torques(robot: Robot, recording: Recording) -> Iterator[str]:
-    """Check that there are torques, and no more than a drive can give, where that is published."""
     lows, highs = recording.torque.min(axis=0), recording.torque.max(axis=0)
     published = not robot.assumed("torque")
     for j, joint in enumerate(robot.joints):
@@ -118,7 +116,6 @@ def _torques(robot: Robot, recording: Recording) -> Iterator[str]:
 
 
 def _steps(robot: Robot, recording: Recording) -> Iterator[str]:
-    """Check that no joint jumps from one sample to the next."""
     window, slope = _slopes(recording, _WINDOW)
     if not len(slope):
         return
@@ -136,7 +133,7 @@ def _steps(robot: Robot, recording: Recording) -> Iterator[str]:
 
 
 def _slopes(recording: Recording, seconds: float) -> tuple[int, Array]:
-    """Choose a window in samples, and divide changes of position over it by those of time."""
+    """Choose a window in samples; slopes of the positions over it."""
     t, q = recording.t, recording.q
     window = max(1, int(seconds * (len(t) - 1) / (t[-1] - t[0])))
     return window, (q[window:] - q[:-window]) / (t[window:] - t[:-window])[:, None]
@@ -146,8 +143,7 @@ def _reach(robot: Robot, recording: Recording) -> Iterator[str]:
     """Check that torques lie between the arm's own weight and what any arm of its size can give."""
     if robot.n < 5 or not all(joint.revolute for joint in robot.joints) or not any(robot.gravity):
         return
-    reach = sum(abs(joint.d) + abs(joint.r) for joint in robot.joints[1:])
-    worst = np.abs(recording.torque).max(axis=0)
+    reach, worst = sum(abs(one.d) + abs(one.r) for one in robot.joints[1:]), np.abs(recording.torque).max(axis=0)
     if 0.0 < worst.max() < _WEAKEST * reach**3:
         yield (
             f"no torque exceeds {worst.max():.3g}, too little for an arm of {reach:.2g} m reach to move its own "
@@ -181,7 +177,6 @@ def _saturation(robot: Robot, recording: Recording) -> Iterator[str]:
 
 
 def _speeds(_: Robot, recording: Recording) -> Iterator[str]:
-    """Check that speeds are the slopes of positions."""
     if recording.qd is None:
         return
     window, slope = _slopes(recording, 0.05)  # 50 ms, to see past quantisation

@@ -2,6 +2,9 @@
 
 Short gaps are interpolated later; at long ones it is split before anything is filtered. Of the pieces, rows are
 used where the robot moves, the speed's sign is known and the filter has settled.
+
+Samples that a logger wrote again, those of a slower signal, held, and those of moments in which it froze, are found
+here too.
 """
 
 import hashlib
@@ -14,8 +17,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ...common import Array, InputError, Mask
+from ...common import Array, Indices, InputError, Mask
 from ...model import Motion, Processing, Recording
+from .filtering import MonotoneCubic
 
 _BRIDGE = 0.3  # s: a pause shorter than this does not end a moving stretch
 _STRETCH = 1.0  # s: a moving stretch shorter than this is left out
@@ -35,8 +39,8 @@ def used_rows(motion: Motion, processing: Processing) -> Mask:
 def inner_samples(motion: Motion, processing: Processing) -> Mask:
     """Mark the samples at which the robot is on its way and the filter has settled, shape (N,).
 
-    The filter does not know how a motion goes on before the first and after the last sample: where the robot is in
-    full motion there, three periods of the cut-off (5 % of the recording at most) are left out.
+    Where the robot is in full motion at an end, three periods of the cut-off (5 % of the recording at most) are
+    left out: the filter does not know how the motion goes on.
     """
     t, qd = motion.t, motion.qd
     moving = moving_parts(motion, processing.still_speed)
@@ -60,24 +64,19 @@ def least_speed(fastest: Array, processing: Processing) -> Array:
 
 
 def moving_parts(motion: Motion, still_speed: float) -> Mask:
-    """Mark the samples at which the robot is on its way, shape (N,).
+    """Mark the samples at which some joint is faster than ``still_speed`` [rad/s or m/s], shape (N,).
 
     Pauses under 0.3 s belong to the motion; a stretch under 1 s (controllers often jog to the start) is left out,
     unless there is no longer one.
-
-    ``still_speed``: a joint below it stands still [rad/s or m/s].
     """
     t, on_its_way = motion.t, np.asarray((np.abs(motion.qd) > still_speed).any(axis=1))
     edges = np.flatnonzero(np.diff(np.concatenate([[False], on_its_way, [False]])))
-    starts, stops = edges[::2], edges[1::2]
-    mask = np.zeros(len(on_its_way), dtype=bool)
+    starts, stops, mask = edges[::2], edges[1::2], np.zeros(len(on_its_way), dtype=bool)
     if starts.size == 0:
         return mask
-    begins, ends = t[starts], t[stops - 1]
-    new = begins[1:] - ends[:-1] > _BRIDGE
-    starts, begins = starts[np.append(True, new)], begins[np.append(True, new)]
-    stops, ends = stops[np.append(new, True)], ends[np.append(new, True)]
-    lasts = ends - begins
+    new = t[starts[1:]] - t[stops[:-1] - 1] > _BRIDGE
+    starts, stops = starts[np.append(True, new)], stops[np.append(new, True)]
+    lasts = t[stops - 1] - t[starts]
     for start, stop, last in zip(starts, stops, lasts, strict=True):
         mask[start:stop] = last >= min(_STRETCH, lasts.max())
     return mask
@@ -106,12 +105,9 @@ def origin(recording: Recording) -> str:
 
 
 def pieces(t: Array, cutoff: float | None, source: str) -> tuple[list[slice], list[str]]:
-    """Split a recording at its gaps, by its times: stretches without one, as rows, and what to report of the gaps.
+    """Split a recording at its gaps, by its times [s]: stretches without one, and what to report of the gaps.
 
-    Args:
-        t: times [s], rising, shape (N,).
-        cutoff: of the filter that it will pass [Hz]; None without one.
-        source: for messages.
+    ``cutoff``: of the filter that it will pass [Hz]; None without one.
 
     Raises:
         InputError: if gaps leave no stretch that is long enough to be filtered.
@@ -133,8 +129,7 @@ def pieces(t: Array, cutoff: float | None, source: str) -> tuple[list[slice], li
     lasts = [float(t[piece.stop - 1] - t[piece.start]) for piece in every]
     long_enough = [piece for piece, last in zip(every, lasts, strict=True) if last >= least]
     begins = ", ".join(f"{begin:.4g}" for begin in t[gaps[:3]]) + " s"
-    begins += f" and {len(gaps) - 3} more" if len(gaps) > 3 else ""
-    worst = float(steps[gaps].max())
+    begins, worst = begins + f" and {len(gaps) - 3} more" * (len(gaps) > 3), float(steps[gaps].max())
     if not long_enough:
         raise InputError(
             f"{source}: gaps after {begins} ({worst:.3g} s at most) leave no {least:.2g} s "
@@ -144,8 +139,7 @@ def pieces(t: Array, cutoff: float | None, source: str) -> tuple[list[slice], li
         f"split at {len(gaps)} gap{'s' * (len(gaps) > 1)} (after {begins}; {worst:.3g} s at most) into "
         f"{len(long_enough)} piece{'s' * (len(long_enough) > 1)}"
     )
-    short = [last for last in lasts if last < least]
-    if short:
+    if short := [last for last in lasts if last < least]:
         note += f"; {len(short)} shorter than {least:.2g} s left out ({sum(short):.3g} s)"
     return long_enough, [*notes, note]
 
@@ -158,8 +152,7 @@ def cut(recording: Recording, rows: Sequence[slice], notes: Sequence[str]) -> It
         if piece == slice(0, len(recording.t)):
             yield recording
             continue
-        t = recording.t[piece]
-        mark = f"{recording.fingerprint} {piece.start} {piece.stop}".encode()
+        t, mark = recording.t[piece], f"{recording.fingerprint} {piece.start} {piece.stop}".encode()
         yield replace(
             recording,
             t=t,
@@ -174,3 +167,73 @@ def cut(recording: Recording, rows: Sequence[slice], notes: Sequence[str]) -> It
 def typical_step(t: Array) -> float:
     """Median time between rows [s]."""
     return float(np.median(np.diff(t))) if len(t) > 1 else 0.0
+
+
+_FEWEST = 20  # changes of a column that tell how often it changes
+_REGULAR = 0.8  # of the spaces between changes that lie near the usual one
+_QUANTUM = 0.5  # of the changes as large as the one before: more are steps of coarse numbers
+_FROZEN = 3  # rows, and usual steps of a position after them
+
+
+def frozen_rows(values: Array, positions: Array) -> Mask:
+    """Mark rows that repeat the one before in all columns until a position jumps, shape (N,).
+
+    A robot at rest goes off by small steps; after a freeze the first step is several times those around it.
+    """
+    frozen = np.zeros(len(values), dtype=bool)
+    steps = np.abs(np.diff(positions, axis=0))
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], (values[1:] == values[:-1]).all(axis=1), [False]])))
+    lengths = edges[1::2] - edges[::2]
+    least = _FROZEN * (1.0 + np.median(lengths) if len(lengths) >= _FEWEST else 1.0)  # held samples repeat too
+    for first, last, length in zip(edges[::2], edges[1::2], lengths, strict=True):
+        if length < least or last == len(steps):
+            continue
+        before, after = steps[max(0, first - 2 * length) : first], steps[last + 1 : last + 1 + 2 * length]
+        usual = [np.median(own[own > 0.0]) if own.any() else np.inf for own in np.vstack([before, after]).T]
+        if (steps[last] > _FROZEN * np.array(usual)).any():
+            frozen[first + 1 : last + 1] = True
+    return frozen
+
+
+def without_held(t: Array, values: Array, slowest: Mask) -> tuple[Array, Indices, Array]:
+    """Take columns that are held between the samples of a slower signal at these alone.
+
+    Rows are left at which one of the columns ``slowest`` changes, where all of these are held; else all rows. There
+    any other held column is interpolated between its own samples. These are the torques': interpolated ones would
+    count as measured.
+
+    ``t``: times [s], shape (N,); ``values``: numbers as they stand in the log, N x k; ``slowest``: shape (k,).
+
+    Returns:
+        Rows of the log to a sample of each column, 0 where it is not held; rows that are left; all values there.
+    """
+    changes = values[1:] != values[:-1]
+    periods = np.array([_period(values[:, k], np.flatnonzero(changes[:, k]) + 1) for k in range(values.shape[1])])
+    rows, alive = np.arange(len(t)), periods[slowest][changes[:, slowest].any(axis=0)]
+    if alive.all() and len(alive):
+        rows = _sampled(changes[:, slowest].any(axis=1), alive.min())
+    left = values[rows]
+    for k in np.flatnonzero(periods):
+        own = _sampled(changes[:, k], periods[k])
+        times = np.clip(t[rows], t[own[0]], t[own[-1]])
+        left[:, k] = MonotoneCubic(t[own], values[own, k : k + 1])(times)[:, 0]
+    return periods, rows, left
+
+
+def _period(column: Array, changed: Indices) -> float:
+    """Rows from one sample to the next of a column that is held; 0 of another one."""
+    # Coarse numbers repeat too, but change by one quantum at a time, and a joint at rest changes seldom.
+    spaces, jumps = np.diff(changed), np.abs(column[changed] - column[changed - 1])
+    usual = float(np.median(spaces)) if len(spaces) >= _FEWEST else 0.0
+    near = (spaces >= 0.5 * usual) & (spaces <= 2.0 * usual)
+    alike = np.abs(np.diff(jumps)) <= 1e-6 * jumps[1:]
+    if usual < 2.0 or near.mean() < _REGULAR or alike.mean() > _QUANTUM:
+        return 0.0
+    return float(spaces[near & (spaces < 1.5 * usual)].mean())
+
+
+def _sampled(changes: Mask, period: float) -> Indices:
+    """Rows of the samples: where values change, and between these where a sample equals the one before."""
+    changed = np.append(0, np.flatnonzero(changes) + 1)
+    number = np.append(0, np.cumsum(np.maximum(1, np.rint(np.diff(changed) / period))))
+    return np.asarray(np.rint(np.interp(np.arange(number[-1] + 1), number, changed)), dtype=np.intp)

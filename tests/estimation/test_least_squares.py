@@ -220,7 +220,7 @@ def test_errors_that_remember_by_hand() -> None:
 def test_known_columns_bring_their_covariance_and_their_gains() -> None:
     C = np.diag([0.04, 0.09])
     own = np.array([[0.1, 0.2], [0.3, 0.4]])
-    known = Known(COLUMNS[2:], TRUTH[2:], C, 0.5 * C, gain_sensitivity=lambda: own)
+    known = Known(COLUMNS[2:], TRUTH[2:], C, 0.5 * C, gain_sensitivity=own)
     problem = LinearProblem(EQUATIONS, COLUMNS[:2], (known,))
     estimate = problem.estimate(WEIGHTS)
     left = STACKED[:, 4] - STACKED[:, 2:4] @ TRUTH[2:]
@@ -237,7 +237,7 @@ def test_known_columns_bring_their_covariance_and_their_gains() -> None:
         changed = LinearProblem(replace(EQUATIONS, factors=tuple(louder)), COLUMNS[:2], (moved_known,))
         step = changed.values(WEIGHTS) - estimate.values
         assert estimate.gain_sensitivity[:, joint] == pytest.approx(step, abs=1e-9)
-    blind = LinearProblem(EQUATIONS, COLUMNS[:2], (known._replace(gain_sensitivity=lambda: None),))
+    blind = LinearProblem(EQUATIONS, COLUMNS[:2], (known._replace(gain_sensitivity=None),))
     assert blind.estimate(WEIGHTS).gain_sensitivity is None
 
 

@@ -17,9 +17,16 @@ from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.fit.linear_problem import weighted
 from dynident.estimation.possible.cone import ConeProgram, solve_cone
 from dynident.estimation.possible.constraints import PSEUDO_INERTIA
-from dynident.estimation.possible.prior import RobotPrior, has_prior, robot_prior, solve_constrained_prior
-from dynident.estimation.possible.robot import hidden_directions, solve_constrained_base
-from dynident.estimation.possible.whole_robot import BODY_NUMBERS, WholeRobot, origins, whole_robot
+from dynident.estimation.possible.robot import (
+    RobotPrior,
+    has_prior,
+    hidden_directions,
+    origins,
+    robot_prior,
+    solve_constrained_base,
+    solve_constrained_prior,
+)
+from dynident.estimation.possible.whole_robot import BODY_NUMBERS, WholeRobot, whole_robot
 from dynident.model.frames import bodies_in_link_frames
 from dynident.tests.model.urdf_files import dressed_urdf
 from dynident.trajectories import Simulator, random_via_points

@@ -11,7 +11,7 @@ from dynident.benchmarks.shared import lasting
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Identification, LongMotion, Settings, identify, payload_estimate, payload_problem
-from dynident.estimation.equations.equations import Blocks, Equations, merged
+from dynident.estimation.equations.equations import Equations, merged
 from dynident.estimation.equations.observer import Observation, Observer, reduced
 from dynident.estimation.fit import blocks
 from dynident.estimation.fit.blocks import autocorrelation_time, block_edges
@@ -20,8 +20,7 @@ from dynident.estimation.fit.linear_problem import weighted
 from dynident.estimation.payload.long_motion import long_motion
 from dynident.estimation.payload.methods import METHODS
 from dynident.estimation.payload.pairs import PairedMeasurement
-from dynident.estimation.possible.prior import robot_prior, solve_constrained_prior
-from dynident.estimation.possible.robot import solve_constrained_base
+from dynident.estimation.possible.robot import robot_prior, solve_constrained_base, solve_constrained_prior
 from dynident.estimation.signals.filtering import measurement
 from dynident.model import InertialParameters, Motion, Processing, Recording, base_parameters, load_robot
 from dynident.model.motion import Measurement
@@ -194,7 +193,7 @@ def test_blocks_of_one_motion_are_cut_at_the_same_points(simulator: Simulator, p
     for a, b, heavy in zip(bare.without_each(), moved.without_each(), plain.loaded.without_each(), strict=True):
         same_equations(a, b)
         assert np.abs(rows_out(bare, a) - rows_out(plain.loaded, heavy)).max() <= 1
-    fewer = replace(bare, blocks=Blocks.of(bare.parts()[1:]))
+    fewer = replace(bare, blocks=bare.blocks[1:])
     with pytest.raises(ValueError, match="as many"):
         replace(plain, unloaded=fewer)
 
@@ -281,7 +280,7 @@ def test_a_robot_known_before_adds_its_own_jackknife(
     at_once = problem_of(simulator, [PairedMeasurement(bare, pair.loaded)], paired=False)
     assert at_once.unloaded is not None
     alone = weighted(at_once.unloaded)
-    length = at_once.unloaded.blocks.length
+    length = at_once.unloaded.block_length
     robust = jackknife(
         [[weighted(part, alone.weights).values for part in at_once.unloaded.without_each()]], alone.values, length
     )
@@ -306,8 +305,7 @@ def test_too_short_for_blocks_says_so_and_still_answers(
     assert problem.unloaded is not None
     assert problem.difference is not None
     loaded, unloaded, difference = (
-        replace(whole, blocks=Blocks.of([whole]))
-        for whole in (problem.loaded, problem.unloaded, problem.difference)
+        replace(whole, blocks=(whole.whole,)) for whole in (problem.loaded, problem.unloaded, problem.difference)
     )
     single = replace(problem, loaded=loaded, unloaded=unloaded, difference=difference)
     result = payload_estimate(single, 3)

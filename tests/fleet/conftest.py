@@ -14,7 +14,7 @@ from dynident.apps.fleet.comparing import compared_by
 from dynident.apps.fleet.reduction import reduce_fleet
 from dynident.apps.fleet.store import Log, Stored, catalog, found_logs
 from dynident.common.arrays import Array
-from dynident.estimation.equations.equations import Blocks, Equations, merged
+from dynident.estimation.equations.equations import Equations, merged
 from dynident.model import load_robot
 from dynident.tests.frozen.inputs import unpack
 
@@ -112,11 +112,11 @@ def noise_of(recording: Stored) -> Array:
 
 def drawn(recording: Stored, values: Array, noise: Array, draw: np.random.Generator, log: Log) -> Stored:
     """A recording as that motion would give it on another night, with base parameters (c,) and noise (n,)."""
-    cut = recording.equations.blocks
-    parts = recording.equations.parts() if cut else [recording.equations.whole]
+    cut, length = recording.equations.blocks, recording.equations.block_length
+    parts = cut or (recording.equations.whole,)
     drawn_parts = [_drawn_block(part, values, noise, draw) for part in parts]
-    blocks = Blocks.of(drawn_parts, cut.length) if cut else cut
-    return replace(recording, log=log, equations=replace(merged(drawn_parts), blocks=blocks))
+    whole = replace(merged(drawn_parts), blocks=tuple(drawn_parts) if cut else (), block_length=length)
+    return replace(recording, log=log, equations=whole)
 
 
 def _drawn_block(block: Equations, values: Array, noise: Array, draw: np.random.Generator) -> Equations:

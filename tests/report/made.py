@@ -18,12 +18,11 @@ from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.fit.own_equations import TermChoice
 from dynident.estimation.gains.problem import known_mass, known_values
 from dynident.estimation.payload.by_joints import ByJoints, JointsMass
+from dynident.estimation.payload.nuisance import Wave
 from dynident.estimation.payload.repeats import Repeats
 from dynident.estimation.payload.result import PayloadEstimate
-from dynident.estimation.payload.ripple import Wave
 from dynident.estimation.possible.payload import Weighing
-from dynident.estimation.possible.prior import PriorRobot
-from dynident.estimation.possible.robot import PossibleRobot
+from dynident.estimation.possible.robot import PossibleRobot, PriorRobot
 from dynident.estimation.results.parts import ProcessingDocument, ResidualDocument, RobustDocument
 from dynident.estimation.results.payload import named
 from dynident.estimation.results.robot import GainsTable, LoadDocument, MountingDocument

@@ -17,8 +17,8 @@ from dynident.estimation import PayloadResult, RobotResult, robot_result
 from dynident.estimation.answers.payload import payload_result
 from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.diagnosis.verdict import judge
+from dynident.estimation.payload.nuisance import RIPPLE_CHANCE
 from dynident.estimation.payload.result import StandIn
-from dynident.estimation.payload.ripple import RIPPLE_CHANCE
 from dynident.estimation.results.parts import PossibleRobotDocument
 from dynident.model import INERTIAL
 from dynident.tests.report import made

@@ -7,8 +7,7 @@ import numpy as np
 from ....common.arrays import Array
 from ....common.schema import present
 from ....estimation.fit.settings import METHOD_NAMES
-from ....estimation.payload.constant_torques import OFFSET_SHARE
-from ....estimation.payload.ripple import RIPPLE_CHANCE
+from ....estimation.payload.nuisance import OFFSET_SHARE, RIPPLE_CHANCE
 from ....estimation.possible.payload import CONFLICT
 from ....estimation.results.payload import (
     FreeEstimate,

@@ -39,12 +39,12 @@ from dynident.estimation.payload.by_joints import ByJoints, JointsMass
 from dynident.estimation.payload.long_motion import Source
 from dynident.estimation.payload.repeats import Repeats
 from dynident.estimation.payload.result import ConstrainedPayload, PayloadEstimate
+from dynident.estimation.payload.static import Rests
 from dynident.estimation.possible.constraints import Constraint, KnownMass, MassBounds, PossibleBody
 from dynident.estimation.possible.intervals import NO_INTERVALS
 from dynident.estimation.possible.payload import CONFLICT, Active, Weighing
 from dynident.estimation.signals import alignment
 from dynident.estimation.signals.alignment import AlignedPair
-from dynident.estimation.signals.rests import Rests
 from dynident.model import InertialParameters, Recording, Robot, load_robot
 from dynident.model.inertia import PayloadSpread
 from hypothesis import given
