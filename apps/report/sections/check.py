@@ -221,7 +221,7 @@ def following_report(change: FollowingChange, robot: Robot) -> Report:
     ]
 
     def draw() -> Figure:
-        figure, axes = panels((6.4, 3.2), edges=(0.75, 0.15, 0.35, 0.5))
+        figure, axes = panels((6.4, 3.2))
         axis, places = axes[0, 0], np.arange(len(joints))
         before, after = (scale * np.array([getattr(row, when) for row in joints]) for when in ("before", "after"))
         # The interval is that of the share by which it fell.

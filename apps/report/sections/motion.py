@@ -17,7 +17,8 @@ from ....trajectories.design.score import Learnt, holding_torques
 from ...export.motion import assumed_line, rests_on
 from ..blocks import Block, Notes, OnPage, Report, Section, Table, Text, lines
 from ..documents import JudgedMotion, NearResult
-from ..figures.motion import motion_figure, sigma_figure
+from ..figures.parameters import sigma_figure
+from ..figures.signals import motion_figure
 from .robot import assumed_notes
 
 _MOST_SHOWN = 12
