@@ -11,7 +11,7 @@ from ... import estimation
 from ...common.errors import InputError
 from ...common.schema import read_toml
 from .. import logs
-from ..report.sections.gains import gains_report
+from ..report.sections.robot import gains_report
 from .entry import SETTING, Options, command
 from .options import PageOptions, ProcessingOptions, RobotOptions
 from .progress import status

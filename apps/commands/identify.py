@@ -14,8 +14,7 @@ from ...estimation.possible.prior import RobotPrior
 from ...estimation.results.parts import Rollout
 from .. import results
 from ..report.documents import RolloutsDocument
-from ..report.sections.robot import robot_report
-from ..report.sections.rollout import rollout_report
+from ..report.sections.robot import robot_report, rollout_report
 from ..rollout.arm import Predict, mujoco_arm
 from ..rollout.rollout import HORIZONS, roll_out_all
 from . import options, values
