@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -87,15 +86,14 @@ class _Request(Options, group=MOTION):
                 self.refuse(name, "belongs to --via-points: --fourier takes --duration")
         super().check()
 
-    def shape(self, robot: model.Robot) -> trajectories.ViaPointShape | trajectories.FourierShape:
+    def shape(self, limited: motions.Limited) -> trajectories.ViaPointShape | trajectories.FourierShape:
         """The shape of the motion."""
-        start = tuple(motions.in_si(self.start, robot).tolist()) if self.start else None
-        for j, (joint, position) in enumerate(zip(robot.joints, start or (), strict=False), 1):
-            low, high = joint.limits.position
-            if not low <= position <= high:
-                unit, size = ("deg", math.degrees(1.0)) if joint.revolute else ("m", 1.0)
-                limits = f"{size * low:g} to {size * high:g} {unit}"
-                raise InputError(f"--start: joint {j} at {size * position:g} {unit} is outside {limits}")
+        start: tuple[float, ...] | None = None
+        if self.start:
+            with about("--start"):
+                pose = motions.in_si(self.start, limited.robot)
+                check_pose(pose, limited.robot, limited.bounds)
+            start = tuple(pose.tolist())
         if self.fourier is not None:
             return trajectories.FourierShape(self.fourier, self.duration, start=start)
         times, trapezoid = self.segment_durations, self.segments == "trapezoid"
@@ -121,8 +119,8 @@ def run(
     view: ViewOptions,
 ) -> None:
     """Run it."""
-    robot = arm.load()
-    problem, reference, labels = build_request(limits.of(robot), request.shape(robot), goal)
+    limited = limits.of(arm.load())
+    problem, reference, labels = build_request(limited, request.shape(limited), goal)
     robot, kind = problem.robot, problem.criterion.kind
     files.check_robot(robot, not request.fourier)
 
@@ -150,15 +148,11 @@ def build_request(
     goal: motions.GoalOptions,
     stood: Sequence[Array] = (),
 ) -> tuple[trajectories.DesignProblem, dict[str, float], dict[str, str]]:
-    """Read all files and build the problem; ``stood``: poses in which the arm was seen, k x n each.
-
-    Returns:
-        The problem; by the names of parameters, values that standard deviations are relative to, and how to call
-        them ("ZZ1R").
-    """
+    """The problem, values that sigma is relative to, labels of parameters; ``stood``: poses the arm was seen in."""
     robot, loads, payload = limited.robot, limited.loads, limited.loads.heaviest
     base, labels = model.base_parameters(robot), dict[str, str]()
-    known = dict(loads.parameters) if limited.identified else {}
+    identified = loads.covariance is not None
+    known = dict(loads.parameters) if identified else {}
     if goal.payload_only:  # relative to the heaviest payload's parameters; a set has none
         known = payload.named(str(robot.n)) if isinstance(payload, model.InertialParameters) else {}
     else:
@@ -168,7 +162,7 @@ def build_request(
     reference = {name: value for name, value in known.items() if abs(value) > _ZERO}
     if not limited.has_torque_limits and payload is not None and not goal.payload_only:
         raise InputError("--heaviest-payload counts in torque limits: give --torque-limits")
-    counting = limited.has_torque_limits and (limited.identified or payload is not None or loads.margin > 0.0)
+    counting = limited.has_torque_limits and (identified or payload is not None or loads.margin > 0.0)
     if isinstance(shape, trajectories.FourierShape):
         length: float | None = shape.duration
     elif shape.fixed is None:
@@ -233,10 +227,7 @@ def run_score(
 def _logged_motion(
     path: str, robot: model.Robot, log_map: str | None, cutoff: float | None
 ) -> tuple[model.Motion, Measurement, list[Array]]:
-    """The motion of a file: as planned where it has accelerations, else filtered like a recording; and filtered.
-
-    Planned samples are joined by quintics, so that limits count between them too. Last: poses that were recorded.
-    """
+    """The motion of a file, planned where it has accelerations; as a recording shows it; poses recorded."""
     measured_too = True
     if log_map:  # of currents the motion counts alone, whatever the gains
         mapped = read_log_map(log_map)
@@ -288,17 +279,6 @@ class _Near(Options, group=MOTION):
     """Seed of the random starts (default: 0)."""
     starts: Annotated[Count | None, SETTING] = None
     """Random starts of the search (default: 1, with --static 6)."""
-
-    def bounded_by(self, payload: model.InertialParameters | trajectories.PayloadSet | None) -> _Near:
-        """These options with an expected mass no heavier than every payload within bounds."""
-        if not isinstance(payload, trajectories.PayloadSet) or self.mass[0] <= payload.mass:
-            return self
-        if not (self.ladder or self.has("mass")):
-            return replace(self, mass=(payload.mass, None))
-        raise InputError(
-            f"{self.mass[0]:g} kg are expected and --heaviest-payload allows {payload.mass:g}: give another "
-            "--mass, or a heavier payload"
-        )
 
     def each(self, robot: model.Robot, option: str, given: tuple[float, ...]) -> Array:
         """Numbers of an option for each moving joint [rad or m], where one may stand for all."""
@@ -362,19 +342,16 @@ def run_near(
     files.check_robot(robot, options.static)
     limited = limits.of(robot)
     robot, bounds, payload = limited.robot, limited.bounds, limited.loads.heaviest
-    options = options.bounded_by(payload)
-    knowledge, hint = (options.expected, options.mass[1]), None
+    if isinstance(payload, trajectories.PayloadSet) and options.mass[0] > payload.mass:
+        if options.ladder or options.has("mass"):
+            raise InputError(
+                f"{options.mass[0]:g} kg are expected and --heaviest-payload allows {payload.mass:g}: give another "
+                "--mass, or a heavier payload"
+            )
+        options = replace(options, mass=(payload.mass, None))
     if options.static:
         files.refuse("rehearsal", "has no effect with --static: run it at a low speed override first")
-        if noise.torque_noise is not None and noise.torque_noise[1] is not None:
-            raise InputError("--torque-noise: at rest each approach is one sample: omit @HZ")
-        sigma, _, source = noise.noise(robot, bounds, trajectories.ASSUMED_STICTION)
-        goal = trajectories.NearGoal(sigma, 1.0 / options.hold, *knowledge, source)
-        shape: trajectories.NearShape | trajectories.StaticShape = _static_shape(options, robot, bounds)
-    else:
-        sigma, rate, source = noise.noise(robot, bounds)
-        goal = trajectories.NearGoal(sigma, rate, *knowledge, source)
-        shape, hint = _shape(options, robot, goal, bounds)
+    shape, goal, hint = _asked(options, noise, robot, bounds)
     visibility = shape.visibility(robot)
     try:
         trajectories.check_mass_visible(visibility, options.mass[1] is not None, "near this pose")
@@ -416,43 +393,50 @@ def run_near(
     view.write_view(lambda: views.view_of(robot, samples, problem=design.problem))
 
 
-def _shape(
-    options: _Near, robot: model.Robot, goal: trajectories.NearGoal, bounds: trajectories.JointBounds
-) -> tuple[trajectories.NearShape, Array | None]:
-    """Shape of the motion, and a second pose that would help where none was asked for."""
-    ranges = options.each(robot, "range", options.range)
+def _asked(
+    options: _Near, noise: motions.NoiseOptions, robot: model.Robot, bounds: trajectories.JointBounds
+) -> tuple[trajectories.NearShape | trajectories.StaticShape, trajectories.NearGoal, Array | None]:
+    """Shape of the motion, its goal, and a second pose that would help where none was asked for."""
+    joints, expected, scale = options.joints, options.expected, options.mass[1]
+    if options.static:  # within the range about the pose, or as far as the joints go
+        if noise.torque_noise is not None and noise.torque_noise[1] is not None:
+            raise InputError("--torque-noise: at rest each approach is one sample: omit @HZ")
+        sigma, _, source = noise.noise(robot, bounds, trajectories.ASSUMED_STICTION)
+        moving = [joint - 1 for joint in joints]
+        usual = (_SLIDE if j < robot.n and not robot.joints[j].revolute else _APPROACH for j in moving)
+        approach = options.each(robot, "approach", options.approach or tuple(usual))
+        with about("--pose"):
+            pose = motions.in_si(options.pose, robot)
+            check_pose(pose, robot, bounds)
+        low, high = bounds.low[moving], bounds.high[moving]
+        if options.has("range"):
+            ranges = options.each(robot, "range", options.range)
+            low, high = np.maximum(low, pose[moving] - ranges), np.minimum(high, pose[moving] + ranges)
+        rest = trajectories.StaticShape(pose, joints, low, high, approach, options.poses, options.hold)
+        return rest, trajectories.NearGoal(sigma, 1.0 / options.hold, expected, scale, source), None
+    sigma, rate, source = noise.noise(robot, bounds)
+    goal, ranges = (
+        trajectories.NearGoal(sigma, rate, expected, scale, source),
+        options.each(robot, "range", options.range),
+    )
     with about("--pose"):
         first = motions.in_si(options.pose, robot)
-        shape = trajectories.NearShape(first[None], options.joints, ranges, options.duration)
+        shape = trajectories.NearShape(first[None], joints, ranges, options.duration)
         shape.check(robot, bounds)
-    if options.second_pose is None:
-        visible = options.mass[1] is not None or shape.visibility(robot).mass_visible
-        return shape, trajectories.second_pose(robot, shape, goal, bounds, options.seed) if visible else None
-    if isinstance(options.second_pose, str):
-        second = trajectories.second_pose(robot, shape, goal, bounds, options.seed)
-        if second is None:
-            note("a second pose would hardly help: only one is used")
-            return shape, None
+    if options.second_pose is None and scale is None and not shape.visibility(robot).mass_visible:
+        return shape, goal, None
+    if isinstance(options.second_pose, tuple):
+        second: Array | None = motions.in_si(options.second_pose, robot)
     else:
-        second = motions.in_si(options.second_pose, robot)
+        second = trajectories.second_pose(robot, shape, goal, bounds, options.seed)
+    if options.second_pose is None:
+        return shape, goal, second
+    if second is None:
+        note("a second pose would hardly help: only one is used")
+        return shape, goal, None
     shape = replace(shape, poses=np.array([first, second]))
     shape.check(robot, bounds)
-    return shape, None
-
-
-def _static_shape(options: _Near, robot: model.Robot, bounds: trajectories.JointBounds) -> trajectories.StaticShape:
-    """Shape of a motion from rest to rest: within the range about the pose, or as far as the joints go."""
-    joints, moving = options.joints, [joint - 1 for joint in options.joints]
-    usual = (_SLIDE if joint <= robot.n and not robot.joints[joint - 1].revolute else _APPROACH for joint in joints)
-    approach = options.each(robot, "approach", options.approach or tuple(usual))
-    with about("--pose"):
-        pose = motions.in_si(options.pose, robot)
-        check_pose(pose, robot, bounds)
-    low, high = bounds.low[moving], bounds.high[moving]
-    if options.has("range"):
-        ranges = options.each(robot, "range", options.range)
-        low, high = np.maximum(low, pose[moving] - ranges), np.minimum(high, pose[moving] + ranges)
-    return trajectories.StaticShape(pose, joints, low, high, approach, options.poses, options.hold)
+    return shape, goal, None
 
 
 def _loads(limited: motions.Limited, options: _Near) -> trajectories.Loads | None:

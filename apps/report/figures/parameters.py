@@ -22,10 +22,7 @@ _MOST_SHOWN = 1e12  # larger numbers are left out
 
 
 def sigma_figure(learnt: Learnt, title: str, reference: Mapping[str, float], labels: Mapping[str, str]) -> Drawing:
-    """Predicted standard deviation of every parameter: relative where a reference value is known, else in SI units.
-
-    ``labels`` are shown in the place of parameters' names ("ZZ1R").
-    """
+    """Predicted sigma of every parameter: relative where a reference value is known, else in SI units."""
 
     def draw() -> Figure:
         relative = learnt.relative_sigma(reference)

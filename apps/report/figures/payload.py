@@ -148,11 +148,7 @@ def repeats_figure(repeats: Repeats, mass: float, interval: tuple[float, float])
 
 
 def flange_figure(payload: PossibleEstimate, inertia: bool, flange: bool) -> Drawing:
-    """Three views, x-z, y-z and x-y, equal in scale; below them enlargements of the uncertainty.
-
-    A body of the payload's ``inertia`` is drawn where that may be used, a plate of 63 mm where its frame is the
-    ``flange``.
-    """
+    """Three views to one scale, the uncertainty enlarged; a body of its ``inertia``, a plate at the ``flange``."""
     com, ends = 1e3 * array(payload.com, 3), 1e3 * array(payload.com_interval95, 3, 2)
     origin = "the flange, drawn as a plate of 63 mm (ISO 9409-1-50)" if flange else "the frame's origin"
     caption = f"Centre of mass seen along y, along x and along z, from {origin}, to scale."
@@ -214,11 +210,7 @@ def flange_figure(payload: PossibleEstimate, inertia: bool, flange: bool) -> Dra
 
 
 def save_drawing(path: str | Path, robot: Robot, q: Sequence[float], title: str) -> None:
-    """Draw the arm at a pose [rad or m] from three sides with its joint axes, as PNG, SVG or PDF.
-
-    Each view has an axis of the base to the right, another one upwards, in mm. From frame to frame the arm is drawn
-    along x, then along the joint's axis.
-    """
+    """Draw the arm at a pose [rad or m] from three sides with its joint axes [mm], as PNG, SVG or PDF."""
     figure, (axes,) = panels((15.0, 5.6), 1, 3)
     frames = frames_at(robot, q)
     bends = [np.zeros(3), frames[0].p]

@@ -112,10 +112,7 @@ def check_report(looks: Sequence[Look]) -> Report:
 
 
 def readings_report(robot: Robot, poses: Sequence[PoseCheck], readings: Readings | None) -> Report:
-    """Verdict on a robot's description by recordings; then every reading that was tried, and the description.
-
-    ``readings`` are ranked by torques; None without torques.
-    """
+    """Verdict on a robot's description by tool poses and torques; every reading; the description."""
     faithful = readings_agree(poses, readings)
     text = "agrees with the recordings" if faithful else "does NOT agree with the recordings as they are read"
     first: list[Block] = [

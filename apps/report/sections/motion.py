@@ -119,10 +119,7 @@ def design_report(judged: JudgedMotion) -> Report:
 
 
 def near_report(result: NearResult, expected: InertialParameters, hints: Sequence[str], motion: Motion) -> Report:
-    """Predicted standard deviations of an expected payload, what to do next; then visibility, poses and the motion.
-
-    ``hints`` say what else could be done.
-    """
+    """Predicted sigma of an expected payload, what to do next, other ``hints``; visibility, poses, motion."""
     robot, problem, score = result.robot, result.design.problem, result.design.score
     title, joints = robot.title or robot.name, ", ".join(map(str, result.shape.joints))
     position = ", ".join(f"{1e3 * x:g}" for x in expected.com)
@@ -228,10 +225,7 @@ def _how_to_run(duration: float, writers: str, command: str) -> OnPage:
 
 
 def _brakes(problem: DesignProblem, score: Score) -> tuple[list[str], list[Table]]:
-    """The set of payloads, and the torque that holds the arm still, joint by joint, with the worst of them.
-
-    Nothing without such a set.
-    """
+    """The set of payloads, if any, and the torque that holds the arm still with the worst, joint by joint."""
     payloads = problem.payloads
     if payloads is None:
         return [], []
@@ -281,11 +275,7 @@ def noise_line(problem: DesignProblem) -> str:
 
 
 def _taught_table(problem: DesignProblem, learnt: Learnt) -> Table:
-    """Standard deviations that one run of the motion would leave, in units of the answer.
-
-    Of a payload mass, centre of mass and inertia there, of one of the rated mass 100 mm from the flange; of a robot
-    its parameters kind by kind.
-    """
+    """Sigma that one run would leave: of a payload of the rated mass, or of a robot kind by kind."""
     length = problem.goal.data_length
     recorded = f"{length:g} s of data" if length else "one run"
     if learnt.covariance is None:

@@ -56,10 +56,7 @@ _METHODS = {
 
 
 def payload_report(result: PayloadResult, document: str | None = None, notes: Sequence[str] = ()) -> Report:
-    """Verdict, what to type into the controller, quantities, reasons, the worst joint; then what it rests on.
-
-    ``document`` is the JSON file that it was written to.
-    """
+    """Verdict, what to enter, quantities, reasons; what it rests on; ``document``: its JSON file."""
     best, made, method, level = result.best, result.working, result.method, result.verdict.level
     mass, interval = float(result.mass), tuple(result.mass.interval95.tolist())
     sections = [
@@ -268,11 +265,7 @@ def methods_section(result: PayloadResult) -> Section:
 
 
 def parameters_table(result: PayloadResult) -> Table:
-    """One row a number: value and 95 % interval, what the other methods say, and least squares alone.
-
-    Free estimates stand with the larger of the formula's and the robust standard deviation. More columns hold the
-    standard deviations with errors of the drive gains, where they are allowed for, and what a short motion shows.
-    """
+    """One row a number: value and 95 % interval, other methods, least squares with the larger sigma."""
     best = result.best or result.best_free
     ends = np.full((len(_ROWS), 2), np.nan)
     ends[9:13] = np.vstack([result.mass.interval95, result.com.interval95])

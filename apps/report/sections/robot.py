@@ -110,10 +110,7 @@ def _vector(values: list[float]) -> str:
 
 
 def robot_report(result: RobotResult, document: str | None = None) -> Report:
-    """Verdict, residual and friction of each joint; then every parameter, torques and excitation.
-
-    ``document``: the JSON file that it was written to.
-    """
+    """Verdict, residual and friction of each joint; every parameter, torques; ``document``: its JSON file."""
     # What was read from a file has no errors to draw.
     rollouts = [rollout for rollout in present(result.rollouts) or () if rollout.working]
     verdict, made, estimate, held_out = result.judged, result.working, result.estimate, result.validation
@@ -162,7 +159,7 @@ def robot_report(result: RobotResult, document: str | None = None) -> Report:
     ]
     sections = (
         robot_section(result),
-        *([rollout_section(rollouts)] if rollouts else []),
+        *([_rollout_section(rollouts, 1)] if rollouts else []),
         evidence.torques_section(lambda: made.predictions, len(made.held_out or made.recordings) if made else 0),
         evidence.excitation_section(lambda: made.excitation, labels),
         evidence.essential_section(present(result.elimination), result.title),
@@ -195,11 +192,7 @@ def _sigma_notes(estimate: Estimate, why_not: str | None) -> list[str]:
 
 
 def robot_section(result: RobotResult) -> Section:
-    """Base parameters with groupings and sigma, beside those of a robot that can exist; friction tried.
-
-    Where the estimate has robust standard deviations too, each entry shows the larger of both; errors of the drive
-    gains, where they are not taken as exact, are part of it, and stand by themselves in a column.
-    """
+    """Base parameters with the larger sigma, beside those of a robot that can exist; friction that was tried."""
     estimate, nearest = result.estimate, result.constrained
     constrained = nearest and present(nearest.base_parameters)
     moved = [parameter.value for parameter in constrained] if constrained else None
@@ -265,10 +258,7 @@ def _constrained_notes(result: RobotResult) -> list[str]:
 
 
 def gains_report(gains: GainsResult, document: str | None = None) -> Report:
-    """Gains with their verdict, the weight as each joint sees it, and the torques that the gains give.
-
-    ``document``: the JSON file that was written, if any.
-    """
+    """Gains and verdict, the weight as each joint sees it, the torques; ``document``: the JSON file."""
     level, made, mounted = gains.judged.level, gains.working, bool(gains.load and gains.load.mountings)
     ask = "" if document or not made else "add --json gains.json, then "
     after = f"Next: {ask}give --drive-gains {document or 'gains.json'} to 'dynident payload'."
@@ -338,11 +328,10 @@ def _gains_notes(gains: GainsResult, mounted: bool) -> list[str]:
 def rollout_report(rollouts: Sequence[Rollout], robot: str) -> Report:
     """Errors by horizon and the replay of the first recording, a line of each other; then all of them."""
     table, *more, notes = _parts(rollouts[0], 1)
-    lines = [Notes([rollout_line(rollout) for rollout in rollouts[1:]], optional=True)]
-    others = [block for k, rollout in enumerate(rollouts[1:], 2) for block in _parts(rollout, k)]
-    section = Section("rollout", "Predicted motion", [Text(_WORDS), *more, *others])
+    first = [table, notes, Notes([rollout_line(rollout) for rollout in rollouts[1:]], optional=True)]
+    section = _rollout_section(rollouts[1:], 2, more)
     title, details = f"Predicted motion of the {robot}", "every recording, starts at rest"
-    return Report(title, [table, notes, *lines], [section], details, "Of recordings that were not fitted")
+    return Report(title, first, [section], details, "Of recordings that were not fitted")
 
 
 def rollout_line(rollout: Rollout) -> str:
@@ -356,10 +345,9 @@ def rollout_line(rollout: Rollout) -> str:
     )
 
 
-def rollout_section(rollouts: Sequence[Rollout]) -> Section:
-    """Tables and figures of every recording."""
-    blocks = [block for k, rollout in enumerate(rollouts, 1) for block in _parts(rollout, k)]
-    return Section("rollout", "Predicted motion", [Text(_WORDS), *blocks])
+def _rollout_section(rollouts: Sequence[Rollout], number: int, before: Sequence[Block] = ()) -> Section:
+    blocks = [block for k, rollout in enumerate(rollouts, number) for block in _parts(rollout, k)]
+    return Section("rollout", "Predicted motion", [Text(_WORDS), *before, *blocks])
 
 
 def _parts(rollout: Rollout, number: int) -> list[Block]:
