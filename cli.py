@@ -38,10 +38,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # whoever reads has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return BROKEN_PIPE
-    except InputError as error:
-        return _refused(str(error))
-    except OSError as error:
-        return _refused(f"{error.filename or 'input or output'}: {error.strerror or error}")
+    except (InputError, OSError) as error:
+        text = str(error)
+        if isinstance(error, OSError):
+            text = f"{error.filename or 'input or output'}: {error.strerror or error}"
+        with suppress(OSError):  # a full disk takes the line, not the status
+            print(f"dynident: error: {one_line(text)}", file=sys.stderr)
+        return BAD_INPUT
     except KeyboardInterrupt:
         return _interrupted(bool(pressed))
     except Exception as fault:  # the one place that catches everything: a fault of ours is no answer
@@ -70,12 +73,6 @@ def _run(words: tuple[str, ...]) -> int:
 def _commands(name: str) -> Any:
     """A module of the commands, which costs nothing until it is needed."""
     return import_module(f".apps.commands.{name}", __package__)
-
-
-def _refused(message: str) -> int:
-    with suppress(OSError):  # a full disk takes the line, not the status
-        print(f"dynident: error: {one_line(message)}", file=sys.stderr)
-    return BAD_INPUT
 
 
 def _interrupted(pressed: bool) -> int:

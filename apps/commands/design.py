@@ -1,33 +1,37 @@
-"""``dynident design`` and ``score``: the most informative motion a robot may make, and what a motion teaches."""
+"""``dynident design``, ``near`` and ``score``: motions that teach most, and what a motion teaches."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
+import numpy as np
 from cyclopts import Parameter
 
 from ... import estimation, model, trajectories
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.files import write_text
 from ...model.motion import Measurement
+from ...trajectories.motions.family import check_pose
 from .. import logs
 from .. import view as views
 from ..export.motion import WrittenMotion, design_head
+from ..export.motions import FORMATS
 from ..export.motions.val3 import val3_replay
 from ..logs.map import read_log_map
 from ..logs.read import read_recording
-from ..report.documents import JudgedMotion, as_recorded, design_document, planned
-from ..report.sections.motion import criterion_text, design_report
+from ..report import documents
+from ..report.blocks import Report
+from ..report.sections import motion as sections
 from . import motions, values
-from .entry import MOTION, SEARCH, SETTING, Options, command
-from .motions import GoalOptions, LimitOptions, MotionFiles, RehearsedRobotOptions, best_motion, in_si
+from .entry import MOTION, SEARCH, SETTING, Options, about, command
 from .options import PageOptions, ViewOptions
 from .progress import note, status
-from .values import Count, Positions, Reads, Seconds, Seed, number, numbers, positive_number, whole, word
+from .values import Count, NewFile, Positions, Reads, Seconds, Seed, number, numbers, positive_number, whole, word
 
 _SEARCH = Parameter(group=SEARCH)
 _REPLAY_RATE = 500.0  # Hz
@@ -37,6 +41,9 @@ _ZERO = 1e-9  # SI units: what standard parameters leave where they cancel
 _Planned = Annotated[
     str, Reads("motion"), Parameter(metavar="LOG", help="A log, or a CSV of t, q and perhaps qd, qdd.")
 ]
+_Pose = Annotated[tuple[float, ...] | str, word(partial(values.numbers_or, "auto"), "auto|Q1,Q2,..")]
+_APPROACH, _SLIDE = 3.0, 0.02  # deg, m
+_LEFT = 1.25  # of the mass expected: what runs of the ladder leave possible, and the motion bears at full speed
 
 
 class _Request(Options, group=MOTION):
@@ -79,15 +86,14 @@ class _Request(Options, group=MOTION):
                 self.refuse(name, "belongs to --via-points: --fourier takes --duration")
         super().check()
 
-    def shape(self, robot: model.Robot) -> trajectories.ViaPointShape | trajectories.FourierShape:
+    def shape(self, limited: motions.Limited) -> trajectories.ViaPointShape | trajectories.FourierShape:
         """The shape of the motion."""
-        start = tuple(in_si(self.start, robot).tolist()) if self.start else None
-        for j, (joint, position) in enumerate(zip(robot.joints, start or (), strict=False), 1):
-            low, high = joint.limits.position
-            if not low <= position <= high:
-                unit, size = ("deg", math.degrees(1.0)) if joint.revolute else ("m", 1.0)
-                limits = f"{size * low:g} to {size * high:g} {unit}"
-                raise InputError(f"--start: joint {j} at {size * position:g} {unit} is outside {limits}")
+        start: tuple[float, ...] | None = None
+        if self.start:
+            with about("--start"):
+                pose = motions.in_si(self.start, limited.robot)
+                check_pose(pose, limited.robot, limited.bounds)
+            start = tuple(pose.tolist())
         if self.fourier is not None:
             return trajectories.FourierShape(self.fourier, self.duration, start=start)
         times, trapezoid = self.segment_durations, self.segments == "trapezoid"
@@ -105,33 +111,33 @@ class _Request(Options, group=MOTION):
 @command
 def run(
     *,
-    arm: RehearsedRobotOptions,
+    arm: motions.RehearsedRobotOptions,
     request: _Request,
-    goal: GoalOptions,
-    limits: LimitOptions,
-    files: MotionFiles,
+    goal: motions.GoalOptions,
+    limits: motions.LimitOptions,
+    files: motions.MotionFiles,
     view: ViewOptions,
 ) -> None:
     """Run it."""
-    robot = arm.load()
-    problem, reference, labels = build_request(limits.of(robot), request.shape(robot), goal)
+    limited = limits.of(arm.load())
+    problem, reference, labels = build_request(limited, request.shape(limited), goal)
     robot, kind = problem.robot, problem.criterion.kind
     files.check_robot(robot, not request.fourier)
 
     def words(best: float | None) -> str:
-        text = None if best is None else criterion_text(kind, best)
+        text = None if best is None else sections.criterion_text(kind, best)
         return f"; best: {text or 'no motion within the limits yet'}"
 
-    design = best_motion(problem, request.seed, request.starts, words)
+    design = motions.best_motion(problem, request.seed, request.starts, words)
     floor = floor_of(problem, design.score.value, request.seed) if request.bound else None
-    judged = JudgedMotion.of(design)._replace(reference=reference, labels=labels, floor=floor)
+    judged = documents.JudgedMotion.of(design)._replace(reference=reference, labels=labels, floor=floor)
     written = WrittenMotion(robot, design.plan, problem.bounds, design_head(design, judged.learnt))
     if files.val3:  # what a controller would make of the via points if its profiles are trapezoidal
         profile = val3_replay(files.asked(written)["val3"][1]).motion(_REPLAY_RATE)
         judged = judged._replace(replay=trajectories.score_motion(problem, profile))
     estimated = () if problem.payloads is not None else ("val3",)
     files.check_replays(limits.whole(problem), written, *estimated)
-    files.give(design_report(judged), lambda: design_document(judged), {})
+    files.give(sections.design_report(judged), lambda: documents.design_document(judged), {})
     files.write(written)
     view.write_view(lambda: views.view_of(robot, judged.motion, problem=problem))
 
@@ -139,18 +145,14 @@ def run(
 def build_request(
     limited: motions.Limited,
     shape: trajectories.ViaPointShape | trajectories.FourierShape,
-    goal: GoalOptions,
+    goal: motions.GoalOptions,
     stood: Sequence[Array] = (),
 ) -> tuple[trajectories.DesignProblem, dict[str, float], dict[str, str]]:
-    """Read all files and build the problem; ``stood``: poses in which the arm was seen, k x n each.
-
-    Returns:
-        The problem; by the names of parameters, values that standard deviations are relative to, and how to call
-        them ("ZZ1R").
-    """
+    """The problem, values that sigma is relative to, labels of parameters; ``stood``: poses the arm was seen in."""
     robot, loads, payload = limited.robot, limited.loads, limited.loads.heaviest
     base, labels = model.base_parameters(robot), dict[str, str]()
-    known = dict(loads.parameters) if limited.identified else {}
+    identified = loads.covariance is not None
+    known = dict(loads.parameters) if identified else {}
     if goal.payload_only:  # relative to the heaviest payload's parameters; a set has none
         known = payload.named(str(robot.n)) if isinstance(payload, model.InertialParameters) else {}
     else:
@@ -160,7 +162,7 @@ def build_request(
     reference = {name: value for name, value in known.items() if abs(value) > _ZERO}
     if not limited.has_torque_limits and payload is not None and not goal.payload_only:
         raise InputError("--heaviest-payload counts in torque limits: give --torque-limits")
-    counting = limited.has_torque_limits and (limited.identified or payload is not None or loads.margin > 0.0)
+    counting = limited.has_torque_limits and (identified or payload is not None or loads.margin > 0.0)
     if isinstance(shape, trajectories.FourierShape):
         length: float | None = shape.duration
     elif shape.fixed is None:
@@ -200,10 +202,10 @@ class _Scored(Options, group=MOTION):
 def run_score(
     data: _Planned,
     *,
-    arm: RehearsedRobotOptions,
+    arm: motions.RehearsedRobotOptions,
     scored: _Scored,
-    goal: GoalOptions,
-    limits: LimitOptions,
+    goal: motions.GoalOptions,
+    limits: motions.LimitOptions,
     files: PageOptions,
     view: ViewOptions,
 ) -> None:
@@ -212,21 +214,20 @@ def run_score(
     limited = limits.of(arm.load())
     motion, recorded, stood = _logged_motion(data, limited.robot, scored.log_map, scored.cutoff)
     problem, reference, labels = build_request(limited, shape, goal, stood)
-    learnt = as_recorded(problem, recorded)
+    learnt = documents.as_recorded(problem, recorded)
     score = trajectories.score_motion(problem, motion)
     floor = floor_of(problem, score.value, scored.seed) if scored.bound else None
-    judged = JudgedMotion(f"Motion of {data}", score, motion, learnt, reference, labels, floor=floor, source=data)
-    files.give(design_report(judged), lambda: design_document(judged), {})
+    judged = documents.JudgedMotion(
+        f"Motion of {data}", score, motion, learnt, reference, labels, floor=floor, source=data
+    )
+    files.give(sections.design_report(judged), lambda: documents.design_document(judged), {})
     view.write_view(lambda: views.view_of(problem.robot, motion, problem=problem))
 
 
 def _logged_motion(
     path: str, robot: model.Robot, log_map: str | None, cutoff: float | None
 ) -> tuple[model.Motion, Measurement, list[Array]]:
-    """The motion of a file: as planned where it has accelerations, else filtered like a recording; and filtered.
-
-    Planned samples are joined by quintics, so that limits count between them too. Last: poses that were recorded.
-    """
+    """The motion of a file, planned where it has accelerations; as a recording shows it; poses recorded."""
     measured_too = True
     if log_map:  # of currents the motion counts alone, whatever the gains
         mapped = read_log_map(log_map)
@@ -238,9 +239,216 @@ def _logged_motion(
             if cutoff is not None:
                 raise InputError(f"{path}: has accelerations, so it is not filtered: omit --cutoff")
             motion = trajectories.joined(model.Motion(t, q, qd, qdd), _PLANNED_RATE)
-            return motion, planned(robot, motion, path), []
+            return motion, documents.planned(robot, motion, path), []
         measured_too = any(map(logs.named(path, robot, None).holds, ("torque", "current")))
         recording = model.Recording(t, q, 0.0 * q, qd, path)
     processing = robot.processing if cutoff is None else replace(robot.processing, cutoff=cutoff)
     measured = estimation.measurement(recording, processing)
     return measured.motion, measured, [measured.motion.q] * measured_too
+
+
+class _Near(Options, group=MOTION):
+    """Pose, moving joints, ranges and time, and knowledge of the payload."""
+
+    needs: ClassVar = dict.fromkeys(("poses", "hold", "approach"), ("static",))
+    instead: ClassVar = dict.fromkeys(("second_pose", "duration", "ladder"), "static")
+
+    pose: Positions
+    """Pose of the arm [deg or m]."""
+    second_pose: _Pose | None = None
+    """Repeat the motion at another wrist pose outside the range: auto, or this pose."""
+    joints: values.Joints
+    """Joints that move, such as 2,3,5,6."""
+    range: Annotated[tuple[float, ...], word(numbers, "R|R1,R2,..")] = (30.0,)
+    """Range to either side [deg or m] (default: 30; with --static the joint limits)."""
+    duration: Seconds = 30.0
+    """Duration of the motion [s] (default: 30)."""
+    static: bool = False
+    """Plan poses to stand still in, each reached from both sides."""
+    poses: Count = 8
+    """Number of poses with --static, 6 to 12 (default: 8)."""
+    hold: Annotated[Seconds, SETTING] = 1.5
+    """Rest after each approach with --static [s] (default: 1.5)."""
+    approach: Annotated[tuple[float, ...] | None, word(numbers, "R|R1,R2,.."), SETTING] = None
+    """Small move towards each pose with --static [deg or m] (default: 3, or 0.02 m for a sliding joint)."""
+    mass: values.Weighed = (3.0, None)
+    """Expected mass (default: 3), or the mass from a scale with its standard deviation: 2.5+-0.01."""
+    ladder: bool = False
+    """Add slower runs first, which bound the payload; the motion allows 1.25 times the expected mass."""
+    seed: Seed = 0
+    """Seed of the random starts (default: 0)."""
+    starts: Annotated[Count | None, SETTING] = None
+    """Random starts of the search (default: 1, with --static 6)."""
+
+    def each(self, robot: model.Robot, option: str, given: tuple[float, ...]) -> Array:
+        """Numbers of an option for each moving joint [rad or m], where one may stand for all."""
+        shown = self.shown(option)
+        if max(self.joints) > robot.n:
+            raise InputError(
+                f"--joints {max(self.joints)}: robot {robot.name!r} has {robot.n} joints: number them from 1, at "
+                f"the base, to {robot.n}"
+            )
+        turning = [robot.joints[joint - 1].revolute for joint in self.joints]
+        if len(given) == 1 and not all(turning):
+            raise InputError(
+                f"{shown}: give one number for each joint, in deg where it turns and in m where it slides"
+            )
+        each = values.each_joint(given, len(turning), shown)
+        return np.array([np.radians(x) if turns else x for x, turns in zip(each, turning, strict=True)])
+
+    @property
+    def expected(self) -> model.InertialParameters:
+        """About what the payload is."""
+        return model.InertialParameters.from_com(self.mass[0], [0.0, 0.0, 0.1], 0.003 * self.mass[0] * np.eye(3))
+
+
+class _NearFiles(motions.MotionFiles):
+    """Formats of the motion, and the file of its rehearsal."""
+
+    needs: ClassVar = {**motions.MotionFiles.needs, "sample_rate": ("samples", "ros2", "rehearsal")}
+
+    rehearsal: Annotated[NewFile | None, SETTING] = None
+    """File of the motion at a tenth of the speed; F_1.csv, .. with --ladder (default: beside --samples)."""
+
+    def write_rehearsals(self, result: documents.NearResult, written: WrittenMotion) -> None:
+        """Write slower runs of the motion: the rehearsal, or those of the ladder."""
+        motion = result.design.plan
+        if not (self.rehearsal or self.samples) or not isinstance(motion, trajectories.Fourier):
+            return
+        beside = Path(self.samples or "none")
+        path = Path(self.rehearsal or beside.with_name(f"{beside.stem}_rehearsal{beside.suffix}"))
+        speeds = {path: trajectories.REHEARSAL}
+        if result.ladder:
+            rungs = enumerate((rung.speed for rung in result.ladder if rung.speed < 1.0), 1)
+            speeds = {path.with_name(f"{path.stem}_{k}{path.suffix}"): speed for k, speed in rungs}
+        for name, speed in speeds.items():
+            head = sections.near_head(result, speed)
+            slow = replace(written, plan=motion.slowed(speed), head=head, rate=self.sample_rate)
+            write_text(name, FORMATS["csv"].text(slow))
+
+
+@command
+def run_near(
+    *,
+    arm: motions.RehearsedRobotOptions,
+    options: _Near,
+    noise: motions.NoiseOptions,
+    limits: motions.LimitOptions,
+    files: _NearFiles,
+    view: ViewOptions,
+) -> None:
+    """Visibility first, then the design."""
+    robot = arm.load()
+    files.check_robot(robot, options.static)
+    limited = limits.of(robot)
+    robot, bounds, payload = limited.robot, limited.bounds, limited.loads.heaviest
+    if isinstance(payload, trajectories.PayloadSet) and options.mass[0] > payload.mass:
+        if options.ladder or options.has("mass"):
+            raise InputError(
+                f"{options.mass[0]:g} kg are expected and --heaviest-payload allows {payload.mass:g}: give another "
+                "--mass, or a heavier payload"
+            )
+        options = replace(options, mass=(payload.mass, None))
+    if options.static:
+        files.refuse("rehearsal", "has no effect with --static: run it at a low speed override first")
+    shape, goal, hint = _asked(options, noise, robot, bounds)
+    visibility = shape.visibility(robot)
+    try:
+        trajectories.check_mass_visible(visibility, options.mass[1] is not None, "near this pose")
+    except InputError:  # what joints show is printed all the same
+        files.show(Report("", [sections.visibility_table(visibility)]))
+        raise
+    loads = _loads(limited, options)
+    if loads is None:  # torques cannot be computed
+        limited = limited._replace(bounds=replace(bounds, torque=np.full(robot.n, np.inf)))
+    problem = limited.problem(shape, goal, loads)
+    trajectories.check_held(problem, shape.poses)
+    design = motions.best_motion(problem, options.seed, options.starts or (None if options.static else 1))
+    samples = design.motion(documents.FIGURE_RATE)
+    if options.static:  # the search looks at poses on the way, not at the motion through them
+        run = trajectories.score_motion(problem, samples)
+        design = replace(design, score=replace(design.score, limits=run.limits, samples=run.samples))
+    ladder: tuple[trajectories.Rung, ...] = ()
+    if options.ladder:
+        assert isinstance(design.plan, trajectories.Fourier)
+        assert isinstance(payload, trajectories.PayloadSet)
+        with status("looking for the speeds of the ladder"):
+            ladder = trajectories.speed_ladder(
+                lambda payloads: limited.problem(shape, goal, replace(limited.loads, heaviest=payloads)),
+                payload,
+                design.plan,
+                options.mass[0],
+                lambda run: goal.predicted(robot, run, options.joints).mass,
+            )
+    result = documents.NearResult(
+        design, shape, visibility, goal.predicted(robot, design.plan, shape.joints), ladder
+    )
+    hints = [sections.second_pose_note(result.poses[0], hint)] if hint is not None else []
+    written = WrittenMotion(robot, design.plan, bounds, sections.near_head(result, 1.0))
+    files.check_replays(limits.whole(design.problem), written, "val3")
+    shown = sections.near_report(result, options.expected, hints, samples)
+    files.give(shown, lambda: documents.near_document(result), {})
+    files.write(written)
+    files.write_rehearsals(result, written)
+    view.write_view(lambda: views.view_of(robot, samples, problem=design.problem))
+
+
+def _asked(
+    options: _Near, noise: motions.NoiseOptions, robot: model.Robot, bounds: trajectories.JointBounds
+) -> tuple[trajectories.NearShape | trajectories.StaticShape, trajectories.NearGoal, Array | None]:
+    """Shape of the motion, its goal, and a second pose that would help where none was asked for."""
+    joints, expected, scale = options.joints, options.expected, options.mass[1]
+    if options.static:  # within the range about the pose, or as far as the joints go
+        if noise.torque_noise is not None and noise.torque_noise[1] is not None:
+            raise InputError("--torque-noise: at rest each approach is one sample: omit @HZ")
+        sigma, _, source = noise.noise(robot, bounds, trajectories.ASSUMED_STICTION)
+        moving = [joint - 1 for joint in joints]
+        usual = (_SLIDE if j < robot.n and not robot.joints[j].revolute else _APPROACH for j in moving)
+        approach = options.each(robot, "approach", options.approach or tuple(usual))
+        with about("--pose"):
+            pose = motions.in_si(options.pose, robot)
+            check_pose(pose, robot, bounds)
+        low, high = bounds.low[moving], bounds.high[moving]
+        if options.has("range"):
+            ranges = options.each(robot, "range", options.range)
+            low, high = np.maximum(low, pose[moving] - ranges), np.minimum(high, pose[moving] + ranges)
+        rest = trajectories.StaticShape(pose, joints, low, high, approach, options.poses, options.hold)
+        return rest, trajectories.NearGoal(sigma, 1.0 / options.hold, expected, scale, source), None
+    sigma, rate, source = noise.noise(robot, bounds)
+    goal, ranges = (
+        trajectories.NearGoal(sigma, rate, expected, scale, source),
+        options.each(robot, "range", options.range),
+    )
+    with about("--pose"):
+        first = motions.in_si(options.pose, robot)
+        shape = trajectories.NearShape(first[None], joints, ranges, options.duration)
+        shape.check(robot, bounds)
+    if options.second_pose is None and scale is None and not shape.visibility(robot).mass_visible:
+        return shape, goal, None
+    if isinstance(options.second_pose, tuple):
+        second: Array | None = motions.in_si(options.second_pose, robot)
+    else:
+        second = trajectories.second_pose(robot, shape, goal, bounds, options.seed)
+    if options.second_pose is None:
+        return shape, goal, second
+    if second is None:
+        note("a second pose would hardly help: only one is used")
+        return shape, goal, None
+    shape = replace(shape, poses=np.array([first, second]))
+    shape.check(robot, bounds)
+    return shape, goal, None
+
+
+def _loads(limited: motions.Limited, options: _Near) -> trajectories.Loads | None:
+    """Loads for torque limits; None where limits or parameters are not known."""
+    payload = limited.loads.heaviest
+    if options.ladder:
+        if not isinstance(payload, trajectories.PayloadSet):
+            raise InputError("--ladder needs --heaviest-payload and --within: what the first run must bear")
+        payload = payload.lighter(_LEFT * options.mass[0])
+    if limited.loads.parameters and limited.has_torque_limits:
+        return replace(limited.loads, heaviest=payload or options.expected)
+    if payload is not None or limited.loads.margin > 0.0:
+        option = "--heaviest-payload" if payload is not None else "torque-margin"
+        raise InputError(f"{option} needs --torque-limits, and --robot-parameters or --arm-mass")
+    return None

@@ -9,7 +9,6 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from difflib import get_close_matches
-from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, dataclass_transform, get_args, get_type_hints
 
@@ -43,10 +42,7 @@ _ASKING = {"--help", "-h", "--version"}
 
 @dataclass_transform(kw_only_default=True, frozen_default=True)
 class Options:
-    """Some options of a command: a frozen value whose fields are called as the options are.
-
-    ``class Some(Options, group=FILES)`` stands in the help under that heading, and so do the classes made from it.
-    """
+    """Some options of a command: a frozen value whose fields are called as the options are, under a ``group``."""
 
     group: ClassVar[Group | None] = None
     needs: ClassVar[Mapping[str, tuple[str, ...]]] = {}
@@ -129,10 +125,7 @@ class Call:
         return tuple(token.value for token in argument.tokens) if argument is not None else ()
 
     def settings_file(self, page: str) -> Path | None:
-        """The file beside a report that repeats the run by ``--config``.
-
-        None if the run was made from that file, or beside what is no file, such as a pipe.
-        """
+        """The file beside a report that repeats the run; None beside a pipe, or if it was made from that file."""
         path = Path(page).with_suffix(".run.toml")
         own = any(place_of(config) == place_of(path) for config in self.given("--config"))
         return None if own or is_device(Path(page)) else path
@@ -263,7 +256,17 @@ def check_paths(call: Call) -> None:
     read = ((place_of(path), name) for name, _, path in call.named(reads=True) if path)
     owners = {place: name for place, name in read if place.exists()}
     folders: dict[Path, str] = {}
-    for name, mark, path in chain(call.named(reads=False), _beside_report(call)):
+    written = list(call.named(reads=False))
+    for page in call.given("--report"):
+        if (beside := call.settings_file(page)) is None:
+            continue
+        if beside.is_file() and not beside.read_bytes().startswith(_HEAD.encode()):
+            raise InputError(
+                f"--report {page!r}: {beside} beside it would be overwritten, which holds no options of a "
+                "run: move it, or give the report another name"
+            )
+        written.append(("--report's options", Named("file"), str(beside)))
+    for name, mark, path in written:
         if (mark.kind, path) == ("stream", "-"):
             continue
         place = place_of(path)
@@ -344,16 +347,3 @@ def _unknown(words: Sequence[str], arguments: Arguments) -> str:
             token = Token(keyword=option, source="cli")
             return _text(UnknownOptionError(token=token, argument_collection=arguments, verbose=False))
     return ""
-
-
-def _beside_report(call: Call) -> Iterator[tuple[str, Named, str]]:
-    """The file beside a report, as ``Call.named`` tells files that are written."""
-    for page in call.given("--report"):
-        if (path := call.settings_file(page)) is None:
-            continue
-        if path.is_file() and not path.read_bytes().startswith(_HEAD.encode()):
-            raise InputError(
-                f"--report {page!r}: {path} beside it would be overwritten, which holds no options of a "
-                "run: move it, or give the report another name"
-            )
-        yield "--report's options", Named("file"), str(path)

@@ -1,7 +1,8 @@
-"""``dynident identify`` and ``rollout``: the robot's own parameters, and the motion that they predict."""
+"""``dynident identify``, ``rollout`` and ``gains``: a robot's parameters, the motion they predict, its drives."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
@@ -10,12 +11,12 @@ from cyclopts import Group, Parameter
 
 from ... import estimation, model
 from ...common.errors import InputError
+from ...common.schema import read_toml
 from ...estimation.possible.robot import RobotPrior
 from ...estimation.results.parts import Rollout
-from .. import results
+from .. import logs, results
 from ..report.documents import RolloutsDocument
-from ..report.sections.robot import robot_report
-from ..report.sections.rollout import rollout_report
+from ..report.sections.robot import gains_report, robot_report, rollout_report
 from ..rollout import HORIZONS, Predict, mujoco_arm, roll_out_all
 from . import options, values
 from .entry import SETTING, Options, command
@@ -35,6 +36,7 @@ _seconds = where(
 )
 _TWO = word(partial(numbers, count=2), "LOW HIGH", 2)
 _POSSIBLE = Parameter(group=Group("a robot that can exist", "Beside the free estimate."))
+_Masses = Annotated[tuple[tuple[float, ...], float | None], word(values.with_sigma, "KG[,KG..][+-KG]")]
 
 
 class _Identify(Options):
@@ -172,3 +174,75 @@ def run_rollout(
         rollouts = roll_out_all(setup.robot, stored.possible_values, recordings, settings, horizons, models)
     shown = rollout_report(rollouts, setup.robot.title or setup.robot.name)
     files.give(shown, lambda: RolloutsDocument(setup.robot.name, rollouts), setup.in_words())
+
+
+class _Known(Options):
+    unloaded: values.DataFiles
+    """Recording of currents without the payload; repeatable."""
+    loaded: values.LoadedFiles
+    """Recording of currents with the payload; repeatable."""
+    mass: _Masses | None = None
+    """Mass of the payload, +- its standard deviation (default: 0); with several weights, one per --loaded."""
+    payload: values.PayloadFile | None = None
+    """File with mass, com and inertia_com, as far as known, instead of --mass."""
+    friction: Annotated[values.FrictionTerms | None, SETTING] = None
+    """Friction model: paper, or a list as for 'dynident identify' (default: as in the robot's file)."""
+    mounting: Annotated[tuple[int, ...], word(values.whole_numbers, "N1,N2,..")] = ()
+    """One number per --loaded; equal numbers share a centre of mass (default: all the same)."""
+
+    def load(self) -> estimation.KnownLoad | list[estimation.KnownLoad]:
+        """The known payload, the same in all mountings or one for each."""
+        if (self.payload is None) == (self.mass is None):
+            raise InputError("the known payload is missing: give either --mass or --payload")
+        if self.payload is not None:
+            return read_toml(self.payload, estimation.KnownLoad)
+        assert self.mass is not None
+        weights, sigma = self.mass[0], self.mass[1] or 0.0
+        if len(weights) == 1:
+            return estimation.known_mass(weights[0], sigma)
+        if len(weights) != len(self.loaded):
+            count = f"--mass holds {len(weights)} numbers for {len(self.loaded)} --loaded recordings"
+            raise InputError(f"{count}: give one mass, or one for each of them, in their order")
+        masses: dict[int, float] = {}
+        for mounting, mass in zip(self.mounting or (1,) * len(weights), weights, strict=False):
+            if masses.setdefault(mounting, mass) != mass:
+                both = f"mounting {mounting} has masses of {masses[mounting]:g} and {mass:g} kg"
+                raise InputError(f"{both}: give each weight a number of its own (--mounting)")
+        return [estimation.known_mass(mass, sigma) for mass in masses.values()]
+
+
+class _Processing(options.ProcessingOptions):
+    """Processing without the gains that are asked for."""
+
+    drive_gains: Annotated[None, Parameter(parse=False)] = None
+
+
+@command
+def run_gains(
+    *, arm: options.RobotOptions, known: _Known, processing: _Processing, files: options.PageOptions
+) -> bool:
+    """Run ``gains``."""
+    if isinstance(known.friction, estimation.Candidates):
+        raise InputError("friction: gains are found with terms that are given: paper, or a list")
+    load = known.load()
+    setup = processing.setup(arm.load())
+    robot = setup.robot
+    plain = replace(robot, drives=replace(robot.drives, coupling=None))  # each motor's own current
+    amperes = replace(setup, robot=plain, gains=(1.0,) * robot.n)
+    for path in logs.grouped((*known.unloaded, *known.loaded)):
+        naming = logs.named(path, plain, setup.log_map)
+        if not naming.holds("current"):
+            currents = naming.columns("current")
+            raise InputError(
+                f"{path}: has no motor currents ({currents[0]} .. {currents[-1]}), and torques need no gains: "
+                "record currents, or map your column names in a --log-map"
+            )
+    unloaded, loaded = amperes.read(known.unloaded), amperes.read(known.loaded)
+    with status("reading") as progress:
+        settings = setup.settings(progress, friction=known.friction or robot.drives.friction)
+        problem = estimation.gain_problem(robot, unloaded, loaded, load, known.mounting, settings)
+        progress("estimating")
+        gains = estimation.answer_gains(problem)
+    shown = gains_report(gains, files.document)
+    files.give(shown, lambda: gains, setup.in_words())
+    return gains.judged.level != "do_not_use"

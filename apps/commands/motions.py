@@ -105,13 +105,7 @@ class NoiseOptions(Options, group=GOAL):
         bounds: trajectories.JointBounds,
         assumed: tuple[float, str] = (trajectories.ASSUMED_RATIO, trajectories.ASSUMED_NOISE),
     ) -> tuple[Array, float, str]:
-        """Sigma per joint [N·m or N], independent samples a second, source: told, found, or assumed of all arms.
-
-        ``assumed``: sigma over the torque limits, and its source.
-
-        Raises:
-            InputError: if it does not fit the robot, or nothing tells it.
-        """
+        """Sigma [N·m or N], independent samples a second, source; ``assumed``: sigma over limits, source."""
         level, rate = self.torque_noise or (None, None)
         if self.like is not None:
             sigma, rate, source = *shown_noise(self.like), f"as {self.like} shows"
@@ -197,11 +191,6 @@ class Limited(NamedTuple):
     floor: bool
 
     @property
-    def identified(self) -> bool:
-        """True if the robot's parameters were identified."""
-        return self.loads.covariance is not None
-
-    @property
     def has_torque_limits(self) -> bool:
         """True if the torque of some joint is limited."""
         return bool(np.isfinite(self.bounds.torque).any())
@@ -276,10 +265,7 @@ class LimitOptions(Options, group=LIMITS):
         return problem.with_torque_share(1.0 / (1.0 - self.torque_margin))
 
     def _payload(self, robot: model.Robot, limited: NDArray[np.bool_]) -> PayloadBounds | None:
-        """The heaviest payload, or every one up to it ``within``, in the last link's frame.
-
-        Joints with a torque limit are ``limited``; a set of payloads needs all.
-        """
+        """The heaviest payload, or every one up to it ``within``, in the last link's frame."""
         if not limited.any():
             self.refuse("torque_margin", "has no effect without torque limits: give --torque-limits")
         text, flange = self.heaviest_payload, robot.flange
@@ -401,11 +387,7 @@ def best_motion(
     starts: int | None,
     words: Callable[[float | None], str] = lambda best: "",
 ) -> trajectories.Design:
-    """The best motion that keeps every limit.
-
-    From random ``starts``, or as many as the criterion needs; ``words`` tell the best criterion so far, None before
-    there is one.
-    """
+    """The best motion that keeps every limit; ``words`` tell the best criterion so far, if there is one."""
     with status("building") as progress:
 
         def show(text: str, best: float | None, evaluations: int) -> None:

@@ -22,22 +22,14 @@ _WORDS = 24  # letters: longer texts fold
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """Rows under headings; the first cell names its row, and columns of numbers are set to the right.
-
-    Attributes:
-        headings: c of them.
-        rows: c cells each.
-        ends: names of the rows after which a section of the table ends.
-        merged: the last column's words hold for their whole section and stand there once, beside all its rows.
-        spare: names of rows that the first screen leaves out.
-    """
+    """Rows under headings; the first cell names its row, and columns of numbers are set to the right."""
 
     title: str
     headings: Sequence[str]
     rows: Sequence[tuple[str, ...]]
-    ends: Collection[str] = ()
-    merged: bool = False
-    spare: Collection[str] = ()
+    ends: Collection[str] = ()  # names of the rows after which a section of the table ends
+    merged: bool = False  # the last column's words hold for their whole section, and stand there once
+    spare: Collection[str] = ()  # names of rows that the first screen leaves out
 
     def __post_init__(self) -> None:
         """Every row fits the headings."""
@@ -137,21 +129,14 @@ class Section(NamedTuple):
 
 @dataclass(frozen=True)
 class Report:
-    """An answer as it is shown: the same blocks make its screen and its page.
-
-    Attributes:
-        first: what to do, on a screen of 25 lines of 80 columns, and at the head of the page.
-        sections: what it rests on: the page's sections, and on a terminal the details.
-        more: what the details hold, in words.
-        notes: on the data, at the end.
-    """
+    """An answer as it is shown: the same blocks make its screen and its page."""
 
     title: str
-    first: Sequence[Block]
-    sections: Sequence[Section] = ()
-    more: str = ""
+    first: Sequence[Block]  # what to do, on a screen of 25 lines of 80 columns, and at the head of the page
+    sections: Sequence[Section] = ()  # what it rests on: on a terminal the details
+    more: str = ""  # what the details hold
     subtitle: str = ""
-    notes: Sequence[str] = ()
+    notes: Sequence[str] = ()  # on the data, at the end
 
     def drawings(self) -> Iterator[Drawing]:
         """Every figure, in order."""

@@ -262,10 +262,7 @@ def planned(robot: Robot, motion: Motion, source: str = "planned") -> Measuremen
 
 
 class NearResult(NamedTuple):
-    """A motion near a pose or poses at rest, their visibility of a payload, and predicted standard deviations.
-
-    ``shape`` was asked for; where the motion holds for every payload there is no ``ladder`` of slower runs.
-    """
+    """A motion near a pose or at rest: what it shows of a payload, and slower runs that go before it."""
 
     design: Design
     shape: NearShape | StaticShape
@@ -286,29 +283,18 @@ class NearResult(NamedTuple):
 
 
 class JudgedMotion(NamedTuple):
-    """A motion with its score.
-
-    Attributes:
-        title: of the score's table.
-        learnt: information of the motion as a recording of it will show it.
-        reference: values that standard deviations are relative to.
-        labels: how to call parameters ("ZZ1R"), by their names.
-        design: the designed motion; None where one was only judged.
-        floor: under the criterion, if it was asked for and found.
-        replay: score of what a controller makes of the motion by its own profiles.
-        source: file of a motion that was only judged.
-    """
+    """A motion with its score."""
 
     title: str
     score: Score
     motion: Motion
-    learnt: Learnt
-    reference: Mapping[str, float] = {}
-    labels: Mapping[str, str] = {}
-    design: Design | None = None
+    learnt: Learnt  # as a recording of it will show it
+    reference: Mapping[str, float] = {}  # values that standard deviations are relative to
+    labels: Mapping[str, str] = {}  # how to call parameters ("ZZ1R"), by their names
+    design: Design | None = None  # None where a motion was only judged
     floor: Floor | None = None
-    replay: Score | None = None
-    source: str | None = None
+    replay: Score | None = None  # of what a controller makes of the motion by its own profiles
+    source: str | None = None  # file of a motion that was only judged
 
     @classmethod
     def of(cls, design: Design) -> Self:

@@ -116,10 +116,7 @@ def _environment() -> "Environment":
 
 
 def _inline_svg(drawing: Drawing) -> str:
-    """The drawing alone, with a description for those who do not see it.
-
-    Text stays text, set in the reader's own fonts; the same figure gives the same text.
-    """
+    """The drawing alone, its text as text in the reader's fonts, with a description for those who do not see it."""
     text = _HEAD.sub("", svg_text(drawing.figure, drawing.name))
     text = re.sub(r' xmlns(?::xlink)?="[^"]*"', "", text).replace("xlink:href", "href")  # HTML needs no address
     text = _FONTS.sub(r"\1sans-serif", _METADATA.sub("", text))

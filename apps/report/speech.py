@@ -25,10 +25,9 @@ from .blocks import Report
 from .documents import JudgedMotion, check_document, design_document
 from .figures.canvas import Figure
 from .sections.check import check_report, log_report
-from .sections.gains import gains_report
 from .sections.motion import design_report
 from .sections.payload import payload_report
-from .sections.robot import robot_report
+from .sections.robot import gains_report, robot_report
 from .terminal import printed, screen_text
 
 

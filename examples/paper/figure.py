@@ -22,8 +22,8 @@ def save_repetitions(path: str | Path, scenarios: Mapping[str, Mapping[str, Repe
         path: file; its ending chooses the format.
         scenarios: title -> method -> its answers.
     """
-    size, edges = (9.0, 2.6 * len(scenarios) + 0.6), (0.7, 0.1, 0.3, 1.0)
-    figure, rows = panels(size, len(scenarios), 2, edges, (0.75, 0.4), sharex="col", width_ratios=(3, 2))
+    size = (9.0, 2.6 * len(scenarios) + 0.6)
+    figure, rows = panels(size, len(scenarios), 2, sharex="col", width_ratios=(3, 2))
     for (left, right), (title, methods) in zip(rows, scenarios.items(), strict=True):
         for k, (who, repetition) in enumerate(methods.items()):
             _spread(left, who, repetition, k, len(methods))
@@ -39,7 +39,7 @@ def save_repetitions(path: str | Path, scenarios: Mapping[str, Mapping[str, Repe
         names = [name.removesuffix("_L") for name in next(iter(methods.values())).names]
         right.set_xticks(range(len(names)), names, fontsize=8)
         right.grid(visible=True, axis="y", alpha=0.3)
-    legend(figure, [rows[0][0]], "lower center", ncols=4)
+    legend(figure, [rows[0][0]])
     save_figure(figure, path)
 
 

@@ -8,7 +8,7 @@ import cvxpy
 import numpy as np
 import pytest
 from dynident.apps.commands.demo import PAYLOAD as PAPER_PAYLOAD
-from dynident.apps.report.sections.estimates import method_notes
+from dynident.apps.report.sections.payload import method_notes
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import (

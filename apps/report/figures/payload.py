@@ -1,6 +1,7 @@
-"""Figures of a payload: by each joint, by each method, by each recording, and where it hangs at the flange."""
+"""Figures of a payload: by each joint, method and recording, and where it hangs at the flange; and of an arm."""
 
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,34 +11,34 @@ from ....estimation.fit.covariance import NORMAL95
 from ....estimation.payload.by_joints import JointsMass
 from ....estimation.payload.repeats import Repeats
 from ....estimation.results.payload import FreeEstimate, PayloadResult, PossibleEstimate, array, bounds
+from ....model import Robot
+from ....model.frames import frames_at, step
 from ..blocks import Drawing
-from .canvas import BLUE, ORANGE, Axes, Figure, legend, matplotlib, panels, plain
+from .canvas import BLUE, ORANGE, Axes, Figure, legend, matplotlib, panels, plain, save_figure
 
 _FREE = 0.22  # the free estimate stands this much below the constrained one
 _NAME = 24  # letters of a recording's name
 _PLATE = 31.5  # mm: half of the plate of ISO 9409-1-50, to compare sizes with
-_VIEWS = ((0, 2), (1, 2), (0, 1))
+_VIEWS = {"from the side": (0, 2), "from the front": (1, 2), "from above": (0, 1)}
+"""Axes to the right and upwards."""
 
 
 def _interval_rows(
-    axis: Axes, names: Sequence[str], values: Array, ends: Array, agreed: Array, missing: str = "", marks: str = ""
+    axis: Axes, names: Sequence[str], values: Array, ends: Array, agreed: Sequence[float], missing: str = ""
 ) -> None:
     """A row a name: its value and interval (N, 2), or a word; ``agreed``: value, low and high of all together."""
-    middle, low, high = agreed.tolist()
-    if np.isfinite([low, high]).all():
-        axis.axvspan(low, high, facecolor="0.9", edgecolor="0.7", hatch="//", linewidth=0.0)
+    middle, *band = agreed
+    if np.isfinite(band).all():
+        axis.axvspan(*band, facecolor="0.9", edgecolor="0.7", hatch="//", linewidth=0.0)
     if np.isfinite(middle):
         axis.axvline(middle, color="black", linestyle="--", linewidth=1.0)
-    for row, (value, interval) in enumerate(zip(values, ends, strict=True)):
-        if np.isfinite(value):
-            axis.plot(interval, [row, row], color=BLUE, linewidth=2.0)
-            axis.plot(value, row, marks[row : row + 1] or "o", color=BLUE, markersize=6)
-        elif missing:
-            look: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 9, "style": "italic"}
-            box = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
-            axis.text(middle, row, missing, bbox=box, **look)
-    axis.set_yticks(range(len(names)), names)
-    axis.set_ylim(len(names) - 0.5, -0.5)
+    rows, box = np.arange(len(names)), {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
+    axis.hlines(rows, *ends.T, color=BLUE, linewidth=2.0)
+    axis.plot(values, rows, "o", color=BLUE, markersize=6)
+    for row in np.flatnonzero(np.isnan(values)).tolist():
+        axis.text(middle, row, missing, bbox=box, ha="center", va="center", fontsize=9, style="italic")
+    axis.set_yticks(rows, names)
+    axis.set_ylim(len(names) - 0.4, -0.6)
     plain(axis)
 
 
@@ -59,12 +60,9 @@ def joints_figure(
     )
 
     def draw() -> Figure:
-        size, edges = (9.0, 0.32 * len(masses) + 1.2), (0.85, 0.1, 0.3, 0.3)
-        figure, ((left, right),) = panels(size, 1, 2, edges, (0.85, 0.0), width_ratios=(3, 2))
+        figure, ((left, right),) = panels((9.0, 0.32 * len(masses) + 1.2), 1, 2, width_ratios=(3, 2))
         ends = np.array([array(group.interval95, 2) for group in masses])
-        marks = "".join("s" if len(group.joints) > 1 else "o" for group in masses)
-        names = [group.name for group in masses]
-        _interval_rows(left, names, values, ends, np.array([mass, *interval]), "not visible", marks)
+        _interval_rows(left, [group.name for group in masses], values, ends, (mass, *interval), "not visible")
         reaches = np.abs(ends - mass).max(axis=1)
         reaches = reaches[np.isfinite(reaches)]
         # One joint that hardly sees the mass must not squeeze the others to a line.
@@ -73,12 +71,11 @@ def joints_figure(
         joints = [group for group in masses if len(group.joints) == 1]
         pairs = [[array(group.share), array(group.share_sigma)] for group in joints]
         shares, sigmas = np.array(pairs, dtype=float).reshape(-1, 2).T
-        both = np.stack([shares - 2.0 * sigmas, shares + 2.0 * sigmas], axis=1)
-        alike = np.array([1.0, np.nan, np.nan])
+        both, alike = np.stack([shares - 2.0 * sigmas, shares + 2.0 * sigmas], axis=1), (1.0, np.nan, np.nan)
         _interval_rows(right, [group.name for group in joints], shares, both, alike, "not determined")
         right.set_ylim(left.get_ylim())
-        for axis, title in ((left, "mass [kg]"), (right, "ratio to the others' payload")):
-            axis.set_title(title, fontsize=10)
+        left.set_title("mass [kg]", fontsize=10)
+        right.set_title("ratio to the others' payload", fontsize=10)
         return figure
 
     return [Drawing(name, caption, draw, f"{caption} {text}.")]
@@ -103,20 +100,18 @@ def methods_figure(result: PayloadResult) -> Drawing:
         )
         ends = np.array(list(intervals))
         best = result.possible.index(result.best) if result.best is not None else None
-        size, edges = (9.0, 0.42 * len(filled) + 1.35), (0.85, 0.1, 0.3, 0.6)
-        figure, (axes,) = panels(size, 1, 4, edges, (0.25, 0.0), sharey=True)
+        figure, (axes,) = panels((9.0, 0.42 * len(filled) + 1.35), 1, 4, sharey=True)
         names = [f"method {each.method}" for each in result.possible]
         titles = ("mass [kg]", *(f"centre of mass {axis} [mm]" for axis in "xyz"))
         for k, (axis, title) in enumerate(zip(axes, titles, strict=True)):
-            agreed = np.full(3, np.nan) if best is None else np.array([filled[best, k], *ends[best, k]])
+            agreed = [np.nan] * 3 if best is None else [filled[best, k], *ends[best, k]]
             _interval_rows(axis, names, filled[:, k], ends[:, k], agreed)
             look: dict[str, Any] = {"color": "black", "fillstyle": "none", "markersize": 5, "linestyle": "none"}
             axis.plot(opened[:, k], np.arange(len(opened)) + _FREE, "D", label="least squares alone", **look)
             axis.set_title(title, fontsize=10)
             axis.locator_params(axis="x", nbins=4)
         axes[0].plot([], [], "o-", color=BLUE, label="with constraints, 95 %")
-        axes[0].set_ylim(len(filled) - 0.4, -0.6)
-        legend(figure, [axes[0]], "lower center")
+        legend(figure, [axes[0]])
         return figure
 
     return Drawing("methods", caption, draw, f"{caption} Masses: {masses}.")
@@ -142,12 +137,10 @@ def repeats_figure(repeats: Repeats, mass: float, interval: tuple[float, float])
 
     def draw() -> Figure:
         names = [f"{k}: {source[-_NAME:]}" for k, source in enumerate(repeats.sources, 1)]
-        edges = (0.25 + 0.085 * max(map(len, names)), 0.1, 0.1, 0.5)
-        figure, ((axis,),) = panels((7.0, 0.32 * len(names) + 1.0), edges=edges)
-        values, half = (np.array(x, dtype=float) for x in (repeats.masses, repeats.sigmas))
-        half *= NORMAL95
-        ends = np.stack([values - half, values + half], axis=1)
-        _interval_rows(axis, names, values, ends, np.array([mass, *interval]))
+        figure, ((axis,),) = panels((7.0, 0.32 * len(names) + 1.0))
+        values, sigmas = (np.array(x, dtype=float) for x in (repeats.masses, repeats.sigmas))
+        ends = values[:, None] + NORMAL95 * sigmas[:, None] * [-1.0, 1.0]
+        _interval_rows(axis, names, values, ends, (mass, *interval))
         axis.set_xlabel("mass [kg]")
         return figure
 
@@ -155,11 +148,7 @@ def repeats_figure(repeats: Repeats, mass: float, interval: tuple[float, float])
 
 
 def flange_figure(payload: PossibleEstimate, inertia: bool, flange: bool) -> Drawing:
-    """Three views, x-z, y-z and x-y, equal in scale; below them enlargements of the uncertainty.
-
-    A body of the payload's ``inertia`` is drawn where that may be used, a plate of 63 mm where its frame is the
-    ``flange``.
-    """
+    """Three views to one scale, the uncertainty enlarged; a body of its ``inertia``, a plate at the ``flange``."""
     com, ends = 1e3 * array(payload.com, 3), 1e3 * array(payload.com_interval95, 3, 2)
     origin = "the flange, drawn as a plate of 63 mm (ISO 9409-1-50)" if flange else "the frame's origin"
     caption = f"Centre of mass seen along y, along x and along z, from {origin}, to scale."
@@ -181,10 +170,9 @@ def flange_figure(payload: PossibleEstimate, inertia: bool, flange: bool) -> Dra
             points += [com - reach, com + reach]
         low, high = np.min(points, axis=0), np.max(points, axis=0)
         middle, half = 0.5 * (low + high), 0.53 * float((high - low).max())
-        size, edges = (6.6, 4.7 if known else 2.6), (0.65, 0.1, 0.1, 0.75)
-        figure, axes = panels(size, 1 + known, 3, edges, (0.72, 0.55))
-        for column, (i, k) in enumerate(_VIEWS):
-            above = axes[0, column]
+        figure, axes = panels((6.6, 4.7 if known else 2.6), 1 + known, 3)
+        for column, (i, k) in zip(axes.T, _VIEWS.values(), strict=True):
+            above = column[0]
             if flange:
                 look: dict[str, Any] = {"facecolor": "0.85", "edgecolor": "black", "hatch": "///"}
                 side = patches.Rectangle((-_PLATE, -8.0), 2 * _PLATE, 8.0, **look)
@@ -198,7 +186,7 @@ def flange_figure(payload: PossibleEstimate, inertia: bool, flange: bool) -> Dra
                 circle = np.sqrt(np.maximum(squares, 0.0))[:, None] * np.vstack([np.cos(angle), np.sin(angle)])
                 outline = com[[i, k], None] + directions @ circle
                 above.plot(*outline, "--", color="0.35", linewidth=1.2, label="equivalent ellipsoid")
-            for axis in axes[:, column]:
+            for axis in column:
                 if known:
                     centre, width = ends.mean(axis=1), np.ptp(ends, axis=1)
                     look = {"facecolor": "none", "edgecolor": BLUE, "linewidth": 1.2, "hatch": "xxx"}
@@ -208,16 +196,45 @@ def flange_figure(payload: PossibleEstimate, inertia: bool, flange: bool) -> Dra
                 mark: dict[str, Any] = {"color": ORANGE, "markeredgecolor": "black", "markersize": 5}
                 axis.plot(com[i], com[k], "o", label="centre of mass", **mark)
                 axis.set_aspect("equal", adjustable="box" if axis is above else "datalim")
-                axis.set_xlabel(f"{'xyz'[i]} [mm]", labelpad=1.0)
-                axis.set_ylabel(f"{'xyz'[k]} [mm]", labelpad=1.0)
+                axis.set(xlabel=f"{'xyz'[i]} [mm]", ylabel=f"{'xyz'[k]} [mm]")
                 axis.tick_params(labelsize=8)
                 axis.locator_params(nbins=5)
+                axis.margins(0.12)
                 plain(axis)
             above.set(xlim=(middle[i] - half, middle[i] + half), ylim=(middle[k] - half, middle[k] + half))
-            if known:
-                axes[1, column].margins(0.12)
-        legend(figure, [axes[0, 0]], "lower center", fontsize=9)
+        legend(figure, [axes[0, 0]])
         return figure
 
     where = ", ".join(f"{axis} {x:.1f} mm" for axis, x in zip("xyz", com, strict=True))
     return Drawing("flange", caption, draw, f"{caption} Centre of mass at {where}.")
+
+
+def save_drawing(path: str | Path, robot: Robot, q: Sequence[float], title: str) -> None:
+    """Draw the arm at a pose [rad or m] from three sides with its joint axes [mm], as PNG, SVG or PDF."""
+    figure, (axes,) = panels((15.0, 5.6), 1, 3)
+    frames = frames_at(robot, q)
+    bends = [np.zeros(3), frames[0].p]
+    for before, frame, joint, position in zip(frames, frames[1:], robot.joints, q, strict=False):
+        bends += [(before @ step(joint, position)[0]).p, frame.p]
+    corners = 1e3 * np.array([*bends, frames[-1].p])
+    size = max(float(np.ptp(corners, axis=0).max()), 1.0)
+    for axis, (name, (a, b)) in zip(axes, _VIEWS.items(), strict=True):
+        axis.plot(corners[:, a], corners[:, b], color="0.4", linewidth=3.0, solid_capstyle="round", zorder=1)
+        for number, frame in enumerate(frames[1:-1], start=1):
+            start, end = 1e3 * frame.p, 1e3 * frame.p + 0.12 * size * frame.R[:, 2]
+            arrow = {"arrowstyle": "->", "color": "C0"}
+            axis.annotate("", xy=(end[a], end[b]), xytext=(start[a], start[b]), arrowprops=arrow)
+            axis.plot(start[a], start[b], "o", color="C0", markersize=5)
+            beside = 0.03 * size * (1 + number % 3)
+            axis.text(start[a] + beside, start[b] + 0.02 * size, str(number), color="C0")
+        for direction, colour, letter in zip(frames[-1].R.T, ("C3", "C2", "C1"), "xyz", strict=True):
+            start, end = 1e3 * frames[-1].p, 1e3 * frames[-1].p + 0.09 * size * direction
+            axis.plot([start[a], end[a]], [start[b], end[b]], color=colour, linewidth=1.6)
+            if np.hypot(direction[a], direction[b]) > 0.3:
+                axis.text(end[a], end[b], letter, color=colour)
+        axis.set_aspect("equal", adjustable="datalim")
+        axis.margins(0.15)
+        axis.grid(visible=True, alpha=0.3)
+        axis.set(title=name, xlabel=f"{'xyz'[a]} of the base [mm]", ylabel=f"{'xyz'[b]} of the base [mm]")
+    figure.suptitle(title)
+    save_figure(figure, path, dpi=110)

@@ -1,6 +1,6 @@
-"""Figures of recordings: signals over time, and torques beside predicted ones."""
+"""Figures over time: signals, motions between their limits, torques beside predicted ones."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import cycle
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -10,54 +10,85 @@ import numpy as np
 from ....common.arrays import Array
 from ....estimation.answers.system import TorquePrediction
 from ....estimation.fit.covariance import NORMAL95
-from ....model import Recording
+from ....model import Motion, Recording
+from ....trajectories import DesignProblem
+from ....trajectories.design.score import load_torques
 from ..blocks import Drawing
-from .canvas import BLUE, GREY, ORANGE, Axes, Figure, bands, legend, panels
+from .canvas import BLUE, GREY, ORANGE, Axes, Figure, legend, panels, plain
 
 _STRETCHES = 2000  # of a long signal that are drawn
-_LINES = ("-", "--", ":", "-.")
 _TALLEST = 14.0  # inches
 _GAP = 2.5  # steps: a longer one is drawn as a gap
 _CURVES = ((BLUE, "--", 1.3), (ORANGE, ":", 1.3), ("black", "-.", 1.0))
+_UNITS = {"position": ("m", "rad"), "speed": ("m/s", "rad/s"), "torque": ("N", "N·m")}
+"""Units of sliding and of turning joints."""
+_Draw: TypeAlias = Callable[[Axes, int], None]
+"""Draws a joint, counted from 0, into its panel."""
 
 
-Column: TypeAlias = tuple[str, Mapping[str, Array], Array]
-"""Heading, curves (N, n) by name, and limits (2, n), nan or infinite where there is none."""
-
-
-def over_time(title: str, t: Array, columns: Sequence[Column]) -> Figure:
-    """A row a joint, a column a quantity, between hatched limits."""
-    n = columns[0][2].shape[1]
-    size, edges = (10.2, min(1.25 * n + 1.0, _TALLEST)), (0.65, 0.1, 0.6, 0.75)
-    figure, axes = panels(size, n, len(columns), edges, (0.5, 0.15), sharex=True)
-    for k, (heading, curves, limits) in enumerate(columns):
-        for j, (axis, (low, high)) in enumerate(zip(axes[:, k], limits.T, strict=True)):
-            for line, (label, values) in zip(cycle(_LINES), curves.items(), strict=False):
-                axis.plot(*_extremes(t, values[:, j]), line, color="black", linewidth=0.9, label=label)
-            if np.isfinite([low, high]).all():
-                room, hatched = 0.12 * (high - low), {"facecolor": "none", "hatch": "////", "linewidth": 0.0}
-                for limit, beyond, label in ((low, low - room, "limit"), (high, high + room, "")):
-                    axis.axhline(limit, color="C3", linestyle=(0, (6, 2)), linewidth=1.1, label=label)
-                    axis.axhspan(*sorted((limit, beyond)), edgecolor="C3", **hatched)
-                axis.set_ylim(low - room, high + room)
+def _by_joint(n: int, columns: Mapping[str, _Draw], title: str = "", **options: Any) -> Figure:
+    """A row a joint, a column a quantity."""
+    size = (10.2, min(1.25 * n + 1.0, _TALLEST))
+    figure, axes = panels(size, n, len(columns), sharex="col", **options)
+    for column, (heading, draw) in zip(axes.T, columns.items(), strict=True):
+        for j, axis in enumerate(column):
+            draw(axis, j)
             axis.tick_params(labelsize=8)
-            axis.grid(visible=True, alpha=0.3)
-            axis.set_ylabel(f"joint {j + 1}" if k == 0 else "", fontsize=9)
-        axes[0, k].set_title(heading, fontsize=10)
-        axes[-1, k].set_xlabel("time [s]")
-    legend(figure, axes[0], "lower center", fontsize=9)
+            plain(axis)
+        column[0].set_title(heading, fontsize=9)
+        column[-1].set_xlabel("time [s]")
+    for j, axis in enumerate(axes[:, 0], 1):
+        axis.set_ylabel(f"joint {j}", fontsize=9)
+    legend(figure, axes[0])
     figure.suptitle(title)
     return figure
 
 
+def motion_figure(problem: DesignProblem, motion: Motion, title: str) -> Drawing:
+    """Positions, speeds and torques of every joint between their limits: a row a joint, a column a quantity."""
+
+    def drawn() -> Figure:
+        bounds, torques = problem.bounds, load_torques(problem, motion)
+        turning = sorted({joint.revolute for joint in problem.robot.joints}, reverse=True)
+        columns = {
+            "position": _signals(motion.t, {"position": motion.q}, bounds.low, bounds.high),
+            "speed": _signals(motion.t, {"speed": motion.qd}, -bounds.speed, bounds.speed),
+            "torque": _signals(motion.t, torques, -bounds.torque, bounds.torque),
+        }
+        units = {name: " or ".join(_UNITS[name][kind] for kind in turning) for name in columns}
+        shown = {f"{name} [{units[name]}]": draw for name, draw in columns.items() if torques or name != "torque"}
+        return _by_joint(problem.robot.n, shown, title)
+
+    return Drawing("motion", "Positions, speeds and torques of every joint between their limits, over time.", drawn)
+
+
 def signals_figure(recording: Recording, unit: str, name: str) -> Drawing:
     """Positions and torques of every joint over time; ``unit`` of the torques, "N·m" or "A"."""
-    title, unlimited = Path(recording.source).name, np.full((2, recording.q.shape[1]), np.nan)
-    loads = "currents" if unit == "A" else "torques"
-    signals = (("positions [rad or m]", recording.q), (f"{loads} [{unit}]", recording.torque))
-    columns = [(heading, {"": values}, unlimited) for heading, values in signals]
+    title, n, loads = Path(recording.source).name, recording.q.shape[1], "currents" if unit == "A" else "torques"
+    columns = {
+        "positions [rad or m]": _signals(recording.t, {"": recording.q}),
+        f"{loads} [{unit}]": _signals(recording.t, {"": recording.torque}),
+    }
     caption = f"Positions and {loads} of {title} as they were understood, joint side."
-    return Drawing(name, caption, lambda: over_time(title, recording.t, columns))
+    return Drawing(name, caption, lambda: _by_joint(n, columns, title))
+
+
+def _signals(t: Array, curves: Mapping[str, Array], low: Array | None = None, high: Array | None = None) -> _Draw:
+    """Draws curves (N, n) by name, between hatched limits where these are finite."""
+
+    def draw(axis: Axes, j: int) -> None:
+        for line, (label, values) in zip(cycle(("-", "--", ":", "-.")), curves.items(), strict=False):
+            axis.plot(*_extremes(t, values[:, j]), line, color="black", linewidth=0.9, label=label)
+        if low is None or high is None or not np.isfinite([low[j], high[j]]).all():
+            return
+        hatched: dict[str, Any] = {"facecolor": "none", "hatch": "////", "linewidth": 0.0}
+        room = 0.12 * (high[j] - low[j])
+        for limit, beyond, label in ((low[j], low[j] - room, "limit"), (high[j], high[j] + room, "")):
+            axis.axhline(limit, color="C3", linestyle=(0, (6, 2)), linewidth=1.1, label=label)
+            axis.axhspan(*sorted((limit, beyond)), edgecolor="C3", **hatched)
+        axis.set_ylim(low[j] - room, high[j] + room)
+
+    return draw
 
 
 def _extremes(t: Array, values: Array) -> tuple[Array, Array]:
@@ -72,16 +103,16 @@ def _extremes(t: Array, values: Array) -> tuple[Array, Array]:
 
 
 def worst_joint_figure(prediction: TorquePrediction) -> Drawing:
-    """The joint that the model explains worst: torques above, residual below on the same scale."""
+    """The joint that the model explains worst: torques above, residual below."""
     j = int(np.argmax(np.nan_to_num(prediction.relative_per_joint, nan=-1.0)))
 
     def draw() -> Figure:
-        figure, axes = panels((5.8, 3.2), 2, edges=(0.8, 0.1, 0.3, 0.5), sharex=True, height_ratios=(2, 1))
-        above, below = axes[:, 0]
-        _torques(above, prediction, [j])
-        _residuals(below, prediction, [j])
+        figure, ((above,), (below,)) = panels((5.8, 3.2), 2, sharex=True, height_ratios=(2, 1))
+        for axis, drawn in ((above, _torques(prediction)), (below, _residual(prediction))):
+            drawn(axis, j)
+            plain(axis)
         above.set_ylabel(f"joint {j + 1} [N·m]")
-        legend(figure, [above], "upper center", fontsize=9)
+        legend(figure, [above])
         below.set(xlabel="time [s]", ylabel="residual")
         return figure
 
@@ -101,31 +132,24 @@ def prediction_figure(prediction: TorquePrediction, name: str) -> Drawing:
         "lines hold 95 % of it if the noise were white."
     )
 
-    def draw() -> Figure:
-        size, edges = (10.0, 1.75 * n + 0.6), (0.8, 0.1, 0.6, 0.5)
-        figure, ((left, middle, right),) = panels(size, 1, 3, edges, width_ratios=(5, 3, 2))
-        _torques(left, prediction, range(n))
-        _residuals(middle, prediction, range(n))
-        correlations = [prediction.autocorrelation(j) for j in range(n)]
-        rows = bands(right, [(min(-0.5, 1.1 * float(rho.min())), 1.05) for _, rho in correlations])
-        upright: dict[str, Any] = {"rotation": 90, "va": "center", "ha": "center", "transform": left.transAxes}
-        corner: dict[str, Any] = {"ha": "right", "va": "top", "fontsize": 9, "transform": middle.transAxes}
-        for j, ((lags, rho), row) in enumerate(zip(correlations, rows, strict=True)):
-            right.plot(lags, row(rho), color="black", linewidth=1.0)
-            right.axhline(float(row(0.0)), color="0.4", linewidth=0.6)
-            for level in (-NORMAL95, NORMAL95):
-                band = float(row(level / np.sqrt(max(len(prediction.t[j]), 1))))
-                right.axhline(band, color="0.4", linestyle="--", linewidth=0.8)
-            left.text(-0.14, (n - j - 0.5) / n, f"joint {j + 1} [N·m]", **upright)
-            middle.text(0.99, (n - j - 0.03) / n, f"{percents[j]} %", **corner)
-        for axis, title in ((left, "torque"), (middle, "residual"), (right, "its autocorrelation")):
-            axis.set_title(title, fontsize=10)
-            axis.set_xlabel("lag [s]" if axis is right else "time [s]")
-        legend(figure, [left], "upper center")
-        return figure
+    def residual(axis: Axes, j: int) -> None:
+        _residual(prediction)(axis, j)
+        axis.annotate(f"{percents[j]} %", (0.99, 0.95), xycoords="axes fraction", ha="right", va="top", fontsize=8)
 
+    def autocorrelation(axis: Axes, j: int) -> None:
+        axis.plot(*prediction.autocorrelation(j), color="black", linewidth=1.0)
+        axis.axhline(0.0, color="0.4", linewidth=0.6)
+        for level in (-NORMAL95, NORMAL95):
+            band = level / np.sqrt(max(len(prediction.t[j]), 1))
+            axis.axhline(band, color="0.4", linestyle="--", linewidth=0.8)
+
+    columns = {
+        "torque [N·m]": _torques(prediction),
+        "residual [N·m]": residual,
+        "autocorrelation by lag": autocorrelation,
+    }
     text = f"{caption} Relative residuals of the joints in percent: {', '.join(percents)}."
-    return Drawing(name, caption, draw, text)
+    return Drawing(name, caption, lambda: _by_joint(n, columns, width_ratios=(5, 3, 2)), text)
 
 
 def words_of(prediction: TorquePrediction) -> str:
@@ -136,31 +160,27 @@ def words_of(prediction: TorquePrediction) -> str:
     return f"{source} ({used})"
 
 
-def _torques(axis: Axes, prediction: TorquePrediction, joints: Sequence[int]) -> None:
-    predicted = zip(prediction.curves.items(), cycle(_CURVES), strict=False)
-    curves = [("measured", prediction.measured, (GREY, "-", 2.6)), *((*own, look) for own, look in predicted)]
-    ranges = []
-    for j in joints:
-        values = np.concatenate([torques[j] for _, torques, _ in curves])
-        values = values[np.isfinite(values)]
-        low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
-        room = 0.05 * (high - low) or 1.0
-        ranges.append((low - room, high + room))
-    rows = bands(axis, ranges)
-    for label, torques, (colour, line, width) in curves:
-        for first, (j, row) in enumerate(zip(joints, rows, strict=True)):
-            t, values = _parted(prediction, j, torques[j])
-            own = "" if first else label
-            axis.plot(t, row(values), label=own, color=colour, linestyle=line, linewidth=width)
+def _torques(prediction: TorquePrediction) -> _Draw:
+    def draw(axis: Axes, j: int) -> None:
+        curves: Sequence[tuple[Any, Any]] = list(zip(prediction.curves.items(), cycle(_CURVES), strict=False))
+        for (label, torques), (colour, line, width) in [
+            (("measured", prediction.measured), (GREY, "-", 2.6)),
+            *curves,
+        ]:
+            axis.plot(*_parted(prediction, j, torques[j]), line, label=label, color=colour, linewidth=width)
+
+    return draw
 
 
-def _residuals(axis: Axes, prediction: TorquePrediction, joints: Sequence[int]) -> None:
-    residuals = [prediction.residual(j) for j in joints]
-    largest = [1.15 * float(np.abs(residual).max(initial=0.0)) or 1.0 for residual in residuals]
-    for j, residual, row in zip(joints, residuals, bands(axis, [(-x, x) for x in largest]), strict=True):
-        t, values = _parted(prediction, j, residual)
-        axis.axhline(float(row(0.0)), color="0.4", linewidth=0.6)
-        axis.plot(t, row(values), color="black", linewidth=0.8)
+def _residual(prediction: TorquePrediction) -> _Draw:
+    def draw(axis: Axes, j: int) -> None:
+        values = prediction.residual(j)
+        largest = 1.15 * float(np.abs(values).max(initial=0.0)) or 1.0
+        axis.set_ylim(-largest, largest)
+        axis.axhline(0.0, color="0.4", linewidth=0.6)
+        axis.plot(*_parted(prediction, j, values), color="black", linewidth=0.8)
+
+    return draw
 
 
 def _parted(prediction: TorquePrediction, j: int, values: Array) -> tuple[Array, Array]:

@@ -112,10 +112,7 @@ def check_report(looks: Sequence[Look]) -> Report:
 
 
 def readings_report(robot: Robot, poses: Sequence[PoseCheck], readings: Readings | None) -> Report:
-    """Verdict on a robot's description by recordings; then every reading that was tried, and the description.
-
-    ``readings`` are ranked by torques; None without torques.
-    """
+    """Verdict on a robot's description by tool poses and torques; every reading; the description."""
     faithful = readings_agree(poses, readings)
     text = "agrees with the recordings" if faithful else "does NOT agree with the recordings as they are read"
     first: list[Block] = [
@@ -221,7 +218,7 @@ def following_report(change: FollowingChange, robot: Robot) -> Report:
     ]
 
     def draw() -> Figure:
-        figure, axes = panels((6.4, 3.2), edges=(0.75, 0.15, 0.35, 0.5))
+        figure, axes = panels((6.4, 3.2))
         axis, places = axes[0, 0], np.arange(len(joints))
         before, after = (scale * np.array([getattr(row, when) for row in joints]) for when in ("before", "after"))
         # The interval is that of the share by which it fell.

@@ -1,12 +1,10 @@
 """Parts that several reports share: verdict, errors of the gains, torques, joints, and how well parameters show."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from msgspec import UnsetType
 
-from ....common.arrays import Array
 from ....common.schema import present
 from ....estimation import Gains
 from ....estimation.answers.system import TorquePrediction
@@ -19,8 +17,8 @@ from ....estimation.results.parts import EliminationDocument, ProcessingDocument
 from ....estimation.results.payload import PayloadData, array
 from ....estimation.results.robot import RobotResult
 from ...numbers import percent, with_interval
-from ..blocks import Block, Drawing, Notes, OnPage, Section, Table, Text, with_sigma
-from ..figures.canvas import BLUE, Axes, Figure, legend, lines_above, log_scale, names_below, panels, plain
+from ..blocks import Block, Notes, OnPage, Section, Table, Text, with_sigma
+from ..figures.parameters import GOOD, elimination_figure, excitation_figure
 from ..figures.payload import joints_figure
 from ..figures.signals import prediction_figure, words_of, worst_joint_figure
 
@@ -162,14 +160,6 @@ def joints_section(
     return Section(f"joints{number}", "The payload as each joint sees it", blocks)
 
 
-_GOOD = 10.0  # ten times the noise: 10 % relative sigma
-_LEAST, _MOST = 1e-2, 1e9
-_PER_ROW = 40
-_MOST_RATIO = 1.15
-"""Above this ratio steps cancel what carries the arm; two of them are shown beyond where elimination ended."""
-_MOST_SHOWN = 1e12  # larger numbers are left out
-
-
 def excitation_section(make: Callable[[], Excitation | None], labels: Mapping[str, str]) -> Section:
     """A figure, and the numbers to be opened; ``labels`` are shown in the place of parameters' names."""
 
@@ -182,47 +172,20 @@ def excitation_section(make: Callable[[], Excitation | None], labels: Mapping[st
             )
             return [Text(text)]
         names, weak, rows = [labels.get(name, name) for name in excitation.names], list[str](), []
-        numbers = zip(names, excitation.signal, excitation.independent, excitation.share, strict=True)
-        for name, signal, own, ratio in numbers:
+        columns = zip(names, excitation.signal, excitation.independent, excitation.share, strict=True)
+        for name, signal, own, ratio in columns:
             relative = percent(1.0 / float(own) if own else float("inf"))
             rows.append((name, f"{signal:.3g}", f"{own:.3g}", percent(float(ratio)), relative))
-            weak += [name] if own < _GOOD else []
+            weak += [name] if own < GOOD else []
         text = (
             "A parameter is well determined where its torque is large compared with the noise and no combination "
             "of others can imitate it. Sigmas here are the formula's, for white noise; they are relative, so a "
             "small parameter has a large one."
         )
-        caption = (
-            "Norm of each parameter's torque over all equations, in units of the noise: whole (dash) and without "
-            "what other parameters can imitate (dot). One over the dot is the relative standard deviation by (20), "
-            "(21)."
-        )
         known = f"Relative sigma above 10 %: {', '.join(weak)}." if weak else "All relative sigmas are below 10 %."
-
-        def draw() -> Figure:
-            rows = -(-len(names) // _PER_ROW)
-            size, longest = -(-len(names) // rows), 0.075 * max(map(len, names))
-            edges, gaps = (0.8, 0.1, 0.35, 0.2 + longest), (0.0, 0.3 + longest)
-            figure, axes = panels((9.5, 2.3 * rows + 0.5), rows, 1, edges, gaps, sharey=True)
-            whole, own = (np.clip(x, _LEAST, _MOST) for x in (excitation.signal, excitation.independent))
-            for row, axis in enumerate(axes[:, 0]):
-                part = slice(size * row, size * (row + 1))
-                x = np.arange(len(names[part]))
-                axis.vlines(x, own[part], whole[part], color="0.6", linewidth=1.0)
-                axis.plot(x, whole[part], "_", color="black", markersize=8, label="its torque")
-                axis.plot(x, own[part], "o", color=BLUE, markersize=4, label="what no other parameter imitates")
-                _limit(axis, _GOOD, "relative sigma 10 %")
-                axis.set_xlim(-0.8, size - 0.2)
-                axis.set_ylabel("torque over noise")
-                plain(axis)
-                names_below(axis, names[part], 8)
-            log_scale(axes[0, 0])
-            legend(figure, [axes[0, 0]], "upper center")
-            return figure
-
-        figure = Drawing("excitation", caption, draw, f"{caption} {known}")
         headings = ("", "torque over noise", "its own part", "share", "relative sigma")
-        return [Text(text), figure, OnPage(lambda: [Table("Excitation", headings, rows)], "Numbers")]
+        numbers = OnPage(lambda: [Table("Excitation", headings, rows)], "Numbers")
+        return [Text(text), excitation_figure(excitation, names, known), numbers]
 
     return Section("excitation", "Excitation of each parameter", [OnPage(shown)])
 
@@ -244,61 +207,4 @@ def essential_section(elimination: EliminationDocument | None, title: str) -> Se
         "Setting the others to zero biases these values, so the intervals above come from the full model.",
         *(f"  - {warning}" for warning in elimination.warnings),
     ]
-    caption = (
-        "Parameters are eliminated from left to right, each time the one with the largest relative standard "
-        "deviation. Filled marks are steps that were taken."
-    )
-    drawing = Drawing("essential_path", caption, lambda: _essential_figure(elimination, title), text)
-    return Section("essential", heading, [Notes(lines), drawing])
-
-
-def _essential_figure(elimination: EliminationDocument, title: str) -> Figure:
-    """Error ratio and largest relative sigma against the parameters eliminated, in their order.
-
-    Legible without colour: filled markers are steps that were taken, open ones those that were not.
-    """
-    essential, count, limit = elimination.essential, len(elimination.path) - 1, present(elimination.limit)
-    gone = count - essential
-    ratios = np.array([step.sigma_ratio for step in elimination.path], dtype=float)
-    percents = np.array([step.largest_relative_sigma_percent for step in elimination.path], dtype=float)
-    shown = min(max(int(np.sum(ratios <= _MOST_RATIO)), gone + 2), count)
-    names = ["none", *(str(step.eliminated) for step in elimination.path[1:shown])]
-    edges = (1.0, 0.1, 0.4, 0.4 + 0.07 * max(map(len, names)))
-    figure, axes = panels((max(6.0, 0.19 * shown + 1.5), 5.2), 2, 1, edges)
-    above, below = axes[:, 0]
-    _steps(above, ratios[:shown], gone, "error sigma, ratio\nto all parameters")
-    _steps(below, percents[:shown], gone, "largest relative\nsigma [%]")
-    if limit is not None and elimination.rule == "ratio":
-        _limit(above, limit, f"limit {limit:g}")
-    elif limit is not None:
-        _limit(below, 100.0 * limit, f"limit {100.0 * limit:g} %")
-    above.legend(loc="upper left")
-    log_scale(below)
-    lines_above(above, shown)
-    names_below(below, names, 7)
-    below.set_xlabel("eliminated, in this order")
-    figure.suptitle(f"{title}: {essential} of {count} parameters essential")
-    return figure
-
-
-def _limit(axis: Axes, value: float, label: str) -> None:
-    axis.axhline(value, color="black", linestyle="--", linewidth=1.0)
-    look: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points", "fontsize": 8}
-    axis.annotate(label, (1.0, value), xytext=(-4, 3), ha="right", **look)
-
-
-def _steps(axis: Axes, values: Array, gone: int, label: str) -> None:
-    """Line with filled markers up to ``gone`` and open ones after it."""
-    # Data without noise reach any number: what no axis can show is left out.
-    finite = np.where((values > 0.0) & (values < _MOST_SHOWN), values, np.nan)
-    visible, steps = finite[np.isfinite(finite)], np.arange(len(values))
-    if len(visible) and np.ptp(visible) == 0.0:
-        axis.set_ylim(0.5 * visible[0], 2.0 * visible[0])
-    axis.plot(steps, finite, color="0.5", linewidth=1.0)
-    look: dict[str, Any] = {"color": "black", "markersize": 4}
-    axis.plot(steps[: gone + 1], finite[: gone + 1], "o", label="taken", **look)
-    axis.plot(steps[gone + 1 :], finite[gone + 1 :], "o", markerfacecolor="white", label="not taken", **look)
-    axis.axvline(gone + 0.5, color="black", linestyle=":", linewidth=1.2)
-    axis.set_xlim(-1.0, len(values))
-    axis.set_ylabel(label)
-    axis.grid(visible=True, alpha=0.3)
+    return Section("essential", heading, [Notes(lines), elimination_figure(elimination, title, text)])

@@ -133,7 +133,7 @@ def _multiples(arms: Sequence[Arm], kind: str) -> Figure:
     rows = {arm.name: [line for line in arm.series if line.quantity.startswith(kind)] for arm in arms}
     columns = max(map(len, rows.values()))
     size = (1.1 + 1.05 * columns, 0.55 + 0.48 * len(arms))
-    figure, axes = panels(size, len(arms), columns, (1.0, 0.1, 0.3, 0.25), (0.1, 0.08), sharex=True, sharey="col")
+    figure, axes = panels(size, len(arms), columns, sharex=True, sharey="col")
     for line, (arm, row) in zip(axes, rows.items(), strict=True):
         for axis, series in zip(line, row, strict=False):
             drift: Drift = series.working

@@ -11,23 +11,20 @@ from ....model.drives import parameter_kind
 from ....model.friction import LAWS
 from ....model.inertia import PayloadSpread, payload_spread
 from ....model.visibility import PayloadVisibility
-from ....trajectories import DesignProblem, Fourier, NearShape, Scene, Score, StaticShape
+from ....trajectories import DesignProblem, Fourier, Scene, Score, StaticShape
 from ....trajectories.design.problem import BALL
 from ....trajectories.design.score import Learnt, holding_torques
 from ...export.motion import assumed_line, rests_on
 from ..blocks import Block, Notes, OnPage, Report, Section, Table, Text, lines
 from ..documents import JudgedMotion, NearResult
-from ..figures.motion import motion_figure, sigma_figure
+from ..figures.parameters import sigma_figure
+from ..figures.signals import motion_figure
 from .robot import assumed_notes
 
 _MOST_SHOWN = 12
 _SHOWN = 8  # of more parameters: the least known
 _MASS, _ARM, _GYRATION = 3.0, 0.1, 0.055  # kg, m, m: a payload that stands for those to come
 _STATIC_MOST = 0.05  # standard deviation over the mass: above it standing still tells too little
-_UNCHECKED = (
-    "Torque limits are NOT checked: the description lacks torque limits or parameters (--robot-parameters or "
-    "--arm-mass). A slow run does not reveal them either."
-)
 _KINDS = ("position", "speed", "acceleration", "torque")
 _GROUPS = (
     ("inertia", "kg m²", ("XX", "XY", "XZ", "YY", "YZ", "ZZ")),
@@ -82,26 +79,31 @@ def design_report(judged: JudgedMotion) -> Report:
         *([_how_to_run(score.duration, writers, "payload")] if after else []),
     ]
     recorded = f"{length:g} s of data, the motion repeated" if length else "recorded once"
+    raw, scaled, log_det = (
+        f"{x:.4g}" if np.isfinite(x) else "rank-deficient"
+        for x in (learnt.condition_number, learnt.condition_number_scaled, learnt.log_det)
+    )
     together = [
         ("duration", f"{score.duration:.4g}", f"s; {recorded}"),
         ("parameters", str(len(problem.names)), f"criterion {kind}"),
+        ("condition number", raw, "of W in SI units, as identify will form it"),
+        ("the same, scaled", scaled, "columns scaled to norm 1"),
+        ("log det", log_det, "of the information matrix"),
     ]
-    for name, x, remark in (
-        ("condition number", learnt.condition_number, "of W in SI units, as identify will form it"),
-        ("the same, scaled", learnt.condition_number_scaled, "columns scaled to norm 1"),
-        ("log det", learnt.log_det, "of the information matrix"),
-    ):
-        together.append((name, f"{x:.4g}" if np.isfinite(x) else "rank-deficient", remark))
     sigma, reference, labels = learnt.sigma, judged.reference, judged.labels
     known, relative = bool(np.isfinite(list(sigma.values())).all()), learnt.relative_sigma(reference)
     shown = list(sigma)
     if len(sigma) > _MOST_SHOWN:  # those least known of their values; none where no value is known
         shown = sorted(sigma, key=lambda name: -relative.get(name, 0.0))[: _SHOWN if relative else 0]
-    rows = []
-    for name in shown:
-        value = f"{reference[name]:.4g}" if name in reference else ""
-        percent = f"{100.0 * relative[name]:.2g}" if name in relative else ""
-        rows.append((labels.get(name, name), f"{sigma[name]:.3g}", value, percent))
+    rows = [
+        (
+            labels.get(name, name),
+            f"{sigma[name]:.3g}",
+            f"{reference[name]:.4g}" if name in reference else "",
+            f"{100.0 * relative[name]:.2g}" if name in relative else "",
+        )
+        for name in shown
+    ]
     least = f", the {len(shown)} least known of {len(sigma)}" if len(shown) < len(sigma) else ""
     blocks: list[Block] = [
         Table("Parameters together", ("", "value", "remark"), together),
@@ -117,23 +119,20 @@ def design_report(judged: JudgedMotion) -> Report:
 
 
 def near_report(result: NearResult, expected: InertialParameters, hints: Sequence[str], motion: Motion) -> Report:
-    """Predicted standard deviations of an expected payload, what to do next; then visibility, poses and the motion.
-
-    ``hints`` say what else could be done.
-    """
+    """Predicted sigma of an expected payload, what to do next, other ``hints``; visibility, poses, motion."""
     robot, problem, score = result.robot, result.design.problem, result.design.score
     title, joints = robot.title or robot.name, ", ".join(map(str, result.shape.joints))
     position = ", ".join(f"{1e3 * x:g}" for x in expected.com)
-    kind, writers, course = _course(result)
+    kind, writers, command, noted, course = _course(result, expected.mass)
     brakes_note, brakes = _brakes(problem, score)
-    if isinstance(result.shape, NearShape):
-        noted, command = [noise_line(problem)], "weigh"
-    else:
-        noted, command = _stiction(result, expected.mass), "weigh --static"
+    unchecked = (
+        "Torque limits are NOT checked: the description lacks torque limits or parameters (--robot-parameters or "
+        "--arm-mass). A slow run does not reveal them either."
+    )
     notes = [
         *hints,
-        course,
-        *([] if problem.torque_limited else [_UNCHECKED]),
+        f"Duration {course}",
+        *([] if problem.torque_limited else [unchecked]),
         *brakes_note,
         *assumed_notes(robot, *rests_on(problem)),
     ]
@@ -169,14 +168,21 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
     return Report(f"Motion that weighs a payload: {title}", first, sections, more)
 
 
-def _course(result: NearResult) -> tuple[str, str, str]:
-    """What it is, the options that write it, and how long it takes."""
-    plan, shape = result.design.plan, result.shape
+def _course(result: NearResult, mass: float) -> tuple[str, str, str, list[str], str]:
+    """What it is, the options that write it, the command that takes it, what its errors are, how long it takes."""
+    problem, plan, shape = result.design.problem, result.design.plan, result.shape
     if isinstance(shape, StaticShape):
-        course = (
-            f"Duration {plan.duration:.0f} s: poses are held {shape.hold:g} s after moves from below and above."
-        )
-        return f"{shape.count} poses at rest", "--samples, --ros2, --urscript or --val3", course
+        share, course = result.spread.mass / mass, "poses are held {:g} s after moves from below and above"
+        advice = f" Above {100 * _STATIC_MOST:g} % a motion is better: omit --static." * (share > _STATIC_MOST)
+        scatter = ", ".join(f"{x:.2g}" for x in problem.noise if np.isfinite(x))
+        noted = [
+            f"1 sigma is {100.0 * share:.2g} % of the mass.{advice}",
+            f"Scatter of the torque at rest from one approach to the next ({problem.noise_from}): {scatter} N·m or "
+            "N. Constant torques may change between recordings, those of the arm by 0.66 times that, of the wrist "
+            "freely.",
+        ]
+        writers, course = "--samples, --ros2, --urscript or --val3", course.format(shape.hold)
+        return f"{shape.count} poses at rest", writers, "weigh --static", noted, f"{plan.duration:.0f} s: {course}."
     assert isinstance(plan, Fourier)
     periods = "one period" if plan.repeats == 1 else f"{plan.repeats} periods"
     two = f", at {len(plan.poses)} poses, {plan.transfer:.1f} s apart" * bool(plan.transfer)
@@ -184,20 +190,8 @@ def _course(result: NearResult) -> tuple[str, str, str]:
     before = f"the rehearsal, one period at a tenth of the speed, takes {plan.slowed(0.1).duration:.0f} s"
     if result.ladder:
         before = f"the slower runs before it take {slower} s" if slower else "the first run may be at full speed"
-    course = f"Duration {plan.duration:.1f} s: {periods} of {plan.period:.2f} s{two}; {before}."
-    return "Motion", "--samples, --ros2 or --urscript", course
-
-
-def _stiction(result: NearResult, mass: float) -> list[str]:
-    """What standing still tells of the mass, and the scatter of torques at rest that it rests on."""
-    problem, share = result.design.problem, result.spread.mass / mass
-    advice = f" Above {100 * _STATIC_MOST:g} % a motion is better: omit --static." * (share > _STATIC_MOST)
-    scatter = ", ".join(f"{x:.2g}" for x in problem.noise if np.isfinite(x))
-    return [
-        f"1 sigma is {100.0 * share:.2g} % of the mass.{advice}",
-        f"Scatter of the torque at rest from one approach to the next ({problem.noise_from}): {scatter} N·m or N. "
-        "Constant torques may change between recordings, those of the arm by 0.66 times that, of the wrist freely.",
-    ]
+    course = f"{plan.duration:.1f} s: {periods} of {plan.period:.2f} s{two}; {before}."
+    return "Motion", "--samples, --ros2 or --urscript", "weigh", [noise_line(problem)], course
 
 
 def _motion_banner(title: str, score: Score) -> Text:
@@ -231,10 +225,7 @@ def _how_to_run(duration: float, writers: str, command: str) -> OnPage:
 
 
 def _brakes(problem: DesignProblem, score: Score) -> tuple[list[str], list[Table]]:
-    """The set of payloads, and the torque that holds the arm still, joint by joint, with the worst of them.
-
-    Nothing without such a set.
-    """
+    """The set of payloads, if any, and the torque that holds the arm still with the worst, joint by joint."""
     payloads = problem.payloads
     if payloads is None:
         return [], []
@@ -284,11 +275,7 @@ def noise_line(problem: DesignProblem) -> str:
 
 
 def _taught_table(problem: DesignProblem, learnt: Learnt) -> Table:
-    """Standard deviations that one run of the motion would leave, in units of the answer.
-
-    Of a payload mass, centre of mass and inertia there, of one of the rated mass 100 mm from the flange; of a robot
-    its parameters kind by kind.
-    """
+    """Sigma that one run would leave: of a payload of the rated mass, or of a robot kind by kind."""
     length = problem.goal.data_length
     recorded = f"{length:g} s of data" if length else "one run"
     if learnt.covariance is None:

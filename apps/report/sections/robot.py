@@ -1,7 +1,8 @@
-"""A robot: its description, and its identified parameters."""
+"""A robot: its description, its identified parameters and drive gains, and the motion that it predicts."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from pathlib import PurePath
 
 import numpy as np
 from msgspec import UnsetType
@@ -9,22 +10,31 @@ from msgspec import UnsetType
 from ....common.schema import present
 from ....estimation.fit.estimate import Estimate
 from ....estimation.possible.payload import CONFLICT
-from ....estimation.results.payload import array
-from ....estimation.results.robot import RobotResult
+from ....estimation.results.parts import Rollout
+from ....estimation.results.payload import array, numbers
+from ....estimation.results.robot import GainsResult, MountingDocument, RobotResult
 from ....model import INERTIAL, Robot, base_parameters
 from ....model.drives import parameter_kind
 from ....model.frames import frames_at
 from ....model.friction import PAPER, term_names
 from ....model.robot import SOURCED
 from ...numbers import percent
-from ..blocks import Block, Notes, Report, Section, Table, Text, lines, with_sigma
+from ...rollout import CONSTANT, GROWTH_TIME, IDENTIFIED
+from ..blocks import Block, Drawing, Notes, Report, Section, Table, Text, lines, with_sigma
+from ..figures.canvas import BLUE, GREY, ORANGE, Figure, log_scale, panels, plain
 from . import evidence
-from .rollout import rollout_line, rollout_section
 
 _HEADINGS = ("joint", "kind", "alpha", "d", "theta", "r", "from", "to", "speed", "accel.", "torque")
 _MOST_NAMED = 8
 _GOOD = "use these parameters. The model explains the torques."
 _BAD = "do not use these parameters. The reasons say what is wrong."
+_STYLES = ((BLUE, "-"), (ORANGE, "--"), (GREY, ":"), ("black", "-."))
+_GROWS = 10.0  # an error of the start that grows by more in half a second hides what the parameters do
+_WORDS = (
+    "Open loop: from many moments of the recording, the identified robot is driven by the measured torques alone. "
+    "Replay: a controller tracks the measured path, and its torque is compared with the measured one (slow rows "
+    "left out). Friction is smoothed near rest, so joints creep where real ones stick."
+)
 
 
 def robot_description(robot: Robot) -> list[Block]:
@@ -100,10 +110,7 @@ def _vector(values: list[float]) -> str:
 
 
 def robot_report(result: RobotResult, document: str | None = None) -> Report:
-    """Verdict, residual and friction of each joint; then every parameter, torques and excitation.
-
-    ``document``: the JSON file that it was written to.
-    """
+    """Verdict, residual and friction of each joint; every parameter, torques; ``document``: its JSON file."""
     # What was read from a file has no errors to draw.
     rollouts = [rollout for rollout in present(result.rollouts) or () if rollout.working]
     verdict, made, estimate, held_out = result.judged, result.working, result.estimate, result.validation
@@ -152,7 +159,7 @@ def robot_report(result: RobotResult, document: str | None = None) -> Report:
     ]
     sections = (
         robot_section(result),
-        *([rollout_section(rollouts)] if rollouts else []),
+        *([_rollout_section(rollouts, 1)] if rollouts else []),
         evidence.torques_section(lambda: made.predictions, len(made.held_out or made.recordings) if made else 0),
         evidence.excitation_section(lambda: made.excitation, labels),
         evidence.essential_section(present(result.elimination), result.title),
@@ -185,11 +192,7 @@ def _sigma_notes(estimate: Estimate, why_not: str | None) -> list[str]:
 
 
 def robot_section(result: RobotResult) -> Section:
-    """Base parameters with groupings and sigma, beside those of a robot that can exist; friction tried.
-
-    Where the estimate has robust standard deviations too, each entry shows the larger of both; errors of the drive
-    gains, where they are not taken as exact, are part of it, and stand by themselves in a column.
-    """
+    """Base parameters with the larger sigma, beside those of a robot that can exist; friction that was tried."""
     estimate, nearest = result.estimate, result.constrained
     constrained = nearest and present(nearest.base_parameters)
     moved = [parameter.value for parameter in constrained] if constrained else None
@@ -252,3 +255,148 @@ def _constrained_notes(result: RobotResult) -> list[str]:
         f"No motion shows {', '.join(single)}{' and ' * bool(single)}{len(hidden) - len(single)} combinations of "
         "standard parameters (the JSON lists them).",
     )
+
+
+def gains_report(gains: GainsResult, document: str | None = None) -> Report:
+    """Gains and verdict, the weight as each joint sees it, the torques; ``document``: the JSON file."""
+    level, made, mounted = gains.judged.level, gains.working, bool(gains.load and gains.load.mountings)
+    ask = "" if document or not made else "add --json gains.json, then "
+    after = f"Next: {ask}give --drive-gains {document or 'gains.json'} to 'dynident payload'."
+    drives, residual = gains.drive_gains, present(gains.relative_residual)
+    sigma, n = np.sqrt(np.diag(drives.relative_covariance)), len(drives.values)
+    unexplained = array(residual.relative_per_joint if residual else None, n)
+    parts = zip(drives.values, sigma, unexplained, drives.rests_on or ("",) * n, strict=True)
+    rows = [
+        (str(j), f"{value:.3f}", f"{value * ratio:.2g}", f"{100 * ratio:.2g}", f"{100 * left:.1f}", word)
+        for j, (value, ratio, left, word) in enumerate(parts, start=1)
+    ]
+    headings = ("motor", "N·m/A", "sigma", "%", "residual %", "rests on")
+    first = [
+        Text(f"Verdict: {'use every gain' if level == 'use' else evidence.VERDICTS[level]}.", level=level),
+        Table(f"Drive gains of {gains.robot}", headings, rows),
+        Notes([after if level != "do_not_use" else evidence.MEND]),
+        *evidence.reason_blocks(gains.judged),
+        Notes(evidence.verdict_notes(gains.judged), optional=True),
+        evidence.worst_torque(lambda: made.predictions),
+    ]
+    sections = []
+    of_joints = zip(made.mountings, made.loads, made.by_joints, strict=True) if made else ()
+    for name, load, by_joints in of_joints:
+        section = evidence.joints_section(by_joints.masses, load.mass, (load.mass, load.mass), name)
+        title = f"The known weight as each joint sees it{f', mounting {name}' if mounted else ''}"
+        sections.append(section._replace(title=title))
+    sections.append(evidence.torques_section(lambda: made.predictions))
+    title = f"Drive gains of the {gains.robot_title or gains.robot}"
+    subtitle = "Identified from recordings of motor currents with a known weight"
+    more = "the payload, residuals, origin of sigma"
+    return Report(title, first, sections, more, subtitle, _gains_notes(gains, mounted))
+
+
+def _gains_notes(gains: GainsResult, mounted: bool) -> list[str]:
+    robust, residual, load = present(gains.robust), present(gains.relative_residual), gains.load
+    lines = list[str]()
+    if load:
+        known, sigma = present(load.known) or {}, float(array(load.mass_sigma))
+        mountings = load.mountings or (MountingDocument(1, present(load.identified) or {}),)
+        for k, mounting in enumerate(mountings, start=1):
+            number, ten = str(k) if k > 1 else "", numbers(mounting.identified)
+            com = " ".join(f"{x:.4f}" for x in ten[6:9] / ten[9])
+            lines.append(
+                f"Payload{f', mounting {mounting.mounting}' if mounted else ''}: "
+                f"{known.get(f'M_L{number}', np.nan):.4g} kg as given (sigma {sigma:.2g} kg), centre of mass {com} "
+                f"m, {'as given' if f'MX_L{number}' in known else 'estimated'}."
+            )
+    unconstrained = " ".join(f"{value:.3f}" for value in array(gains.drive_gains.without_constraints, 0))
+    lines += [
+        "Every gain scales with the mass given: an error of 1 % in it is 1 % in each gain, and shows nowhere"
+        + (" unless weights differ." if mounted else "."),
+        f"Relative residual of the currents: {100 * array(residual.relative if residual else None):.2f} %.",
+        f"Without the constraint that robot and payload can exist: {unconstrained}.",
+    ]
+    if (ratio := present(gains.disagreement) or 1.0) > 1.0:
+        lines.append(f"Every sigma is {ratio:.2g} times larger because the joints disagree.")
+    if robust is None or robust.blocks is None:
+        return [*lines, f"sigma comes from the formula for white noise: {(robust and robust.unavailable) or ''}"]
+    by = evidence.jackknife(robust.blocks, float(array(robust.block_length)))
+    return [
+        *lines,
+        f"sigma: the larger of the formula's and that of a {by}.",
+        *([robust.warning] if robust.warning else []),
+    ]
+
+
+def rollout_report(rollouts: Sequence[Rollout], robot: str) -> Report:
+    """Errors by horizon and the replay of the first recording, a line of each other; then all of them."""
+    table, *more, notes = _parts(rollouts[0], 1)
+    first = [table, notes, Notes([rollout_line(rollout) for rollout in rollouts[1:]], optional=True)]
+    section = _rollout_section(rollouts[1:], 2, more)
+    title, details = f"Predicted motion of the {robot}", "every recording, starts at rest"
+    return Report(title, first, [section], details, "Of recordings that were not fitted")
+
+
+def rollout_line(rollout: Rollout) -> str:
+    """Error after the longest horizon and the replay, in one line."""
+    last, (unit, size) = rollout.horizons[-1], _unit(rollout)
+    spreads = last.in_motion or last.at_rest or {}
+    ours, constant = (f"{spreads[by][0] / size:.2g}" for by in (IDENTIFIED, CONSTANT))
+    return (
+        f"Motion of {PurePath(rollout.source).name}: {ours} {unit} off after {last.seconds:g} s (constant speed "
+        f"{constant}); replayed, torques {100.0 * rollout.replay_relative:.2g} % off."
+    )
+
+
+def _rollout_section(rollouts: Sequence[Rollout], number: int, before: Sequence[Block] = ()) -> Section:
+    blocks = [block for k, rollout in enumerate(rollouts, number) for block in _parts(rollout, k)]
+    return Section("rollout", "Predicted motion", [Text(_WORDS), *before, *blocks])
+
+
+def _parts(rollout: Rollout, number: int) -> list[Block]:
+    """Errors by horizon, of starts in motion and at rest; a figure; the replay, and whether open loop can judge."""
+    (unit, size), moving, resting = _unit(rollout), rollout.starts_in_motion, rollout.starts_at_rest
+    headings = ("after", *(heading for by in rollout.working.by for heading in (by, f"{by}, 90 %")))
+    blocks: list[Block] = []
+    for how, count in (("in motion", moving), ("at rest", resting)):
+        rows = []
+        for horizon in rollout.horizons:
+            spreads = (horizon.at_rest if how == "at rest" else horizon.in_motion) or {}
+            cells = (f"{error / size:.3g}" for spread in spreads.values() for error in spread)
+            rows.append((f"{horizon.seconds:g} s", *cells))
+        starts = f"{count} starts {how}"
+        title = f"{PurePath(rollout.source).name}: error [{unit}], median and 90 % of {starts}"
+        blocks += [Table(title, headings, rows)] if count else []
+    caption = (
+        f"Distance of predicted from measured motion on {rollout.source}, root mean square over the joints: median "
+        "of the starts, shaded up to 90 %."
+    )
+    blocks.append(Drawing(f"rollout_{number}", caption, lambda: _draw(rollout)))
+    joints = " ".join(f"{100.0 * ratio:.1f}" for ratio in rollout.replay_joints)
+    lines = [
+        f"Replay: torque {100.0 * rollout.replay_relative:.2g} % from the measured one (joints {joints} %), path "
+        f"kept to {rollout.replay_strayed / size:.2g} {unit}."
+    ]
+    if rollout.growth == rollout.growth:
+        hides = ": open loop says nothing here, whatever the parameters; go by the replay"
+        grows = f"An error of the start grows {rollout.growth:.2g}-fold within {GROWTH_TIME:g} s"
+        lines.append(f"{grows}{hides * (rollout.growth > _GROWS)}.")
+    if rollout.diverged:
+        lines.append(f"{rollout.diverged} of {moving + resting} starts of the identified robot diverged.")
+    return [*blocks, Notes(lines, optional=True)]
+
+
+def _draw(rollout: Rollout) -> Figure:
+    figure, ((axis,),) = panels((5.8, 3.2))
+    (unit, size), errors = _unit(rollout), rollout.working
+    for by, (colour, line) in zip(errors.by, _STYLES, strict=False):
+        spreads = [errors.spread(by, seconds, not rollout.starts_in_motion) for seconds in errors.times]
+        low, high = np.array(spreads).T / size
+        axis.plot(errors.times, low, color=colour, linestyle=line, label=by)
+        axis.fill_between(errors.times, low, high, color=colour, alpha=0.2, linewidth=0)
+    log_scale(axis)
+    axis.set(xlabel="time after the start [s]", ylabel=f"error [{unit}]")
+    axis.legend(fontsize=9, frameon=False)
+    plain(axis)
+    return figure
+
+
+def _unit(rollout: Rollout) -> tuple[str, float]:
+    return ("deg", math.pi / 180.0) if rollout.working.turning else ("rad or m", 1.0)
