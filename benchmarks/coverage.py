@@ -413,7 +413,7 @@ def whole_robot(_: str, run: int) -> Iterator[Stated]:
         yield Stated(f"{run} {name}", inside)
 
 
-# Drive gains: found from currents and a known mass, and wrong in all recordings.
+# Drive gains: found from currents and a known mass, wrong in all recordings, used on their own recordings.
 
 TRUE_GAINS = {
     "ur10e": np.array([11.5, 12.4, 9.9, 10.4, 10.3, 10.1]),
@@ -427,7 +427,8 @@ CURRENT_NOISE = np.array([0.5, 0.5, 0.3, 0.15, 0.15, 0.1])
 TORQUE_NOISE = np.array([5.0, 5.0, 3.0, 1.5, 1.5, 1.0])
 """N·m, white."""
 WEIGHT = model.InertialParameters.from_com(6.0, [0.03, 0.12, 0.06], np.diag([0.03, 0.04, 0.02]))
-LOADS = {"none": None, "weight": WEIGHT}
+OTHER = model.InertialParameters.from_com(4.0, [-0.05, 0.08, 0.09], np.diag([0.02, 0.025, 0.015]))
+LOADS = {"none": None, "weight": WEIGHT, "other": OTHER}
 BY_FOUR = estimation.Settings(model.Processing(decimate=4), friction=model.PAPER)
 
 
@@ -528,6 +529,39 @@ def gains_wrong(name: str, run: int) -> Iterator[Stated]:
         yield Stated(f"{name}, payload, gains counted {row}", inside, more, row != "once, shared")
 
 
+def gains_again(name: str, run: int) -> Iterator[Stated]:
+    """Recordings that gains were found from used again: intervals take gains and recordings for unrelated."""
+    robot, (motion, exact) = model.load_robot(name), exact_currents(name)
+
+    def record(load: str, seed: int) -> model.Recording:
+        noise = np.random.default_rng((run, seed)).standard_normal(exact[load].shape)
+        return model.Recording(motion.t, motion.q, exact[load] + CURRENT_NOISE * noise, motion.qd)
+
+    first, weight, fresh, second = record("none", 0), record("weight", 1), record("none", 2), record("other", 3)
+    problem = gain_problem(robot, [first], [weight], known_mass(6.0), settings=BY_FOUR)
+    found = estimation.answer_gains(problem).drive_gains
+    gains = estimation.Gains(identified=found.relative_covariance.tolist())
+    recorded = (replace(one, torque=one.torque * found.values) for one in (first, weight, fresh, second))
+    first, weight, fresh, second = recorded
+    for row, bare, heavy, body in (
+        ("recordings of its own", fresh, second, OTHER),
+        ("the gains' recording without payload", first, second, OTHER),
+        ("the gains' own pair", first, weight, WEIGHT),
+    ):
+        settings = replace(BY_FOUR, methods=(4,), gains=gains)
+        answer = estimation.answer_payload(estimation.payload_problem(robot, [heavy], [bare], settings=settings))
+        ends = answer.recommended.intervals.parameters[6:]
+        inside = shared.held(ends, body.vector[6:])
+        more = {"mass": float(inside[3]), "mass interval kg": float(np.ptp(ends[3]))}
+        yield Stated(f"payload's MX MY MZ M, {row}", inside, more)
+    for row, bare in (("a recording of its own", fresh), ("the gains' recording", first)):
+        result = estimation.identify(robot, [bare], replace(BY_FOUR, gains=gains))
+        within = result.estimate.interval95_with_gains
+        assert within is not None
+        truth = result.base.value(with_rx90_parameters(name).robot.parameters)
+        yield Stated(f"robot, {row}", shared.held(within, truth))
+
+
 class Case(NamedTuple):
     """Arms, runs of each, what is drawn, and the mean coverage that is asked, in percent."""
 
@@ -565,6 +599,7 @@ def cases(trajectories: int) -> dict[str, Case]:
         "robots": Case(whole_robot, ("",), 20, "base parameters, 3 recordings of each robot; no row below 85"),
         "gains": Case(gains_found, tuple(TRUE_GAINS), 20, "gains by currents and a known mass"),
         "gains-wrong": Case(gains_wrong, ("ur10e", "rx90"), 60, "every gain off by 2 %"),
+        "gains-again": Case(gains_again, ("ur10e",), 40, "4 kg by method 4, gains from a weight of 6 kg"),
     }
 
 
