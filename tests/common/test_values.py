@@ -132,6 +132,7 @@ def test_a_public_value_is_pickled_copied_compared_and_shown(kind: type) -> None
         assert str(other)[:200] == str(value)[:200]
     assert value != object()
     assert len(repr(value)) <= 800
+    assert "\n" not in repr(value)
     if dataclasses.is_dataclass(value):
         assert hash(value) == hash(copy.deepcopy(value))
 
