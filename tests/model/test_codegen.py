@@ -8,7 +8,6 @@ import subprocess
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
-from math import radians
 from pathlib import Path
 
 import casadi as ca
@@ -18,22 +17,11 @@ from dynident import model
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model.codegen import code_names
-from dynident.tests.conftest import IN_FULL, PRISMATIC
+from dynident.tests.conftest import CROOKED, IN_FULL, PRISMATIC
 from dynident.tests.selection import every
 
 STRICT = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1")
-SLIDING = model.Robot(
-    'odd "name" */ 6-axis',
-    (
-        model.Joint("prismatic", radians(20), 0.1, radians(35), 0.2),
-        model.Joint("revolute", radians(-65), 0.3, radians(10), -0.1),
-        model.Joint("revolute", radians(100), 0.25, radians(30), 0.05),
-    ),
-    gravity=(1.0, -2.5, -9.2),
-    drives=model.Drives(
-        offsets=True, coupling=model.Coupling((2, 3)), spring=model.Spring(2, 900.0, 0.2, (0.3, 0.15), 0.2)
-    ),
-)
+SLIDING = replace(CROOKED, name='odd "name" */ 6-axis')
 TABLE = replace(
     SLIDING,
     drives=model.Drives(spring=model.Spring(2, table=((-3.0, 30.0), (-0.5, 5.0), (1.0, -8.0), (3.0, -60.0)))),
