@@ -16,6 +16,7 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from cyclopts.argument import Argument
 from dynident.apps.commands import COMMANDS
 from dynident.apps.commands.entry import application, shown_name
 from dynident.cli import main
@@ -56,17 +57,24 @@ DOCUMENTS = {
 PLACE = Path(tempfile.gettempdir()) / f"dynident-settings-{os.getpid()}.toml"
 
 
+NAMES = [name for name, (where, _) in COMMANDS.items() if where]
+"""Every command that runs."""
+
+
+@functools.cache
+def arguments(name: str) -> list[Argument]:
+    """Options and settings of a command."""
+    app = application([], ())
+    for word in name.split():
+        app = app[word]
+    found = app.assemble_argument_collection(parse_docstring=True)
+    return [argument for argument in found if argument.parse and not argument.children]
+
+
 @functools.cache
 def keys() -> frozenset[str]:
     """Settings of all commands."""
-    found = set()
-    for name, (where, _) in COMMANDS.items():
-        app = application([], ())
-        for word in name.split() if where else ():
-            app = app[word]
-        arguments = app.assemble_argument_collection() if where else ()
-        found |= {shown_name(argument) for argument in arguments if not (argument.show or argument.children)}
-    return frozenset(found)
+    return frozenset(shown_name(one) for name in NAMES for one in arguments(name) if not one.show)
 
 
 def filed(words: Sequence[str]) -> list[str]:
