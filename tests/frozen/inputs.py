@@ -19,12 +19,11 @@ from pathlib import Path
 from cyclopts.argument import Argument
 from dynident.apps.commands import COMMANDS
 from dynident.apps.commands.entry import application, shown_name
+from dynident.benchmarks.shared import UR10E_GAINS
 from dynident.cli import main
 
 FOLDER = Path(__file__).parent / "given"
 EXAMPLES = Path(__file__).parents[2] / "examples"
-GAINS = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)
-"""Torque per current of the UR10e's drives [N·m/A]."""
 BODIES = {
     "disc.toml": "mass = 1.6\ncom = [0.01, -0.02, 0.09]\ninertia_com = [0.008, 0.001, 0, 0.008, 0, 0.012]\n",
     "box.toml": "mass = 6.2\ncom = [0.01, -0.02, 0.15]\ninertia_com = [0.05, 0.004, 0, 0.06, 0, 0.03]\n",
@@ -140,7 +139,7 @@ def round_recording(path: Path) -> None:
 def as_currents(path: Path, target: Path) -> None:
     """Copy of a recording with motor currents [A] for torques."""
     rows = [line.split(",") for line in path.read_text(encoding="utf-8").splitlines()]
-    gain = {f"tau{j}": gain for j, gain in enumerate(GAINS, 1)}
+    gain = {f"tau{j}": gain for j, gain in enumerate(UR10E_GAINS, 1)}
     names = [name.replace("tau", "i") for name in rows[0]]
     scales = [gain.get(name) for name in rows[0]]
     lines = [

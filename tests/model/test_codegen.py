@@ -66,7 +66,7 @@ def assert_same(result: Array, expected: ca.DM) -> None:
 
 
 @needs_compiler
-@pytest.mark.parametrize("case", every(7, product(ROBOTS, FUNCTIONS)), ids="-".join)
+@pytest.mark.parametrize("case", every(4, [*product(ROBOTS, FUNCTIONS)][::2]), ids="-".join)
 def test_compiled_code_answers_as_casadi(case: tuple[str, str], tmp_path: Path) -> None:
     robot, name = ROBOTS[case[0]], case[1]
     _, source, _ = model.generate_code(robot, name, tmp_path)
@@ -79,7 +79,7 @@ def test_compiled_code_answers_as_casadi(case: tuple[str, str], tmp_path: Path) 
 
 
 @needs_compiler
-@pytest.mark.parametrize("name", FUNCTIONS)
+@pytest.mark.parametrize("name", ["inverse_dynamics", "mass_matrix", "base_regressor"])
 def test_example_compiles_and_prints_the_result(name: str, tmp_path: Path) -> None:
     robot = ROBOTS["rx90"]
     _, source, example = model.generate_code(robot, name, tmp_path)
