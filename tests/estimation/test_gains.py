@@ -271,7 +271,7 @@ def errors_in_sigma(gains: GainsResult, true: Array) -> Array:
     ("name", "noise"),
     [
         ("irb120", 0.05),
-        *(pytest.param(name, 0.05, marks=pytest.mark.long) for name in robot_names() if name != "irb120"),
+        *(pytest.param(name, 0.05, marks=pytest.mark.long) for name in robot_names()[::3]),
         *(pytest.param(*case, marks=pytest.mark.long) for case in product(("irb120", "rx90"), (0.02, 0.1))),
     ],
 )
@@ -400,7 +400,7 @@ def test_another_count_of_mountings_is_refused(numbers: tuple[int, ...]) -> None
 SINGLE = [name for name in robot_names() if not (load_robot(name).coupling or load_robot(name).spring)]
 
 
-@pytest.mark.parametrize("name", SINGLE)
+@pytest.mark.parametrize("name", SINGLE[::3])
 def test_scales_of_the_joints_torques_are_found(name: str) -> None:
     """Torques wrong by up to half leave no more than right ones, and as much as plain least squares leaves."""
     robot, currents = load_robot(name), recorded(name, moved(name, 3), None, (3, 0))
