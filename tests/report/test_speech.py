@@ -5,9 +5,12 @@ import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from dynident import InertialParameters, Simulator, answer_payload, identify, load_robot, payload_problem
 from dynident.apps.logs.log_check import check_log
+from dynident.apps.numbers import with_interval
+from dynident.apps.report.blocks import with_sigma
 from dynident.apps.report.terminal import COLUMNS, LINES
 from dynident.common.errors import InputError
 from dynident.common.schema import convert, read_json, write_json
@@ -15,6 +18,7 @@ from dynident.common.speech import Speaks
 from dynident.estimation import GainsResult, PayloadAnswer
 from dynident.estimation.answers.gains import GainsWorking
 from dynident.estimation.payload.long_motion import Source
+from dynident.estimation.results.payload import array, bounds
 from dynident.model import Recording, Robot
 from dynident.tests.common.test_wrong_files import filled
 from dynident.trajectories import RX90_NOISE, random_via_points
@@ -142,6 +146,22 @@ def test_the_words_of_a_document_are_its_answers(answers: dict[str, Any]) -> Non
     assert (result.recommended.method, result.recommended.reason) == payload.recommendation
     assert "measures" in result.joint_that_agrees_least
     assert (best.interval95_by, best.active[0].constraint) == ("jackknife", best.constraints[0])
+
+
+def test_details_hold_every_number_of_a_payload(answers: dict[str, PayloadAnswer]) -> None:
+    """Of each method with the larger standard deviation, of the one to use with its interval."""
+    result = answers["payload"].result
+    shown = result.summary(details=True)
+    for own in result.free:
+        sigma = [*own.larger_sigma, *np.fmax(array(own.com_sigma, 3), array(own.com_sigma_robust, 3))]
+        values = zip([*own.ten, *array(own.com, 3)], sigma, strict=True)
+        assert all(str(with_sigma(x, one)) in shown for x, one in values), own.method
+    assert result.best
+    ends = bounds(result.best.interval95)
+    texts = [
+        text for x, (low, high) in zip(result.best.ten, ends, strict=True) for text in with_interval(x, low, high)
+    ]
+    assert all(text in shown for text in texts)
 
 
 def test_a_payload_in_a_controllers_format(answers: dict[str, PayloadAnswer]) -> None:
