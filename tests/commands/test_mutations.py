@@ -16,7 +16,7 @@ from dynident.tests.commands.lines import LINES, inputs_of_all_lines
 from dynident.tests.commands.typed import Ended, options, typed
 
 Draw = np.random.Generator
-COUNT, LONGEST = 150, 300
+COUNT, LONGEST = 120, 300
 """Mistakes that are drawn; s that a command on a recording of 5 s may take."""
 
 

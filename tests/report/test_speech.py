@@ -157,11 +157,8 @@ def test_details_hold_every_number_of_a_payload(answers: dict[str, PayloadAnswer
         values = zip([*own.ten, *array(own.com, 3)], sigma, strict=True)
         assert all(str(with_sigma(x, one)) in shown for x, one in values), own.method
     assert result.best
-    ends = bounds(result.best.interval95)
-    texts = [
-        text for x, (low, high) in zip(result.best.ten, ends, strict=True) for text in with_interval(x, low, high)
-    ]
-    assert all(text in shown for text in texts)
+    for x, (low, high) in zip(result.best.ten, bounds(result.best.interval95), strict=True):
+        assert all(text in shown for text in with_interval(x, low, high))
 
 
 def test_a_payload_in_a_controllers_format(answers: dict[str, PayloadAnswer]) -> None:
