@@ -1,10 +1,10 @@
-"""Trajectory design on the RX90: condition numbers, floors, and predicted sigma.
+"""Trajectory design on the RX90: condition numbers, and predicted sigma.
 
-Run: OPENBLAS_NUM_THREADS=1 python benchmarks/design.py [conditions] [floors] [information]
+Run: OPENBLAS_NUM_THREADS=1 python benchmarks/design.py [conditions] [information]
      [--seeds 5] [--random 200] [--draws 5]
 
 One core, warm cache, CPU seconds of the optimisation alone; the median over seeds counts, the worst is shown.
-Accelerations are ten times the speed per second in conditions and the first floors, three times elsewhere,
+Accelerations are ten times the speed per second in conditions, three times elsewhere,
 with torque limits. information: D-optimal motions against the best of ``--random`` random ones of each class
 (promised.py compares predictions with what simulated recordings show).
 """
@@ -70,19 +70,6 @@ def conditions(arguments: argparse.Namespace) -> None:
     show("Condition numbers", rows, "worst", "CPU s, asked", "median", "worst", "peak violation")
 
 
-def floors(_: argparse.Namespace) -> None:
-    """Designs beside the best weighted states within the limits, continuity ignored: the least of two searches."""
-    kinds: tuple[Kind, ...] = ("cond", "cond-scaled")
-    goals, rows = [(kind, trajectories.Goal(kind), None, 1.0) for kind in kinds], []
-    for name, goal, bounds, power in (*goals, ("d, geometric mean of uncertainty", INFORMATIVE, GUARDED, 0.5)):
-        design = trajectories.solve_design(trajectories.build_design(ROBOT, VIA, goal, bounds=bounds))
-        tried = [trajectories.floor_under(design.problem, design.score.value, seed=seed) for seed in range(2)]
-        least = min(tried, key=lambda floor: floor.value)
-        numbers = (design.score.value, least.value, least.gap)
-        rows.append([f"14 via points, {name}", *(f"{np.exp(power * x):.4g}" for x in numbers)])
-    show("Floor over weighted states (least of two seeds)", rows, "floor", "ratio", asked=False)
-
-
 def information(arguments: argparse.Namespace) -> None:
     """D-optimal motions against the best random ones of every class, at equal duration.
 
@@ -138,7 +125,7 @@ def _spread(problem: trajectories.DesignProblem, samples: Samples) -> tuple[floa
     return float(np.median(sigma)), float(sigma.max())
 
 
-PARTS = {part.__name__: part for part in (conditions, floors, information)}
+PARTS = {part.__name__: part for part in (conditions, information)}
 
 
 def main() -> None:

@@ -1,7 +1,7 @@
-"""Other programs on the same problem: FIGAROH 1.0.2, MuJoCo's identification, adam.
+"""Other programs on the same problem: FIGAROH 1.0.2, MuJoCo's identification of a payload, adam.
 
 Run: DYNIDENT_DATA=.. OPENBLAS_NUM_THREADS=1 python benchmarks/peers.py
-     [simulated] [figaroh] [mujoco] [adam] [--arms tx40,..] [--runs 3] [--rollouts 60] [--cpu 240]
+     [simulated] [figaroh] [adam] [--arms tx40,..] [--runs 3] [--rollouts 60] [--cpu 240]
 
 A peer that is not installed is left out with a line. All run in one process on one thread, and get what their own
 documents and examples set where they set something.
@@ -10,19 +10,15 @@ simulated: pairs of recordings of made-up robots with the geometry of three arms
 white torque noise of 12 % of each joint's torque: base parameters without payload, then the payload.
 FIGAROH's class decimates by 10 and weights by joints, at this package's cut-off; it has no payload: the one that
 best explains the difference of its two fits is taken by hand. ``mujoco.sysid`` (not with ``--rollouts 0``) is given
-the true arm, its dry friction taken off the torques (MuJoCo's is soft), and fits the payload alone, from a ball of
-half the rated payload, with wide bounds: to open-loop rollouts of .5 s, and by a residual of our own to torques
-where joints move. What ``identify_payload`` answers includes intervals, a search for faults and a verdict.
+the true arm, its dry friction taken off the torques (MuJoCo's is soft), and fits the payload alone by finite
+differences to open-loop rollouts of .5 s, from a ball of half the rated payload, with wide bounds; it is stopped
+after ``--cpu`` seconds with the best by then. What ``identify_payload`` answers includes intervals, a search for
+faults and a verdict.
 
 figaroh: the real TX40 recording from memory to base parameters with standard deviations. FIGAROH's class is set as
 its later TX40 example sets it (100 Hz, decimation by 10, offsets), with three columns for the coupled drive; here
 and above without validation on the same data, provenance and report. ``identify``, essential parameters included,
 runs with the robot's own settings, and with those of the class.
-
-mujoco: ``mujoco.sysid`` fits ten numbers of each link, armature, damping and friction loss of each joint of a real
-UR10e by finite differences over ``--rollouts`` rollouts. It starts from cylinders of half the maker's mass and the
-same drive in each joint, and is stopped after ``--cpu`` seconds with the best model by then. Both are judged by
-rollouts of another recording.
 
 adam: torques of 5,000 states of a Panda, without friction, by adam's function for CasADi and by this package's.
 """
@@ -33,23 +29,19 @@ import io
 import json
 import tempfile
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
-from dynident.apps import results
 from dynident.apps.export.simulators import FORMATS
 from dynident.apps.logs.read import read_recording
-from dynident.apps.rollout import mujoco_arm, roll_out_all
 from dynident.benchmarks import invented
-from dynident.benchmarks.shared import UR10E_GAINS, options, recordings_folder, show
-from dynident.cli import main as main_of
+from dynident.benchmarks.shared import options, recordings_folder, show
 from dynident.common.arrays import Array
 from dynident.estimation import Settings, identify, identify_payload, whole_robot
-from dynident.estimation.possible.robot import robot_prior
 from dynident.estimation.signals.filtering import measurement
 from dynident.model import (
     PAPER,
@@ -144,7 +136,7 @@ def figarohs(case: Pair) -> Found:
     return Found(InertialParameters(body), base, times[0], sum(times))
 
 
-def sysids(case: Pair, arguments: argparse.Namespace, torques: bool) -> Found:
+def sysids(case: Pair, arguments: argparse.Namespace) -> Found:
     """What ``mujoco.sysid`` finds of a payload on the true arm without dry friction: MuJoCo's is soft."""
     import mujoco
 
@@ -160,8 +152,7 @@ def sysids(case: Pair, arguments: argparse.Namespace, torques: bool) -> Found:
     load = spec.body(whole.link_names[-1]).add_body(name="payload")
     mass = 0.5 * (case.arm.rated_payload or 2.0 * invented.CAPACITY[case.arm.name])
     set_body(load, mass, np.array([0.0, 0.0, 0.1]), 0.4 * mass * 0.05**2 * np.eye(3))
-    difference = torques_off(data) if torques else positions_off
-    found, spent, _ = fitted(arguments, spec, data, (["payload"], ()), difference)
+    found, spent = fitted(arguments, spec, data, "payload")
     body = found.body("payload")
     xx, yy, zz, xy, xz, yz = body.fullinertia
     load = InertialParameters.from_com(body.mass, body.ipos, [xx, xy, xz, yy, yz, zz])
@@ -173,15 +164,14 @@ def simulated(arguments: argparse.Namespace) -> None:
     programs: dict[str, Callable[[Pair], Found]] = {
         "dynident": ours,
         "FIGAROH": figarohs,
-        "mujoco.sysid, rollouts": lambda case: sysids(case, arguments, torques=False),
-        "mujoco.sysid, torques": lambda case: sysids(case, arguments, torques=True),
+        "mujoco.sysid": lambda case: sysids(case, arguments),
     }
     headings = "centre of mass mm", "inertia %", "base parameters %", "torque %", "robot s", "payload s"
     for name in arguments.arms.split(","):
         rows: dict[str, list[list[float]]] = {title: [] for title in programs}
         for run in range(-1, arguments.runs):
             case = pair(name, max(run, 0))
-            for title, ask in list(programs.items())[: 4 if run >= 0 and arguments.rollouts else 2]:
+            for title, ask in list(programs.items())[: 3 if run >= 0 and arguments.rollouts else 2]:
                 with contextlib.redirect_stdout(io.StringIO()):
                     found = ask(case)
                 mass, inertia = case.load.mass, case.load.inertia_com
@@ -305,77 +295,19 @@ def figaroh_class(problem: Any) -> Answer:
 
 
 WINDOW, STEP = 0.5, 0.002
-"""s: length of the rollouts that are fitted, and the horizon that is compared; step of the simulation."""
-SLOW = 0.05  # rad/s: below it a joint's torque is no equation
+"""s: length of the rollouts that are fitted; step of the simulation."""
 STRETCH = np.array([0.02, 50.0])
 """Bounds of second moments over mass, times those at the start; the default, a factor of 2, is too narrow."""
-START = {"armature": 1.0, "damping": 5.0, "frictionloss": 5.0}
-BOUNDS = {"armature": (0.0, 20.0), "damping": (0.0, 100.0), "frictionloss": (0.0, 100.0)}
-"""Each joint's [kg m^2, N·m·s, N·m]."""
 
 
 class StoppedError(Exception):
     """The CPU time is used up."""
 
 
-def mujoco(arguments: argparse.Namespace) -> None:
-    """Identify the UR10e by both, judge both on the recording held out."""
-    data, robot = recordings_folder("mujoco"), load_robot("ur10e")
-    if data is None:
-        return
-    files = [str(data / "ur10e" / f"{name}.csv.gz") for name in ("unloaded", "validation_unloaded")]
-    recordings = [read_recording(file, robot, UR10E_GAINS) for file in files]
-    with tempfile.TemporaryDirectory() as name:
-        document, model, theirs = (str(Path(name) / file) for file in ("robot.json", "dynident.xml", "sysid.xml"))
-        gains, begun = ",".join(map(str, UR10E_GAINS)), time.process_time()
-        with contextlib.redirect_stdout(io.StringIO()):
-            arm, out = ["--robot", "ur10e"], ["--robot-parameters", document, "--out", model]
-            main_of(["identify", *arm, "--data", files[0], "--drive-gains", gains, "--json", document])
-            main_of(["robot", "export", "--to", "mjcf", *arm, *out])
-        cpu, start = time.process_time() - begun, start_model(model, robot)
-        everything = [f"link{number}" for number in range(1, robot.n + 1)], start.joints
-        motion = measurement(recordings[0], robot.processing)
-        found, spent, words = fitted(arguments, start, motion, everything, positions_off)
-        found.compile()
-        Path(theirs).write_text(str(found.to_xml()), encoding="utf-8")
-        values = results.read_stored_robot(document).possible_values
-        arms = {path: mujoco_arm(path, robot) for path in (model, theirs)}
-        (rollout,) = roll_out_all(robot, values, recordings[1:], horizons=(WINDOW,), others=arms)
-        spreads = (rollout.working.spread(path, WINDOW) for path in arms)
-        degrees = [np.degrees(spread.median) for spread in spreads if spread is not None]
-    rows = [
-        [f"rollout after {WINDOW:g} s [deg]", f"<= 1.1 x {degrees[1]:.2f}", f"{degrees[0]:.2f}"],
-        ["CPU time [s]", f"<= {spent:.1f} / 50", f"{cpu:.1f}"],
-    ]
-    show(f"Real UR10e, asked by mujoco.sysid ({words})", rows)
-
-
-def start_model(path: str, robot: Robot) -> Any:
-    """The exported kinematics with links and drives as a user might guess them; nothing identified is left."""
-    import mujoco
-
-    spec = mujoco.MjSpec.from_file(path)
-    for number, body in enumerate(robot_prior(robot).bodies, start=1):
-        set_body(spec.body(f"link{number}"), body.mass, body.com, body.inertia_com)
-    for joint in spec.joints:
-        for name, value in START.items():
-            set_drive(joint, name, value)
-    for actuator in spec.actuators:
-        actuator.biasprm[:] = 0.0
-        actuator.ctrllimited = False
-    return spec
-
-
 def set_body(link: Any, mass: float, com: Array, inertia: Array) -> None:
     """Mass [kg], centre of mass [m] and inertia about it [kg m^2] in the link's axes."""
     link.mass, link.ipos = mass, com
     link.fullinertia = [*np.diag(inertia), inertia[0, 1], inertia[0, 2], inertia[1, 2]]
-
-
-def set_drive(joint: Any, name: str, value: float) -> None:
-    """One number of a joint; newer versions of MuJoCo hold damping as a polynomial's coefficients."""
-    current = np.ravel(getattr(joint, name))
-    setattr(joint, name, value if len(current) == 1 else [value, *current[1:]])
 
 
 def positions_off(*given: Any, state: Array) -> tuple[Array, Any, Any]:
@@ -385,59 +317,26 @@ def positions_off(*given: Any, state: Array) -> tuple[Array, Any, Any]:
     return measured.data[1:] - np.column_stack(predicted), measured, measured
 
 
-def torques_off(data: Measurement) -> Callable[..., tuple[Array, Any, Any]]:
-    """Differences of MuJoCo's inverse dynamics from the torques where joints move, over each joint's size."""
-    import mujoco
+def fitted(arguments: argparse.Namespace, spec: Any, data: Measurement, link: str) -> tuple[Any, float]:
+    """The model that ``mujoco.sysid`` finds of a link, and its CPU time [s]."""
+    from mujoco import sysid
 
-    path, size = data.motion, np.sqrt(np.mean(data.torque**2, axis=0))
-    keep = np.abs(path.qd) > SLOW
-
-    def difference(*given: Any, **_: Any) -> tuple[Array, Any, Any]:
-        measured, model = given[2:4]
-        state, torque = mujoco.MjData(model), -data.torque - model.actuator_biasprm[:, 0]
-        for k in range(len(path.t)):
-            state.qpos, state.qvel, state.qacc = path.q[k], path.qd[k], path.qdd[k]
-            mujoco.mj_inverse(model, state)
-            torque[k] += state.qfrc_inverse
-        return np.where(keep, torque / size, 0.0), measured, measured
-
-    return difference
-
-
-def fitted(
-    arguments: argparse.Namespace,
-    spec: Any,
-    data: Measurement,
-    asked: tuple[list[str], Iterable[Any]],
-    difference: Any,
-) -> tuple[Any, float, str]:
-    """The model that ``mujoco.sysid`` finds of some links and joints, its CPU time [s], and how the search went."""
-    from mujoco import __version__, sysid
-
-    links, joints = asked
     spec.option.timestep = STEP
     model = spec.compile()
     best = sysid.ParameterDict()
-    for link in links:
 
-        def write_body(changed: Any, parameter: Any, link: str = link) -> None:
-            numbers = sysid.model_modifier.pi_from_theta(parameter.value)
-            mass, moments, about_origin = numbers[0], numbers[1:4], numbers[4:].reshape(3, 3)
-            com = moments / mass
-            about_com = about_origin - mass * (com @ com * np.eye(3) - np.outer(com, com))
-            set_body(changed.body(link), mass, com, about_com)
+    def write_body(changed: Any, parameter: Any) -> None:
+        numbers = sysid.model_modifier.pi_from_theta(parameter.value)
+        mass, moments, about_origin = numbers[0], numbers[1:4], numbers[4:].reshape(3, 3)
+        com = moments / mass
+        about_com = about_origin - mass * (com @ com * np.eye(3) - np.outer(com, com))
+        set_body(changed.body(link), mass, com, about_com)
 
-        # Its own modifier compiles the model once a link: this one costs it nothing.
-        kind = sysid.InertiaType.Pseudo
-        body = spec.copy(), model, link, kind
-        best.add(sysid.body_inertia_param(*body, modifier=write_body, stretch_bound_mult=STRETCH))
-    for joint in joints:
-        for name, (low, high) in BOUNDS.items():
-
-            def write(changed: Any, parameter: Any, joint: str = joint.name, name: str = name) -> None:
-                set_drive(changed.joint(joint), name, float(parameter.value[0]))
-
-            best.add(sysid.Parameter(f"{joint.name} {name}", START[name], low, high, modifier=write))
+    # Its own modifier compiles the model once a link: this one costs it nothing.
+    kind = sysid.InertiaType.Pseudo
+    best.add(
+        sysid.body_inertia_param(spec.copy(), model, link, kind, modifier=write_body, stretch_bound_mult=STRETCH)
+    )
     motion = data.motion
     step = float(motion.t[1] - motion.t[0])
     length = round(WINDOW / step)
@@ -454,7 +353,7 @@ def fitted(
         allow_missing_sensors=True,
     )
 
-    residual = sysid.build_residual_fn(models_sequences=[sequences], n_threads=1, modify_residual=difference)
+    residual = sysid.build_residual_fn(models_sequences=[sequences], n_threads=1, modify_residual=positions_off)
     before, passed = time.process_time(), [best.as_vector()]
 
     def watched(log: list[Any]) -> None:
@@ -462,15 +361,12 @@ def fitted(
         if time.process_time() - before > arguments.cpu:
             raise StoppedError
 
-    end = "ended"
     try:
         with contextlib.redirect_stdout(io.StringIO()):
             best, _ = sysid.optimize(best, residual, "mujoco", verbose=False, x_scale="jac", iter_callback=watched)
     except StoppedError:
-        end = "stopped, not ended"
         best.update_from_vector(passed[-1])
-    words = f"{__version__}, {arguments.rollouts} rollouts, {len(passed) - 1} iterations, {end}"
-    return sysid.apply_param_modifiers_spec(best, spec.copy()), time.process_time() - before, words
+    return sysid.apply_param_modifiers_spec(best, spec.copy()), time.process_time() - before
 
 
 def adam(arguments: argparse.Namespace) -> None:
@@ -508,7 +404,6 @@ def main() -> None:
     peers = {
         "simulated": (simulated, ("figaroh.identification", sysid), "figaroh==1.0.2 'mujoco[sysid]'"),
         "figaroh": (figaroh, ("figaroh.identification",), "figaroh==1.0.2"),
-        "mujoco": (mujoco, (sysid,), "'mujoco[sysid]'"),
         "adam": (adam, ("adam.casadi",), "'adam-robotics[casadi]'"),
     }
     arguments = options(__doc__, peers=tuple(peers), arms="tx40,ur10e,panda", runs=3, rollouts=60, cpu=240.0)

@@ -2,21 +2,16 @@
 
 Run: OPENBLAS_NUM_THREADS=1 python benchmarks/regressor.py [time] [counts]
 
-time: this package, Pinocchio, CasADi's own C, and plain writing. Everyone starts from q, qd, qdd and computes sines
+time: this package, Pinocchio, and plain writing. Everyone starts from q, qd, qdd and computes sines
 and cosines; all on one thread, in turn, in one run. Ratios of medians: a ratio can be compared between machines.
 counts: the tables of docs/operation_counts.md, beside SYMORO+'s counts.
 """
 
-import ctypes
 import os
-import shutil
-import subprocess
-import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
-from pathlib import Path
 
 import casadi as ca
 import numpy as np
@@ -34,8 +29,7 @@ PINOCCHIO_SAMPLES = 1_000
 SYMORO = {"inverse dynamics, base parameters": (325, 272), "base identification model": (877, 501)}
 """Multiplications and additions that SYMORO+ needs for the RX90."""
 KINDS = {"MUL": "x", "SQ": "x", "DIV": "x", "INV": "x", "ADD": "+", "SUB": "+", "TWICE": "+", "NEG": "-"}
-PINOCCHIO, CASADI = "Pinocchio, loop from Python", "CasADi's C, sample by sample"
-WRITING = "writing the entries once"
+PINOCCHIO, WRITING = "Pinocchio, loop from Python", "writing the entries once"
 
 
 def pinocchio_loop(robot: model.Robot, states: Iterable[Array]) -> Callable[[], None]:
@@ -55,38 +49,6 @@ def pinocchio_loop(robot: model.Robot, states: Iterable[Array]) -> Callable[[], 
     return run
 
 
-def casadi_c(function: ca.Function, states: tuple[Array, ...], folder: Path) -> Callable[[], None]:
-    """CasADi's generated C, -O2, called sample by sample from C; does nothing without a compiler."""
-    compiler = shutil.which("cc") or shutil.which("gcc")
-    if compiler is None:
-        return lambda: None
-    here = Path.cwd()
-    os.chdir(folder)
-    function.generate("generated.c")
-    os.chdir(here)
-    n, entries = function.nnz_in(0), function.nnz_out(0)
-    source = (
-        (folder / "generated.c").read_text()
-        + f"""
-    void loop(const double *q, const double *qd, const double *qdd, double *out, long long samples) {{
-      static double w[{function.sz_w() + 1}]; static casadi_int iw[{function.sz_iw() + 1}];
-      for (long long i = 0; i < samples; ++i) {{
-        const double *arg[{function.sz_arg() + 1}] = {{q + {n} * i, qd + {n} * i, qdd + {n} * i}};
-        double *res[{function.sz_res() + 1}] = {{out + {entries} * i}};
-        {function.name()}(arg, res, iw, w, 0);
-      }}
-    }}"""
-    )
-    (folder / "loop.c").write_text(source)
-    library = folder / "loop.so"
-    options = ["-O2", "-fPIC", "-shared", "-w", str(folder / "loop.c"), "-o", str(library), "-lm"]
-    subprocess.run([compiler, *options], check=True)
-    loop = ctypes.CDLL(str(library)).loop
-    out = np.zeros((SAMPLES, entries))
-    arguments = [x.ctypes.data_as(ctypes.POINTER(ctypes.c_double)) for x in (*states, out)]
-    return lambda: loop(*arguments, ctypes.c_longlong(SAMPLES))
-
-
 def times() -> None:
     """Print nanoseconds per sample and ratios."""
     robot = model.load_robot("rx90")
@@ -96,34 +58,29 @@ def times() -> None:
     os.environ["DYNIDENT_NO_COMPILER"] = "1"
     plain = Kernel(function)
     entries = function.nnz_out(0)
-    rows = np.empty((entries, SAMPLES))
-    with tempfile.TemporaryDirectory() as folder:
-        compiled = {
-            CASADI: casadi_c(function, states, Path(folder)),
-            "dynident, compiled": lambda: kernel(*states),
-        }
-        runs: dict[str, Callable[[], object]] = {
-            PINOCCHIO: pinocchio_loop(robot, tuple(x[:PINOCCHIO_SAMPLES] for x in states)),
-            **(compiled if kernel.compiled else {}),
-            "dynident, NumPy": lambda: plain(*states),
-            WRITING: lambda: rows.fill(1.0),
-        }
-        taken: dict[str, list[float]] = {name: [] for name in runs}
-        for _ in range(ROUNDS):
-            for name, run in runs.items():
-                moments = [time.perf_counter()]
-                for _repeat in range(WARM + REPEATS):
-                    run()
-                    moments.append(time.perf_counter())
-                taken[name] += np.diff(moments)[WARM:].tolist()
+    rows = aligned_empty((entries, SAMPLES))
+    runs: dict[str, Callable[[], object]] = {
+        PINOCCHIO: pinocchio_loop(robot, tuple(x[:PINOCCHIO_SAMPLES] for x in states)),
+        **({"dynident, compiled": lambda: kernel(*states, out=rows)} if kernel.compiled else {}),
+        "dynident, NumPy": lambda: plain(*states, out=rows),
+        WRITING: lambda: rows.fill(1.0),
+    }
+    taken: dict[str, list[float]] = {name: [] for name in runs}
+    for _ in range(ROUNDS):
+        for name, run in runs.items():
+            moments = [time.perf_counter()]
+            for _repeat in range(WARM + REPEATS):
+                run()
+                moments.append(time.perf_counter())
+            taken[name] += np.diff(moments)[WARM:].tolist()
     counts = {name: PINOCCHIO_SAMPLES if name == PINOCCHIO else SAMPLES for name in runs}
     ns = {name: 1e9 * float(np.median(values)) / counts[name] for name, values in taken.items()}
     lines = []
     for name, value in ns.items():
-        numbers = (value, ns[PINOCCHIO] / value, ns.get(CASADI, np.nan) / value, value / ns[WRITING])
+        numbers = (value, ns[PINOCCHIO] / value, value / ns[WRITING])
         lines.append([name, *(f"{number:.2f}" for number in numbers)])
     title = f"{entries} non-zero entries, {SAMPLES} samples, ns per sample (median of {ROUNDS * REPEATS})"
-    show(title, lines, "Pinocchio / this", "CasADi / this", "this / writing", asked=False)
+    show(title, lines, "Pinocchio / this", "this / writing", asked=False)
 
 
 def operation_counts(function: ca.Function) -> tuple[int, int, int, int]:

@@ -7,12 +7,7 @@ from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
-from dynident.estimation import Estimate
-from dynident.estimation.fit.estimate import Fit
-from dynident.model import Recording, base_parameters, load_robot, robot_names
-from dynident.trajectories import random_via_points
 
 ROOT = Path(__file__).parents[1]
 ROOMS = ("common", "model", "estimation", "trajectories", "apps", "examples")
@@ -77,21 +72,3 @@ def test_what_is_slow_is_loaded_when_it_is_needed(code: str) -> None:
     loaded = set(subprocess.run(command, check=True, capture_output=True, text=True).stderr.split())
     assert own in loaded
     assert not loaded & slow
-
-
-def values() -> list[Any]:
-    robot, large = load_robot("rx90"), np.linspace(0.0, 1.0, 6000).reshape(1000, 6)
-    via = random_via_points(robot, count=12, seed=0)
-    base, fit = base_parameters(robot), Fit(np.ones(6), np.ones(6), (9,) * 6)
-    names = base.columns
-    estimate = Estimate(names, np.ones(len(names)), np.eye(len(names)), 10.0, fit, np.ones(6))
-    recording = Recording(np.arange(1000.0), large, large, source="a.csv")
-    return [*map(load_robot, robot_names()), via, via.motion(rate=100.0), base, estimate, recording]
-
-
-@pytest.mark.parametrize("value", values(), ids=lambda value: type(value).__name__)
-def test_ten_lines_hold_it(value: Any) -> None:
-    text = repr(value)
-    assert text.startswith(f"{type(value).__name__}(")
-    assert len(text) <= 10 * 80
-    assert "\n" not in text

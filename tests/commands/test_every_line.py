@@ -25,8 +25,9 @@ from dynident.common.errors import InputError
 from dynident.model import load_robot
 from dynident.tests.commands.lines import LINES, log
 from dynident.tests.commands.test_options import SPEAKS_TO_TERMINALS
-from dynident.tests.commands.typed import NAMES, arguments, parsed, refused, typed, unread, written
+from dynident.tests.commands.typed import parsed, refused, typed, unread, written
 from dynident.tests.common.test_hostile_files import FILES as HOSTILE
+from dynident.tests.frozen.inputs import NAMES, arguments
 from dynident.tests.selection import cases, every
 from dynident.trajectories import Simulator, random_via_points
 from rich.cells import cell_len

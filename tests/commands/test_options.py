@@ -12,7 +12,8 @@ import pytest
 from cyclopts import Token
 from dynident.apps.report.blocks import Drawing
 from dynident.tests.commands.lines import BRIEF, LINES, NEAR, NOISE, REST, SCORE, WHOLE
-from dynident.tests.commands.typed import NAMES, arguments, options, refused, typed
+from dynident.tests.commands.typed import options, refused, typed
+from dynident.tests.frozen.inputs import NAMES, arguments
 from matplotlib.figure import Figure
 
 ROBOT = {
@@ -321,9 +322,9 @@ def test_no_option_is_without_an_entry() -> None:
 
 
 def test_a_setting_is_refused_where_it_is_typed() -> None:
-    for command in NAMES:
-        for key in (name for name in options(command) if not name.startswith("--")):
-            assert f"{key} is a setting, not an option" in refused(command, f"--{key}=1")
+    keys = {key: command for command in NAMES for key in options(command) if not key.startswith("--")}
+    for key, command in keys.items():
+        assert f"{key} is a setting, not an option" in refused(command, f"--{key}=1")
 
 
 def differing(folder: Path, name: str, entry: str, bases: dict[str, dict[str, bytes]]) -> bool:

@@ -7,16 +7,11 @@ import os
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from cyclopts.argument import Argument
-from dynident.apps.commands import COMMANDS
 from dynident.apps.commands.entry import Call, application, marks, shown_name
 from dynident.apps.commands.values import Named
 from dynident.cli import main
 from dynident.tests.frozen.freeze import settings
-from dynident.tests.frozen.inputs import filed
-
-NAMES = [name for name, (where, _) in COMMANDS.items() if where]
-"""Every command that runs."""
+from dynident.tests.frozen.inputs import arguments, filed
 
 
 class Ended(NamedTuple):
@@ -84,18 +79,6 @@ def _ended(words: Sequence[str]) -> int:
         return main(filed(words))
     except SystemExit as stop:
         return int(stop.code or 0)
-
-
-def arguments(name: str) -> list[Argument]:
-    """Options and settings of a command."""
-    app = application([], ())
-    for word in name.split():
-        app = app[word]
-    return [
-        argument
-        for argument in app.assemble_argument_collection(parse_docstring=True)
-        if argument.parse and not argument.children
-    ]
 
 
 def options(name: str) -> list[str]:

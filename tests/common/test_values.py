@@ -30,11 +30,13 @@ from dynident import (
 )
 from dynident.apps.recordings import write_recording
 from dynident.benchmarks import static
+from dynident.common.schema import convert
 from dynident.estimation.gains.problem import known_mass
 from dynident.model import Recording
-from dynident.tests.report import made
+from dynident.tests.common.test_wrong_files import filled
 from dynident.tests.selection import cases
 from dynident.trajectories.design.scene import Capsule, HalfSpace
+from msgspec import inspect
 
 PUBLIC = {
     getattr(room, name): name for room in (dynident, model, estimation, trajectories) for name in room.__all__
@@ -67,7 +69,7 @@ def roots() -> Iterator[Any]:
     yield from (robot, Simulator(robot), answer, answer.result, identified, identified.result, identified.possible)
     yield estimation.difference_weighing(robot, loaded, unloaded)
     yield from (
-        made.drive_gains(),
+        convert(filled(inspect.type_info(estimation.GainsResult)), estimation.GainsResult),
         estimation.SigmaBound(),
         estimation.SolverError("no body", []),
         InputError("no"),
@@ -130,6 +132,7 @@ def test_a_public_value_is_pickled_copied_compared_and_shown(kind: type) -> None
         assert str(other)[:200] == str(value)[:200]
     assert value != object()
     assert len(repr(value)) <= 800
+    assert "\n" not in repr(value)
     if dataclasses.is_dataclass(value):
         assert hash(value) == hash(copy.deepcopy(value))
 

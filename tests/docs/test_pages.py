@@ -12,9 +12,10 @@ import pytest
 from dynident.apps.commands import COMMANDS
 from dynident.apps.commands.entry import shown_name
 from dynident.estimation.diagnosis.verdict import table
-from dynident.tests.commands.typed import NAMES as NAMES_OF_COMMANDS
-from dynident.tests.commands.typed import arguments, options
+from dynident.tests.commands.typed import options
 from dynident.tests.docs.pages import LANGUAGES, ROOT, Reader, blocks, pages
+from dynident.tests.frozen.inputs import NAMES as NAMES_OF_COMMANDS
+from dynident.tests.frozen.inputs import arguments
 from dynident.tests.selection import cases
 
 PAGES = pages()

@@ -30,11 +30,6 @@ LIFT = Robot(
 
 
 @pytest.fixture(scope="session")
-def rx90() -> Robot:
-    return load_robot("rx90")
-
-
-@pytest.fixture(scope="session")
 def payload() -> InertialParameters:
     return InertialParameters.from_com(7.025, [0.01, -0.02, 0.143], np.diag([0.02, 0.019, 0.035]))
 

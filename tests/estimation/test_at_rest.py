@@ -47,10 +47,9 @@ GUARDS: dict[str, tuple[Spoil | None, str]] = {
 
 
 @pytest.mark.parametrize("guard", GUARDS)
-@pytest.mark.parametrize("name", ["ur10e", "panda"])
-def test_what_spoils_a_weighing_at_rest_is_named_not_answered(name: str, guard: str) -> None:
+def test_what_spoils_a_weighing_at_rest_is_named_not_answered(guard: str) -> None:
     spoil, reason = GUARDS[guard]
-    arm = static.arm(name, 1, both_sides=spoil is not None)
+    arm = static.arm("panda", 1, both_sides=spoil is not None)
     loaded, unloaded = arm.recordings("AB", 0)
     if spoil:
         loaded = [replace(own, torque=spoil(arm, own.t, own.torque)) for own in loaded]
@@ -67,9 +66,8 @@ def test_joints_that_are_named_alone_weigh_at_rest() -> None:
     assert abs(result.mass.value - arm.payload.mass) < 4.0 * result.mass.sigma
 
 
-@pytest.mark.parametrize("name", ["ur10e", "panda"])
-def test_unloaded_loaded_loaded_unloaded_takes_a_drift_off(name: str) -> None:
-    arm = static.arm(name, 1)
+def test_unloaded_loaded_loaded_unloaded_takes_a_drift_off() -> None:
+    arm = static.arm("panda", 1)
     alone, both = (abs(static.weighed(arm, order, 0, scatter=0.0)[0]) for order in ("AB", "ABBA"))
     assert both < alone / 5.0
     loaded, unloaded = arm.recordings("ABBA", 0)

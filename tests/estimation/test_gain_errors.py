@@ -308,7 +308,7 @@ def test_what_is_assumed_of_gains_shortens_no_interval(
         assert min(each[1][method], each[2][method]) > width
 
 
-@pytest.mark.parametrize("name", robot_names())
+@pytest.mark.parametrize("name", ["rx90", "ur10e", "panda"])
 def test_stating_errors_of_gains_shortens_no_interval(name: str, payload: InertialParameters) -> None:
     """By any method, however far the stated errors excuse joints that disagree; on equations drawn at random."""
     robot, draw = load_robot(name), np.random.default_rng(7)

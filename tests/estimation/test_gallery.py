@@ -249,7 +249,6 @@ def _of_channels() -> Iterator[Wrong]:
     """Units, signs, order and time of the columns."""
     yield both("rx90", "degrees", "degrees", on_position(np.degrees))
     yield both("tx40", "mN·m", "mN·m|N·m", on_torque(lambda x: 1000.0 * x))
-    yield both("ur10e", "milliampere", "N·m/A", on_torque(lambda x: 1000.0 * x / 10.0))
     yield both("rx90", "kN·m", "kN·m", on_torque(lambda x: 1e-3 * x))
     percent = np.array([3.1, 2.9, 8.3, 25.0, 50.0, 83.0]) / 10.0
     yield both("rx90", "percent of each drive", "has its own unit|drive gain", on_torque(lambda x: percent * x))
@@ -257,10 +256,10 @@ def _of_channels() -> Iterator[Wrong]:
     yield both("rx90", "motor-side torque", "look like motor-side torques", on_torque(lambda x: 2.0 * x / gears))
     signs = on_torque(lambda x: x * [1, -1, 1, -1, 1, 1])
     yield both("ur10e", "gains 2 and 4 of wrong sign", "joint 2(, 4)? has the wrong sign for gravity", signs)
-    for joint in (2, 3, 4, 5, 6):
+    for joint in (2, 4, 6):
         words = f"joint {joint} (measures|is about) [12]"
         yield both("rx90", f"gain {joint} twice too large", words, scaled(2.0, joint))
-    for joint in (1, 3, 4):
+    for joint in (1, 3):
         words = f"joint {joint} (measures 0|is about 2 times too small)"
         yield both("ur10e", f"gain {joint} halved", words, scaled(0.5, joint))
     for joint in (2, 5):
@@ -287,15 +286,9 @@ def _of_channels() -> Iterator[Wrong]:
 
 def _of_description() -> Iterator[Wrong]:
     """The robot is not the one described."""
-    rx90, ur10e = invented.robot("rx90"), invented.robot("ur10e")
-    for robot in (rx90, ur10e):
-        turned = replace(robot, gravity=(0.0, 0.0, 9.81))
-        yield both(
-            robot.name, "gravity reversed", "all torques have the wrong sign for gravity", same, robot=turned
-        )
-        yield both(robot.name, "gravity-compensated torques", "lack gravity", without_gravity(robot.name))
-    wall = replace(rx90, gravity=(9.81, 0.0, 0.0))
-    yield both("rx90", "on the floor, described as on a wall", "acts 90 degrees away", same, robot=wall)
+    rx90 = invented.robot("rx90")
+    for name in ("rx90", "ur10e"):
+        yield both(name, "gravity-compensated torques", "lack gravity", without_gravity(name))
     yield of_another("rx90", "ur10e")
     yield of_another("ur10e", "rx90")
     single = replace(rx90, drives=replace(rx90.drives, coupling=None))
@@ -430,13 +423,11 @@ def test_a_delay_is_found_with_its_sign_and_size(delay: float) -> None:
     assert f"torque {'lags' if delay > 0 else 'leads'} position by about {abs(delay):.2f} s" in words
 
 
-def problem_scaled(name: str, factor: float = 1.0, joint: int = 1, blocks: bool = True) -> estimation.LongMotion:
-    """The gallery's good recordings, one joint's torque scaled."""
-    _, bare, loaded, _ = good_pair(name)
-    change = scaled(factor, joint)
-    return estimation.payload_problem(
-        invented.robot(name), [change(loaded)], [change(bare)], settings=estimation.Settings(robust=blocks)
-    )
+def good_problem() -> estimation.LongMotion:
+    """The gallery's good recordings of the RX90, without blocks."""
+    _, bare, loaded, _ = good_pair("rx90")
+    settings = estimation.Settings(robust=False)
+    return estimation.payload_problem(invented.robot("rx90"), [loaded], [bare], settings=settings)
 
 
 def rows_of(part: Equations | None, keep: tuple[int, ...]) -> Equations:
@@ -449,7 +440,7 @@ def rows_of(part: Equations | None, keep: tuple[int, ...]) -> Equations:
 
 def test_a_group_sees_what_method_3_sees_in_its_rows() -> None:
     """Mass and standard deviation are those of method 3 by these joints alone; without blocks so much larger."""
-    problem = problem_scaled("rx90", blocks=False)
+    problem = good_problem()
     assert problem.difference is not None
     effective = problem.difference.effective_rows
     arm = replace(rows_of(problem.difference, (0, 1, 2)), effective_rows=(*effective[:3], 0.0, 0.0, 0.0))
@@ -463,7 +454,7 @@ def test_a_group_sees_what_method_3_sees_in_its_rows() -> None:
 
 def test_rows_that_hide_a_parameter_give_an_error_and_no_minimum_norm_answer() -> None:
     """Only the wrist's rows left: the mass is in no equation."""
-    problem = problem_scaled("rx90", blocks=False)
+    problem = good_problem()
     loaded, difference = (rows_of(part, (3, 4, 5)) for part in (problem.loaded, problem.difference))
     blind = replace(problem, loaded=loaded, difference=difference)
     for method in (1, 3):

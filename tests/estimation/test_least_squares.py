@@ -8,7 +8,7 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.common.linear import RANK_TOLERANCE
-from dynident.estimation import PAYLOAD, Estimate, Identification, Settings, SigmaBound, SigmaRatio, identify
+from dynident.estimation import PAYLOAD, Estimate, Settings, SigmaBound, SigmaRatio, identify
 from dynident.estimation.answers.identification import impossible_payload
 from dynident.estimation.equations.equations import Equations, checked, merged
 from dynident.estimation.equations.observer import Observation, Observer, reduced
@@ -268,8 +268,6 @@ def test_signal_and_own_part_of_each_column() -> None:
 
 NOTHING = Fit(np.ones(1), np.ones(1), (1,))
 
-FIXED = Settings(robust=False, friction=PAPER)
-
 
 def refitted(problem: Equations, weights: Array) -> tuple[list[str], list[float], list[float]]:
     """Order, error's standard deviation and largest relative sigma, every set solved by ``numpy.linalg.lstsq``."""
@@ -291,7 +289,12 @@ def refitted(problem: Equations, weights: Array) -> tuple[list[str], list[float]
         order.append(columns.pop(int(relative.argmax())))
 
 
-def check_against_refits(result: Identification) -> None:
+def test_the_path_is_that_of_refits() -> None:
+    robot = load_robot("rx90")
+    simulator = Simulator(robot)
+    motions = [random_via_points(robot, 14, seed=k).motion(250.0) for k in range(2)]
+    records = [simulator.record(m, None, RX90_NOISE, [0, k, 0], f"{k}") for k, m in enumerate(motions)]
+    result = identify(robot, records, Settings(robust=False, friction=PAPER))
     order, errors, largest = refitted(result.problem, result.estimate.weights)
     assert list(result.elimination.order) == order
     ratio, sigma = result.elimination.path.T
@@ -305,19 +308,6 @@ def check_against_refits(result: Identification) -> None:
             again.covariance, rel=1e-9, abs=1e-12 * again.sigma.max()
         )
         assert elimination.estimate.fit.relative == pytest.approx(again.fit.relative, rel=1e-12)
-
-
-@pytest.fixture(scope="module")
-def simulated_rx90() -> Identification:
-    robot = load_robot("rx90")
-    simulator = Simulator(robot)
-    motions = [random_via_points(robot, 14, seed=k).motion(250.0) for k in range(2)]
-    records = [simulator.record(m, None, RX90_NOISE, [0, k, 0], f"{k}") for k, m in enumerate(motions)]
-    return identify(robot, records, FIXED)
-
-
-def test_the_path_is_that_of_refits(simulated_rx90: Identification) -> None:
-    check_against_refits(simulated_rx90)
 
 
 def test_elimination_ends_where_the_rule_says() -> None:

@@ -13,7 +13,7 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Settings, identify
 from dynident.estimation.fit.own_equations import hidden_by
-from dynident.estimation.signals.plausibility import check_recordings, still_joints
+from dynident.estimation.signals.plausibility import still_joints
 from dynident.model import Motion, Processing, Recording, Robot, base_parameters, load_robot
 from dynident.trajectories import Simulator
 
@@ -96,6 +96,8 @@ SPOILT: dict[str, tuple[Callable[[Recording], Recording], str, str]] = {
     "one joint still": (still, "warning", "Joint 4 never moves"),
     "no motion": (lambda log: replace(log, q=0 * log.q, qd=0 * speeds(log)), "error", "No joint ever moves"),
     "dead channel": (lambda log: replace(log, torque=log.torque * [1, 1, 0, 1, 1, 1]), "error", "dead"),
+    "speeds halved": (lambda log: replace(log, qd=0.5 * speeds(log)), "error", "qd1 is 0.49"),
+    "speeds turned": (lambda log: replace(log, qd=-speeds(log)), "error", "qd1 is -0.99"),
     "speeds in degrees": (lambda log: replace(log, qd=DEGREES * speeds(log)), "error", "degrees per second"),
     "jitter": (
         lambda log: replace(log, t=log.t + np.random.default_rng(0).uniform(-0.004, 0.004, log.t.shape)),
@@ -154,25 +156,12 @@ def test_real_logs_are_usable(recordings: Path, robot: str, name: str) -> None:
     assert check.relative_residual < 0.054
 
 
-Wander = Callable[..., Motion]
-
-
-def recording(motion: Motion, q_scale: float = 1.0, qd_scale: float | None = None) -> Recording:
-    qd = None if qd_scale is None else qd_scale * motion.qd
-    return Recording(motion.t, q_scale * motion.q, np.array(motion.q), qd, "log.csv")
-
-
-@pytest.mark.parametrize(("factor", "words"), [(0.5, "qd1 is 0.499 times"), (-1.0, "qd1 is -0.997 times")])
-def test_speeds_in_another_unit(rx90: Robot, wander: Wander, factor: float, words: str) -> None:
-    with pytest.raises(InputError, match=words):
-        check_recordings(rx90, [recording(wander(6, 0), qd_scale=factor)])
-
-
-def test_a_joint_that_never_moves_is_named_with_its_parameters(rx90: Robot, wander: Wander) -> None:
+def test_a_joint_that_never_moves_is_named_with_its_parameters(rx90: Robot, wander: Callable[..., Motion]) -> None:
     free, others = wander(6, 0), np.arange(6) != 3
     motion = Motion(free.t, np.where(others, free.q, 0.4), free.qd * others, free.qdd * others)
-    assert still_joints([recording(motion)]) == (4,)
-    assert still_joints([recording(motion), recording(wander(6, 1))]) == ()
+    log, other = (Recording(each.t, each.q, np.array(each.q)) for each in (motion, wander(6, 1)))
+    assert still_joints([log]) == (4,)
+    assert still_joints([log, other]) == ()
     with pytest.raises(
         InputError, match=r"joint 4 does not move within its 11 s, and ZZ1R, .* and 14 more cannot be identified"
     ):

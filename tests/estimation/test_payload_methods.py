@@ -74,15 +74,6 @@ def test_exact_data_with_a_spring(method: int, simulated: Simulated, exact_pair:
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_order_of_recordings_does_not_matter(method: int, simulated: Simulated, exact_pair: Pairs) -> None:
-    simulator = simulated("rx90")
-    pairs = [exact_pair(simulator, seed) for seed in (0, 1)]
-    forward = estimation.payload_estimate(problem_of(simulator.robot, pairs, 0.0), method).estimate.values
-    backward = estimation.payload_estimate(problem_of(simulator.robot, pairs[::-1], 0.0), method).estimate.values
-    assert np.allclose(forward, backward, rtol=0.0, atol=1e-8)
-
-
-@pytest.mark.parametrize("method", METHODS)
 def test_unit_of_torque_does_not_matter(method: int, simulated: Simulated, exact_pair: Pairs) -> None:
     """Torques a thousand times larger give a payload a thousand times heavier, sigma included."""
     simulator = simulated("rx90")

@@ -20,29 +20,21 @@ from dynident.estimation import (
     LongMotion,
     MassBounds,
     PossibleBody,
-    Settings,
     SolverError,
     answer_payload,
     build_constrained,
-    payload_estimate,
     payload_problem,
     solve_constrained,
 )
-from dynident.estimation.equations.equations import merged
 from dynident.estimation.fit.estimate import Fit, error_model
-from dynident.estimation.payload.long_motion import long_motion
-from dynident.estimation.payload.methods import combined
 from dynident.estimation.possible import payload as possible_payload
-from dynident.estimation.possible.cone import ConeProgram, solve_cone
 from dynident.estimation.possible.constraints import PSEUDO_INERTIA, Constraint
 from dynident.estimation.possible.intervals import THIN, WIDENING, Intervals, profile_intervals, thin_directions
 from dynident.examples.paper.printed import Printed, paper_tables
-from dynident.model import InertialParameters, Motion, Processing
-from dynident.model.motion import Measurement
+from dynident.model import InertialParameters, Motion
 from dynident.trajectories import Simulator
 
 NOTHING = Fit(np.ones(1), np.ones(1), (1,))
-EXACT = Processing()
 
 
 def estimate_of(values: Array, covariance: Array, names: tuple[str, ...] = PAYLOAD) -> Estimate:
@@ -138,40 +130,6 @@ def test_rank_and_finiteness_are_checked_first() -> None:
         solve_constrained(replace(TABLES[1], covariance=np.diag(sigma**2 * ([1.0] * 9 + [0.0]))))
     with pytest.raises(InputError, match="not that of a payload"):
         solve_constrained(replace(TABLES[1], names=tuple(f"X{k}" for k in range(10))))
-
-
-@pytest.fixture(scope="module")
-def noisy(simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple[Measurement, ...]]) -> LongMotion:
-    """An RX90 with so much noise that the free estimate is impossible."""
-    simulator = simulated("rx90")
-    robot = simulator.robot
-    draw = np.random.default_rng(2)
-    bare, loaded = (
-        Measurement(data.motion, data.torque + 20.0 * draw.standard_normal(data.torque.shape))
-        for data in exact_pair(simulator)
-    )
-    return long_motion(robot, [loaded], [bare], settings=Settings(EXACT, robust=False))
-
-
-def test_joint_problem_gives_the_same(noisy: LongMotion) -> None:
-    """Method 4 on the reduced factor, robot and payload together, the payload's pseudo-inertia constrained."""
-    free = payload_estimate(noisy, 4).estimate
-    result = solve_constrained(free)
-    assert result.status == "Solved"
-    assert noisy.unloaded is not None
-    both, names = combined(noisy), noisy.loaded.columns
-    factor = merged([noisy.unloaded.select(names), noisy.loaded]).stacked(both.weights)
-    c = len(names)
-    R, scale = factor[:c, :c], np.linalg.norm(factor[:, :c], axis=0) ** -1
-    bodies = np.zeros((1, 10, c))
-    places = [names.index(name) for name in PAYLOAD]
-    bodies[0, range(10), places] = scale[places]
-    variance = factor[c, c] ** 2 / both.degrees_of_freedom
-    R, d = R * scale / np.sqrt(variance), factor[:c, c] / np.sqrt(variance)
-    joint = solve_cone(ConeProgram(R, d, np.zeros((0, c)), np.zeros(0), bodies))
-    payload = (joint.z * scale)[places]
-    assert np.abs((payload - result.values) / free.sigma).max() < 1e-3
-    assert joint.norm**2 == pytest.approx(result.chi2_rise, rel=1e-3)
 
 
 @pytest.mark.parametrize("errors", ["independent", "correlated"])

@@ -35,14 +35,14 @@ NOTHING = Fit(np.ones(1), np.ones(1), (1,))
 Parameters = Callable[[model.Robot, int], dict[str, float]]
 
 
-def noisy_estimate(base: model.BaseParameters, truth: Array, seed: int, size: float = 0.5) -> Estimate:
-    """Base parameters with correlated errors."""
-    draw = np.random.default_rng(seed)
-    n = len(truth)
-    sigma = size * (np.abs(truth) + 0.1) * draw.uniform(0.2, 1.0, n)
-    root = sigma[:, None] * (np.eye(n) + 0.3 * draw.standard_normal((n, n)) / np.sqrt(n))
-    values = truth + root @ draw.standard_normal(n)
-    return Estimate(base.columns, values, root @ root.T, np.inf, NOTHING, np.ones(1))
+def noisy_estimate(
+    base: model.BaseParameters, truth: Array, seed: int, size: float = 0.2, mixing: float = 0.0
+) -> Estimate:
+    """Base parameters with independent errors, or with such as are mixed with each other."""
+    draw, n = np.random.default_rng(seed), len(truth)
+    sigma, errors = size * (np.abs(truth) + 0.1) * draw.uniform(0.2, 1.0, n), draw.standard_normal(n)
+    root = sigma[:, None] * (np.eye(n) + mixing * draw.standard_normal((n, n)) / np.sqrt(n))
+    return Estimate(base.columns, truth + root @ errors, root @ root.T, np.inf, NOTHING, np.ones(1))
 
 
 SHARED = (("IA5", "IA6"), ("FV5", "FVM6"), ("FV6", "FVM6"))
@@ -60,7 +60,7 @@ def test_some_robot_exists(
 ) -> None:
     """The robot holds every rule exactly and has the base parameters returned."""
     truth = rx90_base.value(random_parameters(rx90, seed))
-    estimate = noisy_estimate(rx90_base, truth, seed)
+    estimate = noisy_estimate(rx90_base, truth, seed, 0.5, 0.3)
     result = solve_constrained_base(rx90, rx90_base, estimate)
     for link in range(1, 7):
         ten = np.array([result.parameters[f"{kind}{link}"] for kind in model.INERTIAL])
@@ -80,7 +80,7 @@ def test_the_nearest_robot_is_that_of_cvxpy(
     rx90: model.Robot, rx90_base: model.BaseParameters, random_parameters: Parameters
 ) -> None:
     """The problem written plainly, link by link, gives the same."""
-    estimate = noisy_estimate(rx90_base, rx90_base.value(random_parameters(rx90, 7)), 7)
+    estimate = noisy_estimate(rx90_base, rx90_base.value(random_parameters(rx90, 7)), 7, 0.5, 0.3)
     result = solve_constrained_base(rx90, rx90_base, estimate)
     x = cvxpy.Variable(len(rx90_base.standard))
     place = rx90_base.standard.index
@@ -104,7 +104,7 @@ def test_negative_friction_is_named(
 ) -> None:
     values = rx90_base.value(random_parameters(rx90, 3))
     values[rx90_base.columns.index("FV3")] = -0.5
-    estimate = replace(noisy_estimate(rx90_base, values, 3), values=values)
+    estimate = replace(noisy_estimate(rx90_base, values, 3, 0.5, 0.3), values=values)
     result = solve_constrained_base(rx90, rx90_base, estimate)
     assert result.active[0].description == "FV3 >= 0"
     assert dict(zip(rx90_base.columns, result.values, strict=True))["FV3"] == pytest.approx(0.0, abs=1e-6)
@@ -120,21 +120,13 @@ def test_a_program_without_an_attained_least_value_is_closed() -> None:
     assert model.InertialParameters(closed.z).min_pseudo_inertia_eigenvalue > -1e-6
 
 
-def independent_estimate(base: model.BaseParameters, truth: Array, seed: int, size: float = 0.2) -> Estimate:
-    """Base parameters with independent errors."""
-    draw = np.random.default_rng(seed)
-    sigma = size * (np.abs(truth) + 0.1) * draw.uniform(0.2, 1.0, len(truth))
-    values = truth + sigma * draw.standard_normal(len(truth))
-    return Estimate(base.columns, values, np.diag(sigma**2), np.inf, NOTHING, np.ones(1))
-
-
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("budget", [0.01, 1.0, 10.0])
 def test_the_budget_is_met(
     rx90: model.Robot, rx90_base: model.BaseParameters, random_parameters: Parameters, seed: int, budget: float
 ) -> None:
     """chi2 lies the budget above the constrained minimum, and everything is what it says."""
-    estimate = independent_estimate(rx90_base, rx90_base.value(random_parameters(rx90, seed)), seed)
+    estimate = noisy_estimate(rx90_base, rx90_base.value(random_parameters(rx90, seed)), seed)
     prior = robot_prior(rx90)
     result = solve_constrained_prior(rx90, rx90_base, estimate, prior, budget)
     least = solve_constrained_base(rx90, rx90_base, estimate).chi2_rise
@@ -161,7 +153,7 @@ TWO_LINKS = model.Robot(
 def test_the_robot_nearest_to_a_prior_is_that_of_cvxpy(random_parameters: Parameters, friction: float) -> None:
     """Least distance within the budget, written plainly: log det and all, friction at its bound or not."""
     base = model.base_parameters(TWO_LINKS)
-    estimate = independent_estimate(base, base.value(random_parameters(TWO_LINKS, 3)), 3)
+    estimate = noisy_estimate(base, base.value(random_parameters(TWO_LINKS, 3)), 3)
     values = estimate.values.copy()
     values[base.columns.index("FV2")] = friction
     estimate = replace(estimate, values=values)
@@ -211,7 +203,7 @@ def test_units_of_length_do_not_matter(random_parameters: Parameters) -> None:
         base = model.base_parameters(there)
         units = units_of(base.standard, size)
         truth = base.value({k: v * units[k] for k, v in random_parameters(robot, 5).items()})
-        plain = independent_estimate(base, truth / [units[name] for name in base.columns], 5)
+        plain = noisy_estimate(base, truth / [units[name] for name in base.columns], 5)
         factor = np.array([units[name] for name in base.columns])
         estimate = replace(
             plain, values=plain.values * factor, covariance=plain.covariance * np.outer(factor, factor)
@@ -256,7 +248,7 @@ def test_total_mass_bounds(
     rx90: model.Robot, rx90_base: model.BaseParameters, random_parameters: Parameters
 ) -> None:
     """Nothing is lost where there is room; a bound below what the data need is named."""
-    estimate = independent_estimate(rx90_base, rx90_base.value(random_parameters(rx90, 3)), 3)
+    estimate = noisy_estimate(rx90_base, rx90_base.value(random_parameters(rx90, 3)), 3)
     free = solve_constrained_base(rx90, rx90_base, estimate)
     wide = solve_constrained_base(rx90, rx90_base, estimate, MassBounds(1.0, 1e4))
     assert wide.chi2_rise == pytest.approx(free.chi2_rise, rel=1e-4, abs=1e-6)
@@ -290,7 +282,7 @@ def test_where_the_prior_comes_from(rx90: model.Robot, rx90_base: model.BasePara
         robot_prior(replace(rx90, parameters={**rx90.parameters, "M4": 0.0}))
     with pytest.raises(InputError, match="must be positive"):
         robot_prior(rx90, 0.0)
-    estimate = independent_estimate(rx90_base, np.ones(54), 0)
+    estimate = noisy_estimate(rx90_base, np.ones(54), 0)
     with pytest.raises(InputError, match="a prior of 2 links for the 6"):
         solve_constrained_prior(rx90, rx90_base, estimate, robot_prior(TWO_LINKS, 3.0))
     with pytest.raises(InputError, match="budget 0"):
@@ -300,7 +292,7 @@ def test_where_the_prior_comes_from(rx90: model.Robot, rx90_base: model.BasePara
 def test_every_kind_of_robot(robot: model.Robot, random_parameters: Parameters) -> None:
     """Sliding joints, offsets, springs, coupling."""
     base = model.base_parameters(robot)
-    estimate = independent_estimate(base, base.value(random_parameters(robot, 1)), 1)
+    estimate = noisy_estimate(base, base.value(random_parameters(robot, 1)), 1)
     result = solve_constrained_prior(robot, base, estimate, robot_prior(robot, 20.0))
     assert result.chi2_rise - result.nearest.chi2_rise == pytest.approx(1.0, rel=1e-6)
     assert min(result.min_eigenvalues) > 0.0

@@ -1,6 +1,5 @@
 """Real UR10e and TX40 recordings: figures established independently, friction that grows with load, the verdict."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -35,17 +34,8 @@ def test_ur10e_as_shipped(ur10e: dict[str, Recording]) -> None:
     assert result.validation is not None
     assert result.validation.relative <= 0.042
     pair = estimation.payload_problem(UR10E, [ur10e["loaded_2.805kg"]], [ur10e["unloaded"]], settings=ALONE)
-    masses = np.array([estimation.payload_estimate(pair, method).mass for method in METHODS])
-    assert np.abs(masses / UR10E_MASS - 1.0).max() < 0.005
-
-
-def test_ur10e_payload_by_all_methods_and_all_rows(ur10e: dict[str, Recording]) -> None:
-    settings = replace(ALONE, processing=replace(UR10E.processing, slow_speed=0.0))
-    pair = estimation.payload_problem(UR10E, [ur10e["loaded_2.805kg"]], [ur10e["unloaded"]], settings=settings)
     payloads = [estimation.payload_estimate(pair, method) for method in METHODS]
-    masses = np.array([payload.mass for payload in payloads])
-    assert np.abs(masses / UR10E_MASS - 1.0).max() < 0.01
-    assert np.ptp(masses) < 0.01 * UR10E_MASS
+    assert max(abs(payload.mass / UR10E_MASS - 1.0) for payload in payloads) < 0.005
     com = np.array([payload.body.com for payload in payloads])
     assert max(np.linalg.norm(a - b) for a in com for b in com) < 5e-3
     assert not any(payload.body.physically_consistent for payload in payloads)

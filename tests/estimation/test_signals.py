@@ -1,7 +1,5 @@
 """Signal processing: even time, no delay, known noise; rows that are used; two runs brought onto one time."""
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
@@ -148,34 +146,11 @@ def test_a_fast_log_is_resampled_to_a_multiple(recorded: float, grid: float, fac
     assert AT_100.thinning(rate) == factor
 
 
-def recording(motion: Motion, name: str, delay: float = 0.0, seed: int | None = None) -> Recording:
-    """A run that starts ``delay`` later on its own clock; with a seed, at uneven times."""
-    t = motion.t
-    if seed is not None:
-        t = np.sort(np.random.default_rng(seed).uniform(motion.t[0], motion.t[-1], len(motion.t)))
-    q = np.column_stack([np.interp(t, motion.t, q) for q in motion.q.T])
-    return Recording(t + delay, q, q, source=name)
-
-
-def test_different_trajectories_are_refused_and_the_limit_can_be_moved(wander: Callable[..., Motion]) -> None:
-    a, b = recording(wander(6, 0), "first"), recording(wander(6, 1), "second")
-    with pytest.raises(InputError, match=r"first and second are not the same trajectory: .*with the payload$"):
-        aligned(a, b, 100.0, 0.02)
-    slightly = Recording(a.t, a.q * 1.01, a.torque, source="third")
-    with pytest.raises(InputError, match=r"q\d differs"):
-        aligned(a, slightly, 100.0, 1e-3)
-    mismatch = aligned(a, slightly, 100.0, 0.05).rms_mismatch
-    assert mismatch > 1e-3
-    with pytest.raises(InputError, match="max-mismatch"):
-        aligned(a, slightly, 100.0, 0.99 * mismatch)
-    assert aligned(a, slightly, 100.0, 1.01 * mismatch).rms_mismatch == mismatch
-
-
 @pytest.mark.parametrize(
     ("lag", "samples"),
     [
         *((lag, 3_000) for lag in (0.0, 0.0002, 0.0037, 0.005, -0.0021, 0.1349, -1.2345)),
-        *((0.0037, samples) for samples in (40_001, 90_000, 250_000)),
+        *((0.0037, samples) for samples in (40_001, 250_000)),
     ],
 )
 def test_a_lag_between_samples_is_found(lag: float, samples: int) -> None:

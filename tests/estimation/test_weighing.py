@@ -108,10 +108,9 @@ def test_mass_not_visible_and_no_number_instead(record: Record, simulator: Simul
         weighed(simulator.robot, record((4, 5, 6)))
 
 
-@pytest.mark.parametrize("seed", range(1, 3))
-def test_few_blocks_count(record: Record, simulator: Simulator, seed: int) -> None:
+def test_few_blocks_count(record: Record, simulator: Simulator) -> None:
     """3 s give two blocks: sigma alone would do, but the interval is six times as wide as from many."""
-    pair = Pair(*(between(recording, 2.0, 5.0) for recording in record((2, 3, 5, 6), seed)))
+    pair = Pair(*(between(recording, 2.0, 5.0) for recording in record((2, 3, 5, 6), 1)))
     answer = weighed(simulator.robot, pair)
     assert answer.model.degrees_of_freedom == 1
     low, high = answer.intervals[0]
@@ -126,10 +125,9 @@ def test_held_joints_are_dropped(arm: ShortMotion) -> None:
     assert [rows > 0 for rows in arm.loaded.rows] == [False, True, True, False, True, True]
 
 
-@pytest.mark.parametrize("rate", [3e-6, 1e-4])
-def test_a_joint_that_creeps_is_at_rest(record: Record, simulator: Simulator, rate: float) -> None:
+def test_a_joint_that_creeps_is_at_rest(record: Record, simulator: Simulator) -> None:
     """Friction holds it, so that its torque follows no load: it is on no scale."""
-    pair, rest = record((2, 3, 5, 6), noise=NOISE / 6.0), [0, 3]
+    pair, rest, rate = record((2, 3, 5, 6), noise=NOISE / 6.0), [0, 3], 1e-4
 
     def creeping(recording: Recording, held: float) -> Recording:
         q, torque = np.array(recording.q), np.array(recording.torque)
@@ -150,22 +148,16 @@ def test_joints_asked_for_must_move(record: Record, simulator: Simulator) -> Non
     assert short(some).joints == (2, 5)
 
 
-def test_without_noise_the_payload_is_exact(record: Record, simulator: Simulator) -> None:
-    pair = record((2, 3, 5, 6), noise=np.zeros(6))
-    payload = payload_estimate(difference_weighing(simulator.robot, [pair.loaded], [pair.bare]), 3)
-    assert payload.ten == pytest.approx(LOAD.vector, abs=2e-3)
-
-
-@pytest.mark.parametrize(("begin", "end"), [(2.3, 17.2), (1.1, 18.2), (3.1, 16.3)])
-def test_ends_cut_in_full_motion_cost_little(
-    record: Record, simulator: Simulator, begin: float, end: float
+@pytest.mark.parametrize(("begin", "end", "off"), [(0.0, 99.0, 2e-3), (2.3, 17.2, 5e-3), (1.1, 18.2, 5e-3)])
+def test_without_noise_the_payload_is_exact_and_ends_cut_in_full_motion_cost_little(
+    record: Record, simulator: Simulator, begin: float, end: float, off: float
 ) -> None:
     """The filter errs there, alike in both recordings of a pair: the payload is off by up to 3e-3."""
     pair = record((2, 3, 5, 6), noise=np.zeros(6))
     problem = difference_weighing(
         simulator.robot, [between(pair.loaded, begin, end)], [between(pair.bare, begin, end)]
     )
-    assert payload_estimate(problem, 3).ten == pytest.approx(LOAD.vector, abs=5e-3)
+    assert payload_estimate(problem, 3).ten == pytest.approx(LOAD.vector, abs=off)
 
 
 def test_a_constant_torque_and_coulomb_friction_that_changed_do_not_matter(
@@ -464,12 +456,12 @@ def test_a_pair_is_refused_by_the_rms_of_the_joint_that_differs_most() -> None:
     assert pair.rms_mismatch == pytest.approx(each.max())
     assert pair.max_mismatch > 1.2 * pair.rms_mismatch
     assert aligned(bare, loaded, 100.0, 1.001 * pair.rms_mismatch).lag == pair.lag
-    with pytest.raises(InputError, match=rf"q{np.argmax(each) + 1} differs by .* \(rms, limit"):
+    with pytest.raises(InputError, match=rf"q{np.argmax(each) + 1} differs by .* \(rms, limit.*max-mismatch"):
         aligned(bare, loaded, 100.0, 0.999 * pair.rms_mismatch)
     assert ROBOT.processing.max_mismatch == 0.01
-    farther = sagging(14.0)
+    farther = replace(loaded, q=bare.q + 1.6 * (loaded.q - bare.q))
     with pytest.raises(InputError, match=r"rms, limit 0\.01"):
-        difference_weighing(ROBOT, [farther[1]], [farther[0]])
+        difference_weighing(ROBOT, [farther], [bare])
 
 
 PROCESSING = Processing(cutoff=10.0, rate=100.0, decimate=2, max_mismatch=0.01)

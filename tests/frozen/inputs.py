@@ -16,14 +16,14 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from cyclopts.argument import Argument
 from dynident.apps.commands import COMMANDS
 from dynident.apps.commands.entry import application, shown_name
+from dynident.benchmarks.shared import UR10E_GAINS
 from dynident.cli import main
 
 FOLDER = Path(__file__).parent / "given"
 EXAMPLES = Path(__file__).parents[2] / "examples"
-GAINS = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)
-"""Torque per current of the UR10e's drives [N·m/A]."""
 BODIES = {
     "disc.toml": "mass = 1.6\ncom = [0.01, -0.02, 0.09]\ninertia_com = [0.008, 0.001, 0, 0.008, 0, 0.012]\n",
     "box.toml": "mass = 6.2\ncom = [0.01, -0.02, 0.15]\ninertia_com = [0.05, 0.004, 0, 0.06, 0, 0.03]\n",
@@ -56,17 +56,24 @@ DOCUMENTS = {
 PLACE = Path(tempfile.gettempdir()) / f"dynident-settings-{os.getpid()}.toml"
 
 
+NAMES = [name for name, (where, _) in COMMANDS.items() if where]
+"""Every command that runs."""
+
+
+@functools.cache
+def arguments(name: str) -> list[Argument]:
+    """Options and settings of a command."""
+    app = application([], ())
+    for word in name.split():
+        app = app[word]
+    found = app.assemble_argument_collection(parse_docstring=True)
+    return [argument for argument in found if argument.parse and not argument.children]
+
+
 @functools.cache
 def keys() -> frozenset[str]:
     """Settings of all commands."""
-    found = set()
-    for name, (where, _) in COMMANDS.items():
-        app = application([], ())
-        for word in name.split() if where else ():
-            app = app[word]
-        arguments = app.assemble_argument_collection() if where else ()
-        found |= {shown_name(argument) for argument in arguments if not (argument.show or argument.children)}
-    return frozenset(found)
+    return frozenset(shown_name(one) for name in NAMES for one in arguments(name) if not one.show)
 
 
 def filed(words: Sequence[str]) -> list[str]:
@@ -132,7 +139,7 @@ def round_recording(path: Path) -> None:
 def as_currents(path: Path, target: Path) -> None:
     """Copy of a recording with motor currents [A] for torques."""
     rows = [line.split(",") for line in path.read_text(encoding="utf-8").splitlines()]
-    gain = {f"tau{j}": gain for j, gain in enumerate(GAINS, 1)}
+    gain = {f"tau{j}": gain for j, gain in enumerate(UR10E_GAINS, 1)}
     names = [name.replace("tau", "i") for name in rows[0]]
     scales = [gain.get(name) for name in rows[0]]
     lines = [

@@ -8,7 +8,6 @@ import subprocess
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
-from math import radians
 from pathlib import Path
 
 import casadi as ca
@@ -18,22 +17,11 @@ from dynident import model
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model.codegen import code_names
-from dynident.tests.conftest import IN_FULL, PRISMATIC
+from dynident.tests.conftest import CROOKED, IN_FULL, PRISMATIC
 from dynident.tests.selection import every
 
 STRICT = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1")
-SLIDING = model.Robot(
-    'odd "name" */ 6-axis',
-    (
-        model.Joint("prismatic", radians(20), 0.1, radians(35), 0.2),
-        model.Joint("revolute", radians(-65), 0.3, radians(10), -0.1),
-        model.Joint("revolute", radians(100), 0.25, radians(30), 0.05),
-    ),
-    gravity=(1.0, -2.5, -9.2),
-    drives=model.Drives(
-        offsets=True, coupling=model.Coupling((2, 3)), spring=model.Spring(2, 900.0, 0.2, (0.3, 0.15), 0.2)
-    ),
-)
+SLIDING = replace(CROOKED, name='odd "name" */ 6-axis')
 TABLE = replace(
     SLIDING,
     drives=model.Drives(spring=model.Spring(2, table=((-3.0, 30.0), (-0.5, 5.0), (1.0, -8.0), (3.0, -60.0)))),
@@ -78,7 +66,7 @@ def assert_same(result: Array, expected: ca.DM) -> None:
 
 
 @needs_compiler
-@pytest.mark.parametrize("case", every(7, product(ROBOTS, FUNCTIONS)), ids="-".join)
+@pytest.mark.parametrize("case", every(4, [*product(ROBOTS, FUNCTIONS)][::2]), ids="-".join)
 def test_compiled_code_answers_as_casadi(case: tuple[str, str], tmp_path: Path) -> None:
     robot, name = ROBOTS[case[0]], case[1]
     _, source, _ = model.generate_code(robot, name, tmp_path)
@@ -91,7 +79,7 @@ def test_compiled_code_answers_as_casadi(case: tuple[str, str], tmp_path: Path) 
 
 
 @needs_compiler
-@pytest.mark.parametrize("name", FUNCTIONS)
+@pytest.mark.parametrize("name", ["inverse_dynamics", "mass_matrix", "base_regressor"])
 def test_example_compiles_and_prints_the_result(name: str, tmp_path: Path) -> None:
     robot = ROBOTS["rx90"]
     _, source, example = model.generate_code(robot, name, tmp_path)

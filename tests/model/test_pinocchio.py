@@ -9,7 +9,6 @@ import pinocchio as pin
 from dynident.common.arrays import Array
 from dynident.model import (
     INERTIAL,
-    Drives,
     InertialParameters,
     Joint,
     Robot,
@@ -22,6 +21,7 @@ from dynident.model import (
 )
 from dynident.model.base.rank import random_states
 from dynident.model.regressors import payload_columns
+from dynident.tests.model.urdf_files import rigid
 
 STATES = 200
 TOLERANCE = 1e-9
@@ -49,10 +49,6 @@ def with_bodies(robot: Robot, values: dict[str, float]) -> pin.Model:
         inertia = pin.Inertia(body.mass, body.com, body.inertia_com)
         model.appendBodyToJoint(link, inertia, pin.SE3.Identity())
     return model
-
-
-def rigid(robot: Robot) -> Robot:
-    return replace(robot, drives=Drives(rotor_inertia=False, friction=()))
 
 
 def relative_error(value: Array, reference: Array) -> float:

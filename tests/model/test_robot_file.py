@@ -143,10 +143,8 @@ ONE = 'name = "x"\n[[joints]]\n'
 
 
 CASES = [
-    ("[[joints]]", "name", "missing: must be text"),
     ('name = "x"', "joints", r"give one \[\[joints\]\] table for each joint"),
     ('name = "x"\njoints = []', "joints", "give one"),
-    (ONE + "alpha_deg = nan", r"joints\[1\].alpha_deg", "must be a finite number, got nan"),
     (
         ONE + "alpha = 90",
         r"joints\[1\].alpha",
@@ -158,14 +156,11 @@ CASES = [
     (ONE + "position_m = [0, 1]", r"joints\[1\].position_m", "a revolute joint takes position_deg"),
     (ONE + "position_deg = [10, -10]", r"joints\[1\]", "leave no range"),
     (ONE + "speed_deg_s = 0", r"joints\[1\]", "speed limit must be positive"),
-    (ONE + "[drives]\nside = 'gear'", "drives.side", "must be 'link' or 'motor'"),
     (ONE + "[drives]\nside = 'link'\nrotor_inertia = true", "drives.rotor_inertia", "link side do not see it"),
     ("rated_payload_kg = 0\n" + ONE, "robot", "rated payload must be positive"),
     (ONE + "[drives.coupling]\njoints = [1, 2]", "robot", "drives name joint 2"),
     (ONE + "[drives.coupling]\njoints = [1, 1]", "drives.coupling", "must differ"),
-    (ONE + "[drives.coupling]\njoints = [1, 2]\ncoulomb = 'x'", "drives.coupling.coulomb", "'paper' or 'sum'"),
     (ONE + "[drives.spring]\njoint = 1", "drives.spring", "either a table or"),
-    (ONE + "[drives.spring]\njoint = 1\ntable = [[0, 1, 2]]", r"drives.spring.table\[1\]", "list of 2 numbers"),
     (ONE + "[processing]\ncutoff_hz = -5", "processing", "cutoff must be above 0 Hz"),
     (ONE + "[sources]\nmas = 'x'", "sources.mas", r"unknown: did you mean .mass.\? known here: "),
     (ONE + "[parameters]\nM2 = 3", "parameters.M2", "not a standard parameter"),

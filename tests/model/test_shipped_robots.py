@@ -1,10 +1,7 @@
 """Shipped arms against the chains of joints that public descriptions of them publish."""
 
-import copy
 import math
-import pickle
 from dataclasses import replace
-from types import MappingProxyType
 
 import numpy as np
 import pytest
@@ -136,12 +133,3 @@ def test_no_stand_in_out_of_nothing() -> None:
     with pytest.raises(InputError, match="mass_kg"):
         model.with_stand_in(robot)
     assert rehearsed(robot) is robot
-
-
-@pytest.mark.parametrize("name", model.robot_names())
-def test_a_robot_is_pickled_and_copied(name: str) -> None:
-    robot = model.load_robot(name)
-    for other in (pickle.loads(pickle.dumps(robot)), copy.deepcopy(robot)):
-        assert other == robot
-        assert hash(other) == hash(robot)
-        assert isinstance(other.parameters, MappingProxyType)

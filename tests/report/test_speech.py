@@ -5,20 +5,24 @@ import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from dynident import InertialParameters, Simulator, answer_payload, identify, load_robot, payload_problem
 from dynident.apps.logs.log_check import check_log
+from dynident.apps.numbers import with_interval
+from dynident.apps.report.blocks import with_sigma
 from dynident.apps.report.terminal import COLUMNS, LINES
 from dynident.common.errors import InputError
-from dynident.common.schema import read_json, write_json
+from dynident.common.schema import convert, read_json, write_json
 from dynident.common.speech import Speaks
 from dynident.estimation import GainsResult, PayloadAnswer
 from dynident.estimation.answers.gains import GainsWorking
 from dynident.estimation.payload.long_motion import Source
+from dynident.estimation.results.payload import array, bounds
 from dynident.model import Recording, Robot
-from dynident.tests.report import made
+from dynident.tests.common.test_wrong_files import filled
 from dynident.trajectories import RX90_NOISE, random_via_points
-from msgspec import structs
+from msgspec import inspect, structs
 
 LOAD = InertialParameters.from_com(7.025, [0.0, 0.0, 0.143], [0.018, 0.018, 0.035])
 
@@ -41,8 +45,9 @@ def answers() -> dict[str, Any]:
 
 
 def drive_gains(robot: Robot) -> GainsResult:
+    made = convert(filled(inspect.type_info(GainsResult)), GainsResult)
     working = GainsWorking(Source((), (), robot.processing), (), (), (), (), ())
-    return structs.replace(made.drive_gains(), robot=robot.name).made_by(working)
+    return structs.replace(made, robot=robot.name).made_by(working)
 
 
 KINDS = ("payload", "robot", "gains", "log")
@@ -107,7 +112,7 @@ def test_an_answer_becomes_a_frame(kind: str, answers: dict[str, Speaks]) -> Non
     pandas = pytest.importorskip("pandas")
     frame = answers[kind].to_frame()
     assert isinstance(frame, pandas.DataFrame)
-    assert len(frame) >= (3 if kind == "gains" else 6)  # motors; numbers of the first screen
+    assert len(frame) == 1 if kind == "gains" else len(frame) >= 6  # a motor; numbers of the first screen
 
 
 def test_a_payload_by_name(answers: dict[str, PayloadAnswer]) -> None:
@@ -121,6 +126,39 @@ def test_a_payload_by_name(answers: dict[str, PayloadAnswer]) -> None:
     assert (payload.mass.use == "use") == (answer.verdict.level != "do_not_use")
     assert (payload.inertia.use == "use") == (answer.verdict.level == "use")
     assert float(payload.mass) == answer.mass
+
+
+def test_the_words_of_a_document_are_its_answers(answers: dict[str, Any]) -> None:
+    """Its numbers are frozen."""
+    payload, robot, arm = answers["payload"], answers["robot"], load_robot("rx90")
+    for answer, steps in ((payload, payload.result.essential), (robot, robot.result.elimination)):
+        result, settings = answer.result, answer.result.processing
+        assert (result.robot_title, result.friction) == (arm.title, robot.choices)
+        assert (settings.coulomb, settings.torque_side, settings.friction) == ("sum", "motor", ("FS", "FV"))
+        assert (steps.rule, steps.description) == ("ratio", answer.elimination.rule.description)
+        assert (steps.path[1].eliminated, steps.warnings) == (answer.elimination.order[0], answer.warnings)
+        assert steps.parameters[0].name == "ZZ1R"
+    rows = [(row.name, row.grouping) for row in robot.result.base_parameters]
+    assert rows == list(zip(robot.base.names, robot.base.groupings(), strict=True))
+    assert robot.result.joints == ("revolute",) * 6
+    result, best = payload.result, payload.result.best
+    assert (result.frame, result.flange_in_payload_frame.source) == (arm.payload_frame, arm.sources["flange"])
+    assert (result.recommended.method, result.recommended.reason) == payload.recommendation
+    assert "measures" in result.joint_that_agrees_least
+    assert (best.interval95_by, best.active[0].constraint) == ("jackknife", best.constraints[0])
+
+
+def test_details_hold_every_number_of_a_payload(answers: dict[str, PayloadAnswer]) -> None:
+    """Of each method with the larger standard deviation, of the one to use with its interval."""
+    result = answers["payload"].result
+    shown = result.summary(details=True)
+    for own in result.free:
+        sigma = [*own.larger_sigma, *np.fmax(array(own.com_sigma, 3), array(own.com_sigma_robust, 3))]
+        values = zip([*own.ten, *array(own.com, 3)], sigma, strict=True)
+        assert all(str(with_sigma(x, one)) in shown for x, one in values), own.method
+    assert result.best
+    for x, (low, high) in zip(result.best.ten, bounds(result.best.interval95), strict=True):
+        assert all(text in shown for text in with_interval(x, low, high))
 
 
 def test_a_payload_in_a_controllers_format(answers: dict[str, PayloadAnswer]) -> None:

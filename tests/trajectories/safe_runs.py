@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.model import InertialParameters, Motion, Robot, payload_regressor
+from dynident.model import InertialParameters, Motion, Robot, inverse_dynamics, payload_regressor
 from dynident.model.kernel.kernel import Kernel
 from dynident.trajectories import (
     Design,
@@ -55,10 +55,7 @@ def drawn_bodies(payloads: PayloadSet, count: int, draw: np.random.Generator) ->
 
 def own_torque(robot: Robot, motion: Motion) -> Array:
     """Torque without payload by Newton and Euler, (N, n)."""
-    from dynident.model import inverse_dynamics
-
-    chi = robot.chi()
-    kernel = Kernel(inverse_dynamics(robot))
+    chi, kernel = robot.chi(), Kernel(inverse_dynamics(robot))
     torque = np.zeros(motion.q.shape)
     torque[:, kernel.rows] = kernel(motion.q, motion.qd, motion.qdd, chi).T
     return torque

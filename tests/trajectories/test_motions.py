@@ -232,9 +232,7 @@ def test_the_plan_is_what_was_sampled_and_rests_at_its_ends(name: str) -> None:
     assert np.abs(motion.qd[0]).max() < 1e-12 * np.abs(motion.qd).max()
     assert np.abs(motion.qdd[0]).max() < 1e-12 * np.abs(motion.qdd).max()
     assert np.abs(motion.qd[-1]).max() < 0.01 * np.abs(motion.qd).max()
-    for value, slope in ((motion.q, motion.qd), (motion.qd, motion.qdd)):
-        difference = np.gradient(value, motion.t, axis=0)
-        assert np.abs(difference - slope)[5:-5].max() < 1e-2 * np.abs(slope).max()
+    assert_derivatives(motion.t, motion.q, motion.qd, motion.qdd, share=1e-2)
     if "pose" in name:
         assert np.allclose(motion.q[0], POSE, atol=1e-12)
     fine = family.sample(x, 10)

@@ -80,16 +80,6 @@ def test_every_limit_is_kept_and_the_others_are_held(design: Solved) -> None:
     assert motion.t[-1] == pytest.approx(30.0)
 
 
-def test_the_rehearsal_goes_the_same_way_slowly(design: Solved) -> None:
-    slow = design.motion.slowed(0.1)
-    t = np.linspace(0.0, design.motion.period, 50)
-    q, qd, _ = design.motion.at(t)
-    slowly, speeds, _ = slow.at(10.0 * t)
-    assert slowly == pytest.approx(q, abs=1e-9)
-    assert 10.0 * speeds == pytest.approx(qd, abs=1e-9)
-    assert slow.duration == pytest.approx(10.0 * design.motion.period)
-
-
 def test_the_prediction_is_the_scatter_of_least_squares(design: Solved) -> None:
     """200 noisy runs solved by plain least squares with a constant and a sign column for each moving joint."""
     robot, rate = load_robot("ur10e"), 10.0

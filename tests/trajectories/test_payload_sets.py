@@ -1,14 +1,23 @@
 """Every payload of a set: the bound against bodies drawn, a search and the semidefinite form; slopes; designs."""
 
 from dataclasses import replace
-from typing import Any
 
+import cvxpy
 import numpy as np
 import pytest
 from dynident import trajectories
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.model import Motion, Pose, Robot, load_robot, payload_regressor, stand_in
+from dynident.model import (
+    InertialParameters,
+    Motion,
+    Pose,
+    Robot,
+    base_parameters,
+    load_robot,
+    payload_regressor,
+    stand_in,
+)
 from dynident.model.frames import frames_at
 from dynident.tests.trajectories.safe_runs import dense, drawn_bodies
 from dynident.trajectories.design.limits import Limit, State
@@ -53,26 +62,27 @@ def test_no_body_of_the_set_exceeds_the_bound_and_one_reaches_it(kind: str) -> N
 
 def test_the_bound_is_that_of_the_semidefinite_form() -> None:
     """Over pseudo-inertias J >= 0 with J44 <= M and tr(J P) >= 0 for the ellipsoid (Wensing, Kim, Slotine 2018)."""
-    import cvxpy as cp
-
     payloads = SETS["ellipsoid"]
     shape = np.linalg.inv(payloads.axes @ payloads.axes.T)
     P = np.zeros((4, 4))
     P[:3, :3], P[:3, 3] = -shape, shape @ payloads.centre
     P[3, :3], P[3, 3] = P[:3, 3], 1.0 - payloads.centre @ shape @ payloads.centre
-    J, row = cp.Variable((4, 4), PSD=True), cp.Parameter(10)
+    J, row = cvxpy.Variable((4, 4), PSD=True), cvxpy.Parameter(10)
     xx, yy, zz = (J[i, i] for i in range(3))
     body = [yy + zz, -J[0, 1], -J[0, 2], xx + zz, -J[1, 2], xx + yy, J[0, 3], J[1, 3], J[2, 3], J[3, 3]]
-    problem = cp.Problem(cp.Maximize(row @ cp.hstack(body)), [J[3, 3] <= payloads.mass, cp.trace(J @ P) >= 0.0])
+    problem = cvxpy.Problem(
+        cvxpy.Maximize(row @ cvxpy.hstack(body)), [J[3, 3] <= payloads.mass, cvxpy.trace(J @ P) >= 0.0]
+    )
     for k in (1, 8, 57, 88):
         row.value = ROWS[k]
-        assert problem.solve(solver=cp.CLARABEL) == pytest.approx(
+        assert problem.solve(solver=cvxpy.CLARABEL) == pytest.approx(
             payloads.extremes(ROWS[k : k + 1])[0][0, 0], rel=1e-5, abs=1e-6
         )
 
 
 ARM = stand_in.rehearsed(load_robot("ur10e"))
 BOUNDS = trajectories.JointBounds.of(ARM)
+BODY = InertialParameters.from_com(3.0, [0.0, 0.0, 0.1], 0.009 * np.eye(3))
 POSE = np.radians([0.0, -60.0, 90.0, -120.0, -90.0, 0.0])
 
 
@@ -81,20 +91,12 @@ def problem(
 ) -> trajectories.DesignProblem:
     """A motion of four joints near a pose of a UR10e's stand-in."""
     shape = trajectories.NearShape(POSE[None], (2, 3, 5, 6), np.full(4, np.radians(30.0)), 8.0)
-    goal = trajectories.NearGoal(0.007 * BOUNDS.torque, 10.0, stand_in_body())
+    goal = trajectories.NearGoal(0.007 * BOUNDS.torque, 10.0, BODY)
     loads = trajectories.Loads(known() if covariance is not None else ARM.parameters, payloads, covariance)
     return trajectories.build_design(ARM, shape, goal, bounds=replace(BOUNDS, torque=torque), loads=loads)
 
 
-def stand_in_body() -> Any:
-    from dynident.model import InertialParameters
-
-    return InertialParameters.from_com(3.0, [0.0, 0.0, 0.1], 0.009 * np.eye(3))
-
-
 def known() -> dict[str, float]:
-    from dynident.model import base_parameters
-
     base = base_parameters(ARM)
     return dict(zip(base.columns, base.value(ARM.parameters).tolist(), strict=True))
 
@@ -165,7 +167,7 @@ def test_the_ball_is_a_body_of_the_scene() -> None:
     )
     shape = trajectories.NearShape(POSE[None], (2, 3, 5, 6), np.full(4, np.radians(30.0)), 8.0)
     loads = trajectories.Loads(ARM.parameters, SETS["ball"])
-    goal = trajectories.NearGoal(0.007 * BOUNDS.torque, 10.0, stand_in_body())
+    goal = trajectories.NearGoal(0.007 * BOUNDS.torque, 10.0, BODY)
     task = trajectories.build_design(ARM, shape, goal, bounds=BOUNDS, loads=loads, scene=scene)
     limit = next(limit for limit in task.limits if limit.kind == "clearance")
     labels = [label for label in limit.labels if "payload" in label]

@@ -7,6 +7,7 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import load_robot
+from dynident.model.frames import frames_at
 from dynident.trajectories import Scene, read_scene
 from dynident.trajectories.design.limits import State
 from dynident.trajectories.design.scene import Capsule, HalfSpace, clearance
@@ -31,26 +32,10 @@ def state(q: Array) -> State:
     return State(Samples(np.ones(len(q)), q, 0 * q, 0 * q), np.zeros((0, len(q))))
 
 
-def frame(q: Array, link: int) -> tuple[Array, Array]:
-    """Axes and origin of a link's frame, by plain matrices (modified DH)."""
-    T = np.eye(4)
-    for joint, angle in zip(ROBOT.joints[:link], q, strict=False):
-        ca, sa, ct, st = np.cos(joint.alpha), np.sin(joint.alpha), np.cos(angle), np.sin(angle)
-        T = T @ np.array(
-            [
-                [ct, -st, 0, joint.d],
-                [ca * st, ca * ct, -sa, -joint.r * sa],
-                [sa * st, sa * ct, ca, joint.r * ca],
-                [0, 0, 0, 1],
-            ]
-        )
-    return T[:3, :3], T[:3, 3]
-
-
 def axis_points(body: Capsule, q: Array) -> Array:
-    R, p = frame(q, body.link)
+    pose = frames_at(ROBOT, q.tolist())[body.link]
     start, end = np.array(body.start), np.array(body.end or body.start)
-    return np.asarray(p + (start + np.linspace(0, 1, 401)[:, None] * (end - start)) @ R.T)
+    return np.asarray(pose.p + (start + np.linspace(0, 1, 401)[:, None] * (end - start)) @ pose.R.T)
 
 
 def test_distances_are_those_of_dense_points() -> None:

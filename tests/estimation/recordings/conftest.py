@@ -28,11 +28,10 @@ def signals() -> Signals:
 NAMES = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
 
 
-def as_csv(path: Path, signals: Signals, delimiter: str = ",", decimal: str = ".") -> Path:
+def as_csv(path: Path, signals: Signals) -> Path:
     header = ["t"] + [f"{kind}{j}" for kind in ("q", "qd", "tau") for j in range(1, 7)]
     table = np.column_stack(list(signals.values()))
-    lines = [delimiter.join(header)]
-    lines += [delimiter.join(repr(float(v)).replace(".", decimal) for v in row) for row in table]
+    lines = [",".join(header), *(",".join(map(repr, row)) for row in table.tolist())]
     data = ("\n".join(lines) + "\n").encode()
     path.write_bytes(gzip.compress(data) if path.suffix == ".gz" else data)
     return path

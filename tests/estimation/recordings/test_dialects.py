@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from dynident.apps.logs.columns import KNOWN, PLAIN, Known
 from dynident.apps.logs.read import read_recording
@@ -151,28 +153,21 @@ def test_every_dialect_with_every_layout(tmp_path: Path, dialect: str, title: st
 
 
 @pytest.mark.parametrize("known", KNOWN, ids=[known.title for known in KNOWN])
-def test_arrays_and_parquet_go_by_the_same_table(tmp_path: Path, known: object) -> None:
+def test_arrays_and_parquet_go_by_the_same_table(tmp_path: Path, known: Known) -> None:
     """Columns are known by their names, whatever the format that holds them."""
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    (layout,) = [each for each in KNOWN if each is known]
-    robot = arm_of(layout.title)
-    sheet = sheet_of(layout, robot, signals_of(robot))
+    robot = arm_of(known.title)
+    sheet = sheet_of(known, robot, signals_of(robot))
     columns = dict(zip(sheet.names, sheet.rows.T, strict=True))
     pq.write_table(pa.table(columns), tmp_path / "a.parquet")
     (tmp_path / "a.csv").write_bytes(_text(_lines(sheet)))
     np.savez(tmp_path / "a.npz", **{name: values for name, values in columns.items() if "/" not in name})
-    expected = read(tmp_path / "a.csv", layout.title)
-    assert read(tmp_path / "a.parquet", layout.title).fingerprint == expected.fingerprint
+    expected = read(tmp_path / "a.csv", known.title)
+    assert read(tmp_path / "a.parquet", known.title).fingerprint == expected.fingerprint
     if not any("/" in name for name in sheet.names):
-        assert read(tmp_path / "a.npz", layout.title).fingerprint == expected.fingerprint
+        assert read(tmp_path / "a.npz", known.title).fingerprint == expected.fingerprint
 
 
 def test_lists_of_a_lerobot_data_set(tmp_path: Path) -> None:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
     robot = ARMS["ur10e"]
     signals = signals_of(robot)
     gripper = np.column_stack([signals["position"], np.zeros(60)])

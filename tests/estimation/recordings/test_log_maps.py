@@ -39,7 +39,6 @@ def test_files_side_by_side_must_fit(tmp_path: Path, arm: Robot, signals: Signal
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("[positoin]\n", "'positoin': unknown"),
         ('[position]\nunit = "grad"', "'grad' of position"),
         ('[position]\nside = "motor"', "motor side without gear ratios"),
         ("[torque]\nrated = [1, 1]", "rated goes with"),
@@ -55,7 +54,6 @@ def test_files_side_by_side_must_fit(tmp_path: Path, arm: Robot, signals: Signal
         ('[file]\nnames = ["q6..1"]', "a range must rise"),
         ('[file]\nnames = ["q1", "q1"]', "'q1' is given twice"),
         ('joints = ["a", "a"]', "named twice"),
-        ("[time", "not valid TOML"),
     ],
 )
 def test_bad_log_maps(tmp_path: Path, text: str, words: str) -> None:

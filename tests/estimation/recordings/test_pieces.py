@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.logs import read_recordings, read_trajectory
+from dynident.apps.logs import read_recordings, read_trajectory, with_flags
+from dynident.apps.logs.map import LogMap
 from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
@@ -97,9 +98,6 @@ def test_units_of_time_are_found_out(tmp_path: Path, arm: Robot, scale: float, s
 
 
 def test_an_index_is_named(tmp_path: Path, arm: Robot) -> None:
-    from dynident.apps.logs import with_flags
-    from dynident.apps.logs.map import LogMap
-
     path = log(tmp_path / "a.csv", np.arange(2000.0), without())
     with pytest.raises(InputError, match=r"counts by ones: --units t=500Hz .* --units t=ms for milliseconds"):
         read_recording(path, arm)
@@ -172,27 +170,15 @@ def write(tmp_path: Path) -> Write:
         header: list[str] = HEADER,
         values: np.ndarray | None = None,
         edit: Callable[[list[str]], None] = lambda lines: None,
-        name: str = "log.csv",
     ) -> Path:
         values = table() if values is None else values
         lines = [",".join(header)] + [",".join(f"{v:.9g}" for v in row) for row in values]
         edit(lines)
-        path = tmp_path / name
-        data = ("\n".join(lines) + "\n").encode()
-        path.write_bytes(gzip.compress(data) if name.endswith(".gz") else data)
+        path = tmp_path / "log.csv"
+        path.write_text("\n".join(lines) + "\n")
         return path
 
     return writer
-
-
-@pytest.mark.parametrize("name", ["log.csv", "log.csv.gz"])
-def test_plain_and_gzip(write: Write, rx90: Robot, name: str) -> None:
-    recording = read_recording(write(name=name), rx90)
-    assert np.allclose(recording.t, table()[:, 0])
-    assert np.allclose(recording.q, table()[:, 1:7], atol=1e-8)
-    assert np.allclose(recording.torque, table()[:, 7:], atol=1e-8)
-    assert recording.qd is None
-    assert recording.notes == ()
 
 
 def test_column_order_does_not_matter_and_others_are_listed_once(write: Write, rx90: Robot) -> None:

@@ -2,9 +2,9 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 from dynident.apps.commands.demo import PAYLOAD
@@ -58,16 +58,15 @@ def read(text: str) -> Reader:
     return reader
 
 
-@dataclass
-class Made:
+class Made(NamedTuple):
     """A report on disk, with the folder of its figures."""
 
     path: Path
     plots: Path
-    text: str = field(init=False)
 
-    def __post_init__(self) -> None:
-        self.text = self.path.read_text(encoding="utf-8")
+    @property
+    def text(self) -> str:
+        return self.path.read_text(encoding="utf-8")
 
 
 Shared = Callable[[str, Callable[[Path], object]], Path]
@@ -99,21 +98,20 @@ def fixed_date() -> Iterator[None]:
 
 @pytest.fixture(scope="session")
 def payload_report(shared: Shared, short_logs: Path, fixed_date: None) -> Made:
-    def fill(folder: Path) -> None:
-        assert main(payload_command(short_logs, folder / "page.html", folder / "plots")) == 0
-
-    folder = shared("payload_report", fill)
-    return Made(folder / "page.html", folder / "plots")
+    return written(shared, "payload_report", lambda *files: payload_command(short_logs, *files))
 
 
 @pytest.fixture(scope="session")
 def robot_report(shared: Shared, short_logs: Path, fixed_date: None) -> Made:
-    identify = ["identify", "--robot", "rx90", "--data", str(short_logs / "bare0.csv")]
+    line = ["identify", "--robot", "rx90", "--data", str(short_logs / "bare0.csv")]
+    return written(shared, "robot_report", lambda page, plots: [*line, "--report", str(page), f"plots={plots}"])
 
+
+def written(shared: Shared, name: str, line: Callable[[Path, Path], list[str]]) -> Made:
     def fill(folder: Path) -> None:
-        assert main(filed([*identify, "--report", str(folder / "page.html"), f"plots={folder / 'plots'}"])) == 0
+        assert main(filed(line(folder / "page.html", folder / "plots"))) == 0
 
-    folder = shared("robot_report", fill)
+    folder = shared(name, fill)
     return Made(folder / "page.html", folder / "plots")
 
 

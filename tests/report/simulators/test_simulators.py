@@ -31,6 +31,7 @@ from dynident.model import (
 )
 from dynident.model.base.rank import random_states
 from dynident.tests.model.urdf_files import dressed_urdf
+from scipy.spatial.transform import Rotation
 
 
 class Body(NamedTuple):
@@ -139,7 +140,7 @@ def by_usd(text: str, folder: Path) -> Read:
         if prim.HasAPI(UsdPhysics.MassAPI):
             mass = UsdPhysics.MassAPI(prim)
             q = mass.GetPrincipalAxesAttr().Get()
-            R = _matrix(q.GetReal(), *q.GetImaginary())
+            R = Rotation.from_quat([*q.GetImaginary(), q.GetReal()]).as_matrix()
             inertia = R @ np.diag(mass.GetDiagonalInertiaAttr().Get()) @ R.T
             com = np.array(mass.GetCenterOfMassAttr().Get())
             bodies[custom["name"]] = Body(mass.GetMassAttr().Get(), com, inertia)
@@ -164,13 +165,6 @@ def by_usd(text: str, folder: Path) -> Read:
                 if attribute and attribute.HasAuthoredValue()
             }
     return Read(bodies, drives)
-
-
-def _matrix(w: float, x: float, y: float, z: float) -> Array:
-    v = np.array([x, y, z])
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    R: Array = (w * w - v @ v) * np.eye(3) + 2.0 * np.outer(v, v) + 2.0 * w * cross
-    return R
 
 
 RandomParameters = Callable[[Robot, int], dict[str, float]]
