@@ -234,10 +234,13 @@ def read_json(path: str | Path, kind: type[_Kind], remedy: str) -> _Kind:
             raise InputError(f"cannot be read as JSON ({reason})") from None
         table: Any = kind
         fields = msgspec.structs.fields(table) if hasattr(table, "__struct_fields__") else ()
-        wanted = next((one.default for one in fields if one.name == "kind"), None)
-        held = data.get("kind") if isinstance(data, dict) else None
-        if isinstance(wanted, str) and isinstance(held, str) and held != wanted:
-            raise InputError(f"is a result of the kind {held!r}, not {wanted!r}")
+        own = {one.encode_name: one.default for one in fields}
+        if isinstance(data, dict) and isinstance(wanted := own.get("kind"), str):
+            held, others = data.get("kind", wanted), [key for key in data if key not in own and "kind" not in data]
+            if isinstance(held, str) and held != wanted:
+                raise InputError(f"is a result of the kind {held!r}, not {wanted!r}")
+            if others:
+                raise InputError(f"is no result of the kind {wanted!r}, which has no key {others[0]!r}")
         return convert(data, kind)
 
 

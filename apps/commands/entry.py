@@ -186,13 +186,14 @@ def command(run: Callable[..., bool | None]) -> Callable[..., int]:
 
     def called(*arguments: Any, terminal: TerminalOptions, **options: Any) -> int:
         call = CALL.get()
-        check_paths(call)
-        for part in (terminal, *options.values()):
-            if isinstance(part, Options):
-                part.check()
         manner: Manner = "quiet" if terminal.quiet else "verbose" if terminal.verbose else "plain"
-        with keeping([path for _, _, path in call.named(reads=True)]), speaking(manner, call.command):
-            return DO_NOT_USE if run(*arguments, **options) is False else ANSWERED
+        with naming_file(call):
+            check_paths(call)
+            for part in (terminal, *options.values()):
+                if isinstance(part, Options):
+                    part.check()
+            with keeping([path for _, _, path in call.named(reads=True)]), speaking(manner, call.command):
+                return DO_NOT_USE if run(*arguments, **options) is False else ANSWERED
 
     called.__doc__, called.__annotations__ = run.__doc__, {part.name: part.annotation for part in parts}
     vars(called)["__signature__"] = given.replace(parameters=parts)
@@ -292,6 +293,17 @@ def about(*options: str) -> Iterator[None]:
     except ValueError as error:
         named = any(option in str(error) for option in options)
         raise InputError(str(error) if named else f"{', '.join(options)}: {error}") from None
+
+
+@contextmanager
+def naming_file(call: Call) -> Iterator[None]:
+    """Name the settings file of whose key a fault speaks first."""
+    try:
+        yield
+    except InputError as error:
+        keys = ((shown_name(entry), token.source) for entry in call.arguments for token in entry.tokens)
+        files = [file for key, file in keys if file != "cli" and re.match(rf"{key}\b", str(error))]
+        raise InputError(": ".join([*files[:1], str(error)])) from None
 
 
 def marks(hint: Any) -> Iterator[Any]:
