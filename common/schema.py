@@ -14,7 +14,7 @@ from difflib import get_close_matches
 from functools import partial
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, TypeVar, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NewType, Self, TypeVar, Union, get_args, get_origin
 
 import msgspec
 import numpy as np
@@ -117,10 +117,7 @@ def _toml_value(value: Any) -> str:
 TOML_BYTES = 1_000_000  # largest TOML file that is read, in bytes; one that a user writes comes nowhere near
 Real = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
 """A finite number; no length, angle or parameter of an arm comes near the bounds."""
-if TYPE_CHECKING:
-    Float = float
-else:
-    Float = float | None
+Float = float
 """A number that was computed; null in a document where it is not finite."""
 Triple = tuple[Real, Real, Real]  # three numbers along x, y and z
 _MANY = 24  # keys: so many are a program's, whose names say nothing to who gave another file
@@ -129,9 +126,13 @@ _Rows = np.ndarray[tuple[int, int], np.dtype[np.float64]]
 _ROW_SCHEMA = {"type": "array", "items": {"type": ["number", "null"]}}
 _SCHEMA = {"description": "a list of numbers", **_ROW_SCHEMA}
 _ROWS_SCHEMA = {"description": "a list of lists of numbers", "type": "array", "items": _ROW_SCHEMA}
-Vector = Annotated[_Row, Meta(extra_json_schema=_SCHEMA)]
+Vector = _Row
 """Numbers in a row; null stands for one that is not finite."""
-Matrix = Annotated[_Rows, Meta(extra_json_schema=_ROWS_SCHEMA)]  # rows of numbers
+Matrix = _Rows  # rows of numbers
+if not TYPE_CHECKING:  # signatures show the names, not all that may stand in a document
+    Float = NewType("Float", float | None)
+    Vector = NewType("Vector", Annotated[_Row, Meta(extra_json_schema=_SCHEMA)])
+    Matrix = NewType("Matrix", Annotated[_Rows, Meta(extra_json_schema=_ROWS_SCHEMA)])
 _NUMBERS: dict[Any, Any] = {_Row: tuple[float | None, ...], _Rows: tuple[tuple[float | None, ...], ...]}
 
 

@@ -1,5 +1,7 @@
 """The equations Y = W chi + rho compressed by QR, joint by joint and cut in time: what every estimator takes."""
 
+from __future__ import annotations
+
 import io
 import zipfile
 from collections.abc import Iterable, Mapping, Sequence
@@ -51,13 +53,13 @@ class Blocks(Brief):
         return len(self.rows)
 
     @staticmethod
-    def of(blocks: "Sequence[Equations]", length: float = 0.0) -> "Blocks":
+    def of(blocks: Sequence[Equations], length: float = 0.0) -> Blocks:
         """Stack the equations of blocks."""
         factors = [_stack([part.factors[j][None] for part in blocks]) for j in range(len(blocks[0].factors))]
         rows = np.array([part.rows for part in blocks], dtype=float)
         return Blocks(tuple(factors), rows, np.array([part.effective_rows for part in blocks]), length)
 
-    def joined(self, others: "Blocks", together: bool = False) -> "Blocks":
+    def joined(self, others: Blocks, together: bool = False) -> Blocks:
         """Append other blocks; ``together``: each with its partner of the same motion."""
         pairs, length = zip(self.factors, others.factors, strict=True), max(self.length, others.length)
         if together:
@@ -106,7 +108,7 @@ class Equations(Brief):
     blocks: Blocks = Blocks()
 
     @staticmethod
-    def from_arrays(W: ArrayLike, Y: ArrayLike, joint: ArrayLike, names: Sequence[str]) -> "Equations":
+    def from_arrays(W: ArrayLike, Y: ArrayLike, joint: ArrayLike, names: Sequence[str]) -> Equations:
         """Compress equations of one's own, their errors taken as independent.
 
         Args:
@@ -131,7 +133,7 @@ class Equations(Brief):
 
     def transformed(
         self, M: Array, names: Sequence[str], shift: Array | None = None, joints: Sequence[int] | None = None
-    ) -> "Equations":
+    ) -> Equations:
         """Write the equations in other parameters p, of which these are chi = M p + shift.
 
         With a shift the torque W shift is taken off: the rest is no motor's any more, so nothing shared is kept;
@@ -158,7 +160,7 @@ class Equations(Brief):
             blocks,
         )
 
-    def select(self, names: Sequence[str]) -> "Equations":
+    def select(self, names: Sequence[str]) -> Equations:
         """Keep only some of the parameters, or put all among others, whose columns are zero; in the order given."""
         if not (set(names) <= set(self.columns) or set(self.columns) <= set(names)):
             raise ValueError(f"neither a part of {self.columns} nor more: {tuple(names)}")
@@ -168,14 +170,14 @@ class Equations(Brief):
                 M[self.columns.index(name), k] = 1.0
         return self.transformed(M, names)
 
-    def minus(self, names: Sequence[str], values: Array) -> "Equations":
+    def minus(self, names: Sequence[str], values: Array) -> Equations:
         """Take off the torque W chi of known parameters: equations in the others alone."""
         known, c = [self.columns.index(name) for name in names], len(self.columns)
         rest, shift = [k for k in range(c) if k not in known], np.zeros(c)
         shift[known] = values
         return self.transformed(np.eye(c)[:, rest], [self.columns[k] for k in rest], shift)
 
-    def eliminate(self, columns: Sequence[str], anchors: Sequence[Anchor] = ()) -> "Equations":
+    def eliminate(self, columns: Sequence[str], anchors: Sequence[Anchor] = ()) -> Equations:
         """Take away all that some columns can explain, joint by joint.
 
         Each joint must have parameters of its own there, such as friction: this is then exact, what is left are the
@@ -215,11 +217,11 @@ class Equations(Brief):
         return {key: torque for key, torque in self.shared.items() if key[0] == joint}
 
     @property
-    def whole(self) -> "Equations":
+    def whole(self) -> Equations:
         """Drop the blocks."""
         return replace(self, blocks=Blocks())
 
-    def parts(self) -> list["Equations"]:
+    def parts(self) -> list[Equations]:
         """Split into the equations of each block; nothing shared is kept."""
         counts = zip(self.blocks.rows.astype(int).tolist(), self.blocks.effective_rows.tolist(), strict=True)
         return [
@@ -227,7 +229,7 @@ class Equations(Brief):
             for b, (rows, effective) in enumerate(counts)
         ]
 
-    def without_each(self) -> list["Equations"]:
+    def without_each(self) -> list[Equations]:
         """Leave out each block in turn, for a jackknife; nothing shared is kept.
 
         What lies before and after each block is merged once for all: 3 B merges instead of B^2.
@@ -284,7 +286,7 @@ class Equations(Brief):
         }
 
     @staticmethod
-    def load(path: str | Path) -> "Equations":
+    def load(path: str | Path) -> Equations:
         """Read equations that ``save`` wrote.
 
         Raises:

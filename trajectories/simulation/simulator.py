@@ -1,5 +1,7 @@
 """Simulated recordings: a robot with known parameters moves, and its controller writes down what it sees."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
