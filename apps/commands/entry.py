@@ -186,14 +186,13 @@ def command(run: Callable[..., bool | None]) -> Callable[..., int]:
 
     def called(*arguments: Any, terminal: TerminalOptions, **options: Any) -> int:
         call = CALL.get()
+        check_paths(call)
+        for part in (terminal, *options.values()):
+            if isinstance(part, Options):
+                part.check()
         manner: Manner = "quiet" if terminal.quiet else "verbose" if terminal.verbose else "plain"
-        with naming_file(call):
-            check_paths(call)
-            for part in (terminal, *options.values()):
-                if isinstance(part, Options):
-                    part.check()
-            with keeping([path for _, _, path in call.named(reads=True)]), speaking(manner, call.command):
-                return DO_NOT_USE if run(*arguments, **options) is False else ANSWERED
+        with keeping([path for _, _, path in call.named(reads=True)]), speaking(manner, call.command):
+            return DO_NOT_USE if run(*arguments, **options) is False else ANSWERED
 
     called.__doc__, called.__annotations__ = run.__doc__, {part.name: part.annotation for part in parts}
     vars(called)["__signature__"] = given.replace(parameters=parts)
@@ -248,7 +247,12 @@ def run(words: Sequence[str]) -> int:
     bound.apply_defaults()
     if calls:
         CALL.set(calls[-1])
-    status = called(*bound.args, **bound.kwargs)
+    try:
+        status = called(*bound.args, **bound.kwargs)
+    except InputError as error:  # the settings file is named of whose key it speaks first
+        given = [(entry, token.source) for call in calls for entry in call.arguments for token in entry.tokens]
+        files = [f for entry, f in given if f != "cli" and re.match(rf"{shown_name(entry)}\b", str(error))]
+        raise InputError(": ".join([*files[:1], str(error)])) from None
     asked = calls or not _ASKING.isdisjoint(words)  # else the help is shown for want of a command
     return int(status or ANSWERED) if asked else BAD_INPUT
 
@@ -293,17 +297,6 @@ def about(*options: str) -> Iterator[None]:
     except ValueError as error:
         named = any(option in str(error) for option in options)
         raise InputError(str(error) if named else f"{', '.join(options)}: {error}") from None
-
-
-@contextmanager
-def naming_file(call: Call) -> Iterator[None]:
-    """Name the settings file of whose key a fault speaks first."""
-    try:
-        yield
-    except InputError as error:
-        keys = ((shown_name(entry), token.source) for entry in call.arguments for token in entry.tokens)
-        files = [file for key, file in keys if file != "cli" and re.match(rf"{key}\b", str(error))]
-        raise InputError(": ".join([*files[:1], str(error)])) from None
 
 
 def marks(hint: Any) -> Iterator[Any]:
