@@ -14,7 +14,7 @@ from difflib import get_close_matches
 from functools import partial
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, TypeVar, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NewType, Self, TypeVar, Union, get_args, get_origin
 
 import msgspec
 import numpy as np
@@ -113,10 +113,7 @@ def _toml_value(value: Any) -> str:
 TOML_BYTES = 1_000_000  # largest TOML file that is read, in bytes; one that a user writes comes nowhere near
 Real = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
 """A finite number; no length, angle or parameter of an arm comes near the bounds."""
-if TYPE_CHECKING:
-    Float = float
-else:
-    Float = float | None
+Float = float
 """A number that was computed; null in a document where it is not finite."""
 Triple = tuple[Real, Real, Real]  # three numbers along x, y and z
 _MANY = 24  # keys: so many are a program's, whose names say nothing to who gave another file
@@ -125,9 +122,13 @@ _Rows = np.ndarray[tuple[int, int], np.dtype[np.float64]]
 _ROW_SCHEMA = {"type": "array", "items": {"type": ["number", "null"]}}
 _SCHEMA = {"description": "a list of numbers", **_ROW_SCHEMA}
 _ROWS_SCHEMA = {"description": "a list of lists of numbers", "type": "array", "items": _ROW_SCHEMA}
-Vector = Annotated[_Row, Meta(extra_json_schema=_SCHEMA)]
+Vector = _Row
 """Numbers in a row; null stands for one that is not finite."""
-Matrix = Annotated[_Rows, Meta(extra_json_schema=_ROWS_SCHEMA)]  # rows of numbers
+Matrix = _Rows  # rows of numbers
+if not TYPE_CHECKING:  # signatures show the names, not all that may stand in a document
+    Float = NewType("Float", float | None)
+    Vector = NewType("Vector", Annotated[_Row, Meta(extra_json_schema=_SCHEMA)])
+    Matrix = NewType("Matrix", Annotated[_Rows, Meta(extra_json_schema=_ROWS_SCHEMA)])
 _NUMBERS: dict[Any, Any] = {_Row: tuple[float | None, ...], _Rows: tuple[tuple[float | None, ...], ...]}
 
 
@@ -229,10 +230,13 @@ def read_json(path: str | Path, kind: type[_Kind], remedy: str) -> _Kind:
             raise InputError(f"cannot be read as JSON ({reason})") from None
         table: Any = kind
         fields = msgspec.structs.fields(table) if hasattr(table, "__struct_fields__") else ()
-        wanted = next((one.default for one in fields if one.name == "kind"), None)
-        held = data.get("kind") if isinstance(data, dict) else None
-        if isinstance(wanted, str) and isinstance(held, str) and held != wanted:
-            raise InputError(f"is a result of the kind {held!r}, not {wanted!r}")
+        own = {one.encode_name: one.default for one in fields}
+        if isinstance(data, dict) and isinstance(wanted := own.get("kind"), str):
+            held, others = data.get("kind", wanted), [key for key in data if key not in own and "kind" not in data]
+            if isinstance(held, str) and held != wanted:
+                raise InputError(f"is a result of the kind {held!r}, not {wanted!r}")
+            if others:
+                raise InputError(f"is no result of the kind {wanted!r}, which has no key {others[0]!r}")
         return convert(data, kind)
 
 

@@ -1,5 +1,7 @@
 """The inertial parameters of one body, in all their views, and how sure those are."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -43,7 +45,7 @@ class InertialParameters(Brief):
         object.__setattr__(self, "vector", frozen_array(self.vector, (10,), "inertial parameters"))
 
     @staticmethod
-    def from_com(mass: float, com: ArrayLike, inertia_com: ArrayLike) -> "InertialParameters":
+    def from_com(mass: float, com: ArrayLike, inertia_com: ArrayLike) -> InertialParameters:
         """Make a body of its mass [kg], centre of mass [m] and the inertia about it [kg m^2].
 
         Args:
@@ -135,7 +137,7 @@ class InertialParameters(Brief):
         """True if such a body can exist: positive mass and no negative pseudo-inertia eigenvalue."""
         return self.mass > 0.0 and self.min_pseudo_inertia_eigenvalue >= 0.0
 
-    def moved(self, rotation: ArrayLike, origin: ArrayLike) -> "InertialParameters":
+    def moved(self, rotation: ArrayLike, origin: ArrayLike) -> InertialParameters:
         """Describe the body in another frame.
 
         ``rotation``: its columns are this frame's axes there, 3 x 3; ``origin``: its origin there [m], shape (3,).

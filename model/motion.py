@@ -1,5 +1,7 @@
 """Motions and measurements, read-only arrays, one row a sample; and the settings of recordings' processing."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -56,7 +58,7 @@ class Measurement(Brief):
         samples, joints = self.motion.t.shape, self.motion.q.shape
         freeze_fields(self, torque=joints, spring_before=samples, path=joints)
 
-    def between(self, start: int, stop: int) -> "Measurement":
+    def between(self, start: int, stop: int) -> Measurement:
         """Take the samples from ``start`` to before ``stop``."""
         part, motion = slice(start, stop), self.motion
         before, path = (None if array is None else array[part] for array in (self.spring_before, self.path))
@@ -120,8 +122,8 @@ def usual_slow_speed(turning: Sequence[bool]) -> float | tuple[float, ...]:
     return _SLOW[True] if all(turning) else tuple(_SLOW[turns] for turns in turning)
 
 
-@dataclass(frozen=True)
-class Processing:
+@dataclass(frozen=True, repr=False)
+class Processing(Brief):
     """Settings of signal processing, in the order in which they are applied.
 
     Attributes:

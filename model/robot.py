@@ -170,9 +170,10 @@ class Robot(Brief):
         if isinstance(slow, tuple) and len(slow) != n:
             raise ValueError(f"slow_speed: give one number, or {n}")
         for name in (self.name, *(name for names in self.joint_names for name in names)):
-            if not name.strip() or not name.isprintable():
-                fault = "it is empty or has invisible characters: delete it and type it again"
-                raise ValueError(f"{name!r} is not a valid name: {fault}")
+            unseen = [f"character {k} is U+{ord(x):04X}" for k, x in enumerate(name, 1) if not x.isprintable()]
+            if unseen or not name.strip():
+                fault = f"its {', '.join(unseen)}, which is invisible" if unseen else "it is empty"
+                raise ValueError(f"{name!r} is not a valid name: {fault}: delete it and type it again")
         for text in (self.title, self.payload_frame, *self.sources.values()):
             if holds_control(text):
                 raise ValueError(f"{text[:40]!r} has control characters: remove them")

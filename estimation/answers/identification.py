@@ -15,6 +15,7 @@ from msgspec import UNSET
 from numpy.typing import NDArray
 
 from ...common import Array, Brief, InputError, Speaks, one_thread
+from ...common.schema import naming
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
 from ..diagnosis.evidence import Evidence
 from ..diagnosis.finding import Verdict
@@ -216,7 +217,8 @@ def identify(
     gains = settings.gains or usual_gains(robot, recordings)
     covariance = gains.covariance(len(problem.factors)) if gains is not None else None
     posed = LinearProblem(problem, problem.columns, prior=_prior(base, robot, settings.prior))
-    estimate = replace(posed.estimate(), gain_covariance=covariance)
+    with naming(", ".join(one.source for one in recordings)):
+        estimate = replace(posed.estimate(), gain_covariance=covariance)
     elimination, reason = eliminate(problem, estimate, settings.essential, posed.prior), ""
     part = replace(elimination.estimate, gain_covariance=covariance)
     if settings.robust:

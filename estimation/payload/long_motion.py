@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...common import Array, Brief, InputError, decomposed, one_thread
+from ...common.schema import naming
 from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, base_parameters
 from ...model.drives import joint_of, parameter_kind
 from ...model.friction import is_friction
@@ -35,7 +36,7 @@ from ..fit.blocks import (
 )
 from ..fit.estimate import Estimate, Fit, error_model
 from ..fit.linear_problem import Known, LinearProblem, SoftPrior, left_out, weighted
-from ..fit.own_equations import TermChoice, check_lengths, check_moving, filtered, under_own_load, with_friction
+from ..fit.own_equations import TermChoice, check_moving, filtered, under_own_load, with_friction
 from ..fit.settings import DEFAULTS, Settings
 from ..signals.alignment import AlignedPair
 from ..signals.plausibility import check_apart, check_given, check_recordings, without_dead
@@ -107,7 +108,8 @@ class LongMotion(Brief):
     @cached_property
     def bare(self) -> Estimate | None:
         """Estimate the robot's own parameters by the recordings without payload."""
-        return None if self.unloaded is None else weighted(self.unloaded)
+        with naming(", ".join(one.source for one in self.source.unloaded) or "without payload"):
+            return None if self.unloaded is None else weighted(self.unloaded)
 
     @property
     def robot_estimate(self) -> Estimate | None:
@@ -271,13 +273,15 @@ def payload_problem(
         )
     for recordings in filter(None, (loaded, unloaded)):
         check_recordings(robot, recordings)
-        check_lengths(recordings, processing)
-        check_moving(robot, base, recordings)
     check_apart(loaded, unloaded)
     loaded, unloaded, lags = cut_alike(loaded, unloaded, processing)
     without, under_load = filtered(unloaded, processing, progress), filtered(loaded, processing, progress)
     progress("aligning recordings with and without payload")
     compared, together, reason = side_by_side(loaded, unloaded, lags, under_load, processing)
+    if reason and 3 in (settings.methods or ()):
+        raise InputError(f"method 3 cannot be used: {reason}")
+    for recordings in filter(None, (loaded, unloaded)):
+        check_moving(robot, base, recordings)
     progress("cutting into blocks" if settings.robust else "reducing")
     robust = settings.robust and not (known is not None and known.robust is None)
     motion = long_motion(robot, under_load, without, together, replace(settings, robust=robust), known)

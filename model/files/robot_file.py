@@ -74,7 +74,7 @@ def load_robot(name: str | Path, base: str | None = None, tip: str | None = None
     if re.fullmatch(rf"\w+{ENDING}", text) and not Path(name).is_file():
         return load_urdf(described(text), base, tip)
     if base is not None or tip is not None:
-        raise InputError(f"the setting chain chooses links of a URDF file, {text!r} is not one: omit it")
+        raise InputError(f"chain chooses links of a URDF file, {text!r} is not one: omit it")
     # Capitals, blanks and hyphens do not count: "UR 10e", "Kr6-R900".
     plain = re.sub(r"[\s_-]", "", text.lower())
     for shipped in robot_names():

@@ -100,7 +100,7 @@ LINES = {
     },
     f"check {RX90} bare.csv": {
         "--log-map none.toml": "none.toml: no such file",
-        "signs=1,2,1,1,1,1": "error: signs: sign must be 1 or -1",
+        "signs=1,2,1,1,1,1": ".toml: signs: sign must be 1 or -1",
         "--joints a,a,b,c,d,e": "error: --joints: a joint is named twice",
     },
     "check bare.csv": {"--mount wall": "--mount has no effect without --robot"},

@@ -415,4 +415,4 @@ def test_scales_of_the_joints_torques_are_found(name: str) -> None:
     assert 1.1 * left < float(weights**2 @ np.sum(plain.errors**2, axis=1))
     rows = (weights[:, None] * wrong.keep)[:, None] * wrong.columns * fit.scales[:, None, None]
     A, b = np.hstack(list(rows)).T, (weights[:, None] * wrong.keep * wrong.torque).ravel()
-    assert left == pytest.approx(float(np.sum((b - A @ np.linalg.lstsq(A, b)[0]) ** 2)), rel=1e-6)
+    assert left == pytest.approx(float(np.sum((b - A @ np.linalg.lstsq(A, b, rcond=None)[0]) ** 2)), rel=1e-6)

@@ -16,11 +16,13 @@ from dynident.model import (
     inverse_dynamics,
     load_robot,
     regressor,
+    robot_names,
 )
 from dynident.model.base.rank import random_states
-from dynident.model.drives import SPRING
+from dynident.model.drives import SPRING, Drives
 from dynident.model.kernel.kernel import Kernel
 from dynident.tests.conftest import CROOKED, SCARA
+from dynident.tests.selection import every
 from dynident.trajectories import (
     Design,
     DesignProblem,
@@ -205,6 +207,19 @@ def test_no_motion_and_no_floor_is_below_the_dual(kind: Kind) -> None:
     assert floor.dual <= floor.value < min(values)
     assert floor.gap == pytest.approx(min(values) - floor.dual)
     assert floor.value - floor.dual < 0.8
+
+
+@pytest.mark.filterwarnings("ignore:.*stand-in:UserWarning")
+@pytest.mark.parametrize("name", every(6, robot_names()))
+def test_the_gap_where_the_best_value_is_known(name: str) -> None:
+    """Any motion shows a constant torque alike; a viscous friction is seen best at the limit of speed, always."""
+    robot = replace(load_robot(name), drives=Drives(offsets=True))
+    for column, speed in (("OFF2", 1.0), ("FV2", robot.joints[1].limits.speed)):
+        goal = Goal("d", columns=(column,), noise=(2.0,) * robot.n)
+        design = solve_design(build_design(robot, ViaPointShape(4), goal), starts=1)
+        best = -np.log(goal.single_rate * (speed / 2.0) ** 2)
+        assert design.gap == pytest.approx(design.score.value - best, abs=1e-9)
+        assert design.gap == pytest.approx(0.0, abs=1e-9) if column == "OFF2" else 0.0 < design.gap < 1.5
 
 
 def test_interrupted_it_keeps_the_best_so_far() -> None:

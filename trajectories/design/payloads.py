@@ -13,6 +13,8 @@ and every such mu bounds the left side from above: what is returned is a bound w
 the unit cube it is taken at a stationary point of the inside, of a face, of an edge, or in a corner: 27 candidates.
 """
 
+from __future__ import annotations
+
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -53,9 +55,7 @@ class PayloadSet(Brief):
             raise InputError("payloads within bounds need a positive mass and a region of positive size")
 
     @staticmethod
-    def within(
-        mass: float, half: ArrayLike, centre: ArrayLike = (0.0, 0.0, 0.0), box: bool = False
-    ) -> "PayloadSet":
+    def within(mass: float, half: ArrayLike, centre: ArrayLike = (0.0, 0.0, 0.0), box: bool = False) -> PayloadSet:
         """Make the set of bodies of at most ``mass`` [kg] in a ball, an ellipsoid or a box along the frame's axes.
 
         ``half``: radius of a ball, or the three half axes or half edges [m].
@@ -73,11 +73,11 @@ class PayloadSet(Brief):
         """Radius of the ball about the centre that holds the region [m]."""
         return float(np.linalg.norm(self.half) if self.region == "cube" else self.half.max())
 
-    def seen_from(self, pose: Pose) -> "PayloadSet":
+    def seen_from(self, pose: Pose) -> PayloadSet:
         """Describe the set in the frame in which its own frame stands at ``pose``."""
         return replace(self, centre=pose.p + pose.R @ self.centre, axes=pose.R @ self.axes)
 
-    def lighter(self, mass: float) -> "PayloadSet":
+    def lighter(self, mass: float) -> PayloadSet:
         """Keep the bodies of at most ``mass`` [kg]."""
         return replace(self, mass=min(mass, self.mass))
 

@@ -3,6 +3,8 @@
 The robot moves, its controller writes down what it sees; every draw is by a seed.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache

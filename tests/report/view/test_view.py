@@ -36,9 +36,8 @@ def ends(shape: Shape) -> tuple[Array, Array]:
     last = shape.mesh.vertices[0]
     first = shape.mesh.vertices[np.argmax(np.linalg.norm(shape.mesh.vertices - last, axis=1))]
     z = (first - last) / np.linalg.norm(first - last)
-    radius = np.linalg.norm(
-        (shape.mesh.vertices - first) - ((shape.mesh.vertices - first) @ z)[:, None] * z, axis=1
-    ).max()
+    below = (first - shape.mesh.vertices)[(first - shape.mesh.vertices) @ z > 1e-6]
+    radius = (np.sum(below**2, axis=1) / (2.0 * below @ z)).min()  # of the sphere through the pole and a corner
     return first - radius * z, last + radius * z
 
 
