@@ -12,6 +12,7 @@ import functools
 import gzip
 import json
 import os
+import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -38,13 +39,21 @@ MOTIONS = {
     "rx_near": "near --robot rx90 --pose=0,-45,90,0,45,0 --joints 2,3,5,6 --duration 8 --speed-override 0.6",
     "ur_near": "near --robot ur10e.toml --pose=0,-90,90,-90,-90,0 --joints 2,3,4,5,6 --duration 8 "
     "--speed-override 0.5 --torque-noise 10,10,8,3,3,3",
+    "rx_wrist": "near --robot rx90 --pose=0,-45,90,0,45,0 --joints 4,5,6 --mass 6+-0.1 --duration 4 starts=1",
+    "six_rest": "near --static --robot six_axis.toml --pose=0,-30,45,0,45,0 --joints 2,3,5 --mass 2.5 starts=1",
 }
+REPEATS = "rx_one", "rx_two", "rx_three"
+"""Names under which rx_short runs again and again."""
 RECORDINGS = (
     "--robot rx90 --trajectory rx_arm.csv --trajectory rx_near.csv --payload box.toml --rate 125 --seed 1",
     "--robot ur10e.toml --trajectory ur_arm.csv --trajectory ur_near.csv --payload box.toml --noise 0.05 "
     "--rate 125 --seed 2",
     "--robot tx40.toml --trajectory tx_arm.csv --payload disc.toml --noise 0.05 --rate 200 --seed 3",
     "--robot six_axis.toml --trajectory six_arm.csv --payload gripper.toml --rate 125 --seed 4",
+    "--robot rx90 --trajectory rx_wrist.csv --payload box.toml --rate 125 --seed 5",
+    "--robot six_axis.toml --trajectory six_rest.csv --payload gripper.toml --rate 40 --seed 6",
+    "--robot rx90 --trajectory rx_one.csv --trajectory rx_two.csv --trajectory rx_three.csv --payload box.toml "
+    "--rate 125 --seed 7",
 )
 DOCUMENTS = {
     "tx_robot.json": "identify --robot tx40 --data tx_arm_unloaded.csv equation-rate=25",
@@ -159,6 +168,8 @@ def make() -> None:
             dynident(f"{line} sample-rate=125 --samples {name}.csv")
         for name in ("rx_arm", "rx_short"):
             keep(folder / f"{name}.csv")
+        for name in REPEATS:
+            shutil.copy(folder / "rx_short.csv", folder / f"{name}.csv")
         for line in RECORDINGS:
             dynident(f"simulate {line} --out .")
         recordings = sorted(path for path in folder.glob("*loaded.csv") if "currents" not in path.name)

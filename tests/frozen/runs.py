@@ -9,6 +9,7 @@ _RX = "--robot rx90 --unloaded rx_arm_unloaded.csv --loaded rx_arm_loaded.csv"
 _RX_NEAR = "--robot rx90 --unloaded rx_near_unloaded.csv --loaded rx_near_loaded.csv"
 _UR_NEAR = "--robot ur10e --unloaded ur_near_unloaded.csv --loaded ur_near_loaded.csv"
 _CURRENTS = "--robot ur10e --unloaded ur_currents_unloaded.csv --loaded ur_currents_loaded.csv"
+_REPEATS = " ".join(f"--unloaded rx_{x}_unloaded.csv --loaded rx_{x}_loaded.csv" for x in ("one", "two", "three"))
 _SIX = "--robot six_axis.toml --unloaded six_arm_unloaded.csv --loaded six_arm_loaded.csv"
 _TX = "--robot tx40 --unloaded tx_arm_unloaded.csv --loaded tx_arm_loaded.csv"
 _TX_REAL = "DYNIDENT_DATA/tx40/tx40.csv.gz"
@@ -56,6 +57,15 @@ RUNS = (
     ),
     Run("weigh_rx90", f"weigh {_RX_NEAR}"),
     Run("weigh_rx90_known_mass", f"weigh {_RX_NEAR} --mass 6.2+-0.02"),
+    Run("weigh_rx90_repeats", f"weigh --robot rx90 {_REPEATS}"),
+    Run(
+        "weigh_rx90_wrist",
+        "weigh --robot rx90 --unloaded rx_wrist_unloaded.csv --loaded rx_wrist_loaded.csv --mass 6.2+-0.02",
+    ),
+    Run(
+        "weigh_six_axis_static",
+        "weigh --static --robot six_axis.toml --unloaded six_rest_unloaded.csv --loaded six_rest_loaded.csv",
+    ),
     Run("weigh_ur10e_box", f"weigh {_UR_NEAR} --inertia box:200x200x100 --gain-sigma 2%"),
     Run(
         "identify_rx90_essential",
@@ -66,6 +76,12 @@ RUNS = (
         "identify --robot six_axis.toml --data six_arm_unloaded.csv --constrained prior --prior-mass 40 "
         "--total-mass 20 60",
     ),
+    Run(
+        "identify_rx90_rollout",
+        "identify --robot rx90 --data rx_arm_unloaded.csv --validate rx_near_unloaded.csv --rollout "
+        "--gain-sigma 2%",
+    ),
+    Run("compare_rx90", "compare --robot rx90 rx_arm_unloaded.csv rx_arm_loaded.csv"),
     Run("gains_ur10e", f"gains {_CURRENTS} {_WEIGHED}"),
     Run("check_tx40", "check --robot tx40 tx_arm_unloaded.csv tx_arm_loaded.csv"),
     Run("robot_check_rx90", "robot check --robot rx90 --data rx_arm_unloaded.csv"),

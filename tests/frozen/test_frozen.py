@@ -1,10 +1,12 @@
 """Whole runs give the numbers that are frozen. What changed on purpose is frozen anew: see :mod:`freeze`."""
 
+import json
 import math
 import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 from dynident.tests.frozen import numbers as rules
@@ -14,6 +16,20 @@ from dynident.tests.frozen.runs import RUNS, Run
 NAMES = [run.name for run in RUNS]
 RUN = dict(zip(NAMES, RUNS, strict=True))
 _ROWS = 20
+SCHEMAS = Path(__file__).parents[2] / "docs/schemas"
+DOCUMENTS: list[tuple[tuple[str, ...], set[str]]] = [
+    (("payload", "weigh"), {"interval95_with_gains", "ratio"}),
+    (("identify",), {"mass", "multiplier"}),
+    (("gains",), {"mounting"}),
+    (
+        ("check",),
+        {"interval95", "interval95_robust", "interval95_with_gains", "residual"}
+        | {"sigma", "sigma_by_gains", "sigma_robust"},
+    ),
+    (("compare",), set()),
+    (("rollout",), set()),
+]
+"""Commands of one kind of document, and its keys for which none of the runs has a number."""
 
 
 def differences(run: Run, old: Frozen, new: Frozen) -> list[str]:
@@ -50,6 +66,30 @@ def test_runs_without_a_compiler_give_what_is_frozen(tmp_path: Path) -> None:
     frozen_runs = [run for run in RUNS if not run.real]
     lines = [line for run in frozen_runs for line in differences(run, read(run), read(run, tmp_path))]
     assert not lines, "\n".join(lines)
+
+
+def counts(kind: dict[str, Any]) -> bool:
+    """True if values of a JSON schema's kind hold numbers."""
+    if "$ref" in kind:
+        return False  # its own keys count
+    inner = [
+        kind.get("items"),
+        kind.get("additionalProperties"),
+        *kind.get("anyOf", ()),
+        *kind.get("prefixItems", ()),
+    ]
+    return kind.get("type") in ("number", "integer") or any(isinstance(x, dict) and counts(x) for x in inner)
+
+
+@pytest.mark.parametrize(("commands", "elsewhere"), DOCUMENTS)
+def test_every_number_of_a_document_is_frozen(commands: tuple[str, ...], elsewhere: set[str]) -> None:
+    """A number under another key is seen: each key has one in some run, but for a few."""
+    runs = [read(run) for run in RUNS if run.line.startswith(commands)]
+    frozen = {key for run in runs for path in run.numbers for key in path.split("/")}
+    schema = json.loads((SCHEMAS / f"{commands[0]}.schema.json").read_text(encoding="utf-8"))
+    kinds = [schema, *schema.get("$defs", {}).values()]
+    keys = {key for kind in kinds for key, own in kind.get("properties", {}).items() if counts(own)}
+    assert keys - frozen == elsewhere
 
 
 def test_every_run_is_frozen_and_no_other() -> None:
