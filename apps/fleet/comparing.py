@@ -78,8 +78,8 @@ def side_by_side(recordings: Sequence[str], estimates: Sequence[Estimate]) -> Co
     by_others = (total * pooled - weights * values) / others
     apart = (values - by_others) / np.sqrt(sigma**2 + 1.0 / others)
     bound = float(stdtrit(max(degrees, 1.0), 1.0 - 0.5 * CHANCE / values.size))
-    # What the worst one pulls along is not told.
-    worst = [(k, c, float(apart[k, c])) for c, k in enumerate(np.argmax(np.abs(apart), axis=0))]
+    # Only the worst one is named, which may pull others along; of two, which lie equally far apart, the first.
+    worst = [(k, c, float(apart[k, c])) for c, k in enumerate(np.argmax(np.round(np.abs(apart), 6), axis=0))]
     worst.sort(key=lambda each: -abs(each[2]))
     odd = tuple(OddDocument(recordings[k], names[c], z) for k, c, z in worst if abs(z) > bound)
     interval95 = np.column_stack([pooled - half, pooled + half])

@@ -85,7 +85,9 @@ class ByJoints(Brief):
 def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
     """Estimate mass and ratio by joints, all ten unknown; weights, one a joint, matter within a group only."""
     if isinstance(problem, ShortMotion):
-        joints, whole = problem.joints, problem.posed(PAYLOAD)
+        # A parameter that no joint shows has a column of rounding.
+        shown = problem.visibility.base.grouping.any(axis=0)
+        joints, whole = problem.joints, problem.posed([PAYLOAD[k] for k in np.flatnonzero(shown)])
         # The arm's joints together, those from the elbow on, the wrist's, and all.
         together = [[j for j in joints if low <= j <= high] for low, high in ((1, 3), (3, 99), (4, 99), (1, 99))]
     else:
@@ -137,7 +139,7 @@ def _numbers(
 
     Returns a row a number: value, variance by the formula, and its between-session part; nan where undetermined.
     """
-    unknown, given = problem.unknown.select(PAYLOAD), problem.fixed
+    unknown, given = problem.unknown.select(problem.wanted), problem.fixed
     taken = problem.equations.whole.select([name for group in given for name in group.names]).factors
     W_L = [w * factor for w, factor in zip(weights, unknown.factors, strict=True)]
     W = [w * factor[:, :-1] for w, factor in zip(weights, taken, strict=True)]
@@ -148,7 +150,7 @@ def _numbers(
     for k, group in enumerate(groups):
         factor = np.vstack([W_L[j - 1] for j in group])
         parts, Y = decomposed(factor[:, :-1]), factor[:, -1]
-        if parts.hidden[-1] > _HIDDEN:
+        if problem.wanted[-1] != PAYLOAD[-1] or parts.hidden[-1] > _HIDDEN:  # the mass
             continue
         row, error = parts.inverse[-1], Y - factor[:, :-1] @ parts.solution(Y)
         spare = max(sum(unknown.effective_rows[j - 1] for j in group) - parts.rank, 1.0)

@@ -16,6 +16,7 @@ from ...model import Motion, Processing, Recording, Robot, base_parameters
 from ...model.drives import parameter_kind
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns, regressor_at
+from ..equations.equations import PAYLOAD
 from ..equations.observer import Observation, Observer, reduced
 from ..fit.blocks import in_blocks
 from ..fit.settings import DEFAULTS, Settings
@@ -165,6 +166,12 @@ def static_weighing(
     own = robot_of(reduced(whole.observe_rows(without, keep, 1)))
     path = whole.torques(under_load.motion, own) - whole.torques(without.motion, own)
     change = observer.observe_rows(torque_change(robot, without, under_load, path), keep, 1)
+    # What no joint shows at rest, such as inertia, leaves rounding, which rank would take for a column.
+    size = dict(zip(PAYLOAD, np.abs(W).max(axis=(0, 2)).tolist(), strict=True))
+    seen = np.array([size.get(name, np.inf) > _ROUNDING * max(size.values()) for name in change.columns])
+    change = Observation.of(
+        change.columns, [A * seen for A in change.W], change.torques, change.t, change.bandwidth
+    )
     ends = np.concatenate([[-np.inf], np.flatnonzero(np.diff(poses)) + 0.5, [np.inf]])
     problem = StaticMotion(
         robot,
