@@ -169,8 +169,9 @@ def static_weighing(
     # What no joint shows at rest, such as inertia, leaves rounding, which rank would take for a column.
     size = dict(zip(PAYLOAD, np.abs(W).max(axis=(0, 2)).tolist(), strict=True))
     seen = np.array([size.get(name, np.inf) > _ROUNDING * max(size.values()) for name in change.columns])
+    W_seen = [A * seen for A in change.W]
     change = Observation.of(
-        change.columns, [A * seen for A in change.W], change.torques, change.t, change.bandwidth
+        change.columns, W_seen, change.torques, change.t, change.bandwidth, change.layout.motors
     )
     ends = np.concatenate([[-np.inf], np.flatnonzero(np.diff(poses)) + 0.5, [np.inf]])
     problem = StaticMotion(
