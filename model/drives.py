@@ -27,19 +27,14 @@ SPRING = "SPRING"  # kind of the parameter that is 1 where a spring's torque is 
 
 @dataclass(frozen=True)
 class Coupling:
-    """Two drives coupled as in (8): motor k turns with the sum of the joint speeds j and k.
+    """Two drives coupled as in (8): motor k turns with the sum of the joint speeds j and k."""
 
-    Attributes:
-        joints: numbers (j, k) of the coupled joints; rotor k feels both.
-        coulomb: sign of rotor k's Coulomb friction. "sum": sign(q'j + q'k) on both joints, which is what
-            the duality of (8) and (9) gives; "paper": sign(q'k) on j and sign(q'j) on k, as (10) and (11)
-            are printed.
-        rows: whose torques the equations are: the joints', or the motors' on the joint side, that of motor j
-            being the torque of joint j less that of joint k (9).
-    """
-
-    joints: tuple[int, int]
+    joints: tuple[int, int]  # numbers (j, k) of the coupled joints; rotor k feels both
+    # Sign of rotor k's Coulomb friction. "sum": sign(q'j + q'k) on both joints, which is what the duality of (8)
+    # and (9) gives; "paper": sign(q'k) on j and sign(q'j) on k, as (10) and (11) are printed.
     coulomb: Literal["sum", "paper"] = "sum"
+    # Whose torques the equations are: the joints', or the motors' on the joint side, that of motor j being the
+    # torque of joint j less that of joint k (9).
     rows: Literal["joint", "motor"] = field(default="joint", repr=False)
 
     def __post_init__(self) -> None:
@@ -125,23 +120,17 @@ class Spring:
 
 @dataclass(frozen=True)
 class Drives:
-    """Drive parameters that the model has, for every joint alike.
+    """Drive parameters that the model has, for every joint alike."""
 
-    Attributes:
-        rotor_inertia: IA of (3).
-        friction: its terms; FS and FV of (2) by default.
-        offsets: a constant torque OFF per joint.
-        unmeasured: numbers of joints whose torques a recording does not hold, for their channels are dead.
-        side: where torque is measured: at the motor, whatever its unit, or by sensors on the link side of the gear,
-            which see no rotor. Bearings and seals behind them may still rub.
-    """
-
-    rotor_inertia: bool = True
-    friction: tuple[Friction, ...] = PAPER
-    offsets: bool = False
+    rotor_inertia: bool = True  # IA of (3)
+    friction: tuple[Friction, ...] = PAPER  # its terms; FS and FV of (2) by default
+    offsets: bool = False  # a constant torque OFF per joint
     coupling: Coupling | None = None
     spring: Spring | None = None
+    # Where torque is measured: at the motor, whatever its unit, or by sensors on the link side of the gear, which
+    # see no rotor. Bearings and seals behind them may still rub.
     side: Literal["motor", "link"] = field(default="motor", repr=False)
+    # Numbers of joints whose torques a recording does not hold, for their channels are dead.
     unmeasured: tuple[int, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:

@@ -48,26 +48,17 @@ Progress = Callable[[str, float | None, int], None]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Design(Speaks, Brief):
-    """The most informative motion that was found.
-
-    Attributes:
-        plan: the motion: ``ViaPoints`` or ``Fourier``.
-        score: its criterion, what it teaches, its limits; exact sign, fine grid.
-        seed, starts: where the search began; after a quarter of its time it begins at no further start.
-        evaluations: of criterion and gradient.
-        cpu_s: processor time of the search [s].
-        interrupted: whether it was stopped before its end, by Ctrl-C or after 300 s of processor time.
-        missed: limits that the full trajectory misses, between samples of ``score`` and on ways between poses.
-    """
+    """The most informative motion that was found."""
 
     problem: DesignProblem
-    plan: Plan
-    score: Score
-    seed: int
-    starts: int
-    evaluations: int
-    cpu_s: float
-    interrupted: bool = False
+    plan: Plan  # the motion: ``ViaPoints`` or ``Fourier``
+    score: Score  # its criterion, what it teaches, its limits; exact sign, fine grid
+    seed: int  # of the random starts
+    starts: int  # random ones; after a quarter of its time a search begins at no further one
+    evaluations: int  # of criterion and gradient
+    cpu_s: float  # processor time of the search [s]
+    interrupted: bool = False  # whether it was stopped before its end, by Ctrl-C or after 300 s of processor time
+    # Limits that the full trajectory misses, between samples of ``score`` and on ways between poses.
     missed: tuple[LimitCheck, ...] = ()
 
     @property
@@ -346,20 +337,17 @@ class FreeStates:
 
 
 class Floor(Document, frozen=True):
-    """Least value of a criterion over weighted states within the limits, continuity ignored, between two estimates.
+    """Least value of a criterion over weighted states within the limits, continuity ignored, by two estimates."""
 
-    Attributes:
-        value: of the criterion, as in ``Score.value``, the least that was found.
-        dual: what no design is below if no state tells more than the most telling one that was found; a search
-            finds it, so that it is no proof. None for condition numbers, which are not convex.
-        gap: value of the design less the dual, or less the least that was found where there is none: for condition
-            numbers the log of their ratio; for "a" the log of the ratio of standard deviations; for "d" twice that,
-            as a geometric mean over the parameters.
-    """
-
+    # Of the criterion, as in ``Score.value``, the least that was found.
     value: Float = field(name="criterion_value")
+    # Value of the design less the dual, or less the least that was found where there is none: for condition numbers
+    # the log of their ratio; for "a" the log of the ratio of standard deviations; for "d" twice that, as a
+    # geometric mean over the parameters.
     gap: Float
     states: int
+    # What no design is below if no state tells more than the most telling one that was found; a search finds it, so
+    # that it is no proof. None for condition numbers, which are not convex.
     dual: float | None = field(name="dual_value")
 
 
