@@ -80,9 +80,20 @@ def load_robot(name: str | Path, base: str | None = None, tip: str | None = None
     for shipped in robot_names():
         if shipped.replace("_", "") == plain:
             return _read_shipped(_ROBOTS / f"{shipped}.toml")
-    if not Path(name).is_file():
-        raise InputError(_no_robot(text))
-    return _read(name)
+    if Path(name).is_file():
+        return _read(name)
+    if Path(text).is_dir():
+        raise InputError(f"no robot {text!r}: it is a folder; give the path of a TOML or URDF file")
+    if Path(text).suffix or "/" in text or "\\" in text:
+        raise InputError(f"no such file: {text!r}; 'dynident robot list' shows the shipped robots")
+    text, names = text.lower(), robot_names()
+    begins = [shipped for shipped in names if shipped.startswith(text)]
+    near = begins or get_close_matches(text, names, 3, 0.6)
+    # A maker ("kuka"), or another name of the arm.
+    near = near or [shipped for shipped in names if text in re.split(r"\W+", load_robot(shipped).title.lower())]
+    hint = f"did you mean {' or '.join(map(repr, near))}? " if near else ""
+    among = f"give one of {', '.join(names)}, or the path of a TOML or URDF file"
+    raise InputError(f"no robot {str(name)!r}: {hint}{among}")
 
 
 def _read(path: str | Path) -> Robot:
@@ -92,19 +103,6 @@ def _read(path: str | Path) -> Robot:
 
 
 _read_shipped = cache(_read)  # once a process: a search over all of them asks again and again
-
-
-def _no_robot(text: str) -> str:
-    if Path(text).is_dir():
-        return f"no robot {text!r}: it is a folder; give the path of a TOML or URDF file"
-    if Path(text).suffix or "/" in text or "\\" in text:
-        return f"no such file: {text!r}; 'dynident robot list' shows the shipped robots"
-    begins = [name for name in robot_names() if name.startswith(text.lower())]
-    near = begins or get_close_matches(text.lower(), robot_names(), 3, 0.6)
-    # A maker ("kuka"), or another name of the arm.
-    near = near or [n for n in robot_names() if text.lower() in re.split(r"\W+", load_robot(n).title.lower())]
-    hint = f"did you mean {' or '.join(map(repr, near))}? " if near else ""
-    return f"no robot {text!r}: {hint}give one of {', '.join(robot_names())}, or the path of a TOML or URDF file"
 
 
 def robot_toml(robot: Robot, source: str = "") -> str:
