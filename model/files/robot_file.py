@@ -44,6 +44,7 @@ _ROBOTS = Path(__file__).parents[1] / "robots"
 _TREES = "trees are not supported: give the joints of one chain, base to tip"
 _LIMITS = {"position": "position_{}", "speed": "speed_{}_s", "acceleration": "acceleration_{}_s2"}
 _UNITS = {"revolute": "deg", "prismatic": "m"}
+_SAME = "name", "title", "payload_frame", "gravity", "joint_names"  # what a robot's table holds as the robot does
 Pair = tuple[Real, Real]  # pair of numbers
 
 
@@ -327,15 +328,12 @@ class RobotTable(Table, frozen=True, kw_only=True):
         """Make the table of a robot; ``source`` says where its numbers come from."""
         numbered = [*enumerate(robot.joints, start=1)]
         lengths = {name: value for number, joint in numbered for name, value in lengths_of(joint, number) if value}
+        same: dict[str, Any] = {key: getattr(robot, key) for key in _SAME}
         return RobotTable(
-            name=robot.name,
-            title=robot.title,
-            payload_frame=robot.payload_frame,
+            **same,
             source=source,
-            gravity=robot.gravity,
             rated_payload_kg=_finite(robot.rated_payload),
             mass_kg=robot.mass,
-            joint_names=robot.joint_names,
             flange_in_payload_frame=PoseTable.of(robot.flange_pose) if robot.flange_pose else None,
             sources={name: robot.sources[name] for name in SOURCED if name in robot.sources},
             flange=PoseTable.of(robot.flange),
