@@ -36,7 +36,6 @@ _HERMITE = np.array(
         [0.0, 0.0, 0.0, 10.0, -15.0, 6.0],
     ]
 )
-_DERIVATIVES = [np.polynomial.polynomial.polyder(_HERMITE, m, axis=1) for m in range(3)]
 
 
 @dataclass(frozen=True)
@@ -50,8 +49,11 @@ class Quintic:
 
     def basis(self, s: Array) -> Factors:
         """Evaluate the Hermite polynomials."""
-        q, qd, qdd = (np.vander(s, D.shape[1], increasing=True) @ D.T for D in _DERIVATIVES)
-        return q, qd, qdd
+        powers, k = s[:, None] ** np.arange(6), np.arange(1, 6)
+        first, second = np.zeros_like(powers), np.zeros_like(powers)
+        first[:, 1:] = k * powers[:, :5]
+        second[:, 2:] = k[1:] * k[:4] * powers[:, :4]
+        return powers @ _HERMITE.T, first @ _HERMITE.T, second @ _HERMITE.T
 
     def grid(self, parts: int) -> Grid:
         """Divide the segment into even parts."""
