@@ -96,9 +96,8 @@ def _perpendicular(direction: Array, wish: Array) -> Array:
 def _common_normal(x: Array, axis: _Line, after: _Line, foot: Array) -> tuple[Array, Array]:
     """Choose x, along the common normal of an axis and the next one, and origin of the axis's frame.
 
-    Of both directions it takes the one near the x before; if neither is near it, the one towards the next axis.
-
-    ``x``: of the frame before; ``foot``: where that meets the axis.
+    Of both directions it takes the one near the ``x`` before, which meets the axis at its ``foot``; if neither is
+    near it, the one towards the next axis.
     """
     (direction, point), (next_direction, there) = axis, after
     normal, between = np.cross(direction, next_direction), there - point

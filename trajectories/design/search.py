@@ -169,10 +169,7 @@ class _Search:
         return _VIA if isinstance(family, FreeViaPoints) and self.problem.criterion.weighted else _FRESH
 
     def run(self, starts: int) -> None:
-        """Improve random starts for a while, the best of them to the end, unless it is interrupted.
-
-        A search that goes on from another one's end has only that start.
-        """
+        """Improve random starts, or the one that is given, for a while, the best to the end, unless interrupted."""
         try:
             self._finish(self._best_start(starts) if self.begin is None else self._begun(1))
         except (KeyboardInterrupt, TimeoutError):
