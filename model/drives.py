@@ -63,20 +63,17 @@ class Spring:
 
     Geometric law: tau = k (1 - L0/L) a b sin(psi), L^2 = a^2 + b^2 + 2 a b cos(psi), psi = q - q0.
 
-    Attributes:
-        joint: number of the joint.
-        stiffness: k [N/m]; length: L0 [m]; arms: a, b [m]; zero: q0 [rad].
-        table: (q [rad], torque [N·m]) pairs with rising q, linear in between; excludes the geometric law.
-        column: whether its torque is a column of the model, a parameter SPRINGj that is 1, and not on the left-hand
-            side: where only currents are known, the left-hand side has no scale of its own.
     """
 
-    joint: int
-    stiffness: float = 0.0
-    length: float = 0.0
-    arms: tuple[float, float] = (0.0, 0.0)
-    zero: float = 0.0
+    joint: int  # number of the joint
+    stiffness: float = 0.0  # k [N/m]
+    length: float = 0.0  # L0 [m]
+    arms: tuple[float, float] = (0.0, 0.0)  # a, b [m]
+    zero: float = 0.0  # q0 [rad]
+    # Pairs of q [rad] and torque [N·m] with rising q, linear in between; excludes the geometric law.
     table: tuple[tuple[float, float], ...] = ()
+    # Whether its torque is a column of the model, a parameter SPRINGj that is 1, and not on the left-hand side,
+    # which has no scale of its own where only currents are known.
     column: bool = field(default=False, repr=False)
 
     def __post_init__(self) -> None:
