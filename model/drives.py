@@ -62,7 +62,6 @@ class Spring:
     """A known torque on one joint, by a table or by the law of a spring between two pivots.
 
     Geometric law: tau = k (1 - L0/L) a b sin(psi), L^2 = a^2 + b^2 + 2 a b cos(psi), psi = q - q0.
-
     """
 
     joint: int  # number of the joint

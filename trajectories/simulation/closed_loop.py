@@ -49,7 +49,6 @@ class Controller:
     what the payload adds: the arm sags until the position error holds it, by its torque / (J kp kv). The loops
     see the exact positions and speeds: a step of the encoder of 1e-5 rad changes the torque by far less than the
     recorded noise.
-
     """
 
     position: float = 100.0  # kp [1/s]
