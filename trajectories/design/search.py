@@ -334,17 +334,20 @@ class FreeStates:
 
 
 class Floor(Document, frozen=True):
-    """Least value of a criterion over weighted states within the limits, continuity ignored, by two estimates."""
+    """Least value of a criterion over weighted states within the limits, continuity ignored, between two estimates.
 
-    # Of the criterion, as in ``Score.value``, the least that was found.
+    Attributes:
+        value: of the criterion, as in ``Score.value``, the least that was found.
+        dual: what no design is below if no state tells more than the most telling one that was found; a search
+            finds it, so that it is no proof. None for condition numbers, which are not convex.
+        gap: value of the design less the dual, or less the least that was found where there is none: for condition
+            numbers the log of their ratio; for "a" the log of the ratio of standard deviations; for "d" twice that,
+            as a geometric mean over the parameters.
+    """
+
     value: Float = field(name="criterion_value")
-    # Value of the design less the dual, or less the least that was found where there is none: for condition numbers
-    # the log of their ratio; for "a" the log of the ratio of standard deviations; for "d" twice that, as a
-    # geometric mean over the parameters.
     gap: Float
     states: int
-    # What no design is below if no state tells more than the most telling one that was found; a search finds it, so
-    # that it is no proof. None for condition numbers, which are not convex.
     dual: float | None = field(name="dual_value")
 
 
