@@ -13,13 +13,10 @@ class Speaks:
     """Base class of the results of whole questions.
 
     ``str`` gives the screen that the command prints, ``repr`` one line, a notebook the first block of the report.
-
-    Attributes:
-        shown_by: gives the module that shows results; the package sets it.
     """
 
     __slots__ = ()
-    shown_by: ClassVar[Callable[[], Any]]
+    shown_by: ClassVar[Callable[[], Any]]  # gives the module that shows results; the package sets it
 
     @property
     def headline(self) -> str:
@@ -45,8 +42,7 @@ class Speaks:
 
     def to_dict(self) -> dict[str, Any]:
         """Convert to the plain values that the command's ``--json`` writes; nan and inf become None."""
-        document: dict[str, Any] = Speaks.shown_by().plain(self)
-        return document
+        return dict(Speaks.shown_by().plain(self))
 
     def to_frame(self) -> Any:
         """Convert the first screen's table to a pandas DataFrame, numbers as numbers.

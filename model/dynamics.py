@@ -67,8 +67,7 @@ def inverse_dynamics_base(robot: Robot, base: BaseParameters, smooth: float = 0.
     The same algorithm with the eliminated parameters at zero: base parameters in the place of the standard
     ones they are named after give the same torques, by the fewest operations.
     """
-    q, qd, qdd = (ca.SX.sym(symbol, robot.n) for symbol in ("q", "qd", "qdd"))
-    chi = ca.SX.sym("chi", len(base.columns))
+    (q, qd, qdd, _), chi = _symbols(robot), ca.SX.sym("chi", len(base.columns))
     value = dict(zip(base.columns, ca.vertsplit(chi), strict=True))
     standard = ca.vertcat(*(value.get(name, ca.SX(0)) for name in base.standard))
     torque = inverse_dynamics(robot, smooth)(q, qd, qdd, standard)
@@ -91,9 +90,8 @@ def coriolis_matrix(robot: Robot) -> ca.Function:
     """``coriolis_matrix(q, qd, chi) -> C``, n x n, by Christoffel symbols: dA/dt - 2 C is skew-symmetric."""
     q, qd, _, chi = _symbols(robot)
     # c is quadratic in qd with the (symmetric) Christoffel symbols as coefficients.
-    return _function(
-        "coriolis_matrix", {"q": q, "qd": qd, "chi": chi}, 0.5 * ca.jacobian(_coriolis(robot, q, qd, chi), qd), "C"
-    )
+    matrix = 0.5 * ca.jacobian(_coriolis(robot, q, qd, chi), qd)
+    return _function("coriolis_matrix", {"q": q, "qd": qd, "chi": chi}, matrix, "C")
 
 
 def gravity(robot: Robot) -> ca.Function:

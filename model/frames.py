@@ -42,12 +42,7 @@ def with_tool(robot: Robot, tool: Pose, name: str) -> Robot:
 
 
 def bodies_in_link_frames(robot: Robot, parameters: Mapping[str, float]) -> dict[str, InertialParameters]:
-    """Bodies of the moving links by name, base to tip, in the frames of the robot's own file; else in modified DH.
-
-    What is fixed to a link is part of it.
-
-    ``parameters``: the ten of every link by name.
-    """
+    """Bodies of the moving links by name, base to tip, in the frames of the robot's file; else in modified DH."""
     missing = [f"{kind}{j}" for j in range(1, robot.n + 1) for kind in INERTIAL if f"{kind}{j}" not in parameters]
     if missing:
         raise InputError(

@@ -198,11 +198,17 @@ def gradients(x: Array) -> Array:
 
 
 class PayloadSpread(Document, frozen=True, eq=False):
-    """Standard deviations of a body's numbers; infinite where a number is not determined, null in a document."""
+    """Standard deviations of a body's numbers; infinite where a number is not determined, null in a document.
 
-    mass: Float  # [kg]
-    com: Vector  # of the centre of mass [m], shape (3,)
-    inertia_com: Matrix  # of the inertia at the centre of mass [kg m^2], 3 x 3
+    Attributes:
+        mass: [kg].
+        com: of the centre of mass [m], shape (3,).
+        inertia_com: of the inertia at the centre of mass [kg m^2], 3 x 3.
+    """
+
+    mass: Float
+    com: Vector
+    inertia_com: Matrix
 
     @property
     def moments(self) -> Array:

@@ -259,11 +259,7 @@ def _load(robot: Robot, parameters: Mapping[str, float]) -> float:
 
 
 def _limited(robot: Robot, parameters: Mapping[str, float]) -> Robot:
-    """Complete a robot without torque limits: ``SAFETY`` times what it needs, or known friction if more.
-
-    It needs the torque at rest and at each joint's largest acceleration, with the rated payload at ``PAYLOAD_COM``,
-    over poses in the joints' ranges; limits are infinite where accelerations are not limited.
-    """
+    """Complete a robot without torque limits: ``SAFETY`` times what rest and acceleration need, or friction."""
     limits = [joint.limits for joint in robot.joints]
     if np.isfinite([limit.torque for limit in limits]).all():
         return robot

@@ -131,8 +131,7 @@ def friction_columns(robot: Robot) -> tuple[str, ...]:
 
 def checked_joints(robot: Robot, joints: Sequence[int]) -> list[int]:
     """Indices of joints, from 0."""
-    wrong = [joint for joint in joints if not 1 <= joint <= robot.n]
-    if wrong or len(set(joints)) != len(joints) or not joints:
+    if not joints or len(set(joints)) != len(joints) or not all(1 <= joint <= robot.n for joint in joints):
         numbers = ", ".join(map(str, joints)) or "none"
         raise InputError(f"joints {numbers}: give different numbers from 1 to {robot.n}")
     return [joint - 1 for joint in joints]

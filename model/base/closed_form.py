@@ -236,12 +236,10 @@ def _second_degree(
 
 
 def _sum_text(terms: Iterable[tuple[_Monomial, float, str]]) -> str:
-    """Write a sum of parameters as (12) prints it: "IA1 + D3^2*(M3+M4) + YY2".
+    """Write a sum of products of lengths, factors and parameters as (12) prints it: "IA1 + D3^2*(M3+M4) + YY2".
 
     Parameters with the same factor share a bracket; factors are in alphabetical order, and terms in the order
     of their last factors.
-
-    ``terms``: product of lengths, factor and parameter of each.
     """
     single = sorted(
         (product, float(f"{factor:.9g}"), name) for product, factor, name in terms if abs(factor) > _ROUNDING

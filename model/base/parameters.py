@@ -16,21 +16,14 @@ _ROUNDING = 1e-10  # factor in a grouping below which it is rounding
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BaseParameters(Brief):
-    """The minimal parameters chi of (13).
+    """The minimal parameters chi of (13)."""
 
-    Attributes:
-        standard: names of the standard parameters, N_s.
-        chosen: positions in ``standard`` of those that stand for a base parameter, N_b, rising.
-        grouping: G, N_b x N_s: base parameters = G @ standard parameters, and W_s = W_base @ G.
-        decided_by: what found them.
-        expressions: each base parameter written with the robot's own lengths, "D3^2*(M3+M4) + ZZ1", N_b texts;
-            empty where nothing symbolic is known.
-    """
-
-    standard: tuple[str, ...]
-    chosen: tuple[int, ...]
-    grouping: Array
-    decided_by: Literal["closed form", "QR"] = "QR"
+    standard: tuple[str, ...]  # names of the standard parameters, N_s
+    chosen: tuple[int, ...]  # positions in ``standard`` of those that stand for a base parameter, N_b, rising
+    grouping: Array  # G, N_b x N_s: base parameters = G @ standard parameters, and W_s = W_base @ G
+    decided_by: Literal["closed form", "QR"] = "QR"  # what found them
+    # Each base parameter written with the robot's own lengths, "D3^2*(M3+M4) + ZZ1", N_b texts; empty where nothing
+    # symbolic is known.
     expressions: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:

@@ -39,11 +39,8 @@ def described(name: str) -> Source:
     known = [key for key, about in DESCRIPTIONS.items() if about.has_urdf]
     if name not in known:
         near = get_close_matches(name.removesuffix(ENDING), [key.removesuffix(ENDING) for key in known], 3, 0.6)
-        hint = (
-            f"did you mean {' or '.join(repr(f'{key}{ENDING}') for key in near)}?"
-            if near
-            else "'robot_descriptions list' shows them"
-        )
+        meant = " or ".join(repr(f"{key}{ENDING}") for key in near)
+        hint = f"did you mean {meant}?" if near else "'robot_descriptions list' shows them"
         raise InputError(f"no robot {name!r}, nor a URDF of that name in robot_descriptions: {hint}")
     cache = Path(os.environ.get("ROBOT_DESCRIPTIONS_CACHE", "~/.cache/robot_descriptions")).expanduser()
 

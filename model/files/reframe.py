@@ -49,7 +49,11 @@ def modified_dh(axes: Sequence[JointAxis], flange: Pose) -> Robot:
         direction = np.array(axis.direction) / np.linalg.norm(axis.direction)
         special = np.where(np.abs(direction) < SNAP_ANGLE, 0.0, direction)
         lines.append((special / np.linalg.norm(special), np.array(axis.point, dtype=float)))
-    x, z, origin = _frame_zero(*lines[0])
+    # Frame 0 is the base, if its x axis meets the first joint's at a right angle.
+    x, z, origin = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0]), np.zeros(3)
+    first, foot = lines[0][0], _foot(origin, *lines[0])
+    if abs(first @ x) >= SNAP_ANGLE or np.linalg.norm(foot[1:]) >= SNAP_LENGTH:
+        x, z, origin = _perpendicular(first, x), first, foot
     base, joints = _pose(x, z, origin).inverse(), list[Joint]()
     for j, (axis, line) in enumerate(zip(axes, lines, strict=True)):
         direction = line[0]
@@ -80,17 +84,6 @@ def _foot(origin: Array, direction: Array, point: Array) -> Array:
     return np.asarray(point + ((origin - point) @ direction) * direction)
 
 
-def _frame_zero(direction: Array, point: Array) -> tuple[Array, Array, Array]:
-    """Choose x, z and origin of frame 0: the base, if its x axis meets the first joint's at a right angle."""
-    x = np.array([1.0, 0.0, 0.0])
-    origin = np.zeros(3)
-    foot = _foot(origin, direction, point)
-    across = foot - (foot @ x) * x
-    if abs(direction @ x) < SNAP_ANGLE and np.linalg.norm(across) < SNAP_LENGTH:
-        return x, np.array([0.0, 0.0, 1.0]), origin
-    return _perpendicular(direction, x), direction, foot
-
-
 def _perpendicular(direction: Array, wish: Array) -> Array:
     """Unit vector at a right angle to ``direction``, near ``wish`` where that is possible."""
     across = wish - (wish @ direction) * direction
@@ -103,9 +96,8 @@ def _perpendicular(direction: Array, wish: Array) -> Array:
 def _common_normal(x: Array, axis: _Line, after: _Line, foot: Array) -> tuple[Array, Array]:
     """Choose x, along the common normal of an axis and the next one, and origin of the axis's frame.
 
-    Of both directions it takes the one near the x before; if neither is near it, the one towards the next axis.
-
-    ``x``: of the frame before; ``foot``: where that meets the axis.
+    Of both directions it takes the one near the ``x`` before, which meets the axis at its ``foot``; if neither is
+    near it, the one towards the next axis.
     """
     (direction, point), (next_direction, there) = axis, after
     normal, between = np.cross(direction, next_direction), there - point

@@ -44,6 +44,7 @@ _ROBOTS = Path(__file__).parents[1] / "robots"
 _TREES = "trees are not supported: give the joints of one chain, base to tip"
 _LIMITS = {"position": "position_{}", "speed": "speed_{}_s", "acceleration": "acceleration_{}_s2"}
 _UNITS = {"revolute": "deg", "prismatic": "m"}
+_SAME = "name", "title", "payload_frame", "gravity", "joint_names"  # what a robot's table holds as the robot does
 Pair = tuple[Real, Real]  # pair of numbers
 
 
@@ -80,9 +81,20 @@ def load_robot(name: str | Path, base: str | None = None, tip: str | None = None
     for shipped in robot_names():
         if shipped.replace("_", "") == plain:
             return _read_shipped(_ROBOTS / f"{shipped}.toml")
-    if not Path(name).is_file():
-        raise InputError(_no_robot(text))
-    return _read(name)
+    if Path(name).is_file():
+        return _read(name)
+    if Path(text).is_dir():
+        raise InputError(f"no robot {text!r}: it is a folder; give the path of a TOML or URDF file")
+    if Path(text).suffix or "/" in text or "\\" in text:
+        raise InputError(f"no such file: {text!r}; 'dynident robot list' shows the shipped robots")
+    text, names = text.lower(), robot_names()
+    begins = [shipped for shipped in names if shipped.startswith(text)]
+    near = begins or get_close_matches(text, names, 3, 0.6)
+    # A maker ("kuka"), or another name of the arm.
+    near = near or [shipped for shipped in names if text in re.split(r"\W+", load_robot(shipped).title.lower())]
+    hint = f"did you mean {' or '.join(map(repr, near))}? " if near else ""
+    among = f"give one of {', '.join(names)}, or the path of a TOML or URDF file"
+    raise InputError(f"no robot {str(name)!r}: {hint}{among}")
 
 
 def _read(path: str | Path) -> Robot:
@@ -92,19 +104,6 @@ def _read(path: str | Path) -> Robot:
 
 
 _read_shipped = cache(_read)  # once a process: a search over all of them asks again and again
-
-
-def _no_robot(text: str) -> str:
-    if Path(text).is_dir():
-        return f"no robot {text!r}: it is a folder; give the path of a TOML or URDF file"
-    if Path(text).suffix or "/" in text or "\\" in text:
-        return f"no such file: {text!r}; 'dynident robot list' shows the shipped robots"
-    begins = [name for name in robot_names() if name.startswith(text.lower())]
-    near = begins or get_close_matches(text.lower(), robot_names(), 3, 0.6)
-    # A maker ("kuka"), or another name of the arm.
-    near = near or [n for n in robot_names() if text.lower() in re.split(r"\W+", load_robot(n).title.lower())]
-    hint = f"did you mean {' or '.join(map(repr, near))}? " if near else ""
-    return f"no robot {text!r}: {hint}give one of {', '.join(robot_names())}, or the path of a TOML or URDF file"
 
 
 def robot_toml(robot: Robot, source: str = "") -> str:
@@ -329,15 +328,12 @@ class RobotTable(Table, frozen=True, kw_only=True):
         """Make the table of a robot; ``source`` says where its numbers come from."""
         numbered = [*enumerate(robot.joints, start=1)]
         lengths = {name: value for number, joint in numbered for name, value in lengths_of(joint, number) if value}
+        same: dict[str, Any] = {key: getattr(robot, key) for key in _SAME}
         return RobotTable(
-            name=robot.name,
-            title=robot.title,
-            payload_frame=robot.payload_frame,
+            **same,
             source=source,
-            gravity=robot.gravity,
             rated_payload_kg=_finite(robot.rated_payload),
             mass_kg=robot.mass,
-            joint_names=robot.joint_names,
             flange_in_payload_frame=PoseTable.of(robot.flange_pose) if robot.flange_pose else None,
             sources={name: robot.sources[name] for name in SOURCED if name in robot.sources},
             flange=PoseTable.of(robot.flange),

@@ -310,10 +310,9 @@ def _children(links: Sequence[str], joints: Sequence[UrdfJoint]) -> dict[str, li
 
 
 def _meshes(link: _Element, folder: Path) -> Iterator[Mesh]:
-    """Read the meshes of a link's visuals, in its frame; a visual that cannot be understood is passed over.
+    """Read the meshes of a link's visuals, in its frame; what cannot be understood is passed over.
 
-    ``package://NAME/..`` is sought in the folders above the URDF and in those that ROS names by its environment; a
-    file that is not found keeps its name as written.
+    A file that is not found keeps its name as written.
     """
     for visual in link.findall("visual"):
         element, origin = visual.find("geometry/mesh"), visual.find("origin")

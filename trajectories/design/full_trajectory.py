@@ -131,11 +131,18 @@ def _friction_speeds(robot: Robot, qd: Array) -> Array:
 
 
 class Rung(Document, frozen=True):
-    """Run of the ladder of speeds: the motion, slowed."""
+    """Run of the ladder of speeds: the motion, slowed.
 
-    speed: float  # of the full speed, above 0 and at most 1
-    mass: float = field(name="bears_kg")  # largest for which it keeps its limits, by the run before
-    bound: float = field(name="bound_kg")  # largest mass after the run, if the payload is the one expected
+    Attributes:
+        speed: of the full speed, above 0 and at most 1.
+        mass: largest mass for which the run keeps the torque limits, by what the run before has shown [kg].
+        bound: largest mass after the run, if the payload is the one expected [kg].
+        duration: of the run [s].
+    """
+
+    speed: float
+    mass: float = field(name="bears_kg")
+    bound: float = field(name="bound_kg")
     duration: float = field(name="duration_s")
 
 

@@ -68,34 +68,27 @@ class Earlier(Brief):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Goal(Brief):
-    """Parameters to be learnt, and how their uncertainty is measured.
+    """Parameters to be learnt, and how their uncertainty is measured."""
 
-    Attributes:
-        criterion: "d", "a", "cond" or "cond-scaled"; see criterion.py.
-        columns: names of the parameters that will be estimated; None for all base parameters.
-        payload_only: the last link's ten inertial parameters instead, the robot being known.
-        interest: the parameters that count ("d" and "a"), the others being estimated besides; None for all.
-        reference: values that standard deviations are relative to, by name; "a" needs them.
-        noise: standard deviation of the torque noise of a recording per joint [N·m or N], shape (n,); None for
-            ``assumed_noise``, inf for a joint whose torque is not used.
-        rate: independent samples per second that will be recorded [Hz].
-        noise_from: source of the noise, in words.
-        data_length: how long will be recorded, the motion being repeated [s]; None for one motion as it is.
-        offsets: whether ``columns`` may name constant torques of the joints, though the robot has none of its own.
-        paired: whether torques are differences of two recordings, as those of a payload alone always are.
-    """
-
-    criterion: Kind = "d"
+    criterion: Kind = "d"  # "d", "a", "cond" or "cond-scaled"; see criterion.py
+    # Names of the parameters that will be estimated; None for all base parameters.
     columns: tuple[str, ...] | None = None
-    payload_only: bool = False
+    payload_only: bool = False  # the last link's ten inertial parameters instead, the robot being known
+    # The parameters that count ("d" and "a"), the others being estimated besides; None for all.
     interest: tuple[str, ...] | None = None
+    # Values that standard deviations are relative to, by name; "a" needs them.
     reference: Mapping[str, float] | None = None
+    # Standard deviation of the torque noise of a recording per joint [N·m or N], shape (n,); None for
+    # ``assumed_noise``, inf for a joint whose torque is not used.
     noise: ArrayLike | None = None
-    rate: float = INDEPENDENT
-    noise_from: str = "as given"
+    rate: float = INDEPENDENT  # independent samples per second that will be recorded [Hz]
+    noise_from: str = "as given"  # source of the noise, in words
+    # How long will be recorded, the motion being repeated [s]; None for one motion as it is.
     data_length: float | None = None
     earlier: Earlier | None = None
+    # Whether ``columns`` may name constant torques of the joints, though the robot has none of its own.
     offsets: bool = False
+    # Whether torques are differences of two recordings, as those of a payload alone always are.
     paired: bool = False
 
     def __post_init__(self) -> None:

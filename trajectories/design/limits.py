@@ -141,15 +141,24 @@ def _slowed(kernel: RegressorKernel, limit: Limit, speed: float, state: State) -
 
 
 class LimitCheck(Document, frozen=True):
-    """Result of a check: how near a motion comes to one limit on a fine grid, in SI units."""
+    """Result of a check: how near a motion comes to one limit on a fine grid.
+
+    Attributes:
+        name: of the limit.
+        worst: what comes nearest ("joint 3").
+        value, limit: there, SI units.
+        violation: by how much the limit is missed, SI units; 0 where it is met.
+        relative: ``violation`` in units of the limit.
+        room: what is left to the limit, in units of the limit; negative where it is missed.
+    """
 
     name: str
-    worst: str  # what comes nearest ("joint 3")
-    value: float  # there
-    limit: float  # there
-    violation: float  # by how much the limit is missed; 0 where it is met
-    relative: float  # ``violation`` in units of the limit
-    room: float  # what is left to the limit, in its units; negative where it is missed
+    worst: str
+    value: float
+    limit: float
+    violation: float
+    relative: float
+    room: float
 
     def __str__(self) -> str:
         """Write the check in one line."""

@@ -211,21 +211,16 @@ class DesignProblem(Brief):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Loads(Brief):
-    """Loads: parameters that torque limits are computed from.
+    """Loads: parameters that torque limits are computed from."""
 
-    Attributes:
-        parameters: standard or base parameters of the robot by name.
-        heaviest: the heaviest payload expected, in the last link's frame; the limits then hold without and
-            with it. A set: they hold for each of its bodies, and without any.
-        covariance: of ``parameters`` in their order; None where they are taken as exact. It counts for a set, by
-            two standard deviations of the robot's own torque.
-        margin: fraction of the torque limits that stays free.
-    """
-
-    parameters: Mapping[str, float]
+    parameters: Mapping[str, float]  # standard or base parameters of the robot by name
+    # The heaviest payload expected, in the last link's frame; the limits then hold without and with it. A set: they
+    # hold for each of its bodies, and without any.
     heaviest: InertialParameters | PayloadSet | None = None
+    # Of ``parameters`` in their order; None where they are taken as exact. It counts for a set, by two standard
+    # deviations of the robot's own torque.
     covariance: Array | None = None
-    margin: float = 0.0
+    margin: float = 0.0  # fraction of the torque limits that stays free
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "parameters", dict(self.parameters))

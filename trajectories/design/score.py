@@ -54,10 +54,7 @@ class Score(Brief):
 
     @cached_property
     def learnt(self) -> Learnt:
-        """Information of the ideal motion and the earlier recordings together; computed when first asked for.
-
-        Earlier recordings count where they are in the weights needed.
-        """
+        """Information of the ideal motion and the earlier recordings, where these are in the weights needed."""
         state = self.problem.exact(self.samples)
         W = self.problem.kernel.dense(state.entries)[:, :, self.problem.places]
         return learnt_of(self.problem, list(W), [self.samples.weight / self.duration] * len(W), self.duration)

@@ -48,26 +48,17 @@ Progress = Callable[[str, float | None, int], None]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Design(Speaks, Brief):
-    """The most informative motion that was found.
-
-    Attributes:
-        plan: the motion: ``ViaPoints`` or ``Fourier``.
-        score: its criterion, what it teaches, its limits; exact sign, fine grid.
-        seed, starts: where the search began; after a quarter of its time it begins at no further start.
-        evaluations: of criterion and gradient.
-        cpu_s: processor time of the search [s].
-        interrupted: whether it was stopped before its end, by Ctrl-C or after 300 s of processor time.
-        missed: limits that the full trajectory misses, between samples of ``score`` and on ways between poses.
-    """
+    """The most informative motion that was found."""
 
     problem: DesignProblem
-    plan: Plan
-    score: Score
-    seed: int
-    starts: int
-    evaluations: int
-    cpu_s: float
-    interrupted: bool = False
+    plan: Plan  # the motion: ``ViaPoints`` or ``Fourier``
+    score: Score  # its criterion, what it teaches, its limits; exact sign, fine grid
+    seed: int  # of the random starts
+    starts: int  # random ones; after a quarter of its time a search begins at no further one
+    evaluations: int  # of criterion and gradient
+    cpu_s: float  # processor time of the search [s]
+    interrupted: bool = False  # whether it was stopped before its end, by Ctrl-C or after 300 s of processor time
+    # Limits that the full trajectory misses, between samples of ``score`` and on ways between poses.
     missed: tuple[LimitCheck, ...] = ()
 
     @property
@@ -84,11 +75,6 @@ class Design(Speaks, Brief):
     def learnt(self) -> Learnt:
         """Information of the motion: log det, both condition numbers and predicted standard deviations."""
         return self.score.learnt
-
-    @cached_property
-    def gap(self) -> float:
-        """Distance to the floor under any motion, as in ``Floor.gap``; it takes about as long as the search."""
-        return floor_under(self.problem, self.score.value).gap
 
     @property
     def feasible(self) -> bool:
@@ -183,10 +169,7 @@ class _Search:
         return _VIA if isinstance(family, FreeViaPoints) and self.problem.criterion.weighted else _FRESH
 
     def run(self, starts: int) -> None:
-        """Improve random starts for a while, the best of them to the end, unless it is interrupted.
-
-        A search that goes on from another one's end has only that start.
-        """
+        """Improve random starts, or the one that is given, for a while, the best to the end, unless interrupted."""
         try:
             self._finish(self._best_start(starts) if self.begin is None else self._begun(1))
         except (KeyboardInterrupt, TimeoutError):
@@ -310,9 +293,10 @@ class FreeStates:
     """
 
     def __init__(self, bounds: JointBounds, count: int) -> None:
-        self._bounds, self.reach, self._shape = bounds, (bounds.low, bounds.high), (3, count, len(bounds.low))
-        self._linear = 3 * count * len(bounds.low)
-        self.size = self._linear + count
+        n = len(bounds.low)
+        self._middle, self.reach, self._shape = bounds.middle, (bounds.low, bounds.high), (3, count, n)
+        self._unit = np.stack([bounds.half, bounds.speed, bounds.acceleration])[:, None]
+        self._linear, self.size = 3 * count * n, 3 * count * n + count
         self.low, self.high = -np.ones(self.size), np.ones(self.size)
         self.low[self._linear :], self.high[self._linear :] = -8.0, 8.0
 
@@ -324,23 +308,21 @@ class FreeStates:
         states[1:] = np.sign(states[1:]) * np.sqrt(np.abs(states[1:]))
         for pose in states[0]:
             for _ in range(_TRIES):
-                if clear((self._bounds.middle + self._bounds.half * pose)[None]):
+                if clear(self._middle + self._unit[0] * pose):
                     break
                 pose[...] = draw.uniform(-1.0, 1.0, len(pose))
         return x
 
     def sample(self, x: Array, finer: int = 1) -> Samples:
         """Take the states; there is nothing between them."""
-        q, qd, qdd = x[: self._linear].reshape(self._shape)
-        b, logs = self._bounds, x[self._linear :]
+        (q, qd, qdd), logs = self._unit * x[: self._linear].reshape(self._shape), x[self._linear :]
         weight = np.exp(logs - logs.max())
-        return Samples(weight / weight.sum(), b.middle + b.half * q, b.speed * qd, b.acceleration * qdd)
+        return Samples(weight / weight.sum(), self._middle + q, qd, qdd)
 
     def pullback(self, x: Array, slope: Samples) -> Array:
         """Apply the Jacobian transposed to the slopes."""
-        b, w = self._bounds, self.sample(x).weight
-        states = np.stack([slope.q * b.half, slope.qd * b.speed, slope.qdd * b.acceleration])
-        return np.concatenate([states.ravel(), w * (slope.weight - w @ slope.weight)])
+        w = self.sample(x).weight
+        return np.concatenate([(np.stack(slope[1:]) * self._unit).ravel(), w * (slope.weight - w @ slope.weight)])
 
     def plan(self, x: Array) -> Plan:
         """Refuse a plan: states without order are no motion."""

@@ -207,17 +207,12 @@ class Plan:
 
 
 class Family(Protocol):
-    """Family of motions that depend smoothly on a vector x whose entries are of the order of 1.
-
-    Attributes:
-        low, high: bounds of x, shape (size,).
-        reach: lowest and highest positions, each (n,), or (k, n): a row for each of k equal parts of the samples.
-    """
+    """Family of motions that depend smoothly on a vector x whose entries are of the order of 1."""
 
     size: int
-    low: Array
+    low: Array  # bounds of x, shape (size,)
     high: Array
-    reach: tuple[Array, Array]
+    reach: tuple[Array, Array]  # lowest and highest positions, (n,), or (k, n) for k equal parts of the samples
 
     def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
         """Draw a random x to start from, within position and speed limits, through ``clear`` poses if it can."""

@@ -36,7 +36,6 @@ _HERMITE = np.array(
         [0.0, 0.0, 0.0, 10.0, -15.0, 6.0],
     ]
 )
-_DERIVATIVES = [np.polynomial.polynomial.polyder(_HERMITE, m, axis=1) for m in range(3)]
 
 
 @dataclass(frozen=True)
@@ -50,8 +49,11 @@ class Quintic:
 
     def basis(self, s: Array) -> Factors:
         """Evaluate the Hermite polynomials."""
-        q, qd, qdd = (np.vander(s, D.shape[1], increasing=True) @ D.T for D in _DERIVATIVES)
-        return q, qd, qdd
+        powers, k = s[:, None] ** np.arange(6), np.arange(1, 6)
+        first, second = np.zeros_like(powers), np.zeros_like(powers)
+        first[:, 1:] = k * powers[:, :5]
+        second[:, 2:] = k[1:] * k[:4] * powers[:, :4]
+        return powers @ _HERMITE.T, first @ _HERMITE.T, second @ _HERMITE.T
 
     def grid(self, parts: int) -> Grid:
         """Divide the segment into even parts."""
@@ -215,11 +217,11 @@ class FreeViaPoints:
 
     def __init__(self, bounds: JointBounds, shape: ViaPointShape) -> None:
         self.shape, self._bounds, self.reach = shape, bounds, (bounds.low, bounds.high)
-        self._start, self.free_duration = shape.start, shape.fixed is None
-        self._first, n, moves = int(shape.start is not None), len(bounds.low), shape.count - 1
+        n, moves, self.free_duration = len(bounds.low), shape.count - 1, shape.fixed is None
+        self._start = np.reshape(shape.start or (), (-1, n)).astype(float)  # no row where it is free
         self._fixed = np.broadcast_to(np.asarray(1.0 if shape.fixed is None else shape.fixed), (moves,))
         inner = (shape.count - 2) * n if shape.passing else 0
-        sizes = ((shape.count - self._first) * n, inner, inner, moves if self.free_duration else 0)
+        sizes = ((shape.count - len(self._start)) * n, inner, inner, moves if self.free_duration else 0)
         *self._splits, self.size = np.cumsum(sizes).tolist()
         self.low, self.high = -np.ones(self.size), np.ones(self.size)
         self.low[self._splits[2] :], self.high[self._splits[2] :] = np.log(_DURATIONS)
@@ -230,25 +232,23 @@ class FreeViaPoints:
         Each is reached from the one before on a straight line if ``_TRIES`` points contain one.
         """
         bounds, n, segment = self._bounds, len(self._bounds.low), self.shape.segment
-        on_line = np.linspace(0.0, 1.0, 21)[:, None]
-        points = np.empty((self.shape.count, n))
-        if self._start is not None:
-            points[0] = self._start
-        for k in range(self._first, len(points)):
+        on_line, points = np.linspace(0.0, 1.0, 21)[:, None], [*self._start]
+        while len(points) < self.shape.count:
             for _ in range(_TRIES):
-                points[k] = bounds.middle + _SPAN * bounds.half * draw.uniform(-1.0, 1.0, n)
-                before = points[max(k - 1, 0)]
-                if not self.free_duration and k > 0:  # as near to it as the limits allow in the time
-                    T, step = self._fixed[k - 1] / _SLOWER, np.abs(points[k] - before)
+                point = bounds.middle + _SPAN * bounds.half * draw.uniform(-1.0, 1.0, n)
+                before = points[-1] if points else point
+                if not self.free_duration and points:  # as near to it as the limits allow in the time
+                    T, step = self._fixed[len(points) - 1] / _SLOWER, np.abs(point - before)
                     by_speed = bounds.speed * T / (segment.peak_speed * step)
                     by_acceleration = bounds.acceleration * T**2 / (segment.peak_acceleration * step)
                     fraction = min(1.0, float(by_speed.min()), float(by_acceleration.min()))
-                    points[k] = before + fraction * (points[k] - before)
-                if clear(before + on_line * (points[k] - before)):
+                    point = before + fraction * (point - before)
+                if clear(before + on_line * (point - before)):
                     break
+            points.append(point)
         x = np.zeros(self.size)
         p, *_, T = np.split(x, self._splits)
-        p[:] = ((points - bounds.middle) / bounds.half)[self._first :].ravel()
+        p[:] = ((np.array(points) - bounds.middle) / bounds.half)[len(self._start) :].ravel()
         if self.free_duration:
             T[:] = np.log(quickest(np.diff(points, axis=0), bounds.speed, bounds.acceleration, segment) * _SLOWER)
         return np.asarray(np.clip(x, self.low, self.high))
@@ -264,7 +264,7 @@ class FreeViaPoints:
         by_p = np.zeros((len(by_T) + 1, by_start.shape[1]))
         by_p[:-1] += by_start - by_C[:, 4]
         by_p[1:] += by_C[:, 4]
-        blocks, t = [(by_p * bounds.half)[self._first :]], pieces.durations[:, None]
+        blocks, t = [(by_p * bounds.half)[len(self._start) :]], pieces.durations[:, None]
         if self.shape.passing:
             by_v = (t * by_C[:, 3])[:-1] + (t * by_C[:, 0])[1:]
             by_a = (t**2 * by_C[:, 2])[:-1] + (t**2 * by_C[:, 1])[1:]
@@ -287,10 +287,7 @@ class FreeViaPoints:
         """Unpack points, speeds and accelerations there (count, n), durations (count - 1,)."""
         bounds, n = self._bounds, len(self._bounds.low)
         own_p, own_v, own_a, log_T = np.split(x, self._splits)
-        p = np.empty((self.shape.count, n))
-        p[self._first :] = bounds.middle + bounds.half * own_p.reshape(-1, n)
-        if self._start is not None:
-            p[0] = self._start
+        p = np.vstack([self._start, bounds.middle + bounds.half * own_p.reshape(-1, n)])
         v, a = np.zeros_like(p), np.zeros_like(p)
         if self.shape.passing:
             v[1:-1] = bounds.speed * own_v.reshape(-1, n)
@@ -301,10 +298,8 @@ class FreeViaPoints:
         """Slow the motion by longer durations, shrink it about start or middle; at fixed durations shrink it."""
         eased, ratio = x.copy(), smaller if self.free_duration else smaller / slower
         p, v, a, log_T = np.split(eased, self._splits)
-        p *= ratio
-        if self._start is not None:
-            start = (np.array(self._start) - self._bounds.middle) / self._bounds.half
-            p += (1.0 - ratio) * np.tile(start, self.shape.count - 1)
+        about = ((self._start - self._bounds.middle) / self._bounds.half).sum(axis=0)  # zero where it is free
+        p[:] = ratio * p + (1.0 - ratio) * np.tile(about, self.shape.count - len(self._start))
         v *= smaller / slower
         a *= smaller / slower**2 if self.free_duration else ratio
         log_T += np.log(slower)

@@ -49,7 +49,6 @@ class Controller:
     what the payload adds: the arm sags until the position error holds it, by its torque / (J kp kv). The loops
     see the exact positions and speeds: a step of the encoder of 1e-5 rad changes the torque by far less than the
     recorded noise.
-
     """
 
     position: float = 100.0  # kp [1/s]
@@ -122,21 +121,17 @@ class ClosedLoop:
         phases: Array | None = None,
     ) -> None:
         """Generate the code of one step; ``disturbances``: whose ripple, of ``phases`` [rad], n x waves, acts."""
-        robot = completed(robot, limits=False, frames=4)
-        self._controller = controller or Controller()
-        self.robot, self.rate = robot, self._controller.rate
-        self._rotors = np.zeros(robot.n)
+        robot, own = completed(robot, limits=False, frames=4), controller or Controller()
+        self.robot, self.rate, self._controller, self._rotors = robot, own.rate, own, np.zeros(robot.n)
         if robot.drives.side == "link":
             # Sensors behind the gears see no rotor, but the arm turns them.
             self._rotors = rotor_inertias(robot, robot.parameters)
             robot = with_rotors(robot, self._rotors)
-        self._plant = robot
-        self._base = base_parameters(robot)
-        self._dry = dry_friction_names(robot)
+        self._plant, self._base, self._dry = robot, base_parameters(robot), dry_friction_names(robot)
         inertia = mean_inertia(robot)
-        self.steps = steps_per_sample(robot, self._controller, inertia)
+        self.steps = steps_per_sample(robot, own, inertia)
         disturbances = disturbances or replace(no_disturbances(robot.n), waves=())
-        phases, own = draw_robot_errors(disturbances, 0)[0] if phases is None else phases, self._controller
+        phases = draw_robot_errors(disturbances, 0)[0] if phases is None else phases
         gains = [1.0 / (self.rate * self.steps), own.position, own.speed, own.integral]
         ripple = (disturbances.ripple, disturbances.waves, phases.T.ravel())
         self._settings = np.concatenate([gains, inertia, *ripple])
@@ -236,13 +231,10 @@ def integration_step(robot: Robot, base: BaseParameters, waves: int) -> ca.Funct
         (q, qd, z), (q_r, qd_r, feed_forward) = ca.vertsplit(x, n), ca.vertsplit(reference, n)
         error = qd_r + kp * (q_r - q) - qd
         torque = J * (kv * error + ki * z) + feed_forward
-        ripple = ca.SX.zeros(n)
-        for k in range(waves):
-            ripple += amplitude * ca.sin(w[k] * q + phases[k * n : (k + 1) * n])
+        ripple = sum(amplitude * ca.sin(w[k] * q + phases[k * n : (k + 1) * n]) for k in range(waves))
         return ca.vertcat(qd, forward(q, qd, torque + ripple, own), error), torque
 
-    at_start, torque = slope(x, reference[0])
-    start, middle, end = reference
+    (start, middle, end), (at_start, torque) = reference, slope(x, reference[0])
     after = runge_kutta(lambda x, reference: slope(x, reference)[0], x, h, (start, middle, end))
     out = ca.cse(ca.densify(ca.vertcat(after, torque, at_start[n : 2 * n])))
     return ca.Function("step", [x, *reference, chi, level, settings], [out])
@@ -250,8 +242,8 @@ def integration_step(robot: Robot, base: BaseParameters, waves: int) -> ca.Funct
 
 def steps_per_sample(robot: Robot, controller: Controller, inertia: Array) -> int:
     """Count the steps by which the stiffest mode, dry friction about rest, is integrated stably."""
-    friction, names = smooth_dry_friction(robot, SMOOTHING), dry_friction_names(robot)
-    qd, level = ca.SX.sym("qd", robot.n), [robot.parameters[name] for name in names]
+    friction, qd = smooth_dry_friction(robot, SMOOTHING), ca.SX.sym("qd", robot.n)
+    level = [robot.parameters[name] for name in dry_friction_names(robot)]
     slope = np.array(ca.Function("slope", [qd], [ca.densify(ca.jacobian(friction(qd, level), qd))])(0.0))
     damping = slope + np.diag(inertia * (controller.speed + controller.position))
     matrices = inertia_matrices(robot, 20)
