@@ -56,8 +56,9 @@ def parquet_rows(path: Path, columns: Sequence[str] | None = None) -> list[dict[
     pyarrow, parquet = extra("pyarrow", _PARQUET), extra("pyarrow.parquet", _PARQUET)
     try:
         with opened(path) as stream:
-            table = parquet.read_table(pyarrow.BufferReader(stream.read()), columns=columns)
-        rows: list[dict[str, Any]] = table.to_pylist()
+            file = parquet.ParquetFile(pyarrow.BufferReader(stream.read()))
+        # Threads that still live when Python ends may abort it.
+        rows: list[dict[str, Any]] = file.read(columns, use_threads=False).to_pylist()
     except (pyarrow.ArrowException, ValueError, OSError) as error:
         raise InputError(f"{path}: cannot be read as Parquet ({' '.join(str(error).split())})") from None
     return rows

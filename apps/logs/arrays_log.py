@@ -21,8 +21,6 @@ _HDF5 = b"\x89HDF\r\n\x1a\n"
 _MATRIX, _COMPRESSED = 14, 15
 _TAGS = {*range(1, 8), 9, *range(12, 19)}
 """Kinds of elements in a MAT file of version 5: numbers, a matrix, a compressed one, texts."""
-_REFERENCE = ("s0", "s1", "s2", "arr")
-"""Fields of what scipy makes of a MATLAB object: its name, "MCOS", its class, and where its contents lie."""
 _PLAIN = {"double", "single", "logical", "char", "cell", "struct", "function_handle", "canonical empty"}
 _REMEDIES = {
     "table": "writetable({name}, 'log.csv')",
@@ -66,9 +64,10 @@ def _version_5(path: Path) -> RawLog:
         if not isinstance(value, np.ndarray):
             return
         fields = value.dtype.names
-        if fields == _REFERENCE:
-            entry = value.reshape(-1)[0]
-            objects[entry["s0"].decode("latin-1")] = entry["s2"].decode("latin-1")
+        if isinstance(value, scipy.io.matlab.MatlabOpaque):
+            # Its name, before SciPy 1.18 alone, "MCOS", its class, and where its contents lie.
+            texts = [x if isinstance(x, str) else x.decode("latin-1") for x in list(value.reshape(-1)[0])[:-1]]
+            objects[name if len(texts) == 2 else texts[0]] = texts[-1]
         elif fields and value.size == 1:
             for field in fields:
                 visit(f"{name}.{field}", value.reshape(-1)[0][field])

@@ -19,6 +19,7 @@ from dynident.model.files.urdf import load_urdf
 from dynident.model.kinematics import link_frames
 from dynident.tests.conftest import PRISMATIC
 
+pytestmark = pytest.mark.filterwarnings("ignore:Setting the shape on a NumPy array")  # pycollada, from NumPy 2.5 on
 DRAW = np.random.default_rng(3)
 BODY = InertialParameters.from_com(4.0, [0.01, 0.02, 0.1], [0.03, 0.02, 0.01])
 PAYLOAD = np.array([[0.0, 0.02], [0.017, 0.023], [0.09, 0.112]]), BODY
