@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from ... import __version__
 from ...common.errors import InputError
-from ...common.files import made_folder, write_text
+from ...common.files import made_folder
 from ...common.versions import versions
 from .blocks import Block, Drawing, Report, Table
 from .figures.canvas import save_figure, svg_text
@@ -63,17 +63,8 @@ class Provenance:
         return [Table(title, ("", *headings), rows) for title, headings, rows in parts if rows]
 
 
-def write_report(path: str | Path, report: Report, provenance: Provenance) -> None:
-    """Write the page in one step."""
-    write_text(path, page_html(report, provenance))
-
-
 def write_plots(folder: str | Path, report: Report) -> None:
-    """Write the figures as PNG, SVG and PDF; the folder is made if missing.
-
-    Raises:
-        InputError: if the report has none.
-    """
+    """Write the figures as PNG, SVG and PDF; the folder is made if missing, a report without figures refused."""
     drawings = list(report.drawings())
     if not drawings:
         raise InputError("plots: there is nothing to draw")
