@@ -1,4 +1,4 @@
-"""The commands, one a file: ``run`` takes its options and hands values from room to room.
+"""The commands, those alike in one file: each takes its options and hands values from room to room.
 
 Only the file of the command that is called is imported, so that ``dynident --help`` answers at once.
 """

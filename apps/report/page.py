@@ -111,10 +111,9 @@ def _inline_svg(drawing: Drawing) -> str:
     text = _HEAD.sub("", svg_text(drawing.figure, drawing.name))
     text = re.sub(r' xmlns(?::xlink)?="[^"]*"', "", text).replace("xlink:href", "href")  # HTML needs no address
     text = _FONTS.sub(r"\1sans-serif", _METADATA.sub("", text))
-    # Identifiers that only one figure has; those that nothing refers to go.
+    # Identifiers are hashes that only one figure has; those that nothing refers to go.
     used = set(re.findall(r'(?:href="#|url\(#)([^")]+)', text))
-    text = re.sub(r' id="([^"]+)"', lambda m: f' id="{drawing.name}-{m[1]}"' if m[1] in used else "", text)
-    text = re.sub(r'(href="#|url\(#)', rf"\g<1>{drawing.name}-", text)
+    text = re.sub(r' id="([^"]+)"', lambda m: m[0] if m[1] in used else "", text)
     text = re.sub(r' (?:width|height)="[\d.]+pt"', "", text, count=2)
     text = text.replace("<svg ", f'<svg role="img" aria-labelledby="{drawing.name}-text" ', 1)
     head, _, rest = text.partition(">")

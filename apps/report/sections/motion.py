@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from .... import __version__
-from ....common.arrays import Array
 from ....model import INERTIAL, InertialParameters, Motion
 from ....model.drives import parameter_kind
 from ....model.friction import LAWS
@@ -345,10 +344,3 @@ def near_head(result: NearResult, speed: float) -> tuple[str, ...]:
         *unchecked,
         *assumed_line(result.design.problem),
     )
-
-
-def second_pose_note(first: Array, second: Array) -> str:
-    """Propose a second pose."""
-    turns = enumerate(np.degrees(second - first), 1)
-    joints = " and ".join(f"joint {j} by {turn:+.0f} deg" for j, turn in turns if abs(turn) > 1.0)
-    return f"A second wrist pose ({joints}) would improve this: add --second-pose auto if the robot may go there."
