@@ -23,7 +23,7 @@ from .. import logs, results
 from .. import view as views
 from ..numbers import placed
 from ..report.blocks import Notes, Report
-from ..report.page import Provenance, page_html, write_plots
+from ..report.page import page_html, write_plots
 from ..report.terminal import print_blocks, print_report
 from . import values
 from .entry import CALL, FILES, KNOWN, LOGS, SETTING, Options, about
@@ -354,8 +354,8 @@ class PageOptions(ResultOptions):
             call = CALL.get()
             named = ((mark.role, path) for _, mark, path in call.named(reads=True) if mark.role != "options")
             files = [(role, path, checksum(path)) for role, path in named if Path(path).is_file()]
-            made = Provenance(shlex.join(["dynident", *call.words]), files, settings_text)
-            write_text(self.report, page_html(shown, made))
+            line = shlex.join(["dynident", *call.words])
+            write_text(self.report, page_html(shown, line, files, settings_text))
             if (beside := call.settings_file(self.report)) is not None:
                 write_text(beside, call.settings_text())
         if self.plots:

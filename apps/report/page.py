@@ -8,7 +8,6 @@ import html
 import os
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
@@ -31,38 +30,6 @@ _METADATA = re.compile(r"<metadata>.*?</metadata>\s*", re.DOTALL)
 _FONTS = re.compile(r"(font: [^;\"]*?)'DejaVu Sans'[^;\"]*")
 
 
-def now() -> datetime:
-    """The time in UTC, or that of SOURCE_DATE_EPOCH, by which the same input gives the same file."""
-    fixed = os.environ.get("SOURCE_DATE_EPOCH")
-    if not fixed:
-        return datetime.now(UTC)
-    try:
-        return datetime.fromtimestamp(int(fixed), UTC)
-    except (ValueError, OverflowError, OSError):
-        raise InputError(f"SOURCE_DATE_EPOCH {fixed!r} is not a time: give seconds since 1970") from None
-
-
-@dataclass(frozen=True)
-class Provenance:
-    """Command as typed, files that were read, versions of packages and settings: all that repeats a result."""
-
-    command: str
-    files: Sequence[tuple[str, str, str]] = ()  # role, name and SHA-256 checksum
-    settings: Mapping[str, str] = field(default_factory=dict)
-    versions: Mapping[str, str] = field(default_factory=versions)
-    date: datetime = field(default_factory=now)
-
-    @property
-    def tables(self) -> list[Table]:
-        """Files, settings and versions, as far as there are any."""
-        parts = (
-            ("Files that were read", ("file", "SHA-256"), self.files),
-            ("Settings", ("value",), list(self.settings.items())),
-            ("Versions", ("version",), list(self.versions.items())),
-        )
-        return [Table(title, ("", *headings), rows) for title, headings, rows in parts if rows]
-
-
 def write_plots(folder: str | Path, report: Report) -> None:
     """Write the figures as PNG, SVG and PDF; the folder is made if missing, a report without figures refused."""
     drawings = list(report.drawings())
@@ -74,11 +41,30 @@ def write_plots(folder: str | Path, report: Report) -> None:
             save_figure(drawing.figure, folder / f"{drawing.name}.{ending}")
 
 
-def page_html(report: Report, provenance: Provenance) -> str:
-    """The file's text."""
-    day = provenance.date.strftime("%Y-%m-%d %H:%M UTC")
+def page_html(
+    report: Report,
+    command: str,
+    files: Sequence[tuple[str, str, str]] = (),
+    settings: Mapping[str, str] | None = None,
+) -> str:
+    """The file's text, with all that repeats it: the command as typed, files that were read, settings, versions.
+
+    ``files``: role, name and SHA-256 checksum of each. By SOURCE_DATE_EPOCH the same input gives the same file.
+    """
+    fixed = os.environ.get("SOURCE_DATE_EPOCH")
+    try:
+        date = datetime.fromtimestamp(int(fixed), UTC) if fixed else datetime.now(UTC)
+    except (ValueError, OverflowError, OSError):
+        raise InputError(f"SOURCE_DATE_EPOCH {fixed!r} is not a time: give seconds since 1970") from None
+    parts = (
+        ("Files that were read", ("", "file", "SHA-256"), files),
+        ("Settings", ("", "value"), list((settings or {}).items())),
+        ("Versions", ("", "version"), list(versions().items())),
+    )
+    tables = [Table(title, headings, rows) for title, headings, rows in parts if rows]
+    day = date.strftime("%Y-%m-%d %H:%M UTC")
     page = _environment().get_template("page.html")
-    return page.render(report=report, provenance=provenance, day=day, version=__version__)
+    return page.render(report=report, command=command, tables=tables, day=day, version=__version__)
 
 
 def blocks_html(blocks: Sequence[Block]) -> str:

@@ -132,8 +132,7 @@ def write_report(answer: object, path: str | Path) -> None:
         recordings += getattr(of, kind, ())
     paths = dict.fromkeys(recording.source for recording in recordings)
     files = [("recording", name, checksum(name)) for name in paths if Path(name).is_file()]
-    made = page.Provenance(f"python {sys.argv[0] or '(interactive)'}", files)
-    write_text(path, page.page_html(report, made))
+    write_text(path, page.page_html(report, f"python {sys.argv[0] or '(interactive)'}", files))
 
 
 @one_thread()
