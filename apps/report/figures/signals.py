@@ -11,9 +11,7 @@ import numpy as np
 from ....common.arrays import Array
 from ....estimation.answers.system import TorquePrediction
 from ....estimation.fit.covariance import NORMAL95
-from ....model import Motion, Recording
-from ....trajectories import DesignProblem
-from ....trajectories.design.score import load_torques
+from ....model import Recording
 from ..blocks import Drawing
 from .canvas import BLUE, GREY, ORANGE, Axes, Figure, legend, panels, plain
 
@@ -21,13 +19,11 @@ _STRETCHES = 2000  # of a long signal that are drawn
 _TALLEST = 14.0  # inches
 _GAP = 2.5  # steps: a longer one is drawn as a gap
 _CURVES = ((BLUE, "--", 1.3), (ORANGE, ":", 1.3), ("black", "-.", 1.0))
-_UNITS = {"position": ("m", "rad"), "speed": ("m/s", "rad/s"), "torque": ("N", "N·m")}
-"""Units of sliding and of turning joints."""
 _Draw: TypeAlias = Callable[[Axes, int], None]
 """Draws a joint, counted from 0, into its panel."""
 
 
-def _by_joint(n: int, columns: Mapping[str, _Draw], title: str = "", **options: Any) -> Figure:
+def by_joint(n: int, columns: Mapping[str, _Draw], title: str = "", **options: Any) -> Figure:
     """A row a joint, a column a quantity."""
     size = (10.2, min(1.25 * n + 1.0, _TALLEST))
     figure, axes = panels(size, n, len(columns), sharex="col", **options)
@@ -45,37 +41,19 @@ def _by_joint(n: int, columns: Mapping[str, _Draw], title: str = "", **options: 
     return figure
 
 
-def motion_figure(problem: DesignProblem, motion: Motion, title: str) -> Drawing:
-    """Positions, speeds and torques of every joint between their limits: a row a joint, a column a quantity."""
-
-    def drawn() -> Figure:
-        bounds, torques = problem.bounds, load_torques(problem, motion)
-        turning = sorted({joint.revolute for joint in problem.robot.joints}, reverse=True)
-        columns = {
-            "position": partial(_signals, motion.t, {"position": motion.q}, bounds.low, bounds.high),
-            "speed": partial(_signals, motion.t, {"speed": motion.qd}, -bounds.speed, bounds.speed),
-            "torque": partial(_signals, motion.t, torques, -bounds.torque, bounds.torque),
-        }
-        units = {name: " or ".join(_UNITS[name][kind] for kind in turning) for name in columns}
-        shown = {f"{name} [{units[name]}]": draw for name, draw in columns.items() if torques or name != "torque"}
-        return _by_joint(problem.robot.n, shown, title)
-
-    return Drawing("motion", "Positions, speeds and torques of every joint between their limits, over time.", drawn)
-
-
 def signals_figure(recording: Recording, unit: str, name: str) -> Drawing:
     """Positions and torques of every joint over time; ``unit`` of the torques, "N·m" or "A"."""
     title, n, loads = Path(recording.source).name, recording.q.shape[1], "currents" if unit == "A" else "torques"
     none = np.full(n, np.nan)
     columns = {
-        "positions [rad or m]": partial(_signals, recording.t, {"": recording.q}, none, none),
-        f"{loads} [{unit}]": partial(_signals, recording.t, {"": recording.torque}, none, none),
+        "positions [rad or m]": partial(signals, recording.t, {"": recording.q}, none, none),
+        f"{loads} [{unit}]": partial(signals, recording.t, {"": recording.torque}, none, none),
     }
     caption = f"Positions and {loads} of {title} as they were understood, joint side."
-    return Drawing(name, caption, lambda: _by_joint(n, columns, title))
+    return Drawing(name, caption, lambda: by_joint(n, columns, title))
 
 
-def _signals(t: Array, curves: Mapping[str, Array], low: Array, high: Array, axis: Axes, j: int) -> None:
+def signals(t: Array, curves: Mapping[str, Array], low: Array, high: Array, axis: Axes, j: int) -> None:
     """Curves (N, n) by name, between hatched limits where these are finite."""
     for line, (label, values) in zip(cycle(("-", "--", ":", "-.")), curves.items(), strict=False):
         axis.plot(*_extremes(t, values[:, j]), line, color="black", linewidth=0.9, label=label)
@@ -148,7 +126,7 @@ def prediction_figure(prediction: TorquePrediction, name: str) -> Drawing:
         "autocorrelation by lag": autocorrelation,
     }
     text = f"{caption} Relative residuals of the joints in percent: {', '.join(percents)}."
-    return Drawing(name, caption, lambda: _by_joint(n, columns, width_ratios=(5, 3, 2)), text)
+    return Drawing(name, caption, lambda: by_joint(n, columns, width_ratios=(5, 3, 2)), text)
 
 
 def words_of(prediction: TorquePrediction) -> str:
