@@ -66,7 +66,10 @@ def _run(words: tuple[str, ...]) -> int:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without Greek letters
     with warnings.catch_warnings():
-        warnings.showwarning = _note
+        # A warning is a line for the user, not for a programmer.
+        warnings.showwarning = lambda message, *_, **__: print(
+            f"dynident: note: {one_line(str(message))}", file=sys.stderr
+        )
         return int(_commands("entry").run(words))
 
 
@@ -83,8 +86,3 @@ def _interrupted(pressed: bool) -> int:
         with suppress(OSError):
             sys.stdout.flush()
     return INTERRUPTED
-
-
-def _note(message: Warning | str, *_: object, **__: object) -> None:
-    """A warning is a line for the user, not for a programmer."""
-    print(f"dynident: note: {one_line(str(message))}", file=sys.stderr)

@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 from dynident import estimation, model
-from dynident.apps.commands.demo import ASSUMED_SPRING
-from dynident.apps.commands.demo import PAYLOAD as PAPER_PAYLOAD
+from dynident.apps.commands.simulate import ASSUMED_SPRING
+from dynident.apps.commands.simulate import PAYLOAD as PAPER_PAYLOAD
 from dynident.apps.logs.read import read_recording
 from dynident.benchmarks import invented, shared
 from dynident.common.arrays import Array

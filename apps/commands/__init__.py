@@ -1,4 +1,4 @@
-"""The commands, one a file: ``run`` takes its options and hands values from room to room.
+"""The commands, those alike in one file: each takes its options and hands values from room to room.
 
 Only the file of the command that is called is imported, so that ``dynident --help`` answers at once.
 """
@@ -51,6 +51,6 @@ COMMANDS = {
     "near": ("design:run_near", "Design a short motion near a pose, or poses at rest, for weigh."),
     "score": ("design:run_score", "Judge a motion: its accuracy, and the limits it keeps."),
     "simulate": ("simulate:run", "Simulate recordings of a robot with known parameters."),
-    "demo": ("demo:run", "Run the paper's experiment on a simulated RX90."),
+    "demo": ("simulate:run_demo", "Run the paper's experiment on a simulated RX90."),
 }
 """Each command, where it is, and what it does, in the order of ``dynident --help``."""

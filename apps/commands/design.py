@@ -383,7 +383,12 @@ def run_near(
     result = documents.NearResult(
         design, shape, visibility, goal.predicted(robot, design.plan, shape.joints), ladder
     )
-    hints = [sections.second_pose_note(result.poses[0], hint)] if hint is not None else []
+    hints = list[str]()
+    if hint is not None:
+        turns = enumerate(np.degrees(hint - result.poses[0]), 1)
+        joints = " and ".join(f"joint {j} by {turn:+.0f} deg" for j, turn in turns if abs(turn) > 1.0)
+        text = f"A second wrist pose ({joints}) would improve this: add --second-pose auto"
+        hints.append(f"{text} if the robot may go there.")
     written = WrittenMotion(robot, design.plan, bounds, sections.near_head(result, 1.0))
     files.check_replays(limits.whole(design.problem), written, "val3")
     shown = sections.near_report(result, options.expected, hints, samples)

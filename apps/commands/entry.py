@@ -165,10 +165,7 @@ CALL: ContextVar[Call] = ContextVar("call")
 
 
 def command(run: Callable[..., bool | None]) -> Callable[..., int]:
-    """Give a command the options that all have, and check options and the files they name before it is called.
-
-    It tells whether its answer may be used, where it has a verdict.
-    """
+    """Give a command the options that all have, and check options and files first; False: do not use its answer."""
     given = inspect.signature(run, eval_str=True)
     terminal = inspect.Parameter("terminal", inspect.Parameter.KEYWORD_ONLY, annotation=TerminalOptions)
     parts = []
@@ -263,7 +260,7 @@ def check_paths(call: Call) -> None:
     folders: dict[Path, str] = {}
     written = list(call.named(reads=False))
     for page in call.given("--report"):
-        if (beside := call.settings_file(page)) is None:
+        if not Path(page).name or (beside := call.settings_file(page)) is None:
             continue
         if beside.is_file() and not beside.read_bytes().startswith(_HEAD.encode()):
             raise InputError(

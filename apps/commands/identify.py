@@ -23,20 +23,14 @@ from .entry import SETTING, Options, command
 from .progress import note, status
 from .values import HeldOutFiles, Reads, different, number, numbers, where, word
 
-_CLOSE = (
-    "where the data contradict every robot, chi2 falls for ever as links grow: --total-mass 0 KG (KG: at most the "
-    "whole arm's mass) bounds them; a longer recording that moves every joint is better"
-)
-"""Advice where no finite robot is nearest."""
-_Model = Annotated[str, Reads("other model"), Parameter(metavar="F.xml")]
 _seconds = where(
     numbers,
     lambda times: min(times) > 0.0 and different(times),
     "a list of different times in seconds such as 0.1,0.5,1",
 )
+_masses = word(values.with_sigma, "KG[,KG..][+-KG]")
 _TWO = word(partial(numbers, count=2), "LOW HIGH", 2)
 _POSSIBLE = Parameter(group=Group("a robot that can exist", "Beside the free estimate."))
-_Masses = Annotated[tuple[tuple[float, ...], float | None], word(values.with_sigma, "KG[,KG..][+-KG]")]
 
 
 class _Identify(Options):
@@ -88,7 +82,11 @@ class _Identify(Options):
                 raise InputError(f"{bounds}: give wider bounds, or omit them ({error})") from error
             if self.constrained == "prior":
                 raise InputError(f"{error}; --constrained none leaves it out") from error
-            note(f"no robot that can exist is given, and so no export: {error}; {_CLOSE}")
+            note(
+                f"no robot that can exist is given, and so no export: {error}; where the data contradict every "
+                "robot, chi2 falls for ever as links grow: --total-mass 0 KG (KG: at most the whole arm's mass) "
+                "bounds them; a longer recording that moves every joint is better"
+            )
             return None
 
     def _prior(self, robot: model.Robot) -> RobotPrior | None:
@@ -148,7 +146,7 @@ def run_rollout(
     arm: options.RobotOptions,
     robot_parameters: values.RobotParametersFile,
     data: HeldOutFiles,
-    against: tuple[_Model, ...] = (),
+    against: tuple[Annotated[str, Reads("other model"), Parameter(metavar="F.xml")], ...] = (),
     horizons: Annotated[tuple[float, ...], word(_seconds, "S1,S2,..")] = HORIZONS,
     processing: options.FilterOptions,
     files: options.PageOptions,
@@ -181,7 +179,9 @@ class _Known(Options):
     """Recording of currents without the payload; repeatable."""
     loaded: values.LoadedFiles
     """Recording of currents with the payload; repeatable."""
-    mass: _Masses | None = None
+    mass: Annotated[tuple[tuple[float, ...], float | None] | None, word(values.with_sigma, "KG[,KG..][+-KG]")] = (
+        None
+    )
     """Mass of the payload, +- its standard deviation (default: 0); with several weights, one per --loaded."""
     payload: values.PayloadFile | None = None
     """File with mass, com and inertia_com, as far as known, instead of --mass."""

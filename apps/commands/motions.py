@@ -63,12 +63,7 @@ def _region(text: str) -> tuple[tuple[float, ...], bool]:
 
 
 _Level = float | tuple[float, ...]
-_Noise = Annotated[tuple[_Level | None, float | None], word(_noise, "S|S1,S2,..[@HZ]")]
-_Columns = Annotated[tuple[str, ...], word(values.names_list, "NAME,..|payload")]
-_Acceleration = Annotated[_Level, word(_acceleration, "A|A1,A2,..")]
-_Torques = Annotated[str | tuple[float, ...], word(partial(values.numbers_or, "none"), "T|T1,T2,..")]
-_Heaviest = Annotated[str, Reads("heaviest payload"), Parameter(metavar="KG[@X,Y,Z]|TOML")]
-_Region = Annotated[tuple[tuple[float, ...], bool], word(_region, "R|A,B,C|box:A,B,C")]
+_torques = word(partial(values.numbers_or, "none"), "T|T1,T2,..")
 _Rate = Annotated[float, word(positive_number, "HZ")]
 
 
@@ -93,7 +88,7 @@ class NoiseOptions(Options, group=GOAL):
 
     instead: ClassVar = {"like": "torque_noise"}
 
-    torque_noise: _Noise | None = None
+    torque_noise: Annotated[tuple[_Level | None, float | None] | None, word(_noise, "S|S1,S2,..[@HZ]")] = None
     """Torque noise, 1 sigma per joint [N·m or N], or 10% of the limits; @HZ: independent samples a second
     (default: 10)."""
     like: Annotated[str | None, Reads("like"), Parameter(metavar="JSON")] = None
@@ -133,7 +128,7 @@ class GoalOptions(NoiseOptions):
 
     criterion: Annotated[Literal["d", "a", "cond", "cond-scaled"], Parameter(show_choices=False)] = "d"
     """d: information (default); a: relative sigma; cond: condition number; cond-scaled: columns scaled."""
-    columns: _Columns | None = None
+    columns: Annotated[tuple[str, ...] | None, word(values.names_list, "NAME,..|payload")] = None
     """Parameters to be identified: the robot's (base, default), or the payload's ten with a known robot."""
     parameters: Annotated[Names | None, SETTING] = None
     """Parameters that count in criteria d and a (default: all)."""
@@ -217,15 +212,15 @@ class LimitOptions(Options, group=LIMITS):
 
     speed_override: Annotated[float, word(number, "SHARE")] = 1.0
     """Fraction of the speed limits to use (default: 1)."""
-    acceleration: Annotated[_Acceleration | None, SETTING] = None
+    acceleration: Annotated[_Level | None, word(_acceleration, "A|A1,A2,.."), SETTING] = None
     """Acceleration limits [deg/s² or m/s²], or 3x: three times the speed limit per second."""
-    torque_limits: _Torques | None = None
+    torque_limits: Annotated[str | tuple[float, ...] | None, _torques] = None
     """Torque limits [N·m or N], or none to ignore even those of the robot's file."""
     robot_parameters: values.RobotParametersFile | None = None
     """The --json file of 'dynident identify', for torques and relative sigma."""
-    heaviest_payload: _Heaviest | None = None
+    heaviest_payload: Annotated[str | None, Reads("heaviest payload"), Parameter(metavar="KG[@X,Y,Z]|TOML")] = None
     """Keep the torque limits without this payload and with it."""
-    within: _Region | None = None
+    within: Annotated[tuple[tuple[float, ...], bool] | None, word(_region, "R|A,B,C|box:A,B,C")] = None
     """Keep them for every payload up to --heaviest-payload within this ball, ellipsoid or box [m]."""
     torque_margin: Annotated[Share, SETTING] = 0.0
     """Fraction of the torque limits to leave free, such as 10%."""

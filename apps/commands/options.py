@@ -23,7 +23,7 @@ from .. import logs, results
 from .. import view as views
 from ..numbers import placed
 from ..report.blocks import Notes, Report
-from ..report.page import Provenance, write_plots, write_report
+from ..report.page import page_html, write_plots
 from ..report.terminal import print_blocks, print_report
 from . import values
 from .entry import CALL, FILES, KNOWN, LOGS, SETTING, Options, about
@@ -38,17 +38,10 @@ _INSTEAD = (
     "The robot was identified with another uncertainty of the gains; the one given now is used for both, as the "
     "drives are the same."
 )
-_Chain = Annotated[tuple[str | None, str | None], word(values.chain, "BASE:TIP")]
-_Mount = Annotated[tuple[str, tuple[float, float, float]], word(values.mount, "HOW")]
-_Texts = Annotated[tuple[str, ...], word(texts, "A,B,..")]
-_Units = Annotated[tuple[str, ...], word(texts, "q=deg,..")]
-_Signs = Annotated[tuple[float, ...], word(numbers, "1,-1,..")]
-_given_or_file = partial(values.numbers_or, ".json")
-_Gains = Annotated[tuple[float, ...] | str, Reads("drive gains"), word(_given_or_file, "K|K1,K2,..|JSON")]
-_Errors = Annotated[tuple[tuple[float, ...], float], word(values.gain_errors, "2%|S1,S2,..%|common=1%")]
-_BOX, _CENTRED = "X0,X1,Y0,Y1,Z0,Z1", "X,Y,Z,A,B,C"
-_Box = Annotated[tuple[float, ...], word(partial(numbers, count=6, layout=f"{_BOX} [m]"), _BOX)]
-_Ellipsoid = Annotated[tuple[float, ...], word(partial(numbers, count=6, layout=f"{_CENTRED} [m]"), _CENTRED)]
+_given_or_file = word(partial(values.numbers_or, ".json"), "K|K1,K2,..|JSON")
+_BOX, _CENTRED, _ERRORS = "X0,X1,Y0,Y1,Z0,Z1", "X,Y,Z,A,B,C", "2%|S1,S2,..%|common=1%"
+_box = word(partial(numbers, count=6, layout=f"{_BOX} [m]"), _BOX)
+_ellipsoid = word(partial(numbers, count=6, layout=f"{_CENTRED} [m]"), _CENTRED)
 
 
 class ArmOptions(Options):
@@ -56,7 +49,7 @@ class ArmOptions(Options):
 
     robot: values.RobotFile
     """An included robot ('dynident robot list'), a TOML, URDF or xacro file, or a name of robot_descriptions."""
-    chain: Annotated[_Chain | None, SETTING] = None
+    chain: Annotated[tuple[str | None, str | None] | None, word(values.chain, "BASE:TIP"), SETTING] = None
     """URDF: first and last link of the arm; either may be omitted (default: the root, the only end)."""
 
     def load(self) -> model.Robot:
@@ -70,7 +63,7 @@ class ArmOptions(Options):
 class RobotOptions(ArmOptions):
     """A robot and how it is mounted."""
 
-    mount: _Mount | None = None
+    mount: Annotated[tuple[str, tuple[float, float, float]] | None, word(values.mount, "HOW")] = None
     """floor, wall (base x axis down), ceiling, ROLL,PITCH,YAW of the base in degrees, or gravity=X,Y,Z in
     its frame [m/s^2]."""
 
@@ -160,15 +153,15 @@ class LogOptions(Options, group=LOGS):
 
     log_map: values.LogMapFile | None = None
     """File that maps the columns, units, side and signs of your logs."""
-    joints: _Texts = ()
+    joints: Annotated[tuple[str, ...], word(texts, "A,B,..")] = ()
     """Names of the joints in the logs, base to tip."""
-    units: _Units = ()
+    units: Annotated[tuple[str, ...], word(texts, "q=deg,..")] = ()
     """Units of the columns q, qd, tau, i, t."""
-    signs: Annotated[_Signs, SETTING] = ()
+    signs: Annotated[tuple[float, ...], word(numbers, "1,-1,.."), SETTING] = ()
     """Signs of the joints: -1 reverses positions, speeds, torques and currents of one."""
     topic: Annotated[str, Parameter(metavar="NAME"), SETTING] = ""
     """Topic of a ROS 2 bag."""
-    drive_gains: _Gains | None = None
+    drive_gains: Annotated[tuple[float, ...] | str | None, Reads("drive gains"), _given_or_file] = None
     """Torque per current [N·m/A], or the --json file of 'dynident gains'."""
 
     def how(self) -> logs.LogMap:
@@ -243,9 +236,9 @@ class KnowledgeOptions(Options, group=KNOWN):
     """Mass from a scale, and its standard deviation."""
     mass_bounds: values.Bounds | None = None
     """Least and largest mass; either may be omitted: ,3."""
-    com_within: _Box | None = None
+    com_within: Annotated[tuple[float, ...] | None, _box] = None
     """Box that contains the centre of mass."""
-    ellipsoid: _Ellipsoid | None = None
+    ellipsoid: Annotated[tuple[float, ...] | None, _ellipsoid] = None
     """Ellipsoid that contains the whole payload: centre and semi-axes."""
 
     def constraints(self) -> list[estimation.Constraint]:
@@ -275,7 +268,7 @@ class KnowledgeOptions(Options, group=KNOWN):
 class GainOptions(Options, group=LOGS):
     """Uncertainty of the drive gains."""
 
-    gain_sigma: _Errors | None = None
+    gain_sigma: Annotated[tuple[tuple[float, ...], float] | None, word(values.gain_errors, _ERRORS)] = None
     """Error of each joint's drive gain, 1 sigma, and one common to all joints: 2%,common=1% (default: what the
     recordings state, else 2 %, or 1 % for torque sensors behind the gears; 0: exact)."""
 
@@ -286,11 +279,8 @@ class GainOptions(Options, group=LOGS):
         unloaded: Sequence[model.Recording],
         stored: estimation.RobotResult | None = None,
     ) -> estimation.Gains | None:
-        """The uncertainty of the drive gains; None where nothing is said of it.
-
-        What is said now, by options or a file of gains, goes before what was said when the robot was identified:
-        the drives are the same, and so is their error. Recordings that the gains come from are named in its notes.
-        """
+        """The uncertainty of the drive gains, None where nothing is said; its notes name what it rests on."""
+        # What is said now goes before what was said then: the drives are the same, and so is their error.
         then = stored.gains if stored is not None else None
         now, n, note = setup.identified, setup.robot.n, _FROM_ROBOT
         if self.gain_sigma is not None or now is not None:
@@ -364,9 +354,8 @@ class PageOptions(ResultOptions):
             call = CALL.get()
             named = ((mark.role, path) for _, mark, path in call.named(reads=True) if mark.role != "options")
             files = [(role, path, checksum(path)) for role, path in named if Path(path).is_file()]
-            write_report(
-                self.report, shown, Provenance(shlex.join(["dynident", *call.words]), files, settings_text)
-            )
+            line = shlex.join(["dynident", *call.words])
+            write_text(self.report, page_html(shown, line, files, settings_text))
             if (beside := call.settings_file(self.report)) is not None:
                 write_text(beside, call.settings_text())
         if self.plots:

@@ -55,8 +55,17 @@ def withheld(done: str, why: str) -> bool:
 @contextmanager
 def status(label: str) -> Iterator[Progress]:
     """Show what is being done; gives a function that changes the words and tells the share, where it is known."""
-    if _manner.get() != "plain":
-        yield _steps(label)
+    if (manner := _manner.get()) != "plain":
+        begin, told = time.monotonic(), ""
+
+        def step(words: str, _share: float | None = None, /) -> None:
+            nonlocal told
+            if manner == "verbose" and words != told:
+                print(f"dynident: {time.monotonic() - begin:6.1f} s  {one_line(words)}", file=sys.stderr)
+            told = words
+
+        step(label)
+        yield step
         return
     # A line that goes when the work is done; where no share is known its bar only moves. Names hold brackets.
     from rich import console as terminal
@@ -79,20 +88,6 @@ def status(label: str) -> Iterator[Progress]:
             shown.update(task, description=words, completed=share)
 
         yield progress
-
-
-def _steps(label: str) -> Progress:
-    """Prints each step with the time since the first, where every step is asked for."""
-    begin, loud, last = time.monotonic(), _manner.get() == "verbose", ""
-
-    def tell(words: str, _share: float | None = None, /) -> None:
-        nonlocal last
-        if loud and words != last:
-            print(f"dynident: {time.monotonic() - begin:6.1f} s  {one_line(words)}", file=sys.stderr)
-        last = words
-
-    tell(label)
-    return tell
 
 
 def report_fault(fault: Exception, words: Sequence[str]) -> int:

@@ -214,10 +214,7 @@ def frame(text: str) -> Pose:
 
 
 def word(read: Callable[[str], Any], metavar: str, count: int | None = 1) -> Parameter:
-    """A value that is read from one word, which may begin with a minus, or from a ``count`` of words.
-
-    These, and a list in a file, are joined by commas. Without a count each word is a value, any number of them.
-    """
+    """A value read from one word, which may begin with a minus, of a ``count`` of words, or one of each word."""
 
     def converted(_: object, tokens: Sequence[Token]) -> Any:
         words = [token.value for token in tokens]

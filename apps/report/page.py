@@ -8,7 +8,6 @@ import html
 import os
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
@@ -16,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from ... import __version__
 from ...common.errors import InputError
-from ...common.files import made_folder, write_text
+from ...common.files import made_folder
 from ...common.versions import versions
 from .blocks import Block, Drawing, Report, Table
 from .figures.canvas import save_figure, svg_text
@@ -31,49 +30,8 @@ _METADATA = re.compile(r"<metadata>.*?</metadata>\s*", re.DOTALL)
 _FONTS = re.compile(r"(font: [^;\"]*?)'DejaVu Sans'[^;\"]*")
 
 
-def now() -> datetime:
-    """The time in UTC, or that of SOURCE_DATE_EPOCH, by which the same input gives the same file."""
-    fixed = os.environ.get("SOURCE_DATE_EPOCH")
-    if not fixed:
-        return datetime.now(UTC)
-    try:
-        return datetime.fromtimestamp(int(fixed), UTC)
-    except (ValueError, OverflowError, OSError):
-        raise InputError(f"SOURCE_DATE_EPOCH {fixed!r} is not a time: give seconds since 1970") from None
-
-
-@dataclass(frozen=True)
-class Provenance:
-    """Command as typed, files that were read, versions of packages and settings: all that repeats a result."""
-
-    command: str
-    files: Sequence[tuple[str, str, str]] = ()  # role, name and SHA-256 checksum
-    settings: Mapping[str, str] = field(default_factory=dict)
-    versions: Mapping[str, str] = field(default_factory=versions)
-    date: datetime = field(default_factory=now)
-
-    @property
-    def tables(self) -> list[Table]:
-        """Files, settings and versions, as far as there are any."""
-        parts = (
-            ("Files that were read", ("file", "SHA-256"), self.files),
-            ("Settings", ("value",), list(self.settings.items())),
-            ("Versions", ("version",), list(self.versions.items())),
-        )
-        return [Table(title, ("", *headings), rows) for title, headings, rows in parts if rows]
-
-
-def write_report(path: str | Path, report: Report, provenance: Provenance) -> None:
-    """Write the page in one step."""
-    write_text(path, page_html(report, provenance))
-
-
 def write_plots(folder: str | Path, report: Report) -> None:
-    """Write the figures as PNG, SVG and PDF; the folder is made if missing.
-
-    Raises:
-        InputError: if the report has none.
-    """
+    """Write the figures as PNG, SVG and PDF; the folder is made if missing, a report without figures refused."""
     drawings = list(report.drawings())
     if not drawings:
         raise InputError("plots: there is nothing to draw")
@@ -83,11 +41,30 @@ def write_plots(folder: str | Path, report: Report) -> None:
             save_figure(drawing.figure, folder / f"{drawing.name}.{ending}")
 
 
-def page_html(report: Report, provenance: Provenance) -> str:
-    """The file's text."""
-    day = provenance.date.strftime("%Y-%m-%d %H:%M UTC")
+def page_html(
+    report: Report,
+    command: str,
+    files: Sequence[tuple[str, str, str]] = (),
+    settings: Mapping[str, str] | None = None,
+) -> str:
+    """The file's text, with all that repeats it: the command as typed, files that were read, settings, versions.
+
+    ``files``: role, name and SHA-256 checksum of each. By SOURCE_DATE_EPOCH the same input gives the same file.
+    """
+    fixed = os.environ.get("SOURCE_DATE_EPOCH")
+    try:
+        date = datetime.fromtimestamp(int(fixed), UTC) if fixed else datetime.now(UTC)
+    except (ValueError, OverflowError, OSError):
+        raise InputError(f"SOURCE_DATE_EPOCH {fixed!r} is not a time: give seconds since 1970") from None
+    parts = (
+        ("Files that were read", ("", "file", "SHA-256"), files),
+        ("Settings", ("", "value"), list((settings or {}).items())),
+        ("Versions", ("", "version"), list(versions().items())),
+    )
+    tables = [Table(title, headings, rows) for title, headings, rows in parts if rows]
+    day = date.strftime("%Y-%m-%d %H:%M UTC")
     page = _environment().get_template("page.html")
-    return page.render(report=report, provenance=provenance, day=day, version=__version__)
+    return page.render(report=report, command=command, tables=tables, day=day, version=__version__)
 
 
 def blocks_html(blocks: Sequence[Block]) -> str:
@@ -120,10 +97,9 @@ def _inline_svg(drawing: Drawing) -> str:
     text = _HEAD.sub("", svg_text(drawing.figure, drawing.name))
     text = re.sub(r' xmlns(?::xlink)?="[^"]*"', "", text).replace("xlink:href", "href")  # HTML needs no address
     text = _FONTS.sub(r"\1sans-serif", _METADATA.sub("", text))
-    # Identifiers that only one figure has; those that nothing refers to go.
+    # Identifiers are hashes that only one figure has; those that nothing refers to go.
     used = set(re.findall(r'(?:href="#|url\(#)([^")]+)', text))
-    text = re.sub(r' id="([^"]+)"', lambda m: f' id="{drawing.name}-{m[1]}"' if m[1] in used else "", text)
-    text = re.sub(r'(href="#|url\(#)', rf"\g<1>{drawing.name}-", text)
+    text = re.sub(r' id="([^"]+)"', lambda m: m[0] if m[1] in used else "", text)
     text = re.sub(r' (?:width|height)="[\d.]+pt"', "", text, count=2)
     text = text.replace("<svg ", f'<svg role="img" aria-labelledby="{drawing.name}-text" ', 1)
     head, _, rest = text.partition(">")

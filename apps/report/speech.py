@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ...common import InputError, one_thread
-from ...common.files import checksum
+from ...common.files import checksum, write_text
 from ...common.schema import json_text
 from ...estimation.results.payload import PayloadResult
 from ...estimation.results.robot import GainsResult, RobotResult
@@ -31,37 +31,38 @@ from .sections.robot import gains_report, robot_report
 from .terminal import printed, screen_text
 
 
-def _payload_rows(result: PayloadResult) -> list[dict[str, Any]]:
-    parts: list[tuple[str, str, Any, Any]] = [("mass", "kg", result.mass, ())]
-    parts += [(f"com {axis}", "m", result.com, k) for k, axis in enumerate("xyz")]
-    parts += [(f"inertia {'xyz'[i]}{'xyz'[j]}", "kg m^2", result.inertia, (i, j)) for i, j in SIX]
-    rows = []
-    for name, unit, of, at in parts:
-        numbers = {key: float(getattr(of, key)[at]) for key in ("value", "low", "high")}
-        rows.append({"quantity": name, **numbers, "unit": unit, "use": of.use})
-    return rows
+def _rows(result: Any) -> list[dict[str, Any]]:
+    """Rows of a result's data frame, named like the document's keys."""
+    match result:
+        case PayloadResult():
+            parts: list[tuple[str, str, Any, Any]] = [("mass", "kg", result.mass, ())]
+            parts += [(f"com {axis}", "m", result.com, k) for k, axis in enumerate("xyz")]
+            parts += [(f"inertia {'xyz'[i]}{'xyz'[j]}", "kg m^2", result.inertia, (i, j)) for i, j in SIX]
+            numbers = [{key: float(getattr(of, key)[at]) for key in _ENDS} for _, _, of, at in parts]
+            return [
+                {"quantity": name, **own, "unit": unit, "use": of.use}
+                for (name, unit, of, _), own in zip(parts, numbers, strict=True)
+            ]
+        case RobotResult():
+            return list(plain(result)["base_parameters"])
+        case GainsResult():
+            table, keys = plain(result)["drive_gains"], ("values", "sigma", "identified", "rests_on")
+            columns = {key: table[key] for key in keys if table.get(key)}
+            rows = enumerate(zip(*columns.values(), strict=True), 1)
+            return [{"motor": motor, **dict(zip(columns, row, strict=True))} for motor, row in rows]
+        case JudgedMotion():
+            return [{"parameter": name, "sigma": sigma} for name, sigma in result.learnt.sigma.items()]
+    return [{"joint": j, **facts} for j, facts in enumerate(plain(result)["logs"][0]["joints"], 1)]
 
 
-def _gains_rows(result: GainsResult) -> list[dict[str, Any]]:
-    table, keys = plain(result)["drive_gains"], ("values", "sigma", "identified", "rests_on")
-    columns = {"motor": range(1, len(table["values"]) + 1), **{key: table[key] for key in keys if table.get(key)}}
-    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
-
-
-_SHOWN: dict[type, tuple[Callable[[Any], Report], Callable[[Any], list[dict[str, Any]]]]] = {
-    PayloadResult: (payload_report, _payload_rows),
-    RobotResult: (robot_report, lambda result: plain(result)["base_parameters"]),
-    GainsResult: (gains_report, _gains_rows),
-    JudgedMotion: (
-        design_report,
-        lambda judged: [{"parameter": name, "sigma": sigma} for name, sigma in judged.learnt.sigma.items()],
-    ),
-    LogReport: (
-        log_report,
-        lambda check: [{"joint": j, **facts} for j, facts in enumerate(plain(check)["logs"][0]["joints"], 1)],
-    ),
+_ENDS = ("value", "low", "high")
+_REPORTS: dict[type, Callable[[Any], Report]] = {
+    PayloadResult: payload_report,
+    RobotResult: robot_report,
+    GainsResult: gains_report,
+    JudgedMotion: design_report,
+    LogReport: log_report,
 }
-"""Report of each kind of result, and the rows of its data frame, named like the document's keys."""
 
 
 def _result(answer: object) -> Any:
@@ -70,7 +71,7 @@ def _result(answer: object) -> Any:
 
 def _report(answer: object) -> Report:
     result = _result(answer)
-    return _SHOWN[type(result)][0](result)
+    return _REPORTS[type(result)](result)
 
 
 @one_thread()
@@ -106,7 +107,7 @@ def frame(answer: object) -> Any:
     except ModuleNotFoundError:
         raise ImportError("to_frame() needs pandas: pip install pandas; to_dict() does without") from None
     result = _result(answer)
-    rows = _SHOWN[type(result)][1](result)
+    rows = _rows(result)
     return pandas.DataFrame(rows).set_index(next(iter(rows[0]))) if rows else pandas.DataFrame()
 
 
@@ -124,19 +125,14 @@ def _drawn(answer: object) -> Report:
 def write_report(answer: object, path: str | Path) -> None:
     """Write the page, made by the program that runs from the recordings' files."""
     report, result = _drawn(answer), _result(answer)
-    recordings: list[Recording] = []
     working: Any = getattr(result, "working", None)
-    if isinstance(result, RobotResult):
-        recordings = [*working.recordings, *working.held_out]
-    elif isinstance(result, PayloadResult | GainsResult):
-        source = getattr(working, "problem", working).source
-        recordings = [*source.unloaded, *source.loaded] if source else []
-        recordings += getattr(working, "held_out", ())
-    elif isinstance(result, LogReport):
-        recordings = [working[1]]
+    source = getattr(working, "source", None) or getattr(getattr(working, "problem", None), "source", None)
+    recordings: list[Recording] = [working[1]] if isinstance(result, LogReport) else []
+    for of, kind in ((source, "unloaded"), (source, "loaded"), (working, "recordings"), (working, "held_out")):
+        recordings += getattr(of, kind, ())
     paths = dict.fromkeys(recording.source for recording in recordings)
     files = [("recording", name, checksum(name)) for name in paths if Path(name).is_file()]
-    page.write_report(path, report, page.Provenance(f"python {sys.argv[0] or '(interactive)'}", files))
+    write_text(path, page.page_html(report, f"python {sys.argv[0] or '(interactive)'}", files))
 
 
 @one_thread()

@@ -11,8 +11,8 @@ import multiprocessing
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
-from dynident.apps.commands.demo import TRAJECTORIES
 from dynident.apps.commands.progress import status
+from dynident.apps.commands.simulate import TRAJECTORIES
 from dynident.apps.commands.values import share, whole
 from dynident.common.files import write_text
 from dynident.common.schema import write_json

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 from dynident import estimation, trajectories
-from dynident.apps.commands.demo import TRAJECTORIES, levels, paper_robot, reduced_experiment, simulate_paper
+from dynident.apps.commands.simulate import TRAJECTORIES, levels, paper_robot, reduced_experiment, simulate_paper
 from dynident.common.arrays import Array
 from dynident.estimation import Estimate
 from dynident.examples.paper.analysis import robust_joint, true_values

@@ -9,7 +9,8 @@ from functools import partial
 from itertools import pairwise
 
 import numpy as np
-from dynident.apps.commands.demo import (
+from dynident.apps.commands.progress import status
+from dynident.apps.commands.simulate import (
     PAYLOAD,
     TRAJECTORIES,
     levels,
@@ -17,7 +18,6 @@ from dynident.apps.commands.demo import (
     reduced_experiment,
     simulate_paper,
 )
-from dynident.apps.commands.progress import status
 from dynident.apps.commands.values import share, whole
 from dynident.apps.report.blocks import Notes, Table
 from dynident.apps.report.sections.evidence import residual_text

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from dynident.apps.commands import demo
+from dynident.apps.commands import simulate as demo
 from dynident.tests.commands.lines import inputs_of_all_lines
 from dynident.trajectories.design import goal, search
 

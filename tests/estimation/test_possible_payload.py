@@ -7,7 +7,7 @@ from typing import Any
 import cvxpy
 import numpy as np
 import pytest
-from dynident.apps.commands.demo import PAYLOAD as PAPER_PAYLOAD
+from dynident.apps.commands.simulate import PAYLOAD as PAPER_PAYLOAD
 from dynident.apps.report.sections.payload import method_notes
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError

@@ -9,7 +9,7 @@ import pytest
 from dynident.apps.fleet.comparing import CHANGED, FEWEST, MASS, Fleet, Series, arm_of, fleet_of, side_by_side
 from dynident.apps.fleet.store import Log, Stored
 from dynident.apps.logs.read import read_recording
-from dynident.apps.report.page import Provenance, write_report
+from dynident.apps.report.page import page_html
 from dynident.apps.report.sections.fleet import fleet_report
 from dynident.estimation import Estimate, identify
 from dynident.estimation.fit.linear_problem import weighted
@@ -63,7 +63,7 @@ def test_what_changed_is_named_and_nothing_else(history: Fleet) -> None:
 
 
 def test_the_page_names_it(history: Fleet, tmp_path: Path) -> None:
-    write_report(tmp_path / "fleet.html", fleet_report(history), Provenance("dynident"))
+    (tmp_path / "fleet.html").write_text(page_html(fleet_report(history), "dynident"), "utf-8")
     text = (tmp_path / "fleet.html").read_text()
     assert all(words in text for words in ("worn", "laden", "still", "Coulomb friction 2", "time runs back"))
     drift = text[text.index("All arms, the largest drift first") :]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident import trajectories
-from dynident.apps.commands.demo import PAYLOAD
+from dynident.apps.commands.simulate import PAYLOAD
 from dynident.apps.logs.read import read_recording
 from dynident.apps.recordings import write_recording
 from dynident.common.arrays import Array

@@ -1,6 +1,6 @@
-"""Figures of parameters by name: predicted standard deviations, excitation, elimination."""
+"""Figures of parameters by name: excitation and elimination."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,42 +9,20 @@ from ....common.arrays import Array
 from ....common.schema import present
 from ....estimation.fit.linear_problem import Excitation
 from ....estimation.results.parts import EliminationDocument
-from ....trajectories.design.score import Learnt
 from ..blocks import Drawing
 from .canvas import BLUE, Axes, Figure, legend, log_scale, named, panels
 
 GOOD = 10.0  # ten times the noise: 10 % relative sigma
-_FEW = 4  # parameters a figure names as the least known
 _LEAST, _MOST = 1e-2, 1e9
 _MOST_RATIO = 1.15
 """Above this ratio steps cancel what carries the arm; two of them are shown beyond where elimination ended."""
 _MOST_SHOWN = 1e12  # larger numbers are left out
 
 
-def sigma_figure(learnt: Learnt, title: str, reference: Mapping[str, float], labels: Mapping[str, str]) -> Drawing:
-    """Predicted sigma of every parameter: relative where a reference value is known, else in SI units."""
-
-    def draw() -> Figure:
-        relative = learnt.relative_sigma(reference)
-        percent = {labels.get(name, name): 100.0 * x for name, x in relative.items()}
-        absolute = {labels.get(name, name): x for name, x in learnt.sigma.items() if name not in relative}
-        parts = [pair for pair in (("relative to its value [%]", percent), ("in SI units", absolute)) if pair[1]]
-        figure, axes = _panels(max(len(values) for _, values in parts), len(parts))
-        for axis, (unit, values) in zip(axes, parts, strict=True):
-            heights = np.array(list(values.values()))
-            axis.bar(np.arange(len(heights)), heights, color="0.75", edgecolor="black", linewidth=0.6)
-            axis.set_ylim(0.5 * heights.min(), 6.0 * heights.max())
-            log_scale(axis)
-            for k in np.argsort(-heights, kind="stable")[:_FEW]:  # the least known with their number
-                position: tuple[float, float] = (k, heights[k])
-                axis.annotate(f"{heights[k]:.2g}", position, ha="center", va="bottom", fontsize=7, rotation=90)
-            named(axis, list(values))
-            axis.set_ylabel(f"predicted sigma\n{unit}", fontsize=9)
-        figure.suptitle(title)
-        return figure
-
-    caption = "Standard deviation that identification would leave to each parameter, predicted."
-    return Drawing("predicted_sigma", caption, draw)
+def named_panels(names: int, rows: int, **options: Any) -> tuple[Figure, list[Axes]]:
+    """Panels one below the other, wide enough for so many names."""
+    figure, axes = panels((max(0.18 * names + 1.2, 6.0), 2.5 * rows + 0.5), rows, **options)
+    return figure, list(axes[:, 0])
 
 
 def excitation_figure(excitation: Excitation, names: Sequence[str], known: str) -> Drawing:
@@ -55,7 +33,7 @@ def excitation_figure(excitation: Excitation, names: Sequence[str], known: str) 
     )
 
     def draw() -> Figure:
-        figure, (axis,) = _panels(len(names), 1)
+        figure, (axis,) = named_panels(len(names), 1)
         whole, own = (np.clip(x, _LEAST, _MOST) for x in (excitation.signal, excitation.independent))
         x = np.arange(len(names))
         axis.vlines(x, own, whole, color="0.6", linewidth=1.0)
@@ -84,7 +62,7 @@ def elimination_figure(elimination: EliminationDocument, title: str, text: str) 
         ratios = np.array([step.sigma_ratio for step in elimination.path], dtype=float)
         percents = np.array([step.largest_relative_sigma_percent for step in elimination.path], dtype=float)
         shown = min(max(int(np.sum(ratios <= _MOST_RATIO)), gone + 2), count)
-        figure, (above, below) = _panels(shown, 2, sharex=True)
+        figure, (above, below) = named_panels(shown, 2, sharex=True)
         _steps(above, ratios[:shown], gone, "error sigma, ratio\nto all parameters")
         _steps(below, percents[:shown], gone, "largest relative\nsigma [%]")
         if limit is not None and elimination.rule == "ratio":
@@ -100,12 +78,6 @@ def elimination_figure(elimination: EliminationDocument, title: str, text: str) 
         return figure
 
     return Drawing("essential_path", caption, draw, text)
-
-
-def _panels(names: int, rows: int, **options: Any) -> tuple[Figure, list[Axes]]:
-    """Panels one below the other, wide enough for so many names."""
-    figure, axes = panels((max(0.18 * names + 1.2, 6.0), 2.5 * rows + 0.5), rows, **options)
-    return figure, list(axes[:, 0])
 
 
 def _limit(axis: Axes, value: float, label: str) -> None:

@@ -1,6 +1,7 @@
 """Figures over time: signals, motions between their limits, torques beside predicted ones."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
+from functools import partial
 from itertools import cycle
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -10,9 +11,7 @@ import numpy as np
 from ....common.arrays import Array
 from ....estimation.answers.system import TorquePrediction
 from ....estimation.fit.covariance import NORMAL95
-from ....model import Motion, Recording
-from ....trajectories import DesignProblem
-from ....trajectories.design.score import load_torques
+from ....model import Recording
 from ..blocks import Drawing
 from .canvas import BLUE, GREY, ORANGE, Axes, Figure, legend, panels, plain
 
@@ -20,13 +19,11 @@ _STRETCHES = 2000  # of a long signal that are drawn
 _TALLEST = 14.0  # inches
 _GAP = 2.5  # steps: a longer one is drawn as a gap
 _CURVES = ((BLUE, "--", 1.3), (ORANGE, ":", 1.3), ("black", "-.", 1.0))
-_UNITS = {"position": ("m", "rad"), "speed": ("m/s", "rad/s"), "torque": ("N", "N·m")}
-"""Units of sliding and of turning joints."""
 _Draw: TypeAlias = Callable[[Axes, int], None]
 """Draws a joint, counted from 0, into its panel."""
 
 
-def _by_joint(n: int, columns: Mapping[str, _Draw], title: str = "", **options: Any) -> Figure:
+def by_joint(n: int, columns: Mapping[str, _Draw], title: str = "", **options: Any) -> Figure:
     """A row a joint, a column a quantity."""
     size = (10.2, min(1.25 * n + 1.0, _TALLEST))
     figure, axes = panels(size, n, len(columns), sharex="col", **options)
@@ -44,51 +41,30 @@ def _by_joint(n: int, columns: Mapping[str, _Draw], title: str = "", **options: 
     return figure
 
 
-def motion_figure(problem: DesignProblem, motion: Motion, title: str) -> Drawing:
-    """Positions, speeds and torques of every joint between their limits: a row a joint, a column a quantity."""
-
-    def drawn() -> Figure:
-        bounds, torques = problem.bounds, load_torques(problem, motion)
-        turning = sorted({joint.revolute for joint in problem.robot.joints}, reverse=True)
-        columns = {
-            "position": _signals(motion.t, {"position": motion.q}, bounds.low, bounds.high),
-            "speed": _signals(motion.t, {"speed": motion.qd}, -bounds.speed, bounds.speed),
-            "torque": _signals(motion.t, torques, -bounds.torque, bounds.torque),
-        }
-        units = {name: " or ".join(_UNITS[name][kind] for kind in turning) for name in columns}
-        shown = {f"{name} [{units[name]}]": draw for name, draw in columns.items() if torques or name != "torque"}
-        return _by_joint(problem.robot.n, shown, title)
-
-    return Drawing("motion", "Positions, speeds and torques of every joint between their limits, over time.", drawn)
-
-
 def signals_figure(recording: Recording, unit: str, name: str) -> Drawing:
     """Positions and torques of every joint over time; ``unit`` of the torques, "N·m" or "A"."""
     title, n, loads = Path(recording.source).name, recording.q.shape[1], "currents" if unit == "A" else "torques"
+    none = np.full(n, np.nan)
     columns = {
-        "positions [rad or m]": _signals(recording.t, {"": recording.q}),
-        f"{loads} [{unit}]": _signals(recording.t, {"": recording.torque}),
+        "positions [rad or m]": partial(signals, recording.t, {"": recording.q}, none, none),
+        f"{loads} [{unit}]": partial(signals, recording.t, {"": recording.torque}, none, none),
     }
     caption = f"Positions and {loads} of {title} as they were understood, joint side."
-    return Drawing(name, caption, lambda: _by_joint(n, columns, title))
+    return Drawing(name, caption, lambda: by_joint(n, columns, title))
 
 
-def _signals(t: Array, curves: Mapping[str, Array], low: Array | None = None, high: Array | None = None) -> _Draw:
-    """Draws curves (N, n) by name, between hatched limits where these are finite."""
-
-    def draw(axis: Axes, j: int) -> None:
-        for line, (label, values) in zip(cycle(("-", "--", ":", "-.")), curves.items(), strict=False):
-            axis.plot(*_extremes(t, values[:, j]), line, color="black", linewidth=0.9, label=label)
-        if low is None or high is None or not np.isfinite([low[j], high[j]]).all():
-            return
-        hatched: dict[str, Any] = {"facecolor": "none", "hatch": "////", "linewidth": 0.0}
-        room = 0.12 * (high[j] - low[j])
-        for limit, beyond, label in ((low[j], low[j] - room, "limit"), (high[j], high[j] + room, "")):
-            axis.axhline(limit, color="C3", linestyle=(0, (6, 2)), linewidth=1.1, label=label)
-            axis.axhspan(*sorted((limit, beyond)), edgecolor="C3", **hatched)
-        axis.set_ylim(low[j] - room, high[j] + room)
-
-    return draw
+def signals(t: Array, curves: Mapping[str, Array], low: Array, high: Array, axis: Axes, j: int) -> None:
+    """Curves (N, n) by name, between hatched limits where these are finite."""
+    for line, (label, values) in zip(cycle(("-", "--", ":", "-.")), curves.items(), strict=False):
+        axis.plot(*_extremes(t, values[:, j]), line, color="black", linewidth=0.9, label=label)
+    if not np.isfinite([low[j], high[j]]).all():
+        return
+    hatched: dict[str, Any] = {"facecolor": "none", "hatch": "////", "linewidth": 0.0}
+    room = 0.12 * (high[j] - low[j])
+    for limit, beyond, label in ((low[j], low[j] - room, "limit"), (high[j], high[j] + room, "")):
+        axis.axhline(limit, color="C3", linestyle=(0, (6, 2)), linewidth=1.1, label=label)
+        axis.axhspan(*sorted((limit, beyond)), edgecolor="C3", **hatched)
+    axis.set_ylim(low[j] - room, high[j] + room)
 
 
 def _extremes(t: Array, values: Array) -> tuple[Array, Array]:
@@ -108,9 +84,10 @@ def worst_joint_figure(prediction: TorquePrediction) -> Drawing:
 
     def draw() -> Figure:
         figure, ((above,), (below,)) = panels((5.8, 3.2), 2, sharex=True, height_ratios=(2, 1))
-        for axis, drawn in ((above, _torques(prediction)), (below, _residual(prediction))):
-            drawn(axis, j)
-            plain(axis)
+        _torques(prediction, above, j)
+        _residual(prediction, below, j)
+        plain(above)
+        plain(below)
         above.set_ylabel(f"joint {j + 1} [N·m]")
         legend(figure, [above])
         below.set(xlabel="time [s]", ylabel="residual")
@@ -133,7 +110,7 @@ def prediction_figure(prediction: TorquePrediction, name: str) -> Drawing:
     )
 
     def residual(axis: Axes, j: int) -> None:
-        _residual(prediction)(axis, j)
+        _residual(prediction, axis, j)
         axis.annotate(f"{percents[j]} %", (0.99, 0.95), xycoords="axes fraction", ha="right", va="top", fontsize=8)
 
     def autocorrelation(axis: Axes, j: int) -> None:
@@ -143,13 +120,13 @@ def prediction_figure(prediction: TorquePrediction, name: str) -> Drawing:
             band = level / np.sqrt(max(len(prediction.t[j]), 1))
             axis.axhline(band, color="0.4", linestyle="--", linewidth=0.8)
 
-    columns = {
-        "torque [N·m]": _torques(prediction),
+    columns: dict[str, _Draw] = {
+        "torque [N·m]": partial(_torques, prediction),
         "residual [N·m]": residual,
         "autocorrelation by lag": autocorrelation,
     }
     text = f"{caption} Relative residuals of the joints in percent: {', '.join(percents)}."
-    return Drawing(name, caption, lambda: _by_joint(n, columns, width_ratios=(5, 3, 2)), text)
+    return Drawing(name, caption, lambda: by_joint(n, columns, width_ratios=(5, 3, 2)), text)
 
 
 def words_of(prediction: TorquePrediction) -> str:
@@ -160,27 +137,18 @@ def words_of(prediction: TorquePrediction) -> str:
     return f"{source} ({used})"
 
 
-def _torques(prediction: TorquePrediction) -> _Draw:
-    def draw(axis: Axes, j: int) -> None:
-        curves: Sequence[tuple[Any, Any]] = list(zip(prediction.curves.items(), cycle(_CURVES), strict=False))
-        for (label, torques), (colour, line, width) in [
-            (("measured", prediction.measured), (GREY, "-", 2.6)),
-            *curves,
-        ]:
-            axis.plot(*_parted(prediction, j, torques[j]), line, label=label, color=colour, linewidth=width)
-
-    return draw
+def _torques(prediction: TorquePrediction, axis: Axes, j: int) -> None:
+    curves: list[tuple[Any, Any]] = list(zip(prediction.curves.items(), cycle(_CURVES), strict=False))
+    for (label, torques), (colour, line, width) in [(("measured", prediction.measured), (GREY, "-", 2.6)), *curves]:
+        axis.plot(*_parted(prediction, j, torques[j]), line, label=label, color=colour, linewidth=width)
 
 
-def _residual(prediction: TorquePrediction) -> _Draw:
-    def draw(axis: Axes, j: int) -> None:
-        values = prediction.residual(j)
-        largest = 1.15 * float(np.abs(values).max(initial=0.0)) or 1.0
-        axis.set_ylim(-largest, largest)
-        axis.axhline(0.0, color="0.4", linewidth=0.6)
-        axis.plot(*_parted(prediction, j, values), color="black", linewidth=0.8)
-
-    return draw
+def _residual(prediction: TorquePrediction, axis: Axes, j: int) -> None:
+    values = prediction.residual(j)
+    largest = 1.15 * float(np.abs(values).max(initial=0.0)) or 1.0
+    axis.set_ylim(-largest, largest)
+    axis.axhline(0.0, color="0.4", linewidth=0.6)
+    axis.plot(*_parted(prediction, j, values), color="black", linewidth=0.8)
 
 
 def _parted(prediction: TorquePrediction, j: int, values: Array) -> tuple[Array, Array]:

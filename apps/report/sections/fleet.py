@@ -132,7 +132,7 @@ def _arms_table(arms: Sequence[Arm]) -> Table:
 def _multiples(arms: Sequence[Arm], kind: str) -> Figure:
     rows = {arm.name: [line for line in arm.series if line.quantity.startswith(kind)] for arm in arms}
     columns = max(map(len, rows.values()))
-    size = (1.1 + 1.05 * columns, 0.55 + 0.48 * len(arms))
+    size = (0.5 + 0.08 * max(map(len, rows)) + 1.05 * columns, 0.55 + 0.48 * len(arms))
     figure, axes = panels(size, len(arms), columns, sharex=True, sharey="col")
     for line, (arm, row) in zip(axes, rows.items(), strict=True):
         for axis, series in zip(line, row, strict=False):

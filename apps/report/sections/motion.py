@@ -1,11 +1,11 @@
 """A motion that was designed, replayed or asked for near a pose: its limits, and what it will tell."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
 from .... import __version__
-from ....common.arrays import Array
 from ....model import INERTIAL, InertialParameters, Motion
 from ....model.drives import parameter_kind
 from ....model.friction import LAWS
@@ -13,15 +13,19 @@ from ....model.inertia import PayloadSpread, payload_spread
 from ....model.visibility import PayloadVisibility
 from ....trajectories import DesignProblem, Fourier, Scene, Score, StaticShape
 from ....trajectories.design.problem import BALL
-from ....trajectories.design.score import Learnt, holding_torques
+from ....trajectories.design.score import Learnt, holding_torques, load_torques
 from ...export.motion import assumed_line, rests_on
-from ..blocks import Block, Notes, OnPage, Report, Section, Table, Text, lines
+from ..blocks import Block, Drawing, Notes, OnPage, Report, Section, Table, Text, lines
 from ..documents import JudgedMotion, NearResult
-from ..figures.parameters import sigma_figure
-from ..figures.signals import motion_figure
+from ..figures.canvas import Figure, log_scale, named
+from ..figures.parameters import named_panels
+from ..figures.signals import by_joint, signals
 from .robot import assumed_notes
 
 _MOST_SHOWN = 12
+_FEW_NAMED = 4  # parameters a figure names as the least known
+_UNITS = {"position": ("m", "rad"), "speed": ("m/s", "rad/s"), "torque": ("N", "N·m")}
+"""Units of sliding and of turning joints."""
 _SHOWN = 8  # of more parameters: the least known
 _MASS, _ARM, _GYRATION = 3.0, 0.1, 0.055  # kg, m, m: a payload that stands for those to come
 _STATIC_MOST = 0.05  # standard deviation over the mass: above it standing still tells too little
@@ -347,8 +351,45 @@ def near_head(result: NearResult, speed: float) -> tuple[str, ...]:
     )
 
 
-def second_pose_note(first: Array, second: Array) -> str:
-    """Propose a second pose."""
-    turns = enumerate(np.degrees(second - first), 1)
-    joints = " and ".join(f"joint {j} by {turn:+.0f} deg" for j, turn in turns if abs(turn) > 1.0)
-    return f"A second wrist pose ({joints}) would improve this: add --second-pose auto if the robot may go there."
+def motion_figure(problem: DesignProblem, motion: Motion, title: str) -> Drawing:
+    """Positions, speeds and torques of every joint between their limits: a row a joint, a column a quantity."""
+
+    def drawn() -> Figure:
+        bounds, torques = problem.bounds, load_torques(problem, motion)
+        turning = sorted({joint.revolute for joint in problem.robot.joints}, reverse=True)
+        columns = {
+            "position": partial(signals, motion.t, {"position": motion.q}, bounds.low, bounds.high),
+            "speed": partial(signals, motion.t, {"speed": motion.qd}, -bounds.speed, bounds.speed),
+            "torque": partial(signals, motion.t, torques, -bounds.torque, bounds.torque),
+        }
+        units = {name: " or ".join(_UNITS[name][kind] for kind in turning) for name in columns}
+        shown = {f"{name} [{units[name]}]": draw for name, draw in columns.items() if torques or name != "torque"}
+        return by_joint(problem.robot.n, shown, title)
+
+    return Drawing("motion", "Positions, speeds and torques of every joint between their limits, over time.", drawn)
+
+
+def sigma_figure(learnt: Learnt, title: str, reference: Mapping[str, float], labels: Mapping[str, str]) -> Drawing:
+    """Predicted sigma of every parameter: relative where a reference value is known, else in SI units."""
+
+    def draw() -> Figure:
+        relative = learnt.relative_sigma(reference)
+        percent = {labels.get(name, name): 100.0 * x for name, x in relative.items()}
+        absolute = {labels.get(name, name): x for name, x in learnt.sigma.items() if name not in relative}
+        parts = [pair for pair in (("relative to its value [%]", percent), ("in SI units", absolute)) if pair[1]]
+        figure, axes = named_panels(max(len(values) for _, values in parts), len(parts))
+        for axis, (unit, values) in zip(axes, parts, strict=True):
+            heights = np.array(list(values.values()))
+            axis.bar(np.arange(len(heights)), heights, color="0.75", edgecolor="black", linewidth=0.6)
+            axis.set_ylim(0.5 * heights.min(), 6.0 * heights.max())
+            log_scale(axis)
+            for k in np.argsort(-heights, kind="stable")[:_FEW_NAMED]:  # the least known with their number
+                position: tuple[float, float] = (k, heights[k])
+                axis.annotate(f"{heights[k]:.2g}", position, ha="center", va="bottom", fontsize=7, rotation=90)
+            named(axis, list(values))
+            axis.set_ylabel(f"predicted sigma\n{unit}", fontsize=9)
+        figure.suptitle(title)
+        return figure
+
+    caption = "Standard deviation that identification would leave to each parameter, predicted."
+    return Drawing("predicted_sigma", caption, draw)

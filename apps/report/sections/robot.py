@@ -138,10 +138,8 @@ def robot_report(result: RobotResult, document: str | None = None) -> Report:
     ]
     # What of each joint's torque is not explained, and its friction as far as it was identified.
     residuals = [estimate.fit.relative_per_joint, *([array(held_out.relative_per_joint, 0)] if held_out else [])]
-    friction, rows = (
-        dict(zip(estimate.names, map(with_sigma, estimate.values, estimate.total_sigma), strict=True)),
-        [],
-    )
+    rows, sigmas = list[tuple[str, ...]](), map(with_sigma, estimate.values, estimate.total_sigma)
+    friction = dict(zip(estimate.names, sigmas, strict=True))
     for j, kind in enumerate(present(result.joints) or ("revolute",) * len(estimate.fit.rows), 1):
         unit = "N·m" if kind == "revolute" else "N"
         ratios = [percent(float(relative[j - 1])) for relative in residuals]

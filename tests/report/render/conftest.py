@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from dynident.apps.commands.demo import PAYLOAD
+from dynident.apps.commands.simulate import PAYLOAD
 from dynident.apps.recordings import write_recording
 from dynident.cli import main
 from dynident.model import load_robot

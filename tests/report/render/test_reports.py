@@ -4,7 +4,6 @@ import re
 import shutil
 import subprocess
 from dataclasses import replace
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ from dynident.apps.logs.read import read_recording
 from dynident.apps.numbers import with_interval
 from dynident.apps.report.blocks import Code, Notes, Report, Section, Table, Text
 from dynident.apps.report.figures.signals import prediction_figure, worst_joint_figure
-from dynident.apps.report.page import Provenance, blocks_html, page_html
+from dynident.apps.report.page import blocks_html, page_html
 from dynident.apps.report.sections.payload import controller_line, payload_report
 from dynident.cli import main
 from dynident.estimation import PayloadAnswer, Settings, Verdict, answer_payload, payload_problem
@@ -159,7 +158,6 @@ def test_console_errors_would_be_seen(browser: str, tmp_path: Path) -> None:
 
 
 EVIL = "<script>alert(1)</script>\"'&lt;</code></pre>"
-DATE = datetime(2001, 9, 9, 1, 46, tzinfo=UTC)
 
 
 @given(st.text(st.characters(exclude_categories=["Cs", "Cc"])))
@@ -180,11 +178,11 @@ def evil_prediction() -> TorquePrediction:
 def test_files_named_like_scripts_are_harmless() -> None:
     """In tables, captions, descriptions of figures, the command and the title."""
     files = (("with payload", EVIL, "0" * 64),)
-    provenance = Provenance(f"dynident payload --loaded {EVIL}", files, {EVIL: EVIL}, {EVIL: EVIL}, DATE)
     shown = Table("plain", ("", EVIL), [(EVIL, EVIL)])
     drawings = [worst_joint_figure(evil_prediction()), prediction_figure(evil_prediction(), "torques_1")]
     section = Section("one", EVIL, [shown, Notes([EVIL]), *drawings])
-    text = page_html(Report(EVIL, [Text(EVIL)], [section]), provenance)
+    report = Report(EVIL, [Text(EVIL)], [section])
+    text = page_html(report, f"dynident payload --loaded {EVIL}", files, {EVIL: EVIL})
     page = read(text)
     assert page.count["script"] == 1
     assert "alert" not in page.texts["script"][0]
@@ -208,9 +206,6 @@ def test_numbers_have_the_digits_of_their_interval(
     assert with_interval(*numbers) == texts
 
 
-OF_PAYLOAD = Provenance("dynident payload", date=datetime(2001, 9, 9, tzinfo=UTC))
-
-
 @pytest.fixture(scope="module")
 def answer(short_logs: Path) -> PayloadAnswer:
     robot = load_robot("rx90")
@@ -232,7 +227,7 @@ def answer(short_logs: Path) -> PayloadAnswer:
 )
 def test_verdict_quantity_by_quantity(level: Any, sentence: str, uses: list[str], answer: PayloadAnswer) -> None:
     judged = replace(answer, verdict=Verdict.made(level, Finding("warning", "", "a <b>reason</b>")))
-    text = page_html(payload_report(judged.result), OF_PAYLOAD)
+    text = page_html(payload_report(judged.result), "dynident payload")
     page = read(text)
     assert any(words.startswith(sentence) for words in page.texts["p"])
     merged = re.findall(r'<td class="words merged" rowspan="(\d)">([^<]+)</td>', text)
