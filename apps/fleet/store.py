@@ -47,19 +47,6 @@ class Log(Document, frozen=True, omit_defaults=True):
     sha256: str = ""
     key: str = ""
 
-    @property
-    def misdescribed(self) -> str:
-        """Fault in what is known of the log; empty if there is none."""
-        fault = f"day {self.day!r} is no date: write 2026-01-31 or 2026-01-31T02:00"
-        with suppress(ValueError):
-            year = datetime.fromisoformat(self.day or "2000-01-01").year
-            if not _YEARS[0] <= year <= _YEARS[1]:
-                return f"day {self.day!r} is of no recording: years {_YEARS[0]} to {_YEARS[1]} are"
-            fault = f"payload {self.payload!r} is no number"
-            float(self.payload or 0.0)
-            fault = ""
-        return "no arm is named" if self.arm == "" else fault
-
     def other_day(self, start: float) -> str:
         """Fault of a log whose clock, at ``start`` [s since 1970], tells another day than stated; empty if none."""
         if self.day is None or not _CLOCKS[0] <= start <= _CLOCKS[1]:
@@ -105,7 +92,15 @@ def catalog(logs: Sequence[str], pattern: str = "") -> tuple[Log, ...]:
     for path in logs:
         match = ending.search(Path(path).as_posix())
         log = Log(path, **(match.groupdict() if match else {}))
-        wrong = log.misdescribed if match else f"its path does not end in {pattern}"
+        wrong = f"day {log.day!r} is no date: write 2026-01-31 or 2026-01-31T02:00"
+        with suppress(ValueError):
+            year = datetime.fromisoformat(log.day or "2000-01-01").year
+            wrong = f"payload {log.payload!r} is no number"
+            float(log.payload or 0.0)
+            wrong = "no arm is named" if log.arm == "" else ""
+            if not _YEARS[0] <= year <= _YEARS[1]:
+                wrong = f"day {log.day!r} is of no recording: years {_YEARS[0]} to {_YEARS[1]} are"
+        wrong = wrong if match else f"its path does not end in {pattern}"
         found.append(msgspec.structs.replace(log, reason=wrong))
     if all(log.reason for log in found):
         raise InputError(f"--pattern {pattern!r}: no log's path ends so; {logs[0]}: {found[0].reason}")
