@@ -31,6 +31,7 @@ _CLOCKS = (9.0e8, 4.1e9)  # s since 1970: 1998 to 2099
 _YEARS = (1970, 2100)
 _NIGHT = 2.0  # days that a log's clock may be beside the day told: a day without time, zones, a night's two days
 _AGAIN = "run 'dynident fleet reduce' again, what is done is kept"
+_REMEDY = f"delete it and {_AGAIN}"
 
 
 class Log(Document, frozen=True, omit_defaults=True):
@@ -229,8 +230,8 @@ class Store:
         """The logs, by name, with a ``reason`` where refused; none as long as the store was never finished."""
         if not self.index.exists():
             return ()
-        with naming(self.index, f"delete it and {_AGAIN}"):
-            return convert(parquet_rows(self.index), tuple[Log, ...])
+        with naming(self.index, _REMEDY):
+            return convert(parquet_rows(self.index, _REMEDY), tuple[Log, ...])
 
     def finish(self, logs: Iterable[Log]) -> None:
         """Write what is in it, and what was refused, and why."""
@@ -241,7 +242,7 @@ class Store:
     def read(self, key: str) -> Stored:
         """Read a recording's equations."""
         path = self.path(key)
-        rows = parquet_rows(path, ["equations"])
+        rows = parquet_rows(path, _REMEDY, ["equations"])
         try:
             return unpacked(rows[0]["equations"], Stored)
         except (LookupError, InputError) as error:
