@@ -128,10 +128,9 @@ class IdentifiedArm:
         mobility = ca.Function("mobility", [x, torque], [ca.densify(slope)])
         mobilities = [np.array(mobility(state, np.zeros(n))) for state in picked]
         if not all(np.linalg.eigvalsh(0.5 * (M + M.T))[0] > 0.0 for M in mobilities):
-            raise InputError(
-                f"the parameters of {self.robot.name} are of no robot that can move: its inertia matrix is not "
-                "positive definite. Identify with --constrained prior, or over a motion that excites it more"
-            )
+            fault = f"the parameters of {self.robot.name} are of no robot that can move"
+            advice = "Identify with --constrained prior, or over a motion that excites it more"
+            raise InputError(f"{fault}: its inertia matrix is not positive definite. {advice}")
         return mobilities
 
 

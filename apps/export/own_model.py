@@ -24,10 +24,9 @@ from ...model import InertialParameters, Pose
 from ...model.files.urdf import read_urdf
 from ...model.frames import frames_at
 from ..extras import mujoco_model
-from .format import plain
+from .format import element, mjcf_inertial, plain, urdf_inertial, xml_text
 from .robot import drive_attributes, link_marks, mark_comment, moved_links
 from .simulators import mjcf
-from .xml import element, mjcf_inertial, urdf_inertial, xml_text
 
 _TOKEN = re.compile(
     r"<!--.*?-->|<\?.*?\?>|<!\[CDATA\[.*?\]\]>|"
@@ -208,10 +207,8 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[
         nothing = [mjcf_inertial(0.0, np.zeros(3), np.zeros((3, 3)))] if of_mujoco else []
         link = model.named("body" if of_mujoco else "link", name)
         model.put(link, nothing, model.within(link, "inertial"))
-        notes.append(
-            f"Taken out: the {mass:.4g} kg of {name}, for what is fixed to a link is part of its numbers; put them "
-            "back if it was not there in the recording."
-        )
+        note = f"Taken out: the {mass:.4g} kg of {name}, for what is fixed to a link is part of its numbers"
+        notes.append(f"{note}; put them back if it was not there in the recording.")
     if coupled is not None and not both:
         notes.append("The drive that turns with two joints is not put in: each joint has its own share.")
     if offsets := [name for j, name in names.items() if "offset" in whole.drives[j]]:

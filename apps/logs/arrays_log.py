@@ -158,7 +158,8 @@ def _arrays_log(path: Path, arrays: Mapping[str, Any], objects: Mapping[str, str
     rows = max((max(array.shape, default=0) for array in numeric.values()), default=0)
     if rows < 2:
         fault = "has no arrays of samples: give arrays named t, q, tau and so on"
-        for name, kind in [*objects.items()][:1]:
+        if objects:
+            name, kind = next(iter(objects.items()))
             remedy = _REMEDIES.get(kind, _OTHERWISE).format(name=name)
             fault = f"variable {name} is a MATLAB {kind}, which only MATLAB reads: there write {remedy}"
         raise InputError(f"{path}: {fault}")
