@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -22,8 +22,6 @@ from ...model import BaseParameters, Processing, Robot
 from ..extras import parquet_bytes, parquet_rows
 from ..logs.map import LogMap
 from ..logs.read import SUFFIXES
-
-_Kind = TypeVar("_Kind")
 
 KNOWN = ("arm", "day", "payload")
 """Facts that may be known of a log: the arm's own name, ISO day or time, and kg that the controller was told."""
@@ -160,14 +158,6 @@ def packed(value: Any) -> bytes:
     return msgspec.msgpack.encode(value, enc_hook=_plain)
 
 
-def unpacked(content: bytes, kind: type[_Kind]) -> _Kind:
-    """The value that bytes hold."""
-    try:
-        return msgspec.msgpack.decode(content, type=kind, dec_hook=_made)
-    except (ValueError, TypeError) as error:
-        raise InputError(f"not as it was written, or by another version ({error}): reduce it again") from None
-
-
 def _plain(value: Any) -> Any:
     """An array as its shape, its order in memory, which sums round by, and its bytes; a mapping as a plain one."""
     if isinstance(value, np.ndarray):
@@ -244,6 +234,7 @@ class Store:
         path = self.path(key)
         rows = parquet_rows(path, _REMEDY, ["equations"])
         try:
-            return unpacked(rows[0]["equations"], Stored)
-        except (LookupError, InputError) as error:
-            raise InputError(f"{path}: {error}") from None
+            return msgspec.msgpack.decode(rows[0]["equations"], type=Stored, dec_hook=_made)
+        except (LookupError, ValueError, TypeError) as error:
+            fault = f"not as it was written, or by another version ({error})"
+            raise InputError(f"{path}: {fault}: reduce it again") from None
