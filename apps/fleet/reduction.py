@@ -31,11 +31,11 @@ _Reduce = Callable[[Log], _Done]
 
 
 class ReducedDocument(Document, frozen=True):
-    """Result of ``fleet reduce``."""
+    """Result of ``fleet reduce``: recordings reduced now, those that were there, and what was refused."""
 
     store: str
-    new: int  # recordings reduced now
-    known: int  # those that were there
+    new: int
+    known: int
     refused: tuple[Log, ...]
     workers_lost: int
 

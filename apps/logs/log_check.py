@@ -224,10 +224,10 @@ def _reduced(
 
 
 class RobotFit(Document, frozen=True):
-    """A shipped robot that a log can be of."""
+    """A shipped robot that a log can be of; ``residual``: what its model leaves of the torque, if that is known."""
 
     robot: str
-    residual: float | None  # of the torque, by its model, if that is known
+    residual: float | None
 
 
 class RobotFits(Document, frozen=True):
