@@ -51,14 +51,11 @@ def parquet_bytes(columns: Mapping[str, Any]) -> bytes:
     return bytes(stream.getvalue())
 
 
-def parquet_rows(path: Path, columns: Sequence[str] | None = None) -> list[dict[str, Any]]:
-    """Rows of a file's table; all its columns by default."""
+def parquet_rows(path: Path, remedy: str, columns: Sequence[str] | None = None) -> list[dict[str, Any]]:
+    """Rows of a file's table, all its columns by default; ``remedy``: what to do with one that cannot be read."""
     pyarrow, parquet = extra("pyarrow", _PARQUET), extra("pyarrow.parquet", _PARQUET)
-    try:
-        with opened(path) as stream:
-            file = parquet.ParquetFile(pyarrow.BufferReader(stream.read()))
+    with reading(path, "a Parquet file", remedy), opened(path) as stream:
+        file = parquet.ParquetFile(pyarrow.BufferReader(stream.read()))
         # Threads that still live when Python ends may abort it.
         rows: list[dict[str, Any]] = file.read(columns, use_threads=False).to_pylist()
-    except (pyarrow.ArrowException, ValueError, OSError) as error:
-        raise InputError(f"{path}: cannot be read as Parquet ({' '.join(str(error).split())})") from None
     return rows

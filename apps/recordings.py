@@ -1,12 +1,13 @@
 """Simulated recordings in files: each as CSV, and what is true of them as TOML."""
 
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 
+from ..common.arrays import Array
 from ..common.files import write_text
 from ..common.schema import toml_text
 from ..common.versions import versions
@@ -17,18 +18,21 @@ SIMULATED = ("position", "speed", "acceleration", "torque", "parameters")
 """Names of ``model.robot.SOURCED`` that a simulation rests on."""
 
 
+def csv_text(t: Array, signals: Mapping[str, Array], form: str) -> str:
+    """Times, shape (N,), and signals N x n by their names as CSV: columns t, q1, q2, ..."""
+    names = [f"{name}{j}" for name, values in signals.items() for j in range(1, values.shape[1] + 1)]
+    table, text = np.column_stack([t, *signals.values()]), io.StringIO()
+    np.savetxt(text, table, delimiter=",", header=",".join(["t", *names]), comments="", fmt=form)
+    return text.getvalue()
+
+
 def write_recording(path: str | Path, recording: Recording) -> None:
     """Write time, positions and torques as CSV, in the columns that ``dynident payload`` and ``identify`` read.
 
     Where something is said of the torques' scale, a remark before the header says so.
     """
-    kinds, text = ("q", "tau"), io.StringIO()
-    header = ["t", *(f"{kind}{j}" for kind in kinds for j in range(1, recording.q.shape[1] + 1))]
-    if recording.gain_sigma is not None:
-        text.write(f"# gain_sigma = {recording.gain_sigma:g}\n")
-    table = np.column_stack([recording.t, recording.q, recording.torque])
-    np.savetxt(text, table, delimiter=",", header=",".join(header), comments="", fmt="%.12g")
-    write_text(path, text.getvalue())
+    remark = "" if recording.gain_sigma is None else f"# gain_sigma = {recording.gain_sigma:g}\n"
+    write_text(path, remark + csv_text(recording.t, {"q": recording.q, "tau": recording.torque}, "%.12g"))
 
 
 def write_truth(path: str | Path, experiment: Experiment, controller: Controller, files: Sequence[str]) -> None:

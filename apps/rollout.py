@@ -128,10 +128,9 @@ class IdentifiedArm:
         mobility = ca.Function("mobility", [x, torque], [ca.densify(slope)])
         mobilities = [np.array(mobility(state, np.zeros(n))) for state in picked]
         if not all(np.linalg.eigvalsh(0.5 * (M + M.T))[0] > 0.0 for M in mobilities):
-            raise InputError(
-                f"the parameters of {self.robot.name} are of no robot that can move: its inertia matrix is not "
-                "positive definite. Identify with --constrained prior, or over a motion that excites it more"
-            )
+            fault = f"the parameters of {self.robot.name} are of no robot that can move"
+            advice = "Identify with --constrained prior, or over a motion that excites it more"
+            raise InputError(f"{fault}: its inertia matrix is not positive definite. {advice}")
         return mobilities
 
 
@@ -188,11 +187,8 @@ class Errors:
         """Error of a model after one of ``times``, median and 90 % of the starts; None without such starts."""
         k = int(np.argmin(np.abs(self.times - seconds)))
         errors = self.by[model][self.resting == resting, k]
-        if not len(errors):
-            return None
-        ordered = np.sort(np.where(np.isfinite(errors), errors, np.inf))
-        half, most = (float(ordered[int(share * (len(ordered) - 1))]) for share in (0.5, 0.9))
-        return half, most
+        ordered, last = np.sort(errors).tolist(), len(errors) - 1
+        return (ordered[int(0.5 * last)], ordered[int(0.9 * last)]) if ordered else None
 
     def spreads(self, seconds: float, resting: bool) -> dict[str, tuple[float, float]] | None:
         """Errors of every model by its name; None without such starts."""

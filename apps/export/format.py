@@ -1,18 +1,29 @@
-"""One type for every format: its name, what it can hold, where it is documented, and the text that it becomes."""
+"""One type for every format: its name, what it can hold, where it is documented, and the text that it becomes.
+
+Elements of XML that several formats have, and bodies as URDF, SDFormat and MJCF hold them.
+"""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pkgutil import iter_modules
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from xml.etree.ElementTree import Element, indent, tostring
 
+from ...common.arrays import Array
 from ...common.errors import printable
+from ..numbers import exact, inertia_entries, six
 
 if TYPE_CHECKING:
     from ...trajectories.motions.family import Plan
 
 T = TypeVar("T")
 _ASCII = str.maketrans({"±": "+-", "·": " ", "ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue"})
+FIRST = '<?xml version="1.0" encoding="utf-8"?>'
+COMMENT = ("<!-- ", " -->")
+DYNIDENT = "urn:dynident"  # namespace of the elements beside the standard ones
+_NONE: Mapping[str, str] = MappingProxyType({})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,3 +63,47 @@ def formats(package: str, folders: Iterable[str], constant: str = "FORMAT") -> d
     """Formats by name: each is a constant of one file of a package, whose ``__path__`` is given."""
     modules = {module.name: import_module(f"{package}.{module.name}") for module in iter_modules(folders)}
     return {name: replace(getattr(module, constant), name=name) for name, module in sorted(modules.items())}
+
+
+def element(tag: str, values: Mapping[str, str] = _NONE, *inside: "Element[Any] | str") -> Element:
+    """An element, its attributes, and what stands in it."""
+    made = Element(tag, dict(values))
+    for part in inside:
+        if isinstance(part, str):
+            made.text = part
+        else:
+            made.append(part)
+    return made
+
+
+def texts(values: Mapping[str, str]) -> list[Element]:
+    """Elements that hold a text each, by their tags."""
+    return [element(tag, _NONE, text) for tag, text in values.items()]
+
+
+def xml_text(root: Element) -> str:
+    """An element as text, indented."""
+    indent(root)
+    return tostring(root, encoding="unicode").replace(" />", "/>")
+
+
+def urdf_inertial(mass: float, com: Array, inertia: Array) -> Element:
+    """A body in URDF [kg, m, kg m^2]: entries of the matrix about the centre of mass, in the axes of the link."""
+    return element(
+        "inertial", _NONE,
+        element("origin", {"xyz": exact(com), "rpy": "0 0 0"}),
+        element("mass", {"value": exact(mass)}),
+        element("inertia", inertia_entries(inertia)),
+    )  # fmt: skip
+
+
+def sdf_inertial(mass: float, com: Array, inertia: Array) -> Element:
+    """A body in SDFormat; the pose of its inertial frame is not turned."""
+    pose = texts({"pose": f"{exact(com)} 0 0 0", "mass": exact(mass)})
+    return element("inertial", _NONE, *pose, element("inertia", _NONE, *texts(inertia_entries(inertia))))
+
+
+def mjcf_inertial(mass: float, com: Array, inertia: Array) -> Element:
+    """A body in MJCF: entries M11, M22, M33, M12, M13, M23 of the matrix."""
+    moments = {"fullinertia": exact(six(inertia))} if inertia.any() else {"diaginertia": "0 0 0"}
+    return element("inertial", {"pos": exact(com), "mass": exact(mass)} | moments)

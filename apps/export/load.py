@@ -50,7 +50,7 @@ class ControllerLoad:
     # Of the narrowest 95 % intervals of mass, centre of mass and inertia, infinite where there is none, by which
     # numbers are rounded before they are written; None: they are not.
     half_widths: tuple[float, ...] | None = None
-    inertia_digits: int | None = None  # decimals of the inertia [kg m^2], where it is rounded
+    moment_digits: int | None = None  # decimals of moments, one more than those of a rounded inertia [kg m^2]
     added: float = 0.0  # to each moment before, so that the rounded body can exist [kg m^2]
 
     def __post_init__(self) -> None:
@@ -78,11 +78,6 @@ class ControllerLoad:
     def mass(self) -> float:
         """Mass [kg]."""
         return self.body.mass
-
-    @property
-    def moment_digits(self) -> int | None:
-        """Decimals of moments that are worked out of a rounded inertia: one more than it has."""
-        return None if self.inertia_digits is None else self.inertia_digits + 1
 
     @property
     def beyond_rating(self) -> str:
@@ -114,10 +109,8 @@ class ControllerLoad:
 
     @cached_property
     def _lack(self) -> float:
-        if self.point_mass:
-            return 0.0
         inertia = self.body.inertia_com
-        return max(0.0, _EDGE * float(np.trace(inertia)) - _excess(inertia))
+        return 0.0 if self.point_mass else max(0.0, _EDGE * float(np.trace(inertia)) - _excess(inertia))
 
     def rounded(self) -> "ControllerLoad":
         """The load with as many digits as its intervals support: two of each half-width."""
@@ -126,13 +119,12 @@ class ControllerLoad:
         values = (np.array(self.mass), self.com, self.inertia)
         places = [_digits(value, half) for value, half in zip(values, self.half_widths, strict=True)]
         mass, com, inertia = (np.round(value, digits) for value, digits in zip(values, places, strict=True))
-        digits, added = (None, 0.0) if self.point_mass else (places[2], 0.0)
-        unit = 10.0 ** -places[2]
+        added, unit, digits = self.widened, 10.0 ** -places[2], None if self.point_mass else places[2] + 1
         # Rounding can make a thin body impossible; one unit is left for the rounding of principal moments.
-        while digits is not None and _excess(inertia) < unit:
-            inertia, added = np.round(inertia + unit * np.eye(3), digits), added + unit
+        while not self.point_mass and _excess(inertia) < unit:
+            inertia, added = np.round(inertia + unit * np.eye(3), places[2]), added + unit
         body = InertialParameters(ten_parameters(float(mass), com, inertia))
-        return replace(self, body=body, half_widths=None, inertia_digits=digits, added=self.widened + added)
+        return replace(self, body=body, half_widths=None, moment_digits=digits, added=added)
 
     def seen_from(self, pose: Pose, frame: str) -> "ControllerLoad":
         """The load in another frame, whose pose is given in this one."""
@@ -242,10 +234,8 @@ def load_head(form: Format[ControllerLoad], load: ControllerLoad) -> list[str]:
         lost = largest / float(np.diag(load.inertia).min()) if largest > 0.0 else 0.0
         lines.append(f"Products of inertia are lost: the largest is {100 * lost:.2g} % of the smallest moment.")
     if load.widened > 0.0:
-        lines.append(
-            f"A very thin body: {load.widened:.1g} kg m^2 was added to each moment, so that rounding does not make "
-            "it physically impossible."
-        )
+        thin = f"A very thin body: {load.widened:.1g} kg m^2 was added to each moment"
+        lines.append(f"{thin}, so that rounding does not make it physically impossible.")
     return [*lines, f"Format: {form.source}."]
 
 

@@ -24,10 +24,9 @@ from ...model import InertialParameters, Pose
 from ...model.files.urdf import read_urdf
 from ...model.frames import frames_at
 from ..extras import mujoco_model
-from .format import plain
+from .format import element, mjcf_inertial, plain, urdf_inertial, xml_text
 from .robot import drive_attributes, link_marks, mark_comment, moved_links
 from .simulators import mjcf
-from .xml import element, mjcf_inertial, urdf_inertial, xml_text
 
 _TOKEN = re.compile(
     r"<!--.*?-->|<\?.*?\?>|<!\[CDATA\[.*?\]\]>|"
@@ -208,10 +207,8 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[
         nothing = [mjcf_inertial(0.0, np.zeros(3), np.zeros((3, 3)))] if of_mujoco else []
         link = model.named("body" if of_mujoco else "link", name)
         model.put(link, nothing, model.within(link, "inertial"))
-        notes.append(
-            f"Taken out: the {mass:.4g} kg of {name}, for what is fixed to a link is part of its numbers; put them "
-            "back if it was not there in the recording."
-        )
+        note = f"Taken out: the {mass:.4g} kg of {name}, for what is fixed to a link is part of its numbers"
+        notes.append(f"{note}; put them back if it was not there in the recording.")
     if coupled is not None and not both:
         notes.append("The drive that turns with two joints is not put in: each joint has its own share.")
     if offsets := [name for j, name in names.items() if "offset" in whole.drives[j]]:
@@ -237,37 +234,29 @@ def _matched(
     frames = frames_at(robot, [0.0] * robot.n)
     own = {j: (frames[j + 1].p, frames[j + 1].R[:, 2]) for j in names}
     there = {j: (placed[name].point, placed[name].axis) for j, name in names.items()}
-    slides = {j for j in names if not robot.joints[j].revolute}
-    R, t = _aligned(own, there, slides)
+    turning = [j for j in names if robot.joints[j].revolute]
+    # Rotation and shift that lay the robot's axes on the model's, by least squares.
+    pairs = [(own[j][1], there[j][1]) for j in names]
+    pairs += [(_between(own[i], own[j]), _between(there[i], there[j])) for i, j in combinations(turning, 2)]
+    U, _, Vt = np.linalg.svd(sum(np.outer(b, a) for a, b in pairs))
+    R: Array = U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
+    t: Array = np.zeros(3)
+    if turning:
+        across = np.array([np.eye(3) - np.outer(there[j][1], there[j][1]) for j in turning])
+        apart = [P @ (there[j][0] - R @ own[j][0]) for P, j in zip(across, turning, strict=True)]
+        t = np.linalg.lstsq(across.reshape(-1, 3), np.concatenate(apart), rcond=None)[0]
     moved, links = {}, moved_links(whole)
     for j, name in names.items():
         (p, z), (point, axis) = own[j], there[j]
         angle = math.atan2(float(np.linalg.norm(np.cross(R @ z, axis))), float((R @ z) @ axis))
-        beside = 0.0 if j in slides else float(np.linalg.norm(np.cross(R @ p + t - point, axis)))
+        beside = float(np.linalg.norm(np.cross(R @ p + t - point, axis))) if j in turning else 0.0
         if angle > TURNED or beside > FAR:
-            raise InputError(
-                f"{path}: at zero the axis of {name} lies {1e3 * beside:.1f} mm beside the robot's, turned by "
-                f"{math.degrees(angle):.2f} deg: its geometry, zero or sense is not {robot.name}'s"
-            )
+            lies = f"lies {1e3 * beside:.1f} mm beside the robot's, turned by {math.degrees(angle):.2f} deg"
+            fault = f"at zero the axis of {name} {lies}: its geometry, zero or sense is not {robot.name}'s"
+            raise InputError(f"{path}: {fault}")
         link, pose = frames[j + 1] @ links[j].own, placed[name].pose
         moved[j] = whole.links[j].body.moved(pose.R.T @ R @ link.R, pose.R.T @ (R @ link.p + t - pose.p))
     return names, moved
-
-
-Lines = Mapping[int, tuple[Array, Array]]  # axes: a point and a direction each
-
-
-def _aligned(own: Lines, theirs: Lines, slides: set[int]) -> tuple[Array, Array]:
-    """Rotation and shift that lay the robot's axes on the model's, by least squares."""
-    pairs = [(own[j][1], theirs[j][1]) for j in own]
-    turning = [j for j in own if j not in slides]
-    pairs += [(_between(own[i], own[j]), _between(theirs[i], theirs[j])) for i, j in combinations(turning, 2)]
-    U, _, Vt = np.linalg.svd(sum(np.outer(b, a) for a, b in pairs))
-    R = np.asarray(U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt)
-    rows = [np.eye(3) - np.outer(theirs[j][1], theirs[j][1]) for j in turning]
-    right = [P @ (theirs[j][0] - R @ own[j][0]) for P, j in zip(rows, turning, strict=True)]
-    shift = np.linalg.lstsq(np.vstack(rows), np.concatenate(right), rcond=None)[0] if rows else np.zeros(3)
-    return R, np.asarray(shift)
 
 
 def _between(first: tuple[Array, Array], second: tuple[Array, Array]) -> Array:

@@ -15,8 +15,7 @@ from ...model.drives import parameter_kind
 from ...model.frames import step
 from ...model.friction import PAPER
 from ..numbers import exact
-from .format import Format, plain
-from .xml import element
+from .format import Format, element, plain
 
 _UNITS = {"armature": "kg m^2 or kg", "damping": "N·m·s/rad or N·s/m", "friction": "N·m or N", "offset": "N·m or N"}
 _STANDARD_GRAVITY = [0.0, 0.0, -9.81]
@@ -53,16 +52,13 @@ def _numbers_notes(whole: WholeRobot) -> Iterator[str]:
     yield from (f"{text}: no link of a real arm does." for text in whole.heavier_than_the_arm())
     least = min(whole.links, key=lambda link: float(link.moments[0]))
     edge = min(whole.links, key=lambda link: link.margin)
-    yield (
-        f"Smallest principal moment of inertia: {least.moments[0]:.3g} kg m^2 ({least.link}). Closest to physical "
-        f"impossibility: {edge.link}, A + B - C is {100.0 * edge.margin:.2g} % of the sum."
-    )
+    edge_of = f"{edge.link}, A + B - C is {100.0 * edge.margin:.2g} % of the sum"
+    smallest = f"Smallest principal moment of inertia: {least.moments[0]:.3g} kg m^2 ({least.link})"
+    yield f"{smallest}. Closest to physical impossibility: {edge_of}."
     if at_bound := whole.signed(lambda label: label.bound):
-        yield (
-            f"At their bound of zero: {', '.join(at_bound)}. Torques hardly show this, but a simulated joint "
-            "without its rotor or friction runs away: record that joint faster or longer, or enter the maker's "
-            "values."
-        )
+        why = "Torques hardly show this, but a simulated joint without its rotor or friction runs away"
+        advice = "record that joint faster or longer, or enter the maker's values"
+        yield f"At their bound of zero: {', '.join(at_bound)}. {why}: {advice}."
     if negative := whole.signed(lambda label: label.value < 0.0):
         yield f"Negative in the source, which is impossible, so written as zero: {', '.join(negative)}."
     if not drives.rotor_inertia:
@@ -90,15 +86,11 @@ def _lost(holds: frozenset[str], whole: WholeRobot) -> Iterator[str]:
     names = " and ".join(whole.joint_names[joint - 1] for joint in coupling.joints) if coupling else ""
     if coupling is not None and "coupled" not in holds:
         numbers = ", ".join(f"{quantity} {label.value:.6g}" for quantity, label in whole.coupled.items())
-        yield (
-            f"This format has no drive that turns with the sum of {names} ({numbers}): each joint has its own "
-            "part; the coupling between them and its friction are left out."
-        )
+        instead = "each joint has its own part; the coupling between them and its friction are left out"
+        yield f"This format has no drive that turns with the sum of {names} ({numbers}): {instead}."
     elif coupling is not None and coupling.coulomb == "paper" and "friction" in whole.coupled:
-        yield (
-            f"This format cannot express the dry friction of the drive that turns with {names} "
-            f"({whole.coupled['friction'].value:.6g}) as the paper prints it: it is left out."
-        )
+        drive = f"the drive that turns with {names} ({whole.coupled['friction'].value:.6g})"
+        yield f"This format cannot express the dry friction of {drive} as the paper prints it: it is left out."
     if spring is not None and ("spring" not in holds or spring.table):
         law = "a table" if spring.table else "the law of a spring between two pivots"
         yield f"This format has no spring on {whole.joint_names[spring.joint - 1]} ({law}): add its torque."

@@ -49,18 +49,27 @@ class OddDocument(Document, frozen=True):
 
 
 class Compared(Document, frozen=True, eq=False):
-    """Parameters by k recordings, one beside the other: k x c, of all recordings together c each."""
+    """Parameters by k recordings, one beside the other: k x c, of all recordings together c each.
+
+    Attributes:
+        pooled: by all recordings, weighted by their variances; its intervals are wider where the scatter is more
+            than the sigmas say.
+        scatter: chi2 of the values about the pooled one over its degrees of freedom.
+        apart: each recording's value less what all others say, in sigmas of the difference.
+        bound: sigmas that none exceeds but with probability ``CHANCE``, all together (Bonferroni).
+        odd: recordings beyond it, the worst first; of each parameter the worst: what it pulls along is not told.
+    """
 
     recordings: tuple[str, ...]
     parameters: tuple[str, ...]
     values: Matrix
     sigma: Matrix
-    pooled: Vector  # by all recordings, weighted by their variances
-    pooled_interval95: Matrix  # wider where the scatter is more than the sigmas say
-    scatter: Vector  # chi2 of the values about the pooled one over its degrees of freedom
-    apart: Matrix  # each recording's value less what all others say, in sigmas of the difference
-    bound: float  # sigmas that none exceeds but with probability ``CHANCE``, all together (Bonferroni)
-    odd: tuple[OddDocument, ...]  # of each parameter the worst beyond it, the farthest first
+    pooled: Vector
+    pooled_interval95: Matrix
+    scatter: Vector
+    apart: Matrix
+    bound: float
+    odd: tuple[OddDocument, ...]
 
 
 def side_by_side(recordings: Sequence[str], estimates: Sequence[Estimate]) -> Compared:
@@ -114,16 +123,24 @@ class Drift(NamedTuple):
 
 
 class Series(Worked, frozen=True):
-    """A quantity of an arm on its last night, and what the ``nights`` before say; ``working``: its ``Drift``."""
+    """A quantity of an arm on its last night, and what the ``nights`` before say; ``working``: its ``Drift``.
+
+    Attributes:
+        quantity: a friction ("FS2"), ``MASS``, or "scale 2", by which share a drive's torque is larger than on the
+            whole.
+        sigma: the last night's own standard deviation.
+        usual: the median of the nights before.
+        z: the last change over the drift's ``spread``; null with fewer than ``FEWEST`` nights before.
+    """
 
     arm: str
-    quantity: str  # a friction ("FS2"), ``MASS``, or "scale 2": a drive's torque over what it is on the whole
+    quantity: str
     day: str
     value: Number
-    sigma: Number  # the last night's own
-    usual: Number  # the median of the nights before
+    sigma: Number
+    usual: Number
     nights: int
-    z: Number  # the last change over the drift's ``spread``; null with fewer than ``FEWEST`` nights before
+    z: Number
 
     @staticmethod
     def of_nights(arm: str, quantity: str, days: tuple[str, ...], values: Array, sigma: Array) -> "Series":
@@ -152,14 +169,19 @@ class Arm:
 
 
 class Fleet(Worked, frozen=True):
-    """Last nights of arms of one type, by name; ``working``: the arms, and their inertial parameters compared."""
+    """Last nights of arms of one type, by name; ``working``: the arms, and their inertial parameters side by side.
+
+    Attributes:
+        changed: those of ``last`` with z beyond ``threshold``, the clearest first.
+        odd: arms that differ from their twins; none of fewer than three.
+    """
 
     arms: tuple[str, ...]
     first_day: str
     threshold: float
-    changed: tuple[Series, ...]  # those of ``last`` with z beyond ``threshold``, the clearest first
+    changed: tuple[Series, ...]
     last: tuple[Series, ...]
-    odd: tuple[OddDocument, ...]  # arms that differ from their twins; none of fewer than three
+    odd: tuple[OddDocument, ...]
     refused: tuple[Log, ...]
 
 

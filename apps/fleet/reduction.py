@@ -5,7 +5,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
-from functools import lru_cache
+from functools import partial
 from itertools import islice
 from pathlib import Path
 
@@ -19,7 +19,7 @@ from ...estimation.answers.identification import identify
 from ...model import Robot
 from ..extras import extra
 from ..logs.read import read_recordings
-from .store import Log, Recipe, Store, Stored, packed, same_time, unpacked
+from .store import Log, Recipe, Store, Stored, same_time
 
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 _AHEAD = 3  # logs that wait for each worker
@@ -27,14 +27,15 @@ KILLS = "ends whatever process reads it, alone too: look at this log, and report
 """Why a log is refused that no worker survives."""
 
 _Done = tuple[Log, bytes]  # the bytes of its equations, or none and in the log why
+_Reduce = Callable[[Log], _Done]
 
 
 class ReducedDocument(Document, frozen=True):
-    """Result of ``fleet reduce``."""
+    """Result of ``fleet reduce``: recordings reduced now, those that were there, and what was refused."""
 
     store: str
-    new: int  # recordings reduced now
-    known: int  # those that were there
+    new: int
+    known: int
     refused: tuple[Log, ...]
     workers_lost: int
 
@@ -64,15 +65,15 @@ def reduce_fleet(
         InputError: if the store is another's or cannot be written, or the workers are lost; what is done stays.
     """
     recipe = recipe or Recipe(robot.processing)
-    plan, target = packed((robot, recipe)), Store.made(store, robot, recipe)
+    target, reduced = Store.made(store, robot, recipe), partial(reduce_log, robot, recipe)
     before = {log.file: log for log in target.logs()}
     now = {log.file: log for log in _keyed(logs, recipe, before)}
     missing = [log for log in now.values() if not log.reason and not target.path(log.key).exists()]
-    results: Iterator[_Done | None] = (reduce_log(plan, log) for log in missing)
+    results: Iterator[_Done | None] = map(reduced, missing)
     if isinstance(workers, tuple):
-        results = _by(workers[0], plan, missing, workers[1])
+        results = _by(workers[0], reduced, missing, workers[1])
     elif workers > 1:
-        results = _by_processes(plan, missing, workers)
+        results = _by_processes(reduced, missing, workers)
     done = lost = 0
     try:
         for result in results:
@@ -113,14 +114,8 @@ def _keyed(logs: Sequence[Log | str], recipe: Recipe, held: Mapping[str, Log]) -
         yield known if wrong else replace(known, key=recipe.key(known))
 
 
-@lru_cache(maxsize=4)
-def _unpacked(plan: bytes) -> tuple[Robot, Recipe]:  # once a worker
-    return unpacked(plan, tuple[Robot, Recipe])
-
-
-def reduce_log(plan: bytes, log: Log) -> _Done:
+def reduce_log(robot: Robot, recipe: Recipe, log: Log) -> _Done:
     """Reduce a recording to the bytes of its equations, or tell why there is none; workers do this."""
-    robot, recipe = _unpacked(plan)
     try:
         if checksum(log.file) != log.sha256:
             return replace(log, reason="changed while it was reduced: run it again"), b""
@@ -137,13 +132,13 @@ def reduce_log(plan: bytes, log: Log) -> _Done:
         return replace(log, reason=f"a fault of ours, please report it: {type(fault).__name__}: {fault}"), b""
 
 
-def _by(executor: Executor, plan: bytes, logs: Iterable[Log], workers: int) -> Iterator[_Done | None]:
+def _by(executor: Executor, reduced: _Reduce, logs: Iterable[Log], workers: int) -> Iterator[_Done | None]:
     """Results as they come, a few logs ahead of the workers; None where workers were lost."""
     waiting, pending = iter(logs), dict[Future[_Done], Log]()
     free = _AHEAD * workers
     while True:
         for log in islice(waiting, free):
-            pending[executor.submit(reduce_log, plan, log)] = log
+            pending[executor.submit(reduced, log)] = log
         if not pending:
             return
         finished, _ = wait(pending, return_when=FIRST_COMPLETED)
@@ -163,13 +158,13 @@ def _by(executor: Executor, plan: bytes, logs: Iterable[Log], workers: int) -> I
                 yield replace(log, reason=KILLS), b""
 
 
-def _by_processes(plan: bytes, logs: Sequence[Log], workers: int) -> Iterator[_Done | None]:
+def _by_processes(reduced: _Reduce, logs: Sequence[Log], workers: int) -> Iterator[_Done | None]:
     """Results by processes of this machine; lost ones are replaced, a log that kills one by itself is refused."""
     left = {log.key: log for log in logs}
     while left:
         try:
             with process_pool(workers) as pool:
-                for done in _by(pool, plan, list(left.values()), workers):
+                for done in _by(pool, reduced, list(left.values()), workers):
                     assert done is not None
                     del left[done[0].key]
                     yield done
@@ -179,7 +174,7 @@ def _by_processes(plan: bytes, logs: Sequence[Log], workers: int) -> Iterator[_D
                 with process_pool(1) as alone:
                     alone.submit(int).result()  # whether a process can be there at all
                     try:
-                        yield alone.submit(reduce_log, plan, log).result()
+                        yield alone.submit(reduced, log).result()
                     except BrokenExecutor:
                         yield replace(log, reason=KILLS), b""
                 del left[log.key]

@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -23,14 +23,13 @@ from ..extras import parquet_bytes, parquet_rows
 from ..logs.map import LogMap
 from ..logs.read import SUFFIXES
 
-_Kind = TypeVar("_Kind")
-
 KNOWN = ("arm", "day", "payload")
 """Facts that may be known of a log: the arm's own name, ISO day or time, and kg that the controller was told."""
 _CLOCKS = (9.0e8, 4.1e9)  # s since 1970: 1998 to 2099
 _YEARS = (1970, 2100)
 _NIGHT = 2.0  # days that a log's clock may be beside the day told: a day without time, zones, a night's two days
 _AGAIN = "run 'dynident fleet reduce' again, what is done is kept"
+_REMEDY = f"delete it and {_AGAIN}"
 
 
 class Log(Document, frozen=True, omit_defaults=True):
@@ -46,19 +45,6 @@ class Log(Document, frozen=True, omit_defaults=True):
     reason: str = ""
     sha256: str = ""
     key: str = ""
-
-    @property
-    def misdescribed(self) -> str:
-        """Fault in what is known of the log; empty if there is none."""
-        fault = f"day {self.day!r} is no date: write 2026-01-31 or 2026-01-31T02:00"
-        with suppress(ValueError):
-            year = datetime.fromisoformat(self.day or "2000-01-01").year
-            if not _YEARS[0] <= year <= _YEARS[1]:
-                return f"day {self.day!r} is of no recording: years {_YEARS[0]} to {_YEARS[1]} are"
-            fault = f"payload {self.payload!r} is no number"
-            float(self.payload or 0.0)
-            fault = ""
-        return "no arm is named" if self.arm == "" else fault
 
     def other_day(self, start: float) -> str:
         """Fault of a log whose clock, at ``start`` [s since 1970], tells another day than stated; empty if none."""
@@ -105,7 +91,15 @@ def catalog(logs: Sequence[str], pattern: str = "") -> tuple[Log, ...]:
     for path in logs:
         match = ending.search(Path(path).as_posix())
         log = Log(path, **(match.groupdict() if match else {}))
-        wrong = log.misdescribed if match else f"its path does not end in {pattern}"
+        wrong = f"day {log.day!r} is no date: write 2026-01-31 or 2026-01-31T02:00"
+        with suppress(ValueError):
+            year = datetime.fromisoformat(log.day or "2000-01-01").year
+            wrong = f"payload {log.payload!r} is no number"
+            float(log.payload or 0.0)
+            wrong = "no arm is named" if log.arm == "" else ""
+            if not _YEARS[0] <= year <= _YEARS[1]:
+                wrong = f"day {log.day!r} is of no recording: years {_YEARS[0]} to {_YEARS[1]} are"
+        wrong = wrong if match else f"its path does not end in {pattern}"
         found.append(msgspec.structs.replace(log, reason=wrong))
     if all(log.reason for log in found):
         raise InputError(f"--pattern {pattern!r}: no log's path ends so; {logs[0]}: {found[0].reason}")
@@ -162,14 +156,6 @@ class Stored:
 def packed(value: Any) -> bytes:
     """Frozen values as bytes; the same for the same values."""
     return msgspec.msgpack.encode(value, enc_hook=_plain)
-
-
-def unpacked(content: bytes, kind: type[_Kind]) -> _Kind:
-    """The value that bytes hold."""
-    try:
-        return msgspec.msgpack.decode(content, type=kind, dec_hook=_made)
-    except (ValueError, TypeError) as error:
-        raise InputError(f"not as it was written, or by another version ({error}): reduce it again") from None
 
 
 def _plain(value: Any) -> Any:
@@ -234,8 +220,8 @@ class Store:
         """The logs, by name, with a ``reason`` where refused; none as long as the store was never finished."""
         if not self.index.exists():
             return ()
-        with naming(self.index, f"delete it and {_AGAIN}"):
-            return convert(parquet_rows(self.index), tuple[Log, ...])
+        with naming(self.index, _REMEDY):
+            return convert(parquet_rows(self.index, _REMEDY), tuple[Log, ...])
 
     def finish(self, logs: Iterable[Log]) -> None:
         """Write what is in it, and what was refused, and why."""
@@ -246,8 +232,9 @@ class Store:
     def read(self, key: str) -> Stored:
         """Read a recording's equations."""
         path = self.path(key)
-        rows = parquet_rows(path, ["equations"])
+        rows = parquet_rows(path, _REMEDY, ["equations"])
         try:
-            return unpacked(rows[0]["equations"], Stored)
-        except (LookupError, InputError) as error:
-            raise InputError(f"{path}: {error}") from None
+            return msgspec.msgpack.decode(rows[0]["equations"], type=Stored, dec_hook=_made)
+        except (LookupError, ValueError, TypeError) as error:
+            fault = f"not as it was written, or by another version ({error})"
+            raise InputError(f"{path}: {fault}: reduce it again") from None

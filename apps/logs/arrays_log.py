@@ -136,25 +136,15 @@ def parquet_log(path: Path, layout: Layout) -> RawLog:
         kind = kind.value_type if is_list(kind) else kind
         return bool(types.is_integer(kind) or types.is_floating(kind) or types.is_decimal(kind))
 
-    columns: dict[str, Array] = {}
+    arrays: dict[str, Any] = {}
     with reading(path, "a Parquet file"), parquet.ParquetFile(path) as data:
         names = [entry.name for entry in data.schema_arrow if is_numeric(entry.type)]
         for name, column in zip(names, data.read(columns=names).columns, strict=True):
-            if not is_list(column.type):
-                columns[name] = np.asarray(column.cast(arrow.float64()).to_numpy())
-                continue
             with suppress(ValueError):  # lists of several lengths hold no signal
-                columns |= _numbered(name, np.stack(column.to_numpy()).astype(float))
-    return _columns_log(path, columns)
-
-
-def _numbered(name: str, samples: Array) -> dict[str, Array]:
-    """Columns of a matrix by its name and their numbers, from 1."""
-    return {f"{name}{k}": column for k, column in enumerate(samples.T, 1)}
-
-
-def _columns_log(path: Path, columns: Mapping[str, Array]) -> RawLog:
-    return RawLog(path, tuple(columns), lambda names: np.column_stack([columns[name] for name in names]))
+                several = is_list(column.type)
+                arrays[name] = np.stack(column.to_numpy()) if several else column.cast(arrow.float64()).to_numpy()
+                arrays[name] = arrays[name].astype(float)
+    return _arrays_log(path, arrays)
 
 
 def _arrays_log(path: Path, arrays: Mapping[str, Any], objects: Mapping[str, str] = MappingProxyType({})) -> RawLog:
@@ -167,7 +157,8 @@ def _arrays_log(path: Path, arrays: Mapping[str, Any], objects: Mapping[str, str
     rows = max((max(array.shape, default=0) for array in numeric.values()), default=0)
     if rows < 2:
         fault = "has no arrays of samples: give arrays named t, q, tau and so on"
-        for name, kind in [*objects.items()][:1]:
+        if objects:
+            name, kind = next(iter(objects.items()))
             remedy = _REMEDIES.get(kind, _OTHERWISE).format(name=name)
             fault = f"variable {name} is a MATLAB {kind}, which only MATLAB reads: there write {remedy}"
         raise InputError(f"{path}: {fault}")
@@ -181,5 +172,6 @@ def _arrays_log(path: Path, arrays: Mapping[str, Any], objects: Mapping[str, str
         elif lengths[0] == lengths[1]:
             raise InputError(f"{path}: array {name!r} is square ({rows} x {rows}): which axis is time is not known")
         else:
-            columns |= _numbered(name, np.asarray(array if len(array) == rows else array.T, dtype=np.float64))
-    return _columns_log(path, columns)
+            signals = np.asarray(array.T if len(array) == rows else array, dtype=np.float64)
+            columns |= {f"{name}{k}": signal for k, signal in enumerate(signals, 1)}
+    return RawLog(path, tuple(columns), lambda names: np.column_stack([columns[name] for name in names]))

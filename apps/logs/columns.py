@@ -313,10 +313,9 @@ def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]
     named = f"{currents[0]}..{currents[-1]}"
     if gains is None:
         if naming.holds_currents_only:
-            raise InputError(
-                f"{path}: has currents ({named}) but no torques: give --drive-gains, {n} numbers in N·m/A "
-                "('dynident gains' identifies them, 'dynident check' estimates them from the weight of the links)"
-            )
+            fault = f"has currents ({named}) but no torques: give --drive-gains, {n} numbers in N·m/A"
+            by = "'dynident gains' identifies them, 'dynident check' estimates them from the weight of the links"
+            raise InputError(f"{path}: {fault} ({by})")
         # The controller's own prediction does not stand in the place of a measured torque.
         plain = naming.known.columns is PLAIN.columns
         computed = () if plain or naming.holds("torque") else naming.columns("torque_reference")
@@ -341,10 +340,8 @@ def check_missing(raw: RawLog, columns: Sequence[str]) -> None:
         close = difflib.get_close_matches(missing[0], free, 1, 0.75)
         hint = f" (is it {close[0]!r}?)" if close else ""
         names = f"s {', '.join(missing)} are" if missing[1:] else f" {missing[0]} is"
-        raise InputError(
-            f"{raw.path}: column{names} missing{hint}; found {in_a_row(raw.names)}: record them, map your column "
-            "names in a --log-map, or give the --robot that has these joints"
-        )
+        advice = "record them, map your column names in a --log-map, or give the --robot that has these joints"
+        raise InputError(f"{raw.path}: column{names} missing{hint}; found {in_a_row(raw.names)}: {advice}")
 
 
 def in_a_row(names: Sequence[str]) -> str:

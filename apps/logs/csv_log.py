@@ -163,7 +163,12 @@ class _Text:
             except InputError:
                 raise
             except (ValueError, IndexError, TypeError) as error:
-                raise self._bad_cell(str(error)) from None
+                if not (match := _STOPPED.search(str(error))):
+                    raise InputError(f"{self._path}: the rows cannot be read as numbers") from None
+                row, name = int(match[2]), self.names[int(match[3]) - 1]
+                place = f"line {self._before + 1 + row}" if per_row else self.place(row)
+                fault = f"{place}, column {name!r}: {match[1][:22]} is not a finite number"
+                raise InputError(f"{self._path}: {fault}: correct or remove the row") from None
         if per_row and values.size % per_row:
             raise InputError(f"{self._path}: {values.size} numbers are not a multiple of {per_row}: it is cut")
         return values.reshape(-1, per_row)[:, wanted] if per_row else values
@@ -206,15 +211,6 @@ class _Text:
                     raise InputError(f"{self._path}: {counts}: {advice}")
             count += 1
             yield self._plain(line)
-
-    def _bad_cell(self, fault: str) -> InputError:
-        match = _STOPPED.search(fault)
-        if match is None:
-            return InputError(f"{self._path}: the rows cannot be read as numbers")
-        row, column = int(match[2]), int(match[3]) - 1
-        place = f"line {self._before + 1 + row}" if self._per_row else self.place(row)
-        where = f"{self._path}: {place}, column {self.names[column]!r}"
-        return InputError(f"{where}: {match[1][:22]} is not a finite number: correct or remove the row")
 
 
 def _has_cells(line: str) -> bool:

@@ -35,14 +35,17 @@ Following = tuple[Missed, Recording]
 
 
 class Change(Document, frozen=True):
-    """Root mean square of a joint, or of all, before and after, and by what share it fell."""
+    """Root mean square of a joint, or of all, before and after, and by what share it fell, with 95 % interval.
+
+    ``clear`` tells on which side of zero the interval lies.
+    """
 
     name: str
     before: float
     after: float
     fall: float
-    interval: tuple[float, float]  # 95 %
-    clear: _Clear  # on which side of zero the interval lies
+    interval: tuple[float, float]
+    clear: _Clear
 
 
 class FollowingChange(Document, frozen=True):

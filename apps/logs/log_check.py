@@ -139,11 +139,9 @@ def check_log(
         ratios = {j: ratio for j, ratio in enumerate(nominal.ratio.tolist(), 1) if np.isfinite(ratio)}
         gains = ", ".join(f"{1.0 / ratio:.3g} at joint {j}" for j, ratio in ratios.items())
         bodies = f"assumed: {nominal.assumed}" if nominal.assumed else "as described"
-        text = (
-            f"From the weight of the links ({bodies}) the drive gains are about {gains} (N·m or N per unit), "
-            "within a factor of two; 'dynident gains' finds them from a known payload"
-        )
-        check = check.completed([note(text)])
+        text = f"From the weight of the links ({bodies}) the drive gains are about {gains} (N·m or N per unit)"
+        more = "within a factor of two; 'dynident gains' finds them from a known payload"
+        check = check.completed([note(f"{text}, {more}")])
     # What the robot's model says of the log.
     robot = robot if currents else with_friction(robot, [recording], Settings(processing))[0]
     try:
@@ -156,11 +154,9 @@ def check_log(
     found = [finding._replace(text=f"{finding.text[:1].upper()}{finding.text[1:]}") for finding in verdict.findings]
     sigmas = estimate.relative_sigma_percent
     if unsure := int((~(sigmas < _UNSURE)).sum()):
-        text = (
-            f"{unsure} of {len(sigmas)} base parameters are uncertain by more than {_UNSURE:.0f} % from this log "
-            "alone. Small ones always are; for the others, move faster and over a wider range"
-        )
-        found.append(note(text))
+        text = f"{unsure} of {len(sigmas)} base parameters are uncertain by more than {_UNSURE:.0f} % from this log"
+        advice = "Small ones always are; for the others, move faster and over a wider range"
+        found.append(note(f"{text} alone. {advice}"))
     seen = zip(base_parameters(robot).names, estimate.values.tolist(), sigmas.tolist(), strict=True)
     return check.completed(
         found,
@@ -228,10 +224,10 @@ def _reduced(
 
 
 class RobotFit(Document, frozen=True):
-    """A shipped robot that a log can be of."""
+    """A shipped robot that a log can be of; ``residual``: what its model leaves of the torque, if that is known."""
 
     robot: str
-    residual: float | None  # of the torque, by its model, if that is known
+    residual: float | None
 
 
 class RobotFits(Document, frozen=True):

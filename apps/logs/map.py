@@ -3,7 +3,6 @@
 import math
 import re
 from collections.abc import Collection, Sequence
-from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -250,7 +249,7 @@ def standard_pose(names: Collection[str]) -> ToolColumns | None:
     return turned if set(names) >= set(place) else None
 
 
-class LogMap(Table, frozen=True, dict=True):
+class LogMap(Table, frozen=True):
     """Columns and units of a log; what is absent goes by the standard names, in SI units."""
 
     source: str = field(default="log map", name="title")  # where it came from, for messages
@@ -282,11 +281,6 @@ class LogMap(Table, frozen=True, dict=True):
             if not part.name:
                 raise WrongKeyError(f"files[{number}].name", "missing: must be a text")
 
-    @cached_property
-    def G(self) -> Array:  # noqa: N802  the paper's (8): q_r = G q
-        """The gears as a matrix, n x n; empty without gears."""
-        return self.motor.matrix() if self.motor else np.zeros((0, 0))
-
     def quantity(self, kind: str) -> Quantity:
         """Tell how a quantity of ``QUANTITIES`` or of ``REFERENCES`` is read.
 
@@ -302,7 +296,7 @@ class LogMap(Table, frozen=True, dict=True):
 
     def check(self, n: int) -> None:
         """Refuse a map for another number of joints."""
-        sizes = {"joints": len(self.joints), "gear_ratios": len(self.G)}
+        sizes = {"joints": len(self.joints), "gear_ratios": len(self.motor.gear_ratios) if self.motor else 0}
         for kind in (*QUANTITIES, *(kind for kind in REFERENCES if getattr(self, kind))):
             own, name = self.quantity(kind), REFERENCES.get(kind, kind)
             several = len(own.columns) > 1 or "{" not in "".join(own.columns)  # else one pattern for all
@@ -319,8 +313,9 @@ class LogMap(Table, frozen=True, dict=True):
         quantity, kind = self.quantity(kind), REFERENCES.get(kind, kind)
         factors = np.array([factor(kind, unit) for unit in quantity.unit or (SI[kind],)])
         values = raw * (factors * (quantity.sign or 1.0) * (quantity.rated or 1.0))
-        if quantity.side == "motor":  # (8) and by duality (9): tau = G' tau_m
-            values = values @ self.G if kind == "torque" else values @ np.linalg.inv(self.G).T
+        if quantity.side == "motor" and self.motor:  # (8) and by duality (9): tau = G' tau_m
+            G = self.motor.matrix()
+            values = values @ G if kind == "torque" else values @ np.linalg.inv(G).T
         return values + quantity.zero if quantity.zero else values
 
 

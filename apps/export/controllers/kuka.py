@@ -19,7 +19,7 @@ _TURNS = 4  # decimals of angles [deg] of a rounded inertia
 def _write(load: ControllerLoad) -> str:
     moments, axes = principal_axes(load.inertia)
     x, y, z = (number(1e3 * value) for value in load.com)
-    turns = None if load.inertia_digits is None else _TURNS
+    turns = None if load.moment_digits is None else _TURNS
     c, b, a = (number(math.degrees(angle), turns) for angle in Pose.of(axes, np.zeros(3)).rpy)
     jx, jy, jz = (number(value, load.moment_digits) for value in moments)
     centre = f"CM {{X {x},Y {y},Z {z},A {a},B {b},C {c}}}"

@@ -16,9 +16,8 @@ from ....common.errors import InputError
 from ....model import Robot, forward_kinematics
 from ....trajectories import PointToPoint, Trapezoid, ViaPoints, plan_point_to_point
 from ....trajectories.motions.point_to_point import plan_stops
-from ..format import Format, plain
+from ..format import COMMENT, FIRST, Format, element, plain, xml_text
 from ..motion import WrittenMotion, motion_head, require_six_turning
-from ..xml import COMMENT, FIRST, element, xml_text
 
 _BLEND = 1.0 / 3.0  # of the distance to the nearer neighbour: where a passing quintic's point is left and rejoined
 

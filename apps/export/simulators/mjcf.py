@@ -14,7 +14,7 @@ from ....common.errors import InputError
 from ....estimation.possible.whole_robot import Labelled, WholeRobot
 from ....model import Pose
 from ...numbers import exact, principal_axes, quaternion
-from ..format import Format
+from ..format import COMMENT, FIRST, Format, element, mjcf_inertial, xml_text
 from ..load import ControllerLoad, load_format
 from ..robot import (
     drive_attributes,
@@ -26,7 +26,6 @@ from ..robot import (
     moved_links,
     robot_head,
 )
-from ..xml import COMMENT, FIRST, element, mjcf_inertial, xml_text
 
 _LEAST = 1e-15  # MuJoCo's mjMINVAL: no moment of inertia may be smaller
 DRIVE = {"armature": "armature", "damping": "damping", "friction": "frictionloss"}

@@ -12,10 +12,9 @@ from xml.etree.ElementTree import Element
 from ....estimation.possible.whole_robot import WholeRobot
 from ....model import Pose
 from ...numbers import exact
-from ..format import Format
+from ..format import COMMENT, DYNIDENT, FIRST, Format, element, sdf_inertial, texts, xml_text
 from ..load import ControllerLoad, load_format
 from ..robot import drive_attributes, drive_value, flange_of, link_marks, marked, moved_links, robot_head
-from ..xml import COMMENT, DYNIDENT, FIRST, element, sdf_inertial, texts, xml_text
 
 
 def _write(whole: WholeRobot) -> str:
