@@ -16,6 +16,7 @@ from dynident.model import INERTIAL, InertialParameters, Recording, Robot, load_
 from dynident.tests.commands.typed import answered, refused, typed
 from dynident.tests.frozen.inputs import EXAMPLES
 from dynident.trajectories import Simulator, random_via_points
+from scipy.spatial.transform import Rotation
 
 NEW = (
     "robot new --name kr --joint=-z,0,0,0.4 --joint y,0.025,0,0.4 --joint y,0.025,0,0.855 --joint=-x,0.025,0,0.89 "
@@ -191,6 +192,17 @@ def test_an_arm_goes_through_every_command(name: str, here: Path) -> None:
 def test_a_still_tool_is_refused(recorded: Recording, here: Path) -> None:
     write(recorded, np.full((len(recorded.t), 3), 0.4))
     assert "moves by less than 50 mm" in refused("robot check --robot rx90 --data log.csv")
+
+
+def test_tool_poses_in_millimetres_and_degrees(rx90: Robot, recorded: Recording, here: Path) -> None:
+    values = np.random.default_rng(0).uniform(-1.0, 1.0, (len(recorded.t), 6))
+    write(recorded, values * np.repeat([1000.0, 180.0 / np.pi], 3), "x,y,z,a,b,c")
+    columns = ToolColumns(("x", "y", "z"), "mm", ("a", "b", "c"), "rotation_vector", "deg")
+    poses = read_tool_poses("log.csv", rx90, LogMap(pose=columns))
+    assert poses is not None
+    assert poses.rotations is not None
+    assert np.allclose(poses.positions, values[:, :3])
+    assert np.allclose(poses.rotations, Rotation.from_rotvec(values[:, 3:]).as_matrix())
 
 
 def test_logs_that_do_not_hold_the_pose(rx90: Robot, recorded: Recording, here: Path) -> None:

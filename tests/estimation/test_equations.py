@@ -36,7 +36,7 @@ def test_exact_data_satisfy_the_equations_however_decimated(
     for W, Y, t in zip(data.W, data.Y, data.t, strict=True):
         assert np.abs(W @ truth - Y).max() < 1e-9 * np.abs(Y).max()
         assert np.allclose(np.diff(t)[np.diff(t) < 0.05], 0.004 * decimate)
-    assert data.bandwidth == noise_bandwidth(decimate)
+    assert reduced(data).effective_rows == pytest.approx([noise_bandwidth(decimate) * len(Y) for Y in data.Y])
 
 
 def paused(rate: float = 100.0) -> Motion:
@@ -99,6 +99,8 @@ def test_streaming_equals_the_whole(simulated: Simulated, wander: Wander, decima
     parts = ((piece, np.abs(piece.motion.qd) >= slow) for piece in pieces(data, size))
     same(whole, reduced_pieces(observer, parts, decimate))
     same(whole, reduced(observer.observe(data, settings)))
+    partner = Motion(data.motion.t, data.motion.q, 0.0 * data.motion.qd, data.motion.qdd)
+    assert not used(data, settings, partner).keep.any()  # what is slow in either is left out
 
 
 def test_saved_and_merged_problems(simulated: Simulated, wander: Wander, tmp_path: Path) -> None:

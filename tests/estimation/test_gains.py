@@ -119,6 +119,8 @@ def test_one_gain_for_each_motor_within_its_sigma(motor_currents: Currents, name
     for seed in range(2):
         robot, (bare, loaded) = motor_currents(name, spring, seed)
         problem = gain_problem(robot, [bare], [loaded], known_mass(6.0), settings=Settings(COUPLED))
+        same = problem.posed_by(np.array(problem.posed_with))[0].loaded
+        assert all(map(np.allclose, same.factors, problem.posed[0].loaded.factors))
         gains = answer_gains(replace(problem, deletions=() if seed else problem.deletions)).drive_gains
         formula, robust = (np.array(x) for x in (gains.relative_sigma_formula, gains.relative_sigma_robust))
         assert gains.values == pytest.approx(MOTOR_TRUTH, rel=0.02)

@@ -98,8 +98,10 @@ def moved(begin: float, end: float, seconds: float = 20.0) -> Motion:
     [(0.05, 0.05, (0, 0)), (0.5, 0.05, (30, 0)), (0.05, -0.5, (0, 30)), (1.0, 1.0, (30, 30))],
 )
 def test_full_motion_at_an_end(begin: float, end: float, lost: tuple[int, int]) -> None:
-    """Three periods of 10 Hz are 30 samples."""
-    moving = inner_samples(moved(begin, end), CUT_AT_10)
+    """Three periods of 10 Hz are 30 samples; of a motion the other way, too."""
+    motion = moved(begin, end)
+    moving = inner_samples(motion, CUT_AT_10)
+    assert (inner_samples(Motion(motion.t, -motion.q, -motion.qd, -motion.qdd), CUT_AT_10) == moving).all()
     inside = np.flatnonzero(moving)
     assert (inside[0], len(moving) - 1 - inside[-1]) == lost
     assert moving[inside[0] : inside[-1] + 1].all()

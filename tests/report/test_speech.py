@@ -161,6 +161,13 @@ def test_details_hold_every_number_of_a_payload(answers: dict[str, PayloadAnswer
         assert all(text in shown for text in with_interval(x, low, high))
 
 
+def test_gains_are_told_with_their_sigma() -> None:
+    made = drive_gains(load_robot("rx90"))
+    table = structs.replace(made.drive_gains, values=(10.0,), relative_covariance=((4e-4,),), rests_on=("gravity",))
+    text = structs.replace(made, drive_gains=table).made_by(made.working).summary()
+    assert re.search(r"1 +10\.000 +0\.2 +2 ", text), text
+
+
 def test_a_payload_in_a_controllers_format(answers: dict[str, PayloadAnswer]) -> None:
     assert "set_target_payload" in answers["payload"].result.export("ur", despite_verdict=True)
     with pytest.raises(InputError, match="there is no format 'abc'"):

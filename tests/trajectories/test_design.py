@@ -26,6 +26,7 @@ from dynident.tests.selection import every
 from dynident.trajectories import (
     Design,
     DesignProblem,
+    Earlier,
     FourierShape,
     Goal,
     JointBounds,
@@ -111,6 +112,20 @@ def test_gradient_is_the_derivative(goal: str, shape: str) -> None:
     direction = draw.standard_normal(len(x)) / np.sqrt(len(x))
     expected = derivative(lambda y: task.evaluate(y, 8.0, 0.5, limits)[0], x, direction)
     assert slope @ direction == pytest.approx(expected, rel=1e-6, abs=1e-6 * float(np.linalg.norm(slope)) / len(x))
+
+
+def test_what_was_recorded_counts_as_what_will_be() -> None:
+    """A motion after a recording of itself teaches what it teaches when recorded twice as long."""
+    task = problem("a", "fourier")
+    x = task.family.random(np.random.default_rng(0))
+
+    def of(seconds: float, earlier: Earlier | None = None) -> DesignProblem:
+        return replace(task, goal=replace(task.goal, data_length=seconds, earlier=earlier))
+
+    state = task.state(x, 0.5)
+    once = of(10.0).information(state.entries, of(10.0).row_weights(state.samples, True))
+    again = of(10.0, Earlier(task.names, np.asarray(np.linalg.cholesky(once).T))).evaluate(x, 8.0, 0.5)[0]
+    assert again == pytest.approx(of(20.0).evaluate(x, 8.0, 0.5)[0])
 
 
 def test_a_spring_is_part_of_the_torque() -> None:

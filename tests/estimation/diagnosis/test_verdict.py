@@ -809,6 +809,10 @@ def test_few_blocks_widen_what_every_quantity_is_judged_by() -> None:
         assert getattr(wide, name) == pytest.approx(12.7062 / 1.95996 * getattr(plain, name), rel=1e-5)
     same = allowing(plain, 1e9)
     assert same.com == pytest.approx(plain.com)
+    for freedom, told in ((1e9, True), (1.0, False)):
+        view = ByJoints((ratio(1, 1.0, 0.01), ratio(3, 1.3, 0.05), ratio(4, None)), degrees_of_freedom=freedom)
+        findings = judge(of_weighing(by_joints=view)).findings
+        assert any("joint 3 measures" in finding.text for finding in findings) == told
 
 
 _SHARES = st.floats(0.5, 1.5)
