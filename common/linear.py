@@ -9,7 +9,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from importlib import import_module
-from typing import NamedTuple
+from threading import Lock
+from typing import Any, NamedTuple
 
 import numpy as np
 from threadpoolctl import ThreadpoolController
@@ -103,6 +104,10 @@ def without(W: Array, columns: Array) -> Array:
     return np.asarray(rest - U @ (U.T @ rest))
 
 
+_LOCK = Lock()
+_LIMITS: list[Any] = []  # of the calls that compute now, the first one's first
+
+
 @cache
 def _libraries() -> ThreadpoolController:
     """Find the libraries of NumPy and SciPy, once: to look for them takes longer than a small problem."""
@@ -114,5 +119,12 @@ def _libraries() -> ThreadpoolController:
 @contextmanager
 def one_thread() -> Iterator[None]:
     """Compute with one thread of BLAS: small matrices wait for more, and sums round by their number."""
-    with _libraries().limit(limits=1, user_api="blas"):
+    with _LOCK:
+        _LIMITS.append(_libraries().limit(limits=1, user_api="blas"))
+    try:
         yield
+    finally:
+        with _LOCK:  # where calls overlap, the last to end gives back what the first one found
+            limit = _LIMITS.pop()
+            if not _LIMITS:
+                limit.restore_original_limits()

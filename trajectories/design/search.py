@@ -76,6 +76,11 @@ class Design(Speaks, Brief):
         """Information of the motion: log det, both condition numbers and predicted standard deviations."""
         return self.score.learnt
 
+    @cached_property
+    def gap(self) -> float:
+        """Distance to the floor under any motion, as in ``Floor.gap``; it takes about as long as the search."""
+        return floor_under(self.problem, self.score.value).gap
+
     @property
     def feasible(self) -> bool:
         """True if all limits are met; ``score.violations`` and ``missed`` name those that are not."""
