@@ -1,4 +1,4 @@
-"""What earlier recordings have taught, for the next motion: read from the files of an identification."""
+"""Knowledge from earlier recordings for the next motion, read from the files of an identification."""
 
 from collections.abc import Sequence
 from pathlib import Path

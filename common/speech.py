@@ -13,10 +13,13 @@ class Speaks:
     """Base class of the results of whole questions.
 
     ``str`` gives the screen that the command prints, ``repr`` one line, a notebook the first block of the report.
+
+    Attributes:
+        shown_by: gives the module that shows results; the package sets it.
     """
 
     __slots__ = ()
-    shown_by: ClassVar[Callable[[], Any]]  # gives the module that shows results; the package sets it
+    shown_by: ClassVar[Callable[[], Any]]
 
     @property
     def headline(self) -> str:

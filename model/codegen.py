@@ -64,6 +64,10 @@ def generate_code(robot: Robot, name: str, folder: str | Path) -> tuple[Path, ..
 
     Returns:
         Paths of the header, the source and the example. Matrices are dense and row-major.
+
+    Raises:
+        InputError: if there is no function of that name.
+        OSError: if a file cannot be written.
     """
     if name not in _FUNCTIONS:
         raise InputError(f"no function {name!r} to generate: give one of {', '.join(_FUNCTIONS)}")
@@ -264,10 +268,15 @@ _CODE: Any = cos_sin, add, dot, cross, FrameChange, DriveState, link_wrenches, i
 def generate_numpy(robot: Robot, folder: str | Path) -> Path:
     """Write regressor and dynamics of a robot as one file of Python that needs NumPy alone.
 
-    It holds ``arm``, with ``regressor``, ``inverse_dynamics`` and others, and stands in ``folder``, which is made.
+    Args:
+        folder: where the file goes; made if it is not there.
+
+    Returns:
+        The file's path. It holds ``arm``, with ``regressor``, ``inverse_dynamics`` and others.
 
     Raises:
         InputError: if the robot has a law of friction of one's own.
+        OSError: if the file cannot be written.
     """
     if any(term.code for term in robot.drives.friction):
         raise InputError(f"robot {robot.name!r} has a law of friction of its own: only C can be generated of it")

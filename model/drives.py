@@ -27,14 +27,19 @@ SPRING = "SPRING"  # kind of the parameter that is 1 where a spring's torque is 
 
 @dataclass(frozen=True)
 class Coupling:
-    """Two drives coupled as in (8): motor k turns with the sum of the joint speeds j and k."""
+    """Two drives coupled as in (8): motor k turns with the sum of the joint speeds j and k.
 
-    joints: tuple[int, int]  # numbers (j, k) of the coupled joints; rotor k feels both
-    # Sign of rotor k's Coulomb friction. "sum": sign(q'j + q'k) on both joints, which is what the duality of (8)
-    # and (9) gives; "paper": sign(q'k) on j and sign(q'j) on k, as (10) and (11) are printed.
+    Attributes:
+        joints: numbers (j, k) of the coupled joints; rotor k feels both.
+        coulomb: sign of rotor k's Coulomb friction. "sum": sign(q'j + q'k) on both joints, which is what
+            the duality of (8) and (9) gives; "paper": sign(q'k) on j and sign(q'j) on k, as (10) and (11)
+            are printed.
+        rows: whose torques the equations are: the joints', or the motors' on the joint side, that of motor j
+            being the torque of joint j less that of joint k (9).
+    """
+
+    joints: tuple[int, int]
     coulomb: Literal["sum", "paper"] = "sum"
-    # Whose torques the equations are: the joints', or the motors' on the joint side, that of motor j being the
-    # torque of joint j less that of joint k (9).
     rows: Literal["joint", "motor"] = field(default="joint", repr=False)
 
     def __post_init__(self) -> None:
@@ -62,17 +67,21 @@ class Spring:
     """A known torque on one joint, by a table or by the law of a spring between two pivots.
 
     Geometric law: tau = k (1 - L0/L) a b sin(psi), L^2 = a^2 + b^2 + 2 a b cos(psi), psi = q - q0.
+
+    Attributes:
+        joint: number of the joint.
+        stiffness: k [N/m]; length: L0 [m]; arms: a, b [m]; zero: q0 [rad].
+        table: (q [rad], torque [N·m]) pairs with rising q, linear in between; excludes the geometric law.
+        column: whether its torque is a column of the model, a parameter SPRINGj that is 1, and not on the left-hand
+            side: where only currents are known, the left-hand side has no scale of its own.
     """
 
-    joint: int  # number of the joint
-    stiffness: float = 0.0  # k [N/m]
-    length: float = 0.0  # L0 [m]
-    arms: tuple[float, float] = (0.0, 0.0)  # a, b [m]
-    zero: float = 0.0  # q0 [rad]
-    # Pairs of q [rad] and torque [N·m] with rising q, linear in between; excludes the geometric law.
+    joint: int
+    stiffness: float = 0.0
+    length: float = 0.0
+    arms: tuple[float, float] = (0.0, 0.0)
+    zero: float = 0.0
     table: tuple[tuple[float, float], ...] = ()
-    # Whether its torque is a column of the model, a parameter SPRINGj that is 1, and not on the left-hand side,
-    # which has no scale of its own where only currents are known.
     column: bool = field(default=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -116,17 +125,23 @@ class Spring:
 
 @dataclass(frozen=True, repr=False)
 class Drives(Brief):
-    """Drive parameters that the model has, for every joint alike."""
+    """Drive parameters that the model has, for every joint alike.
 
-    rotor_inertia: bool = True  # IA of (3)
-    friction: tuple[Friction, ...] = PAPER  # its terms; FS and FV of (2) by default
-    offsets: bool = False  # a constant torque OFF per joint
+    Attributes:
+        rotor_inertia: IA of (3).
+        friction: its terms; FS and FV of (2) by default.
+        offsets: a constant torque OFF per joint.
+        unmeasured: numbers of joints whose torques a recording does not hold, for their channels are dead.
+        side: where torque is measured: at the motor, whatever its unit, or by sensors on the link side of the gear,
+            which see no rotor. Bearings and seals behind them may still rub.
+    """
+
+    rotor_inertia: bool = True
+    friction: tuple[Friction, ...] = PAPER
+    offsets: bool = False
     coupling: Coupling | None = None
     spring: Spring | None = None
-    # Where torque is measured: at the motor, whatever its unit, or by sensors on the link side of the gear, which
-    # see no rotor. Bearings and seals behind them may still rub.
     side: Literal["motor", "link"] = field(default="motor", repr=False)
-    # Numbers of joints whose torques a recording does not hold, for their channels are dead.
     unmeasured: tuple[int, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:

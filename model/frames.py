@@ -18,7 +18,9 @@ MOUNTS = {"floor": (0.0, 0.0, 0.0), "wall": (0.0, 90.0, 0.0), "ceiling": (180.0,
 def mounted(robot: Robot, rpy: tuple[float, float, float]) -> Robot:
     """Turn the robot's base in the world: gravity in frame 0 follows.
 
-    ``rpy``: roll, pitch, yaw [rad] of the base in the world, whose z axis points up.
+    Args:
+        robot: its base frame stands at ``robot.base`` in frame 0.
+        rpy: roll, pitch, yaw [rad] of the base in the world, whose z axis points up.
     """
     down = np.array([0.0, 0.0, -math.hypot(*robot.gravity)])
     return with_gravity(robot, tuple((Pose.from_rpy((0.0, 0.0, 0.0), rpy).R.T @ down).tolist()))
@@ -31,7 +33,12 @@ def with_gravity(robot: Robot, gravity: tuple[float, ...]) -> Robot:
 
 
 def with_tool(robot: Robot, tool: Pose, name: str) -> Robot:
-    """Give payloads of the robot in a tool's frame, ``tool`` in the flange, called ``name``.
+    """Give payloads of the robot in a tool's frame.
+
+    Args:
+        robot: payloads are given in its flange so far.
+        tool: the tool's frame in the flange.
+        name: text that names the new frame.
 
     Raises:
         InputError: for a tool that no arm carries, mostly one in mm.

@@ -53,13 +53,21 @@ _NAME = re.compile(r"(F[A-Z]+)([1-9]\d*)?(?:@(\d*\.?\d+(?:[eE][+-]?\d+)?))?(?:=(
 
 @dataclass(frozen=True)
 class Friction:
-    """Term of the friction of a joint or of all."""
+    """Term of the friction of a joint or of all.
 
-    kind: str  # what its parameters are called, "FL" of FL2: one of ``LAWS``, or another that begins with F
-    joint: int = 0  # number of the joint that has it; 0 for all
-    speed: float = 0.0  # at which the Stribeck term has fallen to 1/e [rad/s or m/s]; of no other term
-    unit: str = ""  # of the parameter of a law of one's own
-    code: str = ""  # such a law, as ``Friction.of`` writes it
+    Attributes:
+        kind: what its parameters are called, "FL" of FL2: one of ``LAWS``, or another that begins with F.
+        joint: number of the joint that has it; 0 for all.
+        speed: at which the Stribeck term has fallen to 1/e [rad/s or m/s]; of no other term.
+        unit: of the parameter of a law of one's own.
+        code: such a law, as ``Friction.of`` writes it.
+    """
+
+    kind: str
+    joint: int = 0
+    speed: float = 0.0
+    unit: str = ""
+    code: str = ""
 
     def __post_init__(self) -> None:
         if not re.fullmatch(r"F[A-Z]+", self.kind) or self.kind in ("FSM", "FVM"):

@@ -140,7 +140,9 @@ class InertialParameters(Brief):
     def moved(self, rotation: ArrayLike, origin: ArrayLike) -> InertialParameters:
         """Describe the body in another frame.
 
-        ``rotation``: its columns are this frame's axes there, 3 x 3; ``origin``: its origin there [m], shape (3,).
+        Args:
+            rotation: 3 x 3; its columns are this frame's axes in the other frame.
+            origin: this frame's origin in the other frame [m], shape (3,).
         """
         R, p = np.asarray(rotation, dtype=float), np.asarray(origin, dtype=float)
         h = R @ self.first_moments

@@ -17,12 +17,17 @@ _SLOWEST = 1e-12  # lowest rate [Hz] of which samples in a period can be counted
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Motion(Brief):
-    """A joint motion on a uniform or uneven time grid."""
+    """A joint motion on a uniform or uneven time grid.
 
-    t: Array  # time [s], shape (N,), rising
-    q: Array  # positions [rad or m], shape (N, n)
-    qd: Array  # speeds [.../s], as q
-    qdd: Array  # accelerations [.../s^2], as q
+    Attributes:
+        t: time [s], shape (N,), rising.
+        q, qd, qdd: positions [rad or m], speeds [.../s], accelerations [.../s^2], each of shape (N, n).
+    """
+
+    t: Array
+    q: Array
+    qd: Array
+    qdd: Array
 
     def __post_init__(self) -> None:
         shape = len(self.t), np.shape(self.q)[-1]
@@ -70,27 +75,36 @@ class Measurement(Brief):
 class Recording(Brief):
     """Recording of a controller: uneven time, positions, perhaps speeds, torques; not yet filtered.
 
+    Attributes:
+        t: time [s], shape (N,), rising.
+        q: positions [rad or m], shape (N, n).
+        torque: joint torques [N·m or N], shape (N, n).
+        qd: speeds [.../s], shape (N, n), or None where the controller writes none.
+        source: where it came from, for messages.
+        notes: what a user should know about how it was read.
+        fingerprint: of time, positions and torques or currents as they stand in a log, before drive gains: the same
+            for the same recording in any file; empty where it was not read from a log.
+        gains: torque per current with which currents were read [N·m/A or N/A], shape (n,); empty for torques.
+        origin: what a log's time held where ``t`` is 0 [s], such as seconds since 1970.
+        gain_sigma: standard deviation of the relative error of each joint's scale of torque, 0 where torques are
+            exact as simulated ones can be; None where nothing is said of it.
+        torque_unit: "named" where a column is called a torque, "given" where a user, a map or the file says the
+            unit, "unknown" of columns such as ``effort``, which may hold currents or percent.
+
     >>> Recording(t=np.arange(3) / 100.0, q=np.zeros((3, 6)), torque=np.ones((3, 6))).rate
     100.0
     """
 
-    t: Array  # time [s], shape (N,), rising
-    q: Array  # positions [rad or m], shape (N, n)
-    torque: Array  # joint torques [N·m or N], shape (N, n)
-    qd: Array | None = None  # speeds [.../s], shape (N, n), or None where the controller writes none
-    source: str = "recording"  # where it came from, for messages
-    notes: tuple[str, ...] = ()  # what a user should know about how it was read
-    # Of time, positions and torques or currents as they stand in a log, before drive gains: the same for the same
-    # recording in any file; empty where it was not read from a log.
+    t: Array
+    q: Array
+    torque: Array
+    qd: Array | None = None
+    source: str = "recording"
+    notes: tuple[str, ...] = ()
     fingerprint: str = ""
-    # Torque per current with which currents were read [N·m/A or N/A], shape (n,); empty for torques.
     gains: tuple[float, ...] = ()
-    origin: float = 0.0  # what a log's time held where ``t`` is 0 [s], such as seconds since 1970
-    # Standard deviation of the relative error of each joint's scale of torque, 0 where torques are exact as
-    # simulated ones can be; None where nothing is said of it.
+    origin: float = 0.0
     gain_sigma: float | None = None
-    # "named" where a column is called a torque, "given" where a user, a map or the file says the unit, "unknown" of
-    # columns such as ``effort``, which may hold currents or percent.
     torque_unit: Literal["named", "given", "unknown"] = "named"
 
     def __post_init__(self) -> None:
@@ -115,29 +129,34 @@ def usual_slow_speed(turning: Sequence[bool]) -> float | tuple[float, ...]:
 
 @dataclass(frozen=True, repr=False)
 class Processing(Brief):
-    """Settings of signal processing, in the order in which they are applied."""
+    """Settings of signal processing, in the order in which they are applied.
 
-    # Uniform rate to which a recording is resampled [Hz]; None keeps the recording's mean rate. A faster recording
-    # is resampled to a multiple of it, and Y and W decimated to it, so that no noise folds in.
+    Attributes:
+        rate: uniform rate to which a recording is resampled [Hz]; None keeps the recording's mean rate. A faster
+            recording is resampled to a multiple of it, and Y and W decimated to it, so that no noise folds in.
+        cutoff: cut-off of the zero-phase 4th-order Butterworth filter on positions and speeds [Hz]; None
+            leaves them as they are.
+        decimate: parallel decimation of Y and of every column of W, by this whole factor; of ``rate``, where that
+            is given.
+        equation_rate: rate to which Y and W are decimated [Hz], as near as whole factors come, instead of
+            ``decimate``.
+        still_speed: below it a joint stands still [rad/s or m/s]; rows of one that never moves faster are left
+            out, and those of all while all stand still for over 0.3 s, and where they move for under 1 s.
+        slow_fraction: rows of joint j are left out where its speed is below this fraction of its largest
+            speed, because the sign of the speed is not known there.
+        slow_speed: and where it is below this [rad/s or m/s], one number for all joints or one for each; the larger
+            of both bounds counts.
+        max_mismatch: method 3 refuses a pair whose positions differ by more than this after alignment, root mean
+            square of the worst joint [rad or m].
+    """
+
     rate: float | None = None
-    # Cut-off of the zero-phase 4th-order Butterworth filter on positions and speeds [Hz]; None leaves them as they
-    # are.
     cutoff: float | None = None
-    # Parallel decimation of Y and of every column of W, by this whole factor; of ``rate``, where that is given.
     decimate: int = 1
-    # Rate to which Y and W are decimated [Hz], as near as whole factors come, instead of ``decimate``.
     equation_rate: float | None = None
-    # Below it a joint stands still [rad/s or m/s]; rows of one that never moves faster are left out, and those of
-    # all while all stand still for over 0.3 s, and where they move for under 1 s.
     still_speed: float = 2e-3
-    # Rows of joint j are left out where its speed is below this fraction of its largest speed, because the sign of
-    # the speed is not known there.
     slow_fraction: float = 0.0
-    # And where it is below this [rad/s or m/s], one number for all joints or one for each; the larger of both
-    # bounds counts.
     slow_speed: float | tuple[float, ...] = 0.0
-    # Method 3 refuses a pair whose positions differ by more than this after alignment, root mean square of the
-    # worst joint [rad or m].
     max_mismatch: float = 0.01
 
     def __post_init__(self) -> None:

@@ -34,10 +34,15 @@ def cos_sin(angle: float) -> tuple[float, float]:
 
 @dataclass(frozen=True, repr=False)
 class Pose(Brief):
-    """Axes and origin of a frame in another one."""
+    """Axes and origin of a frame in another one.
 
-    rotation: tuple[_Row, _Row, _Row] = _IDENTITY  # rows of the 3 x 3 matrix whose columns are the frame's axes
-    origin: _Row = (0.0, 0.0, 0.0)  # the frame's origin [m]
+    Attributes:
+        rotation: rows of the 3 x 3 matrix whose columns are the frame's axes.
+        origin: the frame's origin [m].
+    """
+
+    rotation: tuple[_Row, _Row, _Row] = _IDENTITY
+    origin: _Row = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
         R = np.array(self.rotation)

@@ -63,15 +63,23 @@ class Limits:
 
 @dataclass(frozen=True)
 class Joint:
-    """Joint of a chain, and the frame change before it."""
+    """Joint of a chain, and the frame change before it.
+
+    Attributes:
+        alpha: angle about x from z of frame j-1 to z of frame j [rad].
+        d: distance along x [m].
+        theta: zero offset of a revolute joint, constant angle of a prismatic one [rad].
+        r: constant distance along z of a revolute joint, zero offset of a prismatic one [m].
+        names: the geometric names of ``d`` and ``r`` ("D3", "RL4"), empty where the length has none.
+    """
 
     kind: Literal["revolute", "prismatic"] = "revolute"
-    alpha: float = 0.0  # angle about x from z of frame j-1 to z of frame j [rad]
-    d: float = 0.0  # distance along x [m]
-    theta: float = 0.0  # zero offset of a revolute joint, constant angle of a prismatic one [rad]
-    r: float = 0.0  # constant distance along z of a revolute joint, zero offset of a prismatic one [m]
+    alpha: float = 0.0
+    d: float = 0.0
+    theta: float = 0.0
+    r: float = 0.0
     limits: Limits = Limits()
-    names: tuple[str, str] = ("", "")  # of ``d`` and ``r`` ("D3", "RL4"), empty where the length has none
+    names: tuple[str, str] = ("", "")
 
     def __post_init__(self) -> None:
         if self.kind not in ("revolute", "prismatic"):
@@ -111,34 +119,48 @@ class Links:
 class Robot(Brief):
     """A serial robot.
 
+    Attributes:
+        name: short name, as on the command line.
+        joints: joint 1 to n, base to tip.
+        gravity: acceleration of gravity in frame 0 [m/s^2].
+        drives: which drive parameters the model has.
+        payload_frame: the frame in which a payload is given, as text.
+        flange: where that frame stands in frame n.
+        base: where the base, as the maker or a URDF counts it, stands in frame 0.
+        flange_pose: where the maker's flange stands in the payload's frame, if that is another frame; None where
+            they are one, or it is not known.
+        joint_names: names of the joints in other software, base to tip, one tuple for each.
+        rated_payload: largest payload by the data sheet [kg].
+        mass: of the whole arm by the data sheet, its base with it [kg]; None where it is not known.
+        sources: of ``SOURCED``, where the numbers come from; those that begin with ``ASSUMED`` come from nowhere.
+        links: names and frames of the file the robot was read from, if it has its own.
+        processing: how recordings of this robot are treated unless set otherwise.
+        parameters: known standard parameters by name ("XX1", "M3", "FV2"), where the robot has them.
+        title: full name.
+        snapped: what was made exact when the robot was made ("alpha2: 1.5708 -> pi/2").
+
     >>> robot = load_robot("rx90")
     >>> robot.n, robot.chi().shape
     (6, (80,))
     """
 
-    name: str  # short name, as on the command line
-    joints: tuple[Joint, ...]  # joint 1 to n, base to tip
-    gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)  # acceleration of gravity in frame 0 [m/s^2]
-    drives: Drives = Drives()  # which drive parameters the model has
-    payload_frame: str = "last link"  # the frame in which a payload is given, as text
-    flange: Pose = Pose()  # where that frame stands in frame n
-    base: Pose = Pose()  # where the base, as the maker or a URDF counts it, stands in frame 0
-    rated_payload: float = math.inf  # largest payload by the data sheet [kg]
-    # Of the whole arm by the data sheet, its base with it [kg]; None where it is not known.
+    name: str
+    joints: tuple[Joint, ...]
+    gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    drives: Drives = Drives()
+    payload_frame: str = "last link"
+    flange: Pose = Pose()
+    base: Pose = Pose()
+    rated_payload: float = math.inf
     mass: float | None = None
-    # Where the maker's flange stands in the payload's frame, if that is another frame; None where they are one, or
-    # it is not known.
     flange_pose: Pose | None = None
-    # Names of the joints in other software, base to tip, one tuple for each.
     joint_names: tuple[tuple[str, ...], ...] = ()
-    # Of ``SOURCED``, where the numbers come from; those that begin with ``ASSUMED`` come from nowhere.
     sources: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}), hash=False)
-    links: Links | None = None  # names and frames of the file the robot was read from, if it has its own
-    processing: Processing = Processing()  # how recordings of this robot are treated unless set otherwise
-    # Known standard parameters by name ("XX1", "M3", "FV2"), where the robot has them.
+    links: Links | None = None
+    processing: Processing = Processing()
     parameters: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}), hash=False)
-    title: str = ""  # full name
-    snapped: tuple[str, ...] = ()  # what was made exact when the robot was made ("alpha2: 1.5708 -> pi/2")
+    title: str = ""
+    snapped: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.joints:
@@ -194,7 +216,11 @@ class Robot(Brief):
     ) -> Array:
         """Order standard parameters as ``standard``, shape (N_s,): the description's, unless others are given.
 
-        ``payload``: in its own frame, added to the last link's.
+        Args:
+            payload: in its own frame, added to the last link's.
+
+        Raises:
+            InputError: if some are missing.
         """
         values = dict(self.parameters if parameters is None else parameters)
         if missing := [name for name in self.standard if name not in values]:

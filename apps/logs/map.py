@@ -250,20 +250,31 @@ def standard_pose(names: Collection[str]) -> ToolColumns | None:
 
 
 class LogMap(Table, frozen=True):
-    """Columns and units of a log; what is absent goes by the standard names, in SI units."""
+    """Columns and units of a log; without arguments the standard CSV in SI units.
 
-    source: str = field(default="log map", name="title")  # where it came from, for messages
-    joints: Texts = ()  # names, base to tip
-    layout: Layout = field(default=Layout(), name="file")  # of a text file
-    files: tuple[Layout, ...] = ()  # of a log that is a folder
+    Attributes:
+        source: where it came from, for messages.
+        joints: names of the joints, base to tip.
+        layout: of a text file.
+        files: the files of a log that is a folder.
+        motor: gears, where anything is on the motor side.
+        pose: columns of the tool's pose.
+        position, velocity, torque, current: what the log holds; what is absent goes by the standard names.
+        position_reference, torque_reference: what the controller wanted; else by standard names.
+    """
+
+    source: str = field(default="log map", name="title")
+    joints: Texts = ()
+    layout: Layout = field(default=Layout(), name="file")
+    files: tuple[Layout, ...] = ()
     time: Time = Time()
-    motor: Gears | None = None  # where anything is on the motor side
+    motor: Gears | None = None
     pose: ToolColumns | None = None
     position: Quantity = Quantity()
     velocity: Quantity = Quantity()
     torque: Quantity = Quantity()
     current: Quantity = Quantity()
-    position_reference: Quantity | None = None  # what the controller wanted
+    position_reference: Quantity | None = None
     torque_reference: Quantity | None = None
 
     def __post_init__(self) -> None:
@@ -320,7 +331,11 @@ class LogMap(Table, frozen=True):
 
 
 def read_log_map(path: str | Path) -> LogMap:
-    """Read a log map; docs/logs.md tells its keys, and an ``InputError`` which of them is wrong."""
+    """Read a log map; docs/logs.md tells its keys.
+
+    Raises:
+        InputError: names the file and the key.
+    """
     return replace(read_toml(path, LogMap), source=str(path))
 
 

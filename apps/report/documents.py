@@ -249,7 +249,7 @@ class NearDocument(_MotionAnswer, frozen=True, kw_only=True):
 
 
 def as_recorded(problem: DesignProblem, data: Measurement) -> Learnt:
-    """What a motion teaches as ``identify`` will see it: decimated, and without rows of joints that are slow."""
+    """Information of a motion as ``identify`` will see it: decimated, and without rows of joints that are slow."""
     motion, processing = data.motion, problem.robot.processing
     W = Observer(problem.robot, problem.names).observe(data, processing).W
     part = processing.thinning(motion.rate) / len(motion.t)

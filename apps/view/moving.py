@@ -32,17 +32,27 @@ ShownPayload = tuple[Array, InertialParameters | None]
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """An arm in motion as a viewer shows it."""
+    """An arm in motion as a viewer shows it.
+
+    Attributes:
+        times: [s], shape (N,).
+        frames: poses of frames 0 to n and the payload's, in the base, at each time.
+        path: points of the flange in the base [m], shape (k, 3); one where it does not move.
+        path_colours: of each piece between them, shape (k - 1, 3).
+        legend: colours and their words, of what is not the arm itself.
+        notes: what could not be shown as it looks.
+        ground: height of the plane that the arm stands on, in the base [m].
+    """
 
     title: str
-    times: Array  # [s], shape (N,)
-    frames: tuple[tuple[Pose, ...], ...]  # frames 0 to n and the payload's, in the base, at each time
+    times: Array
+    frames: tuple[tuple[Pose, ...], ...]
     shapes: tuple[Shape, ...]
-    path: Array  # points of the flange in the base [m], shape (k, 3); one where it does not move
-    path_colours: NDArray[np.uint8]  # of each piece between them, shape (k - 1, 3)
-    legend: tuple[tuple[Colour, str], ...] = ()  # of what is not the arm itself
-    notes: tuple[str, ...] = ()  # what could not be shown as it looks
-    ground: float = 0.0  # height of the plane that the arm stands on, in the base [m]
+    path: Array
+    path_colours: NDArray[np.uint8]
+    legend: tuple[tuple[Colour, str], ...] = ()
+    notes: tuple[str, ...] = ()
+    ground: float = 0.0
 
 
 def view_of(

@@ -28,14 +28,20 @@ Colour = tuple[int, int, int]
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """Triangles in a frame [m]."""
+    """Triangles in a frame [m]; its name is unique in a view.
 
-    name: str  # unique in a view
-    frame: int  # number of the frame it is fixed to; 0 is the base's
+    Attributes:
+        frame: number of the frame it is fixed to; 0 is the base's.
+        colour: red, green, blue, 0 to 255.
+        shown: at which of the view's times; always if None.
+    """
+
+    name: str
+    frame: int
     mesh: Trimesh
-    colour: Colour  # red, green, blue, 0 to 255
+    colour: Colour
     opacity: float = 1.0
-    shown: NDArray[np.bool_] | None = None  # at which of the view's times; always if None
+    shown: NDArray[np.bool_] | None = None
 
 
 def capsule(start: Array, end: Array, radius: float) -> Trimesh:

@@ -187,14 +187,17 @@ def weigh(
     """Identify what a short motion near one pose shows of a payload, and judge each quantity.
 
     Torque differences answer where there are recordings without payload; the robot's parameters, where they are
-    known too, are compared with them. Arguments as of ``identify_payload``, but for ``unloaded``: one for all, or
-    one for each of ``loaded`` in the same order.
+    known too, are compared with them. Other arguments as of ``identify_payload``.
+
+    Args:
+        unloaded: recordings without payload; one for all, or one for each of ``loaded`` in the same order.
 
     Raises:
-        InputError: if the recordings cannot be used, or nothing shows the mass. SolverError: if no body that holds
-        the constraints comes near the data.
+        InputError: if the recordings cannot be used, or nothing shows the mass.
+        SolverError: if no body that holds the constraints comes near the data.
 
-    >>> f"{weigh(robot, loaded, unloaded).mass.value:.0f} kg" '7 kg'
+    >>> f"{weigh(robot, loaded, unloaded).mass.value:.0f} kg"
+    '7 kg'
     """
     check_given(robot, loaded, unloaded)
     problems, (robot, stored) = [], _described(robot, known)

@@ -40,17 +40,19 @@ class Equations(Brief):
     """Triangular factors that hold all an estimator can learn from Y = W chi + rho.
 
     Attributes:
-        columns: names of the parameters, c. factors: per joint, k x (c + 1) with k <= c + 1: R of the QR
-        decomposition of [W_j Y_j]. rows: per joint, number of equations. effective_rows: per joint, number of
-        equations with independent noise (noise bandwidth times rows). shared: by joint and motor (both from 0), the
-        part of the joint's torque Y_j that another joint's motor makes,
-            where drives are coupled (9), or a known spring (``NO_MOTOR``), whose torque no gain scales: Q' times
-            it, rows as those of the joint's factor.
+        columns: names of the parameters, c.
+        factors: per joint, k x (c + 1) with k <= c + 1: R of the QR decomposition of [W_j Y_j].
+        rows: per joint, number of equations.
+        effective_rows: per joint, number of equations with independent noise (noise bandwidth times rows).
+        shared: by joint and motor (both from 0), the part of the joint's torque Y_j that another joint's motor
+            makes, whose gain is in both joints' torques where drives are coupled (9), or a known spring
+            (``NO_MOTOR``), whose torque no gain scales: Q' times it, rows as those of the joint's factor.
         blocks: the same equations cut in blocks of time, where the memory of the residuals was asked for; nothing
             shared is kept of them.
         block_length: shortest length of a block [s], unless a whole recording is shorter.
 
-    >>> Equations.from_arrays([[1.0], [2.0]], [1.1, 1.9], joint=[1, 1], names=["FV1"]).equations 2
+    >>> Equations.from_arrays([[1.0], [2.0]], [1.1, 1.9], joint=[1, 1], names=["FV1"]).equations
+    2
     """
 
     columns: tuple[str, ...]
@@ -70,6 +72,9 @@ class Equations(Brief):
             Y: torques [N·m or N], shape (r,).
             joint: number of each row's joint, from 1, shape (r,).
             names: of the c parameters.
+
+        Raises:
+            InputError: if they do not fit each other.
         """
         W, Y, joint = np.asarray(W, dtype=float), np.asarray(Y, dtype=float), np.asarray(joint)
         if W.shape != (len(Y), len(names)) or joint.shape != Y.shape or not len(Y) or joint.min() < 1:
@@ -85,10 +90,16 @@ class Equations(Brief):
     def transformed(
         self, M: Array, names: Sequence[str], shift: Array | None = None, joints: Sequence[int] | None = None
     ) -> "Equations":
-        """Write the equations of all or some joints (from 0) in other parameters p, of which these are M p + shift.
+        """Write the equations in other parameters p, of which these are chi = M p + shift.
 
         With a shift the torque W shift is taken off: the rest is no motor's any more, so nothing shared is kept;
         nor is it where only some joints' equations are.
+
+        Args:
+            M: c x len(names).
+            names: of p.
+            shift: shape (c,); zero by default.
+            joints: whose equations are kept, from 0; all by default.
         """
         joints = range(len(self.factors)) if joints is None else joints
         right = np.append(np.zeros(len(self.columns)) if shift is None else -shift, 1.0)
@@ -124,7 +135,12 @@ class Equations(Brief):
 
         Each joint must have parameters of its own there, such as friction: this is then exact, what is left are the
         equations of the least-squares problem after those unknowns were solved for. Blocks of time are not kept:
-        what remains of each depends on the others. The levels of ``anchors`` are new last columns.
+        what remains of each depends on the others.
+
+        Args:
+            columns: what goes.
+            anchors: equations that hold some of them; their levels are new last columns, left out where the levels
+                are meant to be zero.
         """
         gone = [self.columns.index(name) for name in columns]
         rest = [k for k in range(len(self.columns)) if k not in gone]
@@ -212,7 +228,11 @@ class Equations(Brief):
 
     @staticmethod
     def load(path: str | Path) -> "Equations":
-        """Read equations that ``save`` wrote; InputError if the file holds something else."""
+        """Read equations that ``save`` wrote.
+
+        Raises:
+            InputError: if the file holds something else.
+        """
         try:
             with np.load(path, allow_pickle=False) as data:
                 shared = {}

@@ -63,7 +63,11 @@ class Gains(Document, frozen=True, omit_defaults=True):
             raise InputError("the identified gains' matrix is no covariance: identify them again")
 
     def covariance(self, n: int) -> Array:
-        """Covariance of e_1 .. e_n, n x n; raises InputError if there are neither one nor n numbers."""
+        """Covariance of e_1 .. e_n, n x n.
+
+        Raises:
+            InputError: if there are neither one nor n numbers.
+        """
         if len(self.per_joint) not in (1, n):
             raise InputError(f"{len(self.per_joint)} uncertainties of drive gains for {n} joints: give 1 or {n}")
         own = np.broadcast_to(self.per_joint, (n,))
@@ -77,7 +81,12 @@ class Gains(Document, frozen=True, omit_defaults=True):
         return np.allclose(self.covariance(n), other.covariance(n), rtol=1e-9, atol=0.0)
 
     def reused(self, loaded: Sequence[Recording], unloaded: Sequence[Recording]) -> tuple[str, ...]:
-        """Note recordings that the gains were identified from and that are used again, one line each."""
+        """Note recordings that the gains were identified from and that are used again, one line each.
+
+        Args:
+            loaded: with the payload that is asked for.
+            unloaded: without, or the robot's own.
+        """
         with_load = self.recordings.get("loaded", ())
         again = [recording.source for recording in loaded if recording.fingerprint in with_load]
         if again:

@@ -21,7 +21,11 @@ STOP_RATIO = 1.02  # limit of the paper: the error's standard deviation over tha
 
 @dataclass(frozen=True)
 class SigmaRatio:
-    """The paper's rule: end before the error's standard deviation reaches ``limit`` times the first one."""
+    """The paper's rule: end before the error's standard deviation reaches ``limit`` times the first one.
+
+    Attributes:
+        limit: the ratio, above 1.
+    """
 
     limit: float = STOP_RATIO
 
@@ -43,7 +47,11 @@ class SigmaRatio:
 
 @dataclass(frozen=True)
 class SigmaBound:
-    """End at the first set whose relative standard deviations are all within ``limit``; the paper: .05 to .10."""
+    """End at the first set whose relative standard deviations are all within ``limit``.
+
+    Attributes:
+        limit: largest relative standard deviation, a fraction (the paper speaks of 0.05 to 0.10).
+    """
 
     limit: float = 0.10
 

@@ -218,7 +218,13 @@ class Estimate(Brief):
         return self.mapped(np.eye(len(self.names))[[self.names.index(name) for name in names]], names)
 
     def mapped(self, T: Array, names: Sequence[str] | None = None, shift: Array | None = None) -> Estimate:
-        """Transform to other parameters T x + shift, by default of the same names, with all their covariances."""
+        """Transform to other parameters T x + shift, with all their covariances.
+
+        Args:
+            T: k x c.
+            names: of the k; by default they keep their own.
+            shift: shape (k,); none by default.
+        """
         robust, S = self.robust, self.gain_sensitivity
         return replace(
             self,

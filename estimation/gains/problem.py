@@ -284,7 +284,11 @@ def gain_problem(
     mounting: Sequence[int] = (),
     settings: Settings = DEFAULTS,
 ) -> GainProblem:
-    """Process recordings whose ``torque`` holds motor currents [A] and reduce them, as ``identify_gains``."""
+    """Process recordings whose ``torque`` holds motor currents [A] and reduce them, as ``identify_gains``.
+
+    Raises:
+        InputError: if the recordings cannot be used, or there are not as many numbers as loaded recordings.
+    """
     description, robot = robot, robot.for_currents()
     if not unloaded:
         raise InputError("drive gains need recordings without and with the payload: give both")

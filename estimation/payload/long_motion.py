@@ -244,9 +244,12 @@ def payload_problem(
     known: Estimate | None = None,
     settings: Settings = DEFAULTS,
 ) -> LongMotion:
-    """Process recordings with and without payload and reduce them, as ``identify_payload``.
+    """Process recordings with and without payload and reduce them.
 
-    Where ``known`` has no robust standard deviations there are none of the payload.
+    Args:
+        unloaded: recordings without; for method 3 the k-th file is the same trajectory as the k-th of ``loaded``.
+        known: the robot's identified parameters, instead of or beside ``unloaded``; without robust standard
+            deviations of its own there are none of the payload.
 
     Raises:
         InputError: if a recording cannot be used.

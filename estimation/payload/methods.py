@@ -276,8 +276,9 @@ def with_robust(
 ) -> tuple[Estimate, str]:
     """Add the robust covariance to the estimate of a posed problem; give the reason where there is none.
 
-    ``estimate``: its result, where it is there already; ``rule``: by default the jackknife, with few blocks the
-    sandwich.
+    Args:
+        estimate: its result, where it is there already; its weights are kept.
+        rule: for the covariance; by default the jackknife where there are blocks enough, else the sandwich.
     """
     estimate = posed.solved() if estimate is None else estimate
     if rule == "formula":

@@ -222,7 +222,12 @@ def known_robot_weighing(
 def difference_weighing(
     robot: Robot, loaded: Sequence[Recording], unloaded: Sequence[Recording], settings: Settings = DEFAULTS
 ) -> ShortMotion:
-    """Weigh by torque differences (29) on one and the same motion; arguments as of ``weigh``."""
+    """Weigh by torque differences (29) on one and the same motion.
+
+    Args:
+        loaded: recordings of the motion with the payload.
+        unloaded: without it; one for all, or one for each of ``loaded`` in the same order.
+    """
     processing, progress = settings.processing_of(robot), settings.progress
     robot = without_dead(robot, [*loaded, *unloaded])
     check_recordings(robot, [*loaded, *unloaded])

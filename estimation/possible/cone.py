@@ -51,7 +51,13 @@ _MEANING = {  # of the solver's states
 
 
 class SolverError(RuntimeError):
-    """Error of the cone solver, which ended without a clean solution."""
+    """Error of the cone solver, which ended without a clean solution.
+
+    Attributes:
+        status: what the solver says.
+        demands: what the constraints demand, in text.
+        explanation: the status for those who do not know the solver.
+    """
 
     def __init__(self, status: str, demands: Sequence[str] = ()) -> None:
         """Say what may be the reason."""

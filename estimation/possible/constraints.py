@@ -49,6 +49,9 @@ class PossibleBody(Constraint):
 
     Nothing weaker will do: positive mass and a positive definite inertia still allow principal inertias that
     break the triangle inequality, which no distribution of mass has. Every estimate holds it, listed or not.
+
+    Attributes:
+        body: how texts call the body.
     """
 
     body: str = "payload"
@@ -61,7 +64,12 @@ class PossibleBody(Constraint):
 
 @dataclass(frozen=True)
 class MassBounds(Constraint):
-    """Bounds on the mass [kg]: low <= M <= high, which may be infinite."""
+    """Bounds on the mass: low <= M <= high.
+
+    Attributes:
+        low: smallest mass [kg].
+        high: largest mass [kg]; may be infinite.
+    """
 
     low: float = 0.0
     high: float = float("inf")
@@ -84,7 +92,12 @@ class MassBounds(Constraint):
 
 @dataclass(frozen=True)
 class KnownMass(Constraint):
-    """Weighed mass [kg]: a soft term ((M - mass) / sigma)^2, because scales err too, that nothing violates."""
+    """Weighed mass: a soft term ((M - mass) / sigma)^2, because scales err too, that nothing violates.
+
+    Attributes:
+        mass: what the scale shows [kg].
+        sigma: its standard deviation [kg].
+    """
 
     mass: float
     sigma: float
@@ -100,7 +113,12 @@ class KnownMass(Constraint):
 
 @dataclass(frozen=True)
 class CentreOfMassInBox(Constraint):
-    """Box along the frame's axes in which the centre of mass lies, by its lowest and highest corner [m], (3,)."""
+    """Box along the frame's axes in which the centre of mass lies.
+
+    Attributes:
+        low: smallest coordinates [m], shape (3,).
+        high: largest coordinates [m], shape (3,).
+    """
 
     low: ArrayLike
     high: ArrayLike
@@ -127,9 +145,13 @@ class CentreOfMassInBox(Constraint):
 class InEllipsoid(Constraint):
     """Ellipsoid in which all mass lies: tr(J Q) >= 0 for the pseudo-inertia J (Wensing, Kim and Slotine, 2018).
 
-    Q is the 4 x 4 matrix with [p 1] Q [p 1]' >= 0 for points p inside. Together with ``PossibleBody`` the condition
-    is necessary and sufficient. ``centre`` and ``semi_axes``: [m], shape (3,); the columns of ``rotation``, 3 x 3,
-    are the directions of the axes, by default the frame's.
+    Q is the 4 x 4 matrix with [p 1] Q [p 1]' >= 0 for points p inside. Together with ``PossibleBody`` the
+    condition is necessary and sufficient.
+
+    Attributes:
+        centre: of the ellipsoid [m], shape (3,).
+        semi_axes: half the lengths of its axes [m], shape (3,).
+        rotation: 3 x 3, its columns are the directions of the axes; the frame's own by default.
     """
 
     centre: ArrayLike

@@ -125,8 +125,10 @@ def profile_intervals(result: Possible) -> Intervals:
     The ten and the centre of mass are exact, one cone program for each end. The inertia at the centre of mass is
     found by repeated linearisation, which stays in the set and only ever gains. Principal moments, which repel each
     other where they should be equal, go by the delta method with room for that: simulated for a disc, a cube and a
-    body of three unequal moments it covers 89 to 100 %, the profile 72 to 99 %. Covariance and degrees of freedom
-    are those of the free estimate.
+    body of three unequal moments it covers 89 to 100 %, the profile 72 to 99 %.
+
+    ``result``: the nearest payload; the covariance and the degrees of freedom of its free estimate are those that
+    the intervals go by.
 
     Raises:
         SolverError: for anything but a clean solve.

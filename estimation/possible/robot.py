@@ -185,7 +185,10 @@ def solve_constrained_base(
     """Find the nearest base parameters of a robot that can exist.
 
     Every link can exist, friction and rotor inertias are not negative, and coupled drives share some. Nearest
-    by robust standard deviations where the estimate of all base parameters has them (``error_model``).
+    by robust standard deviations where the estimate has them (``error_model``).
+
+    ``estimate``: of all of them, in their order; ``total_mass``: bounds of the mass of all links together, where
+    known.
 
     Raises:
         InputError: if the estimate is not of these parameters, or its covariance does not determine them.
@@ -202,6 +205,9 @@ def build_constrained_base(
     Returns:
         The ``cvxpy.Problem``; the standard parameters by name and the pseudo-inertia of each link, 4 x 4, all
         expressions in SI units. What no torque shows of them is left to your own terms.
+
+    Raises:
+        InputError: if the estimate is not of these parameters, or its covariance does not determine them.
     """
     made = RobotProgram.of(robot, base, error_model(estimate), total_mass)
     problem, x, inertias = posed(made.program, made.scale)
@@ -283,10 +289,13 @@ class RobotPrior:
 
 
 def robot_prior(robot: Robot, total_mass: float | None = None) -> RobotPrior:
-    """Make the prior of a robot: the inertial parameters of its file, or cylinders of a total mass [kg].
+    """Make the prior of a robot: the inertial parameters of its file, or cylinders of a total mass.
 
     Without a stated mass, and where the file has no parameters, it is the fraction ``MOVING`` of the maker's mass
     of the whole arm, for that holds the base.
+
+    Args:
+        total_mass: of all moving links [kg]; asks for the cylinders even if the file has parameters.
 
     Raises:
         InputError: if none of them is there, the file holds only some of the parameters, or the mass is not
@@ -345,8 +354,14 @@ def solve_constrained_prior(
 ) -> PriorRobot:
     """Find the robot nearest to a prior among those that explain the data within a budget.
 
-    Links can exist, and drives hold the rules of ``solve_constrained_base``, as which it takes its arguments; the
-    distance is that of the links alone. chi2 may rise by ``budget`` above the constrained minimum.
+    Links can exist, and drives hold the rules of ``solve_constrained_base``; the distance is that of the links
+    alone. chi2 goes by robust standard deviations where the estimate has them (``error_model``).
+
+    Args:
+        estimate: of all of them, in their order.
+        prior: one body for each link.
+        budget: by which chi2 may rise above the constrained minimum.
+        total_mass: bounds of the mass of all links together, where known.
 
     Raises:
         InputError: if the estimate or the prior are not of this robot, or the budget is not positive.

@@ -179,8 +179,10 @@ def whole_robot(
     changes that no motion shows move it. Standard deviations are those of the identified base parameters.
 
     Args:
-        parameters: standard ones by name, the ten of every link; of its drives what is known.
-        estimate: of all base parameters; without it all numbers are the prior's.
+        parameters: its standard parameters by name, the ten of every link; of its drives what is known.
+        source: where they come from, in text.
+        base: its base parameters, where they were identified.
+        estimate: of all of them; without it all numbers are the prior's.
         prior: what decides where data do not, in text.
 
     Raises:

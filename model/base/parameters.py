@@ -16,14 +16,21 @@ _ROUNDING = 1e-10  # factor in a grouping below which it is rounding
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BaseParameters(Brief):
-    """The minimal parameters chi of (13)."""
+    """The minimal parameters chi of (13).
 
-    standard: tuple[str, ...]  # names of the standard parameters, N_s
-    chosen: tuple[int, ...]  # positions in ``standard`` of those that stand for a base parameter, N_b, rising
-    grouping: Array  # G, N_b x N_s: base parameters = G @ standard parameters, and W_s = W_base @ G
-    decided_by: Literal["closed form", "QR"] = "QR"  # what found them
-    # Each base parameter written with the robot's own lengths, "D3^2*(M3+M4) + ZZ1", N_b texts; empty where nothing
-    # symbolic is known.
+    Attributes:
+        standard: names of the standard parameters, N_s.
+        chosen: positions in ``standard`` of those that stand for a base parameter, N_b, rising.
+        grouping: G, N_b x N_s: base parameters = G @ standard parameters, and W_s = W_base @ G.
+        decided_by: what found them.
+        expressions: each base parameter written with the robot's own lengths, "D3^2*(M3+M4) + ZZ1", N_b texts;
+            empty where nothing symbolic is known.
+    """
+
+    standard: tuple[str, ...]
+    chosen: tuple[int, ...]
+    grouping: Array
+    decided_by: Literal["closed form", "QR"] = "QR"
     expressions: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -58,7 +65,11 @@ class BaseParameters(Brief):
     def groupings(self, symbolic: bool = False) -> tuple[str, ...]:
         """Write each base parameter as a sum: "XX2R = XX2 - YY2 - 0.2025 M3".
 
-        ``symbolic``: with the robot's own lengths, where there is such text: "XX2R = -D3^2*(M3+M4) + XX2 - YY2".
+        Args:
+            symbolic: with the robot's own lengths instead: "XX2R = -D3^2*(M3+M4) + XX2 - YY2".
+
+        Raises:
+            ValueError: if symbolic text is asked for and there is none.
         """
         if symbolic:
             if not self.expressions:

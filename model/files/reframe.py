@@ -19,11 +19,16 @@ from ..robot import SNAP_ANGLE, SNAP_LENGTH, Joint, Limits, Robot
 
 @dataclass(frozen=True)
 class JointAxis:
-    """A joint's axis at the zero pose, in the base's frame."""
+    """A joint's axis at the zero pose, in the base's frame.
+
+    Attributes:
+        direction: along the positive sense (right-hand rule), of any length but zero.
+        point: a point on the axis [m].
+    """
 
     kind: Literal["revolute", "prismatic"]
-    direction: tuple[float, float, float]  # along the positive sense (right-hand rule), of any length but zero
-    point: tuple[float, float, float]  # a point on the axis [m]
+    direction: tuple[float, float, float]
+    point: tuple[float, float, float]
     limits: Limits = Limits()
 
     def __post_init__(self) -> None:
@@ -42,7 +47,9 @@ def modified_dh(axes: Sequence[JointAxis], flange: Pose) -> Robot:
     Frame 0 is the base wherever the first axis allows it, frame n the flange wherever the last one does; axes
     within 1e-4 rad of parallel, or 1e-6 m of meeting, are taken as such.
 
-    ``axes``: of the joints 1 to n; ``flange``: at the zero pose, in the base.
+    Args:
+        axes: of the joints 1 to n at the zero pose, in the base.
+        flange: the flange at the zero pose, in the base.
     """
     lines = list[_Line]()
     for axis in axes:

@@ -109,7 +109,9 @@ _read_shipped = cache(_read)  # once a process: a search over all of them asks a
 def robot_toml(robot: Robot, source: str = "") -> str:
     """Write a robot's description as the text of a TOML file, as ``load_robot`` reads it.
 
-    Frames of a URDF it came from are not kept. ``source``: where its numbers come from.
+    Args:
+        robot: the robot; frames of a URDF it came from are not kept.
+        source: where its numbers come from.
     """
     table = given(RobotTable.of(robot, source))
     table["joints"] = [{"alpha_deg": 0.0} | joint for joint in table["joints"]]

@@ -112,3 +112,17 @@ def test_estimation_has_one_thread_whatever_the_caller_has() -> None:
         before = threads()
         assert set(one_thread()(threads)()) == {1}
         assert threads() == before
+
+
+def test_overlapping_calls_give_the_threads_back_when_the_last_one_ends() -> None:
+    def threads() -> set[int]:
+        return {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
+
+    with threadpool_limits(2, "blas"):
+        before, first, second = threads(), one_thread(), one_thread()
+        first.__enter__()
+        second.__enter__()
+        first.__exit__(None, None, None)
+        assert threads() == {1}
+        second.__exit__(None, None, None)
+        assert threads() == before

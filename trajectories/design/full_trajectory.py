@@ -160,8 +160,12 @@ def speed_ladder(
     Args:
         bearing: the problem whose torque limits hold for each payload of a set.
         payloads: what is known before the first run.
+        motion: at full speed.
         expected: mass of the payload expected [kg].
         sigma: predicted standard deviation of the mass after a run [kg].
+
+    Raises:
+        InputError: if even a slow run breaks a limit, or the runs do not tell enough to get faster.
     """
     rungs: list[Rung] = []
     mass, last = payloads.mass, 0.0

@@ -60,35 +60,46 @@ class Earlier(Brief):
     """Information of earlier recordings: R of a QR decomposition of their observation matrix.
 
     For "d" and "a" the rows of W are divided by the joints' torque noise, for condition numbers they are not.
+
+    Attributes:
+        columns: names of the columns, c.
+        factor: k x c.
     """
 
-    columns: tuple[str, ...]  # names of the columns, c
-    factor: Array  # k x c
+    columns: tuple[str, ...]
+    factor: Array
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Goal(Brief):
-    """Parameters to be learnt, and how their uncertainty is measured."""
+    """Parameters to be learnt, and how their uncertainty is measured.
 
-    criterion: Kind = "d"  # "d", "a", "cond" or "cond-scaled"; see criterion.py
-    # Names of the parameters that will be estimated; None for all base parameters.
+    Attributes:
+        criterion: "d", "a", "cond" or "cond-scaled"; see criterion.py.
+        columns: names of the parameters that will be estimated; None for all base parameters.
+        payload_only: the last link's ten inertial parameters instead, the robot being known.
+        interest: the parameters that count ("d" and "a"), the others being estimated besides; None for all.
+        reference: values that standard deviations are relative to, by name; "a" needs them.
+        noise: standard deviation of the torque noise of a recording per joint [N·m or N], shape (n,); None for
+            ``assumed_noise``, inf for a joint whose torque is not used.
+        rate: independent samples per second that will be recorded [Hz].
+        noise_from: source of the noise, in words.
+        data_length: how long will be recorded, the motion being repeated [s]; None for one motion as it is.
+        offsets: whether ``columns`` may name constant torques of the joints, though the robot has none of its own.
+        paired: whether torques are differences of two recordings, as those of a payload alone always are.
+    """
+
+    criterion: Kind = "d"
     columns: tuple[str, ...] | None = None
-    payload_only: bool = False  # the last link's ten inertial parameters instead, the robot being known
-    # The parameters that count ("d" and "a"), the others being estimated besides; None for all.
+    payload_only: bool = False
     interest: tuple[str, ...] | None = None
-    # Values that standard deviations are relative to, by name; "a" needs them.
     reference: Mapping[str, float] | None = None
-    # Standard deviation of the torque noise of a recording per joint [N·m or N], shape (n,); None for
-    # ``assumed_noise``, inf for a joint whose torque is not used.
     noise: ArrayLike | None = None
-    rate: float = INDEPENDENT  # independent samples per second that will be recorded [Hz]
-    noise_from: str = "as given"  # source of the noise, in words
-    # How long will be recorded, the motion being repeated [s]; None for one motion as it is.
+    rate: float = INDEPENDENT
+    noise_from: str = "as given"
     data_length: float | None = None
     earlier: Earlier | None = None
-    # Whether ``columns`` may name constant torques of the joints, though the robot has none of its own.
     offsets: bool = False
-    # Whether torques are differences of two recordings, as those of a payload alone always are.
     paired: bool = False
 
     def __post_init__(self) -> None:
@@ -133,13 +144,20 @@ class NearGoal(Brief):
 
     They move all the time as a ``NearShape`` says, or stand still as a ``StaticShape`` does, where each approach to
     a pose is one sample.
+
+    Attributes:
+        noise: standard deviation of a torque sample of a recording per joint [N·m or N], shape (n,).
+        rate: independent torque samples per second [Hz]; of a ``StaticShape`` one in the time that a pose is held.
+        expected: about what the payload is; what is predicted depends on it.
+        mass_sigma: of the scale on which the payload was weighed [kg]; None where it was not.
+        noise_from: source of the noise, in words.
     """
 
-    noise: Array  # standard deviation of a torque sample of a recording per joint [N·m or N], shape (n,)
-    rate: float  # independent torque samples per second [Hz]; of a ``StaticShape`` one while a pose is held
-    expected: InertialParameters  # about what the payload is; what is predicted depends on it
-    mass_sigma: float | None = None  # of the scale on which the payload was weighed [kg]; None where it was not
-    noise_from: str = "as given"  # source of the noise, in words
+    noise: Array
+    rate: float
+    expected: InertialParameters
+    mass_sigma: float | None = None
+    noise_from: str = "as given"
 
     def with_friction(self, robot: Robot, shape: Shape, family: Family) -> Goal:
         """Extend the goal to all that such motions tell apart: of the payload, and of friction.

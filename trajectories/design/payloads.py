@@ -42,11 +42,18 @@ Region = Literal["ball", "cube"]  # region that holds a body: an ellipsoid or a 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PayloadSet(Brief):
-    """Set of every body of at most a mass within an ellipsoid or a box, and of no body at all."""
+    """Set of every body of at most a mass within an ellipsoid or a box, and of no body at all.
 
-    mass: float  # largest mass [kg]
-    centre: Array  # of the region [m], shape (3,)
-    axes: Array  # half axes of the ellipsoid, or half edges of the box, as columns [m], 3 x 3
+    Attributes:
+        mass: largest mass [kg].
+        centre: of the region [m], shape (3,).
+        axes: half axes of the ellipsoid, or half edges of the box, as columns [m], 3 x 3.
+        region: "ball" for the ellipsoid, "cube" for the box.
+    """
+
+    mass: float
+    centre: Array
+    axes: Array
     region: Region = "ball"
 
     def __post_init__(self) -> None:

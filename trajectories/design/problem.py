@@ -35,16 +35,22 @@ _WRIST = 3  # links before the flange that the ball of the payloads may overlap
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DesignProblem(Brief):
-    """Problem that ``solve_design`` solves; made by ``build_design``."""
+    """Problem that ``solve_design`` solves; made by ``build_design``.
+
+    Attributes:
+        family: the motions among which to choose.
+        scene: what the motion keeps clear of, the ball of ``payloads`` included.
+        payloads: the set for each body of which the torque limits hold, in the last link's frame.
+    """
 
     robot: Robot
     bounds: JointBounds
-    family: Family  # the motions among which to choose
+    family: Family
     goal: Goal
     kernel: RegressorKernel
     limits: tuple[Limit, ...]
-    payloads: PayloadSet | None = None  # for each body of which the torque limits hold, in the last link's frame
-    scene: Scene | None = None  # what the motion keeps clear of, the ball of ``payloads`` included
+    payloads: PayloadSet | None = None
+    scene: Scene | None = None
 
     def __post_init__(self) -> None:
         _ = self.criterion, self.noise, self.earlier
@@ -211,16 +217,21 @@ class DesignProblem(Brief):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Loads(Brief):
-    """Loads: parameters that torque limits are computed from."""
+    """Loads: parameters that torque limits are computed from.
 
-    parameters: Mapping[str, float]  # standard or base parameters of the robot by name
-    # The heaviest payload expected, in the last link's frame; the limits then hold without and with it. A set: they
-    # hold for each of its bodies, and without any.
+    Attributes:
+        parameters: standard or base parameters of the robot by name.
+        heaviest: the heaviest payload expected, in the last link's frame; the limits then hold without and
+            with it. A set: they hold for each of its bodies, and without any.
+        covariance: of ``parameters`` in their order; None where they are taken as exact. It counts for a set, by
+            two standard deviations of the robot's own torque.
+        margin: fraction of the torque limits that stays free.
+    """
+
+    parameters: Mapping[str, float]
     heaviest: InertialParameters | PayloadSet | None = None
-    # Of ``parameters`` in their order; None where they are taken as exact. It counts for a set, by two standard
-    # deviations of the robot's own torque.
     covariance: Array | None = None
-    margin: float = 0.0  # fraction of the torque limits that stays free
+    margin: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "parameters", dict(self.parameters))

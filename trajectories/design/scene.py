@@ -69,7 +69,15 @@ class HalfSpace(Table, frozen=True):
 
 
 class Scene(Table, frozen=True):
-    """Scene of bodies, surfaces and the pairs that must stay apart."""
+    """Scene of bodies, surfaces and the pairs that must stay apart.
+
+    Attributes:
+        bodies: on the links and in the world.
+        surfaces: floor and walls; every body of a link keeps clear of all, except ``may_touch``.
+        pairs: names of bodies that keep clear of each other.
+        may_touch: (body, surface) pairs that need not.
+        clearance: smallest distance [m].
+    """
 
     advice: ClassVar[Mapping[str, str]] = {
         "bodies": "must be tables [[bodies]]",
@@ -79,11 +87,11 @@ class Scene(Table, frozen=True):
         "clearance": "must be a number [m]",
     }
 
-    bodies: tuple[Capsule, ...] = ()  # on the links and in the world
-    surfaces: tuple[HalfSpace, ...] = ()  # floor and walls; every body of a link keeps clear of all
-    pairs: _Pairs = ()  # names of bodies that keep clear of each other
-    may_touch: _Pairs = ()  # names of bodies and surfaces that need not
-    clearance: Real = 0.0  # smallest distance [m]
+    bodies: tuple[Capsule, ...] = ()
+    surfaces: tuple[HalfSpace, ...] = ()
+    pairs: _Pairs = ()
+    may_touch: _Pairs = ()
+    clearance: Real = 0.0
 
     def __post_init__(self) -> None:
         names = [body.name for body in self.bodies] + [surface.name for surface in self.surfaces]

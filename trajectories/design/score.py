@@ -38,13 +38,15 @@ class Learnt(NamedTuple):
 class Score(Brief):
     """Score of a motion, whatever the criterion it was designed for.
 
-    ``value``: of the goal's criterion without surrogate, for one second of data or the goal's data length: small is
-    good.
+    Attributes:
+        value: of the goal's criterion without surrogate, for one second of data or the goal's data length: small
+            is good.
+        problem: by whose goal and limits it was judged.
     """
 
     value: float
     limits: tuple[LimitCheck, ...]
-    problem: DesignProblem  # by whose goal and limits it was judged
+    problem: DesignProblem
     samples: Samples
 
     @property

@@ -48,17 +48,26 @@ Progress = Callable[[str, float | None, int], None]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Design(Speaks, Brief):
-    """The most informative motion that was found."""
+    """The most informative motion that was found.
+
+    Attributes:
+        plan: the motion: ``ViaPoints`` or ``Fourier``.
+        score: its criterion, what it teaches, its limits; exact sign, fine grid.
+        seed, starts: where the search began; after a quarter of its time it begins at no further start.
+        evaluations: of criterion and gradient.
+        cpu_s: processor time of the search [s].
+        interrupted: whether it was stopped before its end, by Ctrl-C or after 300 s of processor time.
+        missed: limits that the full trajectory misses, between samples of ``score`` and on ways between poses.
+    """
 
     problem: DesignProblem
-    plan: Plan  # the motion: ``ViaPoints`` or ``Fourier``
-    score: Score  # its criterion, what it teaches, its limits; exact sign, fine grid
-    seed: int  # of the random starts
-    starts: int  # random ones; after a quarter of its time a search begins at no further one
-    evaluations: int  # of criterion and gradient
-    cpu_s: float  # processor time of the search [s]
-    interrupted: bool = False  # whether it was stopped before its end, by Ctrl-C or after 300 s of processor time
-    # Limits that the full trajectory misses, between samples of ``score`` and on ways between poses.
+    plan: Plan
+    score: Score
+    seed: int
+    starts: int
+    evaluations: int
+    cpu_s: float
+    interrupted: bool = False
     missed: tuple[LimitCheck, ...] = ()
 
     @property

@@ -41,13 +41,20 @@ def sample_count(duration: float, rate: float) -> int:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class JointBounds(Brief):
-    """Limits of all joints, each of shape (n,)."""
+    """Limits of all joints, each of shape (n,).
 
-    low: Array  # positions [rad or m]
+    Attributes:
+        low, high: positions [rad or m].
+        speed: [rad/s or m/s].
+        acceleration: [rad/s^2 or m/s^2].
+        torque: [N·m or N], infinite where there is none.
+    """
+
+    low: Array
     high: Array
-    speed: Array  # [rad/s or m/s]
-    acceleration: Array  # [rad/s^2 or m/s^2]
-    torque: Array  # [N·m or N], infinite where there is none
+    speed: Array
+    acceleration: Array
+    torque: Array
 
     @staticmethod
     def of(

@@ -43,14 +43,21 @@ class Fourier(Plan, Brief):
     """Motion along equal periods of a Fourier series at one or two poses, at rest before and after each.
 
     Between poses it goes on straight lines in joint space, and at the end back to the first.
+
+    Attributes:
+        poses: where each series begins and ends [rad or m], poses x n.
+        a, b: speed amplitudes of sine and cosine terms [rad/s or m/s], poses x n x harmonics.
+        period: of the series [s].
+        repeats: periods at each pose.
+        transfer: duration of the way from one pose to the other [s]; 0 with one pose.
     """
 
-    poses: Array  # where each series begins and ends [rad or m], poses x n
-    a: Array  # speed amplitudes of the sine terms [rad/s or m/s], poses x n x harmonics
-    b: Array  # and of the cosine terms
-    period: float  # of the series [s]
-    repeats: int = 1  # periods at each pose
-    transfer: float = 0.0  # duration of the way from one pose to the other [s]; 0 with one pose
+    poses: Array
+    a: Array
+    b: Array
+    period: float
+    repeats: int = 1
+    transfer: float = 0.0
 
     def __post_init__(self) -> None:
         shape = np.shape(self.a)
@@ -90,11 +97,16 @@ class Fourier(Plan, Brief):
 
 @dataclass(frozen=True)
 class FourierShape:
-    """Shape of a Fourier series of a fixed duration."""
+    """Shape of a Fourier series of a fixed duration.
+
+    Attributes:
+        duration: period [s].
+        start: where it begins and ends [rad or m], n numbers; None for anywhere.
+    """
 
     harmonics: int = 5
-    duration: float = 10.0  # period [s]
-    start: tuple[float, ...] | None = None  # where it begins and ends [rad or m], n numbers; None for anywhere
+    duration: float = 10.0
+    start: tuple[float, ...] | None = None
 
     samples = 24  # per period of the highest harmonic while optimising
     span = 0.5  # of range, speed and acceleration that a random motion uses at first
@@ -116,12 +128,19 @@ class FourierShape:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class NearShape(Brief):
-    """Shape of a motion about one pose or two."""
+    """Shape of a motion about one pose or two.
 
-    poses: Array  # where the robot stands [rad or m], shape (1 or 2, n)
-    joints: tuple[int, ...]  # numbers of the joints that move
-    ranges: Array  # how far each of them goes to either side [rad or m], shape (k,)
-    duration: float  # of the motion, the ways between two poses included [s]
+    Attributes:
+        poses: where the robot stands [rad or m], shape (1 or 2, n).
+        joints: numbers of the joints that move.
+        ranges: how far each of them goes to either side [rad or m], shape (k,).
+        duration: of the motion, the ways between two poses included [s].
+    """
+
+    poses: Array
+    joints: tuple[int, ...]
+    ranges: Array
+    duration: float
 
     harmonics, samples, span = 8, 16, 0.7  # as of a ``FourierShape``
     mass_alike = 1.0

@@ -19,13 +19,22 @@ _STRETCH = 1.02  # steps in which moves too short for their ramps are made longe
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PointToPoint(Plan, Brief):
-    """Motion through points by synchronised moves."""
+    """Motion through points by synchronised moves.
 
-    points: Array  # positions [rad or m], shape (K, n)
-    durations: Array  # of the moves, from the middle of the ramp up to that of the ramp down [s], shape (K - 1,)
-    ramps: Array  # durations of the ramps up and down of each move [s], shape (K - 1, 2)
-    blend: float = 1.0  # part of a ramp for which moves overlap at a via point: 1 passes it at speed, 0 stops there
-    smoothing: float = 0.25  # part of a ramp in which its acceleration rises, and again falls; in (0, 0.5]
+    Attributes:
+        points: positions [rad or m], shape (K, n).
+        durations: of the moves, from the middle of a ramp up to the middle of the ramp down [s], shape (K - 1,).
+        ramps: durations of the ramps up and down of each move [s], shape (K - 1, 2).
+        blend: part of a ramp for which the moves before and after a via point overlap: 1 passes it at speed, 0
+            stops there.
+        smoothing: part of a ramp in which its acceleration rises, and again falls; in (0, 0.5].
+    """
+
+    points: Array
+    durations: Array
+    ramps: Array
+    blend: float = 1.0
+    smoothing: float = 0.25
 
     def __post_init__(self) -> None:
         moves = len(self.points) - 1

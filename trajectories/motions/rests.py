@@ -29,15 +29,24 @@ _SIDES = np.array([-1.0, 0.0, 1.0, 0.0])  # of a pose, by approaches: from below
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StaticShape(Brief):
-    """Shape of a motion that stands still in some poses, each reached from below and from above."""
+    """Shape of a motion that stands still in some poses, each reached from below and from above.
 
-    start: Array  # where it begins and ends; joints that do not move stay there [rad or m], shape (n,)
-    joints: tuple[int, ...]  # numbers of the joints that move, k
-    low: Array  # positions that they keep to [rad or m], shape (k,)
+    Attributes:
+        start: where it begins and ends; joints that do not move stay there [rad or m], shape (n,).
+        joints: numbers of the joints that move, k.
+        low, high: positions that they keep to [rad or m], shape (k,).
+        approach: small move of each of them to a pose [rad or m], shape (k,).
+        count: number of poses.
+        hold: time at rest after each approach [s].
+    """
+
+    start: Array
+    joints: tuple[int, ...]
+    low: Array
     high: Array
-    approach: Array  # small move of each of them to a pose [rad or m], shape (k,)
-    count: int = 8  # number of poses
-    hold: float = 1.5  # time at rest after each approach [s]
+    approach: Array
+    count: int = 8
+    hold: float = 1.5
 
     mass_alike = 0.5  # at rest a mass twice as sure costs the centre of mass of most arms little
 
@@ -53,7 +62,7 @@ class StaticShape(Brief):
 
     @property
     def poses(self) -> Array:
-        """Where the robot stands before [rad or m], shape (1, n)."""
+        """Pose in which the robot waits before [rad or m], shape (1, n)."""
         return self.start[None]
 
     def family(self, robot: Robot, bounds: JointBounds) -> "FreeRests":

@@ -69,9 +69,15 @@ class Trapezoid:
 
     It rests at both ends. All joints follow one law q0 + (q1 - q0) f(t / T). Its acceleration is constant in each
     phase and steps between them.
+
+    Attributes:
+        ramp: fraction of the time that each of the two ramps takes, above 0, at most 0.5 (no constant speed then).
+
+    Raises:
+        InputError: if the ramp is out of range.
     """
 
-    ramp: float = 0.25  # fraction of the time that each of the two ramps takes, at most 0.5: no constant speed then
+    ramp: float = 0.25
 
     name = "trapezoid"
     passes = False
@@ -141,13 +147,21 @@ def _segments(p: Array, v: Array, a: Array, T: Array, segment: Segment = QUINTIC
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ViaPoints(Plan, Brief):
-    """Motion through via points: the durations between them, and the speeds and accelerations there."""
+    """Motion through via points: the durations between them, and the speeds and accelerations there.
 
-    points: Array  # positions [rad or m], shape (points, n)
-    durations: Array  # of the segments [s], shape (points - 1,)
-    speeds: Array | None = None  # at the points [rad/s or m/s], shape (points, n); None for rest in each
-    accelerations: Array | None = None  # at the points [rad/s^2 or m/s^2], shape (points, n); None for zero
-    segment: Segment = QUINTIC  # how it goes from point to point
+    Attributes:
+        points: positions [rad or m], shape (points, n).
+        durations: of the segments [s], shape (points - 1,).
+        speeds: at the points [rad/s or m/s], shape (points, n); None for rest in each.
+        accelerations: at the points [rad/s^2 or m/s^2], shape (points, n); None for zero.
+        segment: how it goes from point to point.
+    """
+
+    points: Array
+    durations: Array
+    speeds: Array | None = None
+    accelerations: Array | None = None
+    segment: Segment = QUINTIC
 
     def __post_init__(self) -> None:
         shape = np.shape(self.points)
@@ -176,14 +190,22 @@ class ViaPoints(Plan, Brief):
 
 @dataclass(frozen=True)
 class ViaPointShape:
-    """Shape of a motion through via points."""
+    """Shape of a motion through via points.
+
+    Attributes:
+        passing: whether it passes the inner points, or rests in each.
+        fixed: the times from point to point themselves [s], count - 1 of them or one for all; None for free.
+        longest: time that the whole motion may take [s]; None for any.
+        start: where it begins [rad or m], n numbers; None for anywhere.
+        segment: ``Quintic()``, or ``Trapezoid(ramp)``, which rests in each point.
+    """
 
     count: int = 14
-    passing: bool = True  # whether it passes the inner points, or rests in each
-    fixed: float | tuple[float, ...] | None = None  # times from point to point [s], or one for all; None for free
-    segment: Segment = QUINTIC  # or ``Trapezoid(ramp)``, which rests in each point
-    longest: float | None = None  # time that the whole motion may take [s]; None for any
-    start: tuple[float, ...] | None = None  # where it begins [rad or m], n numbers; None for anywhere
+    passing: bool = True
+    fixed: float | tuple[float, ...] | None = None
+    segment: Segment = QUINTIC
+    longest: float | None = None
+    start: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
         _check_count(self.count)
@@ -363,13 +385,19 @@ class SampledTrajectory(Plan, Brief):
 
     With speeds and accelerations a quintic between samples, with speeds alone a cubic, with neither the quintic
     spline that starts and ends at rest.
+
+    Attributes:
+        t: times [s], shape (N,), rising; counted from the first.
+        q: positions [rad or m], shape (N, n).
+        qd, qdd: speeds and accelerations there, shape (N, n), or None.
+        source: name for messages.
     """
 
-    t: Array  # times [s], shape (N,), rising; counted from the first
-    q: Array  # positions [rad or m], shape (N, n)
-    qd: Array | None = None  # speeds there, as q
-    qdd: Array | None = None  # accelerations there, as q
-    source: str = "trajectory"  # name for messages
+    t: Array
+    q: Array
+    qd: Array | None = None
+    qdd: Array | None = None
+    source: str = "trajectory"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "t", np.asarray(self.t) - self.t[0])

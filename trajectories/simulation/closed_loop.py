@@ -49,14 +49,22 @@ class Controller:
     what the payload adds: the arm sags until the position error holds it, by its torque / (J kp kv). The loops
     see the exact positions and speeds: a step of the encoder of 1e-5 rad changes the torque by far less than the
     recorded noise.
+
+    Attributes:
+        position: kp [1/s].
+        speed: kv [1/s].
+        integral: ki [1/s^2].
+        feed_forward: fraction of the model's torque that is fed forward.
+        compensates: whether that is the torque of the whole motion, or only what holds the reference pose at rest.
+        rate: samples a second that it records [Hz].
     """
 
-    position: float = 100.0  # kp [1/s]
-    speed: float = 450.0  # kv [1/s]
-    integral: float = 30000.0  # ki [1/s^2]
-    feed_forward: float = 1.0  # fraction of the model's torque that is fed forward
-    compensates: Literal["motion", "gravity"] = "motion"  # all of that, or what holds the pose at rest
-    rate: float = 250.0  # samples a second that it records [Hz]
+    position: float = 100.0
+    speed: float = 450.0
+    integral: float = 30000.0
+    feed_forward: float = 1.0
+    compensates: Literal["motion", "gravity"] = "motion"
+    rate: float = 250.0
 
     def __post_init__(self) -> None:
         if not (self.position > 0.0 and self.speed > 0.0 and self.integral >= 0.0):
@@ -100,13 +108,19 @@ CONTROLLERS = {
 
 
 class Task(NamedTuple):
-    """Run to be simulated."""
+    """Run to be simulated.
 
-    name: str  # of the recording
-    reference: Plan  # what the robot is to do
-    payload: InertialParameters | None = None  # fixed to the last link, in the robot's payload frame
-    # Dry friction at each sample [N·m or N], columns as ``dry_friction_names``; the last row holds on. None for the
-    # robot's own at all times.
+    Attributes:
+        name: of the recording.
+        reference: what the robot is to do.
+        payload: fixed to the last link, in the robot's payload frame.
+        friction: dry friction at each sample [N·m or N], at least (samples, names) with the columns of
+            ``dry_friction_names``; the last row holds on. None for the robot's own at all times.
+    """
+
+    name: str
+    reference: Plan
+    payload: InertialParameters | None = None
     friction: Array | None = None
 
 
@@ -287,14 +301,21 @@ class SimulatedRun(Brief):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Experiment(Brief):
-    """Runs of one robot with what disturbs it."""
+    """Runs of one robot with what disturbs it.
 
-    robot: Robot  # its parameters are the truth, dry friction on average over all times
+    Attributes:
+        robot: the robot; its parameters are the truth, dry friction on average over all times.
+        phases, gains: of the ripple and of the drives, as ``draw_robot_errors`` gives them.
+        seed: of everything that was drawn.
+        runs: in the order of the tasks.
+    """
+
+    robot: Robot
     disturbances: Disturbances
-    phases: Array  # of the ripple, as ``draw_robot_errors`` gives them
-    gains: Array  # of the drives, likewise
-    seed: int  # of everything that was drawn
-    runs: tuple[SimulatedRun, ...]  # in the order of the tasks
+    phases: Array
+    gains: Array
+    seed: int
+    runs: tuple[SimulatedRun, ...]
 
     def again(self, disturbances: Disturbances) -> "Experiment":
         """Record the same runs again with other errors of measurement.

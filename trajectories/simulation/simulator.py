@@ -32,7 +32,8 @@ def _torque_code(robot: Robot) -> Kernel:
 class Simulator(Brief):
     """Simulates recordings by the inverse dynamics of one robot with known parameters.
 
-    What the robot's description lacks is completed ``with_stand_in``, and a warning says by what.
+    Attributes:
+        robot: by its description; what that lacks is completed ``with_stand_in``, and a warning says by what.
 
     >>> motion = random_via_points(robot, count=8, seed=0).motion(rate=100.0)
     >>> Simulator(robot).record(motion, body).torque.shape == motion.q.shape
@@ -72,8 +73,13 @@ class Simulator(Brief):
     ) -> Recording:
         """Record positions and torques on a motion, torques with white noise and to an exact scale.
 
-        ``payload``: fixed to the last link, in the robot's payload frame; ``noise``: standard deviation per joint
-        [N·m or N]; ``source``: name of the recording; ``parameters``: of a twin of the robot, else its own.
+        Args:
+            motion: what the robot does, exactly.
+            payload: fixed to the last link, given in the robot's payload frame.
+            noise: standard deviation of the torque noise per joint [N·m or N]; None for none.
+            seed: of the noise.
+            source: name of the recording.
+            parameters: of a twin of the robot; the robot's own by default.
         """
         torque = np.array(self.measure(motion, payload, parameters).torque)
         if noise is not None:
@@ -91,17 +97,28 @@ class Disturbances(Brief):
 
     Ripple and the level of dry friction act on the moving robot; the rest on what its controller writes down.
     Torques in N·m or N, one number per joint.
+
+    Attributes:
+        white: standard deviation of the torque's noise, independent from sample to sample.
+        slow: standard deviation of a torque noise with exponential memory.
+        slow_memory: its correlation time [s].
+        ripple: amplitude of a torque that is periodic in the joint's position, for each of ``waves`` alike.
+        waves: periods per turn [1 per 2 pi rad or 2 pi m].
+        friction: standard deviation of the level of dry friction, relative to its mean.
+        friction_memory: correlation time of the level [s].
+        encoder: step of the recorded positions [rad or m].
+        gain_error: standard deviation of the joints' drive gains, relative.
     """
 
-    white: tuple[float, ...]  # standard deviation of the torque's noise, independent from sample to sample
-    slow: tuple[float, ...]  # standard deviation of a torque noise with exponential memory
-    ripple: tuple[float, ...]  # amplitude of a torque that is periodic in the position, for each of ``waves`` alike
-    slow_memory: float = 0.8  # correlation time of ``slow`` [s]
-    waves: tuple[int, ...] = (8, 36)  # periods per turn [1 per 2 pi rad or 2 pi m]
-    friction: float = 0.0  # standard deviation of the level of dry friction, relative to its mean
-    friction_memory: float = 2.0  # correlation time of the level [s]
-    encoder: float = 0.0  # step of the recorded positions [rad or m]
-    gain_error: float = 0.0  # standard deviation of the joints' drive gains, relative
+    white: tuple[float, ...]
+    slow: tuple[float, ...]
+    ripple: tuple[float, ...]
+    slow_memory: float = 0.8
+    waves: tuple[int, ...] = (8, 36)
+    friction: float = 0.0
+    friction_memory: float = 2.0
+    encoder: float = 0.0
+    gain_error: float = 0.0
 
     def __post_init__(self) -> None:
         if not len(self.white) == len(self.slow) == len(self.ripple):

@@ -173,7 +173,7 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
 
 
 def _course(result: NearResult, mass: float) -> tuple[str, str, str, list[str], str]:
-    """What it is, the options that write it, the command that takes it, what its errors are, how long it takes."""
+    """Describe a motion: its name, the options that write it, its command, its errors, and how long it takes."""
     problem, plan, shape = result.design.problem, result.design.plan, result.shape
     if isinstance(shape, StaticShape):
         share, course = result.spread.mass / mass, "poses are held {:g} s after moves from below and above"
