@@ -231,7 +231,7 @@ def weigh_at_rest(
 
 
 def _described(robot: Robot, known: RobotResult | Estimate | None) -> tuple[Robot, Estimate | None]:
-    """Describe the robot as an earlier identification did, which must be of this one, and take its parameters."""
+    """Describe the robot as an earlier identification of it did, and take its parameters."""
     if isinstance(known, RobotResult):
         return known.applied_to(robot), known.estimate
     if known is not None and not isinstance(known, Estimate):

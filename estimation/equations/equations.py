@@ -130,8 +130,9 @@ class Equations(Brief):
         rest = [k for k in range(len(self.columns)) if k not in gone]
         factors, ranks, shared = [], [], dict[tuple[int, int], Array]()
         for j, factor in enumerate(self.factors):
-            others, levels = self._shared_of(j), np.zeros((len(factor), len(anchors)))
-            rows = np.column_stack([factor[:, [*gone, *rest]], levels, factor[:, -1], *others.values()])
+            others, levels = [key for key in self.shared if key[0] == j], np.zeros((len(factor), len(anchors)))
+            apart = [self.shared[key] for key in others]
+            rows = np.column_stack([factor[:, [*gone, *rest]], levels, factor[:, -1], *apart])
             for k, anchor in enumerate(anchors):
                 if anchor.joint == j:  # stiffness (parameter - level) = 0, one more row
                     row = np.zeros(rows.shape[1])
@@ -149,9 +150,6 @@ class Equations(Brief):
             tuple(max(rows - gone, 0.0) for rows, gone in zip(self.effective_rows, ranks, strict=True)),
             shared,
         )
-
-    def _shared_of(self, joint: int) -> dict[tuple[int, int], Array]:
-        return {key: torque for key, torque in self.shared.items() if key[0] == joint}
 
     @property
     def whole(self) -> "Equations":
@@ -231,7 +229,7 @@ class Equations(Brief):
 
     @property
     def equations(self) -> int:
-        """Number of equations r."""
+        """Number of equations."""
         return sum(self.rows)
 
     def condition_numbers(self) -> tuple[float, float]:
@@ -306,7 +304,7 @@ def merged(parts: Iterable[Equations]) -> Equations:
         raise ValueError("equations of robots with different coupled drives or springs cannot be merged")
     factors, shared = [], dict[tuple[int, int], Array]()
     for j in range(len(first.factors)):
-        keys = first._shared_of(j)
+        keys = [key for key in first.shared if key[0] == j]
         rows = np.vstack([np.column_stack([p.factors[j], *(p.shared[key] for key in keys)]) for p in parts])
         factor, others = compressed(rows, len(keys))
         factors.append(factor)

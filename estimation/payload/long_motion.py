@@ -307,10 +307,10 @@ def long_motion(
     loads, chi = dict[str, tuple[Equations, list[Observation]]](), np.zeros(len(base.columns))
     of_unloaded, of_loaded = ([used(data, processing) for data in group] for group in (unloaded, loaded))
     if unloaded:
-        loads["unloaded"], chi = under_own_load(observer.only(base.columns), lambda own: recorded(own, of_unloaded))
+        loads["unloaded"], chi = under_own_load(observer.only(base.columns), of_unloaded)
     elif known is not None:
         chi = known.values
-    loads["loaded"], values = under_own_load(both, lambda own: recorded(own, of_loaded), chi)
+    loads["loaded"], values = under_own_load(both, of_loaded, chi)
     if pairs:
         loads["difference"] = _changes(observer.at(values), base, pairs, loads["unloaded"][0], processing)
     parts: dict[str, Any] = {name: equations for name, (equations, _) in loads.items()}
