@@ -191,10 +191,11 @@ def weigh(
     one for each of ``loaded`` in the same order.
 
     Raises:
-        InputError: if the recordings cannot be used, or nothing shows the mass. SolverError: if no body that holds
-        the constraints comes near the data.
+        InputError: if the recordings cannot be used, or nothing shows the mass.
+        SolverError: if no body that holds the constraints comes near the data.
 
-    >>> f"{weigh(robot, loaded, unloaded).mass.value:.0f} kg" '7 kg'
+    >>> f"{weigh(robot, loaded, unloaded).mass.value:.0f} kg"
+    '7 kg'
     """
     check_given(robot, loaded, unloaded)
     problems, (robot, stored) = [], _described(robot, known)

@@ -40,17 +40,19 @@ class Equations(Brief):
     """Triangular factors that hold all an estimator can learn from Y = W chi + rho.
 
     Attributes:
-        columns: names of the parameters, c. factors: per joint, k x (c + 1) with k <= c + 1: R of the QR
-        decomposition of [W_j Y_j]. rows: per joint, number of equations. effective_rows: per joint, number of
-        equations with independent noise (noise bandwidth times rows). shared: by joint and motor (both from 0), the
-        part of the joint's torque Y_j that another joint's motor makes,
-            where drives are coupled (9), or a known spring (``NO_MOTOR``), whose torque no gain scales: Q' times
-            it, rows as those of the joint's factor.
+        columns: names of the parameters, c.
+        factors: per joint, k x (c + 1) with k <= c + 1: R of the QR decomposition of [W_j Y_j].
+        rows: per joint, number of equations.
+        effective_rows: per joint, number of equations with independent noise (noise bandwidth times rows).
+        shared: by joint and motor (both from 0), the part of the joint's torque Y_j that another joint's motor
+            makes, where drives are coupled (9), or a known spring (``NO_MOTOR``), whose torque no gain scales: Q'
+            times it, rows as those of the joint's factor.
         blocks: the same equations cut in blocks of time, where the memory of the residuals was asked for; nothing
             shared is kept of them.
         block_length: shortest length of a block [s], unless a whole recording is shorter.
 
-    >>> Equations.from_arrays([[1.0], [2.0]], [1.1, 1.9], joint=[1, 1], names=["FV1"]).equations 2
+    >>> Equations.from_arrays([[1.0], [2.0]], [1.1, 1.9], joint=[1, 1], names=["FV1"]).equations
+    2
     """
 
     columns: tuple[str, ...]
