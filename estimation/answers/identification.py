@@ -111,10 +111,8 @@ def _too_far(body: str, gone: Sequence[str], chi2: float, p_value: float) -> tup
         return ()
     p = f"p {p_value:.1g}" if p_value >= 1e-12 else "p below 1e-12"
     zeros = ", ".join(gone) if len(gone) <= 6 else f"the {len(gone)} eliminated parameters"
-    return (
-        f"no {body} that can exist has {zeros} zero and the others as estimated: the nearest is "
-        f"{np.sqrt(chi2):.1f} standard deviations away ({p})",
-    )
+    away = f"the nearest is {np.sqrt(chi2):.1f} standard deviations away ({p})"
+    return (f"no {body} that can exist has {zeros} zero and the others as estimated: {away}",)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -161,13 +159,12 @@ class Identification(Speaks, Brief):
     @cached_property
     def verdict(self) -> Verdict:
         """Verdict on the use of the parameters."""
-        source = Source((), self.recordings, self.processing)
-        possible = self.possible if self.estimate.robust is not None else None
-        p_value = possible.p_value if possible is not None else None
-        evidence = Evidence(
-            self.robot, source, parameters=self.estimate, validation=self.validation, possible=p_value
+        source, possible = (
+            Source((), self.recordings, self.processing),
+            self.possible if self.estimate.robust else None,
         )
-        return robot_verdict(evidence)
+        evidence = Evidence(self.robot, source, parameters=self.estimate, validation=self.validation)
+        return robot_verdict(replace(evidence, possible=possible.p_value if possible else None))
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:

@@ -234,7 +234,7 @@ def weigh_at_rest(
 
 
 def _described(robot: Robot, known: RobotResult | Estimate | None) -> tuple[Robot, Estimate | None]:
-    """Describe the robot as an earlier identification did, which must be of this one, and take its parameters."""
+    """Describe the robot as an earlier identification of it did, and take its parameters."""
     if isinstance(known, RobotResult):
         return known.applied_to(robot), known.estimate
     if known is not None and not isinstance(known, Estimate):
@@ -265,8 +265,8 @@ def answer_payload(
     >>> answer_payload(payload_problem(robot, loaded, unloaded)).recommended.method
     3
     """
-    recordings = (*problem.source.unloaded, *problem.source.loaded)
-    gains = problem.settings.gains or usual_gains(problem.robot, recordings)
+    source = problem.source
+    gains = problem.settings.gains or usual_gains(problem.robot, (*source.unloaded, *source.loaded))
     scale = next((known for known in constraints if isinstance(known, KnownMass)), None)
     if isinstance(problem, ShortMotion):
         problem, others = replace(problem, scale=scale), [replace(other, scale=scale) for other in others]
@@ -292,22 +292,18 @@ def answer_payload(
             failures[estimate.method] = error
     # Where no method found a possible payload, all are shown.
     shown = [estimate for estimate in free if estimate.method not in failures] or free
-    method, reason = recommended_method(problem, [payload.method for payload in constrained or shown])
+    recommendation = method, _ = recommended_method(problem, [payload.method for payload in constrained or shown])
     best = next(estimate for estimate in shown if estimate.method == method)
     possible = next((payload for payload in constrained if payload.method == method), None)
     model = error_model(best.estimate, gains)
     ten, spread, intervals = _reported(best, possible, model, scale)
     # Other ways: with friction as it is without payload, where that is determined, and by ``others``.
-    ways = list[Agreement]()
+    named = {1: "robot's parameters (method 1)", 3: "torque difference (method 3)"}
+    ways = [(named[other.method], payload_estimate(other, other.method).ten) for other in others]
     if isinstance(problem, ShortMotion) and problem.method == 3 and problem.visibility.rank == len(PAYLOAD):
         with suppress(InputError):
             runs = (in_payload_frame(problem.robot, run).select(PAYLOAD) for run in problem.runs)
-            values = weighted(merged(runs)).values
-            ways.append(Agreement(UNFREED, float(values[9]), values[6:9] / values[9]))
-    for other in others:
-        values = payload_estimate(other, other.method).ten
-        name = "robot's parameters (method 1)" if other.method == 1 else "torque difference (method 3)"
-        ways.append(Agreement(name, float(values[9]), values[6:9] / values[9]))
+            ways.insert(0, (UNFREED, weighted(merged(runs)).values))
     # Half the reported 95 % intervals over 1.96; constraints may make the mass's shorter.
     reported, half = allowing(spread, model.degrees_of_freedom), 0.5 * np.ptp(intervals[0]) / NORMAL95
     if np.isfinite(half):
@@ -316,7 +312,7 @@ def answer_payload(
     at_rest, still = (problem, {"inertia": STILL}) if isinstance(problem, StaticMotion) else (None, {})
     evidence = Evidence(
         problem.robot,
-        source=None if at_rest else problem.source,
+        None if at_rest else problem.source,
         at_rest=at_rest,
         diagnosis=diagnosis,
         parameters=own,
@@ -324,7 +320,7 @@ def answer_payload(
         constrained=tuple(constrained),
         spread=reported,
         judged=judged(ten, moments, reported, best.from_scale) | still,
-        agreement=tuple(ways),
+        agreement=tuple(Agreement(name, float(ten[9]), ten[6:9] / ten[9]) for name, ten in ways),
         repeats=repeats,
     )
     if isinstance(problem, ShortMotion):
@@ -348,7 +344,7 @@ def answer_payload(
         estimates=tuple(shown),
         constrained=tuple(constrained),
         left_out=left_out | {failed: str(error) for failed, error in failures.items()},
-        recommendation=(method, reason),
+        recommendation=recommendation,
         free=best,
         possible=possible,
         model=model,
@@ -367,8 +363,8 @@ def _identified(problem: PayloadProblem) -> tuple[list[PayloadEstimate], dict[in
     """Estimate by each method, those asked for or all that can be used, and say why there is none of a method."""
     if asked := problem.settings.methods:
         return [payload_estimate(problem, int(method)) for method in asked], {}
-    estimates, left_out, usable = list[PayloadEstimate](), dict[int, str](), usable_methods(problem)
-    for method in usable:
+    estimates, left_out = list[PayloadEstimate](), dict[int, str]()
+    for method in (usable := usable_methods(problem)):
         try:
             estimates.append(payload_estimate(problem, method))
         except InputError as error:

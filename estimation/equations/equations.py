@@ -45,8 +45,8 @@ class Equations(Brief):
         rows: per joint, number of equations.
         effective_rows: per joint, number of equations with independent noise (noise bandwidth times rows).
         shared: by joint and motor (both from 0), the part of the joint's torque Y_j that another joint's motor
-            makes, whose gain is in both joints' torques where drives are coupled (9), or a known spring
-            (``NO_MOTOR``), whose torque no gain scales: Q' times it, rows as those of the joint's factor.
+            makes, where drives are coupled (9), or a known spring (``NO_MOTOR``), whose torque no gain scales: Q'
+            times it, rows as those of the joint's factor.
         blocks: the same equations cut in blocks of time, where the memory of the residuals was asked for; nothing
             shared is kept of them.
         block_length: shortest length of a block [s], unless a whole recording is shorter.
@@ -72,9 +72,6 @@ class Equations(Brief):
             Y: torques [N·m or N], shape (r,).
             joint: number of each row's joint, from 1, shape (r,).
             names: of the c parameters.
-
-        Raises:
-            InputError: if they do not fit each other.
         """
         W, Y, joint = np.asarray(W, dtype=float), np.asarray(Y, dtype=float), np.asarray(joint)
         if W.shape != (len(Y), len(names)) or joint.shape != Y.shape or not len(Y) or joint.min() < 1:
@@ -90,16 +87,10 @@ class Equations(Brief):
     def transformed(
         self, M: Array, names: Sequence[str], shift: Array | None = None, joints: Sequence[int] | None = None
     ) -> "Equations":
-        """Write the equations in other parameters p, of which these are chi = M p + shift.
+        """Write the equations of all or some joints (from 0) in other parameters p, of which these are M p + shift.
 
         With a shift the torque W shift is taken off: the rest is no motor's any more, so nothing shared is kept;
         nor is it where only some joints' equations are.
-
-        Args:
-            M: c x len(names).
-            names: of p.
-            shift: shape (c,); zero by default.
-            joints: whose equations are kept, from 0; all by default.
         """
         joints = range(len(self.factors)) if joints is None else joints
         right = np.append(np.zeros(len(self.columns)) if shift is None else -shift, 1.0)
@@ -135,19 +126,15 @@ class Equations(Brief):
 
         Each joint must have parameters of its own there, such as friction: this is then exact, what is left are the
         equations of the least-squares problem after those unknowns were solved for. Blocks of time are not kept:
-        what remains of each depends on the others.
-
-        Args:
-            columns: what goes.
-            anchors: equations that hold some of them; their levels are new last columns, left out where the levels
-                are meant to be zero.
+        what remains of each depends on the others. The levels of ``anchors`` are new last columns.
         """
         gone = [self.columns.index(name) for name in columns]
         rest = [k for k in range(len(self.columns)) if k not in gone]
         factors, ranks, shared = [], [], dict[tuple[int, int], Array]()
         for j, factor in enumerate(self.factors):
-            others, levels = self._shared_of(j), np.zeros((len(factor), len(anchors)))
-            rows = np.column_stack([factor[:, [*gone, *rest]], levels, factor[:, -1], *others.values()])
+            others, levels = [key for key in self.shared if key[0] == j], np.zeros((len(factor), len(anchors)))
+            apart = [self.shared[key] for key in others]
+            rows = np.column_stack([factor[:, [*gone, *rest]], levels, factor[:, -1], *apart])
             for k, anchor in enumerate(anchors):
                 if anchor.joint == j:  # stiffness (parameter - level) = 0, one more row
                     row = np.zeros(rows.shape[1])
@@ -165,9 +152,6 @@ class Equations(Brief):
             tuple(max(rows - gone, 0.0) for rows, gone in zip(self.effective_rows, ranks, strict=True)),
             shared,
         )
-
-    def _shared_of(self, joint: int) -> dict[tuple[int, int], Array]:
-        return {key: torque for key, torque in self.shared.items() if key[0] == joint}
 
     @property
     def whole(self) -> "Equations":
@@ -228,11 +212,7 @@ class Equations(Brief):
 
     @staticmethod
     def load(path: str | Path) -> "Equations":
-        """Read equations that ``save`` wrote.
-
-        Raises:
-            InputError: if the file holds something else.
-        """
+        """Read equations that ``save`` wrote; InputError if the file holds something else."""
         try:
             with np.load(path, allow_pickle=False) as data:
                 shared = {}
@@ -251,7 +231,7 @@ class Equations(Brief):
 
     @property
     def equations(self) -> int:
-        """Number of equations r."""
+        """Number of equations."""
         return sum(self.rows)
 
     def condition_numbers(self) -> tuple[float, float]:
@@ -326,7 +306,7 @@ def merged(parts: Iterable[Equations]) -> Equations:
         raise ValueError("equations of robots with different coupled drives or springs cannot be merged")
     factors, shared = [], dict[tuple[int, int], Array]()
     for j in range(len(first.factors)):
-        keys = first._shared_of(j)
+        keys = [key for key in first.shared if key[0] == j]
         rows = np.vstack([np.column_stack([p.factors[j], *(p.shared[key] for key in keys)]) for p in parts])
         factor, others = compressed(rows, len(keys))
         factors.append(factor)

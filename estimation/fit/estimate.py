@@ -30,7 +30,7 @@ class Fit(Brief):
 
     @property
     def known(self) -> bool:
-        """False of values that came with no equations."""
+        """False of values without equations."""
         return sum(self.rows) > 0
 
     @property
@@ -110,10 +110,7 @@ class Estimate(Brief):
 
     @staticmethod
     def from_values(
-        names: Sequence[str],
-        values: ArrayLike,
-        covariance: ArrayLike,
-        degrees_of_freedom: float = float("inf"),
+        names: Sequence[str], values: ArrayLike, covariance: ArrayLike, degrees_of_freedom: float = float("inf")
     ) -> Estimate:
         """Make an estimate of one's own: a robot's base parameters, or a payload's ten in the order of ``PAYLOAD``.
 
@@ -202,11 +199,6 @@ class Estimate(Brief):
     def __getitem__(self, name: str) -> float:
         """Value of one parameter."""
         return float(self.values[self.names.index(name)])
-
-    def select(self, names: Sequence[str]) -> tuple[Array, Array]:
-        """Values (k,) and covariance k x k of some of the parameters."""
-        indices = [self.names.index(name) for name in names]
-        return self.values[indices], self.covariance[np.ix_(indices, indices)]
 
     @property
     def noise(self) -> Array:

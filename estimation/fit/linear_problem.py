@@ -24,7 +24,6 @@ from .covariance import formula, sandwich
 from .estimate import Estimate, fit
 
 _HELD = 1e-6  # fraction of a direction that the other blocks must hold: differences then keep ten digits
-_AT_ONCE = 16  # number of blocks that are worked on together: few enough for little memory
 
 
 class LeftOut(NamedTuple):
@@ -60,9 +59,7 @@ def left_out(
     parts = [np.vstack([w * own for w, own in zip(weights, block.factors, strict=True)]) for block in blocks]
     most = max(map(len, parts))
     rows = np.array([np.pad(part[:, indices], ((0, most - len(part)), (0, 0))) for part in parts])
-    chunks = [_downdated(root, whole, rows[k : k + _AT_ONCE]) for k in range(0, len(rows), _AT_ONCE)]
-    little = np.concatenate([own for own, _ in chunks])
-    solutions = [np.concatenate(arrays) for arrays in zip(*(own for _, own in chunks), strict=True)]
+    little, solutions = _downdated(root, whole, rows)
     for b in np.flatnonzero(little | (counts[:, 0] < len(names)) | (counts[:, 1] <= len(names))):
         others = np.delete(rows, b, axis=0).reshape(-1, len(indices))
         _, anew = _solved(np.vstack([others, near]), names, counts[b])
@@ -102,9 +99,7 @@ class Known(NamedTuple):
     names: tuple[str, ...]
     values: Array
     covariance: Array  # part of the formula's, c x c; of a prior of full rank
-    lasting: (
-        Array  # what no block of time shows of it, zero where the blocks hold the recordings that it comes from
-    )
+    lasting: Array  # what no block of time shows of it, zero where blocks hold the recordings that it comes from
     degrees_of_freedom: float = float("inf")
     gain_sensitivity: Array | None = None  # by the relative error of each motor's torque, c x n, where known
     left_out: Callable[[], Array] | None = None  # values without each of the blocks they come from, B x c

@@ -3,8 +3,7 @@
 Friction that grows with load needs the load first; terms of it may be chosen as the data ask for them.
 """
 
-from collections.abc import Callable, Sequence
-from typing import TypeVar
+from collections.abc import Sequence
 
 import numpy as np
 from msgspec import UNSET, UnsetType
@@ -18,7 +17,7 @@ from ...model.friction import Friction, terms_of
 from ...model.motion import Measurement
 from ...model.regressors import standard_columns
 from ..equations.equations import Equations
-from ..equations.observer import Observation, Observer, recorded, used
+from ..equations.observer import Observation, Observer, Used, recorded, used
 from ..signals.filtering import measurement
 from ..signals.plausibility import check_recordings, still_joints
 from .blocks import FEWEST, block_edges, block_length, in_blocks, remembered, weighted_solution
@@ -34,40 +33,33 @@ friction 3 kept a term by 2; by 1 every fiftieth did."""
 _OWN = 0.02  # part of a term's column that no other column can imitate, below which the data do not tell it apart
 
 
-Held = TypeVar("Held")
-
-
 class TermChoice(Document, frozen=True):
-    """Term of friction at a joint that was tried, and what held-out blocks of time say of it.
-
-    ``fall``: of the joint's squared error on them, as a fraction; ``error``: its standard error; both null, and the
-    term of no joint, where none could be held out.
-    """
+    """Term of friction at a joint that was tried, and what held-out blocks of time, if any, say of it."""
 
     name: str
     kept: bool
-    fall: float | None = None
-    error: float | None = None
+    fall: float | None = None  # of the joint's squared error on them, as a fraction
+    error: float | None = None  # its standard error
     why_not: str | UnsetType = UNSET
 
 
 def under_own_load(
-    observer: Observer, reduced: Callable[[Observer], tuple[Equations, Held]], known: Array | None = None
-) -> tuple[tuple[Equations, Held], Array]:
+    observer: Observer, recordings: Sequence[Used], known: Array | None = None
+) -> tuple[tuple[Equations, list[Observation]], Array]:
     """Reduce recordings with friction under the load that their own parameters cause.
 
     The first pass finds the load without friction that grows with it; the next ones refresh it until no parameter
     moves by more than 1e-3 of its standard deviation. ``known``: values of the first columns, not found anew.
 
     Returns:
-        What ``reduced`` gives by the last observer, and the parameters by which the load is.
+        What ``recorded`` gives by the last observer, and the parameters by which the load is.
     """
     known = np.zeros(0) if known is None else known
     values = np.concatenate([known, np.zeros(len(observer.columns) - len(known))])
     if not observer.robot.drives.loaded:
-        return reduced(observer), values
+        return recorded(observer, recordings), values
     for _ in range(_PASSES):
-        result = reduced(observer.at(values))
+        result = recorded(observer.at(values), recordings)
         own = result[0].minus(observer.columns[: len(known)], known)
         found = np.concatenate([known, weighted_solution(own)])
         moved, values = (found - values)[len(known) :], found
@@ -149,16 +141,12 @@ def base_problem(
     check_recordings(robot, recordings)
     if check:
         check_moving(robot, base, recordings)
-    measured = filtered(recordings, processing, settings.progress)
+    rows = [used(data, processing) for data in filtered(recordings, processing, settings.progress)]
     observer = Observer(robot, base.columns)
-
-    def reduced(observer: Observer) -> tuple[Equations, list[Observation]]:
-        return recorded(observer, (used(data, processing) for data in measured))
-
     if fitted is None:
-        (equations, opened), _ = under_own_load(observer, reduced)
+        (equations, opened), _ = under_own_load(observer, rows)
     else:
-        equations, opened = reduced(observer.at(fitted))
+        equations, opened = recorded(observer.at(fitted), rows)
     if equations.equations == 0:
         raise InputError(f"{recordings[0].source}: no joint moves: nothing can be compared")
     return in_own_blocks(equations, opened) if settings.robust else equations

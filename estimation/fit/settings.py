@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ...common.brief import Brief
-from ...common.errors import InputError
+from ...common import Brief, InputError
 from ...common.progress import Progress, silent
 from ...model import Processing, Robot
 from ...model.friction import Friction

@@ -56,7 +56,7 @@ class CurrentFit(NamedTuple):
 def current_weights(equations: Equations) -> Array:
     """Weights of the joints: one over the standard deviation of the current's error [1/A], shape (n,).
 
-    From the joint's own equations with parameters of their own, so that neither gains nor other joints matter.
+    From the joint's own equations alone, so that neither gains nor other joints matter.
     """
     sigma = []
     whole = np.sqrt(sum(np.sum(factor[:, :-1] ** 2, axis=0) for factor in equations.factors))

@@ -119,11 +119,11 @@ class LongMotion(Brief):
     @property
     def torque_noise(self) -> tuple[Array, float] | None:
         """Errors without payload: sigma of each joint, memory counted [N·m or N], and independent ones a second."""
-        own, unloaded, source = self.bare, self.unloaded, self.source
-        if own is None or unloaded is None or not self.inflation or not source.unloaded:
+        own, source = self.bare, self.source
+        if own is None or self.unloaded is None or not self.inflation or not source.unloaded:
             return None
         rate = source.processing.equations_a_second(source.unloaded[0].rate)
-        return np.sqrt(np.median(self.inflation)) * own.noise, rate * unloaded.independent
+        return np.sqrt(np.median(self.inflation)) * own.noise, rate * self.unloaded.independent
 
     @cached_property
     def robot_known(self) -> Known:
@@ -269,10 +269,10 @@ def payload_problem(
     known = None if known is None else measured_part(known, robot)
     hidden = decomposed(base.effect_of(payload_columns(robot))).null
     if hidden.size:
-        names = [kind for kind, size in zip(INERTIAL, np.abs(hidden).max(axis=1), strict=True) if size > 1e-6]
+        names = ", ".join(np.array(INERTIAL)[np.abs(hidden).max(axis=1) > 1e-6])
         raise InputError(
-            f"no motion of {robot.name} shows {hidden.shape[1]} of a payload's ten directions "
-            f"({', '.join(names)}): its joints do not turn the payload in enough ways"
+            f"no motion of {robot.name} shows {hidden.shape[1]} of a payload's ten directions ({names}): its "
+            "joints do not turn the payload in enough ways"
         )
     for recordings in filter(None, (loaded, unloaded)):
         check_recordings(robot, recordings)
@@ -286,7 +286,7 @@ def payload_problem(
     for recordings in filter(None, (loaded, unloaded)):
         check_moving(robot, base, recordings)
     progress("cutting into blocks" if settings.robust else "reducing")
-    robust = settings.robust and not (known is not None and known.robust is None)
+    robust = settings.robust and (known is None or known.robust is not None)
     motion = long_motion(robot, under_load, without, together, replace(settings, robust=robust), known)
     if motion.unloaded and motion.unloaded.equations == 0:
         raise InputError(f"{unloaded[0].source}: no joint moves: nothing can be compared")
@@ -312,15 +312,12 @@ def long_motion(
     observer = Observer(robot, (*base.columns, *payload_columns(robot), PATH))
     both = observer.only((*base.columns, *payload_columns(robot)), (*base.columns, *PAYLOAD))
     loads, chi = dict[str, tuple[Equations, list[Observation]]](), np.zeros(len(base.columns))
+    of_unloaded, of_loaded = ([used(data, processing) for data in group] for group in (unloaded, loaded))
     if unloaded:
-        loads["unloaded"], chi = under_own_load(
-            observer.only(base.columns), lambda own: recorded(own, (used(data, processing) for data in unloaded))
-        )
+        loads["unloaded"], chi = under_own_load(observer.only(base.columns), of_unloaded)
     elif known is not None:
         chi = known.values
-    loads["loaded"], values = under_own_load(
-        both, lambda own: recorded(own, (used(data, processing) for data in loaded)), chi
-    )
+    loads["loaded"], values = under_own_load(both, of_loaded, chi)
     if pairs:
         loads["difference"] = _changes(observer.at(values), base, pairs, loads["unloaded"][0], processing)
     parts: dict[str, Any] = {name: equations for name, (equations, _) in loads.items()}

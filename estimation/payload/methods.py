@@ -193,9 +193,8 @@ Posed = LinearProblem | ChangeOfParameters
 PREFERRED = (3, 4, 1, 2)
 """Methods in the order of their expected errors, where each can be used and a pair ran one path."""
 ONE_PATH = 2e-3  # distance of positions [rad or m], rms of the worst joint, above which a pair is not of one path
-METHODS: dict[int, Callable[[LongMotion], Posed]] = dict(
-    enumerate((from_robot, from_change, from_difference, global_fit), 1)
-)
+METHODS: dict[int, Callable[[LongMotion], Posed]]
+METHODS = dict(enumerate((from_robot, from_change, from_difference, global_fit), 1))
 """Methods of the paper by number."""
 
 
@@ -230,9 +229,9 @@ def payload_estimate(problem: PayloadProblem, method: int, covariance: Rule | No
         return PayloadEstimate(method, estimate, frame, reason)
     if method != problem.method:
         raise InputError(f"method {method} cannot be used: this short motion is one for method {problem.method}")
-    scale = problem.needed_scale
+    by_scale = problem.needed_scale is not None
     estimate, reason = with_robust(problem, problem.posed(), rule=covariance)
-    return PayloadEstimate(method, problem.resolved(estimate), frame, reason, scale is not None)
+    return PayloadEstimate(method, problem.resolved(estimate), frame, reason, by_scale)
 
 
 def recommended_method(problem: PayloadProblem, methods: Iterable[int]) -> tuple[int, str]:

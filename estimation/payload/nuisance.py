@@ -20,7 +20,7 @@ import numpy as np
 from msgspec import field
 from scipy.special import chdtrc, fdtrc
 
-from ...common import Array, Brief, Document, decomposed
+from ...common import Array, Brief, Document, decomposed, without
 from ...model.drives import joint_of
 from ..equations.equations import PAYLOAD, Anchor, Equations, merged
 from ..equations.observer import Observation, Used, reduced
@@ -119,15 +119,12 @@ def offset_prior(observations: Sequence[Observation], coulomb: Array) -> HeldFri
     weights = np.divide(1.0, weighty, out=np.zeros(n), where=weighty > 0.0)
     free = HeldFriction({}, np.zeros(n), np.ones(n))
     factors = [reduced(one) for one in observations]
-    squares = [_left(merged(map(each.friction_free, factors)).select(PAYLOAD), weights) for each in (prior, free)]
+    squares = []
+    for each in (prior, free):
+        left = merged(map(each.friction_free, factors)).select(PAYLOAD).stacked(weights)
+        squares.append(float(np.sum(without(left[:, -1:], left[:, :-1]) ** 2)))
     rise, count = max(squares[0] - squares[1], 0.0), len(prior.joints)
     return free if count and chdtrc(count, rise) < _CONTRADICTED else prior
-
-
-def _left(problem: Equations, weights: Array) -> float:
-    """Sum of squares that the least-squares solution leaves."""
-    factor = problem.stacked(weights)
-    return float(np.sum((factor[:, -1] - factor[:, :-1] @ decomposed(factor[:, :-1]).solution(factor[:, -1])) ** 2))
 
 
 def coulomb_friction(problem: Equations) -> Array:

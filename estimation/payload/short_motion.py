@@ -192,19 +192,13 @@ def known_robot_weighing(
     base = base_parameters(robot)
     measured = filtered(loaded, processing, progress)
     moving = moving_joints(measured, processing, settings.joints, robot)
-    still = [at_rest(data, moving) for data in measured]
     rows = [
         Used(data, telling_rows(data.motion, moving, processing), processing.thinning(data.motion.rate))
-        for data in still
+        for data in (at_rest(data, moving) for data in measured)
     ]
     rms = _torque_rms(loaded, rows)
-
-    def observed(observer: Observer) -> tuple[Equations, list[Observation]]:
-        each_one = [observer.observe_rows(*one) for one in rows]
-        return merged(map(reduced, each_one)), each_one
-
     observer = observer_of(robot, base, settings.friction_change > 0.0)
-    (_, observations), _ = under_own_load(observer, observed, known.values)
+    (_, observations), _ = under_own_load(observer, rows, known.values)
     k, changes = len(known.values), friction_changes(known, [1.0] * robot.n, settings.friction_change)
     payload_only = [  # less the torque of the robot, whose columns come first
         Observation.of(one.columns[k:], [W[:, k:] for W in one.W], one.errors(known.values), one.t, one.bandwidth)

@@ -105,7 +105,7 @@ class Possible(Brief):
 
     @property
     def min_pseudo_inertia_eigenvalue(self) -> float:
-        """Smallest among the bodies; not negative."""
+        """Smallest among the bodies."""
         return min(self.min_eigenvalues)
 
     @cached_property

@@ -375,13 +375,13 @@ def solve_constrained_prior(
     nearest = problem.nearest()
     z0 = np.zeros(len(problem.scale))  # the prior's links; drives are zero
     z0[problem.links] = [body.vector for body in prior.bodies] / problem.scale[problem.links]
-    expected = _pseudo_inertias(problem.program, z0)
+    expected = np.tensordot(problem.program.bodies @ z0, PSEUDO_INERTIA, 1)
     limit, possible = nearest.chi2_rise + budget, np.array(list(nearest.parameters.values())) / problem.scale
     solution, weight, prices, status = _prior_itself(problem, z0, limit), np.inf, np.zeros(0), "prior"
     if solution is None:
         (solution, weight, prices), status = _nearest(problem.program, expected, possible, np.sqrt(limit)), "Solved"
     z = problem.repaired(solution)
-    ratio = np.linalg.solve(expected, _pseudo_inertias(problem.program, z))
+    ratio = np.linalg.solve(expected, np.tensordot(problem.program.bodies @ z, PSEUDO_INERTIA, 1))
     distances = np.trace(ratio, axis1=1, axis2=2) - np.linalg.slogdet(ratio)[1] - 4.0
     return PriorRobot(
         **vars(problem.answer(z, status, prices)),
@@ -464,8 +464,3 @@ def _nearest(program: ConeProgram, prior: Array, possible: Array, radius: float)
     part = min(1.0, float((np.sqrt(b * b - a * c) - b) / a))
     weight = 2.0 * radius * size / float(dual[r])
     return possible + part * change, weight, weight * dual[:r]
-
-
-def _pseudo_inertias(program: ConeProgram, z: Array) -> Array:
-    """Pseudo-inertia P of each body of a program, p x 4 x 4."""
-    return np.asarray(np.tensordot(program.bodies @ z, PSEUDO_INERTIA, 1))

@@ -25,10 +25,7 @@ Sigma = Annotated[float, Meta(ge=0.0)]
 
 
 class Result(Speaks, Worked, frozen=True, kw_only=True, dict=True):
-    """Base class of answers to whole questions, each its own document; reading one back gives the same type.
-
-    ``working`` are the equations and estimates that it was made from.
-    """
+    """Answer to a whole question, its own document; ``working``: equations and estimates that it was made from."""
 
 
 class ProcessingDocument(Document, frozen=True):
@@ -127,8 +124,7 @@ class EliminationStep(Document, frozen=True):
 class EliminationDocument(Document, frozen=True):
     """Essential parameters, the steps to them, and what they are without the others.
 
-    Their sigmas take the others as zero and know nothing of the bias that this brings: intervals are those with all
-    parameters (``base_parameters``).
+    Their sigmas know nothing of the bias that zeros bring: intervals are those of ``base_parameters``.
     """
 
     rule: Literal["ratio", "sigma"]
@@ -144,16 +140,10 @@ class EliminationDocument(Document, frozen=True):
 
     @classmethod
     def made(cls, elimination: Elimination, warnings: Sequence[str], labels: Mapping[str, str]) -> Self:
-        """Collect the essential parameters, each step to them, and what speaks against them.
-
-        ``labels``: name of a column -> name of the parameter ("MX2" -> "MX2R").
-        """
-        order, estimate = elimination.order, elimination.estimate
-        numbers = (elimination.path * [1.0, 100.0]).tolist()
-        names, (ratio, largest) = (
-            [None, *(labels.get(name, name) for name in order)],
-            numbers[len(elimination.eliminated)],
-        )
+        """Collect the essential parameters, named by ``labels`` ("MX2" -> "MX2R"), and what speaks against them."""
+        estimate, numbers = elimination.estimate, (elimination.path * [1.0, 100.0]).tolist()
+        order, (ratio, largest) = elimination.order, numbers[len(elimination.eliminated)]
+        names = [None, *(labels.get(name, name) for name in order)]
         return cls.of(
             elimination,
             elimination.rule,

@@ -1,7 +1,4 @@
-"""Results of ``payload`` and ``weigh``: estimates, quantities with intervals, and whether to use them.
-
-The result is its own document: ``--json`` writes it, and what is read back is of the same type.
-"""
+"""Results of ``payload`` and ``weigh``: estimates, quantities with intervals, and whether to use them."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, Self
@@ -266,8 +263,8 @@ class FlangeDocument(Document, frozen=True):
 class PayloadResult(parts.Result, frozen=True, kw_only=True, dict=True):
     """A payload by the methods that were used, and what only a weighing by a short motion tells.
 
-    ``frame`` is where it is given, as text; ``assumed`` an inertia that was asked for instead of a measured one;
-    ``scale`` a weighed mass and its standard deviation [kg].
+    ``assumed``: an inertia that was asked for instead of a measured one; ``scale``: a weighed mass and its sigma
+    [kg].
     """
 
     kind: Literal["payload"] = "payload"
@@ -394,13 +391,9 @@ class PayloadResult(parts.Result, frozen=True, kw_only=True, dict=True):
         return replace(self, quantities=quantities, assumed=assumed).made_by(self.working)
 
     def export(self, to: str, despite_verdict: bool = False) -> str:
-        """Write the payload in the format of a controller or simulator; see ``dynident export --to``.
-
-        Args:
-            to: name of the format, such as "ur".
-            despite_verdict: give it whatever the verdict is.
+        """Write the payload in the format of a controller or simulator, such as "ur"; see ``dynident export --to``.
 
         Raises:
-            InputError: for another name, or a payload that must not be used.
+            InputError: for another name, or, unless ``despite_verdict``, a payload that must not be used.
         """
         return str(Speaks.shown_by().export(self, to, despite_verdict))

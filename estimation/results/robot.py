@@ -51,12 +51,10 @@ class GainsTable(Document, frozen=True):
 
     @classmethod
     def made(cls, logarithms: Estimate, disagreement: float, free: Array, rests_on: Sequence[str]) -> Self:
-        """State gains by ln K, and which are known to ``KNOWN_WELL`` (1 sigma).
+        """State gains by ln K, and which are known to ``KNOWN_WELL`` (1 sigma); ``free``: without constraints.
 
-        The covariance has the larger standard deviations, and the robust correlations where there are some.
-
-        ``disagreement``: factor on every standard deviation, by the joints' payload ratios; ``free``: gains without
-        constraints; ``rests_on``: the torques that each rests on.
+        The covariance has the larger standard deviations, times ``disagreement``, the joints' payload ratios', and
+        the robust correlations where there are some.
         """
         values, sigma = np.exp(logarithms.values), disagreement * logarithms.larger_sigma
         covariance, robust = disagreement**2 * logarithms.covariance, logarithms.robust

@@ -1,5 +1,6 @@
 """Brings two recordings of the same trajectory onto one time."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -7,7 +8,7 @@ import numpy as np
 
 from ...common import Array, InputError
 from ...model import Recording
-from .filtering import MonotoneCubic, on_grid, resampled
+from .filtering import monotone_cubic, on_grid, resampled
 
 _NEIGHBOURS = 3  # samples on either side of an interval that decide its cubic
 _FINE = 50  # steps per sample in the search for the best lag
@@ -124,14 +125,14 @@ def _fine_lag(unloaded: Recording, loaded: Recording, coarse: float, step: float
 
     ``coarse`` is sure to ``every`` steps. Of long recordings some stretches are compared.
     """
-    width, compared = 2.0 * step * every, list[tuple[Array, Array, MonotoneCubic]]()
+    width, compared = 2.0 * step * every, list[tuple[Array, Array, Callable[[Array], Array]]]()
     size = len(loaded.t) if len(loaded.t) <= _COMPARED else _COMPARED // _STRETCHES
     for start in range(0, len(loaded.t), max(size, len(loaded.t) // _STRETCHES)):
         t, q = loaded.t[start : start + size], loaded.q[start : start + size]
         low, high = np.searchsorted(unloaded.t, [t[0] - coarse - 2.0 * width, t[-1] - coarse + 2.0 * width])
         near = slice(max(int(low) - _NEIGHBOURS, 0), int(high) + _NEIGHBOURS)
         if len(unloaded.t[near]) > 1:
-            compared.append((t, q, MonotoneCubic(unloaded.t[near], unloaded.q[near])))
+            compared.append((t, q, monotone_cubic(unloaded.t[near], unloaded.q[near])))
 
     def mismatch(lag: float) -> float:
         difference = np.concatenate([positions(t - lag) - q for t, q, positions in compared])

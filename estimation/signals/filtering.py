@@ -1,6 +1,7 @@
 """Filters: recordings made even in time, filtered and decimated, once for all questions."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from weakref import finalize
@@ -13,44 +14,12 @@ from ...model import Motion, Processing, Recording
 from ...model.motion import Measurement
 
 
-class MonotoneCubic:
-    """Interpolates values between rising times without overshoot (PCHIP: Fritsch & Butland, 1984)."""
+def monotone_cubic(t: Array, values: Array) -> Callable[[Array], Array]:
+    """Interpolate values (N, k) between rising times (N,) without overshoot (PCHIP); nan beyond the ends."""
+    from scipy.interpolate import PchipInterpolator  # takes its time to import
 
-    def __init__(self, t: Array, values: Array) -> None:
-        """Take values (N, k) at rising times (N,), N of at least 2."""
-        step, self._t, self._values = np.diff(t)[:, None], t, values
-        rise = np.diff(values, axis=0) / step
-        self._slopes = np.empty(values.shape)
-        if len(t) == 2:
-            self._slopes[:] = rise
-            return
-        before, after = 2.0 * step[1:] + step[:-1], step[1:] + 2.0 * step[:-1]
-        with np.errstate(divide="ignore", invalid="ignore"):  # where the sense changes, the slope is zero anyway
-            mean = (before + after) / (before / rise[:-1] + after / rise[1:])
-        self._slopes[1:-1] = np.where(rise[:-1] * rise[1:] > 0.0, mean, 0.0)
-        self._slopes[0] = _at_end(step[0], step[1], rise[0], rise[1])
-        self._slopes[-1] = _at_end(step[-1], step[-2], rise[-1], rise[-2])
-
-    def __call__(self, times: Array) -> Array:
-        """Interpolate at some times (M,), shape (M, k); nan before the first and after the last."""
-        t, values, slopes = self._t, self._values, self._slopes
-        k = np.clip(np.searchsorted(t, times, side="right") - 1, 0, len(t) - 2)
-        step = (t[k + 1] - t[k])[:, None]
-        part = (times - t[k])[:, None] / step
-        rise = values[k + 1] - values[k]
-        first, last = step * slopes[k], step * slopes[k + 1]
-        bent = 3.0 * rise - 2.0 * first - last + part * (first + last - 2.0 * rise)
-        result: Array = values[k] + part * (first + part * bent)
-        result[(times < t[0]) | (times > t[-1])] = np.nan
-        return result
-
-
-def _at_end(step: Array, further: Array, rise: Array, beyond: Array) -> Array:
-    """Slope at an end, from the two intervals beside it: never against the first, never three times as steep."""
-    slope = ((2.0 * step + further) * rise - step * beyond) / (step + further)
-    slope = np.where(slope * rise > 0.0, slope, 0.0)
-    steep = (rise * beyond < 0.0) & (np.abs(slope) > 3.0 * np.abs(rise))
-    return np.where(steep, 3.0 * rise, slope)
+    interpolated: Callable[[Array], Array] = PchipInterpolator(t, values, extrapolate=False)
+    return interpolated
 
 
 _ORDER = 4  # of the Butterworth filter on positions and speeds
@@ -130,7 +99,7 @@ def on_grid(recording: Recording, t: Array) -> Recording:
     times = np.clip(t, recording.t[0], recording.t[-1])
 
     def there(values: Array) -> Array:  # one joint after the other, which takes less memory
-        return np.hstack([MonotoneCubic(recording.t, own[:, None])(times) for own in values.T])
+        return np.column_stack([monotone_cubic(recording.t, own)(times) for own in values.T])
 
     speeds = there(recording.qd) if recording.qd is not None else None
     return replace(recording, t=t, q=there(recording.q), torque=there(recording.torque), qd=speeds)

@@ -19,7 +19,7 @@ import numpy as np
 
 from ...common import Array, Indices, InputError, Mask
 from ...model import Motion, Processing, Recording
-from .filtering import MonotoneCubic
+from .filtering import monotone_cubic
 
 _BRIDGE = 0.3  # s: a pause shorter than this does not end a moving stretch
 _STRETCH = 1.0  # s: a moving stretch shorter than this is left out
@@ -216,7 +216,7 @@ def without_held(t: Array, values: Array, slowest: Mask) -> tuple[Array, Indices
     for k in np.flatnonzero(periods):
         own = _sampled(changes[:, k], periods[k])
         times = np.clip(t[rows], t[own[0]], t[own[-1]])
-        left[:, k] = MonotoneCubic(t[own], values[own, k : k + 1])(times)[:, 0]
+        left[:, k] = monotone_cubic(t[own], values[own, k])(times)
     return periods, rows, left
 
 

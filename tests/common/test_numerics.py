@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 from dynident.common.linear import RANK_TOLERANCE, decomposed, one_thread, without
 from dynident.common.recursion import butterworth, filtered
-from dynident.estimation.signals.filtering import MonotoneCubic
-from scipy.interpolate import PchipInterpolator
 from scipy.signal import butter, sosfilt, sosfilt_zi
 from threadpoolctl import threadpool_info, threadpool_limits
 
@@ -87,21 +85,6 @@ def test_scipy_filters_alike(order: int, cutoff: float) -> None:
     settled = sosfilt_zi(sos)[:, :, None] * SIGNALS[0]
     theirs, _ = sosfilt(sos, SIGNALS, axis=0, zi=settled)
     assert np.abs(filtered(sections, SIGNALS) - theirs).max() < 1e-11 * np.abs(theirs).max()
-
-
-@pytest.mark.parametrize("count", [2, 3, 4, 300])
-@pytest.mark.parametrize("seed", range(3))
-def test_scipy_interpolates_alike(count: int, seed: int) -> None:
-    draw = np.random.default_rng(seed)
-    t = np.cumsum(draw.uniform(0.001, 0.02, count)) + 5.0
-    values = draw.standard_normal((count, 4))
-    values[: count // 2, 1] = 0.3  # level stretches
-    values[:, 2] = np.sort(values[:, 2])
-    times = np.concatenate([t, draw.uniform(t[0], t[-1], 500), [t[0] - 0.01, t[-1] + 0.01]])
-    theirs = PchipInterpolator(t, values, axis=0, extrapolate=False)(times)
-    ours = MonotoneCubic(t, values)(times)
-    assert np.isnan(ours).any()
-    assert ours == pytest.approx(theirs, rel=1e-11, abs=1e-12, nan_ok=True)
 
 
 def test_estimation_has_one_thread_whatever_the_caller_has() -> None:
