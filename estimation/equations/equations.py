@@ -72,6 +72,9 @@ class Equations(Brief):
             Y: torques [N·m or N], shape (r,).
             joint: number of each row's joint, from 1, shape (r,).
             names: of the c parameters.
+
+        Raises:
+            InputError: if they do not fit each other.
         """
         W, Y, joint = np.asarray(W, dtype=float), np.asarray(Y, dtype=float), np.asarray(joint)
         if W.shape != (len(Y), len(names)) or joint.shape != Y.shape or not len(Y) or joint.min() < 1:
@@ -87,10 +90,16 @@ class Equations(Brief):
     def transformed(
         self, M: Array, names: Sequence[str], shift: Array | None = None, joints: Sequence[int] | None = None
     ) -> "Equations":
-        """Write the equations of all or some joints (from 0) in other parameters p, of which these are M p + shift.
+        """Write the equations in other parameters p, of which these are chi = M p + shift.
 
         With a shift the torque W shift is taken off: the rest is no motor's any more, so nothing shared is kept;
         nor is it where only some joints' equations are.
+
+        Args:
+            M: c x len(names).
+            names: of p.
+            shift: shape (c,); zero by default.
+            joints: whose equations are kept, from 0; all by default.
         """
         joints = range(len(self.factors)) if joints is None else joints
         right = np.append(np.zeros(len(self.columns)) if shift is None else -shift, 1.0)
@@ -126,7 +135,12 @@ class Equations(Brief):
 
         Each joint must have parameters of its own there, such as friction: this is then exact, what is left are the
         equations of the least-squares problem after those unknowns were solved for. Blocks of time are not kept:
-        what remains of each depends on the others. The levels of ``anchors`` are new last columns.
+        what remains of each depends on the others.
+
+        Args:
+            columns: what goes.
+            anchors: equations that hold some of them; their levels are new last columns, left out where the levels
+                are meant to be zero.
         """
         gone = [self.columns.index(name) for name in columns]
         rest = [k for k in range(len(self.columns)) if k not in gone]
@@ -212,7 +226,11 @@ class Equations(Brief):
 
     @staticmethod
     def load(path: str | Path) -> "Equations":
-        """Read equations that ``save`` wrote; InputError if the file holds something else."""
+        """Read equations that ``save`` wrote.
+
+        Raises:
+            InputError: if the file holds something else.
+        """
         try:
             with np.load(path, allow_pickle=False) as data:
                 shared = {}

@@ -391,9 +391,13 @@ class PayloadResult(parts.Result, frozen=True, kw_only=True, dict=True):
         return replace(self, quantities=quantities, assumed=assumed).made_by(self.working)
 
     def export(self, to: str, despite_verdict: bool = False) -> str:
-        """Write the payload in the format of a controller or simulator, such as "ur"; see ``dynident export --to``.
+        """Write the payload in the format of a controller or simulator; see ``dynident export --to``.
+
+        Args:
+            to: name of the format, such as "ur".
+            despite_verdict: give it whatever the verdict is.
 
         Raises:
-            InputError: for another name, or, unless ``despite_verdict``, a payload that must not be used.
+            InputError: for another name, or a payload that must not be used.
         """
         return str(Speaks.shown_by().export(self, to, despite_verdict))
