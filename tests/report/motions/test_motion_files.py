@@ -12,6 +12,7 @@ from dynident.apps.export.motions.val3 import check_val3, val3_replay
 from dynident.apps.report.documents import NearResult, near_document
 from dynident.common.errors import InputError
 from dynident.model import InertialParameters, load_robot
+from dynident.model.frames import frames_at
 from dynident.model.inertia import PayloadSpread
 from dynident.tests.conftest import SCARA
 from dynident.tests.report.motions import motion_parsers as read
@@ -104,18 +105,13 @@ def test_val3(designs: dict[str, trajectories.Design], kind: str) -> None:
     assert isinstance(plan, trajectories.ViaPoints)
     program = read.val3(val3_files(written(design)))
     assert np.abs(np.radians(program.points) - plan.points).max() < np.radians(6e-7)
-    assert program.code["start"].splitlines() == [
-        "begin",
-        "movej(jPoint[0], tFlange, mMotion[0])",
-        "waitEndMove()",
-        "for nIndex = 1 to 4",
-        "movej(jPoint[nIndex], tFlange, mMotion[nIndex])",
-        "endFor",
-        "waitEndMove()",
-        "end",
-    ]
+    first, move = (f"movej(jPoint[{k}], tFlange, mMotion[{k}])" for k in ("0", "nIndex"))
+    start = ["begin", first, "waitEndMove()", "for nIndex = 1 to 4", move, "endFor", "waitEndMove()", "end"]
+    assert program.code["start"].splitlines() == start
     limits = [joint.limits for joint in robot.joints]
     V, A = np.array([x.speed for x in limits]), np.array([x.acceleration for x in limits])
+    flange = np.array([frames_at(robot, q)[-1].p for q in plan.points])
+    gaps = 1000.0 * np.linalg.norm(np.diff(flange, axis=0), axis=1)
     assert float(program.motions[0]["vel"]) <= 10
     for k, motion in enumerate(program.motions[1:]):
         accel, vel = float(motion["accel"]) / 100.0, float(motion["vel"]) / 100.0
@@ -123,7 +119,9 @@ def test_val3(designs: dict[str, trajectories.Design], kind: str) -> None:
         assert 0.01 <= vel <= 0.5, "within the speed override"
         distance = np.abs(np.diff(plan.points, axis=0))[k]
         last = k == len(program.motions) - 2
-        assert motion["blend"] == ("joint" if kind == "passing" and not last else "off")
+        blends = kind == "passing" and not last
+        assert motion["blend"] == ("joint" if blends else "off")
+        assert not blends or float(motion["leave"]) == pytest.approx(gaps[k : k + 2].min() / 3.0, abs=1.0)
         if kind == "rest":
             time = read.trapezoid_time(distance, vel * V, accel * A)
             quicker = read.trapezoid_time(distance, (vel + 0.01) * V, accel * A)
