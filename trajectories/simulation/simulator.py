@@ -1,14 +1,12 @@
 """Simulated recordings: a robot with known parameters moves, and its controller writes down what it sees."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
-from ...common import ArrayLike, Brief
+from ...common import Array, Brief
 from ...model import InertialParameters, Motion, Recording, Robot, inverse_dynamics
 from ...model.kernel.kernel import Kernel
 from ...model.motion import Measurement
@@ -66,7 +64,7 @@ class Simulator(Brief):
         self,
         motion: Motion,
         payload: InertialParameters | None = None,
-        noise: ArrayLike | None = None,
+        noise: Array | Sequence[float] | None = None,
         seed: int | Sequence[int] = 0,
         source: str = "simulated",
         parameters: Mapping[str, float] | None = None,
