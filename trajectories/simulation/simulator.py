@@ -3,8 +3,6 @@
 The robot moves, its controller writes down what it sees; every draw is by a seed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -66,7 +64,7 @@ class Simulator(Brief):
         self,
         motion: Motion,
         payload: InertialParameters | None = None,
-        noise: ArrayLike | None = None,
+        noise: Array | Sequence[float] | None = None,
         seed: int | Sequence[int] = 0,
         source: str = "simulated",
         parameters: Mapping[str, float] | None = None,
