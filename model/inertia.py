@@ -27,7 +27,7 @@ def skew(v: ArrayLike) -> Array:
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class InertialParameters(Brief):
     """Inertial parameters of a body: Khalil's ten, about the origin and in the axes of its frame.
 
@@ -43,6 +43,9 @@ class InertialParameters(Brief):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vector", frozen_array(self.vector, (10,), "inertial parameters"))
+
+    def __repr__(self) -> str:
+        return f"InertialParameters({', '.join(f'{name}={value:.5g}' for name, value in self.named().items())})"
 
     @staticmethod
     def from_com(mass: float, com: ArrayLike, inertia_com: ArrayLike) -> InertialParameters:

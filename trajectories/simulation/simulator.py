@@ -9,7 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ...common import Array, ArrayLike, Brief
+from ...common import Array, Brief
 from ...common.recursion import Section
 from ...model import InertialParameters, Motion, Recording, Robot, inverse_dynamics
 from ...model.dynamics import dry_friction_names
