@@ -8,7 +8,7 @@ from typing import Any, Literal, NamedTuple
 import casadi as ca
 import numpy as np
 
-from ..common import Array, Brief, InputError
+from ..common import Array, InputError
 from .friction import LAWS, PAPER, Friction
 
 
@@ -123,8 +123,8 @@ class Spring:
         return self.stiffness * (1.0 - self.length / stretched) * a * b * lib.sin(psi)
 
 
-@dataclass(frozen=True, repr=False)
-class Drives(Brief):
+@dataclass(frozen=True)
+class Drives:
     """Drive parameters that the model has, for every joint alike.
 
     Attributes:

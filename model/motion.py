@@ -127,8 +127,8 @@ def usual_slow_speed(turning: Sequence[bool]) -> float | tuple[float, ...]:
     return _SLOW[True] if all(turning) else tuple(_SLOW[turns] for turns in turning)
 
 
-@dataclass(frozen=True, repr=False)
-class Processing(Brief):
+@dataclass(frozen=True)
+class Processing:
     """Settings of signal processing, in the order in which they are applied.
 
     Attributes:

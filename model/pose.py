@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..common import Array, ArrayLike, Brief, InputError
+from ..common import Array, ArrayLike, InputError
 
 _Row = tuple[float, float, float]
 _IDENTITY: tuple[_Row, _Row, _Row] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -32,8 +32,8 @@ def cos_sin(angle: float) -> tuple[float, float]:
     return math.cos(angle), math.sin(angle)
 
 
-@dataclass(frozen=True, repr=False)
-class Pose(Brief):
+@dataclass(frozen=True)
+class Pose:
     """Axes and origin of a frame in another one.
 
     Attributes:
