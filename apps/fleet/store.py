@@ -47,7 +47,11 @@ class Log(Document, frozen=True, omit_defaults=True):
     key: str = ""
 
     def other_day(self, start: float) -> str:
-        """Fault of a log whose clock, at ``start`` [s since 1970], tells another day than stated; empty if none."""
+        """Fault of a log whose clock, at ``start`` [s], tells another day than it is said to be of; empty if none.
+
+        Only times since 1970 tell a day: a log that counts from its own start, or by a clock that was never set,
+        has none.
+        """
         if self.day is None or not _CLOCKS[0] <= start <= _CLOCKS[1]:
             return ""
         stated, own = datetime.fromisoformat(self.day), datetime.fromtimestamp(start, UTC)

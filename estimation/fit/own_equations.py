@@ -34,12 +34,16 @@ _OWN = 0.02  # part of a term's column that no other column can imitate, below w
 
 
 class TermChoice(Document, frozen=True):
-    """Term of friction at a joint that was tried, and what held-out blocks of time, if any, say of it."""
+    """Term of friction at a joint that was tried, and what held-out blocks of time say of it.
+
+    ``fall``: of the joint's squared error on them, as a fraction; ``error``: its standard error; both null, and the
+    term of no joint, where none could be held out.
+    """
 
     name: str
     kept: bool
-    fall: float | None = None  # of the joint's squared error on them, as a fraction
-    error: float | None = None  # its standard error
+    fall: float | None = None
+    error: float | None = None
     why_not: str | UnsetType = UNSET
 
 

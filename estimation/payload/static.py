@@ -89,14 +89,19 @@ def oscillation(rests: Sequence[Rests]) -> tuple[Array, Array]:
 
 
 class Drift(Document, frozen=True):
-    """Drift of the torques that is linear in time, per hour where files share a clock, else per recording."""
+    """Drift of the torques that is linear in time, per hour where files share a clock, else per recording.
+
+    ``offset``, ``friction``: of each joint's constant torque and Coulomb level [N·m or N], both with ``sigma``;
+    ``mass``: what it would add to the mass [kg] from one recording to the next, were it not known; ``ratio``: its
+    part of the mass's variance.
+    """
 
     per: str
-    offset: Vector  # of each joint's constant torque [N·m or N]
-    friction: Vector  # of its Coulomb level
-    sigma: Vector  # of both
-    mass: Float  # what it would add to the mass [kg] from one recording to the next, were it not known
-    ratio: float  # its part of the mass's variance
+    offset: Vector
+    friction: Vector
+    sigma: Vector
+    mass: Float
+    ratio: float
 
 
 class Standing(Document, frozen=True):

@@ -49,8 +49,9 @@ class Active(NamedTuple):
 class Weighing(Document, frozen=True):
     """A weighed mass beside the identified one [kg], each with its standard deviation.
 
-    ``z``: standard deviations of their difference by which the identified mass is larger; ``p_value``: probability
-    of as large a difference of either sign.
+    Attributes:
+        z: standard deviations of their difference by which the identified mass is larger.
+        p_value: probability of as large a difference of either sign.
     """
 
     mass: float

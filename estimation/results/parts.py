@@ -124,7 +124,8 @@ class EliminationStep(Document, frozen=True):
 class EliminationDocument(Document, frozen=True):
     """Essential parameters, the steps to them, and what they are without the others.
 
-    Their sigmas know nothing of the bias that zeros bring: intervals are those of ``base_parameters``.
+    Their sigmas take the others as zero and know nothing of the bias that this brings: intervals are those with all
+    parameters (``base_parameters``).
     """
 
     rule: Literal["ratio", "sigma"]
@@ -140,7 +141,10 @@ class EliminationDocument(Document, frozen=True):
 
     @classmethod
     def made(cls, elimination: Elimination, warnings: Sequence[str], labels: Mapping[str, str]) -> Self:
-        """Collect the essential parameters, named by ``labels`` ("MX2" -> "MX2R"), and what speaks against them."""
+        """Collect the essential parameters, each step to them, and what speaks against them.
+
+        ``labels``: name of a column -> name of the parameter ("MX2" -> "MX2R").
+        """
         estimate, numbers = elimination.estimate, (elimination.path * [1.0, 100.0]).tolist()
         order, (ratio, largest) = elimination.order, numbers[len(elimination.eliminated)]
         names = [None, *(labels.get(name, name) for name in order)]

@@ -263,8 +263,8 @@ class FlangeDocument(Document, frozen=True):
 class PayloadResult(parts.Result, frozen=True, kw_only=True, dict=True):
     """A payload by the methods that were used, and what only a weighing by a short motion tells.
 
-    ``assumed``: an inertia that was asked for instead of a measured one; ``scale``: a weighed mass and its sigma
-    [kg].
+    ``frame`` is where it is given, as text; ``assumed`` an inertia that was asked for instead of a measured one;
+    ``scale`` a weighed mass and its standard deviation [kg].
     """
 
     kind: Literal["payload"] = "payload"

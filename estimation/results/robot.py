@@ -51,10 +51,12 @@ class GainsTable(Document, frozen=True):
 
     @classmethod
     def made(cls, logarithms: Estimate, disagreement: float, free: Array, rests_on: Sequence[str]) -> Self:
-        """State gains by ln K, and which are known to ``KNOWN_WELL`` (1 sigma); ``free``: without constraints.
+        """State gains by ln K, and which are known to ``KNOWN_WELL`` (1 sigma).
 
-        The covariance has the larger standard deviations, times ``disagreement``, the joints' payload ratios', and
-        the robust correlations where there are some.
+        The covariance has the larger standard deviations, and the robust correlations where there are some.
+
+        ``disagreement``: factor on every standard deviation, by the joints' payload ratios; ``free``: gains without
+        constraints; ``rests_on``: the torques that each rests on.
         """
         values, sigma = np.exp(logarithms.values), disagreement * logarithms.larger_sigma
         covariance, robust = disagreement**2 * logarithms.covariance, logarithms.robust
