@@ -45,7 +45,7 @@ class Brief:
         said = [(name, getattr(self, name)) for name in field_names(self)]
         said = [(name, value) for name, value in said if name not in usual or not same(value, usual[name])]
         parts = [f"{name}={_SHORT.repr(value)}" for name, value in said if not _silent(value)]
-        text = " ".join(f"{type(self).__name__}({', '.join(parts)})".split())
+        text = f"{type(self).__name__}({', '.join(parts)})".replace("\n", " ")
         return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 5]} ...)"
 
 

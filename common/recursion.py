@@ -38,7 +38,7 @@ class Section(NamedTuple):
 
 
 def butterworth(order: int, cutoff: float) -> tuple[Section, ...]:
-    """Sections of a Butterworth low-pass of even order, the most resonant last; ``cutoff`` over Nyquist's."""
+    """Sections of a Butterworth low-pass of even order, the most resonant last; ``cutoff``: fraction of Nyquist."""
     # Bilinear transform of its poles, prewarped.
     k = np.tan(0.5 * np.pi * cutoff)
     sections = []

@@ -65,12 +65,12 @@ class Urdf(NamedTuple):
     notes: tuple[str, ...]  # what was made exact or left out
     meshes: Mapping[str, tuple[Mesh, ...]]  # of every link, in its own frame
 
-    def fixed_to(self, link: str, pose: Pose) -> Iterator[tuple[str, Pose]]:
+    def fixed_to(self, link: str, pose: Pose) -> list[tuple[str, Pose]]:
         """List a link and all that is fixed to it, with their frames where the link's is at ``pose``."""
-        yield link, pose
-        for joint in self.children[link]:
-            if joint.kind == "fixed":
-                yield from self.fixed_to(joint.child, pose @ joint.origin)
+        fixed = [(link, pose)]
+        for name, at in fixed:  # grows while it is walked
+            fixed += [(joint.child, at @ joint.origin) for joint in self.children[name] if joint.kind == "fixed"]
+        return fixed
 
 
 def load_urdf(path: str | Path | Source, base: str | None = None, tip: str | None = None) -> Robot:
@@ -171,6 +171,8 @@ def _chain(tree: Urdf, base: str, tip: str) -> tuple[list[tuple[UrdfJoint, Pose]
     for joint in reversed(path):
         pose = pose @ joint.origin
         if joint.kind == "fixed":
+            continue
+        if fault:
             continue
         if joint.kind not in _MOVES:
             fault = f"joint {joint.name!r} is {joint.kind or 'of no kind'!r}: a chain of revolute, continuous, "
@@ -312,7 +314,8 @@ def _children(links: Sequence[str], joints: Sequence[UrdfJoint]) -> dict[str, li
 def _meshes(link: _Element, folder: Path) -> Iterator[Mesh]:
     """Read the meshes of a link's visuals, in its frame; what cannot be understood is passed over.
 
-    A file that is not found keeps its name as written.
+    ``package://NAME/..`` is sought in the folders above the URDF and in those that ROS names by its environment; a
+    file that is not found keeps its name as written.
     """
     for visual in link.findall("visual"):
         element, origin = visual.find("geometry/mesh"), visual.find("origin")

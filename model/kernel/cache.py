@@ -117,7 +117,7 @@ def _identity(compiler: Path) -> str:
 def _compile(compiler: Path, source: str, folder: Path, key: str) -> Path:
     identity, problem = _identity(compiler), ""
     with tempfile.TemporaryDirectory(dir=folder, suffix=".part", ignore_cleanup_errors=True) as beside:
-        made = Path(beside, "library")
+        made = Path(beside, f"library{_SUFFIX}")
         if identity not in _problems:
             # One that hangs or fails at anything is found out by one line of C.
             _problems[identity] = _asked(compiler, _FLAGS, "int answer(void) { return 0; }", str(made))

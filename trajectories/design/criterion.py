@@ -52,7 +52,10 @@ class Criterion(NamedTuple):
 
 
 def determinant(criterion: Criterion, G: Array, _: float) -> ValueSlope:
-    """-log det of the information about those of interest, per parameter: twice the log of the mean sigma."""
+    """-log det of the information about the parameters of interest, per one: twice the log of their mean sigma.
+
+    The mean is the geometric one.
+    """
     inverse, log_det = _inverted(G)
     if criterion.interest is None:
         return -log_det / len(G), inverse / -len(G)

@@ -71,7 +71,10 @@ def missed_on_replay(problem: DesignProblem, plan: Plan, rate: float) -> tuple[L
 
 
 def kept_throughout(problem: DesignProblem, x: Array, score: Score) -> tuple[Array, Score, Missed]:
-    """Keep a motion, or one slower by what torques miss that keeps all limits throughout."""
+    """Keep a motion that keeps all limits throughout, or one slower or smaller by what torques miss that does.
+
+    A motion whose score misses a limit on its own samples is left as it is.
+    """
     run, rehearsal = missed = _missed(problem, x) if score.feasible else ((), ())
     if any(missed) and _by_torques(run + rehearsal, _BETWEEN):
         slower = max(_LEAST, *(limit.relative for limit in run + rehearsal))

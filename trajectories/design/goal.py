@@ -238,7 +238,10 @@ def assumed_noise(robot: Robot, ratio: float = ASSUMED_RATIO) -> Array:
 def second_pose(
     robot: Robot, shape: NearShape, goal: NearGoal, bounds: JointBounds | None = None, seed: int = 0
 ) -> Array | None:
-    """Find a second pose, wrist joints turned by 90 degrees, that tells clearly more on a few random motions."""
+    """Find a second pose, wrist joints turned by 90 degrees, that tells clearly more on a few random motions.
+
+    None where no such pose does.
+    """
     bounds, n = bounds or JointBounds.of(robot), robot.n
     wrist = [j for j in range(max(n - 3, 0), n) if j + 1 in shape.joints and robot.joints[j].revolute]
     pose, candidates = shape.poses[0], []

@@ -111,7 +111,10 @@ def score_motion(problem: DesignProblem, motion: Motion) -> Score:
 
 
 def holding_torques(problem: DesignProblem, poses: Array) -> Array:
-    """Largest torque of each joint that brakes hold at poses (N, n), of all loads; zero without torque limits."""
+    """Largest torque [N·m or N] of each joint that holds the arm at poses (N, n), of all loads; shape (n,).
+
+    It is what brakes have to hold when power is cut there. Zero without torque limits.
+    """
     state, n = problem.at_rest(poses), problem.robot.n
     torques = [np.abs(limit.values(state) * limit.unit).reshape(-1, n) for limit in problem.of_kind("torque")]
     return np.asarray(np.vstack([np.zeros((1, n)), *torques]).max(axis=0))

@@ -240,7 +240,8 @@ class FreeViaPoints:
     def __init__(self, bounds: JointBounds, shape: ViaPointShape) -> None:
         self.shape, self._bounds, self.reach = shape, bounds, (bounds.low, bounds.high)
         n, moves, self.free_duration = len(bounds.low), shape.count - 1, shape.fixed is None
-        self._start = np.reshape(shape.start or (), (-1, n)).astype(float)  # no row where it is free
+        begin = () if shape.start is None else shape.start
+        self._start = np.reshape(begin, (-1, n)).astype(float)  # no row where it is free
         self._fixed = np.broadcast_to(np.asarray(1.0 if shape.fixed is None else shape.fixed), (moves,))
         inner = (shape.count - 2) * n if shape.passing else 0
         sizes = ((shape.count - len(self._start)) * n, inner, inner, moves if self.free_duration else 0)

@@ -179,11 +179,13 @@ class ClosedLoop:
             stop, active = min(start + _CHUNK, len(log)), np.flatnonzero(counts > start).tolist()
             # Positions, speeds and feed-forward at every half step.
             t, sample = np.arange(start * halves, stop * halves + 1) / (rate * halves), np.arange(start, stop)
-            parts = []
-            for q, qd, qdd in (tasks[k].reference.at(t) for k in active):
-                torque = self._feed_forward(q, moving * qd, moving * qdd, self._bare).T
-                parts.append(np.hstack([q, qd, self._controller.feed_forward * torque]))
-            reference = np.stack(parts, axis=1)
+            known = dict[int, Array]()  # once for runs on the same reference
+            for plan in (tasks[k].reference for k in active):
+                if id(plan) not in known:
+                    q, qd, qdd = plan.at(t)
+                    torque = self._feed_forward(q, moving * qd, moving * qdd, self._bare).T
+                    known[id(plan)] = np.hstack([q, qd, self._controller.feed_forward * torque])
+            reference = np.stack([known[id(tasks[k].reference)] for k in active], axis=1)
             wanted = (reference[k : len(reference) - 2 + k : 2] for k in range(3))
             levels = [frictions[k][np.clip(sample, 0, len(frictions[k]) - 1)] for k in active]
             friction = np.repeat(np.stack(levels, axis=1), self.steps, axis=0)
@@ -354,8 +356,11 @@ def run_experiment(
     """
     phases, gains = draw_robot_errors(disturbances, seed)
     loop, runs = ClosedLoop(robot, controller, disturbances, phases), []
+    robot = loop.robot
     counts = [sample_count(task.reference.duration, loop.rate) for task in tasks]
-    frictions = [draw_friction(robot, disturbances, count, loop.rate, [seed, k]) for k, count in enumerate(counts)]
+    frictions = [
+        draw_friction(loop.robot, disturbances, count, loop.rate, [seed, k]) for k, count in enumerate(counts)
+    ]
     rubbing = [task._replace(friction=friction) for task, friction in zip(tasks, frictions, strict=True)]
     for k, (task, (exact, reference)) in enumerate(zip(tasks, loop.run(rubbing, progress), strict=True)):
         recording = record(exact, disturbances, gains, [seed, k], task.name)
