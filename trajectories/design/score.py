@@ -146,7 +146,10 @@ def taught_over_time(problem: DesignProblem, motion: Motion) -> Array:
 
 
 def load_torques(problem: DesignProblem, motion: Motion) -> dict[str, Array]:
-    """Torques on a motion [N·m or N], (N, n), by each load of the torque limits; without any, the description's."""
+    """Torques on a motion [N·m or N], (N, n), by the name of each load that the design reckons with.
+
+    They are those of the torque limits; without any, those of the description's parameters; nothing without these.
+    """
     n, torques = motion.q.shape[1], {}
     if problem.torque_limited:
         state = problem.exact(Samples.of(motion))

@@ -358,9 +358,7 @@ def run_experiment(
     loop, runs = ClosedLoop(robot, controller, disturbances, phases), []
     robot = loop.robot
     counts = [sample_count(task.reference.duration, loop.rate) for task in tasks]
-    frictions = [
-        draw_friction(loop.robot, disturbances, count, loop.rate, [seed, k]) for k, count in enumerate(counts)
-    ]
+    frictions = [draw_friction(robot, disturbances, count, loop.rate, [seed, k]) for k, count in enumerate(counts)]
     rubbing = [task._replace(friction=friction) for task, friction in zip(tasks, frictions, strict=True)]
     for k, (task, (exact, reference)) in enumerate(zip(tasks, loop.run(rubbing, progress), strict=True)):
         recording = record(exact, disturbances, gains, [seed, k], task.name)
