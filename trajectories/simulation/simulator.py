@@ -164,7 +164,7 @@ def remembered_disturbances(noise: Array, rate: float) -> Disturbances:
 
 
 def relative_disturbances(torque: Array, share: float) -> Disturbances:
-    """Make levels as fractions of each joint's rms torque, (n,): ``share`` white, half of it ripple and friction."""
+    """Make levels of the joints' rms torque, (n,): the fraction ``share`` white, half of it ripple and friction."""
     joints = tuple(float(x) for x in share * torque)
     half = tuple(0.5 * x for x in joints)
     return Disturbances(joints, (0.0,) * len(joints), half, friction=0.5 * share, encoder=1e-5)
