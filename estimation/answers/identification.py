@@ -15,6 +15,7 @@ from msgspec import UNSET
 from numpy.typing import NDArray
 
 from ...common import Array, Brief, InputError, Speaks, one_thread
+from ...common.errors import listed
 from ...common.schema import naming
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
 from ..diagnosis.evidence import Evidence
@@ -76,10 +77,11 @@ def impossible_payload(elimination: Elimination) -> tuple[str, ...]:
 def impossible_robot(
     robot: Robot, base: BaseParameters, estimate: Estimate, elimination: Elimination
 ) -> tuple[str, ...]:
-    """Name what speaks against a robot with the eliminated base parameters zero; before, all had ``estimate``.
+    """Name what speaks against a robot with the eliminated base parameters zero; empty if nothing does.
 
     The nearest robot that can exist, its eliminated base parameters zero within 1 % of their standard deviations,
     must lie within the accuracy of the data: by robust standard deviations where the estimates have them.
+    ``estimate``: of all base parameters, before elimination.
     """
     gone, left = _parted(elimination, base.columns)
     if not gone or not left:
@@ -214,7 +216,7 @@ def identify(
     gains = settings.gains or usual_gains(robot, recordings)
     covariance = gains.covariance(len(problem.factors)) if gains is not None else None
     posed = LinearProblem(problem, problem.columns, prior=_prior(base, robot, settings.prior))
-    with naming(", ".join(one.source for one in recordings)):
+    with naming(listed([one.source for one in recordings], 3)):
         estimate = replace(posed.estimate(), gain_covariance=covariance)
     elimination, reason = eliminate(problem, estimate, settings.essential, posed.prior), ""
     part = replace(elimination.estimate, gain_covariance=covariance)

@@ -454,7 +454,8 @@ def payload_result(answer: PayloadAnswer) -> PayloadResult:
         uses = [most if own.use == "use" else (own.use, own.why) for own, most in every]
         unexplained, held = answer.free.unexplained(problem.torque_rms), problem.held
         standing = problem.standing if isinstance(problem, StaticMotion) else None
-        solved = loaded.select([PAYLOAD[k] for k in problem.visibility.base.chosen])
+        # At rest inertia's columns are zero.
+        solved = loaded.select([PAYLOAD[k] for k in problem.visibility.base.chosen] if standing else PAYLOAD)
         residual = parts.ResidualDocument(answer.free.estimate.fit.relative, unexplained, None)
         friction = "free" if problem.known is None else "may differ" if held.held else "own"
         counted = {"equations": loaded.equations, "friction": friction}

@@ -129,7 +129,8 @@ class ObservationSystem(Brief):
 def payload_system(problem: LongMotion) -> ObservationSystem:
     """Build the system of method 4, (30): base parameters, then the payload's ten in ``robot.last_frame``.
 
-    Without unloaded recordings it is the system of method 1, (22), with the robot's stored values as ``known``.
+    Rows of unloaded recordings have zeros in the payload's columns; without any it is the system of method 1, (22),
+    with the robot's stored values as ``known``.
     """
     source, robot, observer = problem.source, problem.robot_estimate, _loaded_observer(problem)
     own = robot.values if robot is not None else np.zeros(len(problem.base.columns))

@@ -170,7 +170,7 @@ class Equations(Brief):
     @property
     def whole(self) -> "Equations":
         """Drop the blocks."""
-        return replace(self, blocks=())
+        return replace(self, blocks=(), block_length=0.0)
 
     def without_each(self) -> list["Equations"]:
         """Leave out each block in turn; what lies before and after each is merged once for all."""

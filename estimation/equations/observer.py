@@ -10,7 +10,7 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
-from ...common import Array, Indices, Mask, without
+from ...common import Array, Indices, InputError, Mask, without
 from ...model import Motion, Processing, Robot, Spring
 from ...model.kernel.kernel import Kernel
 from ...model.motion import Measurement
@@ -321,6 +321,9 @@ def _parts(samples: int, factor: int) -> Iterator[slice]:
     return (slice(start, start + size) for start in range(0, samples, size))
 
 
+_ROWS = 1024  # per QR: the rows stay in the processor's cache
+
+
 def recorded(observer: Observer, recordings: Iterable[Used]) -> tuple[Equations, list[Observation]]:
     """Reduce all recordings of one load, and keep the equations of each."""
     each = [observer.observe_rows(*recording) for recording in recordings]
@@ -332,7 +335,10 @@ def reduced(observation: Observation) -> Equations:
     layout, factors, shared = observation.layout, list[Array](), dict[tuple[int, int], Array]()
     parts = zip(observation.rows, layout.touched, layout.motors, strict=True)
     for j, (rows, touched, motors) in enumerate(parts):
-        R, others = compressed(rows.T, len(motors))
+        both = np.zeros((0, len(rows)))
+        for k in range(0, rows.shape[1], _ROWS):
+            both = np.hstack(compressed(np.vstack([both, rows[:, k : k + _ROWS].T]), len(motors)))
+        R, others = np.split(both, [len(touched) + 1], axis=1)
         wide = np.zeros((len(R), layout.distinct + 1))
         wide[:, touched], wide[:, -1] = R[:, :-1], R[:, -1]
         factors.append(wide[:, [*layout.index, -1]])
@@ -349,4 +355,6 @@ def reduced_pieces(observer: Observer, pieces: Iterable[tuple[Measurement, Mask]
     ``decimate``: parallel decimation of Y and W.
     """
     parts = map(reduced, observer.stream(pieces, decimate))
-    return functools.reduce(lambda done, part: merged([done, part]), parts)
+    if (first := next(parts, None)) is None:
+        raise InputError("no piece of a recording is given")
+    return functools.reduce(lambda done, part: merged([done, part]), parts, first)

@@ -97,7 +97,7 @@ def remembered(recordings: Sequence[Observation], equations: Equations) -> Remem
 
 
 def block_length(loads: Sequence[Remembered]) -> float:
-    """Length of a block [s]: 5 autocorrelation times of the slowest joint, 1 s, or 100th of a load."""
+    """Length of a block [s]: the longest of 5 autocorrelation times of a joint, 1 s, and a hundredth of a load."""
     duration = max(sum(float(np.ptp(ends)) for ends in load.spans) for load in loads)
     return max(_TIMES * max(load.memory for load in loads), SHORTEST, duration / _MOST)
 

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from ...common import Array
+from ...common import Array, Brief
 from ..equations.equations import Equations, checked, compressed, triangular
 from .covariance import formula, sandwich
 from .estimate import Estimate, fit
@@ -344,7 +344,8 @@ class LinearProblem:
         return total
 
 
-class Excitation(NamedTuple):
+@dataclass(frozen=True, eq=False, repr=False)
+class Excitation(Brief):
     """Signal of each parameter in weighted equations, in units of the noise.
 
     The relative standard deviation of a parameter is 1 / ``independent``: with all others known it would be

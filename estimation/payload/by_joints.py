@@ -21,9 +21,8 @@ from .short_motion import ShortMotion
 _BLURRED = 0.05  # of noise in the torque that the other joints' payload predicts: above, a ratio says nothing
 _HIDDEN = 1e-6  # fraction of the mass in undetermined directions above which it is not visible
 _BLIND = 1e3  # sigma over the best group's above which a mass is not visible: one joint at rest hardly shows it
-WITHOUT_BLOCKS = (
-    4.0  # on the formula's sigmas where no jackknife is possible: on real data up to 4.1 times too small
-)
+WITHOUT_BLOCKS = 4.0
+"""Factor on the formula's sigmas where no jackknife is possible: on real data up to 4.1 times too small."""
 
 
 class JointsMass(Document, frozen=True):
@@ -83,7 +82,10 @@ class ByJoints(Brief):
 
 
 def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
-    """Estimate mass and ratio by joints, all ten unknown; weights, one a joint, matter within a group only."""
+    """Estimate mass and ratio by joints, all that is shown unknown; weights, one a joint, matter within a group.
+
+    Without blocks of time standard deviations are ``WITHOUT_BLOCKS`` times the formula's.
+    """
     if isinstance(problem, ShortMotion):
         # A parameter that no joint shows has a column of rounding.
         shown = problem.visibility.base.grouping.any(axis=0)

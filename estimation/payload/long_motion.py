@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...common import Array, Brief, InputError, decomposed, one_thread
+from ...common.errors import listed
 from ...common.schema import naming
 from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, base_parameters
 from ...model.drives import joint_of, parameter_kind
@@ -108,7 +109,7 @@ class LongMotion(Brief):
     @cached_property
     def bare(self) -> Estimate | None:
         """Estimate the robot's own parameters by the recordings without payload."""
-        with naming(", ".join(one.source for one in self.source.unloaded) or "without payload"):
+        with naming(listed([one.source for one in self.source.unloaded], 3) or "without payload"):
             return None if self.unloaded is None else weighted(self.unloaded)
 
     @property
@@ -118,7 +119,10 @@ class LongMotion(Brief):
 
     @property
     def torque_noise(self) -> tuple[Array, float] | None:
-        """Errors without payload: sigma of each joint, memory counted [N·m or N], and independent ones a second."""
+        """Errors without payload: sigma of each joint, memory counted [N·m or N], and independent ones a second.
+
+        None where there are no such recordings, or their memory was not asked for.
+        """
         own, source = self.bare, self.source
         if own is None or self.unloaded is None or not self.inflation or not source.unloaded:
             return None
@@ -226,9 +230,10 @@ def stored_robot(robot: Estimate) -> Known:
 
 
 def prior_of(known: Estimate | None, inflation: tuple[float, ...], loaded: Equations) -> Known:
-    """Prior of a robot known earlier, by the covariance that its errors really have; memory's middle one counts.
+    """Prior of a robot known earlier, by the covariance that its errors really have.
 
-    The jackknife's has no more rank than blocks, and no inverse; its standard deviations scale the formula's.
+    The jackknife's has no more rank than blocks, and no inverse; its standard deviations scale the formula's. The
+    memory of errors, ``inflation``, is the middle one of the joints that have equations.
     """
     assert known is not None
     factors = [factor for factor, rows in zip(inflation, loaded.rows, strict=True) if rows]
@@ -396,7 +401,9 @@ def robot_of(unloaded: Equations) -> Array:
     """
     rms = unloaded.torque_norms / np.sqrt(np.maximum(unloaded.rows, 1))
     factor = unloaded.stacked(np.divide(1.0, rms, out=np.zeros_like(rms), where=rms > 0.0))
-    values = decomposed(factor[:, :-1], tolerance=_SMALL).solution(factor[:, -1])
+    W = factor[:, :-1]
+    largest = np.full(W.shape[1], np.linalg.norm(W, axis=0).max(initial=0.0))  # beside which rounding is nothing
+    values = decomposed(W, largest, _SMALL).solution(factor[:, -1])
     return np.where([is_friction(name) for name in unloaded.columns], 0.0, values)
 
 

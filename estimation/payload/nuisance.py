@@ -140,8 +140,9 @@ def coulomb_friction(problem: Equations) -> Array:
 
 RIPPLE_CHANCE = 0.05  # probability of finding a wave in the noise of one joint in one recording
 _FINER = 6  # candidates from one whole wave over the range to the next
-_FURTHEST = 40  # waves over the range
-_MOST = 4  # per joint
+_FURTHEST = 40  # waves over the joint's range
+_MOST = 4  # waves per joint
+_AT_ONCE = 1_000_000  # numbers, so that memory does not grow with the waves
 _ROWS_EACH = 20  # rows for each wave: of fewer nothing is looked for
 _PASSED = 0.1  # of a wave's amplitude: what decimation leaves less of is not looked for
 _DEPENDENT = 0.05  # of a wave's power: explained by the payload but for this, it cannot be separated from it
@@ -196,19 +197,23 @@ def _waves(used: Used, j: int, W: Array, torque: Array, t: Array) -> list[tuple[
     def seen(signals: Sequence[Array]) -> Array:  # as the equations see them
         return np.asarray(decimated(np.array(signals), decimate)[:, keep[::decimate, j]].T)
 
-    def fall(wave: float, Q: Array, left: Array) -> float:
-        """Fall of the sum of squares by a wave beside Q; 0 where it hardly stands out."""
-        pair = seen([np.sin(wave * position), np.cos(wave * position)])
-        passed, pair = np.sum(pair**2) > _PASSED**2 * len(left), _less(pair, Q)
-        N, b = pair.T @ pair, pair.T @ left
-        independent = np.linalg.det(N) > (_DEPENDENT * 0.5 * len(left)) ** 2
-        return float(b @ np.linalg.solve(N, b)) if passed and independent else 0.0
+    def falls(some: Array, Q: Array, left: Array) -> Array:
+        """Fall of the sum of squares by each of some waves beside Q; 0 where it hardly stands out."""
+        turning = np.outer(some, position)
+        pairs = seen([*np.sin(turning), *np.cos(turning)])
+        passed = np.sum(pairs**2, axis=0).reshape(2, -1).sum(axis=0) > _PASSED**2 * len(left)
+        pairs = _less(pairs, Q).reshape(len(left), 2, -1)
+        N, b = np.einsum("riw,rjw->wij", pairs, pairs), np.einsum("riw,r->wi", pairs, left)
+        clear = passed & (np.linalg.det(N) > (_DEPENDENT * 0.5 * len(left)) ** 2)
+        N[~clear] = np.eye(2)
+        return np.where(clear, np.einsum("wi,wij,wj->w", b, np.linalg.inv(N), b), 0.0)
 
+    groups = np.array_split(waves, 1 + len(waves) * len(position) // _AT_ONCE)
     Q, found = decomposed(W).range, list[tuple[float, float, Array]]()
     left = _less(torque, Q)
     while len(found) < most:
-        gains = [fall(wave, Q, left) for wave in waves]
-        gain, wave = max(gains), float(waves[np.argmax(gains)])
+        gains = np.concatenate([falls(some, Q, left) for some in groups])
+        gain, wave = float(gains.max()), float(waves[np.argmax(gains)])
         if _chance(gain, float(left @ left - gain), len(torque) - Q.shape[1] - 2) * len(waves) > RIPPLE_CHANCE:
             break
         # Sine and cosine of a wave, and their slopes by the wavelength, which is not known exactly.

@@ -300,7 +300,7 @@ def tested(result: Possible) -> tuple[Active, ...]:
 def build_constrained(estimate: Estimate, constraints: Sequence[Constraint] = POSSIBLE) -> tuple[Any, Any, Any]:
     """Build the problem of ``solve_constrained`` in CVXPY, not solved yet: constraints and terms can be added.
 
-    As by ``cvxpy.Problem(problem.objective, [*problem.constraints, ...])``. Its solution is not repaired:
+    Add your own by ``cvxpy.Problem(problem.objective, [*problem.constraints, ...])``. Its solution is not repaired:
     eigenvalues down to -1e-7 of the largest are left.
 
     Returns:

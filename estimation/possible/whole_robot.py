@@ -148,7 +148,8 @@ def _labelling(
 def _plain_friction(robot: Robot, parameters: Mapping[str, float]) -> list[dict[str, tuple[float, float]]]:
     """Coulomb and viscous friction nearest to each other term, per unit of its parameter, by joint and name.
 
-    Under the ``typical_load``, over speeds up to the joint's limit, in the middle of its range.
+    Under the ``typical_load``, over speeds up to the joint's limit (1 without one) and, for a law of one's own, in
+    the middle of its range.
     """
     rows = []
     for j, (joint, load) in enumerate(zip(robot.joints, typical_load(robot, parameters), strict=True), 1):

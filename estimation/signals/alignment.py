@@ -113,9 +113,10 @@ def _coarse_lag(a: Array, b: Array) -> int:
     lags = len(a) + len(b) - 1
     length = 1 << (lags - 1).bit_length()  # of the transforms: at least as many as there are lags
     spectrum = np.zeros(length // 2 + 1, dtype=complex)
+    a, b = a - a[0], b - b[0]  # a joint at rest is exactly zero
     for x, y in zip((a - a.mean(axis=0)).T, (b - b.mean(axis=0)).T, strict=True):
-        size = max(float(np.linalg.norm(x) * np.linalg.norm(y)), np.finfo(float).tiny)
-        spectrum += np.fft.rfft(x, length).conj() * np.fft.rfft(y, length) / size
+        if (size := float(np.linalg.norm(x) * np.linalg.norm(y))) > 0.0:
+            spectrum += np.fft.rfft(x, length).conj() * np.fft.rfft(y, length) / size
     # Lags below zero stand at the end.
     return int(np.argmax(np.roll(np.fft.irfft(spectrum, length), len(a) - 1)[:lags])) - (len(a) - 1)
 

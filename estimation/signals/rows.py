@@ -199,10 +199,10 @@ def without_held(t: Array, values: Array, slowest: Mask) -> tuple[Array, Indices
     """Take columns that are held between the samples of a slower signal at these alone.
 
     Rows are left at which one of the columns ``slowest`` changes, where all of these are held; else all rows. There
-    any other held column is interpolated between its own samples. These are the torques': interpolated ones would
-    count as measured.
+    any other held column is interpolated between its own samples.
 
-    ``t``: times [s], shape (N,); ``values``: numbers as they stand in the log, N x k; ``slowest``: shape (k,).
+    ``t``: times [s], shape (N,); ``values``: numbers as they stand in the log, N x k; ``slowest``: marks torques,
+    which would count as measured where they are interpolated, shape (k,).
 
     Returns:
         Rows of the log to a sample of each column, 0 where it is not held; rows that are left; all values there.
