@@ -215,7 +215,7 @@ class Recorder:
     def __init__(self, rate: float, length: float = math.inf) -> None:
         """Begin an empty one of ``rate`` samples a second [Hz], over after a ``length`` in its own time [s]."""
         self.rate, self.length = rate, length
-        self.count = self.repeated = 0  # samples that are kept, and those of them that came twice
+        self.count = self.repeated = 0  # samples that are kept, and those that came again
         self.stops: list[tuple[float, str]] = []  # what stopped the arm, with the time since the start [s]
         self._kept: list[Samples] = []
         self._steps = Counter[int]()

@@ -241,7 +241,11 @@ def run(words: Sequence[str]) -> int:
         status = called(*bound.args, **bound.kwargs)
     except InputError as error:  # the settings file is named of whose key it speaks first
         given = [(entry, token.source) for call in calls for entry in call.arguments for token in entry.tokens]
-        files = [f for entry, f in given if f != "cli" and re.match(rf"{shown_name(entry)}\b", str(error))]
+        files = [
+            f
+            for entry, f in given
+            if f != "cli" and re.match(rf"{re.escape(shown_name(entry))}(?![\w-])", str(error))
+        ]
         raise InputError(": ".join([*files[:1], str(error)])) from None
     asked = calls or not _ASKING.isdisjoint(words)  # else the help is shown for want of a command
     return int(status or ANSWERED) if asked else BAD_INPUT

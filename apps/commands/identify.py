@@ -179,9 +179,7 @@ class _Known(Options):
     """Recording of currents without the payload; repeatable."""
     loaded: values.LoadedFiles
     """Recording of currents with the payload; repeatable."""
-    mass: Annotated[tuple[tuple[float, ...], float | None] | None, word(values.with_sigma, "KG[,KG..][+-KG]")] = (
-        None
-    )
+    mass: Annotated[tuple[tuple[float, ...], float | None] | None, _masses] = None
     """Mass of the payload, +- its standard deviation (default: 0); with several weights, one per --loaded."""
     payload: values.PayloadFile | None = None
     """File with mass, com and inertia_com, as far as known, instead of --mass."""

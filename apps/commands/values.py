@@ -164,7 +164,10 @@ def levels(text: str) -> dict[str, float]:
 
 
 def gain_errors(text: str) -> tuple[tuple[float, ...], float]:
-    """Relative errors of each joint's gain, and of all together: 2%, 2,2,3% or 2%,common=1%."""
+    """Relative errors of each joint's gain, and of all together: 2%, 2,2,3% or 2%,common=1%.
+
+    A percent sign at the end stands for all of them.
+    """
     parts = texts(text)
     common = [part.removeprefix("common=") for part in parts if part.startswith("common=")]
     own = [part for part in parts if not part.startswith("common=")]
@@ -214,7 +217,10 @@ def frame(text: str) -> Pose:
 
 
 def word(read: Callable[[str], Any], metavar: str, count: int | None = 1) -> Parameter:
-    """A value read from one word, which may begin with a minus, of a ``count`` of words, or one of each word."""
+    """A value that is read from one word, which may begin with a minus, or from a ``count`` of words.
+
+    These, and a list in a file, are joined by commas. Without a count each word is a value, any number of them.
+    """
 
     def converted(_: object, tokens: Sequence[Token]) -> Any:
         words = [token.value for token in tokens]

@@ -96,15 +96,23 @@ class XmlEdits:
 
     def put(self, above: Spot, elements: "Sequence[ElementTree.Element[Any]]", old: Spot | None = None) -> None:
         """Put elements into another one, each on lines of its own: in the place of one in it, or first."""
-        before = self._text[: above.begin].rpartition("\n")[2]
-        margin = f"\n{before if before.isspace() else ''}  "
-        text = "".join(margin + xml_text(each).replace("\n", margin) for each in elements)
+        text = self._lines(above, elements)
         if old is not None:
             self._changes.append((old.begin, old.end, text.lstrip()))
         elif above.inside < above.end:
             self._changes.append((above.inside, above.inside, text))
         else:
             self._changes.append((above.inside - 2, above.inside, f">{text}</{above.tag}>"))
+
+    def add(self, above: Spot, elements: "Sequence[ElementTree.Element[Any]]") -> None:
+        """Put elements last into one that is not empty."""
+        position = len(self._text[: self._text.rindex("<", above.begin, above.end)].rstrip())
+        self._changes.append((position, position, self._lines(above, elements)))
+
+    def _lines(self, above: Spot, elements: "Sequence[ElementTree.Element[Any]]") -> str:
+        before = self._text[: above.begin].rpartition("\n")[2]
+        margin = f"\n{before if before.isspace() else ''}  "
+        return "".join(margin + xml_text(each).replace("\n", margin) for each in elements)
 
     def text(self) -> str:
         """The text with all changes."""
@@ -194,7 +202,8 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[
     joints = tuple(names.get(j, "") for j in range(whole.robot.n))
     tendon = [element("tendon", {}, *mjcf.coupled_tendon(whole, joints))] if both else []
     comments = [Comment(f" {plain(line)} ") for line in head]
-    model.put(model.spots[0], [*comments, *([mjcf.custom(whole)] if of_mujoco else []), *tendon])
+    model.put(model.spots[0], comments)
+    model.add(model.spots[0], [*([mjcf.custom(whole)] if of_mujoco else []), *tendon])
     notes = list[str]()
     if missing := [joint for j, joint in enumerate(whole.joint_names) if j not in names]:
         notes.append(f"Joints of {whole.robot.name} that are not in {path}: {', '.join(missing)}.")

@@ -97,20 +97,22 @@ def reduce_fleet(
 
 def _keyed(logs: Sequence[Log | str], recipe: Recipe, held: Mapping[str, Log]) -> Iterator[Log]:
     """Logs with the names of their equations, or with what speaks against them; ``held``: what the store has."""
-    given = sorted((log if isinstance(log, Log) else Log(log) for log in logs), key=lambda log: log.file)
+    given = [log if isinstance(log, Log) else Log(log) for log in logs]
+    for k, log in enumerate(given):  # a store can hold no other path
+        if (name := encodable(log.file)) != log.file:
+            given[k] = Log(name, reason="its path is not UTF-8: rename the file or folder")
+    given.sort(key=lambda log: log.file)
     files = {log.file for log in given}
     earlier = [log for log in held.values() if not log.reason and log.file not in files]
     twice, first_files = same_time([*earlier, *given]), {log.sha256: log.file for log in earlier}
     for log in given:
-        name, wrong, digest = encodable(log.file), log.reason or twice.get(log.file, ""), ""
+        name, wrong, digest = log.file, log.reason or twice.get(log.file, ""), ""
         try:
-            if name != log.file:  # a store can hold no other path
-                wrong = "its path is not UTF-8: rename the file or folder"
-            elif not wrong and (first := first_files.setdefault(digest := checksum(name), name)) != name:
+            if not wrong and (first := first_files.setdefault(digest := checksum(name), name)) != name:
                 wrong = f"holds the same bytes as {first}: a recording counts once"
         except (InputError, OSError) as error:
             wrong = getattr(error, "strerror", None) or str(error)
-        known = replace(log, file=name, reason=wrong, sha256=digest)
+        known = replace(log, reason=wrong, sha256=digest)
         yield known if wrong else replace(known, key=recipe.key(known))
 
 

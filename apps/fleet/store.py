@@ -194,11 +194,11 @@ class Store:
             if there != labels:
                 kind = "recipe" if there.get("fingerprint") == labels["fingerprint"] else "robot"
                 raise InputError(f"{root}: a store of another {kind} ({there.get('robot')}): give another folder")
-            return store
-        if store.root.is_dir() and any(store.root.iterdir()):
+        elif store.root.is_dir() and any(store.root.iterdir()):
             raise InputError(f"{root}: is a folder of other things: give a new one")
         made_folder(store.root / "recordings")
-        write_json(path, labels)
+        if not path.exists():
+            write_json(path, labels)
         return store
 
     @staticmethod

@@ -4,7 +4,6 @@ import struct
 import warnings
 import zlib
 from collections.abc import Mapping
-from contextlib import suppress
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -136,15 +135,20 @@ def parquet_log(path: Path, layout: Layout) -> RawLog:
         kind = kind.value_type if is_list(kind) else kind
         return bool(types.is_integer(kind) or types.is_floating(kind) or types.is_decimal(kind))
 
-    arrays: dict[str, Any] = {}
+    columns: dict[str, Array] = {}
     with reading(path, "a Parquet file"), parquet.ParquetFile(path) as data:
         names = [entry.name for entry in data.schema_arrow if is_numeric(entry.type)]
-        for name, column in zip(names, data.read(columns=names).columns, strict=True):
-            with suppress(ValueError):  # lists of several lengths hold no signal
-                several = is_list(column.type)
-                arrays[name] = np.stack(column.to_numpy()) if several else column.cast(arrow.float64()).to_numpy()
-                arrays[name] = arrays[name].astype(float)
-    return _arrays_log(path, arrays)
+        table = data.read(columns=names)
+        for name in names:
+            column = table.column(name).combine_chunks()
+            flat = column.flatten() if is_list(column.type) else column
+            numbers = np.asarray(flat.cast(arrow.float64()).to_numpy(zero_copy_only=False))
+            if not is_list(column.type):
+                columns[name] = numbers
+            elif not column.null_count and len(numbers) % max(len(column), 1) == 0:
+                columns |= {f"{name}{k}": own for k, own in enumerate(numbers.reshape(len(column), -1).T, 1)}
+            # Lists of several lengths hold no signal.
+    return RawLog(path, tuple(columns), lambda names: np.column_stack([columns[name] for name in names]))
 
 
 def _arrays_log(path: Path, arrays: Mapping[str, Any], objects: Mapping[str, str] = MappingProxyType({})) -> RawLog:

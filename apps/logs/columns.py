@@ -294,8 +294,9 @@ def _check_layout(naming: Naming) -> list[str]:
             raise InputError(f"{raw.path}: {fault}: is it the right robot?")
         return [] if known.columns is NAMED.columns else [f"columns of: {known.title}"]
     plain = {"t"}.union(*(PLAIN.expanded(PLAIN.columns[kind][0], (), robot.n) for kind in QUANTITIES))
+    time = time_column(raw.names, PLAIN)
     for name in raw.names:
-        if name in plain or name == time_column(raw.names, PLAIN):
+        if name in plain or name == time:
             continue
         match = re.fullmatch(r"([a-z]+?)0*(\d*)", re.sub(r"[\[(].*?[\])]|[^a-z0-9]", "", name.lower()))
         meant = _ALIASES.get(match[1], match[1]) + match[2] if match else name

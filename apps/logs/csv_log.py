@@ -195,7 +195,7 @@ class _Text:
             # The quick way to count cells serves nearly every row.
             if self._delimiter is None or not whole or line.count(self._delimiter) != width - 1 or '"' in line:
                 cells = self._cells(line)
-                while len(cells) > width and not cells[-1]:
+                if len(cells) == width + 1 and not cells[-1]:
                     cells.pop()
                 inside = width - 1 in indices and len(cells) == width and not self._is_number(cells[-1])
                 if not whole and (len(cells) < width or inside):

@@ -117,7 +117,7 @@ def check_pose(pose: Array, robot: Robot, bounds: JointBounds) -> None:
         shown = ", ".join(f"{x:g}" for x in scales * pose)
         ends = zip(pose, bounds.low, bounds.high, scales, strict=True)
         ranges = ", ".join(
-            f" (joint {j}: {scale * low:.4g} to {scale * high:.4g})"
+            f" (joint {j}: {scale * low:.4g} to {scale * high:.4g}{'' if scale == 1.0 else ' deg'})"
             for j, (x, low, high, scale) in enumerate(ends, 1)
             if not low <= x <= high
         )

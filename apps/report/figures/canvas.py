@@ -100,5 +100,7 @@ def _saved(figure: Figure, settings: dict[str, Any], **options: Any) -> bytes:
     for text in figure.findobj(package.text.Text):
         text.set_parse_math(False)
     with package.rc_context({**settings, "text.parse_math": False}):
+        figure.draw_without_rendering()  # laid out once, for that takes longest
+        figure.set_layout_engine("none")
         figure.savefig(content, **options)
     return content.getvalue()

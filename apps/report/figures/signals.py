@@ -19,6 +19,7 @@ _STRETCHES = 2000  # of a long signal that are drawn
 _TALLEST = 14.0  # inches
 _GAP = 2.5  # steps: a longer one is drawn as a gap
 _CURVES = ((BLUE, "--", 1.3), (ORANGE, ":", 1.3), ("black", "-.", 1.0))
+LAG = "autocorrelation"
 _Draw: TypeAlias = Callable[[Axes, int], None]
 """Draws a joint, counted from 0, into its panel."""
 
@@ -33,7 +34,7 @@ def by_joint(n: int, columns: Mapping[str, _Draw], title: str = "", **options: A
             axis.tick_params(labelsize=8)
             plain(axis)
         column[0].set_title(heading, fontsize=9)
-        column[-1].set_xlabel("time [s]")
+        column[-1].set_xlabel("lag [s]" if heading == LAG else "time [s]")
     for j, axis in enumerate(axes[:, 0], 1):
         axis.set_ylabel(f"joint {j}", fontsize=9)
     legend(figure, axes[0])
@@ -123,7 +124,7 @@ def prediction_figure(prediction: TorquePrediction, name: str) -> Drawing:
     columns: dict[str, _Draw] = {
         "torque [N·m]": partial(_torques, prediction),
         "residual [N·m]": residual,
-        "autocorrelation by lag": autocorrelation,
+        LAG: autocorrelation,
     }
     text = f"{caption} Relative residuals of the joints in percent: {', '.join(percents)}."
     return Drawing(name, caption, lambda: by_joint(n, columns, width_ratios=(5, 3, 2)), text)
