@@ -160,7 +160,7 @@ LINES = {
         "--torque-noise 10% --torque-limits none": "needs a torque limit of every joint",
         "--torque-noise 1,2": "2 numbers for 6 joints",
         "--start 1,2,3": "3 numbers for the 6 joints",
-        "--start 0,0,0,0,121,0": "within the limits of rx90 (joint 5: -105 to 120)",
+        "--start 0,0,0,0,121,0": "within the limits of rx90 (joint 5: -105 to 120 deg)",
         "parameters=XX9": "XX9",
         "parameters=FV1,FV1": "not a list of different names",
         "--columns XX1,ZZ1": "XX1 has no effect",
