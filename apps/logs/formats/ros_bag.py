@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.errors import InputError
-from ..extras import extra, reading
-from .columns import RawLog
-from .map import Layout
+from ....common.arrays import Array
+from ....common.errors import InputError
+from ...extras import extra, reading
+from ..columns import RawLog
+from ..map import Layout
 
 _FRANKA, _DYNAMIC = "franka_msgs/msg/FrankaRobotState", "control_msgs/msg/DynamicJointState"
 _TYPES = (_FRANKA, "sensor_msgs/msg/JointState", _DYNAMIC)
@@ -109,3 +109,6 @@ def _messages(reader: Any, topic: str) -> Iterator[tuple[int, Any]]:
         message = reader.deserialize(data, connection.msgtype)
         stamp = message.header.stamp
         yield stamp.sec * 1_000_000_000 + stamp.nanosec or recorded, message
+
+
+READERS = {".mcap": ros_bag, ".db3": ros_bag}

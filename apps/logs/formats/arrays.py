@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.errors import InputError
-from ..extras import extra, reading
-from .columns import RawLog
-from .map import Layout
+from ....common.arrays import Array
+from ....common.errors import InputError
+from ...extras import extra, reading
+from ..columns import RawLog
+from ..map import Layout
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _MATRIX, _COMPRESSED = 14, 15
@@ -179,3 +179,6 @@ def _arrays_log(path: Path, arrays: Mapping[str, Any], objects: Mapping[str, str
             signals = np.asarray(array.T if len(array) == rows else array, dtype=np.float64)
             columns |= {f"{name}{k}": signal for k, signal in enumerate(signals, 1)}
     return RawLog(path, tuple(columns), lambda names: np.column_stack([columns[name] for name in names]))
+
+
+READERS = {".npz": npz_log, ".mat": mat_log, ".parquet": parquet_log}
