@@ -1,9 +1,10 @@
 """Packages that only some formats need, and tables as Parquet, by one of them."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 from typing import Any
 
 from ..common.errors import InputError
@@ -18,6 +19,12 @@ def extra(module: str, refusal: str) -> Any:
         return import_module(module)
     except ImportError:
         raise InputError(refusal) from None
+
+
+def modules(package: str, folders: Iterable[str]) -> dict[str, Any]:
+    """Modules of a package by name, for what is one file each; ``folders``: the package's ``__path__``."""
+    names = sorted(module.name for module in iter_modules(folders))
+    return {name: import_module(f"{package}.{name}") for name in names}
 
 
 @contextmanager

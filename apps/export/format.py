@@ -5,14 +5,13 @@ Elements of XML that several formats have, and bodies as URDF, SDFormat and MJCF
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from importlib import import_module
-from pkgutil import iter_modules
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from xml.etree.ElementTree import Element, indent, tostring
 
 from ...common.arrays import Array
 from ...common.errors import printable
+from ..extras import modules
 from ..numbers import exact, inertia_entries, six
 
 if TYPE_CHECKING:
@@ -61,8 +60,8 @@ def plain(line: str) -> str:
 
 def formats(package: str, folders: Iterable[str], constant: str = "FORMAT") -> dict[str, Format[Any]]:
     """Formats by name: each is a constant of one file of a package, whose ``__path__`` is given."""
-    modules = {module.name: import_module(f"{package}.{module.name}") for module in iter_modules(folders)}
-    return {name: replace(getattr(module, constant), name=name) for name, module in sorted(modules.items())}
+    found = modules(package, folders).items()
+    return {name: replace(getattr(module, constant), name=name) for name, module in found}
 
 
 def element(tag: str, values: Mapping[str, str] = _NONE, *inside: "Element[Any] | str") -> Element:

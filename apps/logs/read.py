@@ -4,10 +4,8 @@ import hashlib
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from importlib import import_module
 from itertools import chain
 from pathlib import Path
-from pkgutil import iter_modules
 from typing import Literal
 
 import numpy as np
@@ -20,15 +18,19 @@ from ...common.schema import WrongKeyError
 from ...estimation.diagnosis.kinematics import ToolPoses
 from ...estimation.signals.rows import cut, frozen_rows, origin, pieces, typical_step, without_held
 from ...model import Processing, Recording, Robot
+from ..extras import modules
 from . import formats
 from .columns import PLAIN, Naming, RawLog, check_missing, choose, in_a_row, recognised, time_column
 from .csv_log import csv_log
 from .formats.ros_bag import ros_bag
 from .map import SHORT, SI, Layout, LogMap, Quantity, factor, standard_pose
 
-_READERS = dict[str, Callable[[Path, Layout], RawLog]]()  # by ending; everything else is text
-for _module in iter_modules(formats.__path__):
-    _READERS |= import_module(f"{formats.__name__}.{_module.name}").READERS
+_READERS: dict[str, Callable[[Path, Layout], RawLog]] = {
+    ending: reader
+    for module in modules(formats.__name__, formats.__path__).values()
+    for ending, reader in module.READERS.items()
+}
+"""Readers by ending; everything else is text."""
 LogPath = str | Path | Sequence[str | Path]  # a file or folder, or the files of one recording, one a signal
 SUFFIXES = (".csv", ".csv.gz", ".tsv", ".tsv.gz", *_READERS)
 """Endings of the files of a folder that are taken for logs."""

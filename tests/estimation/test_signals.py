@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
-from dynident.estimation.signals.alignment import aligned
+from dynident.estimation.signals.alignment import aligned, best_aligned
 from dynident.estimation.signals.filtering import Decimator, decimated, measurement, noise_bandwidth, resampled
 from dynident.estimation.signals.rows import inner_samples, used_rows
 from dynident.model import Motion, Processing, Recording
@@ -175,3 +175,15 @@ def test_a_lag_between_samples_is_found(lag: float, samples: int) -> None:
         ends = max(0.0, pair.lag), t[-1] + min(0.0, pair.lag)  # of what both have recorded
         assert ends[0] <= pair.loaded.t[0] < ends[0] + step
         assert ends[1] - step < pair.loaded.t[-1] <= ends[1]
+
+
+def test_joints_at_rest_leave_the_lag_of_a_pair_alone() -> None:
+    t, rest, lag = np.arange(0.0, 20.0, 0.01), np.array([0.1, -0.7, 1.3, 0.4, -2.1]), 3.21
+
+    def recording(begun: float, source: str) -> Recording:
+        moving = np.sin(t - begun) + 0.5 * np.sin(2.3 * (t - begun) + 1.0)
+        q = np.column_stack([moving, np.tile(rest, (len(t), 1))])
+        return Recording(t, q, 0.0 * q, source=source)
+
+    pair = best_aligned(recording(0.0, "unloaded"), recording(lag, "loaded"), 100.0)
+    assert pair.lag == pytest.approx(lag, abs=1e-3)
