@@ -71,7 +71,7 @@ def counted(memory: float, name: str) -> list[bool]:
         assert problem.source is not None
         system = system_of(problem, states_of(problem.source))
         assert system is not None
-        return any(effect.name == "pull" for effect in effects_of(system))
+        return "pull" in effects_of(system)
 
     return [told(case) for case in CASES]
 

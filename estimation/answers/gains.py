@@ -104,7 +104,9 @@ def answer_gains(problem: GainProblem) -> GainsResult:
         diagnose(each, own, None, problem.description) for each, own in zip(posed, identified, strict=True)
     ]
     # An error of the weighed mass scales all gains alike, and so may a burst of other torques.
-    bursts = [(own.mass, diagnosis.effect("bursts")) for own, diagnosis in zip(identified, diagnoses, strict=True)]
+    bursts = [
+        (own.mass, diagnosis.effects.get("bursts")) for own, diagnosis in zip(identified, diagnoses, strict=True)
+    ]
     reach = max((abs(float(found.change[9]) / mass) / NORMAL95 for mass, found in bursts if found), default=0.0)
     shared = max(load.mass_sigma / load.mass for load in loads) ** 2 + reach**2
     factors = zip(problem.equations.factors, best.k, strict=True)

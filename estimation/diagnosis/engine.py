@@ -45,6 +45,7 @@ class System:
     keep: Mask  # rows that are used, n x N; none of a joint that has a few only
     nominal: Array  # values of the robot from an earlier identification, else zero, by names
     prior: Array  # Gram matrix of the prior rows, c x c
+    payload: slice  # indices of the payload's ten; empty where nothing hangs on the robot
     inflation: float = 1.0  # by which memory of the errors raises the variances that these equations leave
 
     @staticmethod
@@ -71,31 +72,27 @@ class System:
             except InputError:  # the joint leaves the spring's table: it cannot be so
                 keep = np.zeros_like(keep)
 
-        def under(carried: Array) -> System:
+        carried, c = np.zeros(spring.shape), len(own) + len(payload)
+        for last in (False, True):
             W = regressor_at(robot, names, states.q, states.qd, states.qdd, carried.T)
             load, friction = (W[:, list(map(names.index, some))] * states.loaded for some in (payload, changes))
             if payload:
                 load = np.einsum("jcn,cd->jdn", load, frame_change(robot.flange))
             columns, torque = np.concatenate([W[:, : len(own)], load, friction], axis=1), states.torque.T + spring
-            without_prior = np.zeros(len(own) + len(payload))
-            prior = np.diag(np.square([*without_prior, *changes.values()]))
-            nominal, inflation = without_prior[: len(own)], 1.0
+            prior = np.diag(np.square([*np.zeros(c), *changes.values()]))
+            nominal, inflation = np.zeros(len(own)), 1.0
             if known is not None:
                 nominal, inflation = known.values, known.inflation
                 prior[: len(own), : len(own)] = known.root.T @ known.root
-                torque -= np.einsum("jcn,c->jn", W[:, : len(own)], nominal)
-            return System(robot, states, tuple(own), columns, torque, keep, nominal, prior, inflation)
-
-        system = under(np.zeros(spring.shape))
-        if not robot.drives.loaded:
-            return system
-        rigid = [k for k, name in enumerate((*own, *payload)) if parameter_kind(name) in INERTIAL]
-        return under(np.einsum("jcn,c->jn", system.columns[:, rigid], system.values[rigid]) - spring)
-
-    @property
-    def payload(self) -> slice:
-        """Indices of the payload's ten; empty where nothing hangs on the robot."""
-        return slice(len(self.names), len(self.names) + (len(PAYLOAD) if self.states.loaded.any() else 0))
+                torque -= nominal @ W[:, : len(own)]
+            part = slice(len(own), c)
+            system = System(robot, states, tuple(own), columns, torque, keep, nominal, prior, part, inflation)
+            if last or not robot.drives.loaded:
+                break
+            # Friction under load goes by the torque of the bodies, as they come out without it.
+            rigid = [k for k, name in enumerate((*own, *payload)) if parameter_kind(name) in INERTIAL]
+            carried = system.values[rigid] @ system.columns[:, rigid] - spring
+        return system
 
     @cached_property
     def norms(self) -> Array:
@@ -161,21 +158,15 @@ class System:
         parts = (weighted[:, :, a:b].reshape(len(weighted), -1) for a, b in pairwise(edges))
         return np.array([part @ part.T for part in parts])
 
-    def solved(self, gram: Array) -> Array:
-        """Parameters by a Gram matrix of all columns and the torque, beside the prior rows, shape (c,)."""
-        root = _whitening(gram[:-1, :-1] + self.prior)
-        return np.asarray(root @ (root.T @ gram[:-1, -1]))
-
     def with_columns(self, *columns: Array) -> "Added":
         """Add columns to the equations, n x m x N."""
         return Added.of(self.grams(self.states.block, columns), self.prior, self.payload, self.inflation)
 
-    def as_payload(self, columns: Array) -> Array:
-        """Payload's ten that stand for columns (n x m x N) where the robot is left out, as in method 3; 10 x m."""
-        first, c = self.payload.start, len(self.prior)
-        gram = self.grams(self.states.block, [columns]).sum(axis=0)[first:, first:]
-        root = _whitening(gram[: c - first, : c - first] + self.prior[first:, first:])
-        return np.asarray((root @ (root.T @ gram[: c - first, c - first : -1]))[: len(PAYLOAD)])
+
+def solved(gram: Array, prior: Array) -> Array:
+    """Parameters that stand for the last columns of a Gram matrix, beside prior rows, c x m."""
+    root = _whitening(gram[: len(prior), : len(prior)] + prior)
+    return np.asarray(root @ (root.T @ gram[: len(prior), len(prior) :]))
 
 
 def relative_scales(robot: Robot, states: States) -> Array:
@@ -234,19 +225,21 @@ class SystemFit:
 class Effect(NamedTuple):
     """Estimate of the columns that a hypothesis adds."""
 
-    name: str  # of the hypothesis
     where: str  # in which recordings, or where else
     values: Array  # of the columns, shape (k,)
     covariance: Array  # nan where nothing shows them
     effect: Array  # on the payload's ten once corrected, 10 x k
     fall: float = 0.0  # fraction of the squared residual that they take off
     size: float = 0.0  # in SI units: the value of a single column, the length of several
-    sigma: float = 0.0  # its standard deviation, nan where one is not shown
+    sigma: float = 0.0  # its standard deviation, infinite where one is not shown
     by_difference: Array | None = None  # effect on method 3, if that is another one
     few: float = 1.0  # by which few blocks lower the significance, as Student's t does
+    groups: Sequence[Sequence[int]] = ()  # values that are judged together, where not all of them are
 
     def z(self, *index: int) -> float:
-        """Standard deviations from zero of some of the values together, of all by default; 0 where not shown."""
+        """Standard deviations from zero of some values together, by default of the clearest group; 0 if not shown."""
+        if self.groups and not index:
+            return max(self.z(*group) for group in self.groups)
         k = list(index or range(len(self.values)))
         C = self.covariance[np.ix_(k, k)]
         if not np.isfinite(C).all():
@@ -274,14 +267,19 @@ class Added(NamedTuple):
         c, whole = len(prior), blocks.sum(axis=0)
         whole[:c, :c] += prior
         root = _whitening(whole[:c, :c])
-        ten = (root @ (root.T @ whole[:c, c:]))[payload]
-        return Added(_rest(whole, root), _rest(whole - blocks, root), ten, inflation)
+        grams = np.concatenate([whole[None], whole - blocks])
+        white, right = root.T @ grams[:, :c, :c] @ root, root.T @ grams[:, :c, c:]  # nearly white
+        try:
+            remains = float(np.diagonal(np.linalg.cholesky(white), axis1=1, axis2=2).min(initial=1.0)) ** 2
+        except np.linalg.LinAlgError:
+            remains = 0.0
+        # A direction that the other blocks do not determine explains nothing.
+        clear = remains > _REMAINS
+        inverse = np.linalg.inv(white) if clear else np.linalg.pinv(white, _REMAINS, hermitian=True)
+        rest = grams[:, c:, c:] - right.swapaxes(1, 2) @ inverse @ right
+        return Added(rest[0], rest[1:], (root @ right[0])[payload], inflation)
 
-    def mixed(self, M: Array) -> "Added":
-        """Combine columns and torque by a matrix, (m + 1) x k."""
-        return Added(M.T @ self.whole @ M, M.T @ self.left @ M, self.payload @ M, self.inflation)
-
-    def effect(self, index: Sequence[int], free: Sequence[int] = (), name: str = "", where: str = "") -> Effect:
+    def effect(self, index: Sequence[int], free: Sequence[int] = (), where: str = "") -> Effect:
         """Estimate some of the added columns, others free as far as these are more than rounding."""
         squares, k = np.diag(self.whole), len(index)
         free = [i for i in free if squares[i] > _RANK * squares[list(index)].max()]
@@ -302,8 +300,8 @@ class Added(NamedTuple):
         covariance *= np.outer(wider, wider)
         size = float(values[0] if k == 1 else np.linalg.norm(values))
         few, many = stdtrit([max(min(len(each), BLOCKS), 2) - 1.0, BLOCKS - 1.0], _CHANCE)
-        sigma = float(np.sqrt(np.trace(covariance)))
-        return Effect(name, where, values, covariance, effect, fall, size, sigma, few=float(few / many))
+        sigma = float(np.nan_to_num(np.sqrt(np.trace(covariance)), nan=np.inf))
+        return Effect(where, values, covariance, effect, fall, size, sigma, few=float(few / many))
 
 
 def _norms(gram: Array) -> Array:
@@ -326,18 +324,3 @@ def _inverse(gram: Array) -> Array:
     size = _norms(gram)
     scale = size[..., :, None] * size[..., None, :]
     return np.asarray(np.linalg.pinv(gram / scale, 1e-12, hermitian=True) / scale)
-
-
-def _rest(gram: Array, root: Array) -> Array:
-    """Gram matrices of the last columns less all that the first ones explain; ``root`` makes these nearly white."""
-    c = len(root)
-    white, right = root.T @ gram[..., :c, :c] @ root, root.T @ gram[..., :c, c:]
-    try:
-        L = np.linalg.cholesky(white)
-        remains = float(np.diagonal(L, axis1=-2, axis2=-1).min(initial=1.0)) ** 2
-    except np.linalg.LinAlgError:
-        remains = 0.0
-    # A direction that the other blocks do not determine explains nothing.
-    clear = remains > _REMAINS
-    inverse = np.linalg.inv(white) if clear else np.linalg.pinv(white, _REMAINS, hermitian=True)
-    return np.asarray(gram[..., c:, c:] - right.swapaxes(-1, -2) @ inverse @ right)

@@ -67,14 +67,10 @@ class Diagnosis:
     by_joints: ByJoints = ByJoints((), ())  # the payload as single joints see it
     disagreement: float = 1.0  # Birge ratio of the joints' payload ratios, a factor on every interval
     unexcused: float = 1.0  # the same with drive gains as exact
-    effects: tuple[Effect, ...] = ()  # of the hypotheses that add columns
+    effects: Mapping[str, Effect] = field(default_factory=dict)  # of the hypotheses that add columns, by name
     alternatives: tuple[Alternative, ...] = ()
     scales: tuple[Effect, ...] = ()  # another scale of the loaded torques: of all, of each joint's
     nominal: NominalGravity | None = None  # torques against the weight of the links by the description
-
-    def effect(self, name: str) -> Effect | None:
-        """Effect of one hypothesis."""
-        return next((effect for effect in self.effects if effect.name == name), None)
 
 
 class Weighed(NamedTuple):

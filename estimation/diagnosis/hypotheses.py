@@ -17,8 +17,9 @@ from ...model.drives import parameter_kind
 from ...model.friction import is_friction
 from ...model.kinematics import point_at
 from ...model.regressors import payload_columns, regressor_at
+from ..equations.equations import PAYLOAD
 from ..payload.result import frame_change
-from .engine import Effect, System
+from .engine import Effect, System, solved
 from .evidence import Evidence
 from .finding import Finding, error, note, warning
 from .states import BLOCKS, STRETCH
@@ -83,6 +84,7 @@ class Sought(NamedTuple):
     size: Callable[[Effect], float] | None = None  # of an effect, if it is not its length
     free: Sequence[Array] = ()  # columns that are free beside them
     by_difference: Array | None = None  # their effect on method 3, if that is another one
+    groups: Sequence[Sequence[int]] = ()  # values that are judged together, where not all of them are
 
 
 class Hypothesis(NamedTuple):
@@ -91,9 +93,8 @@ class Hypothesis(NamedTuple):
     name: str
     sought: Callable[[System], Sought | Effect | None]  # its columns, or its effect; None where nothing can show it
     stands_out: Callable[[Effect], bool]  # more than chance, a model's own errors and its own standard deviation
-    finding: Callable[
-        [Effect, Evidence], Finding
-    ]  # what it spoils, the text and what to do; from where on: its docs
+    finding: Callable[[Effect, Evidence], Finding]
+    """What it spoils, the text and what to do; its docstring says from where on."""
 
 
 def parts(loaded: Array) -> dict[str, Array]:
@@ -166,7 +167,7 @@ def _slip(effect: Effect, _: Evidence) -> Finding:
 
 def change(system: System) -> Sought:
     """Columns of the fraction of the payload that comes or goes during the loaded recordings."""
-    own = np.einsum("jcn,c->jn", system.columns[:, system.payload], system.values[system.payload])[:, None]
+    own = (system.values[system.payload] @ system.columns[:, system.payload])[:, None]
     moments = [(moment, after_fraction(system, moment)) for moment in np.arange(1, BLOCKS) / BLOCKS]
     return Sought({f"{100 * moment:.0f} %": own * mask for moment, mask in moments if mask is not None})
 
@@ -188,7 +189,7 @@ def drift(system: System) -> Sought:
     masks, joints = list(parts(system.states.loaded).items())[-2:], np.eye(system.robot.n)[:, :, None, None]
     constants = {f"{j}{where}": one * mask for j, one in enumerate(joints, 1) for where, mask in masks}
     ramps = {where: column * system.states.passed for where, column in constants.items()}
-    carried = np.einsum("jcn,c->jn", system.columns[:, system.payload], system.values[system.payload])
+    carried = system.values[system.payload] @ system.columns[:, system.payload]
     usual = np.sqrt(np.mean((carried if carried.any() else system.torque) ** 2, axis=1))
 
     def size(effect: Effect) -> float:
@@ -218,8 +219,8 @@ def _rigid(system: System, robot: Robot, q: Array, qd: Array, qdd: Array) -> Arr
     names = tuple(dict.fromkeys([*(system.names[k] for k in links), *load]))
     ten = frame_change(robot.flange) @ system.values[system.payload] if load else np.zeros(0)
     W = regressor_at(robot, names, q, qd, qdd)
-    carried = np.einsum("jcn,c->jn", W[:, list(map(names.index, load))], ten) * system.states.loaded
-    return np.stack([np.einsum("jcn,c->jn", W[:, : len(links)], system.values[links]) + carried, carried])
+    carried = (ten @ W[:, list(map(names.index, load))]) * system.states.loaded
+    return np.stack([system.values[links] @ W[:, : len(links)] + carried, carried])
 
 
 def _weights(system: System, directions: Array) -> Array:
@@ -244,8 +245,13 @@ def tilt(system: System) -> Sought | None:
     own, carried = _weights(system, upright(robot)[:2])
     leaning, q = replace(robot, gravity=tuple((np.linalg.norm(g) * upright(robot)[0]).tolist())), system.states.q
     free = [*regressor_at(leaning, ("MX1", "MY1"), q, 0.0 * q, 0.0 * q).swapaxes(0, 1)] if upright_axis else []
-    by_difference = -system.as_payload(carried) if system.states.loaded.any() else None
-    return Sought({"": own}, free=free, by_difference=by_difference)
+    if not system.states.loaded.any():
+        return Sought({"": own}, free=free)
+    # By method 3 the robot is left out: what the columns are to the payload alone.
+    part = slice(system.payload.start, None)
+    gram = system.grams(system.states.block, [carried]).sum(axis=0)[part, part]
+    ten = solved(gram, system.prior[part, part])[: len(PAYLOAD), :-1]
+    return Sought({"": own}, free=free, by_difference=-ten)
 
 
 def weight(system: System) -> Sought | None:
@@ -272,7 +278,7 @@ def earth(evidence: Evidence) -> Iterator[Finding]:
 
     By over {WEIGHT:.0%}, if the torques are closer to Earth's: do not use.
     """
-    effect = evidence.diagnosis.effect("weight")
+    effect = evidence.diagnosis.effects.get("weight")
     if effect is None or BY_NAME["weight"].stands_out(effect):
         return
     usual = float(np.linalg.norm(evidence.robot.gravity))
@@ -307,13 +313,11 @@ def _compensated(effect: Effect, evidence: Evidence) -> Finding:
 def zero(system: System) -> Sought:
     """Column of each turning joint's zero: how the torque of links and payload changes with its position."""
     robot, states = system.robot, system.states
-
-    def torque(q: Array) -> Array:
-        return np.asarray(_rigid(system, robot, q, states.qd, states.qdd)[0])
-
     turning = [j for j, joint in enumerate(robot.joints) if joint.revolute]
-    still, turns = torque(states.q), _TURN * np.eye(robot.n)
-    return Sought({str(j + 1): ((torque(states.q + turns[j]) - still) / _TURN)[:, None] for j in turning})
+    turns = [np.zeros(robot.n), *(_TURN * np.eye(robot.n)[turning])]
+    here, *moved = (_rigid(system, robot, states.q + turn, states.qd, states.qdd)[:1] for turn in turns)
+    changes = ((there - here).swapaxes(0, 1) / _TURN for there in moved)
+    return Sought({str(j + 1): change for j, change in zip(turning, changes, strict=True)})
 
 
 def _zero(effect: Effect, _: Evidence) -> Finding:
@@ -334,7 +338,7 @@ def gain(system: System) -> Sought | None:
         return None
     rigid = [k for k, name in enumerate(system.names) if not is_friction(name)]
     rigid += range(system.payload.start, system.payload.stop)
-    torque = np.einsum("jcn,c->jn", system.columns[:, rigid], system.values[rigid])
+    torque = system.values[rigid] @ system.columns[:, rigid]
     return Sought({str(j + 1): np.diag(one)[:, None] @ torque[None] for j, one in enumerate(np.eye(len(torque)))})
 
 
@@ -388,7 +392,9 @@ def pull(system: System) -> Sought:
     payload by the payload's inertia alone: a slow motion leaves it open, and the mass with it.
     """
     robot, masks = system.robot, parts(system.states.loaded)
-    position, moved = point_at(robot, flange(robot), system.states.q)
+    # Of the payload's frame where the flange is not known.
+    flange = robot.flange if robot.flange_pose is None else robot.flange @ robot.flange_pose
+    position, moved = point_at(robot, np.asarray(flange.p), system.states.q)
     axes = upright(robot)
     columns = np.stack([np.einsum("ajn,an->jn", moved, position), *np.einsum("ajn,ka->kjn", moved, -axes)], axis=1)
     weight = float(np.abs(system.values[system.payload][9:]).sum()) * float(np.linalg.norm(robot.gravity))
@@ -397,7 +403,7 @@ def pull(system: System) -> Sought:
         force = (effect.values[1:] @ axes)[:, None] - effect.values[0] * position[:, masks[effect.where] > 0.0]
         return float(np.sqrt(np.mean(np.sum(force**2, axis=0)))) / max(weight, 1e-300)
 
-    return Sought({where: columns * mask for where, mask in masks.items()}, size)
+    return Sought({where: columns * mask for where, mask in masks.items()}, size, groups=(_ALONG, _ACROSS))
 
 
 def _pulls(effect: Effect) -> bool:
@@ -405,18 +411,13 @@ def _pulls(effect: Effect) -> bool:
     along = effect.where == WITH_PAYLOAD and effect.values[0] > 0.0 and effect.z(*_ALONG) > ALONG_Z
     sigma = np.sqrt(np.diag(effect.covariance))
     shown = bool((np.abs(effect.values) > sigma).any()) and effect.values[0] > -PUSHES * sigma[0]
-    return effect.size > PULL and shown and (along or pull_z(effect) > PULL_Z)
-
-
-def pull_z(effect: Effect) -> float:
-    """Standard deviations from none: of stiffness and upward force together, or of the horizontal force."""
-    return max(effect.z(*_ALONG), effect.z(*_ACROSS)) if effect.name == "pull" else effect.z()
+    return effect.size > PULL and shown and (along or effect.z() > PULL_Z)
 
 
 def pull_of(evidence: Evidence) -> Effect | None:
     """Take the pull, or one of ``ALONE``, that stands out: it may look like a scale or another robot."""
-    found = (effect for effect in evidence.diagnosis.effects if effect.name in ("pull", *ALONE))
-    return next((effect for effect in found if BY_NAME[effect.name].stands_out(effect)), None)
+    found = evidence.diagnosis.effects.items()
+    return next((one for name, one in found if name in ("pull", *ALONE) and BY_NAME[name].stands_out(one)), None)
 
 
 def _pull(effect: Effect, evidence: Evidence) -> Finding:
@@ -453,12 +454,6 @@ def upright(robot: Robot) -> Array:
     return np.array([across, np.cross(-up, across), up])
 
 
-def flange(robot: Robot) -> Array:
-    """Origin of the flange in frame n [m]; that of the payload's frame where the flange is not known."""
-    pose = robot.flange if robot.flange_pose is None else robot.flange @ robot.flange_pose
-    return np.asarray(pose.p)
-
-
 def bursts(system: System) -> Effect | None:
     """Stretches of 3 s whose mean squared residual stands out, and the payload without them.
 
@@ -469,14 +464,14 @@ def bursts(system: System) -> Effect | None:
     stretch = system.states.stretch
     rows = np.bincount(stretch, system.keep.sum(axis=0))
     grams, rows = system.grams(stretch)[rows > 0], rows[rows > 0]
-    values = system.solved(grams.sum(axis=0))
+    values = solved(grams.sum(axis=0), system.prior)[:, 0]
     error = np.append(-values, 1.0)
     means = np.einsum("i,kij,j->k", error, grams, error) / rows
     high = means > BURST * np.median(means)
     if not (0 < 2 * high.sum() <= len(means) and len(means) >= FEWEST):
         return None
-    change = (system.solved(grams[~high].sum(axis=0)) - values)[system.payload, None]
-    return Effect("bursts", "", np.ones(1), np.zeros((1, 1)), change, size=int(high.sum()), sigma=len(means))
+    change = (solved(grams[~high].sum(axis=0), system.prior)[:, 0] - values)[system.payload, None]
+    return Effect("", np.ones(1), np.zeros((1, 1)), change, size=int(high.sum()), sigma=len(means))
 
 
 def matter(bursts: Effect, mass: float, sigma: float) -> bool:
@@ -531,8 +526,8 @@ def seen(system: System) -> dict[str, Effect]:
         end = int(edges[-1]) + len(sought.free)
         read = list[Effect]()
         for where, (a, b) in zip(sought.columns, pairwise(edges), strict=True):
-            effect = added.effect(range(a, b), range(edges[-1], end), row.name, where)
-            effect = effect._replace(by_difference=sought.by_difference)
+            effect = added.effect(range(a, b), range(edges[-1], end), where)
+            effect = effect._replace(by_difference=sought.by_difference, groups=sought.groups)
             if sought.size is not None:
                 read.append(effect._replace(size=sought.size(effect)))
             elif np.isfinite(effect.sigma):
@@ -542,31 +537,29 @@ def seen(system: System) -> dict[str, Effect]:
     return effects
 
 
-def effects_of(system: System, free_gains: bool = False) -> tuple[Effect, ...]:
+def effects_of(system: System, free_gains: bool = False, least: float = 0.0) -> dict[str, Effect]:
     """Estimate every hypothesis; a pull replaces the tilt where it takes off clearly more than all others.
 
-    Those of ``ALONE``, which much looks like a little, are kept where nothing else takes off more; none of a gain
-    where gains are what is asked for, ``free_gains``.
+    Those of ``ALONE``, which much looks like a little, are kept where nothing else takes off more, ``least`` included;
+    none of a gain where gains are what is asked for, ``free_gains``.
     """
     if not system.keep.any():
-        return ()
+        return {}
     effects = {name: effect for name, effect in seen(system).items() if name != "gain" or not free_gains}
     pull, falls = effects["pull"], {name: effect.fall for name, effect in effects.items() if name != "pull"}
     off = max(falls.pop(name, 0.0) for name in ("compensated", "zero", "gain", "drift"))
     hung = _pulls(pull) and pull.fall > max(CLEARER * max(falls.values(), default=0.0), off)
     effects.pop("tilt" if hung else "pull", None)
-    most = max((one.fall for name, one in effects.items() if BY_NAME[name].stands_out(one)), default=0.0)
-    effects = {name: effect for name, effect in effects.items() if name not in ALONE or effect.fall >= most}
-    return tuple(effects.values())
+    most = max([least, *(one.fall for name, one in effects.items() if BY_NAME[name].stands_out(one))])
+    return {name: effect for name, effect in effects.items() if name not in ALONE or effect.fall >= most}
 
 
 def hypotheses(evidence: Evidence) -> list[Finding]:
     """Findings of all rows of ``HYPOTHESES`` that stand out."""
     findings = []
-    for effect in evidence.diagnosis.effects:
-        row = BY_NAME[effect.name]
-        if row.stands_out(effect):
-            finding = row.finding(effect, evidence)
-            cause = finding.severity == "error" and (effect.name in ("pull", *ALONE) or effect.fall > HELPFUL)
+    for name, effect in evidence.diagnosis.effects.items():
+        if BY_NAME[name].stands_out(effect):
+            finding = BY_NAME[name].finding(effect, evidence)
+            cause = finding.severity == "error" and (name in ("pull", *ALONE) or effect.fall > HELPFUL)
             findings.append(finding._replace(cause=cause, explains=effect.fall))
     return findings

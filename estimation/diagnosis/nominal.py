@@ -5,12 +5,11 @@ torque by these bodies, and of all joints together it is that of gravity in some
 sign and unit, so that no residual shows either.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
-from ...common import Array
 from ...model import INERTIAL, Robot
 from ...model.drives import parameter_kind
 from ...model.regressors import regressor_at, standard_columns
@@ -51,34 +50,28 @@ def nominal_gravity(robot: Robot, states: States | None) -> NominalGravity | Non
         states = states.taken(states.loaded == 0.0)
     values, assumed = nominal_bodies(robot)
     names = [name for name in standard_columns(robot) if parameter_kind(name) in INERTIAL]
-    bodies, still = np.array([values[name] for name in names]), np.zeros(states.q.shape)
-
-    def torques(gravity: Sequence[float], qd: Array, qdd: Array) -> Array:
-        x, y, z = gravity
-        W = regressor_at(replace(robot, gravity=(x, y, z)), names, states.q, qd, qdd)
-        return np.asarray(np.einsum("jcn,c->jn", W, bodies))
-
-    columns = [torques(axis, still, still) for axis in (size * np.eye(3)).tolist()]
-    inertial = torques((0.0, 0.0, 0.0), states.qd, states.qdd)
-    along, described = np.stack(columns, axis=1), np.array(robot.gravity) / size
-    block = np.arange(len(states.t)) * BLOCKS // len(states.t)
-    joints = []
+    bodies, columns = np.array([values[name] for name in names]), []
+    # Torques of the weight along each axis, and of what accelerates the bodies without weight.
+    for x, y, z, moves in np.diag([size, size, size, 1.0]).tolist():
+        turned = replace(robot, gravity=(x, y, z))
+        columns.append(bodies @ regressor_at(turned, names, states.q, moves * states.qd, moves * states.qdd))
+    *axes, inertial = columns
+    along, described = np.stack(axes, axis=1), np.array(robot.gravity) / size
+    expected, block, joints = described @ along, np.arange(len(states.t)) * BLOCKS // len(states.t), []
     for j, qd in enumerate(states.qd.T):
         own = np.vstack([np.ones(len(qd)), qd, np.sign(qd), states.qdd[:, j], inertial[j]])
-        rows = np.vstack([own, along[j], states.torque[:, j]])
+        rows = np.vstack([own, along[j], expected[j], states.torque[:, j]])
         rows *= states.keep[:, j] & (states.keep[:, j].sum() >= BLOCKS)
         grams = np.array([part @ part.T for part in (rows[:, block == b] for b in range(BLOCKS))])
         added = Added.of(grams, np.zeros((len(own), len(own))), slice(0))
         # Each joint is weighted by what gravity in any direction leaves of its torque.
         left = max(1.0 - added.effect(range(3)).fall, _FLOOR) * float(added.whole[-1, -1])
         weight = float(np.sum(rows[0])) / left if left > 0.0 else 0.0
-        joints.append(Added(weight * added.whole, weight * added.left, added.payload))
-    to_described = np.zeros((4, 2))  # and the torque
-    to_described[:3, 0], to_described[3, 1] = described, 1.0
-    each = [one.mixed(to_described).effect([0]) for one in joints]
+        joints.append(added._replace(whole=weight * added.whole, left=weight * added.left))
+    each = [one.effect([3]) for one in joints]
     whole, left_out = (np.sum(np.array([one[k] for one in joints]), axis=0) for k in range(2))
     gravity = Added(whole, left_out, joints[0].payload).effect(range(3))
-    needed = np.linalg.norm(np.einsum("jkn,k->jn", along, described) * states.keep.T, axis=1)
+    needed = np.linalg.norm(expected * states.keep.T, axis=1)
     shown = needed > CARRIES * needed.max()
     shown &= [one.fall > EXPLAINED and one.sigma < SURE * abs(one.size) for one in each]
     squares = np.array([float(one.whole[-1, -1]) for one in joints])

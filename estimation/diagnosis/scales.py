@@ -5,20 +5,21 @@ and offsets of those rows free. All of it is in the joints' triangular factors, 
 a robot that is known, and in a short motion, subsampled states do.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
 from ...common import Array
 from ...model.friction import is_friction
-from ..equations.equations import PAYLOAD, Equations
+from ..equations.equations import PAYLOAD
 from ..fit.covariance import NORMAL95
 from ..payload.long_motion import LongMotion
+from ..payload.methods import PayloadProblem
 from .engine import Added, Effect, System
 from .evidence import Evidence
 from .finding import Finding, error, note, warning
-from .hypotheses import HELPFUL, pull_of, pull_z
+from .hypotheses import HELPFUL, pull_of
 from .joints import TOGETHER
 
 SCALE, SCALE_Z = 0.01, 4.0
@@ -35,15 +36,25 @@ HIDDEN, SENSITIVE = (0.01, 0.05), 0.03
 of the mass by what they do hide above which it is reported."""
 
 
-def scales(problem: LongMotion, weights: Array) -> tuple[Effect, ...]:
-    """Scales of the loaded torques by full factors: of all, and of each joint.
+def scales(problem: PayloadProblem, weights: Array, system: System | None) -> tuple[Effect, ...]:
+    """Estimate scales of the loaded torques, of all and of each joint: by full factors, else by subsampled states.
 
-    None where there are no recordings without payload, or the scale is an unknown of the problem.
+    None where the scale is an unknown of the problem; full factors need recordings without payload.
     """
+    n, by_states = problem.robot.n, tuple[Effect, ...]()
+    if system is not None:
+        rigid = [k for k, name in enumerate(system.names) if not is_friction(name)]
+        along = (system.values[rigid] @ system.columns[:, rigid]) * system.states.loaded
+        prior = np.array(system.prior)
+        prior[system.payload.stop :, system.payload.stop :] = 0.0  # friction under load is free
+        free = replace(system, prior=prior)
+        by_states = _effects(free.with_columns(along[:, None], np.eye(n)[:, :, None] * along[:, None]), n)
+    if not isinstance(problem, LongMotion) or problem.unloaded is None:
+        return by_states
     unloaded, loaded = problem.unloaded, problem.loaded
-    if problem.settings.scale_sigma > 0.0 or problem.bare is None or unloaded is None or not loaded.blocks:
+    if problem.settings.scale_sigma > 0.0 or problem.bare is None or not loaded.blocks:
         return ()
-    b, n, robot = len(unloaded.columns), problem.robot.n, problem.bare.values
+    b, robot = len(unloaded.columns), problem.bare.values
     friction = [k for k, name in enumerate(unloaded.columns) if is_friction(name)]
     rigid, c = [k for k in range(b) if k not in friction], b + len(PAYLOAD)
     # Columns: robot, payload, friction under load, scale of all and of each joint; the torque last.
@@ -55,39 +66,24 @@ def scales(problem: LongMotion, weights: Array) -> tuple[Effect, ...]:
     of_joints = [np.array(carried) for _ in range(n)]
     for j, change in enumerate(of_joints):
         change[rigid, unknown + 1 + j] = robot[rigid]
-
-    def grams(equations: Equations, changes: Sequence[Array]) -> Array:
-        """Gram matrices of these columns, block by block."""
-        rows = (
-            np.vstack([w * own @ M for w, own, M in zip(weights, block.factors, changes, strict=True)])
-            for block in equations.blocks
-        )
-        return np.array([part.T @ part for part in rows])
-
-    without, with_payload = grams(unloaded, [own] * n) if unloaded.blocks else (), grams(loaded, of_joints)
+    without, with_payload = list[Array](), list[Array]()
+    for grams, equations, changes in ((without, unloaded, [own] * n), (with_payload, loaded, of_joints)):
+        for block in equations.blocks:
+            rows = np.vstack([w * R @ M for w, R, M in zip(weights, block.factors, changes, strict=True)])
+            grams.append(rows.T @ rows)
     # Blocks of one motion are left out together.
     together = len(without) == len(with_payload)
-    blocks = without + with_payload if together else np.array([*without, *with_payload])
-    found = _scales(Added.of(blocks, np.zeros((unknown, unknown)), slice(b, c)), n)
-    # The limits were measured with these blocks, however few: none of 111 good recordings passes them.
-    return tuple(effect._replace(few=1.0) for effect in found)
+    blocks = np.add(without, with_payload) if together else np.array([*without, *with_payload])
+    found = _effects(Added.of(blocks, np.zeros((unknown, unknown)), slice(b, c)), n)
+    # The limits were measured with these blocks, however few: none of 111 good recordings passes them. What they
+    # take off is compared with that of hypotheses, which go by states.
+    falls = [one.fall for one in by_states] or [0.0] * len(found)
+    return tuple(one._replace(few=1.0, fall=fall) for one, fall in zip(found, falls, strict=True))
 
 
-def scales_of_states(system: System) -> tuple[Effect, ...]:
-    """Estimate scales of the loaded torques by subsampled states: with a known robot, or in a short motion."""
-    rigid = [k for k, name in enumerate(system.names) if not is_friction(name)]
-    along = np.einsum("jcn,c->jn", system.columns[:, rigid], system.values[rigid]) * system.states.loaded
-    each = np.eye(len(along))[:, :, None] * along[:, None]
-    prior = np.array(system.prior)
-    prior[system.payload.stop :, system.payload.stop :] = 0.0  # friction under load is free
-    return _scales(replace(system, prior=prior).with_columns(along[:, None], each), len(along))
-
-
-def _scales(added: Added, n: int) -> tuple[Effect, ...]:
-    """Differences of the scales from 1: of all torques, then of each joint's."""
+def _effects(added: Added, n: int) -> tuple[Effect, ...]:
     wheres = ["", *(f"joint {joint}" for joint in range(1, n + 1))]
-    effects = (added.effect([k], name="scale", where=where) for k, where in enumerate(wheres))
-    return tuple(effect._replace(sigma=float(np.nan_to_num(effect.sigma, nan=np.inf))) for effect in effects)
+    return tuple(added.effect([k], where=where) for k, where in enumerate(wheres))
 
 
 def scale(evidence: Evidence) -> Iterator[Finding]:
@@ -96,12 +92,12 @@ def scale(evidence: Evidence) -> Iterator[Finding]:
     All by {SCALE:.0%} and {SCALE_Z:g} sigma, or one joint's by {JOINT_SCALE:.0%} and {JOINT_SCALE_Z:g} sigma, and
     more clearly than a pull: do not use. Both are named if the data hardly distinguish them.
     """
-    found, pull = sorted(evidence.diagnosis.scales, key=_z, reverse=True), pull_of(evidence)
+    found, pull = sorted(evidence.diagnosis.scales, key=Effect.z, reverse=True), pull_of(evidence)
     off = [scale for scale in found if beyond(scale)]
-    if not off or (pull is not None and pull_z(pull) > _z(off[0])):
+    if not off or (pull is not None and pull.z() > off[0].z()):
         return
     worst = off[0]
-    others = [scale for scale in off if bool(scale.where) != bool(worst.where) and _z(scale) > EITHER * _z(worst)]
+    others = [scale for scale in off if bool(scale.where) != bool(worst.where) and scale.z() > EITHER * worst.z()]
     likely = sorted([worst, *others[:1]], key=lambda scale: scale.where)  # that of all torques first
     whose = f"{worst.where}'s torques" if worst.where else "the torques"
     whose = f"all torques, or only those of {likely[1].where}," if others else whose
@@ -114,14 +110,10 @@ def scale(evidence: Evidence) -> Iterator[Finding]:
     yield error(text)._replace(cause=worst.fall > HELPFUL, explains=worst.fall)
 
 
-def _z(scale: Effect) -> float:
-    return abs(scale.size) / max(scale.few * scale.sigma, 1e-300)
-
-
 def beyond(scale: Effect, joint_z: float = JOINT_SCALE_Z) -> bool:
     """True if a scale is another one."""
     least, z = (JOINT_SCALE, joint_z) if scale.where else (SCALE, SCALE_Z)
-    return abs(scale.size) > least and _z(scale) > z
+    return abs(scale.size) > least and scale.z() > z
 
 
 def sensitive(evidence: Evidence) -> Iterator[Finding]:
@@ -155,7 +147,7 @@ def motors_apart(evidence: Evidence) -> Iterator[Finding]:
     By over {JOINT_SCALE:.0%} and {OWN_SCALE_Z:g} sigma: not its gain.
     """
     off = [scale for scale in evidence.diagnosis.scales if scale.where and beyond(scale, OWN_SCALE_Z)]
-    worst = max((scale for scale in off if _z(scale) <= JOINT_SCALE_Z), key=_z, default=None)
+    worst = max((scale for scale in off if scale.z() <= JOINT_SCALE_Z), key=Effect.z, default=None)
     if evidence.gained is not None and worst is not None:
         yield warning(
             f"motor {worst.where.split()[1]}: the scale of its currents with payload is {1.0 + worst.size:.2f} ± "

@@ -15,7 +15,7 @@ from ..fit.covariance import NORMAL95
 from ..fit.drive_gains import Gains
 from ..fit.estimate import error_model
 from ..payload.by_joints import payload_by_joints
-from ..payload.long_motion import LongMotion, prior_of
+from ..payload.long_motion import prior_of
 from ..payload.methods import PayloadProblem
 from ..payload.result import PayloadEstimate, moved
 from ..payload.short_motion import ShortMotion
@@ -25,10 +25,10 @@ from .causes import SUSPICIOUS, alternatives, likely_causes, other_readings
 from .engine import System
 from .evidence import Diagnosis, Evidence
 from .finding import Finding, Level, Verdict, verdict_of
-from .hypotheses import ALONE, HYPOTHESES, earth, effects_of, hypotheses, matter, tilt_correction
+from .hypotheses import HYPOTHESES, earth, effects_of, hypotheses, matter, tilt_correction
 from .joints import disagreement, joints
 from .nominal import nominal_gravity, weight
-from .scales import beyond, motors_apart, scale, scales, scales_of_states, sensitive
+from .scales import beyond, motors_apart, scale, scales, sensitive
 from .states import BLOCKS, States, states_of
 
 Check = Callable[[Evidence], Iterable[Finding]]
@@ -121,22 +121,18 @@ def diagnose(
     """
     states = None if isinstance(problem, StaticMotion) else states_of(problem.source)
     system, weights = system_of(problem, states), best.estimate.weights
-    effects = effects_of(system, description is not None) if system is not None else ()
-    by_joints = payload_by_joints(problem, weights)
+    by_joints, found = payload_by_joints(problem, weights), scales(problem, weights, system)
     sigma = float(best.estimate.sigma[best.indices.index(9)]) if 9 in best.indices else np.inf
-    found = by_states = scales_of_states(system) if system is not None else ()
-    if isinstance(problem, LongMotion) and problem.unloaded is not None:
-        # By full factors, but what they take off as hypotheses do.
-        falls = {one.where: one.fall for one in by_states}
-        found = tuple(one._replace(fall=falls.get(one.where, 0.0)) for one in scales(problem, weights))
     most = max((one.fall for one in found if beyond(one)), default=0.0)
-    effects = tuple(effect for effect in effects if effect.name not in ALONE or effect.fall >= most)
+    effects = effects_of(system, description is not None, most) if system is not None else {}
+    if "bursts" in effects and not matter(effects["bursts"], best.ten[9], sigma):
+        effects.pop("bursts")
     exact, few = np.zeros((problem.robot.n,) * 2), isinstance(problem, ShortMotion)
     return Diagnosis(
         by_joints,
         disagreement(by_joints, gains.covariance(problem.robot.n) if gains else exact, few),
         disagreement(by_joints, exact, few),
-        tuple(effect for effect in effects if effect.name != "bursts" or matter(effect, best.ten[9], sigma)),
+        effects,
         alternatives(description or problem.robot, states, description is not None),
         found,
         nominal=nominal_gravity(problem.robot, states or states_of(problem.source, BLOCKS)),
@@ -162,7 +158,7 @@ def allowing(estimate: PayloadEstimate, diagnosis: Diagnosis, gains: Gains | Non
     Stated errors of the gains excuse joints, and come on top later: each sigma becomes the larger of that and what
     it were with exact gains.
     """
-    lean, bursts = diagnosis.effect("tilt"), diagnosis.effect("bursts")
+    lean, bursts = map(diagnosis.effects.get, ("tilt", "bursts"))
     if lean is not None and not estimate.from_scale:
         estimate = moved(estimate, *tilt_correction(lean, estimate.method))
     if bursts is not None:  # intervals reach the values without them
@@ -181,7 +177,7 @@ def robot_verdict(evidence: Evidence, free_gains: bool = False) -> Verdict:
     scale.
     """
     robot, states = evidence.robot, states_of(evidence.source)
-    effects = effects_of(System.of(robot, states), free_gains) if states is not None else ()
+    effects = effects_of(System.of(robot, states), free_gains) if states is not None else {}
     nominal = None if free_gains else nominal_gravity(robot, states or states_of(evidence.source, BLOCKS))
     others = alternatives(robot, states, free_gains)
     diagnosis = Diagnosis(effects=effects, alternatives=others, nominal=nominal)

@@ -6,7 +6,6 @@ import casadi as ca
 import numpy as np
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
-from dynident.estimation.diagnosis.hypotheses import flange
 from dynident.model import Recording
 from dynident.model.kinematics import forward_kinematics
 
@@ -29,7 +28,8 @@ def pulled(
     robot = invented.robot(name)
     q = ca.SX.sym("q", robot.n)
     R, origin = forward_kinematics(robot)(q)
-    p = origin + R @ ca.DM(flange(robot))
+    flange = robot.flange if robot.flange_pose is None else robot.flange @ robot.flange_pose
+    p = origin + R @ ca.DM(flange.p)
     force = stiffness * (ca.DM(end) - p) + ca.DM(constant)
     torque = ca.Function("torque", [q], [ca.jacobian(p, q).T @ force])  # what the motors need not do
     return replace(recording, torque=recording.torque - np.array(torque.map(len(recording.t))(recording.q.T)).T)

@@ -77,8 +77,8 @@ stands_out = BY_NAME["pull"].stands_out
 
 
 def acting(system: System) -> list[Effect]:
-    """Names of all that is said to pull."""
-    return [effect for effect in effects_of(system) if effect.name == "pull"]
+    """All that is said to pull."""
+    return [effect for name, effect in effects_of(system).items() if name == "pull"]
 
 
 def mass_sigma(pull: Effect) -> float:
@@ -154,7 +154,7 @@ def test_the_joint_on_another_scale_stands_out(pair: tuple[Recording, Recording]
     loaded = replace(pair[1], torque=pair[1].torque * [1.0, 1.0, 0.85, 1.0, 1.0, 1.0])
     problem = payload_problem(ROBOT, [loaded], [pair[0]], settings=Settings(scale_sigma=0.0))
     assert problem.bare is not None
-    worst = max(scales(problem, problem.bare.weights), key=lambda scale: abs(scale.size) / scale.sigma)
+    worst = max(scales(problem, problem.bare.weights, None), key=lambda scale: abs(scale.size) / scale.sigma)
     assert worst.where == "joint 3"
     assert 0.7 < 1.0 + worst.size < 0.9  # the payload takes a part of it
 
