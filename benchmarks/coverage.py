@@ -21,7 +21,7 @@ from dynident.apps.logs.read import read_recording
 from dynident.benchmarks import invented, shared
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation.diagnosis.joints import disagreement
+from dynident.estimation.diagnosis.scales import disagreement
 from dynident.estimation.equations.equations import Equations
 from dynident.estimation.fit.covariance import student95
 from dynident.estimation.fit.estimate import error_model

@@ -15,8 +15,8 @@ from dynident.benchmarks import invented
 from dynident.benchmarks.shared import each, options, show
 from dynident.common.arrays import Array
 from dynident.estimation import Settings, identify, payload_problem
+from dynident.estimation.diagnosis.engine import states_of
 from dynident.estimation.diagnosis.hypotheses import effects_of
-from dynident.estimation.diagnosis.states import states_of
 from dynident.estimation.diagnosis.verdict import system_of
 from dynident.estimation.payload.methods import PayloadProblem
 from dynident.estimation.payload.short_motion import known_robot_weighing

@@ -11,8 +11,8 @@ from .answers.payload import weigh as weigh
 from .answers.payload import weigh_at_rest as weigh_at_rest
 from .answers.system import ObservationSystem as ObservationSystem
 from .answers.system import payload_system as payload_system
-from .diagnosis.finding import Finding as Finding
-from .diagnosis.finding import Verdict as Verdict
+from .diagnosis.evidence import Finding as Finding
+from .diagnosis.evidence import Verdict as Verdict
 from .diagnosis.kinematics import ToolPoses as ToolPoses
 from .diagnosis.kinematics import check_pose as check_pose
 from .diagnosis.kinematics import rank_readings as rank_readings

@@ -12,11 +12,9 @@ from msgspec.structs import replace
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.schema import Document
-from ...estimation.diagnosis.engine import relative_scales
-from ...estimation.diagnosis.evidence import Evidence
-from ...estimation.diagnosis.finding import Finding, Severity, error, note, warning
-from ...estimation.diagnosis.nominal import nominal_gravity
-from ...estimation.diagnosis.states import BLOCKS, States, states_of
+from ...estimation.diagnosis.engine import BLOCKS, States, relative_scales, states_of
+from ...estimation.diagnosis.evidence import Evidence, Finding, Severity, error, note, warning
+from ...estimation.diagnosis.scales import nominal_gravity
 from ...estimation.diagnosis.verdict import robot_verdict
 from ...estimation.equations.equations import Equations
 from ...estimation.fit.linear_problem import weighted

@@ -11,8 +11,8 @@ from msgspec import UNSET
 from ...common import Brief, InputError, one_thread
 from ...model import InertialParameters, Recording, Robot
 from ..diagnosis.causes import likely_causes
+from ..diagnosis.engine import states_of
 from ..diagnosis.evidence import Evidence
-from ..diagnosis.states import states_of
 from ..diagnosis.verdict import diagnose, judge
 from ..equations.equations import PAYLOAD
 from ..fit.covariance import NORMAL95, RobustCovariance, jackknife

@@ -18,8 +18,7 @@ from ...common import Array, Brief, InputError, Speaks, one_thread
 from ...common.errors import listed
 from ...common.schema import naming
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
-from ..diagnosis.evidence import Evidence
-from ..diagnosis.finding import Verdict
+from ..diagnosis.evidence import Evidence, Verdict
 from ..diagnosis.verdict import robot_verdict
 from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import Observer

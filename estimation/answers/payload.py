@@ -16,9 +16,8 @@ from ...model import Recording, Robot
 from ...model.files.robot_file import PoseTable
 from ...model.inertia import PayloadSpread, payload_spread
 from ..diagnosis.checks import STILL, allowing, judged
-from ..diagnosis.evidence import UNFREED, Agreement, Evidence, Weighed
-from ..diagnosis.finding import Verdict
-from ..diagnosis.joints import worst_joint
+from ..diagnosis.evidence import UNFREED, Agreement, Evidence, Verdict, Weighed
+from ..diagnosis.scales import worst_joint
 from ..diagnosis.verdict import allowing as allowing_for
 from ..diagnosis.verdict import diagnose, judge
 from ..equations.equations import PAYLOAD, merged

@@ -13,12 +13,10 @@ import numpy as np
 
 from ...common import Mask
 from ...model import Coupling, Robot, load_robot, robot_names
-from .engine import System
-from .evidence import Alternative, Evidence
-from .finding import Finding, Severity, note
+from .engine import States, System
+from .evidence import Alternative, Evidence, Finding, Severity, note
 from .hypotheses import HELPFUL, pull_of
 from .kinematics import Reading
-from .states import States
 
 ROBOT, ROBOT_Z = 0.01, 3.0
 """Fraction by which chi2 falls with another robot, and Vuong's statistic, above which it is that robot's."""
@@ -38,6 +36,7 @@ SETTLED = 0.1  # fraction of chi2 left below which no less likely causes are tri
 SUSPICIOUS = 0.1  # relative residual of some joint above which causes are tried, even if all else looks well
 _REPORTED = 3
 _ENOUGH = 1200  # states in which causes are searched
+_COARSER, _PLENTY = 5, 180  # times fewer states decide first, as long as the second of them are left
 _FAR = -0.1  # fall of chi2 by coarser states: such a reading is not compared closer
 _LONGEST, _STEP = 0.5, 0.01  # s: delays that are tried
 _CLOCKS = 0.2, 0.05  # s: delays at the begin and end of recordings that are tried, and their step
@@ -60,15 +59,15 @@ class Comparison:
         """
         self.robot, self.states = robot, states
         self.free_gains = free_gains and robot.coupling is None and robot.spring is None
-        systems = [System.of(robot, part) for part in (states.coarser(), states)]
+        self._few = slice(None, None, max(1, min(_COARSER, len(states.t) // _PLENTY)))
+        systems = [System.of(robot, part) for part in (states.taken(self._few), states)]
         self._fits = [system.fit(system.weights, self.free_gains) for system in systems]
-        self._likelihoods = [fit.likelihood() for fit in self._fits]
         self.fit = self._fits[1]
 
     def compared(self, reading: Read, worth: float = _FAR, kind: str = "") -> Alternative | None:
         """Compare a reading; None where a few of the states show a fall below ``worth``, or nothing."""
         (name, states, robot), found = reading, None
-        for fit, likelihood, part in zip(self._fits, self._likelihoods, (states.coarser(), states), strict=True):
+        for fit, part in zip(self._fits, (states.taken(self._few), states), strict=True):
             system = fit.system
             same = robot is None and np.array_equal(part.q, system.states.q)
             same = same and np.array_equal(part.keep, system.states.keep)
@@ -78,7 +77,7 @@ class Comparison:
             else:
                 changed = System.of(robot or self.robot, part).fit(fit.weights, self.free_gains)
             both = system.keep & changed.system.keep
-            rise = np.bincount(part.block, np.sum((changed.likelihood() - likelihood) * both, axis=0))
+            rise = np.bincount(part.block, np.sum((changed.likelihood - fit.likelihood) * both, axis=0))
             error = float(np.std(rise, ddof=1)) / np.sqrt(len(rise))
             # By log-likelihoods of -1/2 log(variance) a row: the fraction by which chi2 falls.
             fall = 1.0 - float(np.exp(-2.0 * rise.sum() / max(int(both.sum()), 1)))
@@ -104,12 +103,9 @@ def alternatives(robot: Robot, states: States | None, free_gains: bool = False) 
     found = [own.compared(reading, kind="turned") for reading in turned]
     if any(gravity):
         found.append(own.compared(("", states, replace(robot, gravity=(0.0, 0.0, 0.0))), kind="weightless"))
-
-    def geometry(arm: Robot) -> list[tuple[str, float, float, float, float]]:
-        return [(joint.kind, joint.alpha, joint.d, joint.theta, joint.r) for joint in arm.joints]
-
     for name, other in ((name, load_robot(name)) for name in robot_names()):
-        if other.n == robot.n and geometry(other) != geometry(robot):
+        chains = [[(one.kind, one.alpha, one.d, one.theta, one.r) for one in arm.joints] for arm in (robot, other)]
+        if other.n == robot.n and chains[0] != chains[1]:
             coupling = other.drives.coupling if robot.drives.fit_for_coupling else None
             drives = replace(robot.drives, coupling=coupling, spring=other.drives.spring)
             other = replace(other, gravity=gravity, drives=drives)
@@ -127,12 +123,15 @@ def other_readings(evidence: Evidence) -> list[Finding]:
     found, pull = sorted(evidence.diagnosis.alternatives, key=lambda a: -a.fall), pull_of(evidence)
     least = BESIDE_PULL * pull.fall if pull is not None else 0.0
     friction = max((a.fall for a in found if a.kind == "friction"), default=0.0)
-
-    def beyond(kind: str, fall: float, z: float) -> list[Alternative]:
-        return [a for a in found if a.kind == kind and a.fall > max(fall, least) and a.z > z]
-
-    robots, turned = beyond("robot", max(ROBOT, friction), ROBOT_Z), beyond("turned", TURNED, TURNED_Z)
-    weightless = beyond("weightless", WEIGHTLESS, TURNED_Z)
+    limits = {
+        "weightless": (WEIGHTLESS, TURNED_Z),
+        "robot": (max(ROBOT, friction), ROBOT_Z),
+        "turned": (TURNED, TURNED_Z),
+    }
+    beyond = [
+        a for a in found if a.kind in limits and a.fall > max(limits[a.kind][0], least) and a.z > limits[a.kind][1]
+    ]
+    weightless, robots, turned = ([a for a in beyond if a.kind == kind] for kind in limits)
     findings = [_cause("the torques lack gravity (already compensated)", best) for best in weightless]
     findings += [_cause(f"the robot is {best.name!r}", best) for best in robots[:1]]
     for best in turned[:1]:

@@ -17,8 +17,7 @@ from ..fit.estimate import Fit
 from ..payload.static import oscillation
 from ..possible.constraints import PossibleBody
 from ..possible.payload import CONFLICT
-from .evidence import KNOWN_WELL, UNFREED, Evidence, Judged
-from .finding import Finding, error, note, warning
+from .evidence import KNOWN_WELL, UNFREED, Evidence, Finding, Judged, error, note, warning
 
 MASS_SIGMA = 0.05  # relative standard deviation of the mass above which nothing should be used
 COM_SIGMA, COM_FLOOR = 0.3, 0.02

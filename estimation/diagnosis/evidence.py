@@ -1,12 +1,13 @@
-"""Evidence for a verdict: the diagnosis of the recordings, and the numbers that were computed from them."""
+"""Evidence for a verdict, the findings that it gives, and the verdict that they add up to."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, Self
 
 import numpy as np
 
 from ...common import Array, Document, Float, Vector
+from ...common.schema import Worked
 from ...model import Robot
 from ...model.inertia import PayloadSpread
 from ..fit.estimate import Estimate, Fit
@@ -17,6 +18,61 @@ from ..payload.result import ConstrainedPayload, PayloadEstimate
 from ..payload.static import StaticMotion
 from ..signals.alignment import AlignedPair
 from .engine import Effect
+
+Severity = Literal["error", "warning", "note"]
+"""Severity: error: nothing may be used so; warning: numbers are poor or not all for use; note: worth knowing."""
+Level = Literal["use", "mass_and_com_only", "identified_only", "do_not_use"]
+"""Level of use: every number; of a payload mass and centre of mass; of gains those that are identified; none."""
+
+
+class Finding(NamedTuple):
+    """Fault or remark on recordings, or on numbers made from them."""
+
+    severity: Severity
+    about: str  # the quantity, joint or recording; "everything" where it is all of them
+    text: str  # what, where, what to do
+    cause: bool = False  # whether it says where other findings may come from
+    explains: float = 0.0  # of a cause: fraction of the squared residual that it takes off
+
+    @property
+    def spoils_all(self) -> bool:
+        """True if no number may be used: the mass is what every number rests on."""
+        return self.severity == "error" or (self.severity == "warning" and self.about in ("mass", "everything"))
+
+
+def error(text: str, about: str = "everything") -> Finding:
+    """Make a finding against every number."""
+    return Finding("error", about, text)
+
+
+def warning(text: str, about: str = "inertia") -> Finding:
+    """Make a finding against the inertia, or some other number, only."""
+    return Finding("warning", about, text)
+
+
+def note(text: str, about: str = "everything") -> Finding:
+    """Make a finding that is worth knowing."""
+    return Finding("note", about, text)
+
+
+class Verdict(Worked, frozen=True, dict=True, omit_defaults=True):
+    """Verdict on the use of numbers: what speaks against them, and what else is worth knowing."""
+
+    level: Level
+    reasons: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def made(cls, level: Level, *findings: Finding) -> Self:
+        """State the level, and its findings as texts."""
+        against, notes = ([f.text for f in findings if (f.severity == "note") is note] for note in (False, True))
+        return cls(level, tuple(against), tuple(notes)).made_by(findings)
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Findings that it was made from; none where it was read from a file."""
+        return self.working or ()
+
 
 Use = Literal["use", "not measured well enough", "not visible", "weighed", "assumed"]
 """Use of a quantity; ``weighed``: not by torques, by a scale."""

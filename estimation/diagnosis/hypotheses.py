@@ -19,10 +19,8 @@ from ...model.kinematics import point_at
 from ...model.regressors import payload_columns, regressor_at
 from ..equations.equations import PAYLOAD
 from ..payload.result import frame_change
-from .engine import Effect, System, solved
-from .evidence import Evidence
-from .finding import Finding, error, note, warning
-from .states import BLOCKS, STRETCH
+from .engine import BLOCKS, STRETCH, Effect, System, solved
+from .evidence import Evidence, Finding, error, note, warning
 
 WITH_PAYLOAD = " with payload"
 WHERE = ("", " without payload", WITH_PAYLOAD)  # recordings in which a fault may be: all, or some
@@ -540,7 +538,7 @@ def seen(system: System) -> dict[str, Effect]:
 def effects_of(system: System, free_gains: bool = False, least: float = 0.0) -> dict[str, Effect]:
     """Estimate every hypothesis; a pull replaces the tilt where it takes off clearly more than all others.
 
-    Those of ``ALONE``, which much looks like a little, are kept where nothing else takes off more, ``least`` included;
+    Those of ``ALONE``, which much looks like a little, are kept if they take off ``least`` and nothing else more;
     none of a gain where gains are what is asked for, ``free_gains``.
     """
     if not system.keep.any():

@@ -15,8 +15,7 @@ import numpy as np
 from ...common import Array, InputError
 from ...common.progress import Progress, silent
 from ...model import Pose, Processing, Recording, Robot, forward_kinematics
-from .engine import System
-from .states import States
+from .engine import States, System
 
 _STARTS = np.vstack([np.zeros(3), 0.2 * np.eye(3), -0.2 * np.eye(3)])  # m: tool offsets to start from
 _FOUND = 1e-3  # m: with errors below it no other start is tried

@@ -4,7 +4,7 @@ A check that is added to the table serves every command whose evidence shows wha
 """
 
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,14 +22,10 @@ from ..payload.short_motion import ShortMotion
 from ..payload.static import StaticMotion
 from . import checks
 from .causes import SUSPICIOUS, alternatives, likely_causes, other_readings
-from .engine import System
-from .evidence import Diagnosis, Evidence
-from .finding import Finding, Level, Verdict, verdict_of
+from .engine import BLOCKS, States, System, states_of
+from .evidence import Diagnosis, Evidence, Finding, Level, Verdict
 from .hypotheses import HYPOTHESES, earth, effects_of, hypotheses, matter, tilt_correction
-from .joints import disagreement, joints
-from .nominal import nominal_gravity, weight
-from .scales import beyond, motors_apart, scale, scales, sensitive
-from .states import BLOCKS, States, states_of
+from .scales import beyond, disagreement, joints, motors_apart, nominal_gravity, scale, scales, sensitive, weight
 
 Check = Callable[[Evidence], Iterable[Finding]]
 CHECKS: tuple[Check, ...] = (
@@ -63,6 +59,9 @@ COLUMNS: tuple[Check, ...] = (hypotheses, joints, scale, sensitive, other_readin
 """Checks that say nothing where signs, units or mounting go against the weight of the links."""
 BEFOREHAND: tuple[Check, ...] = (checks.rating, checks.conflicts)
 """Checks of what was known beforehand: reported after the causes, and no reason to search any."""
+_OUTDONE = 1.5
+"""A cause that leaves so many times the squared residual of the best one is not reported: a turned joint may look
+like another robot."""
 
 
 def judge(*evidence: Evidence) -> Verdict:
@@ -72,8 +71,14 @@ def judge(*evidence: Evidence) -> Verdict:
         short, wrong = list(checks.too_short(part)), any(finding.cause for finding in weight(part))
         speaking = [check for check in CHECKS if not (wrong and check in COLUMNS)]
         own = short or [finding for check in speaking for finding in check(part)]
-        contradicted = any(finding.severity == "error" for finding in own)
-        likely = [] if short or wrong else causes(part, contradicted)
+        contradicted, likely = any(finding.severity == "error" for finding in own), list[Finding]()
+        # Where no check spoils all, causes are searched if a joint leaves too much; suggested, never corrected.
+        fits = [estimate.estimate.fit for estimate in part.modelled]
+        fits += [part.parameters.fit] if part.parameters is not None else []
+        suspicious = any(np.nanmax(checks.relative_per_joint(fit, part)) > SUSPICIOUS for fit in fits if fit.known)
+        if part.source is not None and (contradicted or suspicious) and not (short or wrong):
+            gained = part.gained is not None
+            likely = likely_causes(part.robot, states_of(part.source), contradicted, gained)
         # What stands out already must be outdone.
         explained = max((finding.explains for finding in own if finding.cause), default=0.0)
         findings += own + [finding for finding in likely if finding.explains > explained]
@@ -85,17 +90,36 @@ def judge(*evidence: Evidence) -> Verdict:
     return verdict_of(findings, evidence[0].best is not None, partly)
 
 
-def causes(evidence: Evidence, contradicted: bool) -> list[Finding]:
-    """Name what most likely went wrong, where something speaks against the recordings; suggested, never corrected.
+def verdict_of(findings: Sequence[Finding], brief: bool = True, partly: Level = "mass_and_com_only") -> Verdict:
+    """Make the verdict of findings: the level that they leave, those that explain most first, notes last.
 
-    ``contradicted``: whether some check spoils all; else causes are searched where a joint leaves over 10 %.
+    Args:
+        findings: in the order in which they are reported, behind what explains them.
+        brief: where no number may be used, leave out what spoils single ones and is no cause; else it comes last.
+        partly: the level where only single numbers are spoilt.
     """
-    fits = [estimate.estimate.fit for estimate in evidence.modelled]
-    fits += [evidence.parameters.fit] if evidence.parameters is not None else []
-    suspicious = any(np.nanmax(checks.relative_per_joint(fit, evidence)) > SUSPICIOUS for fit in fits if fit.known)
-    if evidence.source is None or not (contradicted or suspicious):
-        return []
-    return likely_causes(evidence.robot, states_of(evidence.source), contradicted, evidence.gained is not None)
+
+    def rank(finding: Finding) -> tuple[float, bool]:
+        # Of equal causes that of all recordings comes first; what takes off too little to be a cause comes last.
+        if finding not in causes:
+            return 3.0 if finding.explains else 2.0, False
+        return 1.0 - round(finding.explains, 2), finding.about != "everything"
+
+    distinct = list(dict.fromkeys(findings))
+    notes = [finding for finding in distinct if finding.severity == "note"]
+    causes = [finding for finding in distinct if finding.cause and finding.severity == "error"]
+    most = _OUTDONE * min((1.0 - finding.explains for finding in causes), default=1.0)
+    against = [
+        finding
+        for finding in distinct
+        if finding.severity != "note"
+        and not (finding.cause and finding.about == "everything" and 1.0 - finding.explains > most)
+    ]
+    if not any(finding.spoils_all for finding in against):
+        return Verdict.made(partly if against else "use", *against, *notes)
+    weighty = [finding for finding in against if finding.spoils_all or finding.cause]
+    rest = [] if brief else [finding for finding in against if finding not in weighty]
+    return Verdict.made("do_not_use", *sorted(weighty, key=rank), *rest, *notes)
 
 
 def table() -> list[tuple[str, str]]:

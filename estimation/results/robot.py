@@ -11,8 +11,7 @@ from ...common import Array, Document, InputError, Vector
 from ...common.schema import Matrix, WrongKeyError, at, present
 from ...model import Robot
 from ...model.friction import friction_terms
-from ..diagnosis.evidence import KNOWN_WELL
-from ..diagnosis.finding import Verdict
+from ..diagnosis.evidence import KNOWN_WELL, Verdict
 from ..fit.covariance import RobustCovariance
 from ..fit.drive_gains import Fingerprints, Gains
 from ..fit.estimate import Estimate, Fit, Parameter

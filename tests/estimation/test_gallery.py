@@ -15,7 +15,7 @@ from dynident.benchmarks.coverage import good
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation.diagnosis.causes import likely_causes
-from dynident.estimation.diagnosis.states import states_of
+from dynident.estimation.diagnosis.engine import states_of
 from dynident.estimation.equations.equations import Equations
 from dynident.estimation.fit.linear_problem import weighted
 from dynident.estimation.payload.by_joints import WITHOUT_BLOCKS, payload_by_joints

@@ -8,7 +8,7 @@ from msgspec import UnsetType
 from ....common.schema import present
 from ....estimation import Gains
 from ....estimation.answers.system import TorquePrediction
-from ....estimation.diagnosis.finding import Verdict
+from ....estimation.diagnosis.evidence import Verdict
 from ....estimation.fit.estimate import Fit
 from ....estimation.fit.linear_problem import Excitation
 from ....estimation.fit.own_equations import TermChoice

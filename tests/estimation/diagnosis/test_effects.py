@@ -12,7 +12,7 @@ from dynident.apps.logs.log_check import check_log
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
 from dynident.estimation import Settings, answer_payload, identify, payload_estimate, payload_problem
-from dynident.estimation.diagnosis.engine import Effect, System
+from dynident.estimation.diagnosis.engine import Effect, States, System, states_of
 from dynident.estimation.diagnosis.hypotheses import (
     BY_NAME,
     WHERE,
@@ -23,7 +23,6 @@ from dynident.estimation.diagnosis.hypotheses import (
     upright,
 )
 from dynident.estimation.diagnosis.scales import scales
-from dynident.estimation.diagnosis.states import States, states_of
 from dynident.estimation.diagnosis.verdict import system_of as system_on
 from dynident.estimation.payload.methods import PayloadProblem
 from dynident.model import InertialParameters, Recording, robot_names

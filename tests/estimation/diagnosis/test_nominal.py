@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.apps.logs.read import read_recording
+from dynident.estimation.diagnosis.engine import BLOCKS, states_of
 from dynident.estimation.diagnosis.evidence import Diagnosis, Evidence
-from dynident.estimation.diagnosis.nominal import nominal_gravity, weight
-from dynident.estimation.diagnosis.states import BLOCKS, states_of
+from dynident.estimation.diagnosis.scales import nominal_gravity, weight
 from dynident.estimation.payload.long_motion import Source
 from dynident.model import Recording, Robot, load_robot, robot_names
 from dynident.model.stand_in import rehearsed

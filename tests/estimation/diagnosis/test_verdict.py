@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
-from dynident.estimation.diagnosis import causes, checks, hypotheses, joints, nominal, scales, verdict
+from dynident.estimation.diagnosis import causes, checks, hypotheses, scales, verdict
 from dynident.estimation.diagnosis.checks import (
     COM_FLOOR,
     COM_SIGMA,
@@ -24,14 +24,16 @@ from dynident.estimation.diagnosis.evidence import (
     Alternative,
     Diagnosis,
     Evidence,
+    Finding,
     Judged,
     NominalGravity,
     Weighed,
+    error,
+    warning,
 )
-from dynident.estimation.diagnosis.finding import Finding, error, verdict_of, warning
 from dynident.estimation.diagnosis.hypotheses import WHERE, WITH_PAYLOAD
-from dynident.estimation.diagnosis.joints import CHANCE, disagreement
-from dynident.estimation.diagnosis.verdict import BEFOREHAND, CHECKS, judge
+from dynident.estimation.diagnosis.scales import CHANCE, disagreement
+from dynident.estimation.diagnosis.verdict import BEFOREHAND, CHECKS, judge, verdict_of
 from dynident.estimation.equations.equations import PAYLOAD
 from dynident.estimation.fit.covariance import NORMAL95
 from dynident.estimation.fit.estimate import Estimate, Fit
@@ -455,22 +457,22 @@ SIDES: dict[str, list[tuple[Any, ...]]] = {
          lambda x: of_weighing(unexplained=one_joint(x))),
     ],
     "joints": [
-        ("error", "joint 2 5.5", joints.WRONG, lambda x: by_masses((5.0 + 5.0 * x, 0.001))),
-        ("error", "joint 2 5.9", joints.SIGMAS, lambda x: by_masses((5.0 + 0.2 * x, 0.2))),
-        ("error", "joint 2 5 ± 0.001 kg, joint 3 5.15", joints.NOTABLE,
+        ("error", "joint 2 5.5", scales.WRONG, lambda x: by_masses((5.0 + 5.0 * x, 0.001))),
+        ("error", "joint 2 5.9", scales.SIGMAS, lambda x: by_masses((5.0 + 0.2 * x, 0.2))),
+        ("error", "joint 2 5 ± 0.001 kg, joint 3 5.15", scales.NOTABLE,
          lambda x: by_masses((5.0, 0.001), (5.0 + 5.0 * x, 0.001))),
-        ("warning", "joint 2 5 ± 0.03 kg, joint 3 5.17", joints.NOTABLE_SIGMAS,
+        ("warning", "joint 2 5 ± 0.03 kg, joint 3 5.17", scales.NOTABLE_SIGMAS,
          lambda x: by_masses((5.0, 0.03), (5.0 + 0.05 * x, 0.04), without=5.0)),
-        ("error", "joint 3 measures 1.15", joints.SHARE, lambda x: by_share(1.0 + x)),
-        ("error", "joint 3 measures 0.85", joints.SHARE, lambda x: by_share(1.0 - x)),
-        ("error", "joint 3 measures 1.23", joints.SIGMAS, lambda x: by_share(1.0 + 0.05 * x, 0.05)),
-        ("note", "joint 3 most of all", joints.TOGETHER,
+        ("error", "joint 3 measures 1.15", scales.SHARE, lambda x: by_share(1.0 + x)),
+        ("error", "joint 3 measures 0.85", scales.SHARE, lambda x: by_share(1.0 - x)),
+        ("error", "joint 3 measures 1.23", scales.SIGMAS, lambda x: by_share(1.0 + 0.05 * x, 0.05)),
+        ("note", "joint 3 most of all", scales.TOGETHER,
          lambda x: by_share(1.06, 0.05, without=5.0, disagreement=x)),
         ("error", "without joint 3 the mass is 5.0", 1.0,
          lambda x: by_share(1.3, without=5.0 + 0.01 * x * NORMAL95, spread=spread_of(0.009))),
-        ("error", "an interval that covers all joints is ± 10 %", joints.USEFUL,
+        ("error", "an interval that covers all joints is ± 10 %", scales.USEFUL,
          lambda x: by_share(1.3, without=5.0, spread=spread_of(5.0 * x / NORMAL95))),
-        ("error", "joint 2 5.5", joints.WRONG, lambda x: by_masses((5.0 + 5.0 * x, 0.001), make=of_weighing)),
+        ("error", "joint 2 5.5", scales.WRONG, lambda x: by_masses((5.0 + 5.0 * x, 0.001), make=of_weighing)),
     ],
     "scale": [
         ("error", "the scale of the torques", scales.SCALE, lambda x: scaled(0, x, 1e-9)),
@@ -483,7 +485,7 @@ SIDES: dict[str, list[tuple[Any, ...]]] = {
         ("note", "3.9 %, out of its interval", 1.96, lambda x: leaning_on(0.1 * x, 0.1)),
         ("note", "3.0 %, out of its interval", 3.0, lambda x: leaning_on(0.05, 0.001, x / 196.0)),
         ("note", "scale error of 5 %", 1.0, lambda x: leaning_on(0.03 * x, 0.001, 0.1)),
-        ("error", "about the payload, and a scale", joints.TOGETHER, lambda x: leaning_on(0.2, 1e-3, apart=x)),
+        ("error", "about the payload, and a scale", scales.TOGETHER, lambda x: leaning_on(0.2, 1e-3, apart=x)),
     ],
     "hypotheses": [
         ("error", "degrees too small", hypotheses.ZERO, lambda x: beside("zero", x)),
@@ -522,13 +524,13 @@ SIDES: dict[str, list[tuple[Any, ...]]] = {
         ("error", "lack gravity", causes.WEIGHTLESS, lambda x: rival("weightless", "", x)),
     ],
     "weight": [
-        ("error", "look like mN·m", nominal.UNIT, weighing_arm),
-        ("error", "look like motor-side", 1.0 / nominal.UNIT, weighing_arm, BELOW),
-        ("error", "torque of joint 2 has another scale", nominal.GAIN, lambda x: weighing_arm(x, 1.0, 1.0)),
-        ("error", "torque of joint 2 has another scale", 1.0 / nominal.GAIN,
+        ("error", "look like mN·m", scales.UNIT, weighing_arm),
+        ("error", "look like motor-side", 1.0 / scales.UNIT, weighing_arm, BELOW),
+        ("error", "torque of joint 2 has another scale", scales.GAIN, lambda x: weighing_arm(x, 1.0, 1.0)),
+        ("error", "torque of joint 2 has another scale", 1.0 / scales.GAIN,
          lambda x: weighing_arm(x, 1.0, 1.0), BELOW),
-        ("error", "acts 29 degrees away", 0.8 + nominal.CLEARLY, lambda x: weighing_arm(1.0, explained=x)),
-        ("error", "acts 29 degrees away", nominal.SURE * 9.81,
+        ("error", "acts 29 degrees away", 0.8 + scales.CLEARLY, lambda x: weighing_arm(1.0, explained=x)),
+        ("error", "acts 29 degrees away", scales.SURE * 9.81,
          lambda x: weighing_arm(1.0, explained=1.0, sigma=x), BELOW),
     ],
     "conflicts": [
@@ -574,7 +576,7 @@ SIDES: dict[str, list[tuple[Any, ...]]] = {
 """The rows of ``Side`` for each check."""
 FUNCTIONS: dict[str, Callable[[Evidence], Iterable[Finding]]] = {
     check.__name__: check for check in (*CHECKS, *BEFOREHAND)
-} | {"causes": lambda evidence: verdict.causes(evidence, False)}
+} | {"causes": lambda evidence: judge(evidence).findings}
 
 
 def test_every_check_has_a_threshold_here() -> None:
@@ -855,7 +857,7 @@ def test_no_reason_speaks_against_a_mass_that_may_be_used(
     reasons = [finding for finding in verdict.findings if finding.severity != "note"]
     if verdict.level != "do_not_use":
         assert all(finding.about not in ("mass", "everything") for finding in reasons)
-        assert all(abs(share - 1.0) <= max(joints.SHARE, joints.SIGMAS * sigma) for share in shares)
+        assert all(abs(share - 1.0) <= max(scales.SHARE, scales.SIGMAS * sigma) for share in shares)
         assert abs(scale - 1.0) <= max(scales.SCALE, scales.SCALE_Z * sigma / 10.0)
 
 

@@ -18,7 +18,7 @@ from dynident.apps.report.sections.payload import controller_line, payload_repor
 from dynident.cli import main
 from dynident.estimation import PayloadAnswer, Settings, Verdict, answer_payload, payload_problem
 from dynident.estimation.answers.system import TorquePrediction
-from dynident.estimation.diagnosis.finding import Finding
+from dynident.estimation.diagnosis.evidence import Finding
 from dynident.estimation.results.payload import FlangeDocument
 from dynident.model import load_robot
 from dynident.model.pose import Pose
