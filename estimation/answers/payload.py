@@ -15,13 +15,12 @@ from ...common import Array, Brief, InputError, Speaks, one_thread
 from ...model import Recording, Robot
 from ...model.files.robot_file import PoseTable
 from ...model.inertia import PayloadSpread, payload_spread
-from ..diagnosis.checks import STILL, allowing, judged
+from ..diagnosis.checks import STILL, judged
 from ..diagnosis.evidence import UNFREED, Agreement, Evidence, Verdict, Weighed
 from ..diagnosis.scales import worst_joint
-from ..diagnosis.verdict import allowing as allowing_for
-from ..diagnosis.verdict import diagnose, judge
+from ..diagnosis.verdict import allowing, diagnose, judge
 from ..equations.equations import PAYLOAD, merged
-from ..fit.covariance import NORMAL95, student95
+from ..fit.covariance import NORMAL95, few_blocks, student95
 from ..fit.drive_gains import Gains, usual_gains
 from ..fit.essential import Elimination
 from ..fit.estimate import Estimate, error_model
@@ -277,7 +276,7 @@ def answer_payload(
     # Weights are those of all recordings, not of differences; method 2 has no own ones.
     by_all = min(free, key=lambda estimate: (4, 3, 1, 2).index(estimate.method))
     diagnosis = diagnose(problem, by_all, stated)
-    free = [allowing_for(estimate, diagnosis, stated) for estimate in free]
+    free = [allowing(estimate, diagnosis, stated) for estimate in free]
     own, validation = problem.robot_estimate, None
     if own is not None and held_out:
         validation = held_out_fit(problem.robot, problem.base, own, held_out, problem.settings)
@@ -304,7 +303,8 @@ def answer_payload(
             runs = (in_payload_frame(problem.robot, run).select(PAYLOAD) for run in problem.runs)
             ways.insert(0, (UNFREED, weighted(merged(runs)).values))
     # Half the reported 95 % intervals over 1.96; constraints may make the mass's shorter.
-    reported, half = allowing(spread, model.degrees_of_freedom), 0.5 * np.ptp(intervals[0]) / NORMAL95
+    wider, half = few_blocks(model.degrees_of_freedom), 0.5 * np.ptp(intervals[0]) / NORMAL95
+    reported = PayloadSpread(wider * spread.mass, wider * spread.com, wider * spread.inertia_com)
     if np.isfinite(half):
         reported = structs.replace(reported, mass=min(reported.mass, half))
     moments = np.diag(possible.body.inertia_com) if possible is not None else np.full(3, np.nan)

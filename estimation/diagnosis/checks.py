@@ -12,7 +12,7 @@ import numpy as np
 
 from ...common import Array
 from ...model.inertia import PayloadSpread
-from ..fit.covariance import NORMAL95, few_blocks
+from ..fit.covariance import NORMAL95
 from ..fit.estimate import Fit
 from ..payload.static import oscillation
 from ..possible.constraints import PossibleBody
@@ -60,12 +60,6 @@ on the way there, over the largest joint's, below which a joint says nothing."""
 IMPOSSIBLE = "possible robot"  # what its finding is about
 APART, APART_SIGMAS = 0.03, 4.0
 """Difference of two weights' ratio from the nominal one, and its standard deviations, above which one is wrong."""
-
-
-def allowing(spread: PayloadSpread, degrees_of_freedom: float) -> PayloadSpread:
-    """Half a 95 % interval over 1.96, by which quantities are judged: more than 1 sigma if blocks are few."""
-    factor = few_blocks(degrees_of_freedom)
-    return PayloadSpread(factor * spread.mass, factor * spread.com, factor * spread.inertia_com)
 
 
 def judged(ten: Array, moments: Array, spread: PayloadSpread, from_scale: bool = False) -> dict[str, Judged]:
@@ -129,22 +123,6 @@ def relative_per_joint(fit: Fit, evidence: Evidence) -> Array:
     return np.asarray(np.where(fit.error_norms / root <= noise, 0.0, fit.relative_per_joint))
 
 
-def fit_findings(fit: Fit, evidence: Evidence, subject: str) -> Iterator[Finding]:
-    """Say why a fit is too bad for its parameters to be used; nothing if it is not."""
-    left = relative_per_joint(fit, evidence)
-    joints = ", ".join(str(j) for j, relative in enumerate(left, 1) if not relative <= JOINT_RESIDUAL)
-    if not fit.relative <= RESIDUAL:
-        yield error(
-            f"{subject} leaves {100 * fit.relative:.0f} % of the torque unexplained: check units, signs, the order "
-            "of the joints, and drive gains"
-        )
-    elif joints:
-        yield error(
-            f"{subject} leaves up to {100 * np.max(left):.0f} % of the torque of joint {joints} unexplained: check "
-            "its sign, unit and drive gain, and whether it moved enough"
-        )
-
-
 def too_short(evidence: Evidence) -> Iterator[Finding]:
     """Recordings that are too short. Under {SHORTEST:g} s in all, without or with payload: do not use."""
     kinds = (evidence.source.unloaded, evidence.source.loaded) if evidence.source is not None else ()
@@ -163,10 +141,26 @@ def residual(evidence: Evidence) -> Iterator[Finding]:
         return
     fit = evidence.parameters.fit
     fits = [("the model" if evidence.of_robot else "the robot's model without payload", fit)]
-    fits += [(f"method {estimate.method}", estimate.estimate.fit) for estimate in evidence.modelled]
-    fits = [(subject, own) for subject, own in fits if own.known]
-    yield from next((found for subject, own in fits if (found := list(fit_findings(own, evidence, subject)))), [])
-    apart = [e for e in evidence.modelled if e.estimate.fit.relative > LOADED_RATIO * max(fit.relative, 0.01)]
+    # The residual of method 3 is that of a torque difference.
+    modelled = [estimate for estimate in evidence.estimates if estimate.method != 3]
+    fits += [(f"method {estimate.method}", estimate.estimate.fit) for estimate in modelled]
+    for subject, own in fits:
+        left, text = relative_per_joint(own, evidence), ""
+        joints = ", ".join(str(j) for j, relative in enumerate(left, 1) if not relative <= JOINT_RESIDUAL)
+        if not own.relative <= RESIDUAL:
+            text = (
+                f"{100 * own.relative:.0f} % of the torque unexplained: check units, signs, the order of the "
+                "joints, and drive gains"
+            )
+        elif joints:
+            text = (
+                f"up to {100 * np.max(left):.0f} % of the torque of joint {joints} unexplained: check its sign, "
+                "unit and drive gain, and whether it moved enough"
+            )
+        if own.known and text:
+            yield error(f"{subject} leaves {text}")
+            break
+    apart = [e for e in modelled if e.estimate.fit.relative > LOADED_RATIO * max(fit.relative, 0.01)]
     if apart:
         worst, numbers = max(e.estimate.fit.relative for e in apart), ", ".join(str(e.method) for e in apart)
         which = f"each of methods {numbers}" if apart[1:] else f"method {numbers}"
@@ -206,16 +200,15 @@ def friction(evidence: Evidence) -> Iterator[Finding]:
         return
     load = (fitted.fit.torque_norms / np.sqrt(np.maximum(fitted.fit.rows, 1))).tolist()
     covariances = [fitted.covariance, *([] if fitted.robust is None else [fitted.robust.covariance])]
-
-    def negative(terms: dict[str, float]) -> bool:
-        along = np.array([terms.get(name, 0.0) for name in fitted.names])
-        variance = max(along @ C @ along for C in covariances)
-        return bool(along @ fitted.values < -DRIVEN_SIGMAS * np.sqrt(variance))
-
-    # A term by the root of speed, or of Stribeck, takes the place of Coulomb friction.
-    joints = [(j, torque) for j, torque in enumerate(load, 1) if not {f"FR{j}", f"FB{j}"} & {*fitted.names}]
-    driven = [str(j) for j, torque in joints if negative({f"FS{j}": 1.0, f"FL{j}": torque})]
-    falls = [str(j) for j, _ in joints if str(j) not in driven and negative({f"FV{j}": 1.0})]
+    driven, falls = list[str](), list[str]()
+    for j, torque in enumerate(load, 1):
+        if {f"FR{j}", f"FB{j}"} & {*fitted.names}:
+            continue  # a term by the root of speed, or of Stribeck, takes the place of Coulomb friction
+        for found, terms in ((driven, {f"FS{j}": 1.0, f"FL{j}": torque}), (falls, {f"FV{j}": 1.0})):
+            along = np.array([terms.get(name, 0.0) for name in fitted.names])
+            if along @ fitted.values < -DRIVEN_SIGMAS * np.sqrt(max(along @ C @ along for C in covariances)):
+                found.append(str(j))
+                break
     if driven:
         yield error(
             f"the friction of joint {', '.join(driven)} comes out negative, as if it drove the joint: check the "

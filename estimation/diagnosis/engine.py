@@ -39,7 +39,10 @@ _AWAY, _BACK = 0.4, 0.2
 _PLACES = 5  # of a block: half a second
 _OVERLAP = 0.7  # of a recording: the longest passage of a motion that repeats itself
 _CUTOFF = 0.4  # of the states' own rate
-_PER_STATE = ("t", "q", "qd", "qdd", "torque", "slope", "keep", "stuck", "loaded", "block", "stretch", "recording")
+_PER_STATE = (
+    *("t", "q", "qd", "qdd", "torque", "slope", "keep", "stuck"),
+    *("loaded", "block", "stretch", "recording", "passed"),
+)
 _RANK = 1e-10  # of the largest eigenvalue: squares of columns, scaled to norm 1
 _REMAINS = 1e-6  # fraction of a direction that the other blocks must determine
 _NOTHING = 1e-20  # of the largest column's square: rounding
@@ -68,6 +71,7 @@ class States:
     block: Indices  # number of the block of time, (N,)
     stretch: Indices  # of the stretch of 3 s
     recording: Indices
+    passed: Array  # fraction of the time that has passed, from 0 to 1 over each recording
     signals: tuple[tuple[Array, Array], ...]  # time [s] and torque of each recording's every sample
     gains: tuple[float, ...] = ()  # of the drives, with which currents were read; empty for torques
 
@@ -91,13 +95,16 @@ class States:
         states = States(
             recording.source, t, motion.q[at], motion.qd[at], motion.qdd[at], torque[at], torque[at], keep[at],
             np.column_stack(stuck), np.full(len(at), loaded), zeros, ((t - t[:1].sum()) / STRETCH).astype(np.intp),
-            zeros, ((motion.t, torque),), tuple(recording.gains),
+            zeros, (t - motion.t[0]) / (motion.t[-1] - motion.t[0]), ((motion.t, torque),), tuple(recording.gains),
         )  # fmt: skip
         return replace(states, slope=(states.later(_STEP).torque - states.later(-_STEP).torque) / (2.0 * _STEP))
 
     @staticmethod
     def joined(parts: Sequence["States"]) -> "States":
-        """Join the states of several recordings, in blocks of time over all of them."""
+        """Join the states of several recordings, in blocks of time over all of them.
+
+        What a model leaves, such as ripple, repeats with the motion: passages of one path count as one.
+        """
         arrays: dict[str, Any] = {
             name: np.concatenate([getattr(part, name) for part in parts]) for name in _PER_STATE
         }
@@ -107,15 +114,27 @@ class States:
         arrays["recording"] = np.repeat(np.arange(len(parts)), lengths)
         signals = tuple(signal for part in parts for signal in part.signals)
         joined = replace(parts[0], source=", ".join(part.source for part in parts), signals=signals, **arrays)
-        _, place, sizes = np.unique(_places(joined.q, joined.recording), return_inverse=True, return_counts=True)
+        # Each state is numbered by the first one at its place of a motion that repeats, else by itself.
+        q, place = joined.q, np.arange(len(joined.q))
+        for k in range(len(parts)):
+            own = np.flatnonzero(joined.recording == k)
+            x, size = q[own], np.sqrt(2.0 * q[own].var(axis=0).sum()) or 1.0
+            shifts = range(1, int(_OVERLAP * len(x)))
+            apart = np.array([np.linalg.norm(x[m:] - x[:-m]) / np.sqrt(len(x) - m) for m in shifts]) / size
+            gone = int(np.argmax(apart > _AWAY)) if (apart > _AWAY).any() else len(apart)
+            back = gone + np.flatnonzero(apart[gone:] < _BACK)
+            if not len(back):
+                continue
+            passage = int(back[np.argmin(apart[back[back < back[0] + gone + 1]])]) + 1
+            begins = range(own[0] - passage + 1)
+            earlier = [float(np.linalg.norm(x[:passage] - q[j : j + passage])) for j in begins]
+            if min(earlier, default=np.inf) < _BACK * size * np.sqrt(passage):  # passages of an earlier recording
+                place[own[:passage]] = place[np.argmin(earlier) :][:passage]
+            for i in own[passage:]:
+                place[i] = place[i - passage]
+        _, place, sizes = np.unique(place, return_inverse=True, return_counts=True)
         blocks = BLOCKS if len(sizes) == len(place) else int(np.clip(len(sizes) // _PLACES, 2, BLOCKS))
         return replace(joined, block=(np.cumsum(sizes) - sizes)[place] * blocks // max(sum(lengths), 1))
-
-    @property
-    def passed(self) -> Array:
-        """Fraction of the time that has passed, from 0 to 1 over each recording, shape (N,)."""
-        first, last = np.array([t[[0, -1]] for t, _ in self.signals])[self.recording].T
-        return np.asarray((self.t - first) / (last - first))
 
     def later(self, delay: "float | Array") -> "States":
         """Read the torque that was written ``delay`` [s] later, a number or one for each state."""
@@ -153,31 +172,6 @@ def states_of(source: Source | None, fewest: int = _FEWEST) -> States | None:
         count = min(_MOST, int(_RATE * float(recording.t[-1] - recording.t[0])) + 1)
         parts.append(States.of(recording, source.processing, count, loaded))
     return States.joined(parts) if sum(len(part.t) for part in parts) >= fewest else None
-
-
-def _places(q: Array, recording: Indices) -> Indices:
-    """Number each state by the first one at its place of a motion that repeats, by itself in any other motion.
-
-    What a model leaves, such as ripple, repeats with the motion: passages of one path count as one.
-    """
-    place = np.arange(len(q))
-    for k in np.unique(recording):
-        own = np.flatnonzero(recording == k)
-        x, size = q[own], np.sqrt(2.0 * q[own].var(axis=0).sum()) or 1.0
-        shifts = range(1, int(_OVERLAP * len(x)))
-        apart = np.array([np.linalg.norm(x[m:] - x[:-m]) / np.sqrt(len(x) - m) for m in shifts]) / size
-        gone = int(np.argmax(apart > _AWAY)) if (apart > _AWAY).any() else len(apart)
-        back = gone + np.flatnonzero(apart[gone:] < _BACK)
-        if not len(back):
-            continue
-        passage = int(back[np.argmin(apart[back[back < back[0] + gone + 1]])]) + 1
-        begins = range(own[0] - passage + 1)
-        earlier = [float(np.linalg.norm(x[:passage] - q[j : j + passage])) for j in begins]
-        if min(earlier, default=np.inf) < _BACK * size * np.sqrt(passage):  # passages of an earlier recording
-            place[own[:passage]] = place[np.argmin(earlier) :][:passage]
-        for i in own[passage:]:
-            place[i] = place[i - passage]
-    return place
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,7 +246,7 @@ class System:
         """Weights of the joints by their residuals [1/(N·m) or 1/N], shape (n,)."""
         weights = np.ones(self.robot.n)
         for _ in range(2):
-            weights = 1.0 / self.fit(weights).rms()
+            weights = 1.0 / self.fit(weights).left()[1]
         return weights
 
     @cached_property
@@ -281,7 +275,7 @@ class System:
         square, scales, tried = weights**2, np.ones(self.robot.n), list[tuple[float, SystemFit]]()
         prior = self.prior[: len(G[0]), : len(G[0])]
         for _ in range(_STEPS):
-            root = _whitening(np.einsum("j,jab->ab", square * scales**2, G) + prior)
+            root = _root(np.einsum("j,jab->ab", square * scales**2, G) + prior)
             fit = SystemFit(self, weights, scales, root, root @ (root.T @ (square * scales @ right)))
             if not free_gains:
                 return fit
@@ -312,7 +306,7 @@ class System:
 
 def solved(gram: Array, prior: Array) -> Array:
     """Parameters that stand for the last columns of a Gram matrix, beside prior rows, c x m."""
-    root = _whitening(gram[: len(prior), : len(prior)] + prior)
+    root = _root(gram[: len(prior), : len(prior)] + prior)
     return np.asarray(root @ (root.T @ gram[: len(prior), len(prior) :]))
 
 
@@ -351,14 +345,11 @@ class SystemFit:
         modelled = self.scales[:, None] * (self.own @ self.system.columns[:, : len(self.own)])
         return np.asarray((self.system.torque - modelled) * self.system.keep)
 
-    def relative(self) -> Array:
-        """Errors of each joint over its torque, shape (n,)."""
-        return np.asarray(np.linalg.norm(self.errors, axis=1) / self.system.norms + _FLOOR)
-
-    def rms(self) -> Array:
-        """Root mean square of each joint's errors [N·m or N], 1 without rows, shape (n,)."""
-        rows = self.system.keep.sum(axis=1)
-        return np.where(rows > 0, self.relative() * self.system.norms / np.sqrt(np.maximum(rows, 1)), 1.0)
+    def left(self) -> tuple[Array, Array]:
+        """Errors of each joint over its torque, and their rms [N·m or N], 1 without rows; both of shape (n,)."""
+        system, rows = self.system, self.system.keep.sum(axis=1)
+        relative = np.linalg.norm(self.errors, axis=1) / system.norms + _FLOOR
+        return relative, np.where(rows > 0, relative * system.norms / np.sqrt(np.maximum(rows, 1)), 1.0)
 
     @cached_property
     def likelihood(self) -> Array:
@@ -366,7 +357,8 @@ class SystemFit:
 
         Over the torque's, for a joint's torque may be in another unit.
         """
-        terms = -np.log(self.relative())[:, None] - 0.5 * (self.errors / self.rms()[:, None]) ** 2
+        relative, rms = self.left()
+        terms = -np.log(relative)[:, None] - 0.5 * (self.errors / rms[:, None]) ** 2
         return np.where(self.system.keep, terms, 0.0)
 
 
@@ -414,7 +406,8 @@ class Added(NamedTuple):
         """Project Gram matrices by block (columns, added columns, torque) off the first columns."""
         c, whole = len(prior), blocks.sum(axis=0)
         whole[:c, :c] += prior
-        root = _whitening(whole[:c, :c])
+        root = _root(whole[:c, :c])
+        root = root[:, root.any(axis=0)]
         grams = np.concatenate([whole[None], whole - blocks])
         white, right = root.T @ grams[:, :c, :c] @ root, root.T @ grams[:, :c, c:]  # nearly white
         try:
@@ -452,23 +445,16 @@ class Added(NamedTuple):
         return Effect(where, values, covariance, effect, fall, size, sigma, few=float(few / many))
 
 
-def _norms(gram: Array) -> Array:
-    """Norms of the columns of Gram matrices, infinite where nothing but rounding is left of one."""
+def _root(gram: Array, least: float = _RANK) -> Array:
+    """Roots K with K K' the inverse of Gram matrices, as far as they determine their columns, else zero."""
     squares = np.diagonal(gram, axis1=-2, axis2=-1)
-    least = _NOTHING * squares.max(axis=-1, initial=0.0, keepdims=True)
-    return np.sqrt(np.where(squares > least, squares, np.inf))
-
-
-def _whitening(gram: Array) -> Array:
-    """Root K with K K' the inverse of a Gram matrix, as far as it determines its columns; c x r."""
-    size = _norms(gram)
-    eigenvalues, V = np.linalg.eigh(gram / np.outer(size, size))
-    significant = eigenvalues > _RANK * eigenvalues[-1:].sum()
-    return np.asarray(V[:, significant] / np.sqrt(eigenvalues[significant]) / size[:, None])
+    # Columns of which nothing but rounding is left are taken out.
+    size = np.sqrt(np.where(squares > _NOTHING * squares.max(axis=-1, initial=0.0, keepdims=True), squares, np.inf))
+    eigenvalues, V = np.linalg.eigh(gram / (size[..., :, None] * size[..., None, :]))
+    size = size[..., :, None] * np.sqrt(np.maximum(eigenvalues, 1e-300))[..., None, :]
+    return np.where((eigenvalues > least * eigenvalues[..., -1:])[..., None, :], V / size, 0.0)
 
 
 def _inverse(gram: Array) -> Array:
-    """Inverses of small Gram matrices, columns of which nothing is left taken out."""
-    size = _norms(gram)
-    scale = size[..., :, None] * size[..., None, :]
-    return np.asarray(np.linalg.pinv(gram / scale, 1e-12, hermitian=True) / scale)
+    root = _root(gram, 1e-12)
+    return np.asarray(root @ root.swapaxes(-1, -2))

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal, NamedTuple, Self
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -34,11 +34,6 @@ class Finding(NamedTuple):
     cause: bool = False  # whether it says where other findings may come from
     explains: float = 0.0  # of a cause: fraction of the squared residual that it takes off
 
-    @property
-    def spoils_all(self) -> bool:
-        """True if no number may be used: the mass is what every number rests on."""
-        return self.severity == "error" or (self.severity == "warning" and self.about in ("mass", "everything"))
-
 
 def error(text: str, about: str = "everything") -> Finding:
     """Make a finding against every number."""
@@ -61,12 +56,6 @@ class Verdict(Worked, frozen=True, dict=True, omit_defaults=True):
     level: Level
     reasons: tuple[str, ...]
     notes: tuple[str, ...] = ()
-
-    @classmethod
-    def made(cls, level: Level, *findings: Finding) -> Self:
-        """State the level, and its findings as texts."""
-        against, notes = ([f.text for f in findings if (f.severity == "note") is note] for note in (False, True))
-        return cls(level, tuple(against), tuple(notes)).made_by(findings)
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -182,8 +171,3 @@ class Evidence:
         if self.weighed is not None:
             return self.weighed.mass
         return self.best.mass if self.best is not None else float("nan")
-
-    @property
-    def modelled(self) -> list[PayloadEstimate]:
-        """Estimates of methods that model the robot: the residual of method 3 is that of a torque difference."""
-        return [estimate for estimate in self.estimates if estimate.method != 3]

@@ -79,7 +79,7 @@ class Sought(NamedTuple):
     """Columns of torques that a fault adds."""
 
     columns: Mapping[str, Array]  # n x k x N each, by where the fault may be
-    size: Callable[[Effect], float] | None = None  # of an effect, if it is not its length
+    metric: Mapping[str, Array] = {}  # of the size of values, k x k, if it is not their length
     free: Sequence[Array] = ()  # columns that are free beside them
     by_difference: Array | None = None  # their effect on method 3, if that is another one
     groups: Sequence[Sequence[int]] = ()  # values that are judged together, where not all of them are
@@ -188,12 +188,9 @@ def drift(system: System) -> Sought:
     constants = {f"{j}{where}": one * mask for j, one in enumerate(joints, 1) for where, mask in masks}
     ramps = {where: column * system.states.passed for where, column in constants.items()}
     carried = system.values[system.payload] @ system.columns[:, system.payload]
-    usual = np.sqrt(np.mean((carried if carried.any() else system.torque) ** 2, axis=1))
-
-    def size(effect: Effect) -> float:
-        return abs(float(effect.values[0])) / max(float(usual[int(effect.where.split()[0]) - 1]), 1e-300)
-
-    return Sought(ramps, size, [column[:, 0] for column in constants.values()])
+    usual = np.maximum(np.mean((carried if carried.any() else system.torque) ** 2, axis=1), 1e-200)
+    metric = dict(zip(ramps, np.repeat(1.0 / usual, len(masks))[:, None, None], strict=True))
+    return Sought(ramps, metric, [column[:, 0] for column in constants.values()])
 
 
 def _drift(effect: Effect, evidence: Evidence) -> Finding:
@@ -210,23 +207,23 @@ def _drift(effect: Effect, evidence: Evidence) -> Finding:
     )
 
 
-def _rigid(system: System, robot: Robot, q: Array, qd: Array, qdd: Array) -> Array:
-    """Torques of links and payload together, and of the payload alone, by a robot in some states; 2 x n x N."""
+def _bodies(system: System, gravities: Array, turns: Array | None = None) -> Array:
+    """Torques of links and payload together, and of the payload alone, under k gravities; 2 x n x k x N.
+
+    At rest, or on the way, with joints turned by ``turns`` [rad], k x n.
+    """
+    robot, states, found = system.robot, system.states, []
     links = [k for k, name in enumerate(system.names) if parameter_kind(name) in INERTIAL]
-    load = payload_columns(robot) if system.states.loaded.any() else ()
+    load = payload_columns(robot) if states.loaded.any() else ()
     names = tuple(dict.fromkeys([*(system.names[k] for k in links), *load]))
     ten = frame_change(robot.flange) @ system.values[system.payload] if load else np.zeros(0)
-    W = regressor_at(robot, names, q, qd, qdd)
-    carried = (ten @ W[:, list(map(names.index, load))]) * system.states.loaded
-    return np.stack([system.values[links] @ W[:, : len(links)] + carried, carried])
-
-
-def _weights(system: System, directions: Array) -> Array:
-    """Torques of the weight of links and payload together, and of the payload's alone; 2 x n x k x N."""
-    robot, q = system.robot, system.states.q
-    gravities = (np.linalg.norm(robot.gravity) * directions).tolist()
-    still = [_rigid(system, replace(robot, gravity=(x, y, z)), q, 0.0 * q, 0.0 * q) for x, y, z in gravities]
-    return np.stack(still, axis=2)
+    qd, qdd = (float(turns is not None) * own for own in (states.qd, states.qdd))
+    for k, (x, y, z) in enumerate(gravities.tolist()):
+        q = states.q if turns is None else states.q + turns[k]
+        W = regressor_at(replace(robot, gravity=(x, y, z)), names, q, qd, qdd)
+        carried = (ten @ W[:, list(map(names.index, load))]) * states.loaded
+        found.append([system.values[links] @ W[:, : len(links)] + carried, carried])
+    return np.array(found).transpose(1, 2, 0, 3)
 
 
 def tilt(system: System) -> Sought | None:
@@ -240,8 +237,9 @@ def tilt(system: System) -> Sought | None:
     first = robot.joints[0]
     axis = np.array([0.0, -np.sin(first.alpha), np.cos(first.alpha)])
     upright_axis = first.revolute and np.linalg.norm(np.cross(axis, g)) < _UPRIGHT * np.linalg.norm(g)
-    own, carried = _weights(system, upright(robot)[:2])
-    leaning, q = replace(robot, gravity=tuple((np.linalg.norm(g) * upright(robot)[0]).tolist())), system.states.q
+    across = np.linalg.norm(g) * upright(robot)[:2]
+    own, carried = _bodies(system, across)
+    leaning, q = replace(robot, gravity=tuple(across[0].tolist())), system.states.q
     free = [*regressor_at(leaning, ("MX1", "MY1"), q, 0.0 * q, 0.0 * q).swapaxes(0, 1)] if upright_axis else []
     if not system.states.loaded.any():
         return Sought({"": own}, free=free)
@@ -256,7 +254,7 @@ def weight(system: System) -> Sought | None:
     """Column of gravity's size: the torque of all weights; None where there is no gravity."""
     if not any(system.robot.gravity):
         return None
-    return Sought({"": _weights(system, -upright(system.robot)[2:])[0]})
+    return Sought({"": _bodies(system, np.array([system.robot.gravity]))[0]})
 
 
 def _weight(effect: Effect, evidence: Evidence) -> Finding:
@@ -292,7 +290,7 @@ def compensated(system: System) -> Sought | None:
     """Column of the payload's weight alone, its inertia left; None where no payload is seen."""
     if after_fraction(system, 0.0) is None or not any(system.robot.gravity):
         return None
-    return Sought({WITH_PAYLOAD: _weights(system, upright(system.robot)[2:])[1]})
+    return Sought({WITH_PAYLOAD: _bodies(system, -np.array([system.robot.gravity]))[1]})
 
 
 def _compensated(effect: Effect, evidence: Evidence) -> Finding:
@@ -310,12 +308,12 @@ def _compensated(effect: Effect, evidence: Evidence) -> Finding:
 
 def zero(system: System) -> Sought:
     """Column of each turning joint's zero: how the torque of links and payload changes with its position."""
-    robot, states = system.robot, system.states
+    robot = system.robot
     turning = [j for j, joint in enumerate(robot.joints) if joint.revolute]
-    turns = [np.zeros(robot.n), *(_TURN * np.eye(robot.n)[turning])]
-    here, *moved = (_rigid(system, robot, states.q + turn, states.qd, states.qdd)[:1] for turn in turns)
-    changes = ((there - here).swapaxes(0, 1) / _TURN for there in moved)
-    return Sought({str(j + 1): change for j, change in zip(turning, changes, strict=True)})
+    turns = np.vstack([np.zeros(robot.n), _TURN * np.eye(robot.n)[turning]])
+    torque = _bodies(system, np.tile(robot.gravity, (len(turns), 1)), turns)[0]
+    change = (torque[:, 1:] - torque[:, :1]) / _TURN
+    return Sought({str(j + 1): change[:, k : k + 1] for k, j in enumerate(turning)})
 
 
 def _zero(effect: Effect, _: Evidence) -> Finding:
@@ -393,15 +391,16 @@ def pull(system: System) -> Sought:
     # Of the payload's frame where the flange is not known.
     flange = robot.flange if robot.flange_pose is None else robot.flange @ robot.flange_pose
     position, moved = point_at(robot, np.asarray(flange.p), system.states.q)
-    axes = upright(robot)
-    columns = np.stack([np.einsum("ajn,an->jn", moved, position), *np.einsum("ajn,ka->kjn", moved, -axes)], axis=1)
+    # Forces of a unit of each, and the torques of what the motors need not do.
+    constant = np.repeat(upright(robot).T[:, :, None], position.shape[1], axis=2)
+    forces = np.concatenate([-position[:, None], constant], axis=1)
+    columns = -np.einsum("ajn,akn->jkn", moved, forces)
     weight = float(np.abs(system.values[system.payload][9:]).sum()) * float(np.linalg.norm(robot.gravity))
-
-    def size(effect: Effect) -> float:
-        force = (effect.values[1:] @ axes)[:, None] - effect.values[0] * position[:, masks[effect.where] > 0.0]
-        return float(np.sqrt(np.mean(np.sum(force**2, axis=0)))) / max(weight, 1e-300)
-
-    return Sought({where: columns * mask for where, mask in masks.items()}, size, groups=(_ALONG, _ACROSS))
+    squares = {
+        where: np.einsum("akn,aln,n->kl", forces, forces, mask) / mask.sum() for where, mask in masks.items()
+    }
+    metric = {where: square / max(weight, 1e-100) ** 2 for where, square in squares.items()}
+    return Sought({where: columns * mask for where, mask in masks.items()}, metric, groups=(_ALONG, _ACROSS))
 
 
 def _pulls(effect: Effect) -> bool:
@@ -526,8 +525,9 @@ def seen(system: System) -> dict[str, Effect]:
         for where, (a, b) in zip(sought.columns, pairwise(edges), strict=True):
             effect = added.effect(range(a, b), range(edges[-1], end), where)
             effect = effect._replace(by_difference=sought.by_difference, groups=sought.groups)
-            if sought.size is not None:
-                read.append(effect._replace(size=sought.size(effect)))
+            if where in sought.metric:
+                square = float(effect.values @ sought.metric[where] @ effect.values)
+                read.append(effect._replace(size=float(np.sqrt(max(square, 0.0)))))
             elif np.isfinite(effect.sigma):
                 read.append(effect)
         if read:

@@ -66,12 +66,9 @@ class Reading:
             sums[j] = along or sums[j]
         return Reading(self.order, tuple(signs), tuple(turns), tuple(torques), tuple(sums))
 
-    def positions(self, q: Array) -> Array:
-        """Read joint positions [rad or m], N x n."""
-        return self._read(q, np.array(self.quarters) * (math.pi / 2))
-
-    def _read(self, values: Array, zero: Array | float = 0.0) -> Array:
-        own = values[:, list(self.order)] * self.sign + zero
+    def positions(self, q: Array, turned: bool = True) -> Array:
+        """Read joint positions [rad or m], N x n, or speeds, which no zero changes."""
+        own = q[:, list(self.order)] * self.sign + turned * np.array(self.quarters) * (math.pi / 2)
         for j in np.flatnonzero(self.along):
             own[:, j] += self.along[j] * own[:, j - 1]
         return np.asarray(own)
@@ -79,7 +76,7 @@ class Reading:
     def of(self, states: States) -> States:
         """Read the states of a log."""
         order, sign = list(self.order), np.array(self.sign)
-        qd, qdd = map(self._read, (states.qd, states.qdd))
+        qd, qdd = (self.positions(values, False) for values in (states.qd, states.qdd))
         torque, slope = (values[:, order] * sign * self.torque for values in (states.torque, states.slope))
         q, keep = self.positions(states.q), states.keep[:, order]
         return replace(states, q=q, qd=qd, qdd=qdd, torque=torque, slope=slope, keep=keep)
@@ -280,7 +277,7 @@ def rank_readings(
         system = System.of(robot, reading.of(together))
         if not system.keep.any():  # outside the spring's table: this cannot be the reading
             return math.inf
-        return _rms(system.fit(1.0 / system.norms).relative())
+        return _rms(system.fit(1.0 / system.norms).left()[0])
 
     return _ranked(robot, residual, "relative torque residual", True, progress)
 

@@ -195,13 +195,15 @@ def scales(problem: PayloadProblem, weights: Array, system: System | None) -> tu
     None where the scale is an unknown of the problem; full factors need recordings without payload.
     """
     n, by_states = problem.robot.n, tuple[Effect, ...]()
+    wheres = ["", *(f"joint {joint}" for joint in range(1, n + 1))]
     if system is not None:
         rigid = [k for k, name in enumerate(system.names) if not is_friction(name)]
         along = (system.values[rigid] @ system.columns[:, rigid]) * system.states.loaded
         prior = np.array(system.prior)
         prior[system.payload.stop :, system.payload.stop :] = 0.0  # friction under load is free
         free = replace(system, prior=prior)
-        by_states = _effects(free.with_columns(along[:, None], np.eye(n)[:, :, None] * along[:, None]), n)
+        added = free.with_columns(along[:, None], np.eye(n)[:, :, None] * along[:, None])
+        by_states = tuple(added.effect([k], where=where) for k, where in enumerate(wheres))
     if not isinstance(problem, LongMotion) or problem.unloaded is None:
         return by_states
     unloaded, loaded = problem.unloaded, problem.loaded
@@ -227,16 +229,12 @@ def scales(problem: PayloadProblem, weights: Array, system: System | None) -> tu
     # Blocks of one motion are left out together.
     together = len(without) == len(with_payload)
     blocks = np.add(without, with_payload) if together else np.array([*without, *with_payload])
-    found = _effects(Added.of(blocks, np.zeros((unknown, unknown)), slice(b, c)), n)
+    added = Added.of(blocks, np.zeros((unknown, unknown)), slice(b, c))
     # The limits were measured with these blocks, however few: none of 111 good recordings passes them. What they
     # take off is compared with that of hypotheses, which go by states.
-    falls = [one.fall for one in by_states] or [0.0] * len(found)
+    falls = [one.fall for one in by_states] or [0.0] * len(wheres)
+    found = (added.effect([k], where=where) for k, where in enumerate(wheres))
     return tuple(one._replace(few=1.0, fall=fall) for one, fall in zip(found, falls, strict=True))
-
-
-def _effects(added: Added, n: int) -> tuple[Effect, ...]:
-    wheres = ["", *(f"joint {joint}" for joint in range(1, n + 1))]
-    return tuple(added.effect([k], where=where) for k, where in enumerate(wheres))
 
 
 def scale(evidence: Evidence) -> Iterator[Finding]:

@@ -73,7 +73,7 @@ def judge(*evidence: Evidence) -> Verdict:
         own = short or [finding for check in speaking for finding in check(part)]
         contradicted, likely = any(finding.severity == "error" for finding in own), list[Finding]()
         # Where no check spoils all, causes are searched if a joint leaves too much; suggested, never corrected.
-        fits = [estimate.estimate.fit for estimate in part.modelled]
+        fits = [estimate.estimate.fit for estimate in part.estimates if estimate.method != 3]
         fits += [part.parameters.fit] if part.parameters is not None else []
         suspicious = any(np.nanmax(checks.relative_per_joint(fit, part)) > SUSPICIOUS for fit in fits if fit.known)
         if part.source is not None and (contradicted or suspicious) and not (short or wrong):
@@ -105,7 +105,7 @@ def verdict_of(findings: Sequence[Finding], brief: bool = True, partly: Level = 
             return 3.0 if finding.explains else 2.0, False
         return 1.0 - round(finding.explains, 2), finding.about != "everything"
 
-    distinct = list(dict.fromkeys(findings))
+    distinct, level = list(dict.fromkeys(findings)), partly
     notes = [finding for finding in distinct if finding.severity == "note"]
     causes = [finding for finding in distinct if finding.cause and finding.severity == "error"]
     most = _OUTDONE * min((1.0 - finding.explains for finding in causes), default=1.0)
@@ -115,11 +115,14 @@ def verdict_of(findings: Sequence[Finding], brief: bool = True, partly: Level = 
         if finding.severity != "note"
         and not (finding.cause and finding.about == "everything" and 1.0 - finding.explains > most)
     ]
-    if not any(finding.spoils_all for finding in against):
-        return Verdict.made(partly if against else "use", *against, *notes)
-    weighty = [finding for finding in against if finding.spoils_all or finding.cause]
-    rest = [] if brief else [finding for finding in against if finding not in weighty]
-    return Verdict.made("do_not_use", *sorted(weighty, key=rank), *rest, *notes)
+    # The mass is what every number rests on.
+    spoils_all = [one for one in against if one.severity == "error" or one.about in ("mass", "everything")]
+    if spoils_all:
+        weighty = [finding for finding in against if finding in spoils_all or finding.cause]
+        rest = [] if brief else [finding for finding in against if finding not in weighty]
+        level, against = "do_not_use", [*sorted(weighty, key=rank), *rest]
+    reasons, remarks = (tuple(finding.text for finding in own) for own in (against, notes))
+    return Verdict(level if against else "use", reasons, remarks).made_by((*against, *notes))
 
 
 def table() -> list[tuple[str, str]]:

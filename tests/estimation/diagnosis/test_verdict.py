@@ -14,7 +14,6 @@ from dynident.estimation.diagnosis.checks import (
     COM_SIGMA,
     INERTIA_SIGMA,
     MASS_SIGMA,
-    allowing,
     judged,
 )
 from dynident.estimation.diagnosis.engine import Effect
@@ -35,7 +34,7 @@ from dynident.estimation.diagnosis.hypotheses import WHERE, WITH_PAYLOAD
 from dynident.estimation.diagnosis.scales import CHANCE, disagreement
 from dynident.estimation.diagnosis.verdict import BEFOREHAND, CHECKS, judge, verdict_of
 from dynident.estimation.equations.equations import PAYLOAD
-from dynident.estimation.fit.covariance import NORMAL95
+from dynident.estimation.fit.covariance import NORMAL95, few_blocks
 from dynident.estimation.fit.estimate import Estimate, Fit
 from dynident.estimation.payload.by_joints import ByJoints, JointsMass
 from dynident.estimation.payload.long_motion import Source
@@ -806,12 +805,8 @@ def test_a_fault_that_takes_off_little_comes_last_and_a_pull_first() -> None:
 
 def test_few_blocks_widen_what_every_quantity_is_judged_by() -> None:
     """Half of a 95 % interval over 1.96: 12.7 over 1.96 with one degree of freedom."""
-    plain = PayloadSpread(0.02, np.array([1e-3, 2e-3, 3e-3]), np.full((3, 3), 4e-4))
-    wide = allowing(plain, 1.0)
-    for name in ("mass", "com", "inertia_com"):
-        assert getattr(wide, name) == pytest.approx(12.7062 / 1.95996 * getattr(plain, name), rel=1e-5)
-    same = allowing(plain, 1e9)
-    assert same.com == pytest.approx(plain.com)
+    assert few_blocks(1.0) == pytest.approx(12.7062 / 1.95996, rel=1e-5)
+    assert few_blocks(1e9) == pytest.approx(1.0)
     for freedom, told in ((1e9, True), (1.0, False)):
         view = ByJoints((ratio(1, 1.0, 0.01), ratio(3, 1.3, 0.05), ratio(4, None)), degrees_of_freedom=freedom)
         findings = judge(of_weighing(by_joints=view)).findings
@@ -878,7 +873,8 @@ def test_a_joint_without_torque_is_judged_by_noise() -> None:
             errors, torques = np.ones(6), np.array([200.0, 150.0, 2.0, 50.0, 50.0, 50.0])
             errors[2] = share * (10.0 * most or 2.0)
             torques[2] = errors[2]
-            findings = list(checks.fit_findings(Fit(errors, torques, (100,) * 6), evidence, "it"))
+            fitted = replace(robot_of(), fit=Fit(errors, torques, (100,) * 6))
+            findings = list(checks.residual(replace(evidence, parameters=fitted)))
             assert ["joint 3 " in finding.text for finding in findings] == [True] * bool(told)
 
 

@@ -18,7 +18,6 @@ from dynident.apps.report.sections.payload import controller_line, payload_repor
 from dynident.cli import main
 from dynident.estimation import PayloadAnswer, Settings, Verdict, answer_payload, payload_problem
 from dynident.estimation.answers.system import TorquePrediction
-from dynident.estimation.diagnosis.evidence import Finding
 from dynident.estimation.results.payload import FlangeDocument
 from dynident.model import load_robot
 from dynident.model.pose import Pose
@@ -226,7 +225,7 @@ def answer(short_logs: Path) -> PayloadAnswer:
     ],
 )
 def test_verdict_quantity_by_quantity(level: Any, sentence: str, uses: list[str], answer: PayloadAnswer) -> None:
-    judged = replace(answer, verdict=Verdict.made(level, Finding("warning", "", "a <b>reason</b>")))
+    judged = replace(answer, verdict=Verdict(level, ("a <b>reason</b>",)))
     text = page_html(payload_report(judged.result), "dynident payload")
     page = read(text)
     assert any(words.startswith(sentence) for words in page.texts["p"])
