@@ -21,7 +21,7 @@ from ...model import BaseParameters, Processing, Recording, Robot, base_paramete
 from ..diagnosis.evidence import Evidence
 from ..diagnosis.finding import Verdict
 from ..diagnosis.verdict import robot_verdict
-from ..equations.equations import PAYLOAD, Equations
+from ..equations.equations import PAYLOAD, Equations, check_blocks
 from ..equations.observer import Observer
 from ..fit.blocks import weighted_solution
 from ..fit.drive_gains import Gains, usual_gains
@@ -30,7 +30,7 @@ from ..fit.estimate import Estimate, Fit, Parameter, error_model, fit
 from ..fit.linear_problem import Excitation, Known, LinearProblem, excitation
 from ..fit.own_equations import TermChoice, base_problem, with_friction
 from ..fit.settings import DEFAULTS, Settings
-from ..payload.long_motion import Source, check_blocks
+from ..payload.long_motion import Source
 from ..payload.methods import jackknifed
 from ..possible.cone import SolverError
 from ..possible.payload import rise_p_value, solve_constrained

@@ -26,9 +26,9 @@ from ...model.base.rank import random_states
 from ...model.drives import SPRING, parameter_kind
 from ...model.files.robot_file import BodyTable
 from ...model.regressors import regressor_at
-from ..equations.equations import PAYLOAD, Equations, merged, triangular
+from ..equations.equations import PAYLOAD, Equations, check_blocks, merged, triangular
 from ..fit.settings import DEFAULTS, Candidates, Settings
-from ..payload.long_motion import LongMotion, Source, check_blocks, payload_problem
+from ..payload.long_motion import LongMotion, Source, payload_problem
 from ..payload.result import in_payload_frame
 from ..possible.cone import ConeProgram, SolverError, solve_cone
 from ..possible.robot import POWERS, drive_rules, link_indices, typical_length

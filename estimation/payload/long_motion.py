@@ -23,7 +23,7 @@ from ...model.drives import joint_of, parameter_kind
 from ...model.friction import is_friction
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
-from ..equations.equations import PAYLOAD, Equations, merged
+from ..equations.equations import PAYLOAD, Equations, check_blocks, merged
 from ..equations.observer import PATH, Observation, Observer, Used, recorded, reduced, used
 from ..fit.blocks import (
     FEWEST,
@@ -83,8 +83,7 @@ class LongMotion(Brief):
     few: bool = False  # blocks as long as that memory asks for would be too few, so that shorter ones were cut
 
     def __post_init__(self) -> None:
-        """Refuse another model's robot, and blocks of one motion that are not as many."""
-        check_known(self.robot, self.base, self.known)
+        """Refuse blocks of one motion that are not as many."""
         counts = {len(part.blocks) for part in (self.loaded, self.unloaded, self.difference) if part}
         if self.paired and self.loaded.blocks and len(counts) > 1:
             raise ValueError("paired blocks must be as many without and with payload")
@@ -189,37 +188,26 @@ class LongMotion(Brief):
         groups = tuple((-1, b) for b in range(unloaded)), tuple((b, -1) for b in range(loaded))
         return groups if unloaded else groups[1:]
 
-    @property
-    def block_length(self) -> float:
-        """Shortest length of a block [s], unless a whole recording is shorter."""
-        return self.loaded.block_length
 
+def measured_part(known: Estimate, robot: Robot) -> Estimate:
+    """Take a robot known earlier in the base parameters that are left where joints' torques are not measured.
 
-def check_blocks(*counts: int) -> None:
-    """Refuse so few blocks of time that none can be left out."""
-    if min(counts) < 2:
-        raise InputError("robust standard deviations need two blocks of time at least: record longer")
-
-
-def check_known(robot: Robot, base: BaseParameters, known: Estimate | None) -> None:
-    """Refuse a robot known earlier whose parameters are not those of this model."""
-    if known is not None and known.names != base.columns:
+    Raises:
+        InputError: if its parameters are those of another model.
+    """
+    if not known.fit.rows:  # values of the user's own owe nothing to the errors of any joint's gain
+        S, none = np.zeros((len(known.values), robot.n)), np.zeros(robot.n)
+        known = replace(known, fit=Fit(none, none, (0,) * robot.n), gain_sensitivity=S)
+    base = base_parameters(robot)
+    if robot.drives.unmeasured and set(known.names) <= set(base.standard):
+        return known.mapped(base.effect_of(known.names), base.columns)
+    if known.names != base.columns:
         missing = sorted(set(known.names) ^ set(base.columns)) or ["their order"]
         raise InputError(
             f"the stored robot parameters are of another model of {robot.name}: they differ in "
             f"{', '.join(missing[:8])}: identify the robot again with the same options"
         )
-
-
-def measured_part(known: Estimate, robot: Robot) -> Estimate:
-    """Take a robot known earlier in the base parameters that are left where joints' torques are not measured."""
-    if not known.fit.rows:  # values of the user's own owe nothing to the errors of any joint's gain
-        S, none = np.zeros((len(known.values), robot.n)), np.zeros(robot.n)
-        known = replace(known, fit=Fit(none, none, (0,) * robot.n), gain_sensitivity=S)
-    base = base_parameters(robot)
-    if not robot.drives.unmeasured or not set(known.names) <= set(base.standard):
-        return known
-    return known.mapped(base.effect_of(known.names), base.columns)
+    return known
 
 
 def stored_robot(robot: Estimate) -> Known:

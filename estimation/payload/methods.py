@@ -67,17 +67,31 @@ class ChangeOfParameters(Brief):
 
     def solved(self, weights: Array | None = None) -> Estimate:
         """Estimate the payload's ten parameters."""
-        after = weighted(self.loaded, weights)
-        C = (self.before.covariance + after.covariance)[np.ix_(self.indices, self.indices)]
-        x, covariance, inverse = _generalised(self.G, (after.values - self.before.values)[self.indices], C)
+        after, k = weighted(self.loaded, weights), self.indices
+        C = (self.before.covariance + after.covariance)[np.ix_(k, k)]
+        change = (after.values - self.before.values)[k]
+        x, covariance, inverse = _generalised(self.G, change, C)
+        # By the gains' relative errors, the change of the weights by them included: of x = (G'C^-1G)^-1 G'C^-1 d is
+        # dx = inverse (dd - dC C^-1 (d - G x)), C the variances of both.
+        weighted_rest, by_gains = np.linalg.solve(C, change - self.G @ x), np.zeros((len(k), len(after.weights)))
+        for equations, estimate, sign in ((self.unloaded, self.before, -1.0), (self.loaded, after, 1.0)):
+            assert estimate.gain_sensitivity is not None
+            by_gains += sign * estimate.gain_sensitivity[k]
+            # The residual's variance grows as its errors do with each motor's torque.
+            chi = np.append(-estimate.values, 1.0)
+            errors = [w * factor @ chi for w, factor in zip(estimate.weights, equations.factors, strict=True)]
+            size = max(sum(float(error @ error) for error in errors), np.finfo(float).tiny)
+            every = zip(errors, estimate.weights, equations.by_motor(), strict=True)
+            grown = 2.0 * sum(error @ (w * torques) for error, w, torques in every) / size
+            by_gains -= np.outer(estimate.covariance[np.ix_(k, k)] @ weighted_rest, grown)
         return Estimate(
-            names=PAYLOAD,
-            values=x,
-            covariance=covariance,
+            PAYLOAD,
+            x,
+            covariance,
             degrees_of_freedom=min(self.before.degrees_of_freedom, after.degrees_of_freedom),
             fit=fit(self.both, np.concatenate([self.before.values, x])),
             weights=after.weights,
-            gain_sensitivity=inverse @ self._change_by_gains(after, x),
+            gain_sensitivity=inverse @ by_gains,
         )
 
     def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
@@ -99,27 +113,6 @@ class ChangeOfParameters(Brief):
     def sandwich(self, weights: Array, inflation: Sequence[float]) -> Array:
         """HAC (sandwich) covariance: the formula's times the median over joints of the inflation by memory."""
         return np.asarray(float(np.median(inflation)) * self.solved(weights).covariance)
-
-    def _change_by_gains(self, after: Estimate, x: Array) -> Array:
-        """Derivatives of chi_T - chi by the relative errors of the drive gains, the change of its weights included.
-
-        Of x = (G'C^-1G)^-1 G'C^-1 d: dx = inverse (dd - dC C^-1 (d - G x)), C the variances of both.
-        """
-        at = np.ix_(self.indices, self.indices)
-        rest = (after.values - self.before.values)[self.indices] - self.G @ x
-        weighted_rest = np.linalg.solve((self.before.covariance + after.covariance)[at], rest)
-        change = np.zeros((len(rest), len(after.weights)))
-        for equations, estimate, sign in ((self.unloaded, self.before, -1.0), (self.loaded, after, 1.0)):
-            assert estimate.gain_sensitivity is not None
-            change += sign * estimate.gain_sensitivity[self.indices]
-            # The residual's variance grows as its errors do with each motor's torque.
-            chi = np.append(-estimate.values, 1.0)
-            errors = [w * factor @ chi for w, factor in zip(estimate.weights, equations.factors, strict=True)]
-            size = max(sum(float(error @ error) for error in errors), np.finfo(float).tiny)
-            every = zip(errors, estimate.weights, equations.by_motor(), strict=True)
-            grown = 2.0 * sum(error @ (w * torques) for error, w, torques in every) / size
-            change -= np.outer(estimate.covariance[at] @ weighted_rest, grown)
-        return change
 
 
 def _generalised(G: Array, change: Array, C: Array) -> tuple[Array, Array, Array]:
@@ -294,7 +287,7 @@ def with_robust(
 
 def _robust(problem: PayloadProblem, posed: Posed, estimate: Estimate, rule: Rule | None) -> RobustCovariance:
     """Compute the robust covariance by the rule asked for, the joints' weights kept."""
-    weights, length, known, robust = estimate.weights, problem.block_length, problem.known, None
+    weights, length, known, robust = estimate.weights, problem.loaded.block_length, problem.known, None
     if rule != "sandwich":
         try:
             robust = jackknifed(posed, estimate, problem.left_out, length)

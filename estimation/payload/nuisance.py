@@ -22,14 +22,13 @@ from scipy.special import chdtrc, fdtrc
 
 from ...common import Array, Brief, Document, decomposed, without
 from ...model.drives import joint_of
-from ..equations.equations import PAYLOAD, Anchor, Equations, merged
+from ..equations.equations import LEVEL, PAYLOAD, Equations, merged
 from ..equations.observer import Observation, Used, reduced
 from ..fit.blocks import Remembered, inflation, weighted_solution
 from ..fit.linear_problem import Known, SoftPrior
 from ..signals.filtering import decimated
 
 FREE = "free "  # beginning of the names of what is estimated anew in each recording, besides the payload
-_LEVEL = "held "  # beginning of the names of the values that constant torques have by their prior
 
 OFFSET_SHARE = 0.033
 """Standard deviation of the change between two recordings over a joint's Coulomb friction.
@@ -73,7 +72,7 @@ class HeldFriction(Brief):
         """Values of the prior: zero, as far as sigma says; alike in all recordings, to be safe."""
         k, n = len(self.held), len(self.noise)
         lasting = np.diag([role.sigma**2 for role in self.held.values()])
-        names = tuple(f"{_LEVEL}{name}" for name in self.held)
+        names = tuple(f"{LEVEL}{FREE}{name}" for name in self.held)
         return Known(names, np.zeros(k), np.zeros((k, k)), lasting, gain_sensitivity=np.zeros((k, n)))
 
     def friction_free(self, equations: Equations) -> Equations:
@@ -81,12 +80,9 @@ class HeldFriction(Brief):
 
         Each prior is one more equation: the friction is its own ``known`` value, as sure as noise and memory allow.
         """
-        noise = {name: float(self.noise[joint_of(name)]) for name in self.held}
-        anchors = [
-            Anchor(f"{FREE}{name}", joint_of(name), noise[name] * role.weight, f"{_LEVEL}{name}")
-            for name, role in self.held.items()
-        ]
-        return equations.eliminate(free_columns(equations.columns), anchors)
+        held = self.held.items()
+        near = {f"{FREE}{name}": float(self.noise[joint_of(name)]) * role.weight for name, role in held}
+        return equations.eliminate(free_columns(equations.columns), near)
 
 
 def friction_prior(observations: Sequence[Observation], sigmas: Mapping[str, float]) -> HeldFriction:
@@ -99,12 +95,15 @@ def friction_prior(observations: Sequence[Observation], sigmas: Mapping[str, flo
     values = weighted_solution(problem)
     noise, spare = problem.error_norms(values) / np.sqrt(np.maximum(problem.rows, 1)), np.array(problem.rows)
     for one in observations:
-        free = [one.columns.index(name) for name in free_columns(one.columns)]
-        spare = spare - [int(W[:, free].any(axis=0).sum()) for W in one.W]
+        free = [name in free_columns(one.columns) for name in one.columns]
+        spare -= [int(W[:, free].any(axis=0).sum()) for W in one.W]
     noise[spare < _FEWEST_LEFT] = 0.0  # too few rows, beyond the free columns that act on them, to tell it
     memory = np.array(Remembered.of(left, values).inflation)
-    held = {name: joint_of(name) for name, sigma in sigmas.items() if sigma > 0.0}
-    roles = {name: SoftPrior(sigmas[name], float(memory[j])) for name, j in held.items() if noise[j] > 0.0}
+    roles = {
+        name: SoftPrior(sigma, float(memory[joint_of(name)]))
+        for name, sigma in sigmas.items()
+        if sigma > 0.0 and noise[joint_of(name)] > 0.0
+    }
     return HeldFriction(roles, noise, memory)
 
 
@@ -161,23 +160,23 @@ class Wave(Document, frozen=True):
     probability_by_noise: float = RIPPLE_CHANCE
 
 
-def ripple_of(
-    source: str, matrices: Sequence[Array], recording: Observation, used: Used
-) -> tuple[tuple[Wave, ...], tuple[Array, ...]]:
-    """Find waves that the equations of a difference of torques hold besides the payload and what is free.
+def with_ripple(source: str, recording: Observation, used: Used) -> tuple[list[Wave], Observation]:
+    """Find waves that a difference of torques holds besides the payload and what is free; free are those then too.
 
-    ``matrices``: columns of the payload and of what is free, per joint; ``used``: the measurement they come from.
-
-    Returns:
-        The waves, and for each joint their columns, r_j x 4 times the largest number of waves of a joint.
+    ``recording``: the equations of ``used``, in the columns of the payload, of what is free, and ``PATH``.
     """
-    waves, columns = list[Wave](), list[Array]()
-    for j, (W, Y, t) in enumerate(zip(matrices, recording.Y, recording.t, strict=True)):
-        found = _waves(used, j, W, Y, t)
-        columns.append(np.hstack([np.zeros((len(Y), 0)), *(own for *_, own in found)]))
-        waves += [Wave(source, j + 1, wave, float(np.sqrt(2.0 * gain / len(Y)))) for wave, gain, _ in found]
-    most = max(own.shape[1] for own in columns)
-    return tuple(waves), tuple(np.pad(own, ((0, 0), (0, most - own.shape[1]))) for own in columns)
+    waves, found, most = list[Wave](), list[Array](), 0
+    for j, (W, Y, t) in enumerate(zip(recording.W, recording.Y, recording.t, strict=True)):
+        own = _waves(used, j, W[:, :-1], Y, t)
+        found.append(np.hstack([W, *(columns for *_, columns in own)]))
+        waves += [Wave(source, j + 1, wave, float(np.sqrt(2.0 * gain / len(Y)))) for wave, gain, _ in own]
+        most = max(most, found[-1].shape[1])
+    if not waves:
+        return [], recording
+    names = (*recording.columns, *(f"{FREE}{k}" for k in range(most - len(recording.columns))))
+    wide = [np.pad(W, ((0, 0), (0, most - W.shape[1]))) for W in found]
+    rest = recording.t, recording.bandwidth, recording.motors
+    return waves, Observation.of(names, wide, recording.torques, *rest)
 
 
 def _waves(used: Used, j: int, W: Array, torque: Array, t: Array) -> list[tuple[float, float, Array]]:
@@ -202,7 +201,7 @@ def _waves(used: Used, j: int, W: Array, torque: Array, t: Array) -> list[tuple[
         turning = np.outer(some, position)
         pairs = seen([*np.sin(turning), *np.cos(turning)])
         passed = np.sum(pairs**2, axis=0).reshape(2, -1).sum(axis=0) > _PASSED**2 * len(left)
-        pairs = _less(pairs, Q).reshape(len(left), 2, -1)
+        pairs = (pairs - Q @ (Q.T @ pairs)).reshape(len(left), 2, -1)
         N, b = np.einsum("riw,rjw->wij", pairs, pairs), np.einsum("riw,r->wi", pairs, left)
         clear = passed & (np.linalg.det(N) > (_DEPENDENT * 0.5 * len(left)) ** 2)
         N[~clear] = np.eye(2)
@@ -210,7 +209,7 @@ def _waves(used: Used, j: int, W: Array, torque: Array, t: Array) -> list[tuple[
 
     groups = np.array_split(waves, 1 + len(waves) * len(position) // _AT_ONCE)
     Q, found = decomposed(W).range, list[tuple[float, float, Array]]()
-    left = _less(torque, Q)
+    left = torque - Q @ (Q.T @ torque)
     while len(found) < most:
         gains = np.concatenate([falls(some, Q, left) for some in groups])
         gain, wave = float(gains.max()), float(waves[np.argmax(gains)])
@@ -220,7 +219,7 @@ def _waves(used: Used, j: int, W: Array, torque: Array, t: Array) -> list[tuple[
         shapes = [np.sin(wave * position), np.cos(wave * position)]
         found.append((wave, gain, seen([*shapes, *(wave * position * shape for shape in shapes)])))
         Q = decomposed(np.column_stack([Q, found[-1][2]])).range
-        left = _less(torque, Q)
+        left = torque - Q @ (Q.T @ torque)
     rest, spare = inflation([(t, left)]) * float(left @ left), len(torque) - Q.shape[1]
     return [wave for wave in found if _chance(wave[1], rest, spare) * len(waves) <= RIPPLE_CHANCE]
 
@@ -228,7 +227,3 @@ def _waves(used: Used, j: int, W: Array, torque: Array, t: Array) -> list[tuple[
 def _chance(gain: float, rest: float, spare: int) -> float:
     """Probability that white noise lowers the sum of squares to ``rest`` by as much (F test)."""
     return float(fdtrc(2, spare, 0.5 * gain / rest * spare)) if spare > 0 and rest > 0.0 else 1.0
-
-
-def _less(columns: Array, Q: Array) -> Array:
-    return np.asarray(columns - Q @ (Q.T @ columns))

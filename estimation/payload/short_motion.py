@@ -13,7 +13,7 @@ from ...model.drives import parameter_kind
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
 from ...model.visibility import PayloadVisibility, check_mass_visible, friction_columns, visibility_of
-from ..equations.equations import PAYLOAD, Equations, merged
+from ..equations.equations import PAYLOAD, Equations, check_blocks, merged
 from ..equations.observer import PATH, Observation, Observer, Used, reduced
 from ..fit.blocks import block_edges, block_length, in_blocks, remembered
 from ..fit.estimate import Estimate
@@ -27,8 +27,6 @@ from ..signals.plausibility import check_apart, check_recordings, without_dead
 from ..signals.rows import inner_samples, least_speed, moving_parts
 from .long_motion import (
     Source,
-    check_blocks,
-    check_known,
     friction_changes,
     known_path,
     measured_part,
@@ -44,7 +42,7 @@ from .nuisance import (
     free_columns,
     friction_prior,
     offset_prior,
-    ripple_of,
+    with_ripple,
 )
 from .pairs import torque_change
 from .result import in_payload_frame
@@ -77,14 +75,11 @@ class ShortMotion(Brief):
     scale: KnownMass | None = None  # the payload was weighed; counts only where torques do not show the mass
     ripple: tuple[Wave, ...] = ()
 
-    def __post_init__(self) -> None:
-        """Refuse another model's robot."""
-        check_known(self.robot, self.base, self.known)
-
     @cached_property
     def loaded(self) -> Equations:
         """Join the equations less all that is free in each recording, its blocks of time among them."""
-        return merged(map(self.held.friction_free, self.runs))
+        length = max(run.block_length for run in self.runs)
+        return replace(merged(map(self.held.friction_free, self.runs)), block_length=length)
 
     @property
     def method(self) -> int:
@@ -158,11 +153,6 @@ class ShortMotion(Brief):
         return (tuple((b, -1) for b in range(len(self.without_each))),)
 
     @property
-    def block_length(self) -> float:
-        """Shortest length of a block [s], unless a whole recording is shorter."""
-        return max(run.block_length for run in self.runs)
-
-    @property
     def needed_scale(self) -> KnownMass | None:
         """Scale, where torques do not show the mass; else it takes no part in the free estimate."""
         check_mass_visible(self.visibility, self.scale is not None, "by this motion")
@@ -191,24 +181,17 @@ def known_robot_weighing(
     known = measured_part(known, robot)
     base = base_parameters(robot)
     measured = filtered(loaded, processing, progress)
-    moving = moving_joints(measured, processing, settings.joints, robot)
-    rows = [
-        Used(data, telling_rows(data.motion, moving, processing), processing.thinning(data.motion.rate))
-        for data in (at_rest(data, moving) for data in measured)
-    ]
-    rms = _torque_rms(loaded, rows)
+    moving, used, rms = used_near(robot, loaded, [[data] for data in measured], settings)
     observer = observer_of(robot, base, settings.friction_change > 0.0)
-    (_, observations), _ = under_own_load(observer, rows, known.values)
+    (_, observations), _ = under_own_load(observer, [own for (own,) in used], known.values)
     k, changes = len(known.values), friction_changes(known, [1.0] * robot.n, settings.friction_change)
     payload_only = [  # less the torque of the robot, whose columns come first
         Observation.of(one.columns[k:], [W[:, k:] for W in one.W], one.errors(known.values), one.t, one.bandwidth)
         for one in observations
     ]
     own = {name: one.sigma for name, one in changes.items() if parameter_kind(name) in ("FS", "FV", "OFF")}
-    source, held = (
-        Source(tuple(loaded), (), processing, rate=measured[0].motion.rate),
-        friction_prior(payload_only, own),
-    )
+    source = Source(tuple(loaded), (), processing, rate=measured[0].motion.rate)
+    held = friction_prior(payload_only, own)
     # Of a single recording the robot's own ripple is what would be found: it takes weight along.
     return ShortMotion(robot, base, source, moving, _runs(observations), held, rms, known, settings)
 
@@ -236,14 +219,7 @@ def difference_weighing(
     together = each(list(zip(partners, loaded, strict=True)), lambda pair: f"aligning {pair[1].source}", progress)
     pairs = [aligned(a, b, grid_rate(b, processing), processing.max_mismatch) for a, b in together]
     measured = [(measurement(p.unloaded, processing), measurement(p.loaded, processing)) for p in pairs]
-    moving = moving_joints([under_load for _, under_load in measured], processing, settings.joints, robot)
-    rows = list[list[Used]]()
-    for both in measured:
-        # The filter's error at cut ends is alike in both, and a short motion needs its ends.
-        still = [at_rest(data, moving) for data in both]
-        keep = np.all([telling_rows(one.motion, moving, processing, ends=True) for one in still], axis=0)
-        rows.append([Used(one, keep, processing.thinning(one.motion.rate)) for one in still])
-    rms = _torque_rms([pair.loaded for pair in pairs], [under_load for _, under_load in rows])
+    moving, rows, rms = used_near(robot, [pair.loaded for pair in pairs], measured, settings)
     progress("the robot without payload")
     free = robot.with_offsets(True)
     whole, observer = Observer(free, base_parameters(free).columns), observer_of(robot, None)
@@ -256,19 +232,13 @@ def difference_weighing(
         q[:, resting] = without.motion.q[:, resting]
         path = whole.torques(Motion(motion.t, q, motion.qd, motion.qdd), own) - whole.torques(without.motion, own)
         used = used._replace(data=torque_change(robot, without, used.data, path))
-        plain = observer.observe_rows(*used)
-        names, dense = plain.columns, plain.W
-        waves, columns = ripple_of(pair.loaded.source, [W[:, :-1] for W in dense], plain, used)
-        if waves:  # free beside the payload
-            names = (*names, *(f"{FREE}{k}" for k in range(columns[0].shape[1])))
-            W = [np.column_stack(both) for both in zip(dense, columns, strict=True)]
-            plain = Observation.of(names, W, plain.torques, plain.t, plain.bandwidth, plain.layout.motors)
-        observations.append(plain)
+        waves, one = with_ripple(pair.loaded.source, observer.observe_rows(*used), used)
+        observations.append(one)
         ripple += waves
     source = Source(tuple(loaded), tuple(unloaded), processing, tuple(pairs), rate=measured[0][1].motion.rate)
     base, held = base_parameters(robot), offset_prior(observations, coulomb_friction(without_payload))
-    problem = ShortMotion(robot, base, source, moving, _runs(observations), held, rms, settings=settings)
-    return replace(problem, ripple=tuple(ripple))
+    runs, found = _runs(observations), tuple(ripple)
+    return ShortMotion(robot, base, source, moving, runs, held, rms, settings=settings, ripple=found)
 
 
 def observer_of(robot: Robot, base: BaseParameters | None, frees: bool = True) -> Observer:
@@ -289,40 +259,44 @@ def _runs(observations: Sequence[Observation]) -> tuple[Equations, ...]:
     return tuple(in_blocks(reduced(one), [one], [block_edges(one, length)], length) for one in observations)
 
 
-def _torque_rms(loaded: Sequence[Recording], rows: Sequence[Used]) -> Array:
-    """Root mean square torque of each joint over the rows that are used; 0 where there are none."""
-    for recording, used in zip(loaded, rows, strict=True):
-        if not used.keep.any():
-            raise InputError(f"{recording.source}: no joint moves fast enough: nothing can be compared")
-    squares, keep = np.vstack([used.data.torque**2 for used in rows]), np.vstack([used.keep for used in rows])
-    return np.asarray(np.sqrt(np.where(keep, squares, 0.0).sum(axis=0) / np.maximum(keep.sum(axis=0), 1)))
+def used_near(
+    robot: Robot, loaded: Sequence[Recording], groups: Sequence[Sequence[Measurement]], settings: Settings
+) -> tuple[tuple[int, ...], list[list[Used]], Array]:
+    """Find the joints that move, or check those asked for, the rows that say something, and the torques' rms there.
 
-
-def moving_joints(
-    measured: Sequence[Measurement], processing: Processing, joints: Sequence[int] | None, robot: Robot
-) -> tuple[int, ...]:
-    """Find the joints that move, or check those asked for; one that changes its pose between motions is at rest."""
-    motions = [data.motion for data in measured]
+    One that changes its pose between motions is at rest. Those that do not go elsewhere are set exactly at rest:
+    what encoders flicker is no motion. ``groups``: measurements of one motion, that of each of ``loaded`` last.
+    """
+    processing, asked = settings.processing_of(robot), settings.joints
+    motions = [group[-1].motion for group in groups]
     fast = np.vstack([np.abs(motion.qd[moving_parts(motion, processing.still_speed)]) > SLOW for motion in motions])
     moving = tuple(int(j) + 1 for j in np.flatnonzero(fast.mean(axis=0) > _LEAST)) if len(fast) else ()
     if not moving:
         raise InputError("no joint moves: record the short motion that 'dynident near' gives")
-    idle = sorted(set(joints or ()) - set(moving))
-    if idle:
+    if idle := sorted(set(asked or ()) - set(moving)):
         raise InputError(
             f"joint {', '.join(map(str, idle))} of {robot.name} hardly moves in the recordings; those that "
             f"move are {', '.join(map(str, moving))}: correct --joints"
         )
-    return moving if joints is None else tuple(sorted(joints))
-
-
-def at_rest(data: Measurement, moving: Sequence[int]) -> Measurement:
-    """Set joints at rest, unless they go to another pose, exactly at rest: what encoders flicker is no motion."""
-    q, qd, qdd = (np.array(x) for x in (data.motion.q, data.motion.qd, data.motion.qdd))
-    for j in range(data.motion.n):
-        if j + 1 not in moving and np.ptp(q[:, j]) < _AT_REST:
-            q[:, j], qd[:, j], qdd[:, j] = q[:, j].mean(), 0.0, 0.0
-    return Measurement(Motion(data.motion.t, q, qd, qdd), data.torque)
+    moving, rows = moving if asked is None else tuple(sorted(asked)), list[list[Used]]()
+    for recording, group in zip(loaded, groups, strict=True):
+        still = []
+        for data in group:
+            q, qd, qdd = (np.array(x) for x in (data.motion.q, data.motion.qd, data.motion.qdd))
+            for j in range(robot.n):
+                if j + 1 not in moving and np.ptp(q[:, j]) < _AT_REST:
+                    q[:, j], qd[:, j], qdd[:, j] = q[:, j].mean(), 0.0, 0.0
+            still.append(Measurement(Motion(data.motion.t, q, qd, qdd), data.torque))
+        # The filter's error at cut ends is alike in both of a pair, and a short motion needs its ends.
+        ends = len(group) > 1
+        keep = np.all([telling_rows(data.motion, moving, processing, ends) for data in still], axis=0)
+        if not keep.any():
+            raise InputError(f"{recording.source}: no joint moves fast enough: nothing can be compared")
+        rows.append([Used(data, keep, processing.thinning(data.motion.rate)) for data in still])
+    squares, kept = (
+        np.vstack(x) for x in zip(*((own[-1].data.torque ** 2, own[-1].keep) for own in rows), strict=True)
+    )
+    return moving, rows, np.sqrt(np.where(kept, squares, 0.0).sum(axis=0) / np.maximum(kept.sum(axis=0), 1))
 
 
 def telling_rows(motion: Motion, moving: Sequence[int], processing: Processing, ends: bool = False) -> Mask:

@@ -175,9 +175,7 @@ def static_weighing(
     size = dict(zip(PAYLOAD, np.abs(W).max(axis=(0, 2)).tolist(), strict=True))
     seen = np.array([size.get(name, np.inf) > _ROUNDING * max(size.values()) for name in change.columns])
     W_seen = [A * seen for A in change.W]
-    change = Observation.of(
-        change.columns, W_seen, change.torques, change.t, change.bandwidth, change.layout.motors
-    )
+    change = Observation.of(change.columns, W_seen, change.torques, change.t, change.bandwidth, change.motors)
     ends = np.concatenate([[-np.inf], np.flatnonzero(np.diff(poses)) + 0.5, [np.inf]])
     problem = StaticMotion(
         robot,
