@@ -80,7 +80,7 @@ def answer_gains(problem: GainProblem) -> GainsResult:
     """Identify the drive gains on the current side, with bodies that can exist, and judge them."""
     loads, names = problem.loads, problem.mountings
     try:
-        free = free_gains(problem.equations, problem.weights, loads)
+        free = free_gains(problem.equations, loads)
         sharpest = int(np.argmin(np.diag(free.covariance)))
         best = possible_gains(problem, problem.equations, free, sharpest)
     except InputError as error:  # what the recordings look like is told with it

@@ -14,6 +14,7 @@ while the linearised problem is solved; the load's known mass sets the scale at 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -256,15 +257,14 @@ class GainProblem(Brief):
 
     def posed_by(self, K: Array) -> tuple[LongMotion, ...]:
         """Pose each mounting's payload problem with torques that gains K give."""
-        ratio, coupling = K / np.array(self.posed_with), self.robot.coupling
-
-        def rescaled(recording: Recording) -> Recording:
-            motors = coupling.motor_torques(recording.torque) if coupling else recording.torque
-            return _with_gains(self.robot, replace(recording, torque=motors), ratio)
+        ratio = K / np.array(self.posed_with)
 
         def changed(problem: LongMotion) -> LongMotion:
             source = problem.source
-            loaded, unloaded = (tuple(map(rescaled, part)) for part in (source.loaded, source.unloaded))
+            loaded, unloaded = (
+                tuple(_with_gains(self.robot, one, ratio, currents=False) for one in part)
+                for part in (source.loaded, source.unloaded)
+            )
             return replace(
                 problem,
                 loaded=_times(problem.loaded, ratio),
@@ -297,35 +297,40 @@ def gain_problem(
         raise InputError(f"the current of joint {joints} is one number throughout: the channel is dead; record it")
     groups, loads = mountings(mounting, load, len(loaded))
     paired = len(loaded) == len(unloaded) or len(groups) < 2  # each loaded recording has its own without payload
-
-    def posed(K: Array, robust: bool) -> tuple[LongMotion, ...]:
-        """Pose each mounting's payload problem, with joint torques that gains K would give."""
-        with_load, without = ([_with_gains(robot, one, K) for one in some] for some in (loaded, unloaded))
-        return tuple(
-            payload_problem(
-                robot,
-                [with_load[k] for k in group],
-                [without[k] for k in group] if paired else without,
-                settings=replace(settings, robust=robust),
-            )
-            for group in groups.values()
-        )
-
     # Friction is not chosen: where no gravity tells a gain, root friction imitates it and makes it look sure.
     asked = settings.friction
     robot = robot if isinstance(asked, Candidates) else robot.with_friction(asked)
-    settings = replace(settings, friction=robot.drives.friction)
+    settings, payloads = replace(settings, friction=robot.drives.friction), payload_columns(len(groups))
+
+    def posed(K: Array, robust: bool) -> tuple[tuple[LongMotion, ...], list[Equations]]:
+        """Pose each mounting's payload problem, with joint torques that gains K would give.
+
+        Besides, the equations of each in the payload's columns of all; each recording is once in them.
+        """
+        problems, together = list[LongMotion](), list[Equations]()
+        with_load, without = ([_with_gains(robot, one, K) for one in some] for some in (loaded, unloaded))
+        for group, names in zip(groups.values(), payloads, strict=True):
+            bare = [without[k] for k in group] if paired else without
+            problem = payload_problem(
+                robot, [with_load[k] for k in group], bare, settings=replace(settings, robust=robust)
+            )
+            part = problem.loaded if together and not paired else problem.both
+            part, base = in_payload_frame(problem.robot, part), problem.base.columns
+            named = part.transformed(np.eye(len(part.columns)), (*base, *names))
+            together.append(named.select((*base, *chain.from_iterable(payloads))))
+            problems.append(problem)
+        return tuple(problems), together
+
     usual = np.full(robot.n, _USUAL)
-    equations = _times(merged(_together(posed(usual, robust=False), paired)), 1.0 / usual)
+    equations = _times(merged(posed(usual, robust=False)[1]), 1.0 / usual)
     # How long residuals remember shows only once the joints' torques are to scale; all of them by one factor is
     # enough.
     try:
-        K = 1.0 / free_gains(equations, current_weights(equations), loads).k
+        K = 1.0 / free_gains(equations, loads).k
         K *= _USUAL / K.mean()
     except InputError:  # raised again when the gains are asked for
         K = usual
-    problems, deletions, reason = posed(K, robust=True), list[tuple[Equations, ...]](), ""
-    together = _together(problems, paired)
+    (problems, together), deletions, reason = posed(K, robust=True), list[tuple[Equations, ...]](), ""
     if robot.drives.loaded:  # the load that friction grows with shows in torques to scale
         equations = _times(merged(part.whole for part in together), 1.0 / K)
     try:
@@ -343,31 +348,23 @@ def gain_problem(
     return GainProblem(description, equations, tuple(groups), loads, source, problems, by, tuple(deletions), reason)
 
 
-def _together(problems: Sequence[LongMotion], paired: bool) -> list[Equations]:
-    """Join the equations of each mounting in the payload's columns of all; each recording once."""
-    payloads, everything = payload_columns(len(problems)), list[Equations]()
-    for problem, names in zip(problems, payloads, strict=True):
-        part = problem.loaded if everything and not paired else problem.both
-        part, base = in_payload_frame(problem.robot, part), problem.base.columns
-        named = part.transformed(np.eye(len(part.columns)), (*base, *names))
-        everything.append(named.select((*base, *(name for each in payloads for name in each))))
-    return everything
-
-
-def _with_gains(robot: Robot, recording: Recording, K: Array) -> Recording:
-    """Give a recording the joint torques of its motor currents, or torques, times K."""
-    torque = recording.torque * K
-    return replace(recording, torque=robot.coupling.joint_torques(torque) if robot.coupling else torque)
+def _with_gains(robot: Robot, recording: Recording, K: Array, currents: bool = True) -> Recording:
+    """Give a recording the joint torques of its motor currents, or of its joint torques, times K."""
+    coupling, torque = robot.coupling, recording.torque
+    if coupling is None:
+        return replace(recording, torque=torque * K)
+    motors = torque if currents else coupling.motor_torques(torque)
+    return replace(recording, torque=coupling.joint_torques(motors * K))
 
 
 def _times(equations: Equations, ratio: Array) -> Equations:
     """Multiply right-hand sides of joint j by ``ratio[j]``."""
-    changes = [np.append(np.ones(len(equations.columns)), joint_ratio) for joint_ratio in ratio]
-    factors = tuple(factor * change for factor, change in zip(equations.factors, changes, strict=True))
+    every = zip(equations.factors, ratio, strict=True)
+    factors = tuple(np.column_stack([own[:, :-1], joint_ratio * own[:, -1]]) for own, joint_ratio in every)
     return replace(equations, factors=factors, blocks=tuple(_times(block, ratio) for block in equations.blocks))
 
 
-def free_gains(equations: Equations, weights: Array, loads: Sequence[KnownLoad]) -> CurrentFit:
+def free_gains(equations: Equations, loads: Sequence[KnownLoad]) -> CurrentFit:
     """Solve for gains, base parameters and what is unknown of the payload, without constraints."""
     values = known_values(loads) | {name: 1.0 for name in equations.columns if parameter_kind(name) == SPRING}
     free = [k for k, name in enumerate(equations.columns) if name not in values]
@@ -381,7 +378,7 @@ def free_gains(equations: Equations, weights: Array, loads: Sequence[KnownLoad])
             break
     else:
         raise InputError("the payload does not show in the currents: is it in the loaded recording?")
-    fitted = gauss_newton(equations, weights, free, known)
+    fitted = gauss_newton(equations, current_weights(equations), free, known)
     negative = [str(j) for j, k in enumerate(fitted.k, 1) if k <= 0.0]
     if not negative:
         return fitted

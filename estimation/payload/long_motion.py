@@ -25,23 +25,15 @@ from ...model.motion import Measurement
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations, check_blocks, merged
 from ..equations.observer import PATH, Observation, Observer, Used, recorded, reduced, used
-from ..fit.blocks import (
-    FEWEST,
-    SHORTEST,
-    Remembered,
-    block_edges,
-    block_length,
-    in_blocks,
-    remembered,
-    weighted_solution,
-)
+from ..fit import blocks
+from ..fit.blocks import weighted_solution
 from ..fit.estimate import Estimate, Fit, error_model
 from ..fit.linear_problem import Known, LinearProblem, SoftPrior, left_out, weighted
 from ..fit.own_equations import TermChoice, check_moving, filtered, under_own_load, with_friction
 from ..fit.settings import DEFAULTS, Settings
 from ..signals.alignment import AlignedPair
 from ..signals.plausibility import check_apart, check_given, check_recordings, without_dead
-from .pairs import PairedMeasurement, cut_alike, side_by_side, torque_change
+from .pairs import PairedMeasurement, Recordings, cut_alike, side_by_side, torque_change
 
 
 class Source(NamedTuple):
@@ -155,7 +147,7 @@ class LongMotion(Brief):
         try:
             robot = self.robot_estimate
         except InputError:  # by method 3 it is not needed
-            robot = None
+            return {}
         if robot is None or not self.inflation:
             return {}
         return friction_changes(robot, self.inflation, self.settings.friction_change)
@@ -172,8 +164,8 @@ class LongMotion(Brief):
         unloaded = self.unloaded.select(loaded.columns)
         if not (self.paired and unloaded.blocks and loaded.blocks):
             return merged([unloaded, loaded])
-        blocks = tuple(map(merged, zip(unloaded.blocks, loaded.blocks, strict=True)))
-        return replace(merged([unloaded.whole, loaded.whole]), blocks=blocks, block_length=loaded.block_length)
+        both = tuple(map(merged, zip(unloaded.blocks, loaded.blocks, strict=True)))
+        return replace(merged([unloaded.whole, loaded.whole]), blocks=both, block_length=loaded.block_length)
 
     @property
     def left_out(self) -> tuple[tuple[tuple[int, int], ...], ...]:
@@ -232,8 +224,8 @@ def prior_of(known: Estimate | None, inflation: tuple[float, ...], loaded: Equat
 @one_thread()
 def payload_problem(
     robot: Robot,
-    loaded: Sequence[Recording],
-    unloaded: Sequence[Recording] = (),
+    loaded: Recordings,
+    unloaded: Recordings = (),
     known: Estimate | None = None,
     settings: Settings = DEFAULTS,
 ) -> LongMotion:
@@ -301,9 +293,9 @@ def long_motion(
     Where there are ``pairs``, the k-th unloaded measurement is that of the k-th pair; ``known``: without unloaded
     ones the errors are those that the robot's parameters leave.
     """
-    base, processing = base_parameters(robot), settings.processing_of(robot)
-    observer = Observer(robot, (*base.columns, *payload_columns(robot), PATH))
-    both = observer.only((*base.columns, *payload_columns(robot)), (*base.columns, *PAYLOAD))
+    base, processing, ten = base_parameters(robot), settings.processing_of(robot), payload_columns(robot)
+    observer = Observer(robot, (*base.columns, *ten, PATH))
+    both = observer.only((*base.columns, *ten), (*base.columns, *PAYLOAD))
     loads, chi = dict[str, tuple[Equations, list[Observation]]](), np.zeros(len(base.columns))
     of_unloaded, of_loaded = ([used(data, processing) for data in group] for group in (unloaded, loaded))
     if unloaded:
@@ -319,23 +311,21 @@ def long_motion(
     if not settings.robust:
         return motion
     # Memory is judged by what W alone leaves; of a difference, by what is left without friction.
-    judged = {"loaded": base.columns, "unloaded": base.columns, "difference": (*PAYLOAD, PATH)}
-    memory = {
-        name: remembered(recordings, equations.select(judged[name]))
-        for name, (equations, recordings) in loads.items()
-    }
-    spans, length = memory["loaded"].spans, block_length(list(memory.values()))
+    judged, memory = {"difference": (*PAYLOAD, PATH)}, dict[str, blocks.Remembered]()
+    for name, (equations, recordings) in loads.items():
+        memory[name] = blocks.remembered(recordings, equations.select(judged.get(name, base.columns)))
+    spans, length = memory["loaded"].spans, blocks.block_length(list(memory.values()))
     # Where blocks that are as long as memory asks for are too few under load, shorter ones are cut.
-    few = sum(len(block_edges(ends, length)) - 1 for ends in spans) < FEWEST
-    length = SHORTEST if few else length
-    edges = {name: [block_edges(ends, length) for ends in load.spans] for name, load in memory.items()}
+    few = sum(len(blocks.block_edges(ends, length)) - 1 for ends in spans) < blocks.FEWEST
+    length = blocks.SHORTEST if few else length
+    edges = {name: [blocks.block_edges(ends, length) for ends in load.spans] for name, load in memory.items()}
     if pairs:  # where their partners are, on the clock without payload
         edges["difference"] = edges["loaded"]
         edges["unloaded"] = [ends - pair.lag for ends, pair in zip(edges["loaded"], pairs, strict=True)]
-    parts = {name: in_blocks(*load, edges[name], length) for name, load in loads.items()}
+    parts = {name: blocks.in_blocks(*load, edges[name], length) for name, load in loads.items()}
     if len(pairs) > 1:
         each = zip(loads["difference"][1], edges["difference"], strict=True)
-        parts["runs"] = tuple(in_blocks(reduced(own), [own], [ends], length) for own, ends in each)
+        parts["runs"] = tuple(blocks.in_blocks(reduced(own), [own], [ends], length) for own, ends in each)
     inflation = memory["loaded"].inflation
     if known is not None and not unloaded:
         # By what a known robot leaves of the loaded recordings, payload and friction found with it: all of its
@@ -345,7 +335,7 @@ def long_motion(
         rest = equations.minus([known.names[k] for k in rigid], known.values[rigid])
         chi = np.append(known.values, np.zeros(len(PAYLOAD)))
         chi[[equations.columns.index(name) for name in rest.columns]] = weighted_solution(rest)
-        inflation = Remembered.of(recordings, chi).inflation
+        inflation = blocks.Remembered.of(recordings, chi).inflation
         if known.robust is not None:  # a few seconds of load show less memory than its own recordings did
             before = float(np.median((known.robust.sigma / np.maximum(known.sigma, 1e-300)) ** 2))
             inflation = tuple(max(factor, before) for factor in inflation)
@@ -356,23 +346,21 @@ def _changes(
     observer: Observer,
     base: BaseParameters,
     pairs: Sequence[PairedMeasurement],
-    unloaded: Equations,
+    bare: Equations,
     processing: Processing,
 ) -> tuple[Equations, list[Observation]]:
     """Equations (29) of pairs, Y_T - Y_wL, the torque that the robot needs more on the loaded path taken off."""
     friction = [name for name in base.columns if is_friction(name)]
-    own, chi = weighted_solution(unloaded), robot_of(unloaded)
+    own, chi = weighted_solution(bare), robot_of(bare)
     grows = [k for k, name in enumerate(base.columns) if parameter_kind(name) in observer.robot.drives.loaded]
     chi[grows] = own[grows]  # by which the payload's load makes friction differ
-    with_load, without = observer.only(base.columns), observer.only(base.columns).at(own)
-
-    def change(pair: PairedMeasurement) -> Used:
+    with_load, without, changes = observer.only(base.columns), observer.only(base.columns).at(own), list[Used]()
+    for pair in pairs:
         loaded = used(pair.loaded, processing, pair.unloaded.motion)
         path = with_load.torques(pair.loaded.motion, chi) - without.torques(pair.unloaded.motion, chi)
-        return loaded._replace(data=torque_change(observer.robot, pair.unloaded, pair.loaded, path))
-
+        changes.append(loaded._replace(data=torque_change(observer.robot, pair.unloaded, pair.loaded, path)))
     columns = (*payload_columns(observer.robot), PATH, *friction)
-    return recorded(observer.only(columns, (*PAYLOAD, PATH, *friction)), map(change, pairs))
+    return recorded(observer.only(columns, (*PAYLOAD, PATH, *friction)), changes)
 
 
 _UNSURE = 0.25  # fraction of the path's correction that may be wrong (1 sigma)
