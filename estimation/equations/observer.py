@@ -204,12 +204,8 @@ class Observer:
             first = last
         self._places = slice(None) if len(places) == first else np.array(places)
         index = np.array([self._distinct.index(name) for name in columns])
-        self.empty = Observation(tuple(names or columns), index, tuple(touched), motors)
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """Names of the columns."""
-        return self.empty.columns
+        self.columns = tuple(names or columns)
+        self.empty = Observation(self.columns, index, tuple(touched), motors)
 
     def at(self, values: Array) -> "Observer":
         """Make the observer whose friction is that under the load which these values of the first columns cause."""
@@ -258,12 +254,8 @@ class Observer:
         if factor > 1:
             yield made(decimator.finish())
 
-    def observe(self, data: Measurement, processing: Processing) -> Observation:
-        """Observe one measurement, its rows found by the settings."""
-        return self.observe_rows(*used(data, processing))
-
-    def observe_rows(self, data: Measurement, keep: Mask, decimate: int) -> Observation:
-        """Observe a measurement with the rows to use, N x n, given."""
+    def observe(self, data: Measurement, keep: Mask, decimate: int) -> Observation:
+        """Observe one measurement: its rows to use, N x n, thinned by a factor, as ``used`` finds both."""
         parts = list(self.stream([(data, keep)], decimate))
         rows = tuple(np.concatenate(own, axis=1) for own in zip(*(part.rows for part in parts), strict=True))
         t = tuple(map(np.concatenate, zip(*(part.t for part in parts), strict=True)))
@@ -305,7 +297,7 @@ _ROWS = 1024  # per QR: the rows stay in the processor's cache
 
 def recorded(observer: Observer, recordings: Iterable[Used]) -> tuple[Equations, list[Observation]]:
     """Reduce all recordings of one load, and keep the equations of each."""
-    each = [observer.observe_rows(*recording) for recording in recordings]
+    each = [observer.observe(*recording) for recording in recordings]
     return merged(map(reduced, each)), each
 
 

@@ -130,10 +130,9 @@ def from_change(motion: LongMotion) -> ChangeOfParameters:
     """Method 2, (24)-(28)."""
     if motion.bare is None or motion.unloaded is None:
         raise InputError("method 2 needs a recording without payload")
-    columns, flange = motion.base.columns, motion.robot.flange
+    columns, both = motion.base.columns, in_payload_frame(motion.robot, motion.loaded)
     indices = [k for k, name in enumerate(columns) if not is_friction(name) and parameter_kind(name) != "IA"]
-    G = motion.base.effect_of(payload_columns(motion.robot))[indices]
-    G, both = G if flange.is_identity else G @ frame_change(flange), in_payload_frame(motion.robot, motion.loaded)
+    G = motion.base.effect_of(payload_columns(motion.robot))[indices] @ frame_change(motion.robot.flange)
     return ChangeOfParameters(motion.bare, motion.unloaded, motion.loaded.select(columns), both, indices, G)
 
 
@@ -187,7 +186,7 @@ PREFERRED = (3, 4, 1, 2)
 """Methods in the order of their expected errors, where each can be used and a pair ran one path."""
 ONE_PATH = 2e-3  # distance of positions [rad or m], rms of the worst joint, above which a pair is not of one path
 METHODS: dict[int, Callable[[LongMotion], Posed]]
-METHODS = dict(enumerate((from_robot, from_change, from_difference, global_fit), 1))
+METHODS = {1: from_robot, 2: from_change, 3: from_difference, 4: global_fit}
 """Methods of the paper by number."""
 
 
@@ -234,18 +233,17 @@ def recommended_method(problem: PayloadProblem, methods: Iterable[int]) -> tuple
     differ, method 3 must subtract the robot's own torque difference, which adds an error that method 4 does not
     have. To choose by the shortest interval would be biased.
     """
-    there = sorted(methods, key=PREFERRED.index)
-    apart = max((pair.rms_mismatch for pair in problem.source.compared), default=float("inf"))
+    there, compared = sorted(methods, key=PREFERRED.index), problem.source.compared
+    apart = max((pair.rms_mismatch for pair in compared), default=float("inf"))
     if there[:2] == [3, 4] and apart > ONE_PATH:
         there.remove(3)
-    reason = ""
-    if len(there) > 1 and there[0] == 3 and apart <= ONE_PATH:
+    best, reason = there[0], ""
+    if len(there) > 1 and best == 3 and apart <= ONE_PATH:
         unit = "mrad" if all(joint.revolute for joint in problem.robot.joints) else "mrad or mm"
         reason = f"both follow one path (within {max(1e3 * apart, 0.01):.2g} {unit}), so errors of the model cancel"
-    elif len(there) > 1 and there[0] == 4 and apart > ONE_PATH:
-        which = "not every pair" if len(problem.source.compared) > 1 else "no pair"
-        reason = f"{which} follows one path, which method 3 needs"
-    return there[0], reason
+    elif len(there) > 1 and best == 4 and apart > ONE_PATH:
+        reason = f"{'not every' if len(compared) > 1 else 'no'} pair follows one path, which method 3 needs"
+    return best, reason
 
 
 def selected(motion: LongMotion, names: Sequence[str]) -> LinearProblem:
@@ -288,21 +286,20 @@ def with_robust(
 def _robust(problem: PayloadProblem, posed: Posed, estimate: Estimate, rule: Rule | None) -> RobustCovariance:
     """Compute the robust covariance by the rule asked for, the joints' weights kept."""
     weights, length, known, robust = estimate.weights, problem.loaded.block_length, problem.known, None
+    long, blocks = isinstance(problem, LongMotion), 0
     if rule != "sandwich":
         try:
             robust = jackknifed(posed, estimate, problem.left_out, length)
         except InputError:
-            if rule == "jackknife" or isinstance(problem, ShortMotion) or not problem.inflation:
+            if rule == "jackknife" or not (long and problem.inflation):
                 raise
-    blocks = robust.blocks if robust is not None else 0
     if robust is not None:
-        few = isinstance(problem, LongMotion) and problem.few
-        few = few or (problem.corrected and robust.degrees_of_freedom + 1 < FEW)
+        blocks, few = robust.blocks, problem.corrected and robust.degrees_of_freedom + 1 < FEW
         lasting = posed.lasting(weights)  # what no block shows; none where the method does without anything known
         if lasting.any():
             # A robot that was identified earlier adds its own robust covariance, propagated.
             own = known.robust if known is not None else None
-            if known is not None and own is None and isinstance(problem, LongMotion):
+            if long and known is not None and own is None:
                 raise InputError(_FORMULA_ONLY)
             robust = RobustCovariance(
                 robust.covariance + lasting,
@@ -313,7 +310,7 @@ def _robust(problem: PayloadProblem, posed: Posed, estimate: Estimate, rule: Rul
         if isinstance(problem, StaticMotion):  # of few poses the jackknife may be too small by chance
             wider = np.maximum(np.sqrt(np.diag(estimate.covariance + lasting)) / robust.sigma, 1.0)
             robust = replace(robust, covariance=robust.covariance * np.outer(wider, wider))
-        if rule == "jackknife" or not few:
+        if rule == "jackknife" or not (few or (isinstance(problem, LongMotion) and problem.few)):
             return robust
     # By how much each joint's errors remember; the jackknife's standard deviations count where they are larger.
     if not problem.inflation:

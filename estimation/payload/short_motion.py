@@ -6,15 +6,15 @@ from functools import cached_property
 
 import numpy as np
 
-from ...common import Array, Brief, InputError, Mask
+from ...common import Array, Brief, InputError
 from ...common.progress import each
-from ...model import BaseParameters, Motion, Processing, Recording, Robot, base_parameters
+from ...model import BaseParameters, Motion, Recording, Robot, base_parameters
 from ...model.drives import parameter_kind
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
 from ...model.visibility import PayloadVisibility, check_mass_visible, friction_columns, visibility_of
 from ..equations.equations import PAYLOAD, Equations, check_blocks, merged
-from ..equations.observer import PATH, Observation, Observer, Used, reduced
+from ..equations.observer import PATH, Observation, Observer, Used, reduced, used
 from ..fit.blocks import block_edges, block_length, in_blocks, remembered
 from ..fit.estimate import Estimate
 from ..fit.linear_problem import Known, LinearProblem
@@ -24,16 +24,8 @@ from ..possible.constraints import KnownMass
 from ..signals.alignment import aligned
 from ..signals.filtering import grid_rate, measurement
 from ..signals.plausibility import check_apart, check_recordings, without_dead
-from ..signals.rows import inner_samples, least_speed, moving_parts
-from .long_motion import (
-    Source,
-    friction_changes,
-    known_path,
-    measured_part,
-    prior_of,
-    robot_of,
-    stored_robot,
-)
+from ..signals.rows import moving_parts
+from .long_motion import Source, friction_changes, known_path, measured_part, prior_of, robot_of, stored_robot
 from .nuisance import (
     FREE,
     HeldFriction,
@@ -181,9 +173,9 @@ def known_robot_weighing(
     known = measured_part(known, robot)
     base = base_parameters(robot)
     measured = filtered(loaded, processing, progress)
-    moving, used, rms = used_near(robot, loaded, [[data] for data in measured], settings)
+    moving, rows, rms = used_near(robot, loaded, [[data] for data in measured], settings)
     observer = observer_of(robot, base, settings.friction_change > 0.0)
-    (_, observations), _ = under_own_load(observer, [own for (own,) in used], known.values)
+    (_, observations), _ = under_own_load(observer, [own for (own,) in rows], known.values)
     k, changes = len(known.values), friction_changes(known, [1.0] * robot.n, settings.friction_change)
     payload_only = [  # less the torque of the robot, whose columns come first
         Observation.of(one.columns[k:], [W[:, k:] for W in one.W], one.errors(known.values), one.t, one.bandwidth)
@@ -223,16 +215,16 @@ def difference_weighing(
     progress("the robot without payload")
     free = robot.with_offsets(True)
     whole, observer = Observer(free, base_parameters(free).columns), observer_of(robot, None)
-    without_payload = merged(reduced(whole.observe_rows(*bare)) for bare, _ in rows)
+    without_payload = merged(reduced(whole.observe(*bare)) for bare, _ in rows)
     own, resting = robot_of(without_payload), [j for j in range(robot.n) if j + 1 not in moving]
     observations, ripple = list[Observation](), list[Wave]()
-    for pair, ((without, *_), used) in zip(pairs, rows, strict=True):
+    for pair, ((without, *_), under_load) in zip(pairs, rows, strict=True):
         # No motion shows how torques change with a joint at rest, so that it stays where it was before.
-        motion, q = used.data.motion, np.array(used.data.motion.q)
+        motion, q = under_load.data.motion, np.array(under_load.data.motion.q)
         q[:, resting] = without.motion.q[:, resting]
         path = whole.torques(Motion(motion.t, q, motion.qd, motion.qdd), own) - whole.torques(without.motion, own)
-        used = used._replace(data=torque_change(robot, without, used.data, path))
-        waves, one = with_ripple(pair.loaded.source, observer.observe_rows(*used), used)
+        change = under_load._replace(data=torque_change(robot, without, under_load.data, path))
+        waves, one = with_ripple(pair.loaded.source, observer.observe(*change), change)
         observations.append(one)
         ripple += waves
     source = Source(tuple(loaded), tuple(unloaded), processing, tuple(pairs), rate=measured[0][1].motion.rate)
@@ -278,35 +270,21 @@ def used_near(
             f"joint {', '.join(map(str, idle))} of {robot.name} hardly moves in the recordings; those that "
             f"move are {', '.join(map(str, moving))}: correct --joints"
         )
-    moving, rows = moving if asked is None else tuple(sorted(asked)), list[list[Used]]()
+    moving, found = moving if asked is None else tuple(sorted(asked)), list[list[Used]]()
+    resting = [j for j in range(robot.n) if j + 1 not in moving]
     for recording, group in zip(loaded, groups, strict=True):
-        still = []
+        # The filter's error at cut ends is alike in both of a pair, and a short motion needs its ends.
+        still, own = list[Used](), processing if len(group) < 2 else replace(processing, cutoff=None)
         for data in group:
             q, qd, qdd = (np.array(x) for x in (data.motion.q, data.motion.qd, data.motion.qdd))
-            for j in range(robot.n):
-                if j + 1 not in moving and np.ptp(q[:, j]) < _AT_REST:
+            for j in resting:
+                if np.ptp(q[:, j]) < _AT_REST:
                     q[:, j], qd[:, j], qdd[:, j] = q[:, j].mean(), 0.0, 0.0
-            still.append(Measurement(Motion(data.motion.t, q, qd, qdd), data.torque))
-        # The filter's error at cut ends is alike in both of a pair, and a short motion needs its ends.
-        ends = len(group) > 1
-        keep = np.all([telling_rows(data.motion, moving, processing, ends) for data in still], axis=0)
+            still.append(used(Measurement(Motion(data.motion.t, q, qd, qdd), data.torque), own))
+        keep = np.all([one.keep & (np.abs(one.data.motion.qd) >= SLOW) for one in still], axis=0)
+        keep[:, resting] = False
         if not keep.any():
             raise InputError(f"{recording.source}: no joint moves fast enough: nothing can be compared")
-        rows.append([Used(data, keep, processing.thinning(data.motion.rate)) for data in still])
-    squares, kept = (
-        np.vstack(x) for x in zip(*((own[-1].data.torque ** 2, own[-1].keep) for own in rows), strict=True)
-    )
-    return moving, rows, np.sqrt(np.where(kept, squares, 0.0).sum(axis=0) / np.maximum(kept.sum(axis=0), 1))
-
-
-def telling_rows(motion: Motion, moving: Sequence[int], processing: Processing, ends: bool = False) -> Mask:
-    """Mark rows that say something, N x n: of a moving joint, fast enough that its friction's sign is known.
-
-    With ``ends`` also those where a recording was cut in full motion, which ``inner_samples`` leaves out.
-    """
-    speed = np.abs(motion.qd)
-    whole = moving_parts(motion, processing.still_speed) if ends else inner_samples(motion, processing)
-    least = np.maximum(least_speed(speed[whole].max(axis=0, initial=0.0), processing), SLOW)
-    keep: Mask = (speed >= least) & whole[:, None]
-    keep[:, [j for j in range(motion.n) if j + 1 not in moving]] = False
-    return keep
+        found.append([one._replace(keep=keep) for one in still])
+    torque, kept = np.vstack([own[-1].data.torque for own in found]), np.vstack([own[-1].keep for own in found])
+    return moving, found, np.sqrt(np.sum(torque**2 * kept, axis=0) / np.maximum(kept.sum(axis=0), 1))

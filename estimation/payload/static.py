@@ -168,9 +168,9 @@ def static_weighing(
     free, each = robot.with_offsets(True), keep / np.maximum(keep.sum(axis=0), 1)
     at_rest = [name for name in base_parameters(free).columns if parameter_kind(name) in _AT_REST]
     whole, observer = Observer(free, at_rest), observer_of(robot, None)
-    own = robot_of(reduced(whole.observe_rows(without, keep, 1)))
+    own = robot_of(reduced(whole.observe(without, keep, 1)))
     path = whole.torques(under_load.motion, own) - whole.torques(without.motion, own)
-    change = observer.observe_rows(torque_change(robot, without, under_load, path), keep, 1)
+    change = observer.observe(torque_change(robot, without, under_load, path), keep, 1)
     # What no joint shows at rest, such as inertia, leaves rounding, which rank would take for a column.
     size = dict(zip(PAYLOAD, np.abs(W).max(axis=(0, 2)).tolist(), strict=True))
     seen = np.array([size.get(name, np.inf) > _ROUNDING * max(size.values()) for name in change.columns])

@@ -14,10 +14,9 @@ from ..diagnosis.evidence import Agreement
 from ..diagnosis.finding import Verdict
 from ..fit.drive_gains import Gains
 from ..fit.own_equations import TermChoice
-from ..payload.by_joints import JointsMass
+from ..payload.by_joints import JointsMass, Repeats
 from ..payload.methods import PREFERRED
 from ..payload.nuisance import Wave
-from ..payload.repeats import Repeats
 from ..payload.result import ConstrainedPayload, PayloadEstimate, StandIn
 from ..payload.static import Standing
 from ..possible.payload import Weighing
