@@ -23,9 +23,8 @@ from ..fit.settings import DEFAULTS, Settings
 from ..signals.filtering import measurement
 from ..signals.plausibility import check_apart, check_recordings, without_dead
 from .long_motion import Source, robot_of
-from .nuisance import offset_prior
 from .pairs import Order, torque_change
-from .short_motion import ShortMotion, observer_of
+from .short_motion import ShortMotion, observer_of, offset_prior
 
 _FEWEST = 4  # poses: fewer leave nothing to judge mass and first moments by
 _SAME = 0.02  # rad or m: rests that lie closer are of one pose; approaches begin twice as far away

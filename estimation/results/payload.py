@@ -16,8 +16,8 @@ from ..fit.drive_gains import Gains
 from ..fit.own_equations import TermChoice
 from ..payload.by_joints import JointsMass, Repeats
 from ..payload.methods import PREFERRED
-from ..payload.nuisance import Wave
 from ..payload.result import ConstrainedPayload, PayloadEstimate, StandIn
+from ..payload.short_motion import Wave
 from ..payload.static import Standing
 from ..possible.payload import Weighing
 from . import parts
