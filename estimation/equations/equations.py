@@ -224,16 +224,15 @@ class Equations(Brief):
         """
         try:
             with np.load(path, allow_pickle=False) as data:
-                shared = {}
-                for name in sorted(name for name in data.files if name.startswith(SHARED)):
-                    joint, motor = name.removeprefix(SHARED).split("_")
-                    shared[int(joint), int(motor)] = data[name]
+                keys = [
+                    name.removeprefix(SHARED).split("_") for name in sorted(data.files) if name.startswith(SHARED)
+                ]
                 return Equations(
-                    tuple(str(name) for name in data["columns"]),
+                    tuple(map(str, data["columns"])),
                     tuple(data[f"factor{j}"] for j in range(len(data["rows"]))),
-                    tuple(int(count) for count in data["rows"]),
-                    tuple(float(count) for count in data["effective_rows"]),
-                    shared,
+                    tuple(map(int, data["rows"])),
+                    tuple(map(float, data["effective_rows"])),
+                    {(int(joint), int(motor)): data[f"{SHARED}{joint}_{motor}"] for joint, motor in keys},
                 )
         except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
             raise InputError(f"{path}: not a saved reduced problem ({error})") from None

@@ -9,7 +9,8 @@ what it changes is part of the uncertainty: alignment takes part of a sag for a 
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -31,9 +32,10 @@ from ..fit.estimate import Estimate, Fit, error_model
 from ..fit.linear_problem import Known, LinearProblem, SoftPrior, left_out, weighted
 from ..fit.own_equations import TermChoice, check_moving, filtered, under_own_load, with_friction
 from ..fit.settings import DEFAULTS, Settings
-from ..signals.alignment import AlignedPair
+from ..signals.alignment import AlignedPair, best_aligned, check_mismatch
+from ..signals.filtering import grid_rate, measurement
 from ..signals.plausibility import check_apart, check_given, check_recordings, without_dead
-from .pairs import PairedMeasurement, Recordings, cut_alike, side_by_side, torque_change
+from .pairs import PairedMeasurement, Recordings, cut_alike, torque_change
 
 
 class Source(NamedTuple):
@@ -80,10 +82,6 @@ class LongMotion(Brief):
         if self.paired and self.loaded.blocks and len(counts) > 1:
             raise ValueError("paired blocks must be as many without and with payload")
 
-    def __getstate__(self) -> dict[str, Any]:
-        """Pickle the fields; what was computed from them is computed again."""
-        return {own.name: getattr(self, own.name) for own in fields(self)}
-
     @property
     def paired(self) -> bool:
         """True if the blocks with and without payload are of one motion."""
@@ -120,7 +118,7 @@ class LongMotion(Brief):
         rate = source.processing.equations_a_second(source.unloaded[0].rate)
         return np.sqrt(np.median(self.inflation)) * own.noise, rate * self.unloaded.independent
 
-    @cached_property
+    @property
     def robot_known(self) -> Known:
         """Robot's parameters for method 1: from an earlier identification, else without payload."""
         own, unloaded = self.bare, self.unloaded
@@ -131,10 +129,8 @@ class LongMotion(Brief):
                 "method 1 needs the robot's parameters: give a recording without payload or --robot-parameters"
             )
         # Blocks of time hold the recording they come from.
-        known = stored_robot(own)._replace(lasting=0.0 * own.covariance)
-        if not unloaded.blocks:
-            return known
-        return known._replace(left_out=lambda: left_out(unloaded, own.names, own.weights).values[:-1, :, 0])
+        each = (lambda: left_out(unloaded, own.names, own.weights).values[:-1, :, 0]) if unloaded.blocks else None
+        return stored_robot(own)._replace(lasting=0.0 * own.covariance, left_out=each)
 
     @property
     def corrected(self) -> bool:
@@ -144,13 +140,10 @@ class LongMotion(Brief):
     @cached_property
     def friction(self) -> Mapping[str, SoftPrior]:
         """Frictions of the robot that may be others under load, and how far."""
-        try:
-            robot = self.robot_estimate
-        except InputError:  # by method 3 it is not needed
-            return {}
-        if robot is None or not self.inflation:
-            return {}
-        return friction_changes(robot, self.inflation, self.settings.friction_change)
+        with suppress(InputError):  # by method 3 the robot is not needed
+            if self.inflation and (robot := self.robot_estimate) is not None:
+                return friction_changes(robot, self.inflation, self.settings.friction_change)
+        return {}
 
     @cached_property
     def both(self) -> Equations:
@@ -178,7 +171,7 @@ class LongMotion(Brief):
         if self.paired:
             return (tuple((b, b if unloaded else -1) for b in range(loaded)),)
         groups = tuple((-1, b) for b in range(unloaded)), tuple((b, -1) for b in range(loaded))
-        return groups if unloaded else groups[1:]
+        return tuple(filter(None, groups))
 
 
 def measured_part(known: Estimate, robot: Robot) -> Estimate:
@@ -265,9 +258,27 @@ def payload_problem(
     loaded, unloaded, lags = cut_alike(loaded, unloaded, processing)
     without, under_load = filtered(unloaded, processing, progress), filtered(loaded, processing, progress)
     progress("aligning recordings with and without payload")
-    compared, together, reason = side_by_side(loaded, unloaded, lags, under_load, processing)
-    if reason and 3 in (settings.methods or ()):
-        raise InputError(f"method 3 cannot be used: {reason}")
+    compared, together, reason = tuple[AlignedPair, ...](), list[PairedMeasurement](), ""
+    try:
+        if not unloaded:
+            raise InputError("no recordings without payload")
+        if len(loaded) != len(unloaded):
+            raise InputError(
+                f"{len(unloaded)} recordings without and {len(loaded)} with payload do not form pairs: method 3 "
+                "needs each trajectory once without and once with it, in the same order"
+            )
+        each = zip(unloaded, loaded, lags, strict=True)
+        compared = tuple(best_aligned(a, b, grid_rate(b, processing), lag) for a, b, lag in each)
+        for pair, data in zip(compared, under_load, strict=True):
+            check_mismatch(pair, processing.max_mismatch)
+            # The loaded recording was filtered already, unless it was cut to what both have in common.
+            whole = len(pair.loaded.t) == len(data.motion.t)
+            with_load = data if whole else measurement(pair.loaded, processing)
+            together.append(PairedMeasurement(measurement(pair.unloaded, processing), with_load, pair.lag))
+    except InputError as error:
+        together, reason = [], str(error)
+        if 3 in (settings.methods or ()):
+            raise InputError(f"method 3 cannot be used: {reason}") from None
     for recordings in filter(None, (loaded, unloaded)):
         check_moving(robot, base, recordings)
     progress("cutting into blocks" if settings.robust else "reducing")
@@ -304,7 +315,18 @@ def long_motion(
         chi = known.values
     loads["loaded"], values = under_own_load(both, of_loaded, chi)
     if pairs:
-        loads["difference"] = _changes(observer.at(values), base, pairs, loads["unloaded"][0], processing)
+        # (29), Y_T - Y_wL, the torque that the robot needs more on the loaded path taken off.
+        bare, under_load, changes = loads["unloaded"][0], observer.at(values), list[Used]()
+        own, more, friction = weighted_solution(bare), robot_of(bare), list(filter(is_friction, base.columns))
+        grows = [k for k, name in enumerate(base.columns) if parameter_kind(name) in robot.drives.loaded]
+        more[grows] = own[grows]  # by which the payload's load makes friction differ
+        with_load, without = under_load.only(base.columns), under_load.only(base.columns).at(own)
+        for pair in pairs:
+            path = with_load.torques(pair.loaded.motion, more) - without.torques(pair.unloaded.motion, more)
+            data = torque_change(robot, pair.unloaded, pair.loaded, path)
+            changes.append(used(pair.loaded, processing, pair.unloaded.motion)._replace(data=data))
+        columns, names = (*ten, PATH, *friction), (*PAYLOAD, PATH, *friction)
+        loads["difference"] = recorded(under_load.only(columns, names), changes)
     parts: dict[str, Any] = {name: equations for name, (equations, _) in loads.items()}
     source, carried = Source((), (), processing), values[len(base.columns) :]
     motion = LongMotion(robot, base, **parts, source=source, known=known, settings=settings, carried=carried)
@@ -342,27 +364,6 @@ def long_motion(
     return replace(motion, **parts, inflation=inflation, few=few)
 
 
-def _changes(
-    observer: Observer,
-    base: BaseParameters,
-    pairs: Sequence[PairedMeasurement],
-    bare: Equations,
-    processing: Processing,
-) -> tuple[Equations, list[Observation]]:
-    """Equations (29) of pairs, Y_T - Y_wL, the torque that the robot needs more on the loaded path taken off."""
-    friction = [name for name in base.columns if is_friction(name)]
-    own, chi = weighted_solution(bare), robot_of(bare)
-    grows = [k for k, name in enumerate(base.columns) if parameter_kind(name) in observer.robot.drives.loaded]
-    chi[grows] = own[grows]  # by which the payload's load makes friction differ
-    with_load, without, changes = observer.only(base.columns), observer.only(base.columns).at(own), list[Used]()
-    for pair in pairs:
-        loaded = used(pair.loaded, processing, pair.unloaded.motion)
-        path = with_load.torques(pair.loaded.motion, chi) - without.torques(pair.unloaded.motion, chi)
-        changes.append(loaded._replace(data=torque_change(observer.robot, pair.unloaded, pair.loaded, path)))
-    columns = (*payload_columns(observer.robot), PATH, *friction)
-    return recorded(observer.only(columns, (*PAYLOAD, PATH, *friction)), changes)
-
-
 _UNSURE = 0.25  # fraction of the path's correction that may be wrong (1 sigma)
 _SMALL = 1e-3  # smallest singular value over the largest, columns scaled, that recordings without payload show
 _OFFSETS = 0.012  # sigma of a constant torque's change, of the arm's largest Coulomb friction: .2 N·m on a UR10e
@@ -383,12 +384,10 @@ def robot_of(unloaded: Equations) -> Array:
     return np.where([is_friction(name) for name in unloaded.columns], 0.0, values)
 
 
-def known_path(columns: Sequence[str], joints: int) -> tuple[Known, ...]:
+def known_path(joints: int) -> Known:
     """Prior of the torque of paths that differ: nothing of it is left, but for a quarter."""
-    if PATH not in columns:
-        return ()
     zero = np.zeros((1, 1))
-    return (Known((PATH,), zero[0], zero, zero + _UNSURE**2, gain_sensitivity=np.zeros((1, joints))),)
+    return Known((PATH,), zero[0], zero, zero + _UNSURE**2, gain_sensitivity=np.zeros((1, joints)))
 
 
 def friction_changes(robot: Estimate, inflation: Sequence[float], ratio: float) -> dict[str, SoftPrior]:

@@ -147,8 +147,7 @@ def from_difference(motion: LongMotion) -> LinearProblem:
         raise InputError(f"method 3 cannot be used: {motion.why_no_pair}")
     there = [name for name in motion.difference.columns if name in (*PAYLOAD, PATH, *motion.friction)]
     difference = in_payload_frame(motion.robot, motion.difference.select(there))
-    path = known_path(difference.columns, motion.robot.n)
-    return LinearProblem(difference, PAYLOAD, path, soft=motion.friction)
+    return LinearProblem(difference, PAYLOAD, (known_path(motion.robot.n),), soft=motion.friction)
 
 
 def global_fit(motion: LongMotion) -> LinearProblem:
@@ -271,57 +270,51 @@ def with_robust(
         rule: for the covariance; by default the jackknife where there are blocks enough, else the sandwich.
     """
     estimate = posed.solved() if estimate is None else estimate
+    long, known, loaded = isinstance(problem, LongMotion), problem.known, problem.loaded
+    weights, length, robust, blocks = estimate.weights, loaded.block_length, None, 0
+    own = known.robust if known is not None else None
     if rule == "formula":
         return estimate, ""
-    if isinstance(problem, LongMotion) and not problem.loaded.blocks:
-        known = problem.known  # of which no robust covariance is known, nothing was cut into blocks
-        formula_only = problem.settings.robust and known is not None and known.robust is None
-        return estimate, _FORMULA_ONLY if formula_only else ""
+    if long and not loaded.blocks:  # nothing was cut into blocks of what is compared with a robot known by formula
+        return estimate, _FORMULA_ONLY if problem.settings.robust and known is not None and own is None else ""
     try:
-        return replace(estimate, robust=_robust(problem, posed, estimate, rule)), ""
+        if rule != "sandwich":
+            try:
+                robust = jackknifed(posed, estimate, problem.left_out, length)
+            except InputError:
+                if rule == "jackknife" or not (long and problem.inflation):
+                    raise
+        if robust is not None:
+            blocks, few = robust.blocks, problem.corrected and robust.degrees_of_freedom + 1 < FEW
+            lasting = posed.lasting(weights)  # what no block shows; none where nothing known is made use of
+            if lasting.any():
+                # A robot that was identified earlier adds its own robust covariance, propagated.
+                if long and known is not None and own is None:
+                    raise InputError(_FORMULA_ONLY)
+                robust = RobustCovariance(
+                    robust.covariance + lasting,
+                    blocks + (own.blocks if own else 0),
+                    min(robust.degrees_of_freedom, own.degrees_of_freedom) if own else robust.degrees_of_freedom,
+                    max(length, own.block_length) if own else length,
+                )
+            if isinstance(problem, StaticMotion):  # of few poses the jackknife may be too small by chance
+                wider = np.maximum(np.sqrt(np.diag(estimate.covariance + lasting)) / robust.sigma, 1.0)
+                robust = replace(robust, covariance=robust.covariance * np.outer(wider, wider))
+            if rule == "jackknife" or not (few or (isinstance(problem, LongMotion) and problem.few)):
+                return replace(estimate, robust=robust), ""
+        # By how much each joint's errors remember; the jackknife's sigmas count where they are larger.
+        if not problem.inflation:
+            raise InputError("a sandwich needs recordings in blocks of time: how long errors remember is not known")
+        covariance = posed.sandwich(weights, problem.inflation)
+        # A stored robot that a short loaded recording corrects has too few blocks for a jackknife: it is left out.
+        if robust is not None and not problem.corrected:
+            wider = np.maximum(robust.sigma / np.sqrt(np.diag(covariance)), 1.0)
+            covariance = covariance * np.outer(wider, wider)
+        degrees = max(int(estimate.degrees_of_freedom), 1)
+        robust = RobustCovariance(covariance, blocks, degrees, length, by_memory=True)
+        return replace(estimate, robust=robust), ""
     except InputError as error:
         return estimate, str(error)
-
-
-def _robust(problem: PayloadProblem, posed: Posed, estimate: Estimate, rule: Rule | None) -> RobustCovariance:
-    """Compute the robust covariance by the rule asked for, the joints' weights kept."""
-    weights, length, known, robust = estimate.weights, problem.loaded.block_length, problem.known, None
-    long, blocks = isinstance(problem, LongMotion), 0
-    if rule != "sandwich":
-        try:
-            robust = jackknifed(posed, estimate, problem.left_out, length)
-        except InputError:
-            if rule == "jackknife" or not (long and problem.inflation):
-                raise
-    if robust is not None:
-        blocks, few = robust.blocks, problem.corrected and robust.degrees_of_freedom + 1 < FEW
-        lasting = posed.lasting(weights)  # what no block shows; none where the method does without anything known
-        if lasting.any():
-            # A robot that was identified earlier adds its own robust covariance, propagated.
-            own = known.robust if known is not None else None
-            if long and known is not None and own is None:
-                raise InputError(_FORMULA_ONLY)
-            robust = RobustCovariance(
-                robust.covariance + lasting,
-                blocks + (own.blocks if own else 0),
-                min(robust.degrees_of_freedom, own.degrees_of_freedom) if own else robust.degrees_of_freedom,
-                max(length, own.block_length) if own else length,
-            )
-        if isinstance(problem, StaticMotion):  # of few poses the jackknife may be too small by chance
-            wider = np.maximum(np.sqrt(np.diag(estimate.covariance + lasting)) / robust.sigma, 1.0)
-            robust = replace(robust, covariance=robust.covariance * np.outer(wider, wider))
-        if rule == "jackknife" or not (few or (isinstance(problem, LongMotion) and problem.few)):
-            return robust
-    # By how much each joint's errors remember; the jackknife's standard deviations count where they are larger.
-    if not problem.inflation:
-        raise InputError("a sandwich needs recordings in blocks of time: how long errors remember is not known")
-    covariance = posed.sandwich(weights, problem.inflation)
-    # A stored robot that a short loaded recording corrects has too few blocks for a jackknife: it is left out.
-    if robust is not None and not problem.corrected:
-        wider = np.maximum(robust.sigma / np.sqrt(np.diag(covariance)), 1.0)
-        covariance = covariance * np.outer(wider, wider)
-    degrees = max(int(estimate.degrees_of_freedom), 1)
-    return RobustCovariance(covariance, blocks, degrees, length, by_memory=True)
 
 
 def jackknifed(

@@ -1,4 +1,4 @@
-"""Recordings of one trajectory without and with payload: cut alike, aligned, filtered side by side for (29)."""
+"""Recordings of one trajectory without and with payload, whose torques (29) subtracts: their order, cut alike."""
 
 from collections.abc import Sequence
 from contextlib import suppress
@@ -12,8 +12,8 @@ from ...common import Array, InputError
 from ...model import Processing, Recording, Robot
 from ...model.motion import Measurement
 from ..equations.observer import known_spring
-from ..signals.alignment import AlignedPair, aligned, best_aligned, check_mismatch
-from ..signals.filtering import grid_rate, measurement
+from ..signals.alignment import aligned
+from ..signals.filtering import grid_rate
 from ..signals.rows import cut, origin, shortest_piece
 
 _TRIED = 12  # number of combinations of pieces that are aligned in search of the lag
@@ -64,37 +64,6 @@ def torque_change(robot: Robot, unloaded: Measurement, loaded: Measurement, path
     spring = known_spring(robot)
     earlier = None if spring is None else spring.torque(unloaded.motion.q[:, spring.joint - 1])
     return Measurement(loaded.motion, loaded.torque - unloaded.torque, earlier, path)
-
-
-def side_by_side(
-    loaded: Recordings,
-    unloaded: Recordings,
-    lags: Sequence[float | None],
-    measured: Sequence[Measurement],
-    processing: Processing,
-) -> tuple[tuple[AlignedPair, ...], list[PairedMeasurement], str]:
-    """Align recordings, of which ``measured`` are the loaded ones filtered, for method 3; no pairs, and why not."""
-    pairs = tuple[AlignedPair, ...]()
-    if not unloaded:
-        return (), [], "no recordings without payload"
-    try:
-        if len(loaded) != len(unloaded):
-            raise InputError(
-                f"{len(unloaded)} recordings without and {len(loaded)} with payload do not form pairs: method 3 "
-                "needs each trajectory once without and once with it, in the same order"
-            )
-        each = zip(unloaded, loaded, lags, strict=True)
-        pairs = tuple(best_aligned(a, b, grid_rate(b, processing), lag) for a, b, lag in each)
-        together = []
-        for pair, under_load in zip(pairs, measured, strict=True):
-            check_mismatch(pair, processing.max_mismatch)
-            # The loaded recording was filtered already, unless it was cut to what both have in common.
-            whole = len(pair.loaded.t) == len(under_load.motion.t)
-            under_load = under_load if whole else measurement(pair.loaded, processing)
-            together.append(PairedMeasurement(measurement(pair.unloaded, processing), under_load, pair.lag))
-        return pairs, together, ""
-    except InputError as error:
-        return pairs, [], str(error)
 
 
 def cut_alike(

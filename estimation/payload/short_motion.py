@@ -141,17 +141,6 @@ def offset_prior(observations: Sequence[Observation], coulomb: Array) -> HeldFri
     return free if count and chdtrc(count, rise) < _CONTRADICTED else prior
 
 
-def coulomb_friction(problem: Equations) -> Array:
-    """Coulomb friction of each joint [N·m or N], shape (n,); 0 where the motion, or the model, does not show it.
-
-    By recordings without payload in all base parameters, constant torques among them.
-    """
-    hidden = decomposed(problem.stacked()[:, :-1]).hidden
-    every = zip(problem.columns, weighted_solution(problem).tolist(), hidden, strict=True)
-    known = {name: max(value, 0.0) for name, value, part in every if part < _HIDDEN}
-    return np.array([known.get(f"FS{j}", 0.0) for j in range(1, len(problem.rows) + 1)])
-
-
 RIPPLE_CHANCE = 0.05  # probability of finding a wave in the noise of one joint in one recording
 _FINER = 6  # candidates from one whole wave over the range to the next
 _FURTHEST = 40  # waves over the joint's range
@@ -320,7 +309,7 @@ class ShortMotion(Brief):
         equations, prior = shown(self.loaded), None
         fixed: tuple[Known, ...] = (self.held.known,)
         if self.known is None:
-            fixed += known_path(equations.columns, self.robot.n)
+            fixed += (known_path(self.robot.n),)
         elif self.corrected:
             prior = prior_of(self.known, self.inflation, self.loaded)
         else:
@@ -433,7 +422,11 @@ def difference_weighing(
         observations.append(one)
         ripple += waves
     source = Source(tuple(loaded), tuple(unloaded), processing, tuple(pairs), rate=measured[0][1].motion.rate)
-    base, held = base_parameters(robot), offset_prior(observations, coulomb_friction(without_payload))
+    # Coulomb friction without payload; 0 where the motion, or the model, does not show it.
+    values, hidden = weighted_solution(without_payload), decomposed(without_payload.stacked()[:, :-1]).hidden
+    shown = dict(zip(without_payload.columns, np.where(hidden < _HIDDEN, values, 0.0).tolist(), strict=True))
+    coulomb = np.array([max(shown.get(f"FS{j}", 0.0), 0.0) for j in range(1, robot.n + 1)])
+    base, held = base_parameters(robot), offset_prior(observations, coulomb)
     runs, found = _runs(observations), tuple(ripple)
     return ShortMotion(robot, base, source, moving, runs, held, rms, settings=settings, ripple=found)
 
