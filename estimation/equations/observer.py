@@ -2,6 +2,7 @@
 
 import copy
 import functools
+import itertools
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -16,7 +17,7 @@ from ...model.motion import Measurement
 from ...model.regressors import load_expression, regressor_expression
 from ..signals.filtering import Decimator, noise_bandwidth
 from ..signals.rows import used_rows
-from .equations import NO_MOTOR, Equations, compressed, merged
+from .equations import FREE, NO_MOTOR, Equations, compressed, merged
 
 PATH = "path"  # name of the column of a difference's torque that is taken off because the paths differ
 
@@ -27,6 +28,7 @@ class Observation:
 
     columns: tuple[str, ...]  # names of the columns of W, c
     index: Indices  # of each among the distinct ones, for columns may repeat, shape (c,)
+    distinct: int  # number of those
     touched: tuple[Indices, ...]  # per joint, the distinct columns that are not zero
     motors: tuple[tuple[int, ...], ...]  # per joint, whose parts follow: motors (from 0), ``NO_MOTOR`` for a spring
     # Per joint, entries of W that are not zero, torque [N·m or N] (known torques, such as a spring's, are already
@@ -48,13 +50,8 @@ class Observation:
         touched = tuple(np.flatnonzero(own.any(axis=0)) for own in W)
         parts, none = zip(W, touched, torques, strict=True), ((),) * len(W)
         rows = tuple(np.vstack([own[:, there].T, torque]) for own, there, torque in parts)
-        index = np.arange(len(columns))
-        return Observation(tuple(columns), index, touched, motors or none, rows, tuple(t), bandwidth)
-
-    @property
-    def distinct(self) -> int:
-        """Number of distinct columns."""
-        return int(self.index.max(initial=-1)) + 1
+        c = len(columns)
+        return Observation(tuple(columns), np.arange(c), c, touched, motors or none, rows, tuple(t), bandwidth)
 
     def values(self, values: Array) -> Array:
         """Values by distinct columns, of the first columns' values; zero for the others."""
@@ -86,10 +83,10 @@ class Observation:
         rows = tuple(own[:, part] for own, part in zip(self.rows, ends, strict=True))
         return replace(self, rows=rows, t=tuple(t[part] for t, part in zip(self.t, ends, strict=True)))
 
-    def eliminate(self, columns: Sequence[str]) -> "Observation":
-        """Take off all that some columns can explain, joint by joint; rows keep their times."""
-        gone = np.array([name in columns for name in self.columns])
-        rest, W, torques = [name for name in self.columns if name not in columns], [], []
+    def eliminate(self) -> "Observation":
+        """Take off all that ``FREE`` columns can explain, joint by joint; rows keep their times."""
+        gone = np.array([name.startswith(FREE) for name in self.columns], dtype=bool)
+        rest, W, torques = [name for name in self.columns if not name.startswith(FREE)], [], []
         for A, own in zip(self.W, self.torques, strict=True):
             rows = np.column_stack([A[:, ~gone], own.T])
             left = without(rows, A[:, gone]) if len(rows) else rows
@@ -182,42 +179,37 @@ def used(data: Measurement, processing: Processing, partner: Motion | None = Non
 class Observer:
     """Turns measurements of one robot into equations in chosen columns, arranged as in ``empty``."""
 
-    def __init__(
-        self, robot: Robot, columns: Sequence[str], names: Sequence[str] | None = None, code: Sequence[str] = ()
-    ) -> None:
-        """Generate the code of the regressor of standard parameters, which may repeat, and ``PATH``; name them.
+    def __init__(self, robot: Robot, columns: Sequence[str], names: Sequence[str] | None = None) -> None:
+        """Generate the code of the regressor of standard parameters, which may repeat, and ``PATH``; name them."""
+        self.robot, self._code = robot, tuple(dict.fromkeys(columns))
+        self._kernel, self._entries, self._motors = equation_code(robot, self._code)
+        self._chi = np.zeros(len(self._code))
+        self._choose(columns, names)
 
-        ``code``: columns of code that is there already and holds these among others.
-        """
-        self._distinct = tuple(dict.fromkeys(columns))
-        self.robot, self._code = robot, tuple(code) or self._distinct
-        self._kernel, entries, motors = equation_code(robot, self._code)
-        self._chi, self._rows, places, touched = np.zeros(len(self._code)), list[slice](), list[int](), []
-        first = 0
-        for own, others in zip(entries, motors, strict=True):
-            there = {self._code[column]: place for place, column in enumerate(own, start=first)}
-            chosen = [k for k, name in enumerate(self._distinct) if name in there]
-            touched.append(np.array(chosen, dtype=int))
-            last, start = first + len(own) + 1 + len(others), len(places)
-            places += [*(there[self._distinct[k]] for k in chosen), *range(first + len(own), last)]
-            self._rows.append(slice(start, len(places)))
-            first = last
-        self._places = slice(None) if len(places) == first else np.array(places)
-        index = np.array([self._distinct.index(name) for name in columns])
-        self.columns = tuple(names or columns)
-        self.empty = Observation(self.columns, index, tuple(touched), motors)
+    def _choose(self, columns: Sequence[str], names: Sequence[str] | None) -> None:
+        index = np.array([self._code.index(name) for name in columns], dtype=int)
+        there = [np.isin(own, index) for own in self._entries]
+        wanted = [np.append(own, [True] * (1 + len(parts))) for own, parts in zip(there, self._motors, strict=True)]
+        ends = np.cumsum([0, *map(np.count_nonzero, wanted)]).tolist()
+        self._wanted, self._rows = np.concatenate(wanted), [slice(*pair) for pair in itertools.pairwise(ends)]
+        touched = tuple(own[chosen] for own, chosen in zip(self._entries, there, strict=True))
+        self.empty = Observation(tuple(names or columns), index, len(self._code), touched, self._motors)
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the columns."""
+        return self.empty.columns
 
     def at(self, values: Array) -> "Observer":
         """Make the observer whose friction is that under the load which these values of the first columns cause."""
         there = copy.copy(self)
-        there._chi = np.zeros(len(self._code))
-        there._chi[[self._code.index(name) for name in self._distinct]] = self.empty.values(values)
+        there._chi = self.empty.values(values)
         return there
 
     def only(self, columns: Sequence[str], names: Sequence[str] | None = None) -> "Observer":
         """Make the observer of some of the columns by the same generated code; arguments as when made."""
-        part = Observer(self.robot, columns, names, self._code)
-        part._chi = self._chi
+        part = copy.copy(self)
+        part._choose(columns, names)
         return part
 
     def stream(self, pieces: Iterable[tuple[Measurement, Mask]], factor: int) -> Iterator[Observation]:
@@ -283,7 +275,8 @@ class Observer:
             inputs.append(path[part] if path is not None else np.zeros(self.robot.n))
         if self.robot.drives.loaded:
             inputs.append(self._chi)
-        return self._kernel(*inputs)[self._places]
+        equations = self._kernel(*inputs)
+        return equations if self._wanted.all() else equations[self._wanted]
 
 
 def _parts(samples: int, factor: int) -> Iterator[slice]:

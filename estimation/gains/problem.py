@@ -75,14 +75,19 @@ def gauss_newton(equations: Equations, weights: Array, free: Sequence[int], know
 
     ``free``: indices of the unknown parameters; ``known``: the others' values, which set the scale, shape (c,).
     """
-    c, factors = len(free), equations.factors
-    k, x = torque_side(factors, free, known)
-    for _ in range(_ROUNDS):
+    c, factors, x, size = len(free), equations.factors, known.copy(), np.ones(len(equations.factors))
+    for _ in range(1 + _ROUNDS):  # the torque side, K_j i_j = W_j x, is linear in K and x
+        rows = [w * factor for w, factor in zip(size, factors, strict=True)]
+        A = np.hstack([np.vstack([R[:, free] for R in rows]), block_diag(*(-R[:, -1:] for R in rows))])
+        solution = decomposed(A).solution(-np.concatenate([R[:, :-1] @ known for R in rows]))
+        K = solution[c:]
+        if not (np.abs(K) > 1e-12 * np.abs(K).max()).all():
+            raise InputError("the payload does not show in the currents: is it in the loaded recording?")
+        x[free], k = solution[:c], 1.0 / K
         # Each joint weighted by the errors of its torque: else a disturbance of the arm's joints outweighs all that
         # the wrist's say.
         middle = float(np.median(np.abs(k)))
         size = weights * np.clip(np.abs(k), middle / _SPREAD, middle * _SPREAD)
-        k, x = torque_side([w * factor for w, factor in zip(size, factors, strict=True)], free, known)
     step = np.full(c + len(k), np.inf)
     for _ in range(_MOST):
         J, error = linearised(factors, weights, k, x, free)
@@ -109,20 +114,6 @@ def gauss_newton(equations: Equations, weights: Array, free: Sequence[int], know
     if dof <= 0.0:
         raise InputError(f"too few samples for {J.shape[1]} unknowns: record longer")
     return CurrentFit(k, x, float(error @ error) / dof * parts.covariance[c:, c:] / np.outer(k, k), dof)
-
-
-def torque_side(factors: Sequence[Array], free: Sequence[int], known: Array) -> tuple[Array, Array]:
-    """Solve on the torque side for k, x of K_j i_j = W_j x, linear in K and x."""
-    c = len(free)
-    by_x, by_K = np.vstack([factor[:, free] for factor in factors]), (-factor[:, -1:] for factor in factors)
-    A, b = np.hstack([by_x, block_diag(*by_K)]), -np.concatenate([factor[:, :-1] @ known for factor in factors])
-    solution = decomposed(A).solution(b)
-    K = solution[c:]
-    if not (np.abs(K) > 1e-12 * np.abs(K).max()).all():
-        raise InputError("the payload does not show in the currents: is it in the loaded recording?")
-    x = known.copy()
-    x[free] = solution[:c]
-    return 1.0 / K, x
 
 
 def linearised(

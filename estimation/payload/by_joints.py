@@ -144,9 +144,9 @@ def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
 def _numbers(
     problem: LinearProblem, weights: Array, groups: Sequence[Sequence[int]], joints: Sequence[int]
 ) -> Array:
-    """Estimate the mass by the equations of groups of joints, then the payload ratio of joints, all from 1.
+    """Estimate the mass by groups of joints, then the payload ratio of joints, all from 1.
 
-    Returns a row a number: value, variance by the formula, and its between-session part; nan where undetermined.
+    A row a number: value, variance by the formula, and its between-session part; nan where undetermined.
     """
     unknown, given = problem.unknown.select(problem.wanted), problem.fixed
     taken = problem.equations.whole.select([name for group in given for name in group.names]).factors

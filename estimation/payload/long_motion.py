@@ -175,11 +175,7 @@ class LongMotion(Brief):
 
 
 def measured_part(known: Estimate, robot: Robot) -> Estimate:
-    """Take a robot known earlier in the base parameters that are left where joints' torques are not measured.
-
-    Raises:
-        InputError: if its parameters are those of another model.
-    """
+    """Take a robot known earlier in the base parameters that measured torques leave; refuse another model's."""
     if not known.fit.rows:  # values of the user's own owe nothing to the errors of any joint's gain
         S, none = np.zeros((len(known.values), robot.n)), np.zeros(robot.n)
         known = replace(known, fit=Fit(none, none, (0,) * robot.n), gain_sensitivity=S)

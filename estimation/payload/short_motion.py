@@ -27,7 +27,7 @@ from ...model.drives import joint_of, parameter_kind
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
 from ...model.visibility import PayloadVisibility, check_mass_visible, friction_columns, visibility_of
-from ..equations.equations import LEVEL, PAYLOAD, Equations, check_blocks, merged
+from ..equations.equations import FREE, LEVEL, PAYLOAD, Equations, check_blocks, merged
 from ..equations.observer import PATH, Observation, Observer, Used, reduced, used
 from ..fit.blocks import Remembered, block_edges, block_length, in_blocks, inflation, remembered, weighted_solution
 from ..fit.estimate import Estimate
@@ -43,8 +43,6 @@ from .long_motion import Source, friction_changes, known_path, measured_part, pr
 from .pairs import torque_change
 from .result import in_payload_frame
 
-FREE = "free "  # beginning of the names of what is estimated anew in each recording, besides the payload
-
 OFFSET_SHARE = 0.033
 """Standard deviation of the change between two recordings over a joint's Coulomb friction.
 
@@ -56,11 +54,6 @@ _WRIST = 3  # last joints, always free: their torque shifts the centre of mass, 
 _CONTRADICTED = 1e-3  # probability of what the recordings say, below which the constant torques are free
 _FEWEST_LEFT = 6  # rows of a joint beyond its free columns; fewer may be fitted exactly, and show no errors
 _HIDDEN = 1e-6  # fraction of a friction in undetermined directions above which it is not known
-
-
-def free_columns(columns: Sequence[str]) -> list[str]:
-    """Columns that are wholly free in each recording."""
-    return [name for name in columns if name.startswith(FREE)]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -97,7 +90,7 @@ class HeldFriction(Brief):
         """
         held = self.held.items()
         near = {f"{FREE}{name}": float(self.noise[joint_of(name)]) * role.weight for name, role in held}
-        return equations.eliminate(free_columns(equations.columns), near)
+        return equations.eliminate(near)
 
 
 def friction_prior(observations: Sequence[Observation], sigmas: Mapping[str, float]) -> HeldFriction:
@@ -105,12 +98,12 @@ def friction_prior(observations: Sequence[Observation], sigmas: Mapping[str, flo
 
     ``observations``: with free columns of each joint, ``PAYLOAD`` and no other, or ``PATH`` besides.
     """
-    left = [one.eliminate(free_columns(one.columns)) for one in observations]
+    left = [one.eliminate() for one in observations]
     problem = merged(map(reduced, left)).select(PAYLOAD)
     values = weighted_solution(problem)
     noise, spare = problem.error_norms(values) / np.sqrt(np.maximum(problem.rows, 1)), np.array(problem.rows)
     for one in observations:
-        free = [name in free_columns(one.columns) for name in one.columns]
+        free = [name.startswith(FREE) for name in one.columns]
         spare -= [int(W[:, free].any(axis=0).sum()) for W in one.W]
     noise[spare < _FEWEST_LEFT] = 0.0  # too few rows, beyond the free columns that act on them, to tell it
     memory = np.array(Remembered.of(left, values).inflation)
@@ -184,10 +177,7 @@ def with_ripple(source: str, recording: Observation, data: Used) -> tuple[list[W
 
 
 def _waves(seen_by: Used, j: int, W: Array, torque: Array, t: Array) -> list[tuple[float, float, Array]]:
-    """Find the clearest wave of a joint, its gain and its columns, then the clearest besides it, ..
-
-    Those are left out that may be the autocorrelated rest.
-    """
+    """Find the clearest wave of a joint, its gain and its columns, then the next; none that may be memory alone."""
     (data, keep, decimate), most = seen_by, min(_MOST, len(torque) // _ROWS_EACH)
     position = data.motion.q[:, j] - data.motion.q[:, j].mean()
     span, speed = float(np.ptp(position)), float(np.abs(data.motion.qd[keep[:, j], j]).max(initial=0.0))
@@ -444,7 +434,7 @@ def observer_of(robot: Robot, base: BaseParameters | None, frees: bool = True) -
 
 def _runs(observations: Sequence[Observation]) -> tuple[Equations, ...]:
     """Cut each recording's equations in blocks as long as the memory of all of them asks for."""
-    rest = [one.eliminate(free_columns(one.columns)) for one in observations]
+    rest = [one.eliminate() for one in observations]
     length = block_length([remembered([one], reduced(one)) for one in rest])
     return tuple(in_blocks(reduced(one), [one], [block_edges(one, length)], length) for one in observations)
 

@@ -207,7 +207,6 @@ def static_weighing(
         mass = as_payload.resolved(as_payload.posed().solved(weights))["M_L"]
         sigma = scatter * np.linalg.norm(drifting) / np.sqrt(np.maximum(keep.sum(axis=0), 1))
         ratio = max(0.0, 1.0 - (1.0 / bare + 1.0 / len(loaded)) / float(difference @ difference))
-        drift = Drift(
-            order.unit, (each * slope).sum(axis=0), (each * side[0] * slope).sum(axis=0), sigma, mass, ratio
-        )
+        offset, friction = (each * slope).sum(axis=0), (each * side[0] * slope).sum(axis=0)
+        drift = Drift(order.unit, offset, friction, sigma, mass, ratio)
     return replace(problem, standing=Standing(len(set(poses)), order.text, scatter, drift))
