@@ -18,8 +18,9 @@ from dynident.benchmarks.shared import UR10E_GAINS, recordings_folder, rms, show
 from dynident.common.arrays import Array
 from dynident.estimation.equations.observer import Observation, Observer
 from dynident.estimation.fit.blocks import autocorrelation_time
-from dynident.estimation.payload.short_motion import telling_rows
+from dynident.estimation.payload.short_motion import SLOW
 from dynident.estimation.signals.filtering import measurement
+from dynident.estimation.signals.rows import used_rows
 from dynident.model import Robot, base_parameters, load_robot
 from numpy.typing import NDArray
 from scipy.optimize import brentq
@@ -48,8 +49,8 @@ def windows(folder: Path, robot: Robot, files: Sequence[str], length: float | No
     for file in files:
         recording = read_recording(folder / file, robot, UR10E_GAINS if file.startswith("ur10e") else None)
         data = measurement(recording, robot.processing)
-        keep = telling_rows(data.motion, range(1, robot.n + 1), robot.processing)
-        whole = observer.observe_rows(data, keep, robot.processing.decimate)
+        keep = used_rows(data.motion, robot.processing) & (np.abs(data.motion.qd) >= SLOW)
+        whole = observer.observe(data, keep, robot.processing.decimate)
         times = np.concatenate(whole.t)
         count = max(1, int(np.ptp(times) / length)) if length else 1
         edges = np.linspace(times.min(), times.max() + 1e-9, count + 1)

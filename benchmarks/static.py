@@ -11,7 +11,7 @@ import numpy as np
 from dynident import estimation
 from dynident.benchmarks.shared import each, held, options, rms, show
 from dynident.common.arrays import Array
-from dynident.estimation.payload.nuisance import OFFSET_SHARE
+from dynident.estimation.payload.short_motion import OFFSET_SHARE
 from dynident.model import InertialParameters, Motion, Recording, Robot, load_robot, robot_names, stand_in
 from dynident.tests.trajectories.safe_runs import RestCase, rest_case
 from dynident.trajectories import Simulator, solve_design

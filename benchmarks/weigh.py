@@ -18,7 +18,7 @@ from dynident import estimation, trajectories
 from dynident.apps.logs.read import read_recording
 from dynident.benchmarks.shared import UR10E_GAINS, UR10E_MASS, options, recordings_folder, rms, show, window
 from dynident.common.arrays import Array
-from dynident.estimation.payload.nuisance import OFFSET_SHARE
+from dynident.estimation.payload.short_motion import OFFSET_SHARE
 from dynident.model import InertialParameters, Recording, Robot, load_robot
 from dynident.model.inertia import PayloadSpread
 from dynident.trajectories.design.goal import second_pose

@@ -18,7 +18,7 @@ from ...common.files import write_bytes
 from ...common.schema import Document, Matrix, Vector, json_schema
 from ...estimation import measurement
 from ...estimation.diagnosis.kinematics import PoseCheck, Readings
-from ...estimation.equations.observer import Observer
+from ...estimation.equations.observer import Observer, used
 from ...estimation.results.parts import Number, Rollout
 from ...estimation.results.payload import PayloadResult, VisibilityDocument
 from ...estimation.results.robot import GainsResult, RobotResult
@@ -251,7 +251,7 @@ class NearDocument(_MotionAnswer, frozen=True, kw_only=True):
 def as_recorded(problem: DesignProblem, data: Measurement) -> Learnt:
     """Information of a motion as ``identify`` will see it: decimated, and without rows of joints that are slow."""
     motion, processing = data.motion, problem.robot.processing
-    W = Observer(problem.robot, problem.names).observe(data, processing).W
+    W = Observer(problem.robot, problem.names).observe(*used(data, processing)).W
     part = processing.thinning(motion.rate) / len(motion.t)
     return learnt_of(problem, W, [np.full(len(own), part) for own in W], float(motion.t[-1] - motion.t[0]))
 

@@ -80,7 +80,7 @@ def answer_gains(problem: GainProblem) -> GainsResult:
     """Identify the drive gains on the current side, with bodies that can exist, and judge them."""
     loads, names = problem.loads, problem.mountings
     try:
-        free = free_gains(problem.equations, problem.weights, loads)
+        free = free_gains(problem.equations, loads)
         sharpest = int(np.argmin(np.diag(free.covariance)))
         best = possible_gains(problem, problem.equations, free, sharpest)
     except InputError as error:  # what the recordings look like is told with it
@@ -94,7 +94,7 @@ def answer_gains(problem: GainProblem) -> GainsResult:
                 [-np.log(possible_gains(problem, part, best, sharpest).k) for part in group]
                 for group in problem.deletions
             ]
-            robust = jackknife(groups, -np.log(best.k), max(each.block_length for each in problem.posed))
+            robust = jackknife(groups, -np.log(best.k), max(each.loaded.block_length for each in problem.posed))
         except InputError as error:
             reason = str(error)
     # The weight as the torques show it that the gains give; the gains' own errors are those of these recordings.

@@ -20,7 +20,7 @@ from ...common.schema import naming
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
 from ..diagnosis.evidence import Evidence, Verdict
 from ..diagnosis.verdict import robot_verdict
-from ..equations.equations import PAYLOAD, Equations
+from ..equations.equations import PAYLOAD, Equations, check_blocks
 from ..equations.observer import Observer
 from ..fit.blocks import weighted_solution
 from ..fit.drive_gains import Gains, usual_gains
@@ -29,7 +29,7 @@ from ..fit.estimate import Estimate, Fit, Parameter, error_model, fit
 from ..fit.linear_problem import Excitation, Known, LinearProblem, excitation
 from ..fit.own_equations import TermChoice, base_problem, with_friction
 from ..fit.settings import DEFAULTS, Settings
-from ..payload.long_motion import Source, check_blocks
+from ..payload.long_motion import Source
 from ..payload.methods import jackknifed
 from ..possible.cone import SolverError
 from ..possible.payload import rise_p_value, solve_constrained

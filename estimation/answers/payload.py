@@ -26,6 +26,7 @@ from ..fit.essential import Elimination
 from ..fit.estimate import Estimate, error_model
 from ..fit.linear_problem import Excitation, excitation, weighted
 from ..fit.settings import DEFAULTS, Settings
+from ..payload.by_joints import repeats_of
 from ..payload.long_motion import LongMotion, payload_problem
 from ..payload.methods import (
     PayloadProblem,
@@ -37,7 +38,6 @@ from ..payload.methods import (
     usable_methods,
     with_robust,
 )
-from ..payload.repeats import repeats_of
 from ..payload.result import (
     ConstrainedPayload,
     PayloadEstimate,

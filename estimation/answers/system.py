@@ -9,7 +9,7 @@ from ...common import Array, Brief, Indices, Mask
 from ...model import BaseParameters, InertialParameters, Processing, Recording, Robot
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations
-from ..equations.observer import Observer
+from ..equations.observer import Observer, used
 from ..fit.blocks import autocorrelation
 from ..payload.long_motion import LongMotion
 from ..payload.methods import PayloadProblem, combined, from_robot
@@ -95,7 +95,7 @@ def _prediction(
     """Predict by parameters of each curve."""
     data, predicted = measurement(recording, processing), dict[str, tuple[Array, ...]]()
     for label, chi in curves.items():
-        one = observer.at(chi).observe(data, processing)
+        one = observer.at(chi).observe(*used(data, processing))
         predicted[label] = tuple(y - error for y, error in zip(one.Y, one.errors(chi), strict=True))
     return TorquePrediction(recording.source, loaded, held_out, one.t, one.Y, predicted)
 
@@ -152,7 +152,7 @@ def joined(
     """Join recordings, each with its observer and whether it is with payload, to one system that is held whole."""
     robot_only, rows = np.array([name not in PAYLOAD for name in reduced.columns], dtype=float), []
     for k, (observer, recording, loaded) in enumerate(recordings):
-        one = observer.observe(measurement(recording, processing), processing)
+        one = observer.observe(*used(measurement(recording, processing), processing))
         for j, (W, Y, t) in enumerate(zip(one.W, one.Y, one.t, strict=True), start=1):
             places = np.full(len(Y), j), np.full(len(Y), k), t, np.full(len(Y), loaded)
             rows.append((W if loaded else W * robot_only, Y, *places))

@@ -11,9 +11,8 @@ from ...common.schema import Worked
 from ...model import Robot
 from ...model.inertia import PayloadSpread
 from ..fit.estimate import Estimate, Fit
-from ..payload.by_joints import ByJoints
+from ..payload.by_joints import ByJoints, Repeats
 from ..payload.long_motion import Source
-from ..payload.repeats import Repeats
 from ..payload.result import ConstrainedPayload, PayloadEstimate
 from ..payload.static import StaticMotion
 from ..signals.alignment import AlignedPair

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import accumulate, chain
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,22 +17,16 @@ from ...common import Array, Brief, InputError, decomposed, without
 from ...common.files import write_bytes
 from ...common.linear import condition_numbers
 from ...model import INERTIAL
+from ...model.drives import joint_of
 
 SHARED = "shared"  # beginning of the names of shared torques
 PAYLOAD = tuple(f"{kind}_L" for kind in INERTIAL)
 """Names of the payload's ten parameters chi_L, in the order of (6)."""
+FREE = "free "  # beginning of the names of what is estimated anew in each recording, besides the payload
+LEVEL = "level of "  # beginning of the names of what free columns are near
 NO_MOTOR = -1  # index that stands for a motor where a known spring makes the torque
 _NOISE_FLOOR = 1e-12
 """Standard deviation of the error over the torque, at least: data without noise still need finite weights."""
-
-
-class Anchor(NamedTuple):
-    """Equation of an eliminated column: its parameter is ``level``, with ``stiffness``."""
-
-    column: str
-    joint: int  # among whose rows (from 0) it stands
-    stiffness: float  # its weight in units of those rows
-    level: str  # name of a new column
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -130,37 +124,32 @@ class Equations(Brief):
         shift[known] = values
         return self.transformed(np.eye(c)[:, rest], [self.columns[k] for k in rest], shift)
 
-    def eliminate(self, columns: Sequence[str], anchors: Sequence[Anchor] = ()) -> "Equations":
-        """Take away all that some columns can explain, joint by joint.
+    def eliminate(self, anchors: Mapping[str, float]) -> "Equations":
+        """Take away all that ``FREE`` columns can explain, joint by joint.
 
         Each joint must have parameters of its own there, such as friction: this is then exact, what is left are the
         equations of the least-squares problem after those unknowns were solved for. Blocks of time are not kept:
-        what remains of each depends on the others.
-
-        Args:
-            columns: what goes.
-            anchors: equations that hold some of them; their levels are new last columns, left out where the levels
-                are meant to be zero.
+        what remains of each depends on the others. ``anchors``: of some of them, the weight of one more equation in
+        their joint, by which they are near a level: a new last column, left out where it is meant to be zero.
         """
-        gone = [self.columns.index(name) for name in columns]
-        rest = [k for k in range(len(self.columns)) if k not in gone]
+        free = np.array([name.startswith(FREE) for name in self.columns], dtype=bool)
+        gone, rest = np.flatnonzero(free).tolist(), np.flatnonzero(~free).tolist()
         factors, ranks, shared = [], [], dict[tuple[int, int], Array]()
         for j, factor in enumerate(self.factors):
             others, levels = [key for key in self.shared if key[0] == j], np.zeros((len(factor), len(anchors)))
             apart = [self.shared[key] for key in others]
             rows = np.column_stack([factor[:, [*gone, *rest]], levels, factor[:, -1], *apart])
-            for k, anchor in enumerate(anchors):
-                if anchor.joint == j:  # stiffness (parameter - level) = 0, one more row
-                    row = np.zeros(rows.shape[1])
-                    row[list(columns).index(anchor.column)] = anchor.stiffness
-                    row[len(self.columns) + k] = -anchor.stiffness
-                    rows = np.vstack([rows, row])
+            for k, (name, stiffness) in enumerate(anchors.items(), start=len(self.columns)):
+                if joint_of(name) == j:  # stiffness (parameter - level) = 0
+                    near = np.zeros(rows.shape[1])
+                    near[[gone.index(self.columns.index(name)), k]] = stiffness, -stiffness
+                    rows = np.vstack([rows, near])
             left, parts = compressed(without(rows[:, len(gone) :], rows[:, : len(gone)]), len(others))
             factors.append(left)
             shared |= zip(others, parts.T, strict=True)
             ranks.append(decomposed(factor[:, gone]).rank)
         return Equations(
-            (*(self.columns[k] for k in rest), *(anchor.level for anchor in anchors)),
+            (*(self.columns[k] for k in rest), *(f"{LEVEL}{name}" for name in anchors)),
             tuple(factors),
             tuple(max(rows - gone, 0) for rows, gone in zip(self.rows, ranks, strict=True)),
             tuple(max(rows - gone, 0.0) for rows, gone in zip(self.effective_rows, ranks, strict=True)),
@@ -174,8 +163,7 @@ class Equations(Brief):
 
     def without_each(self) -> list["Equations"]:
         """Leave out each block in turn; what lies before and after each is merged once for all."""
-        if len(blocks := self.blocks) < 2:
-            raise InputError("robust standard deviations need two blocks of time at least: record longer")
+        check_blocks(len(blocks := self.blocks))
         before = list(accumulate(blocks[:-1], lambda done, block: merged([done, block])))
         after = list(accumulate(blocks[:0:-1], lambda done, block: merged([block, done])))[::-1]
         return [after[0], *map(merged, zip(before[:-1], after[1:], strict=True)), before[-1]]
@@ -233,16 +221,15 @@ class Equations(Brief):
         """
         try:
             with np.load(path, allow_pickle=False) as data:
-                shared = {}
-                for name in sorted(name for name in data.files if name.startswith(SHARED)):
-                    joint, motor = name.removeprefix(SHARED).split("_")
-                    shared[int(joint), int(motor)] = data[name]
+                keys = [
+                    name.removeprefix(SHARED).split("_") for name in sorted(data.files) if name.startswith(SHARED)
+                ]
                 return Equations(
-                    tuple(str(name) for name in data["columns"]),
+                    tuple(map(str, data["columns"])),
                     tuple(data[f"factor{j}"] for j in range(len(data["rows"]))),
-                    tuple(int(count) for count in data["rows"]),
-                    tuple(float(count) for count in data["effective_rows"]),
-                    shared,
+                    tuple(map(int, data["rows"])),
+                    tuple(map(float, data["effective_rows"])),
+                    {(int(joint), int(motor)): data[f"{SHARED}{joint}_{motor}"] for joint, motor in keys},
                 )
         except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
             raise InputError(f"{path}: not a saved reduced problem ({error})") from None
@@ -310,6 +297,12 @@ def checked(factor: Array, columns: tuple[str, ...], rows: int, effective_rows: 
             "or more"
         )
     return R
+
+
+def check_blocks(*counts: int) -> None:
+    """Refuse so few blocks of time that none can be left out."""
+    if min(counts) < 2:
+        raise InputError("robust standard deviations need two blocks of time at least: record longer")
 
 
 def merged(parts: Iterable[Equations]) -> Equations:

@@ -17,48 +17,25 @@ from ...model.motion import Measurement
 from ...model.regressors import load_expression, regressor_expression
 from ..signals.filtering import Decimator, noise_bandwidth
 from ..signals.rows import used_rows
-from .equations import NO_MOTOR, Equations, compressed, merged
+from .equations import FREE, NO_MOTOR, Equations, compressed, merged
 
 PATH = "path"  # name of the column of a difference's torque that is taken off because the paths differ
 
 
 @dataclass(frozen=True, eq=False)
-class Layout:
-    """Arrangement of equations: whose entries each joint's rows hold, and what stands behind its torque."""
+class Observation:
+    """The equations of one recording, row by row; without rows, how an observer arranges them."""
 
     columns: tuple[str, ...]  # names of the columns of W, c
     index: Indices  # of each among the distinct ones, for columns may repeat, shape (c,)
+    distinct: int  # number of those
     touched: tuple[Indices, ...]  # per joint, the distinct columns that are not zero
     motors: tuple[tuple[int, ...], ...]  # per joint, whose parts follow: motors (from 0), ``NO_MOTOR`` for a spring
-
-    @functools.cached_property
-    def rows(self) -> tuple[slice, ...]:
-        """Places of each joint's entries, torque and parts of that among what is evaluated."""
-        sizes = [len(own) + 1 + len(others) for own, others in zip(self.touched, self.motors, strict=True)]
-        return tuple(itertools.starmap(slice, itertools.pairwise(itertools.accumulate(sizes, initial=0))))
-
-    @property
-    def distinct(self) -> int:
-        """Number of distinct columns."""
-        return int(self.index.max(initial=-1)) + 1
-
-    def values(self, values: Array) -> Array:
-        """Values by distinct columns, of the first columns' values; zero for the others."""
-        chi = np.zeros(self.distinct)
-        np.add.at(chi, self.index[: len(values)], values)
-        return chi
-
-
-@dataclass(frozen=True, eq=False)
-class Observation:
-    """The equations of one recording, row by row."""
-
-    layout: Layout  # what the rows hold
     # Per joint, entries of W that are not zero, torque [N·m or N] (known torques, such as a spring's, are already
     # moved there), and parts of it that are not of its own motor; numbers of an equation x r_j.
-    rows: tuple[Array, ...]
-    t: tuple[Array, ...]  # per joint, time of the rows [s], shape (r_j,)
-    bandwidth: float  # fraction of the frequency range that white noise fills; 1 without decimation
+    rows: tuple[Array, ...] = ()
+    t: tuple[Array, ...] = ()  # per joint, time of the rows [s], shape (r_j,)
+    bandwidth: float = 1.0  # fraction of the frequency range that white noise fills; 1 without decimation
 
     @staticmethod
     def of(
@@ -71,28 +48,29 @@ class Observation:
     ) -> "Observation":
         """Make equations of whole matrices, per joint r_j x c, and torques, (r_j,), or as by ``torques``."""
         touched = tuple(np.flatnonzero(own.any(axis=0)) for own in W)
-        layout = Layout(tuple(columns), np.arange(len(columns)), touched, motors or ((),) * len(W))
-        parts = zip(W, touched, torques, strict=True)
+        parts, none = zip(W, touched, torques, strict=True), ((),) * len(W)
         rows = tuple(np.vstack([own[:, there].T, torque]) for own, there, torque in parts)
-        return Observation(layout, rows, tuple(t), bandwidth)
+        c = len(columns)
+        return Observation(tuple(columns), np.arange(c), c, touched, motors or none, rows, tuple(t), bandwidth)
 
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """Names of the columns of W."""
-        return self.layout.columns
+    def values(self, values: Array) -> Array:
+        """Values by distinct columns, of the first columns' values; zero for the others."""
+        chi = np.zeros(self.distinct)
+        np.add.at(chi, self.index[: len(values)], values)
+        return chi
 
     @property
     def W(self) -> tuple[Array, ...]:  # noqa: N802
         """Observation matrix per joint, r_j x c."""
-        dense = [np.zeros((own.shape[1], self.layout.distinct)) for own in self.rows]
-        for W, own, touched in zip(dense, self.rows, self.layout.touched, strict=True):
+        dense = [np.zeros((own.shape[1], self.distinct)) for own in self.rows]
+        for W, own, touched in zip(dense, self.rows, self.touched, strict=True):
             W[:, touched] = own[: len(touched)].T
-        return tuple(W[:, self.layout.index] for W in dense)
+        return tuple(W[:, self.index] for W in dense)
 
     @property
     def torques(self) -> tuple[Array, ...]:
         """Torque and the parts of it that are not of the joint's own motor, per joint (1 + k) x r_j."""
-        return tuple(own[len(touched) :] for own, touched in zip(self.rows, self.layout.touched, strict=True))
+        return tuple(own[len(touched) :] for own, touched in zip(self.rows, self.touched, strict=True))
 
     @property
     def Y(self) -> tuple[Array, ...]:  # noqa: N802
@@ -105,23 +83,20 @@ class Observation:
         rows = tuple(own[:, part] for own, part in zip(self.rows, ends, strict=True))
         return replace(self, rows=rows, t=tuple(t[part] for t, part in zip(self.t, ends, strict=True)))
 
-    def eliminate(self, columns: Sequence[str]) -> "Observation":
-        """Take off all that some columns can explain, joint by joint; rows keep their times."""
-        names = self.columns
-        gone = [names.index(name) for name in columns]
-        rest = [k for k in range(len(names)) if k not in gone]
-        W, torques = [], []
+    def eliminate(self) -> "Observation":
+        """Take off all that ``FREE`` columns can explain, joint by joint; rows keep their times."""
+        gone = np.array([name.startswith(FREE) for name in self.columns], dtype=bool)
+        rest, W, torques = [name for name in self.columns if not name.startswith(FREE)], [], []
         for A, own in zip(self.W, self.torques, strict=True):
-            rows = np.column_stack([A[:, rest], own.T])
+            rows = np.column_stack([A[:, ~gone], own.T])
             left = without(rows, A[:, gone]) if len(rows) else rows
             W.append(left[:, : len(rest)])
             torques.append(left[:, len(rest) :].T)
-        columns = [names[k] for k in rest]
-        return Observation.of(columns, W, torques, self.t, self.bandwidth, self.layout.motors)
+        return Observation.of(rest, W, torques, self.t, self.bandwidth, self.motors)
 
     def errors(self, values: Array) -> tuple[Array, ...]:
         """Errors Y_j - W_j chi for each joint [N·m or N], shapes (r_j,); chi may be of the first columns alone."""
-        chi, each = self.layout.values(values), zip(self.rows, self.layout.touched, strict=True)
+        chi, each = self.values(values), zip(self.rows, self.touched, strict=True)
         return tuple(own[len(touched)] - chi[touched] @ own[: len(touched)] for own, touched in each)
 
 
@@ -130,21 +105,11 @@ def known_spring(robot: Robot) -> Spring | None:
     return robot.spring if robot.spring is not None and not robot.spring.column else None
 
 
-def _sharing(robot: Robot) -> tuple[tuple[int, ...], ...]:
-    """Motors per joint (from 0) that also stand in its right-hand side: other joints' (from 0), ``NO_MOTOR``."""
-    motors: list[tuple[int, ...]] = [()] * robot.n
-    if robot.coupling is not None and robot.coupling.rows == "joint":
-        j, k = robot.coupling.joints
-        motors[j - 1] = (k - 1,)
-    spring = known_spring(robot)
-    if spring is not None:
-        motors[spring.joint - 1] += (NO_MOTOR,)
-    return tuple(motors)
-
-
 @functools.lru_cache(maxsize=16)
-def equation_code(robot: Robot, columns: tuple[str, ...]) -> tuple[Kernel, tuple[Indices, ...]]:
-    """Kernel of q, qd, qdd, torque to each joint's entries and torques, and the columns of the entries.
+def equation_code(
+    robot: Robot, columns: tuple[str, ...]
+) -> tuple[Kernel, tuple[Indices, ...], tuple[tuple[int, ...], ...]]:
+    """Kernel of q, qd, qdd, torque to each joint's entries and torques; the entries' columns and torques' motors.
 
     Further inputs: a known spring's torque in the recording that was subtracted; values of the column ``PATH``,
     which is taken off the torques; the columns' parameters, where friction depends on load.
@@ -163,27 +128,33 @@ def equation_code(robot: Robot, columns: tuple[str, ...]) -> tuple[Kernel, tuple
         at = columns.index(PATH)
         phi = ca.horzcat(phi[:, :at], path, phi[:, at:])
     inputs, apart = [q, qd, qdd, torque], {motor: left[motor] for motor in range(robot.n)}
+    motors: list[tuple[int, ...]] = [()] * robot.n  # that also stand in a joint's right-hand side
     if spring is not None:
         joint, before = spring.joint - 1, ca.SX.sym("before")
         apart[NO_MOTOR] = spring.torque_symbol(q[joint]) - before
         left[joint] += apart[NO_MOTOR]
+        motors[joint] = (NO_MOTOR,)
         inputs.append(before)
     if PATH in columns:
         inputs.append(path)
     if robot.drives.loaded:
         inputs.append(chi)
-    if robot.coupling is not None and robot.coupling.rows != "joint":
+    if robot.coupling is not None:
         j, k = (joint - 1 for joint in robot.coupling.joints)
-        # Joint j holds both motors' torque (9); less joint k's, motor j's is left.
-        phi[j, :] -= phi[k, :]
-        left[j] -= left[k]
-        phi = ca.sparsify(phi)
-    rows, touched = [], []
-    for j, motors in enumerate(_sharing(robot)):
-        there = phi[j, :].sparsity().get_triplet()[1]
-        touched.append(np.array(there, dtype=int))
-        rows += [phi[j, k] for k in there] + [left[j], *(apart[motor] for motor in motors)]
-    return Kernel(ca.Function("equations", inputs, [ca.cse(ca.vertcat(*rows))])), tuple(touched)
+        if robot.coupling.rows == "joint":
+            motors[j] = (k, *motors[j])
+        else:  # joint j holds both motors' torque (9); less joint k's, motor j's is left
+            phi[j, :] -= phi[k, :]
+            left[j] -= left[k]
+            phi = ca.sparsify(phi)
+    touched = [phi[j, :].sparsity().get_triplet()[1] for j in range(robot.n)]
+    rows = [
+        part
+        for j, (there, others) in enumerate(zip(touched, motors, strict=True))
+        for part in (*(phi[j, k] for k in there), left[j], *(apart[motor] for motor in others))
+    ]
+    kernel = Kernel(ca.Function("equations", inputs, [ca.cse(ca.vertcat(*rows))]))
+    return kernel, tuple(np.array(there, dtype=int) for there in touched), tuple(motors)
 
 
 _PART = 1024  # samples evaluated at once
@@ -206,43 +177,39 @@ def used(data: Measurement, processing: Processing, partner: Motion | None = Non
 
 
 class Observer:
-    """Turns measurements of one robot into equations in chosen columns, as its ``layout`` says."""
+    """Turns measurements of one robot into equations in chosen columns, arranged as in ``empty``."""
 
     def __init__(self, robot: Robot, columns: Sequence[str], names: Sequence[str] | None = None) -> None:
         """Generate the code of the regressor of standard parameters, which may repeat, and ``PATH``; name them."""
-        self.robot, self._evaluated_columns = robot, tuple(dict.fromkeys(columns))
-        self._kernel, touched = equation_code(robot, self._evaluated_columns)
-        self._chi = np.zeros(len(self._evaluated_columns))
-        self._chosen: Indices | None = None
-        self._standard = self._evaluated_columns
-        index = np.array([self._standard.index(name) for name in columns])
-        self.layout = Layout(tuple(names or columns), index, touched, _sharing(robot))
+        self.robot, self._code = robot, tuple(dict.fromkeys(columns))
+        self._kernel, self._entries, self._motors = equation_code(robot, self._code)
+        self._chi = np.zeros(len(self._code))
+        self._choose(columns, names)
+
+    def _choose(self, columns: Sequence[str], names: Sequence[str] | None) -> None:
+        index = np.array([self._code.index(name) for name in columns], dtype=int)
+        there = [np.isin(own, index) for own in self._entries]
+        wanted = [np.append(own, [True] * (1 + len(parts))) for own, parts in zip(there, self._motors, strict=True)]
+        ends = np.cumsum([0, *map(np.count_nonzero, wanted)]).tolist()
+        self._wanted, self._rows = np.concatenate(wanted), [slice(*pair) for pair in itertools.pairwise(ends)]
+        touched = tuple(own[chosen] for own, chosen in zip(self._entries, there, strict=True))
+        self.empty = Observation(tuple(names or columns), index, len(self._code), touched, self._motors)
 
     @property
     def columns(self) -> tuple[str, ...]:
         """Names of the columns."""
-        return self.layout.columns
+        return self.empty.columns
 
     def at(self, values: Array) -> "Observer":
         """Make the observer whose friction is that under the load which these values of the first columns cause."""
-        there, evaluated = copy.copy(self), self._evaluated_columns
-        there._chi = np.zeros(len(evaluated))
-        there._chi[[evaluated.index(name) for name in self._standard]] = self.layout.values(values)
+        there = copy.copy(self)
+        there._chi = self.empty.values(values)
         return there
 
     def only(self, columns: Sequence[str], names: Sequence[str] | None = None) -> "Observer":
         """Make the observer of some of the columns by the same generated code; arguments as when made."""
-        part, unique = copy.copy(self), tuple(dict.fromkeys(columns))
-        chosen, touched = list[int](), []
-        for rows, own in zip(self.layout.rows, self.layout.touched, strict=True):
-            entries = {self._standard[column]: rows.start + k for k, column in enumerate(own)}
-            there = [name for name in unique if name in entries]
-            touched.append(np.array([unique.index(name) for name in there], dtype=int))
-            chosen += [entries[name] for name in there] + list(range(rows.start + len(own), rows.stop))
-        part._standard = unique
-        part._chosen = np.array(chosen) if self._chosen is None else self._chosen[chosen]
-        index = np.array([unique.index(name) for name in columns])
-        part.layout = Layout(tuple(names or columns), index, tuple(touched), self.layout.motors)
+        part = copy.copy(self)
+        part._choose(columns, names)
         return part
 
     def stream(self, pieces: Iterable[tuple[Measurement, Mask]], factor: int) -> Iterator[Observation]:
@@ -250,15 +217,16 @@ class Observer:
 
         Y and every column of W are filtered and decimated alike.
         """
-        decimator, skip, bandwidth = Decimator(self.layout.rows[-1].stop, factor), 0, noise_bandwidth(factor)
+        decimator, skip, bandwidth = Decimator(self._rows[-1].stop, factor), 0, noise_bandwidth(factor)
         waiting = np.empty((self.robot.n + 1, 0))  # times and rows to use that the filter has not given yet
 
         def made(equations: Array) -> Observation:
             nonlocal waiting
             (t, *keep), waiting = waiting[:, : equations.shape[1]], waiting[:, equations.shape[1] :]
             used = [row > 0.0 for row in keep]
-            rows = tuple(equations[own][:, there] for own, there in zip(self.layout.rows, used, strict=True))
-            return Observation(self.layout, rows, tuple(t[there] for there in used), bandwidth)
+            rows = tuple(equations[own][:, there] for own, there in zip(self._rows, used, strict=True))
+            times = tuple(t[there] for there in used)
+            return replace(self.empty, rows=rows, t=times, bandwidth=bandwidth)
 
         for data, keep in pieces:
             if self.robot.spring is not None:  # its table does not go on beyond its ends
@@ -278,12 +246,8 @@ class Observer:
         if factor > 1:
             yield made(decimator.finish())
 
-    def observe(self, data: Measurement, processing: Processing) -> Observation:
-        """Observe one measurement, its rows found by the settings."""
-        return self.observe_rows(*used(data, processing))
-
-    def observe_rows(self, data: Measurement, keep: Mask, decimate: int) -> Observation:
-        """Observe a measurement with the rows to use, N x n, given."""
+    def observe(self, data: Measurement, keep: Mask, decimate: int) -> Observation:
+        """Observe one measurement: its rows to use, N x n, thinned by a factor, as ``used`` finds both."""
         parts = list(self.stream([(data, keep)], decimate))
         rows = tuple(np.concatenate(own, axis=1) for own in zip(*(part.rows for part in parts), strict=True))
         t = tuple(map(np.concatenate, zip(*(part.t for part in parts), strict=True)))
@@ -292,10 +256,10 @@ class Observer:
     def torques(self, motion: Motion, values: Array) -> Array:
         """Torques of the joints that parameters of these values cause [N·m or N], N x n."""
         none = Measurement(motion, np.zeros(motion.q.shape))
-        chi, torque = self.layout.values(values), np.empty(motion.q.shape)
+        chi, torque = self.empty.values(values), np.empty(motion.q.shape)
         for part in _parts(len(motion.t), 1):
             equations = self._evaluated(none, part)
-            for j, (own, touched) in enumerate(zip(self.layout.rows, self.layout.touched, strict=True)):
+            for j, (own, touched) in enumerate(zip(self._rows, self.empty.touched, strict=True)):
                 torque[part, j] = chi[touched] @ equations[own][: len(touched)]
         if self.robot.coupling is not None and self.robot.coupling.rows == "motor":
             return self.robot.coupling.joint_torques(torque)
@@ -307,12 +271,12 @@ class Observer:
         inputs = [motion.q[part], motion.qd[part], motion.qdd[part], data.torque[part]]
         if known_spring(self.robot) is not None:
             inputs.append(before[part, None] if before is not None else np.zeros(1))
-        if PATH in self._evaluated_columns:
+        if PATH in self._code:
             inputs.append(path[part] if path is not None else np.zeros(self.robot.n))
         if self.robot.drives.loaded:
             inputs.append(self._chi)
         equations = self._kernel(*inputs)
-        return equations if self._chosen is None else equations[self._chosen]
+        return equations if self._wanted.all() else equations[self._wanted]
 
 
 def _parts(samples: int, factor: int) -> Iterator[slice]:
@@ -326,26 +290,26 @@ _ROWS = 1024  # per QR: the rows stay in the processor's cache
 
 def recorded(observer: Observer, recordings: Iterable[Used]) -> tuple[Equations, list[Observation]]:
     """Reduce all recordings of one load, and keep the equations of each."""
-    each = [observer.observe_rows(*recording) for recording in recordings]
+    each = [observer.observe(*recording) for recording in recordings]
     return merged(map(reduced, each)), each
 
 
 def reduced(observation: Observation) -> Equations:
     """Reduce the equations of one recording: of each joint's rows the columns that they touch, then spread out."""
-    layout, factors, shared = observation.layout, list[Array](), dict[tuple[int, int], Array]()
-    parts = zip(observation.rows, layout.touched, layout.motors, strict=True)
+    factors, shared = list[Array](), dict[tuple[int, int], Array]()
+    parts = zip(observation.rows, observation.touched, observation.motors, strict=True)
     for j, (rows, touched, motors) in enumerate(parts):
         both = np.zeros((0, len(rows)))
         for k in range(0, rows.shape[1], _ROWS):
             both = np.hstack(compressed(np.vstack([both, rows[:, k : k + _ROWS].T]), len(motors)))
         R, others = np.split(both, [len(touched) + 1], axis=1)
-        wide = np.zeros((len(R), layout.distinct + 1))
+        wide = np.zeros((len(R), observation.distinct + 1))
         wide[:, touched], wide[:, -1] = R[:, :-1], R[:, -1]
-        factors.append(wide[:, [*layout.index, -1]])
+        factors.append(wide[:, [*observation.index, -1]])
         shared |= zip(((j, motor) for motor in motors), others.T, strict=True)
     counts = tuple(rows.shape[1] for rows in observation.rows)
     effective = tuple(observation.bandwidth * count for count in counts)
-    return Equations(layout.columns, tuple(factors), counts, effective, shared)
+    return Equations(observation.columns, tuple(factors), counts, effective, shared)
 
 
 def reduced_pieces(observer: Observer, pieces: Iterable[tuple[Measurement, Mask]], decimate: int = 1) -> Equations:

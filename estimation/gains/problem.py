@@ -14,6 +14,7 @@ while the linearised problem is solved; the load's known mass sets the scale at 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -26,9 +27,9 @@ from ...model.base.rank import random_states
 from ...model.drives import SPRING, parameter_kind
 from ...model.files.robot_file import BodyTable
 from ...model.regressors import regressor_at
-from ..equations.equations import PAYLOAD, Equations, merged, triangular
+from ..equations.equations import PAYLOAD, Equations, check_blocks, merged, triangular
 from ..fit.settings import DEFAULTS, Candidates, Settings
-from ..payload.long_motion import LongMotion, Source, check_blocks, payload_problem
+from ..payload.long_motion import LongMotion, Source, payload_problem
 from ..payload.result import in_payload_frame
 from ..possible.cone import ConeProgram, SolverError, solve_cone
 from ..possible.robot import POWERS, drive_rules, link_indices, typical_length
@@ -74,14 +75,19 @@ def gauss_newton(equations: Equations, weights: Array, free: Sequence[int], know
 
     ``free``: indices of the unknown parameters; ``known``: the others' values, which set the scale, shape (c,).
     """
-    c, factors = len(free), equations.factors
-    k, x = torque_side(factors, free, known)
-    for _ in range(_ROUNDS):
+    c, factors, x, size = len(free), equations.factors, known.copy(), np.ones(len(equations.factors))
+    for _ in range(1 + _ROUNDS):  # the torque side, K_j i_j = W_j x, is linear in K and x
+        rows = [w * factor for w, factor in zip(size, factors, strict=True)]
+        A = np.hstack([np.vstack([R[:, free] for R in rows]), block_diag(*(-R[:, -1:] for R in rows))])
+        solution = decomposed(A).solution(-np.concatenate([R[:, :-1] @ known for R in rows]))
+        K = solution[c:]
+        if not (np.abs(K) > 1e-12 * np.abs(K).max()).all():
+            raise InputError("the payload does not show in the currents: is it in the loaded recording?")
+        x[free], k = solution[:c], 1.0 / K
         # Each joint weighted by the errors of its torque: else a disturbance of the arm's joints outweighs all that
         # the wrist's say.
         middle = float(np.median(np.abs(k)))
         size = weights * np.clip(np.abs(k), middle / _SPREAD, middle * _SPREAD)
-        k, x = torque_side([w * factor for w, factor in zip(size, factors, strict=True)], free, known)
     step = np.full(c + len(k), np.inf)
     for _ in range(_MOST):
         J, error = linearised(factors, weights, k, x, free)
@@ -108,20 +114,6 @@ def gauss_newton(equations: Equations, weights: Array, free: Sequence[int], know
     if dof <= 0.0:
         raise InputError(f"too few samples for {J.shape[1]} unknowns: record longer")
     return CurrentFit(k, x, float(error @ error) / dof * parts.covariance[c:, c:] / np.outer(k, k), dof)
-
-
-def torque_side(factors: Sequence[Array], free: Sequence[int], known: Array) -> tuple[Array, Array]:
-    """Solve on the torque side for k, x of K_j i_j = W_j x, linear in K and x."""
-    c = len(free)
-    by_x, by_K = np.vstack([factor[:, free] for factor in factors]), (-factor[:, -1:] for factor in factors)
-    A, b = np.hstack([by_x, block_diag(*by_K)]), -np.concatenate([factor[:, :-1] @ known for factor in factors])
-    solution = decomposed(A).solution(b)
-    K = solution[c:]
-    if not (np.abs(K) > 1e-12 * np.abs(K).max()).all():
-        raise InputError("the payload does not show in the currents: is it in the loaded recording?")
-    x = known.copy()
-    x[free] = solution[:c]
-    return 1.0 / K, x
 
 
 def linearised(
@@ -256,15 +248,14 @@ class GainProblem(Brief):
 
     def posed_by(self, K: Array) -> tuple[LongMotion, ...]:
         """Pose each mounting's payload problem with torques that gains K give."""
-        ratio, coupling = K / np.array(self.posed_with), self.robot.coupling
-
-        def rescaled(recording: Recording) -> Recording:
-            motors = coupling.motor_torques(recording.torque) if coupling else recording.torque
-            return _with_gains(self.robot, replace(recording, torque=motors), ratio)
+        ratio = K / np.array(self.posed_with)
 
         def changed(problem: LongMotion) -> LongMotion:
             source = problem.source
-            loaded, unloaded = (tuple(map(rescaled, part)) for part in (source.loaded, source.unloaded))
+            loaded, unloaded = (
+                tuple(_with_gains(self.robot, one, ratio, currents=False) for one in part)
+                for part in (source.loaded, source.unloaded)
+            )
             return replace(
                 problem,
                 loaded=_times(problem.loaded, ratio),
@@ -297,35 +288,40 @@ def gain_problem(
         raise InputError(f"the current of joint {joints} is one number throughout: the channel is dead; record it")
     groups, loads = mountings(mounting, load, len(loaded))
     paired = len(loaded) == len(unloaded) or len(groups) < 2  # each loaded recording has its own without payload
-
-    def posed(K: Array, robust: bool) -> tuple[LongMotion, ...]:
-        """Pose each mounting's payload problem, with joint torques that gains K would give."""
-        with_load, without = ([_with_gains(robot, one, K) for one in some] for some in (loaded, unloaded))
-        return tuple(
-            payload_problem(
-                robot,
-                [with_load[k] for k in group],
-                [without[k] for k in group] if paired else without,
-                settings=replace(settings, robust=robust),
-            )
-            for group in groups.values()
-        )
-
     # Friction is not chosen: where no gravity tells a gain, root friction imitates it and makes it look sure.
     asked = settings.friction
     robot = robot if isinstance(asked, Candidates) else robot.with_friction(asked)
-    settings = replace(settings, friction=robot.drives.friction)
+    settings, payloads = replace(settings, friction=robot.drives.friction), payload_columns(len(groups))
+
+    def posed(K: Array, robust: bool) -> tuple[tuple[LongMotion, ...], list[Equations]]:
+        """Pose each mounting's payload problem, with joint torques that gains K would give.
+
+        Besides, the equations of each in the payload's columns of all; each recording is once in them.
+        """
+        problems, together = list[LongMotion](), list[Equations]()
+        with_load, without = ([_with_gains(robot, one, K) for one in some] for some in (loaded, unloaded))
+        for group, names in zip(groups.values(), payloads, strict=True):
+            bare = [without[k] for k in group] if paired else without
+            problem = payload_problem(
+                robot, [with_load[k] for k in group], bare, settings=replace(settings, robust=robust)
+            )
+            part = problem.loaded if together and not paired else problem.both
+            part, base = in_payload_frame(problem.robot, part), problem.base.columns
+            named = part.transformed(np.eye(len(part.columns)), (*base, *names))
+            together.append(named.select((*base, *chain.from_iterable(payloads))))
+            problems.append(problem)
+        return tuple(problems), together
+
     usual = np.full(robot.n, _USUAL)
-    equations = _times(merged(_together(posed(usual, robust=False), paired)), 1.0 / usual)
+    equations = _times(merged(posed(usual, robust=False)[1]), 1.0 / usual)
     # How long residuals remember shows only once the joints' torques are to scale; all of them by one factor is
     # enough.
     try:
-        K = 1.0 / free_gains(equations, current_weights(equations), loads).k
+        K = 1.0 / free_gains(equations, loads).k
         K *= _USUAL / K.mean()
     except InputError:  # raised again when the gains are asked for
         K = usual
-    problems, deletions, reason = posed(K, robust=True), list[tuple[Equations, ...]](), ""
-    together = _together(problems, paired)
+    (problems, together), deletions, reason = posed(K, robust=True), list[tuple[Equations, ...]](), ""
     if robot.drives.loaded:  # the load that friction grows with shows in torques to scale
         equations = _times(merged(part.whole for part in together), 1.0 / K)
     try:
@@ -343,31 +339,23 @@ def gain_problem(
     return GainProblem(description, equations, tuple(groups), loads, source, problems, by, tuple(deletions), reason)
 
 
-def _together(problems: Sequence[LongMotion], paired: bool) -> list[Equations]:
-    """Join the equations of each mounting in the payload's columns of all; each recording once."""
-    payloads, everything = payload_columns(len(problems)), list[Equations]()
-    for problem, names in zip(problems, payloads, strict=True):
-        part = problem.loaded if everything and not paired else problem.both
-        part, base = in_payload_frame(problem.robot, part), problem.base.columns
-        named = part.transformed(np.eye(len(part.columns)), (*base, *names))
-        everything.append(named.select((*base, *(name for each in payloads for name in each))))
-    return everything
-
-
-def _with_gains(robot: Robot, recording: Recording, K: Array) -> Recording:
-    """Give a recording the joint torques of its motor currents, or torques, times K."""
-    torque = recording.torque * K
-    return replace(recording, torque=robot.coupling.joint_torques(torque) if robot.coupling else torque)
+def _with_gains(robot: Robot, recording: Recording, K: Array, currents: bool = True) -> Recording:
+    """Give a recording the joint torques of its motor currents, or of its joint torques, times K."""
+    coupling, torque = robot.coupling, recording.torque
+    if coupling is None:
+        return replace(recording, torque=torque * K)
+    motors = torque if currents else coupling.motor_torques(torque)
+    return replace(recording, torque=coupling.joint_torques(motors * K))
 
 
 def _times(equations: Equations, ratio: Array) -> Equations:
     """Multiply right-hand sides of joint j by ``ratio[j]``."""
-    changes = [np.append(np.ones(len(equations.columns)), joint_ratio) for joint_ratio in ratio]
-    factors = tuple(factor * change for factor, change in zip(equations.factors, changes, strict=True))
+    every = zip(equations.factors, ratio, strict=True)
+    factors = tuple(np.column_stack([own[:, :-1], joint_ratio * own[:, -1]]) for own, joint_ratio in every)
     return replace(equations, factors=factors, blocks=tuple(_times(block, ratio) for block in equations.blocks))
 
 
-def free_gains(equations: Equations, weights: Array, loads: Sequence[KnownLoad]) -> CurrentFit:
+def free_gains(equations: Equations, loads: Sequence[KnownLoad]) -> CurrentFit:
     """Solve for gains, base parameters and what is unknown of the payload, without constraints."""
     values = known_values(loads) | {name: 1.0 for name in equations.columns if parameter_kind(name) == SPRING}
     free = [k for k, name in enumerate(equations.columns) if name not in values]
@@ -381,7 +369,7 @@ def free_gains(equations: Equations, weights: Array, loads: Sequence[KnownLoad])
             break
     else:
         raise InputError("the payload does not show in the currents: is it in the loaded recording?")
-    fitted = gauss_newton(equations, weights, free, known)
+    fitted = gauss_newton(equations, current_weights(equations), free, known)
     negative = [str(j) for j, k in enumerate(fitted.k, 1) if k <= 0.0]
     if not negative:
         return fitted

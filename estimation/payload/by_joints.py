@@ -1,26 +1,32 @@
-"""Payload by single joints: the sharpest free test of drive gains, friction and description.
+"""Payload by single joints: the sharpest free test of drive gains, friction and description; and by recordings.
 
-By torque differences (29) where there are pairs, otherwise by the loaded torques less the robot's (23).
+By torque differences (29) where there are pairs, otherwise by the loaded torques less the robot's (23). Several
+recordings of one payload show how they scatter and how they drift.
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-from msgspec import UNSET, UnsetType, structs
+from msgspec import UNSET, UnsetType
 from scipy.linalg import block_diag
 
 from ...common import Array, Brief, Document, Float, InputError, decomposed
 from ..equations.equations import PAYLOAD
-from ..fit.covariance import jackknife, student95
+from ..fit.covariance import birge, jackknife, student95
+from ..fit.estimate import error_model
 from ..fit.linear_problem import LinearProblem
-from .methods import PayloadProblem, from_difference, from_robot
+from ..possible.payload import rise_p_value
+from .methods import PayloadProblem, from_difference, from_robot, payload_estimate
+from .pairs import Order
 from .short_motion import ShortMotion
 
 _BLURRED = 0.05  # of noise in the torque that the other joints' payload predicts: above, a ratio says nothing
 _HIDDEN = 1e-6  # fraction of the mass in undetermined directions above which it is not visible
 _BLIND = 1e3  # sigma over the best group's above which a mass is not visible: one joint at rest hardly shows it
+_DRIFTS = 0.05  # probability below which a trend is called a drift
 WITHOUT_BLOCKS = 4.0
 """Factor on the formula's sigmas where no jackknife is possible: on real data up to 4.1 times too small."""
 
@@ -47,11 +53,13 @@ class JointsMass(Document, frozen=True):
         mass: float | None = None,
         sigma: float = float("nan"),
         degrees_of_freedom: float = float("inf"),
+        share: float | UnsetType | None = UNSET,
+        share_sigma: float | UnsetType = UNSET,
     ) -> Self:
         """Take a mass, if there is one, with the interval by Student's t of so many degrees of freedom."""
         half = student95(degrees_of_freedom) * sigma
         interval95 = None if mass is None else (mass - half, mass + half)
-        return cls(tuple(joints), mass is not None, mass, sigma, interval95)
+        return cls(tuple(joints), mass is not None, mass, sigma, interval95, share, share_sigma)
 
     @property
     def name(self) -> str:
@@ -125,21 +133,20 @@ def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
     blind = variance > _BLIND**2 * np.nan_to_num(variance[: len(groups)], nan=np.inf).min()
     numbers = [None if np.isnan(value) else float(value) for value in np.where(blind, np.nan, values)]
     sigmas = np.sqrt(variance).tolist()
-    masses = [JointsMass.made(group, numbers[k], sigmas[k], dof) for k, group in enumerate(groups)]
     # The first groups are the single joints, to which the ratios belong.
-    single = [
-        structs.replace(own, share=share, share_sigma=sigma)
-        for own, share, sigma in zip(masses, numbers[len(groups) :], sigmas[len(groups) :], strict=False)
-    ]
-    return ByJoints((*single, *masses[len(single) : len(listed)]), tuple(masses[len(listed) :]), dof)
+    ratios = [*zip(numbers[len(groups) :], sigmas[len(groups) :], strict=True)]
+    shares = [*ratios, *[(UNSET, UNSET)] * (len(groups) - len(joints))]
+    every = zip(groups, numbers, sigmas, shares, strict=False)
+    masses = tuple(JointsMass.made(group, mass, sigma, dof, *share) for group, mass, sigma, share in every)
+    return ByJoints(masses[: len(listed)], masses[len(listed) :], dof)
 
 
 def _numbers(
     problem: LinearProblem, weights: Array, groups: Sequence[Sequence[int]], joints: Sequence[int]
 ) -> Array:
-    """Estimate the mass by the equations of groups of joints, then the payload ratio of joints, all from 1.
+    """Estimate the mass by groups of joints, then the payload ratio of joints, all from 1.
 
-    Returns a row a number: value, variance by the formula, and its between-session part; nan where undetermined.
+    A row a number: value, variance by the formula, and its between-session part; nan where undetermined.
     """
     unknown, given = problem.unknown.select(problem.wanted), problem.fixed
     taken = problem.equations.whole.select([name for group in given for name in group.names]).factors
@@ -176,3 +183,74 @@ def _numbers(
         size = float(whitened @ predicted)
         rows[k] = float(whitened @ y) / size, 1.0 / size, 0.0
     return rows
+
+
+class Repeats(Document, frozen=True):
+    """Masses [kg] of single recordings, how much more they scatter than they should, and how they drift."""
+
+    sources: tuple[str, ...]  # in the order they were given
+    masses: tuple[float | None, ...]  # nan where a recording alone does not show it
+    sigmas: tuple[float | None, ...]
+    spread: float | None  # standard deviation from recording to recording; nan with fewer than two
+    excess: float  # by how much they scatter more than their own sigmas say (Birge ratio), at least 1
+    drift_per_recording: float | None  # from one to the next; None with fewer than three
+    drift_sigma: float | None
+    drifts: bool  # steadily, which a payload does not: the drives warm up, or a gain drifts
+    order: str | UnsetType = UNSET  # of the recordings, where it takes a drift off that is linear in time
+
+    @classmethod
+    def made(
+        cls, sources: Sequence[str], masses: Sequence[float], sigmas: Sequence[float], order: Order | None = None
+    ) -> Self:
+        """Compute from the mass of each recording and its standard deviation; a drift changes sign with gaps."""
+        k = np.flatnonzero(np.isfinite(masses))
+        seen, own = np.array(masses)[k], np.array(sigmas)[k]
+        text, at = (order.text, order.gaps[k]) if order is not None and order.gaps.size else ("", k)
+        step, sigma, taken_off = None, None, np.zeros(len(k))
+        if len(k) > (1 if text else 2):  # slope over the recordings' numbers, and its deviation by their scatter
+            A = np.column_stack([np.ones(len(k)), at]) / own[:, None]
+            parts = decomposed(A)
+            slope = parts.solution(seen / own)
+            left = float(np.sum((seen / own - A @ slope) ** 2)) / max(len(k) - 2, 1)
+            taken_off = slope[1] * at if text else taken_off
+            step, sigma = float(slope[1]), float(np.sqrt((parts.covariance * max(left, 1.0))[1, 1]))
+        return cls(
+            tuple(sources),
+            tuple(masses),
+            tuple(sigmas),
+            spread=float(np.std(seen, ddof=1)) if len(k) > 1 else float("nan"),
+            excess=birge(seen - taken_off, own),
+            drift_per_recording=step,
+            drift_sigma=sigma,
+            drifts=not text
+            and bool(sigma and step and rise_p_value((step / sigma) ** 2, 1, float(len(k) - 2)) < _DRIFTS),
+            order=text or UNSET,
+        )
+
+
+def repeats_of(problem: PayloadProblem) -> Repeats | None:
+    """Identify each recording of a short motion singly, or each pair of a long one by method 3.
+
+    None of a single one, of a short motion if the mass is the scale's, of a long one if no order takes a drift off.
+    """
+    source, runs = problem.source, problem.runs
+    if len(runs) < 2:
+        return None
+    order, each, method = Order.of(source.loaded, source.unloaded), list[PayloadProblem](), 3
+    if isinstance(problem, ShortMotion):
+        method = problem.method
+        if problem.visibility.mass_visible:
+            each = [replace(problem, runs=(run,)) for run in runs]
+    elif order.gaps.size == len(runs):
+        loaded, unloaded = problem.loaded.whole, problem.unloaded and problem.unloaded.whole
+        each = [replace(problem, loaded=loaded, unloaded=unloaded, difference=run) for run in runs]
+    if not each:
+        return None
+    masses, sigmas = ([float("nan")] * len(runs) for _ in range(2))
+    for k, own in enumerate(each):
+        with suppress(InputError):  # one recording alone may not do
+            estimate = payload_estimate(own, method)
+            if not estimate.from_scale and 9 in estimate.indices:
+                model = error_model(estimate.estimate)
+                masses[k], sigmas[k] = model["M_L"], float(model.sigma[model.names.index("M_L")])
+    return Repeats.made([recording.source for recording in source.loaded], masses, sigmas, order)

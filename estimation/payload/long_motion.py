@@ -9,7 +9,8 @@ what it changes is part of the uncertainty: alignment takes part of a sag for a 
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -23,25 +24,18 @@ from ...model.drives import joint_of, parameter_kind
 from ...model.friction import is_friction
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
-from ..equations.equations import PAYLOAD, Equations, merged
+from ..equations.equations import PAYLOAD, Equations, check_blocks, merged
 from ..equations.observer import PATH, Observation, Observer, Used, recorded, reduced, used
-from ..fit.blocks import (
-    FEWEST,
-    SHORTEST,
-    Remembered,
-    block_edges,
-    block_length,
-    in_blocks,
-    remembered,
-    weighted_solution,
-)
+from ..fit import blocks
+from ..fit.blocks import weighted_solution
 from ..fit.estimate import Estimate, Fit, error_model
 from ..fit.linear_problem import Known, LinearProblem, SoftPrior, left_out, weighted
 from ..fit.own_equations import TermChoice, check_moving, filtered, under_own_load, with_friction
 from ..fit.settings import DEFAULTS, Settings
-from ..signals.alignment import AlignedPair
+from ..signals.alignment import AlignedPair, best_aligned, check_mismatch
+from ..signals.filtering import grid_rate, measurement
 from ..signals.plausibility import check_apart, check_given, check_recordings, without_dead
-from .pairs import PairedMeasurement, cut_alike, side_by_side, torque_change
+from .pairs import PairedMeasurement, Recordings, cut_alike, torque_change
 
 
 class Source(NamedTuple):
@@ -83,15 +77,10 @@ class LongMotion(Brief):
     few: bool = False  # blocks as long as that memory asks for would be too few, so that shorter ones were cut
 
     def __post_init__(self) -> None:
-        """Refuse another model's robot, and blocks of one motion that are not as many."""
-        check_known(self.robot, self.base, self.known)
+        """Refuse blocks of one motion that are not as many."""
         counts = {len(part.blocks) for part in (self.loaded, self.unloaded, self.difference) if part}
         if self.paired and self.loaded.blocks and len(counts) > 1:
             raise ValueError("paired blocks must be as many without and with payload")
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Pickle the fields; what was computed from them is computed again."""
-        return {own.name: getattr(self, own.name) for own in fields(self)}
 
     @property
     def paired(self) -> bool:
@@ -129,7 +118,7 @@ class LongMotion(Brief):
         rate = source.processing.equations_a_second(source.unloaded[0].rate)
         return np.sqrt(np.median(self.inflation)) * own.noise, rate * self.unloaded.independent
 
-    @cached_property
+    @property
     def robot_known(self) -> Known:
         """Robot's parameters for method 1: from an earlier identification, else without payload."""
         own, unloaded = self.bare, self.unloaded
@@ -140,10 +129,8 @@ class LongMotion(Brief):
                 "method 1 needs the robot's parameters: give a recording without payload or --robot-parameters"
             )
         # Blocks of time hold the recording they come from.
-        known = stored_robot(own)._replace(lasting=0.0 * own.covariance)
-        if not unloaded.blocks:
-            return known
-        return known._replace(left_out=lambda: left_out(unloaded, own.names, own.weights).values[:-1, :, 0])
+        each = (lambda: left_out(unloaded, own.names, own.weights).values[:-1, :, 0]) if unloaded.blocks else None
+        return stored_robot(own)._replace(lasting=0.0 * own.covariance, left_out=each)
 
     @property
     def corrected(self) -> bool:
@@ -153,13 +140,10 @@ class LongMotion(Brief):
     @cached_property
     def friction(self) -> Mapping[str, SoftPrior]:
         """Frictions of the robot that may be others under load, and how far."""
-        try:
-            robot = self.robot_estimate
-        except InputError:  # by method 3 it is not needed
-            robot = None
-        if robot is None or not self.inflation:
-            return {}
-        return friction_changes(robot, self.inflation, self.settings.friction_change)
+        with suppress(InputError):  # by method 3 the robot is not needed
+            if self.inflation and (robot := self.robot_estimate) is not None:
+                return friction_changes(robot, self.inflation, self.settings.friction_change)
+        return {}
 
     @cached_property
     def both(self) -> Equations:
@@ -173,8 +157,8 @@ class LongMotion(Brief):
         unloaded = self.unloaded.select(loaded.columns)
         if not (self.paired and unloaded.blocks and loaded.blocks):
             return merged([unloaded, loaded])
-        blocks = tuple(map(merged, zip(unloaded.blocks, loaded.blocks, strict=True)))
-        return replace(merged([unloaded.whole, loaded.whole]), blocks=blocks, block_length=loaded.block_length)
+        both = tuple(map(merged, zip(unloaded.blocks, loaded.blocks, strict=True)))
+        return replace(merged([unloaded.whole, loaded.whole]), blocks=both, block_length=loaded.block_length)
 
     @property
     def left_out(self) -> tuple[tuple[tuple[int, int], ...], ...]:
@@ -187,39 +171,24 @@ class LongMotion(Brief):
         if self.paired:
             return (tuple((b, b if unloaded else -1) for b in range(loaded)),)
         groups = tuple((-1, b) for b in range(unloaded)), tuple((b, -1) for b in range(loaded))
-        return groups if unloaded else groups[1:]
-
-    @property
-    def block_length(self) -> float:
-        """Shortest length of a block [s], unless a whole recording is shorter."""
-        return self.loaded.block_length
+        return tuple(filter(None, groups))
 
 
-def check_blocks(*counts: int) -> None:
-    """Refuse so few blocks of time that none can be left out."""
-    if min(counts) < 2:
-        raise InputError("robust standard deviations need two blocks of time at least: record longer")
-
-
-def check_known(robot: Robot, base: BaseParameters, known: Estimate | None) -> None:
-    """Refuse a robot known earlier whose parameters are not those of this model."""
-    if known is not None and known.names != base.columns:
+def measured_part(known: Estimate, robot: Robot) -> Estimate:
+    """Take a robot known earlier in the base parameters that measured torques leave; refuse another model's."""
+    if not known.fit.rows:  # values of the user's own owe nothing to the errors of any joint's gain
+        S, none = np.zeros((len(known.values), robot.n)), np.zeros(robot.n)
+        known = replace(known, fit=Fit(none, none, (0,) * robot.n), gain_sensitivity=S)
+    base = base_parameters(robot)
+    if robot.drives.unmeasured and set(known.names) <= set(base.standard):
+        return known.mapped(base.effect_of(known.names), base.columns)
+    if known.names != base.columns:
         missing = sorted(set(known.names) ^ set(base.columns)) or ["their order"]
         raise InputError(
             f"the stored robot parameters are of another model of {robot.name}: they differ in "
             f"{', '.join(missing[:8])}: identify the robot again with the same options"
         )
-
-
-def measured_part(known: Estimate, robot: Robot) -> Estimate:
-    """Take a robot known earlier in the base parameters that are left where joints' torques are not measured."""
-    if not known.fit.rows:  # values of the user's own owe nothing to the errors of any joint's gain
-        S, none = np.zeros((len(known.values), robot.n)), np.zeros(robot.n)
-        known = replace(known, fit=Fit(none, none, (0,) * robot.n), gain_sensitivity=S)
-    base = base_parameters(robot)
-    if not robot.drives.unmeasured or not set(known.names) <= set(base.standard):
-        return known
-    return known.mapped(base.effect_of(known.names), base.columns)
+    return known
 
 
 def stored_robot(robot: Estimate) -> Known:
@@ -244,8 +213,8 @@ def prior_of(known: Estimate | None, inflation: tuple[float, ...], loaded: Equat
 @one_thread()
 def payload_problem(
     robot: Robot,
-    loaded: Sequence[Recording],
-    unloaded: Sequence[Recording] = (),
+    loaded: Recordings,
+    unloaded: Recordings = (),
     known: Estimate | None = None,
     settings: Settings = DEFAULTS,
 ) -> LongMotion:
@@ -285,9 +254,27 @@ def payload_problem(
     loaded, unloaded, lags = cut_alike(loaded, unloaded, processing)
     without, under_load = filtered(unloaded, processing, progress), filtered(loaded, processing, progress)
     progress("aligning recordings with and without payload")
-    compared, together, reason = side_by_side(loaded, unloaded, lags, under_load, processing)
-    if reason and 3 in (settings.methods or ()):
-        raise InputError(f"method 3 cannot be used: {reason}")
+    compared, together, reason = tuple[AlignedPair, ...](), list[PairedMeasurement](), ""
+    try:
+        if not unloaded:
+            raise InputError("no recordings without payload")
+        if len(loaded) != len(unloaded):
+            raise InputError(
+                f"{len(unloaded)} recordings without and {len(loaded)} with payload do not form pairs: method 3 "
+                "needs each trajectory once without and once with it, in the same order"
+            )
+        each = zip(unloaded, loaded, lags, strict=True)
+        compared = tuple(best_aligned(a, b, grid_rate(b, processing), lag) for a, b, lag in each)
+        for pair, data in zip(compared, under_load, strict=True):
+            check_mismatch(pair, processing.max_mismatch)
+            # The loaded recording was filtered already, unless it was cut to what both have in common.
+            whole = len(pair.loaded.t) == len(data.motion.t)
+            with_load = data if whole else measurement(pair.loaded, processing)
+            together.append(PairedMeasurement(measurement(pair.unloaded, processing), with_load, pair.lag))
+    except InputError as error:
+        together, reason = [], str(error)
+        if 3 in (settings.methods or ()):
+            raise InputError(f"method 3 cannot be used: {reason}") from None
     for recordings in filter(None, (loaded, unloaded)):
         check_moving(robot, base, recordings)
     progress("cutting into blocks" if settings.robust else "reducing")
@@ -313,9 +300,9 @@ def long_motion(
     Where there are ``pairs``, the k-th unloaded measurement is that of the k-th pair; ``known``: without unloaded
     ones the errors are those that the robot's parameters leave.
     """
-    base, processing = base_parameters(robot), settings.processing_of(robot)
-    observer = Observer(robot, (*base.columns, *payload_columns(robot), PATH))
-    both = observer.only((*base.columns, *payload_columns(robot)), (*base.columns, *PAYLOAD))
+    base, processing, ten = base_parameters(robot), settings.processing_of(robot), payload_columns(robot)
+    observer = Observer(robot, (*base.columns, *ten, PATH))
+    both = observer.only((*base.columns, *ten), (*base.columns, *PAYLOAD))
     loads, chi = dict[str, tuple[Equations, list[Observation]]](), np.zeros(len(base.columns))
     of_unloaded, of_loaded = ([used(data, processing) for data in group] for group in (unloaded, loaded))
     if unloaded:
@@ -324,30 +311,39 @@ def long_motion(
         chi = known.values
     loads["loaded"], values = under_own_load(both, of_loaded, chi)
     if pairs:
-        loads["difference"] = _changes(observer.at(values), base, pairs, loads["unloaded"][0], processing)
+        # (29), Y_T - Y_wL, the torque that the robot needs more on the loaded path taken off.
+        bare, under_load, changes = loads["unloaded"][0], observer.at(values), list[Used]()
+        own, more, friction = weighted_solution(bare), robot_of(bare), list(filter(is_friction, base.columns))
+        grows = [k for k, name in enumerate(base.columns) if parameter_kind(name) in robot.drives.loaded]
+        more[grows] = own[grows]  # by which the payload's load makes friction differ
+        with_load, without = under_load.only(base.columns), under_load.only(base.columns).at(own)
+        for pair in pairs:
+            path = with_load.torques(pair.loaded.motion, more) - without.torques(pair.unloaded.motion, more)
+            data = torque_change(robot, pair.unloaded, pair.loaded, path)
+            changes.append(used(pair.loaded, processing, pair.unloaded.motion)._replace(data=data))
+        columns, names = (*ten, PATH, *friction), (*PAYLOAD, PATH, *friction)
+        loads["difference"] = recorded(under_load.only(columns, names), changes)
     parts: dict[str, Any] = {name: equations for name, (equations, _) in loads.items()}
     source, carried = Source((), (), processing), values[len(base.columns) :]
     motion = LongMotion(robot, base, **parts, source=source, known=known, settings=settings, carried=carried)
     if not settings.robust:
         return motion
     # Memory is judged by what W alone leaves; of a difference, by what is left without friction.
-    judged = {"loaded": base.columns, "unloaded": base.columns, "difference": (*PAYLOAD, PATH)}
-    memory = {
-        name: remembered(recordings, equations.select(judged[name]))
-        for name, (equations, recordings) in loads.items()
-    }
-    spans, length = memory["loaded"].spans, block_length(list(memory.values()))
+    judged, memory = {"difference": (*PAYLOAD, PATH)}, dict[str, blocks.Remembered]()
+    for name, (equations, recordings) in loads.items():
+        memory[name] = blocks.remembered(recordings, equations.select(judged.get(name, base.columns)))
+    spans, length = memory["loaded"].spans, blocks.block_length(list(memory.values()))
     # Where blocks that are as long as memory asks for are too few under load, shorter ones are cut.
-    few = sum(len(block_edges(ends, length)) - 1 for ends in spans) < FEWEST
-    length = SHORTEST if few else length
-    edges = {name: [block_edges(ends, length) for ends in load.spans] for name, load in memory.items()}
+    few = sum(len(blocks.block_edges(ends, length)) - 1 for ends in spans) < blocks.FEWEST
+    length = blocks.SHORTEST if few else length
+    edges = {name: [blocks.block_edges(ends, length) for ends in load.spans] for name, load in memory.items()}
     if pairs:  # where their partners are, on the clock without payload
         edges["difference"] = edges["loaded"]
         edges["unloaded"] = [ends - pair.lag for ends, pair in zip(edges["loaded"], pairs, strict=True)]
-    parts = {name: in_blocks(*load, edges[name], length) for name, load in loads.items()}
+    parts = {name: blocks.in_blocks(*load, edges[name], length) for name, load in loads.items()}
     if len(pairs) > 1:
         each = zip(loads["difference"][1], edges["difference"], strict=True)
-        parts["runs"] = tuple(in_blocks(reduced(own), [own], [ends], length) for own, ends in each)
+        parts["runs"] = tuple(blocks.in_blocks(reduced(own), [own], [ends], length) for own, ends in each)
     inflation = memory["loaded"].inflation
     if known is not None and not unloaded:
         # By what a known robot leaves of the loaded recordings, payload and friction found with it: all of its
@@ -357,34 +353,11 @@ def long_motion(
         rest = equations.minus([known.names[k] for k in rigid], known.values[rigid])
         chi = np.append(known.values, np.zeros(len(PAYLOAD)))
         chi[[equations.columns.index(name) for name in rest.columns]] = weighted_solution(rest)
-        inflation = Remembered.of(recordings, chi).inflation
+        inflation = blocks.Remembered.of(recordings, chi).inflation
         if known.robust is not None:  # a few seconds of load show less memory than its own recordings did
             before = float(np.median((known.robust.sigma / np.maximum(known.sigma, 1e-300)) ** 2))
             inflation = tuple(max(factor, before) for factor in inflation)
     return replace(motion, **parts, inflation=inflation, few=few)
-
-
-def _changes(
-    observer: Observer,
-    base: BaseParameters,
-    pairs: Sequence[PairedMeasurement],
-    unloaded: Equations,
-    processing: Processing,
-) -> tuple[Equations, list[Observation]]:
-    """Equations (29) of pairs, Y_T - Y_wL, the torque that the robot needs more on the loaded path taken off."""
-    friction = [name for name in base.columns if is_friction(name)]
-    own, chi = weighted_solution(unloaded), robot_of(unloaded)
-    grows = [k for k, name in enumerate(base.columns) if parameter_kind(name) in observer.robot.drives.loaded]
-    chi[grows] = own[grows]  # by which the payload's load makes friction differ
-    with_load, without = observer.only(base.columns), observer.only(base.columns).at(own)
-
-    def change(pair: PairedMeasurement) -> Used:
-        loaded = used(pair.loaded, processing, pair.unloaded.motion)
-        path = with_load.torques(pair.loaded.motion, chi) - without.torques(pair.unloaded.motion, chi)
-        return loaded._replace(data=torque_change(observer.robot, pair.unloaded, pair.loaded, path))
-
-    columns = (*payload_columns(observer.robot), PATH, *friction)
-    return recorded(observer.only(columns, (*PAYLOAD, PATH, *friction)), map(change, pairs))
 
 
 _UNSURE = 0.25  # fraction of the path's correction that may be wrong (1 sigma)
@@ -407,12 +380,10 @@ def robot_of(unloaded: Equations) -> Array:
     return np.where([is_friction(name) for name in unloaded.columns], 0.0, values)
 
 
-def known_path(columns: Sequence[str], joints: int) -> tuple[Known, ...]:
+def known_path(joints: int) -> Known:
     """Prior of the torque of paths that differ: nothing of it is left, but for a quarter."""
-    if PATH not in columns:
-        return ()
     zero = np.zeros((1, 1))
-    return (Known((PATH,), zero[0], zero, zero + _UNSURE**2, gain_sensitivity=np.zeros((1, joints))),)
+    return Known((PATH,), zero[0], zero, zero + _UNSURE**2, gain_sensitivity=np.zeros((1, joints)))
 
 
 def friction_changes(robot: Estimate, inflation: Sequence[float], ratio: float) -> dict[str, SoftPrior]:

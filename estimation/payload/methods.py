@@ -67,17 +67,31 @@ class ChangeOfParameters(Brief):
 
     def solved(self, weights: Array | None = None) -> Estimate:
         """Estimate the payload's ten parameters."""
-        after = weighted(self.loaded, weights)
-        C = (self.before.covariance + after.covariance)[np.ix_(self.indices, self.indices)]
-        x, covariance, inverse = _generalised(self.G, (after.values - self.before.values)[self.indices], C)
+        after, k = weighted(self.loaded, weights), self.indices
+        C = (self.before.covariance + after.covariance)[np.ix_(k, k)]
+        change = (after.values - self.before.values)[k]
+        x, covariance, inverse = _generalised(self.G, change, C)
+        # By the gains' relative errors, the change of the weights by them included: of x = (G'C^-1G)^-1 G'C^-1 d is
+        # dx = inverse (dd - dC C^-1 (d - G x)), C the variances of both.
+        weighted_rest, by_gains = np.linalg.solve(C, change - self.G @ x), np.zeros((len(k), len(after.weights)))
+        for equations, estimate, sign in ((self.unloaded, self.before, -1.0), (self.loaded, after, 1.0)):
+            assert estimate.gain_sensitivity is not None
+            by_gains += sign * estimate.gain_sensitivity[k]
+            # The residual's variance grows as its errors do with each motor's torque.
+            chi = np.append(-estimate.values, 1.0)
+            errors = [w * factor @ chi for w, factor in zip(estimate.weights, equations.factors, strict=True)]
+            size = max(sum(float(error @ error) for error in errors), np.finfo(float).tiny)
+            every = zip(errors, estimate.weights, equations.by_motor(), strict=True)
+            grown = 2.0 * sum(error @ (w * torques) for error, w, torques in every) / size
+            by_gains -= np.outer(estimate.covariance[np.ix_(k, k)] @ weighted_rest, grown)
         return Estimate(
-            names=PAYLOAD,
-            values=x,
-            covariance=covariance,
+            PAYLOAD,
+            x,
+            covariance,
             degrees_of_freedom=min(self.before.degrees_of_freedom, after.degrees_of_freedom),
             fit=fit(self.both, np.concatenate([self.before.values, x])),
             weights=after.weights,
-            gain_sensitivity=inverse @ self._change_by_gains(after, x),
+            gain_sensitivity=inverse @ by_gains,
         )
 
     def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
@@ -100,27 +114,6 @@ class ChangeOfParameters(Brief):
         """HAC (sandwich) covariance: the formula's times the median over joints of the inflation by memory."""
         return np.asarray(float(np.median(inflation)) * self.solved(weights).covariance)
 
-    def _change_by_gains(self, after: Estimate, x: Array) -> Array:
-        """Derivatives of chi_T - chi by the relative errors of the drive gains, the change of its weights included.
-
-        Of x = (G'C^-1G)^-1 G'C^-1 d: dx = inverse (dd - dC C^-1 (d - G x)), C the variances of both.
-        """
-        at = np.ix_(self.indices, self.indices)
-        rest = (after.values - self.before.values)[self.indices] - self.G @ x
-        weighted_rest = np.linalg.solve((self.before.covariance + after.covariance)[at], rest)
-        change = np.zeros((len(rest), len(after.weights)))
-        for equations, estimate, sign in ((self.unloaded, self.before, -1.0), (self.loaded, after, 1.0)):
-            assert estimate.gain_sensitivity is not None
-            change += sign * estimate.gain_sensitivity[self.indices]
-            # The residual's variance grows as its errors do with each motor's torque.
-            chi = np.append(-estimate.values, 1.0)
-            errors = [w * factor @ chi for w, factor in zip(estimate.weights, equations.factors, strict=True)]
-            size = max(sum(float(error @ error) for error in errors), np.finfo(float).tiny)
-            every = zip(errors, estimate.weights, equations.by_motor(), strict=True)
-            grown = 2.0 * sum(error @ (w * torques) for error, w, torques in every) / size
-            change -= np.outer(estimate.covariance[at] @ weighted_rest, grown)
-        return change
-
 
 def _generalised(G: Array, change: Array, C: Array) -> tuple[Array, Array, Array]:
     """Solve G x = change with covariance C by generalised least squares: x, its covariance, x by the change."""
@@ -137,10 +130,9 @@ def from_change(motion: LongMotion) -> ChangeOfParameters:
     """Method 2, (24)-(28)."""
     if motion.bare is None or motion.unloaded is None:
         raise InputError("method 2 needs a recording without payload")
-    columns, flange = motion.base.columns, motion.robot.flange
+    columns, both = motion.base.columns, in_payload_frame(motion.robot, motion.loaded)
     indices = [k for k, name in enumerate(columns) if not is_friction(name) and parameter_kind(name) != "IA"]
-    G = motion.base.effect_of(payload_columns(motion.robot))[indices]
-    G, both = G if flange.is_identity else G @ frame_change(flange), in_payload_frame(motion.robot, motion.loaded)
+    G = motion.base.effect_of(payload_columns(motion.robot))[indices] @ frame_change(motion.robot.flange)
     return ChangeOfParameters(motion.bare, motion.unloaded, motion.loaded.select(columns), both, indices, G)
 
 
@@ -155,8 +147,7 @@ def from_difference(motion: LongMotion) -> LinearProblem:
         raise InputError(f"method 3 cannot be used: {motion.why_no_pair}")
     there = [name for name in motion.difference.columns if name in (*PAYLOAD, PATH, *motion.friction)]
     difference = in_payload_frame(motion.robot, motion.difference.select(there))
-    path = known_path(difference.columns, motion.robot.n)
-    return LinearProblem(difference, PAYLOAD, path, soft=motion.friction)
+    return LinearProblem(difference, PAYLOAD, (known_path(motion.robot.n),), soft=motion.friction)
 
 
 def global_fit(motion: LongMotion) -> LinearProblem:
@@ -194,7 +185,7 @@ PREFERRED = (3, 4, 1, 2)
 """Methods in the order of their expected errors, where each can be used and a pair ran one path."""
 ONE_PATH = 2e-3  # distance of positions [rad or m], rms of the worst joint, above which a pair is not of one path
 METHODS: dict[int, Callable[[LongMotion], Posed]]
-METHODS = dict(enumerate((from_robot, from_change, from_difference, global_fit), 1))
+METHODS = {1: from_robot, 2: from_change, 3: from_difference, 4: global_fit}
 """Methods of the paper by number."""
 
 
@@ -241,18 +232,17 @@ def recommended_method(problem: PayloadProblem, methods: Iterable[int]) -> tuple
     differ, method 3 must subtract the robot's own torque difference, which adds an error that method 4 does not
     have. To choose by the shortest interval would be biased.
     """
-    there = sorted(methods, key=PREFERRED.index)
-    apart = max((pair.rms_mismatch for pair in problem.source.compared), default=float("inf"))
+    there, compared = sorted(methods, key=PREFERRED.index), problem.source.compared
+    apart = max((pair.rms_mismatch for pair in compared), default=float("inf"))
     if there[:2] == [3, 4] and apart > ONE_PATH:
         there.remove(3)
-    reason = ""
-    if len(there) > 1 and there[0] == 3 and apart <= ONE_PATH:
+    best, reason = there[0], ""
+    if len(there) > 1 and best == 3 and apart <= ONE_PATH:
         unit = "mrad" if all(joint.revolute for joint in problem.robot.joints) else "mrad or mm"
         reason = f"both follow one path (within {max(1e3 * apart, 0.01):.2g} {unit}), so errors of the model cancel"
-    elif len(there) > 1 and there[0] == 4 and apart > ONE_PATH:
-        which = "not every pair" if len(problem.source.compared) > 1 else "no pair"
-        reason = f"{which} follows one path, which method 3 needs"
-    return there[0], reason
+    elif len(there) > 1 and best == 4 and apart > ONE_PATH:
+        reason = f"{'not every' if len(compared) > 1 else 'no'} pair follows one path, which method 3 needs"
+    return best, reason
 
 
 def selected(motion: LongMotion, names: Sequence[str]) -> LinearProblem:
@@ -280,58 +270,51 @@ def with_robust(
         rule: for the covariance; by default the jackknife where there are blocks enough, else the sandwich.
     """
     estimate = posed.solved() if estimate is None else estimate
+    long, known, loaded = isinstance(problem, LongMotion), problem.known, problem.loaded
+    weights, length, robust, blocks = estimate.weights, loaded.block_length, None, 0
+    own = known.robust if known is not None else None
     if rule == "formula":
         return estimate, ""
-    if isinstance(problem, LongMotion) and not problem.loaded.blocks:
-        known = problem.known  # of which no robust covariance is known, nothing was cut into blocks
-        formula_only = problem.settings.robust and known is not None and known.robust is None
-        return estimate, _FORMULA_ONLY if formula_only else ""
+    if long and not loaded.blocks:  # nothing was cut into blocks of what is compared with a robot known by formula
+        return estimate, _FORMULA_ONLY if problem.settings.robust and known is not None and own is None else ""
     try:
-        return replace(estimate, robust=_robust(problem, posed, estimate, rule)), ""
+        if rule != "sandwich":
+            try:
+                robust = jackknifed(posed, estimate, problem.left_out, length)
+            except InputError:
+                if rule == "jackknife" or not (long and problem.inflation):
+                    raise
+        if robust is not None:
+            blocks, few = robust.blocks, problem.corrected and robust.degrees_of_freedom + 1 < FEW
+            lasting = posed.lasting(weights)  # what no block shows; none where nothing known is made use of
+            if lasting.any():
+                # A robot that was identified earlier adds its own robust covariance, propagated.
+                if long and known is not None and own is None:
+                    raise InputError(_FORMULA_ONLY)
+                robust = RobustCovariance(
+                    robust.covariance + lasting,
+                    blocks + (own.blocks if own else 0),
+                    min(robust.degrees_of_freedom, own.degrees_of_freedom) if own else robust.degrees_of_freedom,
+                    max(length, own.block_length) if own else length,
+                )
+            if isinstance(problem, StaticMotion):  # of few poses the jackknife may be too small by chance
+                wider = np.maximum(np.sqrt(np.diag(estimate.covariance + lasting)) / robust.sigma, 1.0)
+                robust = replace(robust, covariance=robust.covariance * np.outer(wider, wider))
+            if rule == "jackknife" or not (few or (isinstance(problem, LongMotion) and problem.few)):
+                return replace(estimate, robust=robust), ""
+        # By how much each joint's errors remember; the jackknife's sigmas count where they are larger.
+        if not problem.inflation:
+            raise InputError("a sandwich needs recordings in blocks of time: how long errors remember is not known")
+        covariance = posed.sandwich(weights, problem.inflation)
+        # A stored robot that a short loaded recording corrects has too few blocks for a jackknife: it is left out.
+        if robust is not None and not problem.corrected:
+            wider = np.maximum(robust.sigma / np.sqrt(np.diag(covariance)), 1.0)
+            covariance = covariance * np.outer(wider, wider)
+        degrees = max(int(estimate.degrees_of_freedom), 1)
+        robust = RobustCovariance(covariance, blocks, degrees, length, by_memory=True)
+        return replace(estimate, robust=robust), ""
     except InputError as error:
         return estimate, str(error)
-
-
-def _robust(problem: PayloadProblem, posed: Posed, estimate: Estimate, rule: Rule | None) -> RobustCovariance:
-    """Compute the robust covariance by the rule asked for, the joints' weights kept."""
-    weights, length, known, robust = estimate.weights, problem.block_length, problem.known, None
-    if rule != "sandwich":
-        try:
-            robust = jackknifed(posed, estimate, problem.left_out, length)
-        except InputError:
-            if rule == "jackknife" or isinstance(problem, ShortMotion) or not problem.inflation:
-                raise
-    blocks = robust.blocks if robust is not None else 0
-    if robust is not None:
-        few = isinstance(problem, LongMotion) and problem.few
-        few = few or (problem.corrected and robust.degrees_of_freedom + 1 < FEW)
-        lasting = posed.lasting(weights)  # what no block shows; none where the method does without anything known
-        if lasting.any():
-            # A robot that was identified earlier adds its own robust covariance, propagated.
-            own = known.robust if known is not None else None
-            if known is not None and own is None and isinstance(problem, LongMotion):
-                raise InputError(_FORMULA_ONLY)
-            robust = RobustCovariance(
-                robust.covariance + lasting,
-                blocks + (own.blocks if own else 0),
-                min(robust.degrees_of_freedom, own.degrees_of_freedom) if own else robust.degrees_of_freedom,
-                max(length, own.block_length) if own else length,
-            )
-        if isinstance(problem, StaticMotion):  # of few poses the jackknife may be too small by chance
-            wider = np.maximum(np.sqrt(np.diag(estimate.covariance + lasting)) / robust.sigma, 1.0)
-            robust = replace(robust, covariance=robust.covariance * np.outer(wider, wider))
-        if rule == "jackknife" or not few:
-            return robust
-    # By how much each joint's errors remember; the jackknife's standard deviations count where they are larger.
-    if not problem.inflation:
-        raise InputError("a sandwich needs recordings in blocks of time: how long errors remember is not known")
-    covariance = posed.sandwich(weights, problem.inflation)
-    # A stored robot that a short loaded recording corrects has too few blocks for a jackknife: it is left out.
-    if robust is not None and not problem.corrected:
-        wider = np.maximum(robust.sigma / np.sqrt(np.diag(covariance)), 1.0)
-        covariance = covariance * np.outer(wider, wider)
-    degrees = max(int(estimate.degrees_of_freedom), 1)
-    return RobustCovariance(covariance, blocks, degrees, length, by_memory=True)
 
 
 def jackknifed(

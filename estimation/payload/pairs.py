@@ -1,4 +1,4 @@
-"""Recordings of one trajectory without and with payload: cut alike, aligned, filtered side by side for (29)."""
+"""Recordings of one trajectory without and with payload, whose torques (29) subtracts: their order, cut alike."""
 
 from collections.abc import Sequence
 from contextlib import suppress
@@ -12,12 +12,12 @@ from ...common import Array, InputError
 from ...model import Processing, Recording, Robot
 from ...model.motion import Measurement
 from ..equations.observer import known_spring
-from ..signals.alignment import AlignedPair, aligned, best_aligned, check_mismatch
-from ..signals.filtering import grid_rate, measurement
+from ..signals.alignment import aligned
+from ..signals.filtering import grid_rate
 from ..signals.rows import cut, origin, shortest_piece
 
 _TRIED = 12  # number of combinations of pieces that are aligned in search of the lag
-_Recordings = tuple[Recording, ...]
+Recordings = Sequence[Recording]
 _Pair = tuple[Recording, Recording, float | None]
 """Recordings without and with payload, and the lag where it is known [s]."""
 
@@ -32,7 +32,7 @@ class Order(NamedTuple):
     gaps: Array
 
     @staticmethod
-    def of(loaded: Sequence[Recording], unloaded: Sequence[Recording]) -> "Order":
+    def of(loaded: Recordings, unloaded: Recordings) -> "Order":
         """Order recordings by their clock, if they share one, else half of those unloaded first and half last."""
         recordings, bare, half = [*unloaded, *loaded], len(unloaded), (len(unloaded) + 1) // 2
         ends = np.array([one.origin + one.t[[0, -1]] for one in recordings])
@@ -44,9 +44,8 @@ class Order(NamedTuple):
         text = ", ".join("loaded" if k >= bare else "unloaded" for k in places)
         gaps = (t[bare:] - t[:bare]) * (len(t) - 1) / np.ptp(t) if clocked and 2 * bare == len(t) else t[:0]
         gaps = gaps if gaps.size and gaps.min() < 0.0 < gaps.max() else t[:0]
-        return Order(
-            text + (" by their clock" if clocked else " as given"), "hour" if clocked else "recording", t, gaps
-        )
+        how, unit = (" by their clock", "hour") if clocked else (" as given", "recording")
+        return Order(text + how, unit, t, gaps)
 
 
 class PairedMeasurement(NamedTuple):
@@ -67,51 +66,16 @@ def torque_change(robot: Robot, unloaded: Measurement, loaded: Measurement, path
     return Measurement(loaded.motion, loaded.torque - unloaded.torque, earlier, path)
 
 
-def side_by_side(
-    loaded: Sequence[Recording],
-    unloaded: Sequence[Recording],
-    lags: Sequence[float | None],
-    measured: Sequence[Measurement],
-    processing: Processing,
-) -> tuple[tuple[AlignedPair, ...], list[PairedMeasurement], str]:
-    """Align recordings, of which ``measured`` are the loaded ones filtered, for method 3; no pairs, and why not."""
-    pairs = tuple[AlignedPair, ...]()
-    if not unloaded:
-        return (), [], "no recordings without payload"
-    try:
-        if len(loaded) != len(unloaded):
-            raise InputError(
-                f"{len(unloaded)} recordings without and {len(loaded)} with payload do not form pairs: method 3 "
-                "needs each trajectory once without and once with it, in the same order"
-            )
-        pairs = tuple(
-            best_aligned(a, b, grid_rate(b, processing), lag)
-            for a, b, lag in zip(unloaded, loaded, lags, strict=True)
-        )
-        together = []
-        for pair, under_load in zip(pairs, measured, strict=True):
-            check_mismatch(pair, processing.max_mismatch)
-            # The loaded recording was filtered already, unless it was cut to what both have in common.
-            whole = len(pair.loaded.t) == len(under_load.motion.t)
-            under_load = under_load if whole else measurement(pair.loaded, processing)
-            together.append(PairedMeasurement(measurement(pair.unloaded, processing), under_load, pair.lag))
-        return pairs, together, ""
-    except InputError as error:
-        return pairs, [], str(error)
-
-
 def cut_alike(
-    loaded: Sequence[Recording], unloaded: Sequence[Recording], processing: Processing
-) -> tuple[_Recordings, _Recordings, tuple[float | None, ...]]:
+    loaded: Recordings, unloaded: Recordings, processing: Processing
+) -> tuple[Recordings, Recordings, Sequence[float | None]]:
     """Cut recordings alike where gaps split those of one file into more pieces; give the known lags [s] besides.
 
     They stay as they are where they form pairs already, or where no pairs can be made of them. The pieces of a file
     follow each other; the k-th file without payload is of the trajectory of the k-th with it.
     """
     whole = tuple(loaded), tuple(unloaded), (None,) * len(loaded)
-    loaded_files, unloaded_files = (
-        [tuple(own) for _, own in groupby(files, origin)] for files in (loaded, unloaded)
-    )
+    loaded_files, unloaded_files = ([[*own] for _, own in groupby(files, origin)] for files in (loaded, unloaded))
     if len(loaded) == len(unloaded) or len(loaded_files) != len(unloaded_files):
         return whole
     with suppress(InputError):  # no pair of one trajectory: method 3 refuses it where it is asked for
@@ -122,7 +86,7 @@ def cut_alike(
     return whole
 
 
-def _pieces(unloaded: _Recordings, loaded: _Recordings, processing: Processing) -> list[_Pair]:
+def _pieces(unloaded: Recordings, loaded: Recordings, processing: Processing) -> list[_Pair]:
     """Pair pieces of two files between the gaps of either, on the same stretches of the motion."""
     if len(unloaded) == len(loaded) == 1:
         return [(unloaded[0], loaded[0], None)]
@@ -140,20 +104,21 @@ def _pieces(unloaded: _Recordings, loaded: _Recordings, processing: Processing) 
         for before, after in pairwise(pieces)
     )
     least, pairs = shortest_piece(processing.cutoff), list[_Pair]()
+
+    def within(pieces: Recordings, low: float, high: float, partner: Recording) -> Recording | None:
+        """Cut out what of a file lies between two times and is long enough; ``partner`` is named in a note."""
+        for piece in pieces:
+            rows = slice(*(int(row) for row in np.searchsorted(piece.t, [low, high])))
+            if rows.stop - rows.start > 1 and piece.t[rows.stop - 1] - piece.t[rows.start] >= least:
+                note = (
+                    f"cut where {Path(origin(partner)).name} lacks rows, so that method 3 compares what both have"
+                )
+                return next(cut(piece, [rows], [note] * (rows != slice(0, len(piece.t)))))
+        return None
+
     for low, high in pairwise([-np.inf, *gaps, np.inf]):
-        without = _within(unloaded, low - lag, high - lag, least, loaded[0])
-        under_load = _within(loaded, low, high, least, unloaded[0])
+        without = within(unloaded, low - lag, high - lag, loaded[0])
+        under_load = within(loaded, low, high, unloaded[0])
         if without is not None and under_load is not None:
             pairs.append((without, under_load, lag))
     return pairs
-
-
-def _within(pieces: _Recordings, low: float, high: float, least: float, partner: Recording) -> Recording | None:
-    """Cut out what of a file lies between two times and is long enough; ``partner`` is named in a note."""
-    for piece in pieces:
-        rows = slice(*(int(row) for row in np.searchsorted(piece.t, [low, high])))
-        if rows.stop - rows.start > 1 and piece.t[rows.stop - 1] - piece.t[rows.start] >= least:
-            note = f"cut where {Path(origin(partner)).name} lacks rows, so that method 3 compares what both have"
-            shorter = rows != slice(0, len(piece.t))
-            return next(cut(piece, [rows], [note] if shorter else []))
-    return None

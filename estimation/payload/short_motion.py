@@ -1,53 +1,227 @@
-"""A payload moved by some joints near a pose: friction is free in each recording, not all ten need be visible."""
+"""A payload moved by some joints near a pose: friction is free in each recording, not all ten need be visible.
 
-from collections.abc import Sequence
+Nuisance torques are estimated beside the payload. Left wholly free, a constant torque takes the weight of a payload
+for itself where gravity hardly varies, as in ten seconds of a slow arm. It is what dry friction differs by from one
+direction to the other, so that its change from one recording to the next is a fraction of that friction, which the
+recording without payload shows. It enters as one more equation for each joint of the arm, and what it may change by
+widens the intervals; where the recordings say that it changed more, it is free.
+
+Ripple is periodic in a joint's position. What both recordings have alike goes with their difference; what changes
+with the load repeats with the motion: no block of time shows it, and it moves the mass. Waves that a joint's
+equations clearly hold are therefore estimated, one after the other, each with all that a slightly wrong wavelength
+would leave. Less than one wave over the joint's range is no different from weight and is not looked for.
+"""
+
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from msgspec import field
+from scipy.special import chdtrc, fdtrc
 
-from ...common import Array, Brief, InputError, Mask
+from ...common import Array, Brief, Document, InputError, decomposed, without
 from ...common.progress import each
-from ...model import BaseParameters, Motion, Processing, Recording, Robot, base_parameters
-from ...model.drives import parameter_kind
+from ...model import BaseParameters, Motion, Recording, Robot, base_parameters
+from ...model.drives import joint_of, parameter_kind
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
 from ...model.visibility import PayloadVisibility, check_mass_visible, friction_columns, visibility_of
-from ..equations.equations import PAYLOAD, Equations, merged
-from ..equations.observer import PATH, Observation, Observer, Used, reduced
-from ..fit.blocks import block_edges, block_length, in_blocks, remembered
+from ..equations.equations import FREE, LEVEL, PAYLOAD, Equations, check_blocks, merged
+from ..equations.observer import PATH, Observation, Observer, Used, reduced, used
+from ..fit.blocks import Remembered, block_edges, block_length, in_blocks, inflation, remembered, weighted_solution
 from ..fit.estimate import Estimate
-from ..fit.linear_problem import Known, LinearProblem
+from ..fit.linear_problem import Known, LinearProblem, SoftPrior
 from ..fit.own_equations import check_lengths, filtered, under_own_load
 from ..fit.settings import DEFAULTS, Settings
 from ..possible.constraints import KnownMass
 from ..signals.alignment import aligned
-from ..signals.filtering import grid_rate, measurement
+from ..signals.filtering import decimated, grid_rate, measurement
 from ..signals.plausibility import check_apart, check_recordings, without_dead
-from ..signals.rows import inner_samples, least_speed, moving_parts
-from .long_motion import (
-    Source,
-    check_blocks,
-    check_known,
-    friction_changes,
-    known_path,
-    measured_part,
-    prior_of,
-    robot_of,
-    stored_robot,
-)
-from .nuisance import (
-    FREE,
-    HeldFriction,
-    Wave,
-    coulomb_friction,
-    free_columns,
-    friction_prior,
-    offset_prior,
-    ripple_of,
-)
+from ..signals.rows import moving_parts
+from .long_motion import Source, friction_changes, known_path, measured_part, prior_of, robot_of, stored_robot
 from .pairs import torque_change
 from .result import in_payload_frame
+
+OFFSET_SHARE = 0.033
+"""Standard deviation of the change between two recordings over a joint's Coulomb friction.
+
+Measured without any payload (benchmarks/constant_torques.py): constant torques of the UR10e's joints 1 to 3
+scatter by 2.3 % of it from 10 s to 10 s beyond their noise (90 % interval 1.1 to 4.1 %); the difference of two by
+sqrt(2) more.
+"""
+_WRIST = 3  # last joints, always free: their torque shifts the centre of mass, and the TX40's scatter by 17 %
+_CONTRADICTED = 1e-3  # probability of what the recordings say, below which the constant torques are free
+_FEWEST_LEFT = 6  # rows of a joint beyond its free columns; fewer may be fitted exactly, and show no errors
+_HIDDEN = 1e-6  # fraction of a friction in undetermined directions above which it is not known
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class HeldFriction(Brief):
+    """Prior near zero on what is free in each recording."""
+
+    held: Mapping[str, SoftPrior]  # of constant torques and frictions; the others are wholly free
+    noise: Array  # of each joint's rows [N·m or N], shape (n,); 0 where too few rows tell it
+    memory: Array  # by how much the memory of each joint's errors raises variances, shape (n,)
+
+    @cached_property
+    def sigma(self) -> Array:
+        """Standard deviations of what constant torques may be [N·m or N], shape (n,); 0 where they are free."""
+        roles = (self.held.get(f"OFF{j}") for j in range(1, len(self.noise) + 1))
+        return np.array([role.sigma if role else 0.0 for role in roles])
+
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """Indices of the joints whose constant torques have a prior, from 0."""
+        return tuple(np.flatnonzero(self.sigma).tolist())
+
+    @property
+    def known(self) -> Known:
+        """Values of the prior: zero, as far as sigma says; alike in all recordings, to be safe."""
+        k, n = len(self.held), len(self.noise)
+        lasting = np.diag([role.sigma**2 for role in self.held.values()])
+        names = tuple(f"{LEVEL}{FREE}{name}" for name in self.held)
+        return Known(names, np.zeros(k), np.zeros((k, k)), lasting, gain_sensitivity=np.zeros((k, n)))
+
+    def friction_free(self, equations: Equations) -> Equations:
+        """Take off all that constant torques, friction and ripple of one recording can explain.
+
+        Each prior is one more equation: the friction is its own ``known`` value, as sure as noise and memory allow.
+        """
+        held = self.held.items()
+        near = {f"{FREE}{name}": float(self.noise[joint_of(name)]) * role.weight for name, role in held}
+        return equations.eliminate(near)
+
+
+def friction_prior(observations: Sequence[Observation], sigmas: Mapping[str, float]) -> HeldFriction:
+    """Make the prior of friction near zero with standard deviations by name [N·m or N, or per speed].
+
+    ``observations``: with free columns of each joint, ``PAYLOAD`` and no other, or ``PATH`` besides.
+    """
+    left = [one.eliminate() for one in observations]
+    problem = merged(map(reduced, left)).select(PAYLOAD)
+    values = weighted_solution(problem)
+    noise, spare = problem.error_norms(values) / np.sqrt(np.maximum(problem.rows, 1)), np.array(problem.rows)
+    for one in observations:
+        free = [name.startswith(FREE) for name in one.columns]
+        spare -= [int(W[:, free].any(axis=0).sum()) for W in one.W]
+    noise[spare < _FEWEST_LEFT] = 0.0  # too few rows, beyond the free columns that act on them, to tell it
+    memory = np.array(Remembered.of(left, values).inflation)
+    roles = {
+        name: SoftPrior(sigma, float(memory[joint_of(name)]))
+        for name, sigma in sigmas.items()
+        if sigma > 0.0 and noise[joint_of(name)] > 0.0
+    }
+    return HeldFriction(roles, noise, memory)
+
+
+def offset_prior(observations: Sequence[Observation], coulomb: Array) -> HeldFriction:
+    """Make the prior of the arm's constant torques near zero; wholly free where the recordings contradict that.
+
+    ``coulomb``: friction of each joint without payload [N·m or N], shape (n,); 0 where it is not known.
+    """
+    arm = coulomb[: max(len(coulomb) - _WRIST, 1)].tolist()
+    prior = friction_prior(observations, {f"OFF{j}": OFFSET_SHARE * level for j, level in enumerate(arm, start=1)})
+    weighty, n = prior.noise * np.sqrt(prior.memory), len(prior.noise)
+    weights = np.divide(1.0, weighty, out=np.zeros(n), where=weighty > 0.0)
+    free = HeldFriction({}, np.zeros(n), np.ones(n))
+    factors = [reduced(one) for one in observations]
+    squares = []
+    for held in (prior, free):
+        left = merged(map(held.friction_free, factors)).select(PAYLOAD).stacked(weights)
+        squares.append(float(np.sum(without(left[:, -1:], left[:, :-1]) ** 2)))
+    rise, count = max(squares[0] - squares[1], 0.0), len(prior.joints)
+    return free if count and chdtrc(count, rise) < _CONTRADICTED else prior
+
+
+RIPPLE_CHANCE = 0.05  # probability of finding a wave in the noise of one joint in one recording
+_FINER = 6  # candidates from one whole wave over the range to the next
+_FURTHEST = 40  # waves over the joint's range
+_MOST = 4  # waves per joint
+_AT_ONCE = 1_000_000  # numbers, so that memory does not grow with the waves
+_ROWS_EACH = 20  # rows for each wave: of fewer nothing is looked for
+_PASSED = 0.1  # of a wave's amplitude: what decimation leaves less of is not looked for
+_DEPENDENT = 0.05  # of a wave's power: explained by the payload but for this, it cannot be separated from it
+
+
+class Wave(Document, frozen=True):
+    """A wave over the turn of a joint in one recording, and the probability of any such wave in noise alone.
+
+    ``joint``: number; ``waves``: [1 per 2 pi rad or 2 pi m]; ``amplitude``: as found alone [N·m or N].
+    """
+
+    source: str
+    joint: int
+    waves: float = field(name="waves_per_turn")
+    amplitude: float
+    probability_by_noise: float = RIPPLE_CHANCE
+
+
+def with_ripple(source: str, recording: Observation, data: Used) -> tuple[list[Wave], Observation]:
+    """Find waves that a difference of torques holds besides the payload and what is free; free are those then too.
+
+    ``recording``: the equations of ``data``, in the columns of the payload, of what is free, and ``PATH``.
+    """
+    waves, found, most = list[Wave](), list[Array](), 0
+    for j, (W, Y, t) in enumerate(zip(recording.W, recording.Y, recording.t, strict=True)):
+        own = _waves(data, j, W[:, :-1], Y, t)
+        found.append(np.hstack([W, *(columns for *_, columns in own)]))
+        waves += [Wave(source, j + 1, wave, float(np.sqrt(2.0 * gain / len(Y)))) for wave, gain, _ in own]
+        most = max(most, found[-1].shape[1])
+    if not waves:
+        return [], recording
+    names = (*recording.columns, *(f"{FREE}{k}" for k in range(most - len(recording.columns))))
+    wide = [np.pad(W, ((0, 0), (0, most - W.shape[1]))) for W in found]
+    rest = recording.t, recording.bandwidth, recording.motors
+    return waves, Observation.of(names, wide, recording.torques, *rest)
+
+
+def _waves(seen_by: Used, j: int, W: Array, torque: Array, t: Array) -> list[tuple[float, float, Array]]:
+    """Find the clearest wave of a joint, its gain and its columns, then the next; none that may be memory alone."""
+    (data, keep, decimate), most = seen_by, min(_MOST, len(torque) // _ROWS_EACH)
+    position = data.motion.q[:, j] - data.motion.q[:, j].mean()
+    span, speed = float(np.ptp(position)), float(np.abs(data.motion.qd[keep[:, j], j]).max(initial=0.0))
+    # From one wave over the range to the most that the samples resolve.
+    waves = 2.0 * np.pi / max(span, 1e-9) * (1.0 + np.arange(_FINER * (_FURTHEST - 1) + 1) / _FINER)
+    waves = waves[waves * speed / data.motion.rate < np.pi]
+    if not (most and span and speed and len(waves)):
+        return []
+
+    def seen(signals: Sequence[Array]) -> Array:  # as the equations see them
+        return np.asarray(decimated(np.array(signals), decimate)[:, keep[::decimate, j]].T)
+
+    def falls(some: Array, Q: Array, left: Array) -> Array:
+        """Fall of the sum of squares by each of some waves beside Q; 0 where it hardly stands out."""
+        turning = np.outer(some, position)
+        pairs = seen([*np.sin(turning), *np.cos(turning)])
+        passed = np.sum(pairs**2, axis=0).reshape(2, -1).sum(axis=0) > _PASSED**2 * len(left)
+        pairs = (pairs - Q @ (Q.T @ pairs)).reshape(len(left), 2, -1)
+        N, b = np.einsum("riw,rjw->wij", pairs, pairs), np.einsum("riw,r->wi", pairs, left)
+        clear = passed & (np.linalg.det(N) > (_DEPENDENT * 0.5 * len(left)) ** 2)
+        N[~clear] = np.eye(2)
+        return np.where(clear, np.einsum("wi,wij,wj->w", b, np.linalg.inv(N), b), 0.0)
+
+    groups = np.array_split(waves, 1 + len(waves) * len(position) // _AT_ONCE)
+    Q, found = decomposed(W).range, list[tuple[float, float, Array]]()
+    left = torque - Q @ (Q.T @ torque)
+    while len(found) < most:
+        gains = np.concatenate([falls(some, Q, left) for some in groups])
+        gain, wave = float(gains.max()), float(waves[np.argmax(gains)])
+        if _chance(gain, float(left @ left - gain), len(torque) - Q.shape[1] - 2) * len(waves) > RIPPLE_CHANCE:
+            break
+        # Sine and cosine of a wave, and their slopes by the wavelength, which is not known exactly.
+        shapes = [np.sin(wave * position), np.cos(wave * position)]
+        found.append((wave, gain, seen([*shapes, *(wave * position * shape for shape in shapes)])))
+        Q = decomposed(np.column_stack([Q, found[-1][2]])).range
+        left = torque - Q @ (Q.T @ torque)
+    rest, spare = inflation([(t, left)]) * float(left @ left), len(torque) - Q.shape[1]
+    return [wave for wave in found if _chance(wave[1], rest, spare) * len(waves) <= RIPPLE_CHANCE]
+
+
+def _chance(gain: float, rest: float, spare: int) -> float:
+    """Probability that white noise lowers the sum of squares to ``rest`` by as much (F test)."""
+    return float(fdtrc(2, spare, 0.5 * gain / rest * spare)) if spare > 0 and rest > 0.0 else 1.0
+
 
 SLOW = 0.03
 """Speed [rad/s or m/s] of a joint below which rows are not used; the sign of its friction is not sure there."""
@@ -77,14 +251,11 @@ class ShortMotion(Brief):
     scale: KnownMass | None = None  # the payload was weighed; counts only where torques do not show the mass
     ripple: tuple[Wave, ...] = ()
 
-    def __post_init__(self) -> None:
-        """Refuse another model's robot."""
-        check_known(self.robot, self.base, self.known)
-
     @cached_property
     def loaded(self) -> Equations:
         """Join the equations less all that is free in each recording, its blocks of time among them."""
-        return merged(map(self.held.friction_free, self.runs))
+        length = max(run.block_length for run in self.runs)
+        return replace(merged(map(self.held.friction_free, self.runs)), block_length=length)
 
     @property
     def method(self) -> int:
@@ -128,7 +299,7 @@ class ShortMotion(Brief):
         equations, prior = shown(self.loaded), None
         fixed: tuple[Known, ...] = (self.held.known,)
         if self.known is None:
-            fixed += known_path(equations.columns, self.robot.n)
+            fixed += (known_path(self.robot.n),)
         elif self.corrected:
             prior = prior_of(self.known, self.inflation, self.loaded)
         else:
@@ -156,11 +327,6 @@ class ShortMotion(Brief):
         """Blocks of time that are left out in turn, none with them, as one group."""
         check_blocks(len(self.without_each))
         return (tuple((b, -1) for b in range(len(self.without_each))),)
-
-    @property
-    def block_length(self) -> float:
-        """Shortest length of a block [s], unless a whole recording is shorter."""
-        return max(run.block_length for run in self.runs)
 
     @property
     def needed_scale(self) -> KnownMass | None:
@@ -191,24 +357,17 @@ def known_robot_weighing(
     known = measured_part(known, robot)
     base = base_parameters(robot)
     measured = filtered(loaded, processing, progress)
-    moving = moving_joints(measured, processing, settings.joints, robot)
-    rows = [
-        Used(data, telling_rows(data.motion, moving, processing), processing.thinning(data.motion.rate))
-        for data in (at_rest(data, moving) for data in measured)
-    ]
-    rms = _torque_rms(loaded, rows)
+    moving, rows, rms = used_near(robot, loaded, [[data] for data in measured], settings)
     observer = observer_of(robot, base, settings.friction_change > 0.0)
-    (_, observations), _ = under_own_load(observer, rows, known.values)
+    (_, observations), _ = under_own_load(observer, [own for (own,) in rows], known.values)
     k, changes = len(known.values), friction_changes(known, [1.0] * robot.n, settings.friction_change)
     payload_only = [  # less the torque of the robot, whose columns come first
         Observation.of(one.columns[k:], [W[:, k:] for W in one.W], one.errors(known.values), one.t, one.bandwidth)
         for one in observations
     ]
     own = {name: one.sigma for name, one in changes.items() if parameter_kind(name) in ("FS", "FV", "OFF")}
-    source, held = (
-        Source(tuple(loaded), (), processing, rate=measured[0].motion.rate),
-        friction_prior(payload_only, own),
-    )
+    source = Source(tuple(loaded), (), processing, rate=measured[0].motion.rate)
+    held = friction_prior(payload_only, own)
     # Of a single recording the robot's own ripple is what would be found: it takes weight along.
     return ShortMotion(robot, base, source, moving, _runs(observations), held, rms, known, settings)
 
@@ -236,39 +395,30 @@ def difference_weighing(
     together = each(list(zip(partners, loaded, strict=True)), lambda pair: f"aligning {pair[1].source}", progress)
     pairs = [aligned(a, b, grid_rate(b, processing), processing.max_mismatch) for a, b in together]
     measured = [(measurement(p.unloaded, processing), measurement(p.loaded, processing)) for p in pairs]
-    moving = moving_joints([under_load for _, under_load in measured], processing, settings.joints, robot)
-    rows = list[list[Used]]()
-    for both in measured:
-        # The filter's error at cut ends is alike in both, and a short motion needs its ends.
-        still = [at_rest(data, moving) for data in both]
-        keep = np.all([telling_rows(one.motion, moving, processing, ends=True) for one in still], axis=0)
-        rows.append([Used(one, keep, processing.thinning(one.motion.rate)) for one in still])
-    rms = _torque_rms([pair.loaded for pair in pairs], [under_load for _, under_load in rows])
+    moving, rows, rms = used_near(robot, [pair.loaded for pair in pairs], measured, settings)
     progress("the robot without payload")
     free = robot.with_offsets(True)
     whole, observer = Observer(free, base_parameters(free).columns), observer_of(robot, None)
-    without_payload = merged(reduced(whole.observe_rows(*bare)) for bare, _ in rows)
+    without_payload = merged(reduced(whole.observe(*unloaded)) for unloaded, _ in rows)
     own, resting = robot_of(without_payload), [j for j in range(robot.n) if j + 1 not in moving]
     observations, ripple = list[Observation](), list[Wave]()
-    for pair, ((without, *_), used) in zip(pairs, rows, strict=True):
+    for pair, ((bare, *_), under_load) in zip(pairs, rows, strict=True):
         # No motion shows how torques change with a joint at rest, so that it stays where it was before.
-        motion, q = used.data.motion, np.array(used.data.motion.q)
-        q[:, resting] = without.motion.q[:, resting]
-        path = whole.torques(Motion(motion.t, q, motion.qd, motion.qdd), own) - whole.torques(without.motion, own)
-        used = used._replace(data=torque_change(robot, without, used.data, path))
-        plain = observer.observe_rows(*used)
-        names, dense = plain.columns, plain.W
-        waves, columns = ripple_of(pair.loaded.source, [W[:, :-1] for W in dense], plain, used)
-        if waves:  # free beside the payload
-            names = (*names, *(f"{FREE}{k}" for k in range(columns[0].shape[1])))
-            W = [np.column_stack(both) for both in zip(dense, columns, strict=True)]
-            plain = Observation.of(names, W, plain.torques, plain.t, plain.bandwidth, plain.layout.motors)
-        observations.append(plain)
+        motion, q = under_load.data.motion, np.array(under_load.data.motion.q)
+        q[:, resting] = bare.motion.q[:, resting]
+        path = whole.torques(Motion(motion.t, q, motion.qd, motion.qdd), own) - whole.torques(bare.motion, own)
+        change = under_load._replace(data=torque_change(robot, bare, under_load.data, path))
+        waves, one = with_ripple(pair.loaded.source, observer.observe(*change), change)
+        observations.append(one)
         ripple += waves
     source = Source(tuple(loaded), tuple(unloaded), processing, tuple(pairs), rate=measured[0][1].motion.rate)
-    base, held = base_parameters(robot), offset_prior(observations, coulomb_friction(without_payload))
-    problem = ShortMotion(robot, base, source, moving, _runs(observations), held, rms, settings=settings)
-    return replace(problem, ripple=tuple(ripple))
+    # Coulomb friction without payload; 0 where the motion, or the model, does not show it.
+    values, hidden = weighted_solution(without_payload), decomposed(without_payload.stacked()[:, :-1]).hidden
+    shown = dict(zip(without_payload.columns, np.where(hidden < _HIDDEN, values, 0.0).tolist(), strict=True))
+    coulomb = np.array([max(shown.get(f"FS{j}", 0.0), 0.0) for j in range(1, robot.n + 1)])
+    base, held = base_parameters(robot), offset_prior(observations, coulomb)
+    runs, found = _runs(observations), tuple(ripple)
+    return ShortMotion(robot, base, source, moving, runs, held, rms, settings=settings, ripple=found)
 
 
 def observer_of(robot: Robot, base: BaseParameters | None, frees: bool = True) -> Observer:
@@ -284,55 +434,45 @@ def observer_of(robot: Robot, base: BaseParameters | None, frees: bool = True) -
 
 def _runs(observations: Sequence[Observation]) -> tuple[Equations, ...]:
     """Cut each recording's equations in blocks as long as the memory of all of them asks for."""
-    rest = [one.eliminate(free_columns(one.columns)) for one in observations]
+    rest = [one.eliminate() for one in observations]
     length = block_length([remembered([one], reduced(one)) for one in rest])
     return tuple(in_blocks(reduced(one), [one], [block_edges(one, length)], length) for one in observations)
 
 
-def _torque_rms(loaded: Sequence[Recording], rows: Sequence[Used]) -> Array:
-    """Root mean square torque of each joint over the rows that are used; 0 where there are none."""
-    for recording, used in zip(loaded, rows, strict=True):
-        if not used.keep.any():
-            raise InputError(f"{recording.source}: no joint moves fast enough: nothing can be compared")
-    squares, keep = np.vstack([used.data.torque**2 for used in rows]), np.vstack([used.keep for used in rows])
-    return np.asarray(np.sqrt(np.where(keep, squares, 0.0).sum(axis=0) / np.maximum(keep.sum(axis=0), 1)))
+def used_near(
+    robot: Robot, loaded: Sequence[Recording], groups: Sequence[Sequence[Measurement]], settings: Settings
+) -> tuple[tuple[int, ...], list[list[Used]], Array]:
+    """Find the joints that move, or check those asked for, the rows that say something, and the torques' rms there.
 
-
-def moving_joints(
-    measured: Sequence[Measurement], processing: Processing, joints: Sequence[int] | None, robot: Robot
-) -> tuple[int, ...]:
-    """Find the joints that move, or check those asked for; one that changes its pose between motions is at rest."""
-    motions = [data.motion for data in measured]
+    One that changes its pose between motions is at rest. Those that do not go elsewhere are set exactly at rest:
+    what encoders flicker is no motion. ``groups``: measurements of one motion, that of each of ``loaded`` last.
+    """
+    processing, asked = settings.processing_of(robot), settings.joints
+    motions = [group[-1].motion for group in groups]
     fast = np.vstack([np.abs(motion.qd[moving_parts(motion, processing.still_speed)]) > SLOW for motion in motions])
     moving = tuple(int(j) + 1 for j in np.flatnonzero(fast.mean(axis=0) > _LEAST)) if len(fast) else ()
     if not moving:
         raise InputError("no joint moves: record the short motion that 'dynident near' gives")
-    idle = sorted(set(joints or ()) - set(moving))
-    if idle:
+    if idle := sorted(set(asked or ()) - set(moving)):
         raise InputError(
             f"joint {', '.join(map(str, idle))} of {robot.name} hardly moves in the recordings; those that "
             f"move are {', '.join(map(str, moving))}: correct --joints"
         )
-    return moving if joints is None else tuple(sorted(joints))
-
-
-def at_rest(data: Measurement, moving: Sequence[int]) -> Measurement:
-    """Set joints at rest, unless they go to another pose, exactly at rest: what encoders flicker is no motion."""
-    q, qd, qdd = (np.array(x) for x in (data.motion.q, data.motion.qd, data.motion.qdd))
-    for j in range(data.motion.n):
-        if j + 1 not in moving and np.ptp(q[:, j]) < _AT_REST:
-            q[:, j], qd[:, j], qdd[:, j] = q[:, j].mean(), 0.0, 0.0
-    return Measurement(Motion(data.motion.t, q, qd, qdd), data.torque)
-
-
-def telling_rows(motion: Motion, moving: Sequence[int], processing: Processing, ends: bool = False) -> Mask:
-    """Mark rows that say something, N x n: of a moving joint, fast enough that its friction's sign is known.
-
-    With ``ends`` also those where a recording was cut in full motion, which ``inner_samples`` leaves out.
-    """
-    speed = np.abs(motion.qd)
-    whole = moving_parts(motion, processing.still_speed) if ends else inner_samples(motion, processing)
-    least = np.maximum(least_speed(speed[whole].max(axis=0, initial=0.0), processing), SLOW)
-    keep: Mask = (speed >= least) & whole[:, None]
-    keep[:, [j for j in range(motion.n) if j + 1 not in moving]] = False
-    return keep
+    moving, found = moving if asked is None else tuple(sorted(asked)), list[list[Used]]()
+    resting = [j for j in range(robot.n) if j + 1 not in moving]
+    for recording, group in zip(loaded, groups, strict=True):
+        # The filter's error at cut ends is alike in both of a pair, and a short motion needs its ends.
+        still, own = list[Used](), processing if len(group) < 2 else replace(processing, cutoff=None)
+        for data in group:
+            q, qd, qdd = (np.array(x) for x in (data.motion.q, data.motion.qd, data.motion.qdd))
+            for j in resting:
+                if np.ptp(q[:, j]) < _AT_REST:
+                    q[:, j], qd[:, j], qdd[:, j] = q[:, j].mean(), 0.0, 0.0
+            still.append(used(Measurement(Motion(data.motion.t, q, qd, qdd), data.torque), own))
+        keep = np.all([one.keep & (np.abs(one.data.motion.qd) >= SLOW) for one in still], axis=0)
+        keep[:, resting] = False
+        if not keep.any():
+            raise InputError(f"{recording.source}: no joint moves fast enough: nothing can be compared")
+        found.append([one._replace(keep=keep) for one in still])
+    torque, kept = np.vstack([own[-1].data.torque for own in found]), np.vstack([own[-1].keep for own in found])
+    return moving, found, np.sqrt(np.sum(torque**2 * kept, axis=0) / np.maximum(kept.sum(axis=0), 1))

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...common import Array, Document, Float, Indices, InputError, Vector, decomposed, without
+from ...common import Array, Document, Float, InputError, Vector, decomposed, without
 from ...model import Motion, Processing, Recording, Robot, base_parameters
 from ...model.drives import parameter_kind
 from ...model.motion import Measurement
@@ -23,9 +23,8 @@ from ..fit.settings import DEFAULTS, Settings
 from ..signals.filtering import measurement
 from ..signals.plausibility import check_apart, check_recordings, without_dead
 from .long_motion import Source, robot_of
-from .nuisance import offset_prior
 from .pairs import Order, torque_change
-from .short_motion import ShortMotion, observer_of
+from .short_motion import ShortMotion, observer_of, offset_prior
 
 _FEWEST = 4  # poses: fewer leave nothing to judge mass and first moments by
 _SAME = 0.02  # rad or m: rests that lie closer are of one pose; approaches begin twice as far away
@@ -132,7 +131,16 @@ def static_weighing(
         check_recordings(robot, group)
     check_apart(loaded, unloaded)
     every = [rests_of(recording, processing) for recording in recordings]
-    poses, index, one_sided = _poses(every)
+    # Number the poses of rests that all recordings hold, and find each one's rests there, those of a side alike.
+    first, sides = every[0].q, every[0].side
+    near = np.abs(first[:, None] - first).max(axis=2) < _SAME
+    _, numbers = np.unique(near.argmax(axis=1), return_inverse=True)
+    there = [(np.abs(first[:, None] - x.q).max(axis=2) < _SAME) & (sides @ x.side.T > 0.0) for x in every]
+    held = np.all([own.any(axis=1) for own in there], axis=0) & (there[0].argmax(axis=1) == np.arange(len(first)))
+    held[-1] &= near[-1].sum() > 1  # else that is where the arm goes in the end
+    rows = sorted(np.flatnonzero(held).tolist(), key=lambda k: int(numbers[k]))
+    poses, index = numbers[rows], [[np.flatnonzero(own[k]) for k in rows] for own in there]
+    one_sided = {int(numbers[k]) + 1 for k in rows if not (near[k, rows] & (sides[rows] @ sides[k] < 0.0)).any()}
     if len(set(poses)) < _FEWEST:
         raise InputError(
             f"{len(set(poses))} poses are held in all recordings ({', '.join(str(len(one.q)) for one in every)} "
@@ -168,16 +176,14 @@ def static_weighing(
     free, each = robot.with_offsets(True), keep / np.maximum(keep.sum(axis=0), 1)
     at_rest = [name for name in base_parameters(free).columns if parameter_kind(name) in _AT_REST]
     whole, observer = Observer(free, at_rest), observer_of(robot, None)
-    own = robot_of(reduced(whole.observe_rows(without, keep, 1)))
+    own = robot_of(reduced(whole.observe(without, keep, 1)))
     path = whole.torques(under_load.motion, own) - whole.torques(without.motion, own)
-    change = observer.observe_rows(torque_change(robot, without, under_load, path), keep, 1)
+    change = observer.observe(torque_change(robot, without, under_load, path), keep, 1)
     # What no joint shows at rest, such as inertia, leaves rounding, which rank would take for a column.
     size = dict(zip(PAYLOAD, np.abs(W).max(axis=(0, 2)).tolist(), strict=True))
     seen = np.array([size.get(name, np.inf) > _ROUNDING * max(size.values()) for name in change.columns])
     W_seen = [A * seen for A in change.W]
-    change = Observation.of(
-        change.columns, W_seen, change.torques, change.t, change.bandwidth, change.layout.motors
-    )
+    change = Observation.of(change.columns, W_seen, change.torques, change.t, change.bandwidth, change.motors)
     ends = np.concatenate([[-np.inf], np.flatnonzero(np.diff(poses)) + 0.5, [np.inf]])
     problem = StaticMotion(
         robot,
@@ -189,7 +195,7 @@ def static_weighing(
         torque_rms=np.sqrt(np.mean(under_load.torque**2, axis=0)),
         settings=settings,
         rests=tuple(every),
-        one_sided=one_sided,
+        one_sided=tuple(sorted(one_sided)),
     )
     weights = problem.posed().weights()
     scatter, drift = keep.any(axis=0) / weights / np.linalg.norm(difference), None
@@ -201,21 +207,6 @@ def static_weighing(
         mass = as_payload.resolved(as_payload.posed().solved(weights))["M_L"]
         sigma = scatter * np.linalg.norm(drifting) / np.sqrt(np.maximum(keep.sum(axis=0), 1))
         ratio = max(0.0, 1.0 - (1.0 / bare + 1.0 / len(loaded)) / float(difference @ difference))
-        drift = Drift(
-            order.unit, (each * slope).sum(axis=0), (each * side[0] * slope).sum(axis=0), sigma, mass, ratio
-        )
+        offset, friction = (each * slope).sum(axis=0), (each * side[0] * slope).sum(axis=0)
+        drift = Drift(order.unit, offset, friction, sigma, mass, ratio)
     return replace(problem, standing=Standing(len(set(poses)), order.text, scatter, drift))
-
-
-def _poses(every: Sequence[Rests]) -> tuple[Indices, list[list[Indices]], tuple[int, ...]]:
-    """Number the poses of rests that all recordings hold, find each one's rests there, and poses of one side."""
-    q, side = every[0].q, every[0].side
-    near = np.abs(q[:, None] - q).max(axis=2) < _SAME
-    _, poses = np.unique(near.argmax(axis=1), return_inverse=True)
-    there = [(np.abs(q[:, None] - x.q).max(axis=2) < _SAME) & (side @ x.side.T > 0.0) for x in every]
-    index = [[np.flatnonzero(row) for row in own] for own in there]
-    held = np.all([own.any(axis=1) for own in there], axis=0) & (there[0].argmax(axis=1) == np.arange(len(q)))
-    held[-1] &= near[-1].sum() > 1  # else that is where the arm goes in the end
-    rows = sorted(np.flatnonzero(held).tolist(), key=lambda k: int(poses[k]))
-    alone = {int(poses[k]) + 1 for k in rows if not (near[k, rows] & (side[rows] @ side[k] < 0.0)).any()}
-    return poses[rows], [[own[k] for k in rows] for own in index], tuple(sorted(alone))

@@ -13,11 +13,10 @@ from ...model import INERTIAL, InertialParameters, Pose
 from ..diagnosis.evidence import Agreement, Verdict
 from ..fit.drive_gains import Gains
 from ..fit.own_equations import TermChoice
-from ..payload.by_joints import JointsMass
+from ..payload.by_joints import JointsMass, Repeats
 from ..payload.methods import PREFERRED
-from ..payload.nuisance import Wave
-from ..payload.repeats import Repeats
 from ..payload.result import ConstrainedPayload, PayloadEstimate, StandIn
+from ..payload.short_motion import Wave
 from ..payload.static import Standing
 from ..possible.payload import Weighing
 from . import parts

@@ -32,7 +32,7 @@ def test_exact_data_satisfy_the_equations_however_decimated(
     simulator = simulated(name)
     base, motion = base_parameters(simulator.robot), wander(6, 0, rate=250.0)
     truth, observer = base.value(simulator.robot.parameters), Observer(simulator.robot, base.columns)
-    data = observer.observe(simulator.measure(motion), Processing(decimate=decimate))
+    data = observer.observe(*used(simulator.measure(motion), Processing(decimate=decimate)))
     for W, Y, t in zip(data.W, data.Y, data.t, strict=True):
         assert np.abs(W @ truth - Y).max() < 1e-9 * np.abs(Y).max()
         assert np.allclose(np.diff(t)[np.diff(t) < 0.05], 0.004 * decimate)
@@ -98,7 +98,7 @@ def test_streaming_equals_the_whole(simulated: Simulated, wander: Wander, decima
     whole = recorded(observer, [used(data, settings)])[0]
     parts = ((piece, np.abs(piece.motion.qd) >= slow) for piece in pieces(data, size))
     same(whole, reduced_pieces(observer, parts, decimate))
-    same(whole, reduced(observer.observe(data, settings)))
+    same(whole, reduced(observer.observe(*used(data, settings))))
     partner = Motion(data.motion.t, data.motion.q, 0.0 * data.motion.qd, data.motion.qdd)
     assert not used(data, settings, partner).keep.any()  # what is slow in either is left out
 

@@ -22,6 +22,7 @@ from dynident.estimation import (
 from dynident.estimation.diagnosis.evidence import Diagnosis
 from dynident.estimation.diagnosis.verdict import allowing
 from dynident.estimation.equations.equations import Equations, merged
+from dynident.estimation.equations.observer import PATH
 from dynident.estimation.fit.drive_gains import usual_gains
 from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.fit.linear_problem import weighted
@@ -324,7 +325,7 @@ def test_stating_errors_of_gains_shortens_no_interval(name: str, payload: Inerti
         return Equations(columns, tuple(factors), count, tuple(map(float, count)))
 
     bare, loaded = drawn(np.zeros(10)).select(base.columns), drawn(payload.vector)
-    change = loaded.minus(base.columns, chi)
+    change = loaded.minus(base.columns, chi).select((*PAYLOAD, PATH))
     motion = LongMotion(robot, base, loaded, Source((), (), robot.processing), bare, change)
     for method in METHODS:
         free = payload_estimate(motion, method)

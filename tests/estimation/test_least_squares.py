@@ -11,7 +11,7 @@ from dynident.common.linear import RANK_TOLERANCE
 from dynident.estimation import PAYLOAD, Estimate, Settings, SigmaBound, SigmaRatio, identify
 from dynident.estimation.answers.identification import impossible_payload
 from dynident.estimation.equations.equations import Equations, checked, merged
-from dynident.estimation.equations.observer import Observation, Observer, reduced
+from dynident.estimation.equations.observer import Observation, Observer, reduced, used
 from dynident.estimation.fit.essential import Elimination, eliminate
 from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.fit.linear_problem import Known, LinearProblem, SoftPrior, excitation, weighted
@@ -247,7 +247,7 @@ def test_signal_and_own_part_of_each_column() -> None:
     base = base_parameters(robot)
     recording = Simulator(robot).record(random_via_points(robot, 8, seed=3).motion(100.0), None, RX90_NOISE, [3])
     processing = Processing()
-    observation = Observer(robot, base.columns).observe(measurement(recording, processing), processing)
+    observation = Observer(robot, base.columns).observe(*used(measurement(recording, processing), processing))
     factors = tuple(
         np.asarray(np.linalg.qr(np.column_stack(pair), "r"))
         for pair in zip(observation.W, observation.Y, strict=True)

@@ -12,7 +12,7 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Identification, LongMotion, Settings, identify, payload_estimate, payload_problem
 from dynident.estimation.equations.equations import Equations, merged
-from dynident.estimation.equations.observer import Observation, Observer, reduced
+from dynident.estimation.equations.observer import Observation, Observer, reduced, used
 from dynident.estimation.fit import blocks
 from dynident.estimation.fit.blocks import autocorrelation_time, block_edges
 from dynident.estimation.fit.covariance import Rule, jackknife
@@ -95,7 +95,9 @@ def test_autocorrelation_time(memory: float, expected: float) -> None:
 
 @pytest.fixture(scope="module")
 def observation(simulator: Simulator, pair: PairedMeasurement) -> Observation:
-    return Observer(simulator.robot, base_parameters(simulator.robot).columns).observe(pair.unloaded, SETTINGS)
+    return Observer(simulator.robot, base_parameters(simulator.robot).columns).observe(
+        *used(pair.unloaded, SETTINGS)
+    )
 
 
 def test_blocks_are_equal_and_long_enough(observation: Observation) -> None:
@@ -345,7 +347,7 @@ def test_essential_parameters_have_their_own(exact: list[Recording], results: li
     """By solving again with the essential parameters alone, each block gone in turn, weights fixed."""
     result = results[0]
     observer, processing = Observer(result.robot, result.base.columns), result.robot.processing
-    whole = [observer.observe(measurement(log, processing), processing) for log in with_noise(exact, 0)]
+    whole = [observer.observe(*used(measurement(log, processing), processing)) for log in with_noise(exact, 0)]
     equations = merged(reduced(recording) for recording in whole)
     length = blocks.block_length([blocks.remembered(whole, equations)])
     edges = [blocks.block_edges(recording, length) for recording in whole]

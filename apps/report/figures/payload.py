@@ -8,8 +8,7 @@ import numpy as np
 
 from ....common.arrays import Array
 from ....estimation.fit.covariance import NORMAL95
-from ....estimation.payload.by_joints import JointsMass
-from ....estimation.payload.repeats import Repeats
+from ....estimation.payload.by_joints import JointsMass, Repeats
 from ....estimation.results.payload import FreeEstimate, PayloadResult, PossibleEstimate, array, bounds
 from ....model import Robot
 from ....model.frames import frames_at, step

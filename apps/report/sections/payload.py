@@ -10,7 +10,7 @@ from ....common.arrays import Array
 from ....common.errors import InputError
 from ....common.schema import present
 from ....estimation.fit.settings import METHOD_NAMES
-from ....estimation.payload.nuisance import OFFSET_SHARE, RIPPLE_CHANCE
+from ....estimation.payload.short_motion import OFFSET_SHARE, RIPPLE_CHANCE
 from ....estimation.possible.payload import CONFLICT
 from ....estimation.results.payload import (
     FreeEstimate,

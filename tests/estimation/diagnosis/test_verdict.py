@@ -36,9 +36,8 @@ from dynident.estimation.diagnosis.verdict import BEFOREHAND, CHECKS, judge, ver
 from dynident.estimation.equations.equations import PAYLOAD
 from dynident.estimation.fit.covariance import NORMAL95, few_blocks
 from dynident.estimation.fit.estimate import Estimate, Fit
-from dynident.estimation.payload.by_joints import ByJoints, JointsMass
+from dynident.estimation.payload.by_joints import ByJoints, JointsMass, Repeats
 from dynident.estimation.payload.long_motion import Source
-from dynident.estimation.payload.repeats import Repeats
 from dynident.estimation.payload.result import ConstrainedPayload, PayloadEstimate
 from dynident.estimation.payload.static import Rests
 from dynident.estimation.possible.constraints import Constraint, KnownMass, MassBounds, PossibleBody
