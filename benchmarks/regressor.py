@@ -20,8 +20,7 @@ from dynident import model
 from dynident.benchmarks.shared import options, show
 from dynident.common.arrays import Array
 from dynident.model.base.rank import random_states
-from dynident.model.kernel.kernel import Kernel
-from dynident.model.kernel.program import read_program
+from dynident.model.kernel.kernel import Kernel, read_program
 
 SAMPLES, ROUNDS = 10_500, 5
 WARM, REPEATS = 4, 12  # runs in a row of each: not counted, counted; everyone finds its own data in the cache

@@ -18,7 +18,7 @@ from .base.rank import base_parameters
 from .drives import DriveState, drive_terms, parameter_kind
 from .dynamics import coriolis, forward_dynamics, gravity, inverse_dynamics, inverse_dynamics_base, mass_matrix
 from .inertia import INERTIAL
-from .kernel.program import c_body
+from .kernel.kernel import c_body
 from .kinematics import FrameChange, add, cross, dot
 from .pose import cos_sin
 from .regressors import (

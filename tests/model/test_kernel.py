@@ -16,8 +16,7 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.model.dynamics import runge_kutta
 from dynident.model.kernel import cache
-from dynident.model.kernel.kernel import Kernel
-from dynident.model.kernel.program import OPERATIONS, read_program
+from dynident.model.kernel.kernel import OPERATIONS, Kernel, read_program
 
 TWO_ARGUMENTS = {
     *("ADD", "SUB", "MUL", "DIV", "ATAN2", "FMIN", "FMAX", "POW", "CONSTPOW"),
