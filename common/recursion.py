@@ -18,19 +18,15 @@ class Section(NamedTuple):
     a1: float
     a2: float
 
-    @property
-    def settled(self) -> Array:
-        """State after a constant input of ones, shape (2,)."""
-        level = (self.b0 + self.b1 + self.b2) / (1.0 + self.a1 + self.a2)
-        last = self.b2 - self.a2 * level
-        return np.array([self.b1 - self.a1 * level + last, last])
-
-    def filtered(self, signals: Array, state: Array) -> Array:
-        """Filter signals (N, k); ``state``: what earlier samples add to the first two, shape (2, k)."""
+    def filtered(self, signals: Array, before: Array) -> Array:
+        """Filter signals (N, k); ``before``: at which they stood until then, shape (k,)."""
         driven = self.b0 * signals
         driven[1:] += self.b1 * signals[:-1]
         driven[2:] += self.b2 * signals[:-2]
-        driven[:2] += state[: len(driven)]
+        # What earlier samples add to the first two.
+        level = (self.b0 + self.b1 + self.b2) / (1.0 + self.a1 + self.a2)
+        last = self.b2 - self.a2 * level
+        driven[:2] += np.outer([self.b1 - self.a1 * level + last, last], before)[: len(driven)]
         band = np.empty((3, len(signals)), order="F")
         band[:] = [[1.0], [self.a1], [self.a2]]
         filtered: Array = dtbtrs(band, np.asfortranarray(driven), uplo="L", diag="U", overwrite_b=True)[0]
@@ -56,5 +52,5 @@ def filtered(sections: Sequence[Section], signals: Array) -> Array:
     """Filter signals (N, k), which stood at their first values before, by one section of gain 1 after the other."""
     before = signals[0]
     for section in sections:
-        signals = section.filtered(signals, np.outer(section.settled, before))
+        signals = section.filtered(signals, before)
     return signals

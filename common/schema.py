@@ -20,7 +20,7 @@ import msgspec
 import numpy as np
 from msgspec import Meta, inspect
 
-from .brief import Brief
+from .arrays import Brief
 from .errors import InputError, encodable
 from .files import opened, write_bytes
 
@@ -291,11 +291,6 @@ def _encodable(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return list(map(_encodable, value))
     return encodable(value) if isinstance(value, str) else value
-
-
-def json_schema(kind: type[Table]) -> dict[str, Any]:
-    """Make the JSON Schema of a document."""
-    return msgspec.json.schema(kind, schema_hook=lambda _: {})
 
 
 def given(value: Any) -> Any:

@@ -7,8 +7,8 @@ from . import robot as robot
 from . import stand_in as stand_in
 from .base.closed_form import closed_form_base_parameters as closed_form_base_parameters
 from .base.parameters import BaseParameters as BaseParameters
+from .base.parameters import base_parameters as base_parameters
 from .base.parameters import base_regressor as base_regressor
-from .base.rank import base_parameters as base_parameters
 from .codegen import code_names as code_names
 from .codegen import generate_code as generate_code
 from .codegen import generate_numpy as generate_numpy
@@ -30,6 +30,7 @@ from .files.robot_file import load_robot as load_robot
 from .files.robot_file import read_payload as read_payload
 from .files.robot_file import robot_names as robot_names
 from .files.robot_file import robot_toml as robot_toml
+from .frames import forward_kinematics as forward_kinematics
 from .frames import mounted as mounted
 from .frames import with_gravity as with_gravity
 from .frames import with_tool as with_tool
@@ -38,7 +39,6 @@ from .friction import Friction as Friction
 from .friction import friction_terms as friction_terms
 from .inertia import INERTIAL as INERTIAL
 from .inertia import InertialParameters as InertialParameters
-from .kinematics import forward_kinematics as forward_kinematics
 from .motion import Motion as Motion
 from .motion import Processing as Processing
 from .motion import Recording as Recording

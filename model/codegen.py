@@ -13,13 +13,12 @@ import numpy as np
 from ..common.arrays import Array
 from ..common.errors import InputError
 from ..common.files import made_folder, write_text
-from .base.parameters import base_regressor
-from .base.rank import base_parameters
+from .base.parameters import base_parameters, base_regressor
 from .drives import DriveState, drive_terms, parameter_kind
 from .dynamics import coriolis, forward_dynamics, gravity, inverse_dynamics, inverse_dynamics_base, mass_matrix
+from .frames import FrameChange, add, cross, dot
 from .inertia import INERTIAL
 from .kernel.kernel import c_body
-from .kinematics import FrameChange, add, cross, dot
 from .pose import cos_sin
 from .regressors import (
     inertial_terms,

@@ -17,8 +17,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from ..common.arrays import Array
-from ..common.brief import Brief
+from ..common.arrays import Array, Brief
 from ..common.errors import InputError, holds_control, listed
 from .drives import Coupling, Drives, Spring
 from .friction import Friction, term_names, terms_of

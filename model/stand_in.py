@@ -13,8 +13,8 @@ from ..common import Array, InputError
 from ..common.errors import listed
 from .drives import joint_of, parameter_kind
 from .dynamics import gravity, mass_matrix
+from .frames import FrameChange
 from .inertia import INERTIAL, InertialParameters
-from .kinematics import FrameChange
 from .pose import Pose
 from .regressors import standard_columns
 from .robot import ASSUMED, SOURCED, Robot, check_robot

@@ -24,7 +24,7 @@ smallest case is two orthogonal prismatic joints, the second horizontal. With jo
 
 M1, IA1, M2 and IA2 have three combinations only: M1R = M1 - IA2, IA1 and M2R = M2 + IA2.
 
-The rules hold for any non-zero gravity and for coupled drives of joints that turn; rank.py covers the rest.
+The rules hold for any non-zero gravity and for coupled drives of joints that turn; QR covers the rest.
 The geometry is taken as exact: from the angles that are snapped to a multiple of 90 degrees (1e-4 rad) up to
 about 3e-3 rad from one, effects of the angle squared can be too small for QR to see.
 """
@@ -40,9 +40,8 @@ import numpy as np
 
 from ...common import Array, InputError, Mask
 from ..drives import parameter_kind
-from ..frames import frames_at
+from ..frames import FrameChange, frames_at
 from ..inertia import INERTIAL, InertialParameters
-from ..kinematics import FrameChange
 from ..pose import Pose
 from ..regressors import standard_columns
 from ..robot import Joint, Robot

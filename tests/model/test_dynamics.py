@@ -10,8 +10,8 @@ from dynident import model
 from dynident.common.arrays import Array
 from dynident.model.drives import parameter_kind
 from dynident.model.dynamics import dry_friction_names, smooth_dry_friction
+from dynident.model.frames import forward_kinematics, point_at
 from dynident.model.kernel.kernel import read_program
-from dynident.model.kinematics import forward_kinematics, point_at
 from dynident.model.regressors import regressor_at
 from dynident.tests.conftest import CROOKED
 from dynident.tests.model.random_robots import random_robot

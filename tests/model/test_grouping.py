@@ -11,8 +11,7 @@ import pytest
 from dynident import model
 from dynident.common.errors import InputError
 from dynident.model.base import closed_form
-from dynident.model.base.parameters import BaseParameters
-from dynident.model.base.rank import leftmost_independent, random_states, stacked_regressor
+from dynident.model.base.parameters import BaseParameters, leftmost_independent, random_states, stacked_regressor
 from dynident.model.regressors import payload_columns
 from dynident.tests.model.random_robots import random_robot, small_robots
 from dynident.tests.model.three_ways import Comparison, compare, local_transfer_base_parameters

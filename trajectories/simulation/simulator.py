@@ -209,4 +209,4 @@ def _exponential(draw: np.random.Generator, shape: tuple[int, ...], memory: floa
     decay = float(np.exp(-1.0 / memory))
     fresh = draw.standard_normal(shape)
     fresh[1:] *= np.sqrt(1.0 - decay**2)
-    return Section(1.0, 0.0, 0.0, -decay, 0.0).filtered(fresh, np.zeros((2, shape[1])))
+    return Section(1.0, 0.0, 0.0, -decay, 0.0).filtered(fresh, np.zeros(shape[1]))
