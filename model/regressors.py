@@ -69,13 +69,15 @@ def regressor(robot: Robot, columns: Sequence[str], name: str = "regressor") -> 
     return ca.Function(name, [*inputs.values()], [ca.cse(phi)], [*inputs], ["Phi"])
 
 
-def regressor_expression(robot: Robot, columns: Sequence[str], sign: Sign = ca.sign) -> tuple[DriveState, ca.SX]:
+def regressor_expression(
+    robot: Robot, columns: Sequence[str], sign: Sign | None = None
+) -> tuple[DriveState, ca.SX]:
     """Symbols q, qd, qdd, load and the regressor's matrix, to build on; arguments, errors as ``regressor``.
 
     ``sign``: what stands for the sign in dry friction; by ``smooth_sign`` the matrix has a slope everywhere.
     """
     state, terms = _terms(robot)
-    if sign is not ca.sign:
+    if sign is not None:
         terms = terms | drive_terms(robot.drives, state, sign)
     phi = ca.SX(robot.n, len(columns))
     for k, column in enumerate(columns):

@@ -58,7 +58,7 @@ for _name in (*_EACH, "fmin", "fmax", "atan2"):
 for _name, _sign in (("LT", "<"), ("LE", "<="), ("EQ", "=="), ("NE", "!=")):
     OPERATIONS[_name] = f"vselect({{0}} {_sign} {{1}})"
 
-_BY_CODE = {getattr(ca, f"OP_{name}"): name for name in OPERATIONS}
+BY_CODE = {getattr(ca, f"OP_{name}"): name for name in OPERATIONS}
 
 
 class Step(NamedTuple):
@@ -106,8 +106,8 @@ def read_program(function: ca.Function) -> Program:
             inputs[size] = rows[source[0]] + source[1]
         elif code == ca.OP_CONST:
             constants[size] = float(function.instruction_constant(k))
-        elif code in _BY_CODE:
-            steps.append(Step(_BY_CODE[code], size, tuple(register[s] for s in source)))
+        elif code in BY_CODE:
+            steps.append(Step(BY_CODE[code], size, tuple(register[s] for s in source)))
         else:
             raise TypeError(f"{function.name()} uses CasADi operation {code}, which the kernel does not know")
         register[target[0]] = size
