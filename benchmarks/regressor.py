@@ -19,7 +19,7 @@ import pinocchio as pin
 from dynident import model
 from dynident.benchmarks.shared import options, show
 from dynident.common.arrays import Array
-from dynident.model.base.parameters import random_states
+from dynident.model.base import random_states
 from dynident.model.kernel.kernel import Kernel, read_program
 
 SAMPLES, ROUNDS = 10_500, 5

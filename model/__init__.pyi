@@ -5,10 +5,10 @@ from . import motion as motion
 from . import regressors as regressors
 from . import robot as robot
 from . import stand_in as stand_in
-from .base.closed_form import closed_form_base_parameters as closed_form_base_parameters
-from .base.parameters import BaseParameters as BaseParameters
-from .base.parameters import base_parameters as base_parameters
-from .base.parameters import base_regressor as base_regressor
+from .base import BaseParameters as BaseParameters
+from .base import base_parameters as base_parameters
+from .base import base_regressor as base_regressor
+from .base import closed_form_base_parameters as closed_form_base_parameters
 from .codegen import code_names as code_names
 from .codegen import generate_code as generate_code
 from .codegen import generate_numpy as generate_numpy

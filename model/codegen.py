@@ -13,21 +13,14 @@ import numpy as np
 from ..common.arrays import Array
 from ..common.errors import InputError
 from ..common.files import made_folder, write_text
-from .base.parameters import base_parameters, base_regressor
+from .base import base_parameters, base_regressor
 from .drives import DriveState, drive_terms, parameter_kind
 from .dynamics import coriolis, forward_dynamics, gravity, inverse_dynamics, inverse_dynamics_base, mass_matrix
 from .frames import FrameChange, add, cross, dot
 from .inertia import INERTIAL
 from .kernel.kernel import BY_CODE, OPERATIONS, c_body
 from .pose import cos_sin
-from .regressors import (
-    inertial_terms,
-    link_wrenches,
-    payload_columns,
-    payload_regressor,
-    standard_columns,
-    standard_regressor,
-)
+from .regressors import inertial_terms, link_wrenches, payload_columns, payload_regressor, standard_regressor
 from .robot import Joint, Limits, Robot
 
 _OF_BASE = inverse_dynamics_base, base_regressor  # functions that are made for base parameters
@@ -73,7 +66,7 @@ def generate_code(robot: Robot, name: str, folder: str | Path) -> tuple[Path, ..
     make = _FUNCTIONS[name]
     base = base_parameters(robot) if make in _OF_BASE else None
     function = make(robot, base) if base else make(robot)
-    columns = payload_columns(robot) if name == "payload_regressor" else standard_columns(robot)
+    columns = payload_columns(robot) if name == "payload_regressor" else robot.standard
     columns = base.columns if base else columns
     where = "Columns of Phi" if function.name_out(0) == "Phi" else "Entries of chi"
     about = _comment(f"{where}: {', '.join(f'{k}={column}' for k, column in enumerate(columns))}")

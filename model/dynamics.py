@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import casadi as ca
 
-from .base.parameters import BaseParameters
+from .base import BaseParameters
 from .drives import DriveState, drive_terms, parameter_kind, smooth_sign
 from .frames import ZERO, FrameChange, add, cross
 from .inertia import INERTIAL

@@ -170,10 +170,8 @@ def bodies_in_link_frames(robot: Robot, parameters: Mapping[str, float]) -> dict
 def step(joint: Joint, q: float) -> tuple[Pose, Pose]:
     """Poses of both halves of the way from frame j-1 to frame j at position ``q``: along x, then along z."""
     theta, r = (joint.theta + q, joint.r) if joint.revolute else (joint.theta, joint.r + q)
-    return (
-        Pose.from_rpy((joint.d, 0.0, 0.0), (joint.alpha, 0.0, 0.0)),
-        Pose.from_rpy((0.0, 0.0, r), (0.0, 0.0, theta)),
-    )
+    along_x = Pose.from_rpy((joint.d, 0.0, 0.0), (joint.alpha, 0.0, 0.0))
+    return along_x, Pose.from_rpy((0.0, 0.0, r), (0.0, 0.0, theta))
 
 
 def frames_at(robot: Robot, q: Sequence[float]) -> tuple[Pose, ...]:

@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 
 from ..common import Array, InputError, without
-from .base.parameters import BaseParameters, base_parameters_of
+from .base import BaseParameters, base_parameters_of
 from .drives import parameter_kind
 from .inertia import INERTIAL
 from .regressors import payload_columns, regressor_at, standard_columns

@@ -168,7 +168,9 @@ class JointTable(Table, frozen=True):
                 limits[key.format(_UNITS[joint.kind])] = tuple(map(shown, ends)) if len(ends) > 1 else shown(*ends)
         d, r = (name if length else 0.0 for name, length in lengths_of(joint, number))
         alpha, theta = degrees(joint.alpha), degrees(joint.theta)
-        return JointTable(joint.kind, alpha, d, theta, r, torque=_finite(joint.limits.torque), **limits)
+        if math.isfinite(joint.limits.torque):
+            limits["torque"] = joint.limits.torque
+        return JointTable(joint.kind, alpha, d, theta, r, **limits)
 
     def joint(self, lengths: Mapping[str, float]) -> Joint:
         """Make the joint."""
@@ -202,10 +204,6 @@ def degrees(angle: float) -> float:
     exact, near = math.degrees(angle), 1e-14 * max(1.0, abs(angle))
     short = (round(exact, digits) + 0.0 for digits in range(14))
     return next((value for value in short if abs(math.radians(value) - angle) <= near), exact)
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 class CouplingTable(Table, frozen=True):
@@ -320,7 +318,7 @@ class RobotTable(Table, frozen=True, kw_only=True):
         return RobotTable(
             **same,
             source=source,
-            rated_payload_kg=_finite(robot.rated_payload),
+            rated_payload_kg=None if math.isinf(robot.rated_payload) else robot.rated_payload,
             mass_kg=robot.mass,
             flange_in_payload_frame=PoseTable.of(robot.flange_pose) if robot.flange_pose else None,
             sources={name: robot.sources[name] for name in SOURCED if name in robot.sources},

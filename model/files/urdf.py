@@ -77,11 +77,8 @@ def load_urdf(path: str | Path | Source, base: str | None = None, tip: str | Non
     """Read a serial robot from a URDF or xacro file.
 
     Fixed joints are merged, meshes are not read. Gravity points along -z of the base link. Joint positions count
-    as in the file. Inertias are read into ``Robot.parameters``, as a prior.
-
-    Args:
-        base: first link of the chain; the root by default.
-        tip: the flange's link; by default the only link at an end of the tree that a joint moves.
+    as in the file. Inertias are read into ``Robot.parameters``, as a prior. ``base``: first link of the chain, the
+    root by default; ``tip``: the flange's link, by default the only link at an end of the tree that a joint moves.
     """
     tree = read_urdf(path)
     with naming(tree.source):
@@ -170,9 +167,7 @@ def _chain(tree: Urdf, base: str, tip: str) -> tuple[list[tuple[UrdfJoint, Pose]
     pose, moving, fault = Pose(), [], ""
     for joint in reversed(path):
         pose = pose @ joint.origin
-        if joint.kind == "fixed":
-            continue
-        if fault:
+        if joint.kind == "fixed" or fault:
             continue
         if joint.kind not in _MOVES:
             fault = f"joint {joint.name!r} is {joint.kind or 'of no kind'!r}: a chain of revolute, continuous, "

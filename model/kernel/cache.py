@@ -38,8 +38,7 @@ class CompilerUnavailable(RuntimeError):  # noqa: N818
 def compiled_library(source: str, *functions: str) -> ctypes.CDLL:
     """Load the library of a C source with these functions, compiling it if the cache does not hold it.
 
-    Raises:
-        CompilerUnavailable: without a working compiler or with ``DYNIDENT_NO_COMPILER=1``.
+    Raises CompilerUnavailable without a working compiler or with ``DYNIDENT_NO_COMPILER=1``.
     """
     if os.environ.get("DYNIDENT_NO_COMPILER", "") not in ("", "0"):
         raise CompilerUnavailable("DYNIDENT_NO_COMPILER is set")

@@ -80,11 +80,7 @@ class Program(NamedTuple):
 
 
 def read_program(function: ca.Function) -> Program:
-    """Read the operation list of an SX function.
-
-    Raises:
-        TypeError: if the function is not made of scalar (SX) operations or uses one that is not supported.
-    """
+    """Read the operation list of a function; TypeError if it has others than scalar (SX) ones that are known."""
     if not function.is_a("SXFunction"):
         raise TypeError(f"{function.name()} is not an SX function: expand() it first")
     sizes = tuple(function.nnz_in(k) for k in range(function.n_in()))
@@ -264,18 +260,13 @@ def c_number(value: float) -> str:
 Fill = Callable[[Sequence[Array], Array, bool], None]
 """Function of inputs, of the array (steps x entries x N, C-contiguous) that it fills, and whether steps chain.
 
-Inputs hold the samples of each step (steps x N x size), of all steps (N x size), or what all samples share (size,);
-their last axes are C-contiguous. Where steps are chained the first one is the state, which ends as the last step
-leaves it.
+Inputs are those of ``Kernel.chain``, their last axes C-contiguous. Where steps are chained the first one is the
+state, which ends as the last step leaves it.
 """
 
 
 def compiled_fill(program: Program) -> Fill:
-    """Compile a program, or take the library from the cache.
-
-    Raises:
-        CompilerUnavailable: if there is no working C compiler.
-    """
+    """Compile a program, or take the library from the cache; raises ``CompilerUnavailable``."""
     size, run = len(program.outputs) * _CHUNK, compiled_library(c_source(program), "run").run
     pointer, number = ctypes.c_void_p, ctypes.c_longlong
     pointers, numbers = ctypes.POINTER(pointer), ctypes.POINTER(number)
@@ -406,16 +397,10 @@ class Kernel:
         return Kernel, (self._function,)
 
     def __call__(self, *inputs: Array) -> Array:
-        """Evaluate on N samples.
+        """Evaluate on N samples: the non-zero entries, (entries, N), in CasADi's (column-major) order.
 
-        Args:
-            inputs: one array per input of the function, each (N, size), or (size,) where all samples share it.
-
-        Returns:
-            The non-zero entries, shape (entries, N), in CasADi's (column-major) order.
-
-        Raises:
-            ValueError: if the inputs do not fit the function.
+        ``inputs``: one array per input of the function, each (N, size), or (size,) where all samples share it;
+        ValueError if they do not fit the function.
         """
         result = np.empty((self._outputs, self._samples(inputs)))
         if result.size:
@@ -425,16 +410,9 @@ class Kernel:
     def chain(self, state: Array, *inputs: Array) -> Array:
         """Evaluate step after step: the first input is the state, which takes the first outputs of each step.
 
-        Args:
-            state: before the first step, (N, size).
-            inputs: the others, each (steps, N, size), (N, size) where all steps share it, or (size,) where all
-                samples do too; one at least differs from step to step.
-
-        Returns:
-            The entries of each step, shape (steps, entries, N).
-
-        Raises:
-            ValueError: if the inputs do not fit the function or each other.
+        Gives the entries of each step, (steps, entries, N). ``state``: before the first step, (N, size);
+        ``inputs``: the others, each (steps, N, size), (N, size) where all steps share it, or (size,) where all
+        samples do too; one at least differs from step to step. ValueError if they do not fit the function.
         """
         if self._outputs < self._sizes[0]:  # compiled code would read beyond them
             raise ValueError(f"{self._outputs} outputs cannot be the next state of {self._sizes[0]} numbers")
