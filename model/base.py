@@ -32,9 +32,9 @@ about 3e-3 rad from one, effects of the angle squared can be too small for QR to
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import lru_cache
 from itertools import chain, combinations, groupby
 from typing import Literal, NamedTuple
 
@@ -221,8 +221,8 @@ def leftmost_independent(W: Array) -> list[int]:
     return [int(k) for k in np.flatnonzero(left_residuals(W) > RANK_TOLERANCE)]
 
 
-def left_residuals(W: Array, tolerance: float = RANK_TOLERANCE) -> Array:
-    """Residual of each column without those to its left, over the largest column: dependent below the tolerance."""
+def left_residuals(W: Array) -> Array:
+    """Residual of each column without those to its left, over the largest column; ``RANK_TOLERANCE`` decides."""
     # Every residual is orthogonalised twice, so that the decision does not hang on rounding.
     largest = np.linalg.norm(W, axis=0).max(initial=0.0)
     residuals = np.zeros(W.shape[1])
@@ -236,7 +236,7 @@ def left_residuals(W: Array, tolerance: float = RANK_TOLERANCE) -> Array:
         residual -= before @ (before.T @ residual)
         size = np.linalg.norm(residual)
         residuals[k] = size / largest if largest > 0.0 else 0.0
-        if residuals[k] > tolerance:
+        if residuals[k] > RANK_TOLERANCE:
             basis[:, known] = residual / size
             known += 1
     return residuals
@@ -274,13 +274,27 @@ def closed_form_base_parameters(robot: Robot) -> BaseParameters:
     columns, regroupings = standard_columns(robot), moves(robot)
     dropped = {f"{move.drop}{move.joint + 1}" for move in regroupings}
     chosen = [k for k, name in enumerate(columns) if name not in dropped]
-    grouping = partial(_grouping, robot, regroupings)
-    terms = _second_degree(grouping, sorted(lengths))
+
+    def at(**sizes: float) -> Array:
+        return _grouping(robot, regroupings, dict.fromkeys(lengths, 0.0) | sizes)
+
+    # A grouping is of second degree in the lengths, so some of its values give all coefficients: Steiner's theorem
+    # has squares, and what was moved once has no longer terms.
+    names, constant = sorted(lengths), at()
+    plus, minus = ({name: at(**{name: size}) for name in names} for size in (1.0, -1.0))
+    terms: list[tuple[_Monomial, Array]] = [((), constant)]
+    for name in names:
+        terms.append(((name,), 0.5 * (plus[name] - minus[name])))
+        terms.append(((name, name), 0.5 * (plus[name] + minus[name]) - constant))
+    for a, b in combinations(names, 2):
+        terms.append(((a, b), at(**{a: 1.0, b: 1.0}) - plus[a] - plus[b] + constant))
     expressions = [
         _sum_text((product, factors[row, k], name) for product, factors in terms for k, name in enumerate(columns))
         for row in chosen
     ]
-    return BaseParameters(columns, tuple(chosen), grouping({})[chosen], "closed form", tuple(expressions))
+    return BaseParameters(
+        columns, tuple(chosen), _grouping(robot, regroupings, {})[chosen], "closed form", tuple(expressions)
+    )
 
 
 def moves(robot: Robot) -> list[Move]:
@@ -395,28 +409,6 @@ def _grouping(robot: Robot, regroupings: Sequence[Move], lengths: Mapping[str, f
         for name, size in before.named(str(move.joint)).items():
             rows[index[name]] += amount * size
     return rows
-
-
-def _second_degree(
-    function: Callable[[Mapping[str, float]], Array], names: Sequence[str]
-) -> list[tuple[_Monomial, Array]]:
-    """Coefficients of a polynomial in some lengths, by its values.
-
-    A grouping is of second degree: Steiner's theorem has squares, and what was moved once has no longer terms.
-    """
-
-    def at(**lengths: float) -> Array:
-        return function(dict.fromkeys(names, 0.0) | lengths)
-
-    constant = at()
-    plus, minus = ({name: at(**{name: size}) for name in names} for size in (1.0, -1.0))
-    terms: list[tuple[_Monomial, Array]] = [((), constant)]
-    for name in names:
-        terms.append(((name,), 0.5 * (plus[name] - minus[name])))
-        terms.append(((name, name), 0.5 * (plus[name] + minus[name]) - constant))
-    for a, b in combinations(names, 2):
-        terms.append(((a, b), at(**{a: 1.0, b: 1.0}) - plus[a] - plus[b] + constant))
-    return terms
 
 
 def _sum_text(terms: Iterable[tuple[_Monomial, float, str]]) -> str:

@@ -180,74 +180,50 @@ static inline reals vcos(reals x) { return vhuge(x) ? veach(cos, x) : vturn(x, 1
 """
 
 _LOOP = """
-static const long long size[] = {{{sizes}}};
-enum {{ inputs = {inputs}, outputs = {outputs}, widest = {widest}, tile = 8, chunk = {chunk} }};
-
 /* Eight numbers of each output for every eight samples; in[k]: samples of input k, one after the other, step[k]
    numbers apart (0: all samples share it). What the last tile has to spare holds anything. */
-static void tiles(const double *const *in, const long long *step, double *out, long long n) {{
+static void tiles(const double *const *in, const long long *step, double *out, long long n) {
   long long i = 0;
   for (; i + tile <= n; i += tile)
     for (int s = 0; s < tile; s += LANES) samples(in, step, i + s, out + i * outputs + s);
-  if (i < n) {{
+  if (i < n) {
     double last[inputs][tile * widest];
     const double *rows[inputs];
     const int count = n - i;
-    for (int k = 0; k < inputs; ++k) {{
-      for (int s = 0; s < tile; ++s) {{
+    for (int k = 0; k < inputs; ++k) {
+      for (int s = 0; s < tile; ++s) {
         const double *sample = in[k] + (i + (s < count ? s : count - 1)) * step[k];
         for (int c = 0; c < size[k]; ++c) last[k][s * size[k] + c] = sample[c];
-      }}
+      }
       rows[k] = last[k];
-    }}
+    }
     for (int s = 0; s < count; s += LANES) samples(rows, size, s, out + i * outputs + s);
-  }}
-}}
+  }
+}
 
 /* count steps one after the other, each a row of n numbers for every output; input k moves on by ahead[k] numbers
    a step. state: input 0, which takes the first outputs of each step, or 0. work: room for outputs x chunk. */
 void run(const double *const *in, const long long *step, const long long *ahead, double *state, double *out,
-         double *work, long long n, long long count) {{
+         double *work, long long n, long long count) {
   const double *from[inputs];
-  for (long long i = 0; i < count; ++i, out += outputs * n) {{
-    for (long long first = 0; first < n; first += chunk) {{
+  for (long long i = 0; i < count; ++i, out += outputs * n) {
+    for (long long first = 0; first < n; first += chunk) {
       const long long some = n - first < chunk ? n - first : chunk;
       for (int k = 0; k < inputs; ++k) from[k] = in[k] + i * ahead[k] + first * step[k];
       tiles(from, step, work, some);
-      for (int r = 0; r < outputs; ++r) {{
+      for (int r = 0; r < outputs; ++r) {
         double *row = out + r * n + first;
         const double *tiled = work + r * tile;
         long long s = 0;
         for (; s + tile <= some; s += tile) memcpy(row + s, tiled + s * outputs, tile * sizeof(double));
         if (s < some) memcpy(row + s, tiled + s * outputs, (some - s) * sizeof(double));
-      }}
-    }}
+      }
+    }
     for (int r = 0; state && r < size[0]; ++r)
       for (long long s = 0; s < n; ++s) state[s * size[0] + r] = out[r * n + s];
-  }}
-}}
+  }
+}
 """
-
-
-def c_source(program: Program) -> str:
-    """Write the program as one C file that exports ``run``."""
-    lines = ["", "static void samples(const double *const *in, const long long *step, long long i, double *out) {"]
-    entries = [(k, row) for k, size in enumerate(program.input_sizes) for row in range(size)]
-    load = "vload(in[{0}] + i * step[{0}] + {1}, step[{0}])"
-    lines += [f"  reals x{k} = {load.format(*entries[row])};" for k, row in program.inputs.items()]
-    lines += [f"  reals x{k} = vsplat({c_number(value)});" for k, value in program.constants.items()]
-    for step in program.steps:
-        expression = OPERATIONS[step.name].format(*(f"x{k}" for k in step.arguments))
-        lines.append(f"  reals x{step.result} = {expression};")
-    lines += [f"  vstore(out + {8 * row}, x{k});" for row, k in enumerate(program.outputs)]
-    loop = _LOOP.format(
-        sizes=", ".join(map(str, program.input_sizes)),
-        inputs=len(program.input_sizes),
-        outputs=len(program.outputs),
-        widest=max(program.input_sizes),
-        chunk=_CHUNK,
-    )
-    return _PRELUDE + "\n".join(lines) + "\n}\n" + loop
 
 
 def c_number(value: float) -> str:
@@ -267,7 +243,21 @@ state, which ends as the last step leaves it.
 
 def compiled_fill(program: Program) -> Fill:
     """Compile a program, or take the library from the cache; raises ``CompilerUnavailable``."""
-    size, run = len(program.outputs) * _CHUNK, compiled_library(c_source(program), "run").run
+    sizes, chunk = program.input_sizes, f"tile = 8, chunk = {_CHUNK}"
+    lines = [f"static const long long size[] = {{{', '.join(map(str, sizes))}}};"]
+    lines += [
+        f"enum {{ inputs = {len(sizes)}, outputs = {len(program.outputs)}, widest = {max(sizes)}, {chunk} }};"
+    ]
+    lines += ["static void samples(const double *const *in, const long long *step, long long i, double *out) {"]
+    entries = [(k, row) for k, size in enumerate(sizes) for row in range(size)]
+    load = "vload(in[{0}] + i * step[{0}] + {1}, step[{0}])"
+    lines += [f"  reals x{k} = {load.format(*entries[row])};" for k, row in program.inputs.items()]
+    lines += [f"  reals x{k} = vsplat({c_number(value)});" for k, value in program.constants.items()]
+    for step in program.steps:
+        expression = OPERATIONS[step.name].format(*(f"x{k}" for k in step.arguments))
+        lines.append(f"  reals x{step.result} = {expression};")
+    lines += [f"  vstore(out + {8 * row}, x{k});" for row, k in enumerate(program.outputs)]
+    run = compiled_library("\n".join([_PRELUDE, *lines, "}", _LOOP]), "run").run
     pointer, number = ctypes.c_void_p, ctypes.c_longlong
     pointers, numbers = ctypes.POINTER(pointer), ctypes.POINTER(number)
     run.argtypes = [pointers, numbers, numbers, pointer, pointer, pointer, number, number]
@@ -279,7 +269,7 @@ def compiled_fill(program: Program) -> Fill:
         apart = [x.shape[-1] if x.ndim >= 2 else 0 for x in inputs]
         ahead = [x.strides[0] // x.itemsize if x.ndim == 3 else 0 for x in inputs]
         numbers = ctypes.c_longlong * len(inputs)
-        work, state = np.empty(size), inputs[0].ctypes.data if chained else 0
+        work, state = np.empty(len(program.outputs) * _CHUNK), inputs[0].ctypes.data if chained else 0
         steps, _, samples = out.shape
         arrays = starts, numbers(*apart), numbers(*ahead)
         run(*arrays, state, out.ctypes.data, work.ctypes.data, samples, steps)
