@@ -84,7 +84,7 @@ def times() -> None:
 
 def operation_counts(function: ca.Function) -> tuple[int, int, int, int]:
     """Multiplications (and divisions), additions (and subtractions), changes of sign, other operations."""
-    counts = Counter(KINDS.get(step.name, "other") for step in read_program(function).steps)
+    counts = Counter(KINDS.get(name, "other") for name, *_ in read_program(function).steps)
     return counts["x"], counts["+"], counts["-"], counts["other"]
 
 

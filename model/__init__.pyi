@@ -24,13 +24,13 @@ from .dynamics import inverse_dynamics as inverse_dynamics
 from .dynamics import inverse_dynamics_base as inverse_dynamics_base
 from .dynamics import inverse_dynamics_slopes as inverse_dynamics_slopes
 from .dynamics import mass_matrix as mass_matrix
-from .files.reframe import JointAxis as JointAxis
-from .files.reframe import modified_dh as modified_dh
 from .files.robot_file import load_robot as load_robot
 from .files.robot_file import read_payload as read_payload
 from .files.robot_file import robot_names as robot_names
 from .files.robot_file import robot_toml as robot_toml
+from .frames import JointAxis as JointAxis
 from .frames import forward_kinematics as forward_kinematics
+from .frames import modified_dh as modified_dh
 from .frames import mounted as mounted
 from .frames import with_gravity as with_gravity
 from .frames import with_tool as with_tool

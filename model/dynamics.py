@@ -79,14 +79,16 @@ def mass_matrix(robot: Robot) -> ca.Function:
 def coriolis(robot: Robot) -> ca.Function:
     """``coriolis(q, qd, chi) -> c``, n x 1: Coriolis and centrifugal torques C(q, qd) qd."""
     q, qd, _, chi = _symbols(robot)
-    return _function("coriolis", {"q": q, "qd": qd, "chi": chi}, c=_coriolis(robot, q, qd, chi))
+    weightless = replace(robot, gravity=(0.0, 0.0, 0.0))
+    torque = _rigid_body_torque(weightless, q, qd, ca.SX.zeros(robot.n), chi)
+    return _function("coriolis", {"q": q, "qd": qd, "chi": chi}, c=torque)
 
 
 def coriolis_matrix(robot: Robot) -> ca.Function:
     """``coriolis_matrix(q, qd, chi) -> C``, n x n, by Christoffel symbols: dA/dt - 2 C is skew-symmetric."""
     q, qd, _, chi = _symbols(robot)
     # c is quadratic in qd with the (symmetric) Christoffel symbols as coefficients.
-    matrix = 0.5 * ca.jacobian(_coriolis(robot, q, qd, chi), qd)
+    matrix = 0.5 * ca.jacobian(coriolis(robot)(q, qd, chi), qd)
     return _function("coriolis_matrix", {"q": q, "qd": qd, "chi": chi}, C=matrix)
 
 
@@ -180,11 +182,6 @@ def _mass_matrix(inverse: ca.Function, q: ca.SX, chi: ca.SX) -> ca.SX:
     torque = inverse(q, ca.SX.zeros(q.numel()), qdd, chi)
     # The lower half needs fewer operations than the upper one.
     return ca.tril2symm(ca.tril(ca.jacobian(torque, qdd)))
-
-
-def _coriolis(robot: Robot, q: ca.SX, qd: ca.SX, chi: ca.SX) -> ca.SX:
-    weightless = replace(robot, gravity=(0.0, 0.0, 0.0))
-    return _rigid_body_torque(weightless, q, qd, ca.SX.zeros(robot.n), chi)
 
 
 def _rigid_body_torque(robot: Robot, q: ca.SX, qd: ca.SX, qdd: ca.SX, chi: ca.SX) -> ca.SX:

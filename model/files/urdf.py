@@ -16,13 +16,12 @@ import numpy as np
 
 from ...common.errors import InputError, listed
 from ...common.schema import naming, read_text
-from ..frames import frames_at
+from ..frames import JointAxis, frames_at, modified_dh
 from ..inertia import InertialParameters, symmetric, ten_parameters
 from ..motion import Processing, usual_slow_speed
 from ..pose import Pose
 from ..robot import Limits, Links, Mesh, Robot, snapped
 from .described import Source, expanded, package_places
-from .reframe import JointAxis, modified_dh
 
 _LARGEST_FILE = 5_000_000
 """Largest file that is read, in bytes; a description without its meshes comes nowhere near."""

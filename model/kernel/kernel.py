@@ -61,20 +61,13 @@ for _name, _sign in (("LT", "<"), ("LE", "<="), ("EQ", "=="), ("NE", "!=")):
 BY_CODE = {getattr(ca, f"OP_{name}"): name for name in OPERATIONS}
 
 
-class Step(NamedTuple):
-    """Step of a program: ``values[result] = name(*values[arguments])``."""
-
-    name: str
-    result: int
-    arguments: tuple[int, ...]
-
-
 class Program(NamedTuple):
     """Operations that compute a function's outputs, one sample at a time."""
 
     inputs: dict[int, int]  # value index -> row of the stacked inputs (all inputs one below the other)
     constants: dict[int, float]  # value index -> number
-    steps: tuple[Step, ...]  # operations in order
+    # operations in order: values[result] = name(*values[arguments]), as (name, result, arguments)
+    steps: tuple[tuple[str, int, tuple[int, ...]], ...]
     outputs: tuple[int, ...]  # value index of each non-zero output, in CasADi's order, outputs one below the other
     input_sizes: tuple[int, ...]  # size of each input
 
@@ -89,7 +82,7 @@ def read_program(function: ca.Function) -> Program:
     register: dict[int, int] = {}
     inputs: dict[int, int] = {}
     constants: dict[int, float] = {}
-    steps: list[Step] = []
+    steps: list[tuple[str, int, tuple[int, ...]]] = []
     outputs = [-1] * offsets[-1]
     size = 0
     for k in range(function.n_instructions()):
@@ -103,7 +96,7 @@ def read_program(function: ca.Function) -> Program:
         elif code == ca.OP_CONST:
             constants[size] = float(function.instruction_constant(k))
         elif code in BY_CODE:
-            steps.append(Step(BY_CODE[code], size, tuple(register[s] for s in source)))
+            steps.append((BY_CODE[code], size, tuple(register[s] for s in source)))
         else:
             raise TypeError(f"{function.name()} uses CasADi operation {code}, which the kernel does not know")
         register[target[0]] = size
@@ -253,9 +246,8 @@ def compiled_fill(program: Program) -> Fill:
     load = "vload(in[{0}] + i * step[{0}] + {1}, step[{0}])"
     lines += [f"  reals x{k} = {load.format(*entries[row])};" for k, row in program.inputs.items()]
     lines += [f"  reals x{k} = vsplat({c_number(value)});" for k, value in program.constants.items()]
-    for step in program.steps:
-        expression = OPERATIONS[step.name].format(*(f"x{k}" for k in step.arguments))
-        lines.append(f"  reals x{step.result} = {expression};")
+    for name, result, arguments in program.steps:
+        lines.append(f"  reals x{result} = {OPERATIONS[name].format(*(f'x{k}' for k in arguments))};")
     lines += [f"  vstore(out + {8 * row}, x{k});" for row, k in enumerate(program.outputs)]
     run = compiled_library("\n".join([_PRELUDE, *lines, "}", _LOOP]), "run").run
     pointer, number = ctypes.c_void_p, ctypes.c_longlong
@@ -284,12 +276,12 @@ def numpy_fill(program: Program) -> Fill:
     """Make the function that evaluates a program by NumPy, of steps that do not chain."""
     lines = [f"x{k} = rows[{row}]" for k, row in program.inputs.items()]
     lines += [f"x{k} = np.float64('{value!r}')" for k, value in program.constants.items()]
-    last = {value: k for k, step in enumerate(program.steps) for value in step.arguments}
-    for k, step in enumerate(program.steps):
-        lines.append(f"x{step.result} = {OPERATIONS[step.name].format(*(f'x{value}' for value in step.arguments))}")
+    last = {value: result for _, result, arguments in program.steps for value in arguments}
+    for name, result, arguments in program.steps:
+        lines.append(f"x{result} = {OPERATIONS[name].format(*(f'x{value}' for value in arguments))}")
         # Each value is forgotten after its last use.
-        used = set(step.arguments) - set(program.outputs)
-        lines += [f"del x{value}" for value in sorted(used) if last[value] == k]
+        used = set(arguments) - set(program.outputs)
+        lines += [f"del x{value}" for value in sorted(used) if last[value] == result]
     lines += [f"out[{row}] = x{k}" for row, k in enumerate(program.outputs)]
     names = dict(_NUMPY)
     exec("\n    ".join(["def run(rows, out):", *lines, "return"]), names)
@@ -331,26 +323,23 @@ def c_body(function: ca.Function) -> list[str]:
     texts, uses = dict(OPERATIONS), Counter(program.outputs)
     for name, pattern, replacement in ((name, *rule) for name in texts for rule in _SCALAR):
         texts[name] = re.sub(pattern, replacement, texts[name])
-    for step in program.steps:
-        for index, argument in enumerate(step.arguments):
-            uses[argument] += texts[step.name].count(f"{{{index}}}")
+    for name, _, arguments in program.steps:
+        for index, argument in enumerate(arguments):
+            uses[argument] += texts[name].count(f"{{{index}}}")
     values = {k: "{}[{}]".format(*inputs[row]) for k, row in program.inputs.items()}
     values |= {k: c_number(number) for k, number in program.constants.items()}
     lines: list[str] = []
-    for step in program.steps:
-        operands = (values[k] for k in step.arguments)
-        text = texts[step.name].format(
-            *(value if re.fullmatch(_PLAIN, value) else f"({value})" for value in operands)
-        )
-        if uses[step.result] > 1 or len(text) > _WIDTH:
-            name = f"x{len(lines)}"
-            lines.append(f"const double {name} = {text};")
-            text = name
-        values[step.result] = text
+    for name, result, arguments in program.steps:
+        operands = (values[k] for k in arguments)
+        text = texts[name].format(*(value if re.fullmatch(_PLAIN, value) else f"({value})" for value in operands))
+        if uses[result] > 1 or len(text) > _WIDTH:
+            lines.append(f"const double x{len(lines)} = {text};")
+            text = f"x{len(lines) - 1}"
+        values[result] = text
     output, (rows, columns) = function.name_out(0), function.size_out(0)
     sparsity = function.sparsity_out(0).get_triplet()
     entries = sorted((row * columns + column, k) for k, (row, column) in enumerate(zip(*sparsity, strict=True)))
-    read = {argument for step in program.steps for argument in step.arguments} | set(program.outputs)
+    read = {argument for *_, arguments in program.steps for argument in arguments} | set(program.outputs)
     used = {inputs[row][0] for value, row in program.inputs.items() if value in read}
     head = [f"(void){name};" for name in names if name not in used]
     if len(entries) < rows * columns:
