@@ -19,9 +19,8 @@ import pinocchio as pin
 from dynident import model
 from dynident.benchmarks.shared import options, show
 from dynident.common.arrays import Array
-from dynident.model.base.rank import random_states
-from dynident.model.kernel.kernel import Kernel
-from dynident.model.kernel.program import read_program
+from dynident.model.base import random_states
+from dynident.model.kernel.kernel import Kernel, read_program
 
 SAMPLES, ROUNDS = 10_500, 5
 WARM, REPEATS = 4, 12  # runs in a row of each: not counted, counted; everyone finds its own data in the cache
@@ -85,7 +84,7 @@ def times() -> None:
 
 def operation_counts(function: ca.Function) -> tuple[int, int, int, int]:
     """Multiplications (and divisions), additions (and subtractions), changes of sign, other operations."""
-    counts = Counter(KINDS.get(step.name, "other") for step in read_program(function).steps)
+    counts = Counter(KINDS.get(name, "other") for name, *_ in read_program(function).steps)
     return counts["x"], counts["+"], counts["-"], counts["other"]
 
 

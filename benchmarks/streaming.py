@@ -23,7 +23,7 @@ from dynident.estimation.equations.observer import Observer, reduced_pieces
 from dynident.estimation.fit.linear_problem import weighted
 from dynident.estimation.possible.robot import solve_constrained_base
 from dynident.model import Motion, base_parameters, load_robot
-from dynident.model.base.rank import random_states
+from dynident.model.base import random_states
 from dynident.model.motion import Measurement
 from dynident.trajectories import RX90_NOISE, Simulator
 

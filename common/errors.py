@@ -1,6 +1,5 @@
 """The one error a user can mend, and texts that a terminal can show, without letters that move it."""
 
-import re
 from collections.abc import Sequence
 
 
@@ -15,7 +14,6 @@ class InputError(ValueError):
 
 _LONGEST = 1000
 _END = 300
-_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 
 
 def printable(text: str) -> str:
@@ -24,11 +22,6 @@ def printable(text: str) -> str:
         return text
     shown = (x.isprintable() or (x.isspace() and (x in "\n\t" or x >= "\xa0")) for x in text)
     return "".join(x if seen else x.encode("unicode_escape").decode() for x, seen in zip(text, shown, strict=True))
-
-
-def holds_control(text: str) -> bool:
-    """True if a text holds control letters besides ends of lines and tabs, which XML and terminals do not show."""
-    return _CONTROL.search(text) is not None
 
 
 def one_line(text: str) -> str:

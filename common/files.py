@@ -37,10 +37,8 @@ def write_bytes(path: str | Path, content: bytes) -> None:
     """Write a file in one step: under another name in its folder, then renamed.
 
     A link stays a link, its target is written; what is no regular file (a pipe) is written straight to. A file
-    that is there keeps its mode, a new one gets what the umask leaves.
-
-    Raises:
-        InputError: if it cannot be written, or was read or written in this run already; names the file.
+    that is there keeps its mode, a new one gets what the umask leaves. InputError names a file that cannot be
+    written, or was read or written in this run already.
     """
     target, pending = place_of(path), _kept.get()
     if pending is not None and not is_device(target):
@@ -78,9 +76,7 @@ def place_of(path: str | Path) -> Path:
 def opened(path: str | Path) -> BufferedReader:
     """Open a file that ends: nobody knows when a pipe or a device does.
 
-    Raises:
-        InputError: for what is no file; names it.
-        OSError: if it cannot be opened.
+    Raises InputError, which names it, for what is no file, OSError if it cannot be opened.
     """
     if is_device(Path(path)) and not Path(path).is_dir():
         raise InputError(f"{path}: is a pipe or a device, not a file: write its content into a file and give that")

@@ -106,19 +106,14 @@ def without(W: Array, columns: Array) -> Array:
 
 _LOCK = Lock()
 _LIMITS: list[Any] = []  # of the calls that compute now, the first one's first
-
-
-@cache
-def _libraries() -> ThreadpoolController:
-    """Find the libraries of NumPy and SciPy, once: to look for them takes longer than a small problem."""
-    for package in ("numpy.linalg", "scipy.linalg"):
-        import_module(package)
-    return ThreadpoolController()
+_libraries = cache(ThreadpoolController)  # to look for them takes longer than a small problem
 
 
 @contextmanager
 def one_thread() -> Iterator[None]:
     """Compute with one thread of BLAS: small matrices wait for more, and sums round by their number."""
+    for package in ("numpy.linalg", "scipy.linalg"):  # whose libraries it finds
+        import_module(package)
     with _LOCK:
         _LIMITS.append(_libraries().limit(limits=1, user_api="blas"))
     try:

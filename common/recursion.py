@@ -1,40 +1,14 @@
 """Second-order recursive filters by LAPACK: to import ``scipy.signal`` takes longer than a command's work."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg.lapack import dtbtrs
 
 from .arrays import Array
 
-
-class Section(NamedTuple):
-    """Second-order filter (b0 + b1/z + b2/z²) / (1 + a1/z + a2/z²)."""
-
-    b0: float
-    b1: float
-    b2: float
-    a1: float
-    a2: float
-
-    @property
-    def settled(self) -> Array:
-        """State after a constant input of ones, shape (2,)."""
-        level = (self.b0 + self.b1 + self.b2) / (1.0 + self.a1 + self.a2)
-        last = self.b2 - self.a2 * level
-        return np.array([self.b1 - self.a1 * level + last, last])
-
-    def filtered(self, signals: Array, state: Array) -> Array:
-        """Filter signals (N, k); ``state``: what earlier samples add to the first two, shape (2, k)."""
-        driven = self.b0 * signals
-        driven[1:] += self.b1 * signals[:-1]
-        driven[2:] += self.b2 * signals[:-2]
-        driven[:2] += state[: len(driven)]
-        band = np.empty((3, len(signals)), order="F")
-        band[:] = [[1.0], [self.a1], [self.a2]]
-        filtered: Array = dtbtrs(band, np.asfortranarray(driven), uplo="L", diag="U", overwrite_b=True)[0]
-        return filtered
+Section = tuple[float, float, float, float, float]
+"""Factors b0, b1, b2, a1, a2 of a second-order filter (b0 + b1/z + b2/z²) / (1 + a1/z + a2/z²)."""
 
 
 def butterworth(order: int, cutoff: float) -> tuple[Section, ...]:
@@ -46,15 +20,21 @@ def butterworth(order: int, cutoff: float) -> tuple[Section, ...]:
         damping = 2.0 * np.sin(0.5 * np.pi * (2 * pair + 1) / order)
         norm = 1.0 + damping * k + k**2
         gain = k**2 / norm
-        sections.append(
-            Section(gain, 2.0 * gain, gain, 2.0 * (k**2 - 1.0) / norm, (1.0 - damping * k + k**2) / norm)
-        )
+        sections.append((gain, 2.0 * gain, gain, 2.0 * (k**2 - 1.0) / norm, (1.0 - damping * k + k**2) / norm))
     return tuple(sections)
 
 
-def filtered(sections: Sequence[Section], signals: Array) -> Array:
-    """Filter signals (N, k), which stood at their first values before, by one section of gain 1 after the other."""
-    before = signals[0]
-    for section in sections:
-        signals = section.filtered(signals, np.outer(section.settled, before))
+def filtered(sections: Sequence[Section], signals: Array, before: Array) -> Array:
+    """Filter signals (N, k), which stood at ``before`` (k,) until then, by sections of gain 1 in turn."""
+    for b0, b1, b2, a1, a2 in sections:
+        driven = b0 * signals
+        driven[1:] += b1 * signals[:-1]
+        driven[2:] += b2 * signals[:-2]
+        # What earlier samples add to the first two.
+        level = (b0 + b1 + b2) / (1.0 + a1 + a2)
+        last = b2 - a2 * level
+        driven[:2] += np.outer([b1 - a1 * level + last, last], before)[: len(driven)]
+        band = np.empty((3, len(signals)), order="F")
+        band[:] = [[1.0], [a1], [a2]]
+        signals = dtbtrs(band, np.asfortranarray(driven), uplo="L", diag="U", overwrite_b=True)[0]
     return signals

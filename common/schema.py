@@ -20,7 +20,7 @@ import msgspec
 import numpy as np
 from msgspec import Meta, inspect
 
-from .brief import Brief
+from .arrays import Brief
 from .errors import InputError, encodable
 from .files import opened, write_bytes
 
@@ -88,17 +88,14 @@ def _toml_lines(data: Mapping[str, Any], above: str) -> Iterator[str]:
     tables: list[str] = []
     for key, value in data.items():
         rows = [value] if isinstance(value, Mapping) else value if isinstance(value, list) else []
+        name = key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _toml_value(key)
         if not rows or not all(isinstance(row, Mapping) for row in rows):
-            yield f"{_toml_key(key)} = {_toml_value(value)}"
+            yield f"{name} = {_toml_value(value)}"
             continue
-        name, (left, right) = f"{above}{_toml_key(key)}", ("[[", "]]") if rows is value else ("[", "]")
+        path, (left, right) = f"{above}{name}", ("[[", "]]") if rows is value else ("[", "]")
         for row in rows:
-            tables += ["", f"{left}{name}{right}", *_toml_lines(row, f"{name}.")]
+            tables += ["", f"{left}{path}{right}", *_toml_lines(row, f"{path}.")]
     yield from tables
-
-
-def _toml_key(key: str) -> str:
-    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _toml_value(key)
 
 
 def _toml_value(value: Any) -> str:
@@ -241,11 +238,7 @@ def read_json(path: str | Path, kind: type[_Kind], remedy: str) -> _Kind:
 
 
 def read_text(path: str | Path, largest: int = 200_000_000) -> str:
-    """Read a text file.
-
-    Raises:
-        InputError: if there is none, or if it has more than ``largest`` bytes.
-    """
+    """Read a text file; InputError if there is none, or if it has more than ``largest`` bytes."""
     if Path(path).is_dir():
         raise InputError(f"{path}: is a folder: give a file")
     try:
@@ -291,11 +284,6 @@ def _encodable(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return list(map(_encodable, value))
     return encodable(value) if isinstance(value, str) else value
-
-
-def json_schema(kind: type[Table]) -> dict[str, Any]:
-    """Make the JSON Schema of a document."""
-    return msgspec.json.schema(kind, schema_hook=lambda _: {})
 
 
 def given(value: Any) -> Any:

@@ -13,22 +13,14 @@ import numpy as np
 from ..common.arrays import Array
 from ..common.errors import InputError
 from ..common.files import made_folder, write_text
-from .base.parameters import base_regressor
-from .base.rank import base_parameters
+from .base import base_parameters, base_regressor
 from .drives import DriveState, drive_terms, parameter_kind
 from .dynamics import coriolis, forward_dynamics, gravity, inverse_dynamics, inverse_dynamics_base, mass_matrix
+from .frames import FrameChange, add, cross, dot
 from .inertia import INERTIAL
-from .kernel.program import c_body
-from .kinematics import FrameChange, add, cross, dot
+from .kernel.kernel import BY_CODE, OPERATIONS, c_body
 from .pose import cos_sin
-from .regressors import (
-    inertial_terms,
-    link_wrenches,
-    payload_columns,
-    payload_regressor,
-    standard_columns,
-    standard_regressor,
-)
+from .regressors import inertial_terms, link_wrenches, payload_columns, payload_regressor, standard_regressor
 from .robot import Joint, Limits, Robot
 
 _OF_BASE = inverse_dynamics_base, base_regressor  # functions that are made for base parameters
@@ -74,7 +66,7 @@ def generate_code(robot: Robot, name: str, folder: str | Path) -> tuple[Path, ..
     make = _FUNCTIONS[name]
     base = base_parameters(robot) if make in _OF_BASE else None
     function = make(robot, base) if base else make(robot)
-    columns = payload_columns(robot) if name == "payload_regressor" else standard_columns(robot)
+    columns = payload_columns(robot) if name == "payload_regressor" else robot.standard
     columns = base.columns if base else columns
     where = "Columns of Phi" if function.name_out(0) == "Phi" else "Entries of chi"
     about = _comment(f"{where}: {', '.join(f'{k}={column}' for k, column in enumerate(columns))}")
@@ -280,26 +272,27 @@ def generate_numpy(robot: Robot, folder: str | Path) -> Path:
     """
     if any(term.code for term in robot.drives.friction):
         raise InputError(f"robot {robot.name!r} has a law of friction of its own: only C can be generated of it")
-    base, known, spring = base_parameters(robot), known_parameters(robot), "{}"
-    state = DriveState(*(np.array([_Formula(f"{x}[{j}]") for j in range(robot.n)]) for x in DriveState._fields))
-    terms = drive_terms(robot.drives, state, lambda speed: _Formula(f"np.sign({speed})"))
+    base, known, spring = base_parameters(robot), known_parameters(robot), dict[int, str]()
+    vectors = ((ca.SX.sym(f"{name}[{j}]") for j in range(robot.n)) for name in DriveState._fields)
+    state = DriveState(*(ca.vertcat(*symbols) for symbols in vectors))
     if robot.spring is not None:
-        j = robot.spring.joint - 1
-        table = ", ".join(map(str, zip(*robot.spring.table, strict=True)))
-        law: object = f"np.interp(q[{j}], {table})"
-        spring = f"{{{j}: {law if table else robot.spring.law(_Formula(f'q[{j}]'), _Formula)}}}"
+        j, table = robot.spring.joint - 1, ", ".join(map(str, zip(*robot.spring.table, strict=True)))
+        spring[j] = f"np.interp(q[{j}], {table})" if table else _written(robot.spring.law(state.q[j], ca))
     grouped = [{base.standard[k]: float(row[k]) for k in np.flatnonzero(row)} for row in base.grouping]
 
     def entries(table: Any) -> str:
-        return "\n".join(f"        {name!r}: {value!r}," for name, value in table)
+        return "\n".join(f"        {name!r}: {value}," for name, value in table)
 
+    terms: dict[str, str] = {}
+    for name, rows in drive_terms(robot.drives, state).items():
+        terms[name] = str({row: _written(x) for row, x in rows.items()}).replace("'", "")
     text = _FILE.format(
         title=re.sub(r'[^ -~]|[\\"]', "_", robot.title or robot.name),
         groupings="\n".join(f"    {line}" for line in base.groupings()),
         inertial=INERTIAL,
         code=re.sub(r"\bca\b", "np", "\n\n".join(map(inspect.getsource, _CODE))),
         drives=entries(terms.items()),
-        spring=spring,
+        spring=str(spring).replace("'", ""),
         joints="\n".join(f"        {joint}," for joint in robot.joints),
         gravity=robot.gravity,
         standard=entries(known.items()),
@@ -310,28 +303,12 @@ def generate_numpy(robot: Robot, folder: str | Path) -> Path:
     return path
 
 
-class _Formula:
-    """Formula as Python writes it, made by computing with it."""
-
-    def __init__(self, text: object) -> None:
-        self.text = str(text)
-
-    def __repr__(self) -> str:
-        return self.text
-
-    def __abs__(self) -> "_Formula":
-        return _Formula(f"abs({self})")
-
-    def __neg__(self) -> "_Formula":
-        return _Formula(f"(-{self})")
-
-
-def _written(form: str) -> Callable[..., _Formula]:
-    return lambda *values: _Formula(form.format(*values))
-
-
-for _name, _sign in {"add": "+", "sub": "-", "mul": "*", "truediv": "/", "pow": "**"}.items():
-    setattr(_Formula, f"__{_name}__", _written(f"({{0}} {_sign} {{1}})"))
-    setattr(_Formula, f"__r{_name}__", _written(f"({{1}} {_sign} {{0}})"))
-for _name in ("sqrt", "cos", "sin"):
-    setattr(_Formula, _name, staticmethod(_written(f"np.{_name}({{0}})")))
+def _written(x: ca.SX | float) -> str:
+    """Write an expression as Python of NumPy's functions, its symbols by their names."""
+    if not isinstance(x, ca.SX) or x.is_constant():
+        return repr(float(x))
+    if x.is_symbolic():
+        return str(x.name())
+    operands = (_written(x.dep(k)) for k in range(x.n_dep()))
+    form = re.sub(r"v(?:(?:each|pair)\((\w+), |(\w+)\()", r"np.\1\2(", OPERATIONS[BY_CODE[x.op()]])
+    return form.format(*(f"({text})" if " " in text else text for text in operands)).replace("np.pow(", "np.power(")

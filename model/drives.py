@@ -239,13 +239,11 @@ def drive_terms(drives: Drives, state: DriveState, sign: Sign = ca.sign) -> dict
             terms[f"{term.kind}{row + 1}"] = dict.fromkeys(rows, value)
         if drives.offsets:
             terms[f"OFF{row + 1}"] = {row: 1.0}
-    if pair:
+    if drives.coupling:
         j, k = pair
         terms[f"IA{k + 1}"][j] = qdd[k]
         terms[f"IA{k + 1}"][k] = qdd[k] + qdd[j]
         terms[f"FVM{k + 1}"] = {j: qd[k], k: qd[j]}
-        both = sign(qd[j] + qd[k])
-        printed = {j: sign(qd[k]), k: sign(qd[j])}
-        assert drives.coupling is not None
+        both, printed = sign(qd[j] + qd[k]), {j: sign(qd[k]), k: sign(qd[j])}
         terms[f"FSM{k + 1}"] = {j: both, k: both} if drives.coupling.coulomb == "sum" else printed
     return terms

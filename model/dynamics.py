@@ -11,10 +11,10 @@ from dataclasses import replace
 
 import casadi as ca
 
-from .base.parameters import BaseParameters
-from .drives import DriveState, Sign, drive_terms, parameter_kind, smooth_sign
+from .base import BaseParameters
+from .drives import DriveState, drive_terms, parameter_kind, smooth_sign
+from .frames import ZERO, FrameChange, add, cross
 from .inertia import INERTIAL
-from .kinematics import ZERO, FrameChange, Vector, add, cross
 from .regressors import link_wrenches, standard_columns
 from .robot import Robot
 
@@ -32,20 +32,17 @@ def inverse_dynamics(robot: Robot, smooth: float = 0.0) -> ca.Function:
         smooth: width w of tanh(qd / w), which stands for the sign in dry friction [rad/s or m/s]; 0 for the sign.
     """
     q, qd, qdd, chi = _symbols(robot)
-    value = _parameter_values(robot, chi)
-    load = _rigid_body_torque(robot, q, qd, qdd, value)
+    value = dict(zip(standard_columns(robot), ca.vertsplit(chi), strict=True))
+    load = _rigid_body_torque(robot, q, qd, qdd, chi)
     if robot.spring:
         row = robot.spring.joint - 1
         load[row] -= robot.spring.torque_symbol(q[row])
     torque = ca.SX(load)
-    for name, rows in drive_terms(robot.drives, DriveState(q, qd, qdd, load), _sign(smooth)).items():
+    sign = smooth_sign(smooth) if smooth > 0.0 else ca.sign
+    for name, rows in drive_terms(robot.drives, DriveState(q, qd, qdd, load), sign).items():
         for row, factor in rows.items():
             torque[row] += factor * value[name]
-    return _function("inverse_dynamics", {"q": q, "qd": qd, "qdd": qdd, "chi": chi}, torque, "Gamma")
-
-
-def _sign(smooth: float) -> Sign:
-    return smooth_sign(smooth) if smooth > 0.0 else ca.sign
+    return _function("inverse_dynamics", {"q": q, "qd": qd, "qdd": qdd, "chi": chi}, Gamma=torque)
 
 
 def inverse_dynamics_slopes(robot: Robot, smooth: float = SMOOTHING) -> ca.Function:
@@ -56,9 +53,8 @@ def inverse_dynamics_slopes(robot: Robot, smooth: float = SMOOTHING) -> ca.Funct
     """
     q, qd, qdd, chi = _symbols(robot)
     torque = inverse_dynamics(robot, smooth)(q, qd, qdd, chi)
-    slopes = [ca.cse(ca.jacobian(torque, x)) for x in (q, qd, qdd)]
-    names = ["q", "qd", "qdd", "chi"], ["by_q", "by_qd", "by_qdd"]
-    return ca.Function("inverse_dynamics_slopes", [q, qd, qdd, chi], slopes, *names)
+    slopes = {f"by_{name}": ca.jacobian(torque, x) for name, x in (("q", q), ("qd", qd), ("qdd", qdd))}
+    return _function("inverse_dynamics_slopes", {"q": q, "qd": qd, "qdd": qdd, "chi": chi}, **slopes)
 
 
 def inverse_dynamics_base(robot: Robot, base: BaseParameters, smooth: float = 0.0) -> ca.Function:
@@ -71,35 +67,37 @@ def inverse_dynamics_base(robot: Robot, base: BaseParameters, smooth: float = 0.
     value = dict(zip(base.columns, ca.vertsplit(chi), strict=True))
     standard = ca.vertcat(*(value.get(name, ca.SX(0)) for name in base.standard))
     torque = inverse_dynamics(robot, smooth)(q, qd, qdd, standard)
-    return _function("inverse_dynamics_base", {"q": q, "qd": qd, "qdd": qdd, "chi": chi}, torque, "Gamma")
+    return _function("inverse_dynamics_base", {"q": q, "qd": qd, "qdd": qdd, "chi": chi}, Gamma=torque)
 
 
 def mass_matrix(robot: Robot) -> ca.Function:
     """``mass_matrix(q, chi) -> A``, n x n, symmetric: the inertia matrix, rotors included."""
     q, _, _, chi = _symbols(robot)
-    return _function("mass_matrix", {"q": q, "chi": chi}, _mass_matrix(inverse_dynamics(robot), q, chi), "A")
+    return _function("mass_matrix", {"q": q, "chi": chi}, A=_mass_matrix(inverse_dynamics(robot), q, chi))
 
 
 def coriolis(robot: Robot) -> ca.Function:
     """``coriolis(q, qd, chi) -> c``, n x 1: Coriolis and centrifugal torques C(q, qd) qd."""
     q, qd, _, chi = _symbols(robot)
-    return _function("coriolis", {"q": q, "qd": qd, "chi": chi}, _coriolis(robot, q, qd, chi), "c")
+    weightless = replace(robot, gravity=(0.0, 0.0, 0.0))
+    torque = _rigid_body_torque(weightless, q, qd, ca.SX.zeros(robot.n), chi)
+    return _function("coriolis", {"q": q, "qd": qd, "chi": chi}, c=torque)
 
 
 def coriolis_matrix(robot: Robot) -> ca.Function:
     """``coriolis_matrix(q, qd, chi) -> C``, n x n, by Christoffel symbols: dA/dt - 2 C is skew-symmetric."""
     q, qd, _, chi = _symbols(robot)
     # c is quadratic in qd with the (symmetric) Christoffel symbols as coefficients.
-    matrix = 0.5 * ca.jacobian(_coriolis(robot, q, qd, chi), qd)
-    return _function("coriolis_matrix", {"q": q, "qd": qd, "chi": chi}, matrix, "C")
+    matrix = 0.5 * ca.jacobian(coriolis(robot)(q, qd, chi), qd)
+    return _function("coriolis_matrix", {"q": q, "qd": qd, "chi": chi}, C=matrix)
 
 
 def gravity(robot: Robot) -> ca.Function:
     """``gravity(q, chi) -> Q``, n x 1: torques that hold the links against gravity, without the spring."""
     q, _, _, chi = _symbols(robot)
     still = ca.SX.zeros(robot.n)
-    torque = _rigid_body_torque(robot, q, still, still, _parameter_values(robot, chi))
-    return _function("gravity", {"q": q, "chi": chi}, torque, "Q")
+    torque = _rigid_body_torque(robot, q, still, still, chi)
+    return _function("gravity", {"q": q, "chi": chi}, Q=torque)
 
 
 def forward_dynamics(robot: Robot) -> ca.Function:
@@ -107,8 +105,7 @@ def forward_dynamics(robot: Robot) -> ca.Function:
 
     qdd = A^-1 (Gamma - ID(q, qd, 0, chi)) by L D L'. A must be regular, which it is for links that can exist.
     """
-    q, qd, _, chi = _symbols(robot)
-    return _forward(robot, inverse_dynamics(robot), q, qd, chi, "forward_dynamics")
+    return _forward("forward_dynamics", robot, inverse_dynamics(robot))
 
 
 def forward_dynamics_base(robot: Robot, base: BaseParameters, smooth: float = 0.0) -> ca.Function:
@@ -116,18 +113,16 @@ def forward_dynamics_base(robot: Robot, base: BaseParameters, smooth: float = 0.
 
     Motion is as determined by the base parameters as torque is: A and the rest are the same in them.
     """
-    q, qd, _, _ = _symbols(robot)
-    chi = ca.SX.sym("chi", len(base.columns))
-    return _forward(robot, inverse_dynamics_base(robot, base, smooth), q, qd, chi, "forward_dynamics_base")
+    return _forward("forward_dynamics_base", robot, inverse_dynamics_base(robot, base, smooth))
 
 
-def _forward(robot: Robot, inverse: ca.Function, q: ca.SX, qd: ca.SX, chi: ca.SX, name: str) -> ca.Function:
-    torque, result = ca.SX.sym("Gamma", robot.n), ca.SX.zeros(robot.n)
+def _forward(name: str, robot: Robot, inverse: ca.Function) -> ca.Function:
+    (q, qd, torque, chi), result = inverse.sx_in(), ca.SX.zeros(robot.n)
     D, LT, order = ca.ldl(_mass_matrix(inverse, q, chi))
     # Friction that grows with load grows with acceleration: each further step leaves FL of the error.
     for _ in range(1 + _STEPS if robot.drives.loaded else 1):
         result += ca.ldl_solve(torque - inverse(q, qd, result, chi), D, LT, order)
-    return _function(name, {"q": q, "qd": qd, "Gamma": torque, "chi": chi}, result, "qdd")
+    return _function(name, {"q": q, "qd": qd, "Gamma": torque, "chi": chi}, qdd=result)
 
 
 def dry_friction_names(robot: Robot) -> tuple[str, ...]:
@@ -150,7 +145,7 @@ def smooth_dry_friction(robot: Robot, width: float) -> ca.Function:
     for k, name in enumerate(names):
         for row, factor in terms[name].items():
             torque[row] += level[k] * factor
-    return _function("smooth_dry_friction", {"qd": qd, "level": level}, torque, "Gamma")
+    return _function("smooth_dry_friction", {"qd": qd, "level": level}, Gamma=torque)
 
 
 def runge_kutta(
@@ -178,8 +173,8 @@ def _symbols(robot: Robot) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
     return q, qd, qdd, ca.SX.sym("chi", len(standard_columns(robot)))
 
 
-def _function(name: str, inputs: Mapping[str, ca.SX], output: ca.SX, output_name: str) -> ca.Function:
-    return ca.Function(name, list(inputs.values()), [ca.cse(output)], list(inputs), [output_name])
+def _function(name: str, inputs: Mapping[str, ca.SX], **outputs: ca.SX) -> ca.Function:
+    return ca.Function(name, [*inputs.values()], [*map(ca.cse, outputs.values())], [*inputs], [*outputs])
 
 
 def _mass_matrix(inverse: ca.Function, q: ca.SX, chi: ca.SX) -> ca.SX:
@@ -189,29 +184,18 @@ def _mass_matrix(inverse: ca.Function, q: ca.SX, chi: ca.SX) -> ca.SX:
     return ca.tril2symm(ca.tril(ca.jacobian(torque, qdd)))
 
 
-def _coriolis(robot: Robot, q: ca.SX, qd: ca.SX, chi: ca.SX) -> ca.SX:
-    weightless = replace(robot, gravity=(0.0, 0.0, 0.0))
-    return _rigid_body_torque(weightless, q, qd, ca.SX.zeros(robot.n), _parameter_values(robot, chi))
-
-
-def _parameter_values(robot: Robot, chi: ca.SX) -> dict[str, ca.SX]:
-    return dict(zip(standard_columns(robot), ca.vertsplit(chi), strict=True))
-
-
-def _rigid_body_torque(robot: Robot, q: ca.SX, qd: ca.SX, qdd: ca.SX, value: Mapping[str, ca.SX]) -> ca.SX:
+def _rigid_body_torque(robot: Robot, q: ca.SX, qd: ca.SX, qdd: ca.SX, chi: ca.SX) -> ca.SX:
+    value = dict(zip(standard_columns(robot), ca.vertsplit(chi), strict=True))
     changes = [FrameChange.of(joint, q[j]) for j, joint in enumerate(robot.joints)]
     wrenches = list(link_wrenches(robot, changes, DriveState(q, qd, qdd, None)))
     torque = ca.SX.zeros(robot.n)
     force = moment = ZERO
     for j in reversed(range(robot.n)):
         for kind, (unit_force, unit_moment) in zip(INERTIAL, wrenches[j], strict=True):
-            force = _added(force, unit_force, value[f"{kind}{j + 1}"])
-            moment = _added(moment, unit_moment, value[f"{kind}{j + 1}"])
+            amount = value[f"{kind}{j + 1}"]
+            force = add(force, (unit_force[0] * amount, unit_force[1] * amount, unit_force[2] * amount))
+            moment = add(moment, (unit_moment[0] * amount, unit_moment[1] * amount, unit_moment[2] * amount))
         torque[j] = moment[2] if robot.joints[j].revolute else force[2]
         force = changes[j].out_of(force)
         moment = add(changes[j].out_of(moment), cross(changes[j].origin, force))
     return torque
-
-
-def _added(total: Vector, unit: Vector, amount: ca.SX) -> Vector:
-    return add(total, (unit[0] * amount, unit[1] * amount, unit[2] * amount))

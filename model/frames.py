@@ -1,15 +1,119 @@
-"""Frames a user knows: the links of the file a robot was read from, and how the arm is mounted."""
+"""Frames of the chain, and those a user knows: the mount, the tool, the links of the file a robot was read from.
+
+Vectors are triples of entries: numbers, CasADi's scalars, or arrays whose last axis counts states. So the same
+formulas make the symbolic model, and evaluate it by NumPy for a robot that is tried once, where generated code does
+not pay.
+
+A data sheet and a URDF give an arm by where each axis lies at the zero pose and which way is positive. Its frames
+then follow Khalil and Kleinfinger: z_j along axis j, x_j along the common normal of the axes j and j + 1.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any, Literal, NamedTuple
 
+import casadi as ca
 import numpy as np
 
+from ..common import Array
 from ..common.errors import InputError, listed
 from .inertia import INERTIAL, InertialParameters
-from .pose import Pose, check_metres
-from .robot import Joint, Robot
+from .pose import Pose, check_metres, cos_sin
+from .robot import SNAP_ANGLE, SNAP_LENGTH, Joint, Limits, Robot
+
+Vector = tuple[Any, Any, Any]
+ZERO: Vector = (0.0, 0.0, 0.0)  # zero vector, with which ``dot`` takes no operations
+
+
+class FrameChange(NamedTuple):
+    """Frame j in frame j-1."""
+
+    c: Any  # cosine of the angle about z
+    s: Any  # its sine
+    alpha: tuple[float, float]  # cosine and sine of the angle about x
+    origin: Vector  # of frame j in frame j-1 [m]
+
+    @staticmethod
+    def of(joint: Joint, q: Any, lib: Any = ca) -> "FrameChange":
+        """Make the change before a joint at position ``q`` [rad or m], by CasADi or NumPy."""
+        c, s = cos_sin(joint.theta)
+        along = joint.r
+        if joint.revolute:
+            # The offset is taken out of the cosine, so that special offsets stay exact.
+            cq, sq = lib.cos(q), lib.sin(q)
+            c, s = cq * c - sq * s, sq * c + cq * s
+        else:
+            along = q + along
+        ca_, sa = cos_sin(joint.alpha)
+        return FrameChange(c, s, (ca_, sa), (joint.d, -sa * along, ca_ * along))
+
+    @property
+    def axes(self) -> Array:
+        """Axes of frame j in frame j-1, 3 x 3, of a change of numbers."""
+        x, y, z = np.eye(3)
+        return np.array(self.out_of((x, y, z)))
+
+    def into(self, x: Vector) -> Vector:
+        """Rotate a vector of frame j-1 into the axes of frame j."""
+        ca_, sa = self.alpha
+        across = ca_ * x[1] + sa * x[2]
+        return self.c * x[0] + self.s * across, self.c * across - self.s * x[0], ca_ * x[2] - sa * x[1]
+
+    def out_of(self, x: Vector) -> Vector:
+        """Rotate a vector of frame j into the axes of frame j-1."""
+        ca_, sa = self.alpha
+        across = self.s * x[0] + self.c * x[1]
+        return self.c * x[0] - self.s * x[1], ca_ * across - sa * x[2], sa * across + ca_ * x[2]
+
+
+def add(a: Vector, b: Vector) -> Vector:
+    """Sum of two vectors."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+def dot(a: Vector, b: Vector) -> Any:
+    """Scalar product of two vectors."""
+    return 0.0 if b is ZERO else a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    """Cross product of two vectors."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def link_frames(robot: Robot, q: ca.SX) -> list[tuple[ca.SX, ca.SX]]:
+    """Axes (3 x 3) and origins (3 x 1 [m]) of frames 0 to n in frame 0, as expressions of ``q``, n x 1."""
+    frames = [(ca.SX.eye(3), ca.SX.zeros(3))]
+    for joint, position in zip(robot.joints, ca.vertsplit(q), strict=True):
+        change = FrameChange.of(joint, position)
+        axes = ca.horzcat(*(ca.vertcat(*change.out_of((x, y, z))) for x, y, z in np.eye(3).tolist()))
+        R, p = frames[-1]
+        frames.append((R @ axes, p + R @ ca.vertcat(*change.origin)))
+    return frames
+
+
+def forward_kinematics(robot: Robot) -> ca.Function:
+    """``forward_kinematics(q) -> (R, p)``: axes (3 x 3) and origin [m] of frame n in frame 0."""
+    q = ca.SX.sym("q", robot.n)
+    return ca.Function("forward_kinematics", [q], [*link_frames(robot, q)[-1]], ["q"], ["R", "p"])
+
+
+def point_at(robot: Robot, point: Array, q: Array) -> tuple[Array, Array]:
+    """Position of a point of frame n at positions q, N x n, in frame 0 [m], and its Jacobian; 3 x (n x) N."""
+    x, y, z = point[:, None] + np.zeros(len(q))
+    position: Vector = (x, y, z)
+    x, y, z = np.zeros((3, *q.T.shape))
+    moved: Vector = (x, y, z)
+    for j in reversed(range(robot.n)):
+        if robot.joints[j].revolute:
+            moved[0][j], moved[1][j] = -position[1], position[0]
+        else:
+            moved[2][j] = 1.0
+        change = FrameChange.of(robot.joints[j], q[:, j], np)
+        moved, position = change.out_of(moved), add(change.out_of(position), change.origin)
+    return np.array(position), np.array(moved)
+
 
 MOUNTS = {"floor": (0.0, 0.0, 0.0), "wall": (0.0, 90.0, 0.0), "ceiling": (180.0, 0.0, 0.0)}
 """Roll, pitch, yaw [deg] of the base in the world (z up); on the wall the base's x axis points down."""
@@ -69,10 +173,8 @@ def bodies_in_link_frames(robot: Robot, parameters: Mapping[str, float]) -> dict
 def step(joint: Joint, q: float) -> tuple[Pose, Pose]:
     """Poses of both halves of the way from frame j-1 to frame j at position ``q``: along x, then along z."""
     theta, r = (joint.theta + q, joint.r) if joint.revolute else (joint.theta, joint.r + q)
-    return (
-        Pose.from_rpy((joint.d, 0.0, 0.0), (joint.alpha, 0.0, 0.0)),
-        Pose.from_rpy((0.0, 0.0, r), (0.0, 0.0, theta)),
-    )
+    along_x = Pose.from_rpy((joint.d, 0.0, 0.0), (joint.alpha, 0.0, 0.0))
+    return along_x, Pose.from_rpy((0.0, 0.0, r), (0.0, 0.0, theta))
 
 
 def frames_at(robot: Robot, q: Sequence[float]) -> tuple[Pose, ...]:
@@ -82,3 +184,122 @@ def frames_at(robot: Robot, q: Sequence[float]) -> tuple[Pose, ...]:
         along_x, along_z = step(joint, position)
         frames.append(frames[-1] @ along_x @ along_z)
     return (*frames, frames[-1] @ robot.flange)
+
+
+@dataclass(frozen=True)
+class JointAxis:
+    """A joint's axis at the zero pose, in the base's frame.
+
+    Attributes:
+        direction: along the positive sense (right-hand rule), of any length but zero.
+        point: a point on the axis [m].
+    """
+
+    kind: Literal["revolute", "prismatic"]
+    direction: tuple[float, float, float]
+    point: tuple[float, float, float]
+    limits: Limits = Limits()
+
+    def __post_init__(self) -> None:
+        if not all(math.isfinite(value) for value in (*self.direction, *self.point)):
+            raise ValueError("direction and point of an axis must be finite")
+        if math.hypot(*self.direction) < 1e-9:
+            raise ValueError("an axis needs a direction")
+
+
+_Line = tuple[Array, Array]  # axis as its direction, of length 1, and a point on it
+
+
+def modified_dh(axes: Sequence[JointAxis], flange: Pose) -> Robot:
+    """Robot of a chain's axes, gravity along -z of its base, with every freedom used for plain numbers.
+
+    Frame 0 is the base wherever the first axis allows it, frame n the flange wherever the last one does; axes
+    within 1e-4 rad of parallel, or 1e-6 m of meeting, are taken as such.
+
+    Args:
+        axes: of the joints 1 to n at the zero pose, in the base.
+        flange: the flange at the zero pose, in the base.
+    """
+    lines = list[_Line]()
+    for axis in axes:
+        direction = np.array(axis.direction) / np.linalg.norm(axis.direction)
+        special = np.where(np.abs(direction) < SNAP_ANGLE, 0.0, direction)
+        lines.append((special / np.linalg.norm(special), np.array(axis.point, dtype=float)))
+    # Frame 0 is the base, if its x axis meets the first joint's at a right angle.
+    x, z, origin = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0]), np.zeros(3)
+    first, foot = lines[0][0], _foot(origin, *lines[0])
+    if abs(first @ x) >= SNAP_ANGLE or np.linalg.norm(foot[1:]) >= SNAP_LENGTH:
+        x, z, origin = _perpendicular(first, x), first, foot
+    base, joints = _pose(x, z, origin).inverse(), list[Joint]()
+    for j, (axis, line) in enumerate(zip(axes, lines, strict=True)):
+        direction = line[0]
+        # x of the frame before meets this axis at a right angle, so this is where.
+        foot = _foot(origin, *line)
+        if j + 1 < len(axes):
+            new_x, new_origin = _common_normal(x, line, lines[j + 1], foot)
+        else:  # the flange where its z axis lies on the last joint's, as near as can be elsewhere
+            wish = flange.R[:, 0]
+            across = np.linalg.norm(np.cross(wish, direction)) > SNAP_ANGLE
+            new_x, new_origin = _perpendicular(direction, wish) if across else x, _foot(flange.p, direction, foot)
+        joints.append(
+            Joint(
+                axis.kind,
+                alpha=_angle(z, direction, x),
+                d=_along(foot - origin, x),
+                theta=_angle(x, new_x, direction),
+                r=_along(new_origin - foot, direction),
+                limits=axis.limits,
+            )
+        )
+        x, z, origin = new_x, direction, new_origin
+    robot = Robot("robot", tuple(joints), flange=_pose(x, z, origin).inverse() @ flange, base=base)
+    return with_gravity(robot, (0.0, 0.0, -9.81))
+
+
+def _foot(origin: Array, direction: Array, point: Array) -> Array:
+    return np.asarray(point + ((origin - point) @ direction) * direction)
+
+
+def _perpendicular(direction: Array, wish: Array) -> Array:
+    """Unit vector at a right angle to ``direction``, near ``wish`` where that is possible."""
+    across = wish - (wish @ direction) * direction
+    if np.linalg.norm(across) < SNAP_ANGLE:
+        across = np.eye(3)[int(np.argmin(np.abs(direction)))]
+        across = across - (across @ direction) * direction
+    return np.asarray(across / np.linalg.norm(across))
+
+
+def _common_normal(x: Array, axis: _Line, after: _Line, foot: Array) -> tuple[Array, Array]:
+    """Choose x, along the common normal of an axis and the next one, and origin of the axis's frame.
+
+    Of both directions it takes the one near the ``x`` before, which meets the axis at its ``foot``; if neither is
+    near it, the one towards the next axis.
+    """
+    (direction, point), (next_direction, there) = axis, after
+    normal, between = np.cross(direction, next_direction), there - point
+    size = float(np.linalg.norm(normal))
+    if size < SNAP_ANGLE:
+        normal, origin = between - (between @ direction) * direction, foot
+        size = apart = float(np.linalg.norm(normal))
+        if apart < SNAP_LENGTH:
+            return x, foot
+    else:  # the nearest point to the next axis
+        origin = point + np.cross(between, next_direction) @ normal / size**2 * direction
+        apart = float(between @ normal) / size
+    normal = normal / size
+    side = float(normal @ x)
+    if abs(side) < 1e-9:
+        side = apart if abs(apart) > SNAP_LENGTH else float(np.cross(x, normal) @ direction)
+    return (normal if side > 0.0 else -normal), origin
+
+
+def _pose(x: Array, z: Array, origin: Array) -> Pose:
+    return Pose.of(np.column_stack([x, np.cross(z, x), z]), origin)
+
+
+def _angle(before: Array, after: Array, axis: Array) -> float:
+    return math.atan2(float(np.cross(before, after) @ axis), float(before @ after))
+
+
+def _along(step: Array, direction: Array) -> float:
+    return round(float(step @ direction), 12) + 0.0

@@ -67,15 +67,11 @@ class InertialParameters(Brief):
             raise InputError(f"centre of mass of shape {c.shape}: give x, y, z [m]")
         rounding = _ROUNDING * float(mass * (c @ c))
         inertia = _numbers(inertia_com, "inertia")
-        if inertia.shape == (3,):
-            inertia = np.diag(inertia)
-        elif inertia.shape == (6,):
-            inertia = symmetric(inertia)
-        elif inertia.shape != (3, 3):
-            raise InputError(
-                f"inertia of shape {inertia.shape}: give three moments, six entries XX XY XZ YY YZ ZZ, or a 3 x 3 "
-                "matrix"
-            )
+        if inertia.shape not in ((3,), (6,), (3, 3)):
+            fault = f"inertia of shape {inertia.shape}"
+            raise InputError(f"{fault}: give three moments, six entries XX XY XZ YY YZ ZZ, or a 3 x 3 matrix")
+        if inertia.ndim == 1:
+            inertia = np.diag(inertia) if len(inertia) == 3 else symmetric(inertia)
         if np.abs(inertia - inertia.T).max() > 1e-6 * np.abs(inertia).max() + rounding:
             raise InputError("inertia: the 3 x 3 matrix is not symmetric: check the products of inertia")
         inertia = 0.5 * (inertia + inertia.T)

@@ -10,8 +10,8 @@ import numpy as np
 
 from ..common import Array
 from .drives import SPRING, DriveState, Sign, drive_terms, parameter_kind
+from .frames import ZERO, FrameChange, Vector, add, cross, dot
 from .inertia import INERTIAL
-from .kinematics import ZERO, FrameChange, Vector, add, cross, dot
 from .robot import Robot, check_robot
 
 
@@ -69,10 +69,22 @@ def regressor(robot: Robot, columns: Sequence[str], name: str = "regressor") -> 
     return ca.Function(name, [*inputs.values()], [ca.cse(phi)], [*inputs], ["Phi"])
 
 
-def regressor_expression(robot: Robot, columns: Sequence[str]) -> tuple[DriveState, ca.SX]:
-    """Symbols q, qd, qdd, load and the regressor's matrix, to build on; arguments, errors as ``regressor``."""
+def regressor_expression(
+    robot: Robot, columns: Sequence[str], sign: Sign | None = None
+) -> tuple[DriveState, ca.SX]:
+    """Symbols q, qd, qdd, load and the regressor's matrix, to build on; arguments, errors as ``regressor``.
+
+    ``sign``: what stands for the sign in dry friction; by ``smooth_sign`` the matrix has a slope everywhere.
+    """
     state, terms = _terms(robot)
-    return state, _matrix(robot, columns, terms)
+    if sign is not None:
+        terms = terms | drive_terms(robot.drives, state, sign)
+    phi = ca.SX(robot.n, len(columns))
+    for k, column in enumerate(columns):
+        for row, entry in terms[column].items():
+            if not (value := ca.SX(entry)).is_zero():
+                phi[row, k] = value
+    return state, phi
 
 
 def load_expression(robot: Robot, state: DriveState, columns: Sequence[str], chi: ca.SX) -> ca.SX:
@@ -92,12 +104,8 @@ def load_expression(robot: Robot, state: DriveState, columns: Sequence[str], chi
 
 
 def own_regressor(robot: Robot, columns: Sequence[str], sign: Sign = ca.sign) -> tuple[DriveState, ca.SX]:
-    """Symbols and the regressor's matrix under the load of the robot's own parameters; as ``regressor_expression``.
-
-    ``sign``: what stands for the sign in dry friction; by ``smooth_sign`` the matrix has a slope everywhere.
-    """
-    state, terms = _terms(robot)
-    phi = _matrix(robot, columns, terms | drive_terms(robot.drives, state, sign))
+    """``regressor_expression`` under the load of the robot's own parameters."""
+    state, phi = regressor_expression(robot, columns, sign)
     known = {name: value for name, value in robot.parameters.items() if parameter_kind(name) in INERTIAL}
     load = load_expression(robot, state, list(known), ca.SX(list(known.values())))
     return state, ca.substitute(phi, state.load, load)
@@ -118,15 +126,6 @@ def regressor_at(
         for row, values in terms[name].items():
             W[row, k] = values
     return W
-
-
-def _matrix(robot: Robot, columns: Sequence[str], terms: dict[str, dict[int, Any]]) -> ca.SX:
-    phi = ca.SX(robot.n, len(columns))
-    for k, column in enumerate(columns):
-        for row, entry in terms[column].items():
-            if not (value := ca.SX(entry)).is_zero():
-                phi[row, k] = value
-    return phi
 
 
 @functools.lru_cache(maxsize=16)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
@@ -17,9 +18,8 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from ..common.arrays import Array
-from ..common.brief import Brief
-from ..common.errors import InputError, holds_control, listed
+from ..common.arrays import Array, Brief
+from ..common.errors import InputError, listed
 from .drives import Coupling, Drives, Spring
 from .friction import Friction, term_names, terms_of
 from .inertia import INERTIAL, InertialParameters
@@ -183,16 +183,14 @@ class Robot(Brief):
                 fault = f"its {', '.join(unseen)}, which is invisible" if unseen else "it is empty"
                 raise ValueError(f"{name!r} is not a valid name: {fault}: delete it and type it again")
         for text in (self.title, self.payload_frame, *self.sources.values()):
-            if holds_control(text):
+            if re.search(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]", text):  # XML and terminals do not show them
                 raise ValueError(f"{text[:40]!r} has control characters: remove them")
-        notes = list(self.snapped)
-        object.__setattr__(self, "gravity", _snap_gravity(self.gravity, notes))
-        joints = tuple(_snap(joint, j + 1, notes) for j, joint in enumerate(self.joints))
-        object.__setattr__(self, "joints", joints)
-        object.__setattr__(self, "snapped", tuple(notes))
-        object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
-        object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
-        self.drives.check(len(joints))
+        joints, gravity, notes = _snap(self.joints, self.gravity)
+        own = {name: MappingProxyType(dict(getattr(self, name))) for name in ("parameters", "sources")}
+        exact = {"joints": joints, "gravity": gravity, "snapped": (*self.snapped, *notes), **own}
+        for name, value in exact.items():
+            object.__setattr__(self, name, value)
+        self.drives.check(n)
 
     def __reduce__(self) -> tuple[partial[Robot], tuple[()]]:
         """Pickle and copy by the fields: read-only mappings cannot be pickled."""
@@ -299,20 +297,21 @@ def snapped(value: float, angle: bool) -> float:
     return special if abs(value - special) < (SNAP_ANGLE if angle else SNAP_LENGTH) else value
 
 
-def _snap(joint: Joint, number: int, notes: list[str]) -> Joint:
-    changes: dict[str, Any] = {}
-    for name in ("alpha", "theta", "d", "r"):
-        old = getattr(joint, name)
-        changes[name] = snapped(old, angle=name in ("alpha", "theta"))
-        if abs(old - changes[name]) > 1e-12:
-            notes.append(f"{name}{number}: {old:.9g} taken as {changes[name]:.9g}")
-    return replace(joint, **changes)
-
-
-def _snap_gravity(gravity: tuple[float, float, float], notes: list[str]) -> tuple[float, float, float]:
-    size = math.hypot(*gravity)
-    x, y, z = (value if abs(value) >= SNAP_ANGLE * size else 0.0 for value in gravity)
-    for old, value, name in zip(gravity, (x, y, z), "xyz", strict=True):
+def _snap(
+    joints: Sequence[Joint], gravity: Sequence[float]
+) -> tuple[tuple[Joint, ...], tuple[float, ...], list[str]]:
+    """Make special joints and gravity exact, and note what was changed."""
+    exact, notes, size = list[Joint](), list[str](), math.hypot(*gravity)
+    down = tuple(value if abs(value) >= SNAP_ANGLE * size else 0.0 for value in gravity)
+    for old, value, name in zip(gravity, down, "xyz", strict=True):
         if abs(old - value) > 1e-12 * size:
             notes.append(f"gravity along {name}: {old:.9g} taken as {value:.9g}")
-    return x, y, z
+    for number, joint in enumerate(joints, start=1):
+        changes: dict[str, Any] = {}
+        for name in ("alpha", "theta", "d", "r"):
+            old = getattr(joint, name)
+            changes[name] = snapped(old, angle=name in ("alpha", "theta"))
+            if abs(old - changes[name]) > 1e-12:
+                notes.append(f"{name}{number}: {old:.9g} taken as {changes[name]:.9g}")
+        exact.append(replace(joint, **changes))
+    return tuple(exact), down, notes

@@ -13,8 +13,8 @@ from ..common import Array, InputError
 from ..common.errors import listed
 from .drives import joint_of, parameter_kind
 from .dynamics import gravity, mass_matrix
+from .frames import FrameChange
 from .inertia import INERTIAL, InertialParameters
-from .kinematics import FrameChange
 from .pose import Pose
 from .regressors import standard_columns
 from .robot import ASSUMED, SOURCED, Robot, check_robot
@@ -30,6 +30,11 @@ def with_assumed_limits(robot: Robot) -> Robot:
     Joints that turn are given half a turn to either side, joints the speed ``SPEED`` and ``ACCELERATION`` times
     their speed; sliding joints without a range stay without. What was assumed is in the robot's ``sources``.
     """
+    rules = {
+        "position": "half a turn to either side; compare with the arm before you run a motion on it",
+        "speed": f"{np.degrees(SPEED['revolute']):.0f} deg/s or {SPEED['prismatic']:g} m/s",
+        "acceleration": f"{ACCELERATION:g} times the speed per second",
+    }
     joints, lacking = [], dict[str, list[str]]()
     for number, joint in enumerate(robot.joints, start=1):
         limits, assumed = joint.limits, dict[str, Any]()
@@ -43,17 +48,9 @@ def with_assumed_limits(robot: Robot) -> Robot:
         for name in assumed:
             lacking.setdefault(name, []).append(str(number))
     told = {
-        name: f"{ASSUMED}: joint {', '.join(lacking[name])}: {_RULES[name]}" for name in _RULES if name in lacking
+        name: f"{ASSUMED}: joint {', '.join(lacking[name])}: {rules[name]}" for name in rules if name in lacking
     }
     return replace(robot, joints=tuple(joints), sources={**robot.sources, **told}) if told else robot
-
-
-_RULES = {
-    "position": "half a turn to either side; compare with the arm before you run a motion on it",
-    "speed": f"{np.degrees(SPEED['revolute']):.0f} deg/s or {SPEED['prismatic']:g} m/s",
-    "acceleration": f"{ACCELERATION:g} times the speed per second",
-}
-"""Text on what is assumed of each limit."""
 
 
 RADIUS = 0.08  # radius of the cylinders over the sum of the lengths between joints
@@ -79,10 +76,7 @@ def cylinders(robot: Robot, total_mass: float) -> tuple[InertialParameters, ...]
     The radius is ``RADIUS`` times the sum of all lengths between joints; each cylinder goes on by one radius beyond
     both joints, so that links between axes that meet have an extent too. One of zero length stands along z.
 
-    ``total_mass``: of all links [kg].
-
-    Raises:
-        InputError: if the mass is not positive.
+    ``total_mass``: of all links [kg]; InputError if it is not positive.
     """
     if not 0.0 < total_mass < np.inf:
         raise InputError(f"total mass {total_mass:g} kg of the links must be positive")
@@ -107,14 +101,9 @@ def cylinder_radius(robot: Robot) -> float:
 
 def can_stand_in(robot: Robot) -> bool:
     """True if ``with_stand_in`` has what it starts from: the bodies of some links or all, or the arm's mass."""
-    bodiless = _bodiless(robot)
-    whole = len(missing_inertial(robot)) == len(INERTIAL) * len(bodiless)
-    return whole and (not bodiless or robot.mass is not None or _mass_of_links(robot.parameters) > 0.0)
-
-
-def _bodiless(robot: Robot) -> list[int]:
-    links = range(1, robot.n + 1)
-    return [link for link in links if not any(f"{kind}{link}" in robot.parameters for kind in INERTIAL)]
+    missing = missing_inertial(robot)
+    whole = len(missing) == len(INERTIAL) * len(set(map(joint_of, missing)))
+    return whole and (not missing or robot.mass is not None or _mass_of_links(robot.parameters) > 0.0)
 
 
 def _mass_of_links(parameters: Mapping[str, float]) -> float:
@@ -140,8 +129,8 @@ def with_stand_in(robot: Robot) -> Robot:
         )
     robot = with_assumed_limits(robot)
     bodies, assumed = nominal_bodies(robot)
-    values, assumptions = dict.fromkeys(robot.standard, 0.0) | bodies, [assumed] if assumed else []
-    values |= robot.parameters
+    values = {**dict.fromkeys(robot.standard, 0.0), **bodies, **robot.parameters}
+    assumptions = [assumed] if assumed else []
     unknown = values.keys() - robot.parameters.keys()
     if rotors := [name for name in unknown if parameter_kind(name) == "IA"]:
         inertias = rotor_inertias(robot, values)
@@ -162,7 +151,7 @@ def with_stand_in(robot: Robot) -> Robot:
 
 def nominal_bodies(robot: Robot) -> tuple[dict[str, float], str]:
     """Inertial parameters of all links as far as described, and what was assumed of the others, as text."""
-    bodiless = _bodiless(robot)
+    bodiless = sorted({joint_of(name) + 1 for name in missing_inertial(robot)})
     known = {name: value for name, value in robot.parameters.items() if parameter_kind(name) in INERTIAL}
     if not bodiless:
         return known, ""
@@ -173,11 +162,11 @@ def nominal_bodies(robot: Robot) -> tuple[dict[str, float], str]:
     else:
         total, doubt = MOVING * robot.mass, " (itself assumed)" if robot.assumed("mass") else ""
         density = f"of {100 * MOVING:g} % of the arm's {robot.mass:g} kg{doubt}"
-    values: dict[str, float] = {}
-    for link, body in enumerate(cylinders(robot, total), start=1):
-        values |= body.named(str(link))
+    bodies = cylinders(robot, total)
+    for link in bodiless:
+        known |= bodies[link - 1].named(str(link))
     which = "links" if len(bodiless) == robot.n else f"links without a body ({', '.join(map(str, bodiless))})"
-    return values | known, f"{which} are cylinders {density}"
+    return known, f"{which} are cylinders {density}"
 
 
 def rehearsed(robot: Robot) -> Robot:
@@ -215,10 +204,10 @@ def rotor_inertias(robot: Robot, parameters: Mapping[str, float]) -> Array:
     flange: rotors of an identified RX90 and UR10e are about as large, from the base to the wrist.
     """
     without = {name: 0.0 if parameter_kind(name) == "IA" else value for name, value in parameters.items()}
-    _, inertia = _needed(robot, without)
+    _, inertia, load = _needed(robot, without)
     # About the flange's axis, for each kg (Steiner).
     own = PAYLOAD_COM[0] ** 2 + PAYLOAD_INERTIA
-    return np.asarray(ROTOR * inertia.max(axis=1) + 2.0 * own * _load(robot, without))
+    return np.asarray(ROTOR * inertia.max(axis=1) + 2.0 * own * load)
 
 
 def with_rotors(robot: Robot, inertias: Array) -> Robot:
@@ -228,15 +217,19 @@ def with_rotors(robot: Robot, inertias: Array) -> Robot:
     return replace(robot, drives=drives, parameters={**robot.parameters, **rotors})
 
 
-def _needed(robot: Robot, parameters: Mapping[str, float]) -> tuple[Array, Array]:
-    """Torque at rest and inertia of each joint with the rated payload, n x poses, at ``poses_in_range``."""
-    mass, flange = _load(robot, parameters), robot.flange_pose or Pose()
-    body = InertialParameters.from_com(mass, PAYLOAD_COM, PAYLOAD_INERTIA * mass * np.eye(3))
+def _needed(robot: Robot, parameters: Mapping[str, float]) -> tuple[Array, Array, float]:
+    """Torque at rest and inertia of each joint, n x poses, at ``poses_in_range``, and with which payload [kg].
+
+    It is the rated one or, where that is not known, a fraction of the links' mass.
+    """
+    load = robot.rated_payload if np.isfinite(robot.rated_payload) else LOAD * _mass_of_links(parameters)
+    flange = robot.flange_pose or Pose()
+    body = InertialParameters.from_com(load, PAYLOAD_COM, PAYLOAD_INERTIA * load * np.eye(3))
     chi = robot.chi(parameters, body.moved(flange.R, flange.p))
     q = ca.SX.sym("q", robot.n)
     torque = ca.Function("torque", [q], [gravity(robot)(q, chi), ca.diag(mass_matrix(robot)(q, chi))])
     rest, inertia = (np.array(part) for part in torque.map(_POSES)(poses_in_range(robot, _POSES).T))
-    return rest, inertia
+    return rest, inertia, load
 
 
 def typical_load(robot: Robot, parameters: Mapping[str, float]) -> Array:
@@ -253,17 +246,12 @@ def poses_in_range(robot: Robot, count: int) -> Array:
     return np.random.default_rng(0).uniform(low, high, (count, robot.n))
 
 
-def _load(robot: Robot, parameters: Mapping[str, float]) -> float:
-    """Payload that the drives are made for [kg]: the rated one, or a fraction of the links' mass."""
-    return robot.rated_payload if np.isfinite(robot.rated_payload) else LOAD * _mass_of_links(parameters)
-
-
 def _limited(robot: Robot, parameters: Mapping[str, float]) -> Robot:
     """Complete a robot without torque limits: ``SAFETY`` times what rest and acceleration need, or friction."""
     limits = [joint.limits for joint in robot.joints]
     if np.isfinite([limit.torque for limit in limits]).all():
         return robot
-    rest, inertia = _needed(robot, parameters)
+    rest, inertia, load = _needed(robot, parameters)
     needed = SAFETY * (np.abs(rest) + inertia * np.array([[limit.acceleration] for limit in limits])).max(axis=1)
     friction = ((parameters.get(f"FS{j}", 0.0), parameters.get(f"FV{j}", 0.0)) for j in range(1, robot.n + 1))
     rubs = SAFETY * np.array([FS + FV * limit.speed for (FS, FV), limit in zip(friction, limits, strict=True)])
@@ -272,7 +260,7 @@ def _limited(robot: Robot, parameters: Mapping[str, float]) -> Robot:
         for joint, most in zip(robot.joints, np.maximum(needed, rubs), strict=True)
     )
     rated = np.isfinite(robot.rated_payload)
-    payload = "rated payload" if rated else f"a payload of {_load(robot, parameters):.2g} kg (itself assumed)"
+    payload = "rated payload" if rated else f"a payload of {load:.2g} kg (itself assumed)"
     source = (
         f"{ASSUMED}: {SAFETY:g} times the largest torque of links and {payload} at rest and at the largest "
         f"acceleration{', or of friction where that is more' if (rubs > needed).any() else ''}"

@@ -12,8 +12,7 @@ from typing import Literal
 import numpy as np
 
 from ..common import Array, InputError, without
-from .base.parameters import BaseParameters
-from .base.rank import base_parameters_of
+from .base import BaseParameters, base_parameters_of
 from .drives import parameter_kind
 from .inertia import INERTIAL
 from .regressors import payload_columns, regressor_at, standard_columns
@@ -52,7 +51,8 @@ class PayloadVisibility:
     @property
     def combinations(self) -> tuple[str, ...]:
         """Sums of which only the value is seen: "MZ + 0.117 M"."""
-        return tuple(text for row, text in self._sums() if np.count_nonzero(row) > 1)
+        sums = zip(self.base.grouping, self.base.sums(digits=4), strict=True)
+        return tuple(text for row, text in sums if np.count_nonzero(row) > 1)
 
     @property
     def mass_visible(self) -> bool:
@@ -83,10 +83,8 @@ class PayloadVisibility:
     def combination(self, kind: str) -> str:
         """Sums that a parameter is part of; empty where there are none."""
         k = INERTIAL.index(kind)
-        return "; ".join(text for row, text in self._sums() if row[k] and np.count_nonzero(row) > 1)
-
-    def _sums(self) -> list[tuple[Array, str]]:
-        return list(zip(self.base.grouping, self.base.sums(digits=4), strict=True))
+        sums = zip(self.base.grouping, self.base.sums(digits=4), strict=True)
+        return "; ".join(text for row, text in sums if row[k] and np.count_nonzero(row) > 1)
 
 
 def visibility_of(W: Array, joints: Sequence[int]) -> PayloadVisibility:

@@ -15,7 +15,7 @@ from msgspec import UNSET, UnsetType, field
 from ... import __version__
 from ...common.arrays import Array
 from ...common.files import write_bytes
-from ...common.schema import Document, Matrix, Vector, json_schema
+from ...common.schema import Document, Matrix, Vector
 from ...estimation import measurement
 from ...estimation.diagnosis.kinematics import PoseCheck, Readings
 from ...estimation.equations.observer import Observer, used
@@ -392,7 +392,7 @@ DOCUMENTS: dict[str, type[Document]] = {
 
 def schema_text(name: str) -> bytes:
     """The JSON Schema of a command's document, as its file holds it."""
-    text = msgspec.json.encode(json_schema(DOCUMENTS[name]), order="sorted")
+    text = msgspec.json.encode(msgspec.json.schema(DOCUMENTS[name], schema_hook=lambda _: {}), order="sorted")
     return msgspec.json.format(text, indent=1) + b"\n"
 
 

@@ -10,8 +10,7 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...estimation import PayloadResult
 from ...model import InertialParameters, Motion, Pose, Recording, Robot
-from ...model.frames import frames_at
-from ...model.kinematics import point_at
+from ...model.frames import frames_at, point_at
 from ...model.stand_in import cylinder_radius
 from ...trajectories import DesignProblem, Scene
 from ...trajectories.design.scene import tubes

@@ -14,8 +14,8 @@ import numpy as np
 from ...common import Array
 from ...model import INERTIAL, Robot
 from ...model.drives import parameter_kind
+from ...model.frames import point_at
 from ...model.friction import is_friction
-from ...model.kinematics import point_at
 from ...model.regressors import payload_columns, regressor_at
 from ..equations.equations import PAYLOAD
 from ..payload.result import frame_change

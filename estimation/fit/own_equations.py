@@ -11,7 +11,7 @@ from msgspec import UNSET, UnsetType
 from ...common import Array, Document, InputError, decomposed, without
 from ...common.progress import Progress, each, silent
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
-from ...model.base.rank import random_states, stacked_regressor
+from ...model.base import random_states, stacked_regressor
 from ...model.drives import joint_of, parameter_kind
 from ...model.friction import Friction, terms_of
 from ...model.motion import Measurement

@@ -23,7 +23,7 @@ from scipy.linalg import block_diag
 from ...common import Array, Brief, InputError, decomposed
 from ...common.schema import Real, WrongKeyError
 from ...model import INERTIAL, Recording, Robot, standard_columns
-from ...model.base.rank import random_states
+from ...model.base import random_states
 from ...model.drives import SPRING, parameter_kind
 from ...model.files.robot_file import BodyTable
 from ...model.regressors import regressor_at

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...common import Array, Indices, InputError, decomposed, one_thread
 from ...model import INERTIAL, BaseParameters, InertialParameters, Robot
-from ...model.base.parameters import sum_text
+from ...model.base import sum_text
 from ...model.drives import parameter_kind
 from ...model.stand_in import MOVING, cylinder_radius, cylinders, missing_inertial
 from ..fit.estimate import Estimate, error_model

@@ -142,8 +142,8 @@ def lowpass(
     first, last = (max(3 * (2 * len(sections) + 1), end) for end in ends)
     before = 2.0 * signals[0] - signals[first:0:-1]
     after = 2.0 * signals[-1] - signals[-2 : -last - 2 : -1]
-    forward = filtered(sections, np.concatenate([before, signals, after]))
-    return np.ascontiguousarray(filtered(sections, forward[::-1])[::-1][first:-last])
+    forward = filtered(sections, np.concatenate([before, signals, after]), before[0])
+    return np.ascontiguousarray(filtered(sections, forward[::-1], forward[-1])[::-1][first:-last])
 
 
 def slopes(values: Array, step: float) -> Array:

@@ -27,8 +27,7 @@ class Source(NamedTuple):
 def described(name: str) -> Source:
     """Find the URDF or xacro file of a name of robot_descriptions in the cache of that package; fetch nothing.
 
-    Raises:
-        InputError: if the package is not installed, has no such URDF, or the file is not in its cache.
+    Raises InputError if the package is not installed, has no such URDF, or the file is not in its cache.
     """
     try:
         from robot_descriptions import DESCRIPTIONS, _repositories
@@ -70,11 +69,7 @@ def described(name: str) -> Source:
 
 
 def expanded(source: Source) -> str:
-    """Expand a xacro file to URDF.
-
-    Raises:
-        InputError: if the package xacro is not installed or does not take the file.
-    """
+    """Expand a xacro file to URDF; InputError if the package xacro is not installed or does not take the file."""
     path, arguments, packages = source
     try:
         import xacro

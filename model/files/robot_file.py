@@ -5,7 +5,7 @@ In TOML angles are in degrees, everything else in SI units.
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import asdict, replace
 from difflib import get_close_matches
@@ -168,7 +168,9 @@ class JointTable(Table, frozen=True):
                 limits[key.format(_UNITS[joint.kind])] = tuple(map(shown, ends)) if len(ends) > 1 else shown(*ends)
         d, r = (name if length else 0.0 for name, length in lengths_of(joint, number))
         alpha, theta = degrees(joint.alpha), degrees(joint.theta)
-        return JointTable(joint.kind, alpha, d, theta, r, torque=_finite(joint.limits.torque), **limits)
+        if math.isfinite(joint.limits.torque):
+            limits["torque"] = joint.limits.torque
+        return JointTable(joint.kind, alpha, d, theta, r, **limits)
 
     def joint(self, lengths: Mapping[str, float]) -> Joint:
         """Make the joint."""
@@ -204,10 +206,6 @@ def degrees(angle: float) -> float:
     return next((value for value in short if abs(math.radians(value) - angle) <= near), exact)
 
 
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
 class CouplingTable(Table, frozen=True):
     """Table of two coupled drives."""
 
@@ -227,17 +225,6 @@ class SpringTable(Table, frozen=True):
     zero_deg: Real = 0.0
     table: tuple[Pair, ...] = ()
 
-    @staticmethod
-    def of(spring: Spring) -> "SpringTable":
-        """Make the table of a spring."""
-        rows = tuple((degrees(angle), torque) for angle, torque in spring.table)
-        return SpringTable(spring.joint, spring.stiffness, spring.length, spring.arms, degrees(spring.zero), rows)
-
-    def spring(self) -> Spring:
-        """Make the spring."""
-        rows = tuple((math.radians(angle), torque) for angle, torque in self.table)
-        return Spring(self.joint, self.stiffness, self.length, self.arms, math.radians(self.zero_deg), rows)
-
 
 class DrivesTable(Table, frozen=True):
     """Table of drives' parameters; keys that are left out go by the side where torque is measured."""
@@ -252,15 +239,15 @@ class DrivesTable(Table, frozen=True):
     @staticmethod
     def of(drives: Drives) -> "DrivesTable":
         """Make the table of the drives."""
-        coupling = drives.coupling
-        return DrivesTable(
-            drives.side,
-            drives.rotor_inertia,
-            bool(drives.friction) if drives.friction in ((), PAPER) else term_names(drives.friction),
-            drives.offsets,
-            CouplingTable(coupling.joints, coupling.coulomb) if coupling else None,
-            SpringTable.of(drives.spring) if drives.spring else None,
-        )
+        friction, coupling, spring = drives.friction, drives.coupling, drives.spring
+        terms = bool(friction) if friction in ((), PAPER) else term_names(friction)
+        pair = CouplingTable(coupling.joints, coupling.coulomb) if coupling else None
+        table: SpringTable | None = None
+        if spring:
+            rows = tuple((degrees(angle), torque) for angle, torque in spring.table)
+            zero = degrees(spring.zero)
+            table = SpringTable(spring.joint, spring.stiffness, spring.length, spring.arms, zero, rows)
+        return DrivesTable(drives.side, drives.rotor_inertia, terms, drives.offsets, pair, table)
 
     def drives(self) -> Drives:
         """Make the drives."""
@@ -278,7 +265,10 @@ class DrivesTable(Table, frozen=True):
                 values["coupling"] = Coupling(self.coupling.joints, self.coupling.coulomb)
         if self.spring:
             with at("spring"):
-                values["spring"] = self.spring.spring()
+                own = structs.asdict(self.spring)
+                zero, rows = own.pop("zero_deg"), own.pop("table")
+                own["table"] = tuple((math.radians(angle), torque) for angle, torque in rows)
+                values["spring"] = Spring(**own, zero=math.radians(zero))
         usual = Drives.on_link_side() if self.side == "link" else Drives()
         return replace(usual, **{key: value for key, value in values.items() if value is not None})
 
@@ -294,12 +284,6 @@ class ProcessingTable(Table, frozen=True):
     slow_fraction: Real | None = None
     slow_speed: Real | tuple[Real, ...] | None = None
     max_mismatch: Real = Processing.max_mismatch
-
-    def processing(self, turning: Sequence[bool]) -> Processing:
-        """Make the settings; where nothing is said of slow rows, the usual speed of joints that turn or slide."""
-        slow = usual_slow_speed(turning) if self.slow_fraction is None else 0.0
-        values = {**structs.asdict(self), "slow_fraction": self.slow_fraction or 0.0}
-        return Processing(**values | {"slow_speed": slow if self.slow_speed is None else self.slow_speed})
 
 
 class RobotTable(Table, frozen=True, kw_only=True):
@@ -334,7 +318,7 @@ class RobotTable(Table, frozen=True, kw_only=True):
         return RobotTable(
             **same,
             source=source,
-            rated_payload_kg=_finite(robot.rated_payload),
+            rated_payload_kg=None if math.isinf(robot.rated_payload) else robot.rated_payload,
             mass_kg=robot.mass,
             flange_in_payload_frame=PoseTable.of(robot.flange_pose) if robot.flange_pose else None,
             sources={name: robot.sources[name] for name in SOURCED if name in robot.sources},
@@ -359,7 +343,11 @@ class RobotTable(Table, frozen=True, kw_only=True):
         with at("drives"):
             drives = self.drives.drives()
         with at("processing"):
-            processing = self.processing.processing([joint.revolute for joint in joints])
+            values, fraction = structs.asdict(self.processing), self.processing.slow_fraction
+            if values["slow_speed"] is None:  # where nothing is said of slow rows, the usual speed counts
+                usual = usual_slow_speed([joint.revolute for joint in joints])
+                values["slow_speed"] = usual if fraction is None else 0.0
+            processing = Processing(**values | {"slow_fraction": fraction or 0.0})
         with at("robot"):
             robot = Robot(
                 self.name,

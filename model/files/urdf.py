@@ -16,13 +16,12 @@ import numpy as np
 
 from ...common.errors import InputError, listed
 from ...common.schema import naming, read_text
-from ..frames import frames_at
+from ..frames import JointAxis, frames_at, modified_dh
 from ..inertia import InertialParameters, symmetric, ten_parameters
 from ..motion import Processing, usual_slow_speed
 from ..pose import Pose
 from ..robot import Limits, Links, Mesh, Robot, snapped
 from .described import Source, expanded, package_places
-from .reframe import JointAxis, modified_dh
 
 _LARGEST_FILE = 5_000_000
 """Largest file that is read, in bytes; a description without its meshes comes nowhere near."""
@@ -77,11 +76,8 @@ def load_urdf(path: str | Path | Source, base: str | None = None, tip: str | Non
     """Read a serial robot from a URDF or xacro file.
 
     Fixed joints are merged, meshes are not read. Gravity points along -z of the base link. Joint positions count
-    as in the file. Inertias are read into ``Robot.parameters``, as a prior.
-
-    Args:
-        base: first link of the chain; the root by default.
-        tip: the flange's link; by default the only link at an end of the tree that a joint moves.
+    as in the file. Inertias are read into ``Robot.parameters``, as a prior. ``base``: first link of the chain, the
+    root by default; ``tip``: the flange's link, by default the only link at an end of the tree that a joint moves.
     """
     tree = read_urdf(path)
     with naming(tree.source):
@@ -170,9 +166,7 @@ def _chain(tree: Urdf, base: str, tip: str) -> tuple[list[tuple[UrdfJoint, Pose]
     pose, moving, fault = Pose(), [], ""
     for joint in reversed(path):
         pose = pose @ joint.origin
-        if joint.kind == "fixed":
-            continue
-        if fault:
+        if joint.kind == "fixed" or fault:
             continue
         if joint.kind not in _MOVES:
             fault = f"joint {joint.name!r} is {joint.kind or 'of no kind'!r}: a chain of revolute, continuous, "
@@ -195,7 +189,15 @@ def _parameters(
         for name, pose in tree.fixed_to(moving.child, at):
             if (body := tree.links[name]) is not None:
                 vectors.append(body.moved(pose.R, pose.p).vector)
-                notes += _impossible(name, body)
+                # A link without mass and inertia only carries others.
+                a, b, c = np.linalg.eigvalsh(body.inertia_com) if body.mass else np.zeros(3)
+                if body.mass < 0.0 or (body.mass == 0.0 and body.vector.any()):
+                    fault = f"a mass of {body.mass:g} kg and this inertia"
+                    notes.append(f"link {name!r}: no body has {fault}: correct the file")
+                elif a + b < (1.0 - _DIGITS) * c or a < -_DIGITS * c:
+                    fault = f"these principal moments of inertia: {a:.3g}, {b:.3g}, {c:.3g} kg m^2"
+                    why = "the largest exceeds the sum of the others, or one is negative"
+                    notes.append(f"link {name!r}: no body has {fault} ({why}): correct the file")
             notes += [
                 f"joint {joint.name!r} is not of the chain: it and what hangs on it are left out"
                 for joint in tree.children[name]
@@ -207,27 +209,14 @@ def _parameters(
     return values, notes
 
 
-def _impossible(name: str, body: InertialParameters) -> list[str]:
-    """Name what no body can have; a link without mass and inertia only carries others."""
-    if body.mass < 0.0 or (body.mass == 0.0 and body.vector.any()):
-        return [f"link {name!r}: no body has a mass of {body.mass:g} kg and this inertia: correct the file"]
-    a, b, c = np.linalg.eigvalsh(body.inertia_com) if body.mass else np.zeros(3)
-    if a + b >= (1.0 - _DIGITS) * c and a >= -_DIGITS * c:
-        return []
-    return [
-        f"link {name!r}: no body has these principal moments of inertia: {a:.3g}, {b:.3g}, {c:.3g} kg m^2 (the "
-        "largest exceeds the sum of the others, or one is negative): correct the file"
-    ]
-
-
 def read_urdf(source: str | Path | Source) -> Urdf:
     """Read a file, expanded by xacro where it waits for that."""
     source = source if isinstance(source, Source) else Source(Path(source))
     path = source.path
     root = _parsed(path, read_text(path, _LARGEST_FILE))
-    if any(map(_of_xacro, _read_of(root))):
+    if _of_xacro(root):
         root = _parsed(path, expanded(source))
-        if left := next((element.tag for element in _read_of(root) if _of_xacro(element)), ""):
+        if left := _of_xacro(root):
             raise InputError(f"{path}: xacro leaves <{left}> as it is: expand it first (xacro FILE > robot.urdf)")
     if root.tag != "robot":
         raise InputError(f"{path}: the outermost element is <{root.tag}>, a URDF's is <robot>")
@@ -236,7 +225,22 @@ def read_urdf(source: str | Path | Source) -> Urdf:
         links = _named(root, "link")
         bodies = {name: _body(link, f"link {name!r} inertial", notes) for name, link in links.items()}
         joints = tuple(_joint(name, joint, notes) for name, joint in _named(root, "joint").items())
-        children = _children(list(links), joints)
+        children: dict[str, list[UrdfJoint]] = {name: [] for name in links}
+        moved: dict[str, str] = {}
+        for joint in joints:
+            for link in (joint.parent, joint.child):
+                if link not in children:
+                    raise ValueError(f"joint {joint.name!r}: no link {link!r} in the file")
+            if joint.child in moved:
+                both = f"link {joint.child!r} is the child of joints {moved[joint.child]!r} and {joint.name!r}"
+                raise ValueError(f"{both}: closed loops are not supported")
+            moved[joint.child] = joint.name
+            children[joint.parent].append(joint)
+        reached = [name for name in links if name not in moved]
+        for name in reached:  # grows while it is walked
+            reached += [joint.child for joint in children[name]]
+        if ring := [name for name in links if name not in set(reached)]:
+            raise ValueError(f"link {ring[0]!r} is its own ancestor: closed loops are not supported")
     return Urdf(
         root.get("name") or path.stem,
         str(path),
@@ -259,21 +263,18 @@ def _parsed(path: Path, text: str) -> _Element:
         raise InputError(f"{path}: not valid XML: {error}") from None
 
 
-def _read_of(root: _Element) -> Iterator[_Element]:
-    """Elements that count: what stands in others, of simulators and drives, is not read."""
-    yield root
-    for element in root:
-        yield from element.iter() if element.tag in ("link", "joint") else (element,) if _tagged(element) else ()
+def _of_xacro(root: _Element) -> str:
+    """Tag of an element that waits for xacro, empty without one.
 
-
-def _tagged(element: _Element) -> bool:
-    return element.tag.startswith("{") and "xacro" in element.tag
-
-
-def _of_xacro(element: _Element) -> bool:
-    """True if an element waits for xacro. Comments are no elements: expanded files keep the source's."""
-    texts = (element.text or "", *element.attrib.values())
-    return _tagged(element) or any("${" in text for text in texts)
+    What stands in elements of simulators and drives is not read. Comments are no elements: expanded files keep the
+    source's.
+    """
+    read = [root, *(element for part in root if part.tag in ("link", "joint") for element in part.iter())]
+    waiting = [
+        element for element in read if any("${" in text for text in (element.text or "", *element.attrib.values()))
+    ]
+    waiting += [element for element in (*root, *read) if element.tag.startswith("{") and "xacro" in element.tag]
+    return waiting[0].tag if waiting else ""
 
 
 def _named(root: _Element, tag: str) -> dict[str, _Element]:
@@ -286,29 +287,6 @@ def _named(root: _Element, tag: str) -> dict[str, _Element]:
             raise ValueError(f"{tag} {name!r}: given twice")
         named[name] = element
     return named
-
-
-def _children(links: Sequence[str], joints: Sequence[UrdfJoint]) -> dict[str, list[UrdfJoint]]:
-    """Find the joints that each link carries; refuse what is no tree."""
-    children: dict[str, list[UrdfJoint]] = {name: [] for name in links}
-    moved: dict[str, str] = {}
-    for joint in joints:
-        for link in (joint.parent, joint.child):
-            if link not in children:
-                raise ValueError(f"joint {joint.name!r}: no link {link!r} in the file")
-        if joint.child in moved:
-            raise ValueError(
-                f"link {joint.child!r} is the child of joints {moved[joint.child]!r} and {joint.name!r}: closed "
-                "loops are not supported"
-            )
-        moved[joint.child] = joint.name
-        children[joint.parent].append(joint)
-    reached = [name for name in links if name not in moved]
-    for name in reached:  # grows while it is walked
-        reached += [joint.child for joint in children[name]]
-    if ring := [name for name in links if name not in set(reached)]:
-        raise ValueError(f"link {ring[0]!r} is its own ancestor: closed loops are not supported")
-    return children
 
 
 def _meshes(link: _Element, folder: Path) -> Iterator[Mesh]:
@@ -349,6 +327,14 @@ def _joint(name: str, element: _Element, notes: _Notes) -> UrdfJoint:
     for tag, link in ends.items():
         if not link:
             raise ValueError(f"{where}: <{tag} link=...> is missing")
+    # Many files write 0 for an unknown limit, or a torque that no joint has.
+    keys, limits = ("velocity", "effort", "lower", "upper"), element.find("limit")
+    speed, torque, low, high = (_numbers(limits, key, (0.0,), where)[0] for key in keys)
+    if speed < 0.0 or torque < 0.0:
+        raise ValueError(f"{where}: velocity and effort limits must not be negative")
+    if limits is not None and kind in ("revolute", "prismatic") and not low < high:
+        notes.setdefault(f"position limits {low:g} to {high:g} leave no range: not used", {})[where] = None
+    position = (low, high) if kind != "continuous" and low < high else Limits().position
     return UrdfJoint(
         name,
         kind,
@@ -356,7 +342,7 @@ def _joint(name: str, element: _Element, notes: _Notes) -> UrdfJoint:
         ends["child"],
         _pose(element.find("origin"), where, notes),
         axis,
-        _limits(element.find("limit"), kind, where, notes),
+        Limits(position, speed or math.inf, torque=torque if 0.0 < torque < _UNKNOWN_EFFORT else math.inf),
         friction,
         mimic.get("joint", "another joint") if mimic is not None else "",
     )
@@ -374,20 +360,6 @@ def _body(link: _Element, where: str, notes: _Notes) -> InertialParameters | Non
     at = _pose(inertial.find("origin"), where, notes)
     # Files hold bodies that cannot exist: the chain's are noted.
     return InertialParameters(ten_parameters(mass, at.p, at.R @ symmetric(entries) @ at.R.T))
-
-
-def _limits(element: _Element | None, kind: str, where: str, notes: _Notes) -> Limits:
-    """Read limits, infinite where the file gives none; many write 0 for an unknown limit, or a torque none has."""
-    if element is None:
-        return Limits()
-    keys = ("velocity", "effort", "lower", "upper")
-    speed, torque, low, high = (_numbers(element, key, (0.0,), where)[0] for key in keys)
-    if speed < 0.0 or torque < 0.0:
-        raise ValueError(f"{where}: velocity and effort limits must not be negative")
-    position = (low, high) if kind != "continuous" and low < high else Limits().position
-    if kind in ("revolute", "prismatic") and not low < high:
-        notes.setdefault(f"position limits {low:g} to {high:g} leave no range: not used", {})[where] = None
-    return Limits(position, speed or math.inf, torque=torque if 0.0 < torque < _UNKNOWN_EFFORT else math.inf)
 
 
 def _pose(element: _Element | None, where: str, notes: _Notes) -> Pose:

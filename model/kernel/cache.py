@@ -38,13 +38,14 @@ class CompilerUnavailable(RuntimeError):  # noqa: N818
 def compiled_library(source: str, *functions: str) -> ctypes.CDLL:
     """Load the library of a C source with these functions, compiling it if the cache does not hold it.
 
-    Raises:
-        CompilerUnavailable: without a working compiler or with ``DYNIDENT_NO_COMPILER=1``.
+    Raises CompilerUnavailable without a working compiler or with ``DYNIDENT_NO_COMPILER=1``.
     """
     if os.environ.get("DYNIDENT_NO_COMPILER", "") not in ("", "0"):
         raise CompilerUnavailable("DYNIDENT_NO_COMPILER is set")
     compiler = _compiler(os.environ.get("CC", ""))
-    key = _digest("\n".join((source, _identity(compiler), " ".join(_FLAGS), _NATIVE, _processor())).encode())
+    state = compiler.stat()  # tells of another compiler without starting it
+    identity = f"{compiler} {state.st_size} {state.st_mtime_ns}"
+    key = _digest("\n".join((source, identity, " ".join(_FLAGS), _NATIVE, _processor())).encode())
     problem = OSError()
     # The second folder serves where the first one is full or does not allow code to be loaded.
     for folder in (cache_folder, _temporary_folder):
@@ -56,7 +57,7 @@ def compiled_library(source: str, *functions: str) -> ctypes.CDLL:
                     with contextlib.suppress(OSError):
                         return _loaded(path, functions)
                 path.unlink(missing_ok=True)
-            return _loaded(_compile(compiler, source, cache, key), functions)
+            return _loaded(_compile(compiler, identity, source, cache, key), functions)
         except OSError as error:
             problem = error
     raise CompilerUnavailable(f"loading compiled code failed: {problem}")
@@ -102,20 +103,13 @@ def _digest(content: bytes) -> str:
 @functools.cache
 def _compiler(chosen: str) -> Path:
     for name in filter(None, (chosen, "cc", "gcc", "clang")):
-        program = shutil.which(name)
-        if program is not None:
+        if program := shutil.which(name):
             return Path(program).absolute()
     raise CompilerUnavailable("no C compiler found (cc, gcc or clang)")
 
 
-def _identity(compiler: Path) -> str:
-    """Identify the compiler without starting it."""
-    state = compiler.stat()
-    return f"{compiler} {state.st_size} {state.st_mtime_ns}"
-
-
-def _compile(compiler: Path, source: str, folder: Path, key: str) -> Path:
-    identity, problem = _identity(compiler), ""
+def _compile(compiler: Path, identity: str, source: str, folder: Path, key: str) -> Path:
+    problem = ""
     with tempfile.TemporaryDirectory(dir=folder, suffix=".part", ignore_cleanup_errors=True) as beside:
         made = Path(beside, f"library{_SUFFIX}")
         if identity not in _problems:

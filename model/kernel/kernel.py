@@ -1,19 +1,350 @@
-"""Evaluation of one CasADi function on N samples, structure of arrays."""
+"""Evaluation of one CasADi function on many samples at once, structure of arrays.
 
+CasADi's own list of scalar operations is read and written as C that works on several samples per instruction, as
+Python of NumPy's operations where there is no compiler, or as readable C for a single sample.
+"""
+
+import ctypes
+import math
+import re
 import warnings
+from collections import Counter
 from collections.abc import Callable, Sequence
-from typing import Any
+from itertools import accumulate
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
 
 from ...common import Array
-from .cache import CompilerUnavailable
-from .program import OPERATIONS, Fill, Program, compiled_fill, read_program
+from .cache import CompilerUnavailable, compiled_library
 
-NumpyRows = Callable[[Sequence[Array], Array], None]
-"""Function of the inputs, and of the array of entries x N that it fills."""
+OPERATIONS = {
+    "ASSIGN": "{0}",
+    "ADD": "{0} + {1}",
+    "SUB": "{0} - {1}",
+    "MUL": "{0} * {1}",
+    "DIV": "{0} / {1}",
+    "NEG": "-{0}",
+    "SQ": "{0} * {0}",
+    "TWICE": "{0} + {0}",
+    "INV": "1.0 / {0}",
+    "SIN": "vsin({0})",
+    "COS": "vcos({0})",
+    "SIGN": "vsign({0})",
+    "POW": "vpair(pow, {0}, {1})",
+    "CONSTPOW": "vpair(pow, {0}, {1})",
+    "NOT": "vselect({0} == 0.0)",
+    "AND": "vselect(({0} != 0.0) & ({1} != 0.0))",
+    "OR": "vselect(({0} != 0.0) | ({1} != 0.0))",
+    "IF_ELSE_ZERO": "vkeep({0} != 0.0, {1})",
+}
+"""Operations on ``{0}`` and ``{1}``, in C on vectors and in NumPy on arrays, as ``_PRELUDE`` and ``_NUMPY`` say."""
+_NUMPY: dict[str, Any] = {
+    "np": np,
+    "vsin": np.sin,
+    "vcos": np.cos,
+    "vsign": np.sign,
+    "veach": lambda function, x: function(x),
+    "vpair": lambda function, x, y: function(x, y),
+    "vselect": lambda mask: mask * 1.0,
+    "vkeep": lambda mask, x: np.where(mask, x, 0.0),
+    "pow": np.power,
+}
+_EACH = ("fabs", "sqrt", "tan", "exp", "log", "sinh", "cosh", "tanh", "floor", "ceil", "asin", "acos", "atan")
+for _name in (*_EACH, "fmin", "fmax", "atan2"):
+    OPERATIONS[_name.upper()] = f"veach({_name}, {{0}})" if _name in _EACH else f"vpair({_name}, {{0}}, {{1}})"
+    _NUMPY[_name] = getattr(np, re.sub("^a", "arc", _name))
+for _name, _sign in (("LT", "<"), ("LE", "<="), ("EQ", "=="), ("NE", "!=")):
+    OPERATIONS[_name] = f"vselect({{0}} {_sign} {{1}})"
+
+BY_CODE = {getattr(ca, f"OP_{name}"): name for name in OPERATIONS}
+
+
+class Program(NamedTuple):
+    """Operations that compute a function's outputs, one sample at a time."""
+
+    inputs: dict[int, int]  # value index -> row of the stacked inputs (all inputs one below the other)
+    constants: dict[int, float]  # value index -> number
+    # operations in order: values[result] = name(*values[arguments]), as (name, result, arguments)
+    steps: tuple[tuple[str, int, tuple[int, ...]], ...]
+    outputs: tuple[int, ...]  # value index of each non-zero output, in CasADi's order, outputs one below the other
+    input_sizes: tuple[int, ...]  # size of each input
+
+
+def read_program(function: ca.Function) -> Program:
+    """Read the operation list of a function; TypeError if it has others than scalar (SX) ones that are known."""
+    if not function.is_a("SXFunction"):
+        raise TypeError(f"{function.name()} is not an SX function: expand() it first")
+    sizes = tuple(function.nnz_in(k) for k in range(function.n_in()))
+    rows = list(accumulate(sizes, initial=0))
+    offsets = list(accumulate(map(function.nnz_out, range(function.n_out())), initial=0))
+    register: dict[int, int] = {}
+    inputs: dict[int, int] = {}
+    constants: dict[int, float] = {}
+    steps: list[tuple[str, int, tuple[int, ...]]] = []
+    outputs = [-1] * offsets[-1]
+    size = 0
+    for k in range(function.n_instructions()):
+        code = function.instruction_id(k)
+        source, target = function.instruction_input(k), function.instruction_output(k)
+        if code == ca.OP_OUTPUT:
+            outputs[offsets[target[0]] + target[1]] = register[source[0]]
+            continue
+        if code == ca.OP_INPUT:
+            inputs[size] = rows[source[0]] + source[1]
+        elif code == ca.OP_CONST:
+            constants[size] = float(function.instruction_constant(k))
+        elif code in BY_CODE:
+            steps.append((BY_CODE[code], size, tuple(register[s] for s in source)))
+        else:
+            raise TypeError(f"{function.name()} uses CasADi operation {code}, which the kernel does not know")
+        register[target[0]] = size
+        size += 1
+    if -1 in outputs:
+        raise TypeError(f"{function.name()} leaves an output unset")
+    return Program(inputs, constants, tuple(steps), tuple(outputs), sizes)
+
+
+_CHUNK = 128  # samples whose tiles stay in the processor's cache until they are turned into rows
+
+_PRELUDE = """\
+/* Generated by dynident. Structure of arrays, as many samples per instruction as one register holds. */
+#include <math.h>
+#include <string.h>
+
+#if defined __AVX512F__
+enum { LANES = 8 };
+#elif defined __AVX__
+enum { LANES = 4 };
+#else
+enum { LANES = 2 };
+#endif
+#define EACH_LANE(statement) { _Pragma("GCC unroll 8") for (int k_ = 0; k_ < LANES; ++k_) statement; }
+typedef double reals __attribute__((vector_size(8 * LANES)));
+typedef long long wholes __attribute__((vector_size(8 * LANES)));
+
+static inline reals vload(const double *p, long long step) { reals x; EACH_LANE(x[k_] = p[k_ * step]) return x; }
+static inline void vstore(double *p, reals x) { memcpy(p, &x, sizeof x); }
+static inline reals vsplat(double x) { return x - (reals){0}; }
+static inline reals vkeep(wholes mask, reals x) { return (reals)(mask & (wholes)x); }
+static inline reals vselect(wholes mask) { return vkeep(mask, vsplat(1.0)); }
+static inline reals vsign(reals x) { return vselect(x > 0.0) - vselect(x < 0.0) + vkeep(x != x, x); }
+#define veach(f, x) ({ reals a_ = (x), r_; EACH_LANE(r_[k_] = f(a_[k_])) r_; })
+#define vpair(f, x, y) ({ reals a_ = (x), b_ = (y), r_; EACH_LANE(r_[k_] = f(a_[k_], b_[k_])) r_; })
+
+/* Cosine and sine: reduction by multiples of pi/2 in three parts, Taylor series on [-pi/4, pi/4]
+   (remainder below 1e-18). Beyond 1e5 rad the C library answers. */
+static const double SINE[] = {
+  1.0 / 355687428096000.0, -1.0 / 1307674368000.0, 1.0 / 6227020800.0, -1.0 / 39916800.0,
+  1.0 / 362880.0, -1.0 / 5040.0, 1.0 / 120.0, -1.0 / 6.0};
+static const double COSINE[] = {
+  1.0 / 20922789888000.0, -1.0 / 87178291200.0, 1.0 / 479001600.0, -1.0 / 3628800.0,
+  1.0 / 40320.0, -1.0 / 720.0, 1.0 / 24.0};
+static inline reals vseries(reals z, const double *factors, int count) {
+  reals sum = vsplat(factors[0]);
+#pragma GCC unroll 8
+  for (int k = 1; k < count; ++k) sum = sum * z + factors[k];
+  return sum;
+}
+static inline int vhuge(reals x) {
+  wholes far = (x > 1e5) | (x < -1e5) | (x != x);
+  long long any = 0;
+  EACH_LANE(any |= far[k_])
+  return any != 0;
+}
+static inline reals vturn(reals x, int quarter) {
+  const double magic = 6755399441055744.0; /* 1.5 * 2^52: adding it rounds to a whole number */
+  reals shifted = x * 0.63661977236758134308 + magic;
+  wholes k = (wholes)shifted + quarter;
+  reals turns = shifted - magic;
+  reals r = x - turns * 1.57079632673412561417e+00;
+  r = r - turns * 6.07710050630396597660e-11;
+  r = r - turns * 2.02226624879595063154e-21;
+  reals z = r * r;
+  reals s = r + r * z * vseries(z, SINE, 8);
+  reals c = 1.0 - (0.5 * z - z * z * vseries(z, COSINE, 7));
+  wholes odd = -(k & 1);
+  reals y = (reals)((odd & (wholes)c) | (~odd & (wholes)s));
+  return (reals)((wholes)y ^ ((k & 2) << 62));
+}
+static inline reals vsin(reals x) { return vhuge(x) ? veach(sin, x) : vturn(x, 0); }
+static inline reals vcos(reals x) { return vhuge(x) ? veach(cos, x) : vturn(x, 1); }
+"""
+
+_LOOP = """
+/* Eight numbers of each output for every eight samples; in[k]: samples of input k, one after the other, step[k]
+   numbers apart (0: all samples share it). What the last tile has to spare holds anything. */
+static void tiles(const double *const *in, const long long *step, double *out, long long n) {
+  long long i = 0;
+  for (; i + tile <= n; i += tile)
+    for (int s = 0; s < tile; s += LANES) samples(in, step, i + s, out + i * outputs + s);
+  if (i < n) {
+    double last[inputs][tile * widest];
+    const double *rows[inputs];
+    const int count = n - i;
+    for (int k = 0; k < inputs; ++k) {
+      for (int s = 0; s < tile; ++s) {
+        const double *sample = in[k] + (i + (s < count ? s : count - 1)) * step[k];
+        for (int c = 0; c < size[k]; ++c) last[k][s * size[k] + c] = sample[c];
+      }
+      rows[k] = last[k];
+    }
+    for (int s = 0; s < count; s += LANES) samples(rows, size, s, out + i * outputs + s);
+  }
+}
+
+/* count steps one after the other, each a row of n numbers for every output; input k moves on by ahead[k] numbers
+   a step. state: input 0, which takes the first outputs of each step, or 0. work: room for outputs x chunk. */
+void run(const double *const *in, const long long *step, const long long *ahead, double *state, double *out,
+         double *work, long long n, long long count) {
+  const double *from[inputs];
+  for (long long i = 0; i < count; ++i, out += outputs * n) {
+    for (long long first = 0; first < n; first += chunk) {
+      const long long some = n - first < chunk ? n - first : chunk;
+      for (int k = 0; k < inputs; ++k) from[k] = in[k] + i * ahead[k] + first * step[k];
+      tiles(from, step, work, some);
+      for (int r = 0; r < outputs; ++r) {
+        double *row = out + r * n + first;
+        const double *tiled = work + r * tile;
+        long long s = 0;
+        for (; s + tile <= some; s += tile) memcpy(row + s, tiled + s * outputs, tile * sizeof(double));
+        if (s < some) memcpy(row + s, tiled + s * outputs, (some - s) * sizeof(double));
+      }
+    }
+    for (int r = 0; state && r < size[0]; ++r)
+      for (long long s = 0; s < n; ++s) state[s * size[0] + r] = out[r * n + s];
+  }
+}
+"""
+
+
+def c_number(value: float) -> str:
+    """Write a C constant that is exactly ``value``."""
+    if math.isnan(value):
+        return "NAN"
+    return repr(value) if math.isfinite(value) else ("INFINITY" if value > 0 else "-INFINITY")
+
+
+Fill = Callable[[Sequence[Array], Array, bool], None]
+"""Function of inputs, of the array (steps x entries x N, C-contiguous) that it fills, and whether steps chain.
+
+Inputs are those of ``Kernel.chain``, their last axes C-contiguous. Where steps are chained the first one is the
+state, which ends as the last step leaves it.
+"""
+
+
+def compiled_fill(program: Program) -> Fill:
+    """Compile a program, or take the library from the cache; raises ``CompilerUnavailable``."""
+    sizes, chunk = program.input_sizes, f"tile = 8, chunk = {_CHUNK}"
+    lines = [f"static const long long size[] = {{{', '.join(map(str, sizes))}}};"]
+    lines += [
+        f"enum {{ inputs = {len(sizes)}, outputs = {len(program.outputs)}, widest = {max(sizes)}, {chunk} }};"
+    ]
+    lines += ["static void samples(const double *const *in, const long long *step, long long i, double *out) {"]
+    entries = [(k, row) for k, size in enumerate(sizes) for row in range(size)]
+    load = "vload(in[{0}] + i * step[{0}] + {1}, step[{0}])"
+    lines += [f"  reals x{k} = {load.format(*entries[row])};" for k, row in program.inputs.items()]
+    lines += [f"  reals x{k} = vsplat({c_number(value)});" for k, value in program.constants.items()]
+    for name, result, arguments in program.steps:
+        lines.append(f"  reals x{result} = {OPERATIONS[name].format(*(f'x{k}' for k in arguments))};")
+    lines += [f"  vstore(out + {8 * row}, x{k});" for row, k in enumerate(program.outputs)]
+    run = compiled_library("\n".join([_PRELUDE, *lines, "}", _LOOP]), "run").run
+    pointer, number = ctypes.c_void_p, ctypes.c_longlong
+    pointers, numbers = ctypes.POINTER(pointer), ctypes.POINTER(number)
+    run.argtypes = [pointers, numbers, numbers, pointer, pointer, pointer, number, number]
+    run.restype = None
+
+    def fill(inputs: Sequence[Array], out: Array, chained: bool) -> None:
+        # Addresses as numbers: a typed pointer takes longer to make than few samples take to evaluate.
+        starts = (ctypes.c_void_p * len(inputs))(*(x.ctypes.data for x in inputs))
+        apart = [x.shape[-1] if x.ndim >= 2 else 0 for x in inputs]
+        ahead = [x.strides[0] // x.itemsize if x.ndim == 3 else 0 for x in inputs]
+        numbers = ctypes.c_longlong * len(inputs)
+        work, state = np.empty(len(program.outputs) * _CHUNK), inputs[0].ctypes.data if chained else 0
+        steps, _, samples = out.shape
+        arrays = starts, numbers(*apart), numbers(*ahead)
+        run(*arrays, state, out.ctypes.data, work.ctypes.data, samples, steps)
+
+    return fill
+
+
 _BLOCK = 4096  # samples per block: what is at work stays in the processor's cache
+
+
+def numpy_fill(program: Program) -> Fill:
+    """Make the function that evaluates a program by NumPy, of steps that do not chain."""
+    lines = [f"x{k} = rows[{row}]" for k, row in program.inputs.items()]
+    lines += [f"x{k} = np.float64('{value!r}')" for k, value in program.constants.items()]
+    last = {value: result for _, result, arguments in program.steps for value in arguments}
+    for name, result, arguments in program.steps:
+        lines.append(f"x{result} = {OPERATIONS[name].format(*(f'x{value}' for value in arguments))}")
+        # Each value is forgotten after its last use.
+        used = set(arguments) - set(program.outputs)
+        lines += [f"del x{value}" for value in sorted(used) if last[value] == result]
+    lines += [f"out[{row}] = x{k}" for row, k in enumerate(program.outputs)]
+    names = dict(_NUMPY)
+    exec("\n    ".join(["def run(rows, out):", *lines, "return"]), names)
+
+    def fill(inputs: Sequence[Array], out: Array, _: bool) -> None:
+        # Silent like compiled code: overflow gives inf and a wrong argument nan.
+        with np.errstate(all="ignore"):
+            for start in range(0, out.shape[2], _BLOCK):
+                part = slice(start, start + _BLOCK)
+                entries = [row for x in inputs for row in (np.ascontiguousarray(x[part].T) if x.ndim == 2 else x)]
+                names["run"](entries, out[0, :, part])
+
+    return fill
+
+
+_WIDTH = 90  # largest length of expressions that are written where they are used, if only once
+_PLAIN = r"[\w.]+(\[\d+\])?"
+"""Pattern of operands that need no parentheses: a name, an entry of an array or a plain number."""
+
+_SCALAR = (  # how the vector expressions read for a single number
+    (r"v(?:each|pair)\((\w+), ", r"\1("),
+    (r"v(sin|cos)\(", r"\1("),
+    (r"vsign\((.*)\)", r"(double)(\1 > 0.0) - (double)(\1 < 0.0) + (\1 != \1 ? \1 : 0.0)"),
+    (r"vselect\(", "(double)("),
+    (r"vkeep\((.*), (.*)\)", r"(\1 ? \2 : 0.0)"),
+    (r" ([&|]) ", r" \1\1 "),
+)
+
+
+def c_body(function: ca.Function) -> list[str]:
+    """Write the statements of a C function that computes the function's one output from its inputs.
+
+    Inputs and output are arrays called as in the function, the output dense and row-major. What is used more than
+    once is declared, the rest written where it is used.
+    """
+    program = read_program(function)
+    names = [function.name_in(k) for k in range(function.n_in())]
+    inputs = [(name, i) for name, size in zip(names, program.input_sizes, strict=True) for i in range(size)]
+    texts, uses = dict(OPERATIONS), Counter(program.outputs)
+    for name, pattern, replacement in ((name, *rule) for name in texts for rule in _SCALAR):
+        texts[name] = re.sub(pattern, replacement, texts[name])
+    for name, _, arguments in program.steps:
+        for index, argument in enumerate(arguments):
+            uses[argument] += texts[name].count(f"{{{index}}}")
+    values = {k: "{}[{}]".format(*inputs[row]) for k, row in program.inputs.items()}
+    values |= {k: c_number(number) for k, number in program.constants.items()}
+    lines: list[str] = []
+    for name, result, arguments in program.steps:
+        operands = (values[k] for k in arguments)
+        text = texts[name].format(*(value if re.fullmatch(_PLAIN, value) else f"({value})" for value in operands))
+        if uses[result] > 1 or len(text) > _WIDTH:
+            lines.append(f"const double x{len(lines)} = {text};")
+            text = f"x{len(lines) - 1}"
+        values[result] = text
+    output, (rows, columns) = function.name_out(0), function.size_out(0)
+    sparsity = function.sparsity_out(0).get_triplet()
+    entries = sorted((row * columns + column, k) for k, (row, column) in enumerate(zip(*sparsity, strict=True)))
+    read = {argument for *_, arguments in program.steps for argument in arguments} | set(program.outputs)
+    used = {inputs[row][0] for value, row in program.inputs.items() if value in read}
+    head = [f"(void){name};" for name in names if name not in used]
+    if len(entries) < rows * columns:
+        head.append(f"for (int k = 0; k < {rows * columns}; ++k) {output}[k] = 0.0;")
+    return [*head, *lines, *(f"{output}[{index}] = {values[program.outputs[k]]};" for index, k in entries)]
 
 
 class Kernel:
@@ -24,67 +355,43 @@ class Kernel:
 
     Attributes:
         rows, columns: index of each non-zero entry in the function's first output.
+        compiled: True if compiled code does the work.
     """
 
     def __init__(self, function: ca.Function) -> None:
         """Prepare the function."""
         program = read_program(function)
-        self._function = function
-        self._sizes = list(program.input_sizes)
-        self._outputs = len(program.outputs)
+        self._function, self._sizes, self._outputs = function, list(program.input_sizes), len(program.outputs)
         rows, columns = function.sparsity_out(0).get_triplet()
         self.rows, self.columns = np.array(rows, dtype=int), np.array(columns, dtype=int)
-        self._compiled: Fill | None = None
         try:
-            self._compiled = compiled_fill(program)
+            self._fill, self.compiled = compiled_fill(program), True
         except CompilerUnavailable as reason:
             if "failed" in str(reason):
                 warnings.warn(f"{reason}; NumPy does the work instead", RuntimeWarning, stacklevel=1)
-            self._rows = numpy_rows(program)
+            self._fill, self.compiled = numpy_fill(program), False
 
     def __reduce__(self) -> tuple[type["Kernel"], tuple[ca.Function]]:
         """Pickle the function; it is compiled, or read from the cache, where it is unpickled."""
         return Kernel, (self._function,)
 
-    @property
-    def compiled(self) -> bool:
-        """True if compiled code does the work."""
-        return self._compiled is not None
-
     def __call__(self, *inputs: Array) -> Array:
-        """Evaluate on N samples.
+        """Evaluate on N samples: the non-zero entries, (entries, N), in CasADi's (column-major) order.
 
-        Args:
-            inputs: one array per input of the function, each (N, size), or (size,) where all samples share it.
-
-        Returns:
-            The non-zero entries, shape (entries, N), in CasADi's (column-major) order.
-
-        Raises:
-            ValueError: if the inputs do not fit the function.
+        ``inputs``: one array per input of the function, each (N, size), or (size,) where all samples share it;
+        ValueError if they do not fit the function.
         """
         result = np.empty((self._outputs, self._samples(inputs)))
         if result.size:
-            ready = [np.ascontiguousarray(x, dtype=np.float64) for x in inputs]
-            if self._compiled is not None:
-                self._compiled(ready, result[None], False)
-            else:
-                self._rows(ready, result)
+            self._fill([np.ascontiguousarray(x, dtype=np.float64) for x in inputs], result[None], False)
         return result
 
     def chain(self, state: Array, *inputs: Array) -> Array:
         """Evaluate step after step: the first input is the state, which takes the first outputs of each step.
 
-        Args:
-            state: before the first step, (N, size).
-            inputs: the others, each (steps, N, size), (N, size) where all steps share it, or (size,) where all
-                samples do too; one at least differs from step to step.
-
-        Returns:
-            The entries of each step, shape (steps, entries, N).
-
-        Raises:
-            ValueError: if the inputs do not fit the function or each other.
+        Gives the entries of each step, (steps, entries, N). ``state``: before the first step, (N, size);
+        ``inputs``: the others, each (steps, N, size), (N, size) where all steps share it, or (size,) where all
+        samples do too; one at least differs from step to step. ValueError if they do not fit the function.
         """
         if self._outputs < self._sizes[0]:  # compiled code would read beyond them
             raise ValueError(f"{self._outputs} outputs cannot be the next state of {self._sizes[0]} numbers")
@@ -94,11 +401,11 @@ class Kernel:
             raise ValueError(f"inputs must have one number of steps and a state of two axes, got {steps or 'none'}")
         self._samples([state, *(x[0] if x.ndim == 3 else x for x in ready)])
         out = np.empty((steps.pop(), self._outputs, len(state)))
-        if self._compiled is not None:
-            self._compiled([np.array(state, dtype=np.float64, order="C"), *ready], out, True)
+        if self.compiled:
+            self._fill([np.array(state, dtype=np.float64, order="C"), *ready], out, True)
             return out
         # NumPy's way through a function, one call an operation, would take far longer for so few samples at once.
-        symbols = [ca.SX.sym("x", size) for size in self._sizes]
+        symbols = self._function.sx_in()
         parts: list[ca.SX] = self._function.call(symbols)
         step = ca.Function("step", symbols, [ca.vertcat(*(part.nz[:] for part in parts))]).map(len(state))
         buffer: Any  # its stub asks for sizes, which a memoryview brings along
@@ -123,33 +430,3 @@ class Kernel:
             shapes = ", ".join(str(x.shape) for x in inputs)
             raise ValueError(f"inputs of shapes {shapes} do not fit: sizes must be {self._sizes}, N one number")
         return counts.pop() if counts else 1
-
-
-def numpy_rows(program: Program) -> NumpyRows:
-    """Make the function that evaluates a program."""
-    names: dict[str, Any] = {"np": np}
-    exec(python_source(program), names)
-
-    def rows(inputs: Sequence[Array], out: Array) -> None:
-        # Silent like compiled code: overflow gives inf and a wrong argument nan.
-        with np.errstate(all="ignore"):
-            for start in range(0, out.shape[1], _BLOCK):
-                part = slice(start, start + _BLOCK)
-                entries = [row for x in inputs for row in (np.ascontiguousarray(x[part].T) if x.ndim == 2 else x)]
-                names["run"](entries, out[:, part])
-
-    return rows
-
-
-def python_source(program: Program) -> str:
-    """Write ``run(rows, out)``, of a row for each input's entry; each value is forgotten after its last use."""
-    lines = [f"x{k} = rows[{row}]" for k, row in program.inputs.items()]
-    lines += [f"x{k} = np.float64('{value!r}')" for k, value in program.constants.items()]
-    last = {value: k for k, step in enumerate(program.steps) for value in step.arguments}
-    for k, step in enumerate(program.steps):
-        values = [f"x{value}" for value in step.arguments]
-        lines.append(f"x{step.result} = {OPERATIONS[step.name].numpy.format(*values)}")
-        used = set(step.arguments) - set(program.outputs)
-        lines += [f"del x{value}" for value in sorted(used) if last[value] == k]
-    lines += [f"out[{row}] = x{k}" for row, k in enumerate(program.outputs)]
-    return "\n    ".join(["def run(rows, out):", *lines, "return"])

@@ -84,7 +84,7 @@ def test_scipy_filters_alike(order: int, cutoff: float) -> None:
     sos = butter(order, cutoff, output="sos")
     settled = sosfilt_zi(sos)[:, :, None] * SIGNALS[0]
     theirs, _ = sosfilt(sos, SIGNALS, axis=0, zi=settled)
-    assert np.abs(filtered(sections, SIGNALS) - theirs).max() < 1e-11 * np.abs(theirs).max()
+    assert np.abs(filtered(sections, SIGNALS, SIGNALS[0]) - theirs).max() < 1e-11 * np.abs(theirs).max()
 
 
 def test_estimation_has_one_thread_whatever_the_caller_has() -> None:

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from dynident.model import Joint, Robot
 from dynident.model.drives import Drives
-from dynident.model.kinematics import FrameChange
+from dynident.model.frames import FrameChange
 
 _Kind = Literal["revolute", "prismatic"]
 _SPECIAL = (0.0, 90.0, -90.0, 180.0)

@@ -11,7 +11,7 @@ import pytest
 from dynident import model
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.model.base.rank import random_states
+from dynident.model.base import random_states
 
 GEOMETRIC = model.Spring(1, stiffness=800.0, length=0.2, arms=(0.3, 0.15), zero=0.4)
 TABLE = model.Spring(1, table=((-1.0, 5.0), (0.0, 1.0), (2.0, -3.0)))

@@ -10,8 +10,8 @@ from dynident import model
 from dynident.common.arrays import Array
 from dynident.model.drives import parameter_kind
 from dynident.model.dynamics import dry_friction_names, smooth_dry_friction
-from dynident.model.kernel.program import read_program
-from dynident.model.kinematics import forward_kinematics, point_at
+from dynident.model.frames import forward_kinematics, point_at
+from dynident.model.kernel.kernel import read_program
 from dynident.model.regressors import regressor_at
 from dynident.tests.conftest import CROOKED
 from dynident.tests.model.random_robots import random_robot
@@ -128,7 +128,7 @@ def test_function_serves_in_an_optimisation(robot: model.Robot, chi: Array, name
     """Named, no operation repeated; called on MX, with a gradient that agrees with central differences."""
     function, base = MAKERS[name](robot), model.base_parameters(robot)
     assert function.name() == name
-    steps = [(step.name, step.arguments) for step in read_program(function).steps]
+    steps = [(name, arguments) for name, _, arguments in read_program(function).steps]
     assert len(set(steps)) == len(steps)
     values = base.value(named(robot, chi)) if name == "inverse_dynamics_base" else chi
     q, qd, third = state(robot)

@@ -9,7 +9,7 @@ import pytest
 from dynident import model
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.model.base.rank import random_states
+from dynident.model.base import random_states
 from dynident.model.drives import DriveState, parameter_kind, smooth_sign
 from dynident.model.files.robot_file import robot_toml
 from dynident.model.friction import LAWS, PAPER, Friction, friction_terms, is_friction, term_names, terms_of

@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 from dynident import model
 from dynident.common.errors import InputError
-from dynident.model.base import closed_form
-from dynident.model.base.parameters import BaseParameters
-from dynident.model.base.rank import leftmost_independent, random_states, stacked_regressor
+from dynident.model import base as base_module
+from dynident.model.base import BaseParameters, leftmost_independent, random_states, stacked_regressor
 from dynident.model.regressors import payload_columns
 from dynident.tests.model.random_robots import random_robot, small_robots
 from dynident.tests.model.three_ways import Comparison, compare, local_transfer_base_parameters
@@ -123,7 +122,7 @@ def test_without_gravity() -> None:
 
 
 def test_prismatic_rotor_beyond_the_first_joint() -> None:
-    """The counter-example of closed_form.py: a rule for j = 1 only would keep four parameters."""
+    """The counter-example of base.py: a rule for j = 1 only would keep four parameters."""
     joints = (model.Joint("prismatic"), model.Joint("prismatic", alpha=radians(90)))
     base = model.closed_form_base_parameters(model.Robot("two slides", joints, drives=model.Drives(friction=())))
     assert base.groupings(symbolic=True) == ("M1R = -IA2 + M1", "IA1 = IA1", "M2R = IA2 + M2")
@@ -166,11 +165,11 @@ def test_coupled_drives_that_no_rule_covers(pair: tuple[int, int]) -> None:
 
 
 def test_a_broken_rule_is_seen_by_rank(monkeypatch: pytest.MonkeyPatch) -> None:
-    robot, whole = model.load_robot("rx90"), closed_form.moves(model.load_robot("rx90"))
+    robot, whole = model.load_robot("rx90"), base_module.moves(model.load_robot("rx90"))
     with pytest.raises(InputError, match="coupled drives"):
         local_transfer_base_parameters(robot)
     for rule in {move.rule for move in whole}:
-        monkeypatch.setattr(closed_form, "moves", lambda _, rule=rule: [m for m in whole if m.rule != rule])
+        monkeypatch.setattr(base_module, "moves", lambda _, rule=rule: [m for m in whole if m.rule != rule])
         assert model.closed_form_base_parameters(robot).columns != model.base_parameters(robot).columns
 
 

@@ -19,7 +19,7 @@ from dynident.model import (
     standard_columns,
     standard_regressor,
 )
-from dynident.model.base.rank import random_states
+from dynident.model.base import random_states
 from dynident.model.regressors import payload_columns
 from dynident.tests.model.urdf_files import rigid
 

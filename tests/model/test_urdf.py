@@ -18,7 +18,7 @@ from dynident.model import (
     load_robot,
     standard_columns,
 )
-from dynident.model.base.rank import random_states
+from dynident.model.base import random_states
 from dynident.tests.model.urdf_files import ARMS, REFERENCE, Write, dressed_urdf, rigid
 from dynident.tests.model.urdf_files import write as write
 

@@ -18,7 +18,7 @@ from dynident.model import (
     regressor,
     robot_names,
 )
-from dynident.model.base.rank import random_states
+from dynident.model.base import random_states
 from dynident.model.drives import SPRING, Drives
 from dynident.model.kernel.kernel import Kernel
 from dynident.tests.conftest import CROOKED, SCARA

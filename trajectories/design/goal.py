@@ -14,7 +14,7 @@ import numpy as np
 from ...common import Array, ArrayLike, Brief, InputError, decomposed, without
 from ...common.errors import listed
 from ...model import InertialParameters, Robot, base_parameters, standard_columns
-from ...model.base.rank import leftmost_independent
+from ...model.base import leftmost_independent
 from ...model.drives import parameter_kind
 from ...model.inertia import PayloadSpread, payload_spread
 from ...model.regressors import payload_columns

@@ -15,8 +15,7 @@ from msgspec import structs
 from ...common import Array, Brief, Indices, InputError
 from ...common.errors import listed
 from ...model import InertialParameters, Robot, base_parameters, standard_columns
-from ...model.base.parameters import BaseParameters
-from ...model.base.rank import base_parameters_of
+from ...model.base import BaseParameters, base_parameters_of
 from ...model.drives import SPRING
 from ...model.regressors import payload_columns
 from ...model.stand_in import completed

@@ -19,9 +19,8 @@ from msgspec import Meta
 from ...common import Array, InputError
 from ...common.schema import Real, Table, Triple, read_toml
 from ...model import Robot
-from ...model.frames import frames_at, step
+from ...model.frames import frames_at, link_frames, step
 from ...model.kernel.kernel import Kernel
-from ...model.kinematics import link_frames
 from ...model.stand_in import cylinder_radius
 from .limits import Limit, Pullback, State
 

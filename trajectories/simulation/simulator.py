@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from ...common import Array, Brief
-from ...common.recursion import Section
+from ...common.recursion import filtered
 from ...model import InertialParameters, Motion, Recording, Robot, inverse_dynamics
 from ...model.dynamics import dry_friction_names
 from ...model.kernel.kernel import Kernel
@@ -209,4 +209,4 @@ def _exponential(draw: np.random.Generator, shape: tuple[int, ...], memory: floa
     decay = float(np.exp(-1.0 / memory))
     fresh = draw.standard_normal(shape)
     fresh[1:] *= np.sqrt(1.0 - decay**2)
-    return Section(1.0, 0.0, 0.0, -decay, 0.0).filtered(fresh, np.zeros((2, shape[1])))
+    return filtered([(1.0, 0.0, 0.0, -decay, 0.0)], fresh, np.zeros(shape[1]))

@@ -7,7 +7,7 @@ import numpy as np
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
 from dynident.model import Recording
-from dynident.model.kinematics import forward_kinematics
+from dynident.model.frames import forward_kinematics
 
 ABOVE, BESIDE = np.array([0.0, 0.0, 2.0]), np.array([1.0, 0.0, 0.5])
 """The point that a hose is fastened to [m]."""

@@ -29,7 +29,7 @@ from dynident.model import (
     standard_columns,
     with_stand_in,
 )
-from dynident.model.base.rank import random_states
+from dynident.model.base import random_states
 from dynident.tests.model.urdf_files import dressed_urdf
 from scipy.spatial.transform import Rotation
 

@@ -16,7 +16,7 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import InertialParameters, Motion, Pose, Robot, load_robot, robot_names
 from dynident.model.files.urdf import load_urdf
-from dynident.model.kinematics import link_frames
+from dynident.model.frames import link_frames
 from dynident.tests.conftest import PRISMATIC
 
 pytestmark = pytest.mark.filterwarnings("ignore:Setting the shape on a NumPy array")  # pycollada, from NumPy 2.5 on

@@ -1,0 +1,437 @@
+"""Base parameters: combinations of standard parameters that torques determine, and their regressors (13).
+
+They are found numerically, by QR of the regressor on random states (Gautier 1991), or by closed-form rules, as (12)
+for the RX90 (Gautier and Khalil 1990). The rules go through the joints from the tip to the base. r1 is the first
+revolute joint, r2 the next revolute one whose axis is not parallel to that of r1 (0 and 180 degrees are parallel).
+To move a parameter to link j-1 is to add the same body, seen from frame j-1 at q = 0.
+
+- Revolute j: YYj (with XXj - YYj left behind), MZj and Mj go to link j-1. For r1 <= j < r2: XXj, XYj, XZj and YZj
+  have no effect; nor MXj and MYj where axis j coincides with that of r1, lies along gravity, and all earlier axes
+  are parallel to it.
+- Prismatic j: the inertia matrix goes to link j-1. j < r1: MXj, MYj and MZj have no effect. r1 < j < r2: parallel
+  to r1, MZj has none, MXj and MYj go to link j-1; else the first moment along the axis of r1 has none.
+- Coupled drives: IAk, FVMk and FSMk of rotor k, which turns with joints j and k, are base parameters of their own,
+  whatever k is; but where j = k-1 is r1, or r2 orthogonal to it, and both axes are one direction, IAk goes into ZZk
+  while ZZj loses it.
+- Rotors: IA of r1 goes into ZZ of r1, IA of r2 into ZZ of r2 if and only if the two axes are orthogonal. For a
+  prismatic j before r2 whose axis is parallel to every earlier revolute axis and orthogonal to every earlier
+  prismatic one: if orthogonal to gravity, IAj goes into Mj while link j-1 loses a mass IAj; else that combination
+  feels gravity alone, as a constant force, and a drive offset OFFj is grouped into it.
+
+The rotor rule for prismatic joints is often stated for j = 1 only. That leaves a valid set that is not minimal; the
+smallest case is two orthogonal prismatic joints, the second horizontal. With joint 1 vertical,
+
+    Gamma1 = (M1 + M2) (q1'' + g) + IA1 q1'',    Gamma2 = (M2 + IA2) q2'',
+
+M1, IA1, M2 and IA2 have three combinations only: M1R = M1 - IA2, IA1 and M2R = M2 + IA2.
+
+The rules hold for any non-zero gravity and for coupled drives of joints that turn; QR covers the rest.
+The geometry is taken as exact: from the angles that are snapped to a multiple of 90 degrees (1e-4 rad) up to
+about 3e-3 rad from one, effects of the angle squared can be too small for QR to see.
+"""
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import chain, combinations, groupby
+from typing import Literal, NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from ..common import Array, Brief, InputError, Mask, frozen_array
+from ..common.linear import RANK_TOLERANCE
+from .drives import parameter_kind
+from .frames import FrameChange, frames_at
+from .inertia import INERTIAL, InertialParameters
+from .pose import Pose
+from .regressors import regressor, standard_columns, standard_regressor
+from .robot import Robot, check_robot
+
+STATES_PER_JOINT = 12  # random states for each joint: n rows each, so 12 n^2 rows for at most 14 n columns
+_PRECISION = 1e-15
+_ROUNDING = 1e-10  # factor in a grouping below which it is rounding
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BaseParameters(Brief):
+    """The minimal parameters chi of (13).
+
+    Attributes:
+        standard: names of the standard parameters, N_s.
+        chosen: positions in ``standard`` of those that stand for a base parameter, N_b, rising.
+        grouping: G, N_b x N_s: base parameters = G @ standard parameters, and W_s = W_base @ G.
+        decided_by: what found them.
+        expressions: each base parameter written with the robot's own lengths, "D3^2*(M3+M4) + ZZ1", N_b texts;
+            empty where nothing symbolic is known.
+    """
+
+    standard: tuple[str, ...]
+    chosen: tuple[int, ...]
+    grouping: Array
+    decided_by: Literal["closed form", "QR"] = "QR"
+    expressions: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        shape = (len(self.chosen), len(self.standard))
+        exact = np.where(np.abs(self.grouping) < _ROUNDING, 0.0, self.grouping)
+        object.__setattr__(self, "grouping", frozen_array(exact, shape, "grouping"))
+        if self.expressions and len(self.expressions) != len(self.chosen):
+            raise ValueError(f"{len(self.expressions)} expressions for {len(self.chosen)} base parameters")
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Standard parameters whose columns make up W_base, N_b names ("XX2")."""
+        return tuple(self.standard[k] for k in self.chosen)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the base parameters, with R where others are grouped in ("XX2R")."""
+        grouped = (np.abs(self.grouping) > 0).sum(axis=1) > 1
+        return tuple(f"{name}R" if more else name for name, more in zip(self.columns, grouped, strict=True))
+
+    @property
+    def unidentifiable(self) -> tuple[str, ...]:
+        """Standard parameters without any effect on the torques."""
+        effect = np.abs(self.grouping).sum(axis=0)
+        return tuple(name for name, size in zip(self.standard, effect, strict=True) if size == 0.0)
+
+    @property
+    def eliminated(self) -> tuple[str, ...]:
+        """Standard parameters that stand for no base parameter: grouped into others or without effect."""
+        return tuple(name for name in self.standard if name not in self.columns)
+
+    def groupings(self, symbolic: bool = False) -> tuple[str, ...]:
+        """Write each base parameter as a sum: "XX2R = XX2 - YY2 - 0.2025 M3".
+
+        Args:
+            symbolic: with the robot's own lengths instead: "XX2R = -D3^2*(M3+M4) + XX2 - YY2".
+
+        Raises:
+            ValueError: if symbolic text is asked for and there is none.
+        """
+        if symbolic and not self.expressions:
+            fault = f"base parameters decided by {self.decided_by} have no symbolic text"
+            raise ValueError(f"{fault}: use closed_form_base_parameters")
+        texts = self.expressions if symbolic else self.sums()
+        return tuple(f"{name} = {text}" for name, text in zip(self.names, texts, strict=True))
+
+    def sums(self, digits: int = 6) -> tuple[str, ...]:
+        """Write what each base parameter is: "XX2 - YY2 - 0.2025 M3"."""
+        rows = zip(self.chosen, self.grouping, strict=True)
+        return tuple(
+            sum_text(self.standard[k], self.standard, np.where(np.arange(len(row)) == k, 0.0, row), digits)
+            for k, row in rows
+        )
+
+    def value(self, parameters: Mapping[str, float]) -> Array:
+        """Evaluate the base parameters of a robot with the given standard parameters, shape (N_b,).
+
+        Raises:
+            KeyError: if a standard parameter is missing.
+        """
+        return np.asarray(self.grouping @ np.array([parameters[name] for name in self.standard]))
+
+    def effect_of(self, columns: tuple[str, ...]) -> Array:
+        """Derivatives of the base parameters by some standard parameters, N_b x ``len(columns)``.
+
+        With the last link's ten it is the map from a payload to base parameters behind (25)-(28).
+        """
+        return self.grouping[:, [self.standard.index(name) for name in columns]]
+
+
+def sum_text(first: str, names: Sequence[str], factors: Array, digits: int = 6) -> str:
+    """Write a sum of parameters, the first one with a factor of 1: "XX2 - YY2 - 0.2025 M3"."""
+    text = first
+    for name, factor in zip(names, factors.tolist(), strict=True):
+        if factor:
+            size = "" if abs(abs(factor) - 1.0) < 1e-9 else f"{abs(factor):.{digits}g} "
+            text += f" {'-' if factor < 0.0 else '+'} {size}{name}"
+    return text
+
+
+def base_regressor(robot: Robot, base: BaseParameters) -> ca.Function:
+    """``base_regressor(q, qd, qdd) -> Phi``, n x N_b, columns as ``base.columns`` (13)."""
+    return regressor(robot, base.columns, "base_regressor")
+
+
+@lru_cache(maxsize=32)
+def base_parameters(robot: Robot, seed: int = 0) -> BaseParameters:
+    """Base parameters of a robot, drives included, as a left-to-right choice of columns.
+
+    Columns are taken base to tip in the order of (6); a column that depends on those before it is grouped
+    into them. This finds the same names as Khalil's closed-form rules. They are kept: a command asks for those of
+    one robot several times.
+
+    >>> base_parameters(robot).groupings()[3]
+    'XX2R = XX2 - YY2 - 0.2025 M3 - 0.2025 M4 - 0.2025 M5 - 0.2025 M6'
+    """
+    check_robot(robot)
+    count = STATES_PER_JOINT * robot.n
+    W = stacked_regressor(robot, *random_states(robot, count, seed))
+    for joint in robot.drives.unmeasured:
+        W[(joint - 1) * count : joint * count] = 0.0
+    return base_parameters_of(standard_columns(robot), W)
+
+
+def base_parameters_of(columns: tuple[str, ...], W: Array) -> BaseParameters:
+    """Find the base parameters that a standard regressor W on many states shows, at least N_s rows x N_s."""
+    R = np.asarray(np.linalg.qr(W, mode="r"))
+    residuals = left_residuals(R)
+    chosen = np.flatnonzero(residuals > RANK_TOLERANCE)
+    grouping = np.zeros((len(chosen), W.shape[1]))
+    rest = np.setdiff1d(np.arange(W.shape[1]), chosen)
+    grouping[:, chosen] = np.eye(len(chosen))
+    size = np.linalg.norm(R[:, chosen], axis=0)
+    grouping[:, rest] = np.linalg.lstsq(R[:, chosen] / size, R[:, rest], rcond=None)[0] / size[:, None]
+    # What is nearly dependent is known to so many digits less.
+    grouping[np.abs(grouping) < _PRECISION / residuals[chosen].min(initial=1.0)] = 0.0
+    return BaseParameters(columns, tuple(chosen.tolist()), grouping, "QR")
+
+
+def random_states(robot: Robot, count: int, seed: int) -> tuple[Array, Array, Array]:
+    """Random q, qd, qdd of shape (count, n), of the order of 1 in SI units."""
+    draw = np.random.default_rng(seed)
+    span = np.array([np.pi if joint.revolute else 1.0 for joint in robot.joints])
+    q = draw.uniform(-1.0, 1.0, (count, robot.n)) * span
+    qd, qdd = draw.uniform(-3.0, 3.0, (2, count, robot.n))
+    return q, qd, qdd
+
+
+def stacked_regressor(robot: Robot, q: Array, qd: Array, qdd: Array) -> Array:
+    """Evaluate the standard regressor on all states, one below the other: (count * n) x N_s."""
+    # So few states are not worth a kernel, which must be compiled once.
+    phi, states = standard_regressor(robot), [q.T, qd.T, qdd.T]
+    if phi.n_in() > len(states):  # friction that depends on load, which any parameters may cause
+        states.append(np.random.default_rng(len(q)).uniform(-1.0, 1.0, q.T.shape))
+    side_by_side = phi.map(len(q))(*states)
+    W = np.asarray(side_by_side.full().reshape(robot.n * len(q), -1))
+    if not np.isfinite(W).all():
+        names = [
+            name for name, column in zip(standard_columns(robot), W.T, strict=True) if not np.isfinite(column).all()
+        ]
+        raise InputError(f"{', '.join(names)}: the law is no number at some speed, position or load: correct it")
+    return W
+
+
+def leftmost_independent(W: Array) -> list[int]:
+    """Indices of the columns of ``W`` that do not depend on those to their left."""
+    return [int(k) for k in np.flatnonzero(left_residuals(W) > RANK_TOLERANCE)]
+
+
+def left_residuals(W: Array) -> Array:
+    """Residual of each column without those to its left, over the largest column; ``RANK_TOLERANCE`` decides."""
+    # Every residual is orthogonalised twice, so that the decision does not hang on rounding.
+    largest = np.linalg.norm(W, axis=0).max(initial=0.0)
+    residuals = np.zeros(W.shape[1])
+    basis = np.empty((W.shape[0], min(W.shape)))
+    known = 0
+    for k in range(W.shape[1]):
+        if known == basis.shape[1]:
+            break
+        before = basis[:, :known]
+        residual = W[:, k] - before @ (before.T @ W[:, k])
+        residual -= before @ (before.T @ residual)
+        size = np.linalg.norm(residual)
+        residuals[k] = size / largest if largest > 0.0 else 0.0
+        if residuals[k] > RANK_TOLERANCE:
+            basis[:, known] = residual / size
+            known += 1
+    return residuals
+
+
+_ZERO = 1e-9  # cosine, sine or length that is rounding: nearly special geometry was snapped when the robot was made
+_ROUNDED = 1e-12  # factor of a parameter that comes from rounded sines and cosines
+_Monomial = tuple[str, ...]  # factors of a product of lengths in alphabetical order: D3^2 is ("D3", "D3")
+
+
+class Move(NamedTuple):
+    """Application of one rule: parameter ``drop`` of a joint is grouped away."""
+
+    rule: str  # the rule's name
+    joint: int  # index from 0
+    drop: str  # kind of the parameter that goes ("YY")
+    change: dict[str, float]  # what has no effect on the torques when added to the joint's parameters, by kind
+    to_parent: bool  # whether link j-1 has to lose the same body
+
+
+def closed_form_base_parameters(robot: Robot) -> BaseParameters:
+    """Base parameters of a serial robot by the rules above, with symbolic expressions.
+
+    Raises:
+        InputError: without gravity, if one name stands for two lengths, or for coupled drives that no rule covers.
+    """
+    lengths: dict[str, float] = {}
+    for number, joint in enumerate(robot.joints, 1):
+        for name, value in zip(joint.names, (joint.d, joint.r), strict=True):
+            if name and not math.isclose(lengths.setdefault(name, value), value):
+                raise InputError(
+                    f"robot {robot.name!r}: joint {number} has length {name!r} = {value:g}, an earlier one "
+                    f"{lengths[name]:g}: give them different names"
+                )
+    columns, regroupings = standard_columns(robot), moves(robot)
+    dropped = {f"{move.drop}{move.joint + 1}" for move in regroupings}
+    chosen = [k for k, name in enumerate(columns) if name not in dropped]
+
+    def at(**sizes: float) -> Array:
+        return _grouping(robot, regroupings, dict.fromkeys(lengths, 0.0) | sizes)
+
+    # A grouping is of second degree in the lengths, so some of its values give all coefficients: Steiner's theorem
+    # has squares, and what was moved once has no longer terms.
+    names, constant = sorted(lengths), at()
+    plus, minus = ({name: at(**{name: size}) for name in names} for size in (1.0, -1.0))
+    terms: list[tuple[_Monomial, Array]] = [((), constant)]
+    for name in names:
+        terms.append(((name,), 0.5 * (plus[name] - minus[name])))
+        terms.append(((name, name), 0.5 * (plus[name] + minus[name]) - constant))
+    for a, b in combinations(names, 2):
+        terms.append(((a, b), at(**{a: 1.0, b: 1.0}) - plus[a] - plus[b] + constant))
+    expressions = [
+        _sum_text((product, factors[row, k], name) for product, factors in terms for k, name in enumerate(columns))
+        for row in chosen
+    ]
+    return BaseParameters(
+        columns, tuple(chosen), _grouping(robot, regroupings, {})[chosen], "closed form", tuple(expressions)
+    )
+
+
+def moves(robot: Robot) -> list[Move]:
+    """List all applications of the rules to a robot, tip to base; errors as ``closed_form_base_parameters``."""
+    if not any(robot.gravity):
+        raise InputError(
+            f"robot {robot.name!r} has no gravity, which the closed-form rules need: use base_parameters"
+        )
+    n, turns = robot.n, np.array([joint.revolute for joint in robot.joints])
+    frames = frames_at(replace(robot, base=Pose()), [0.0] * n)[1:-1]
+    axes, origins = np.array([frame.R[:, 2] for frame in frames]), np.array([frame.p for frame in frames])
+    parallel, orthogonal = _lie_along(axes[:, None], axes), np.abs(axes @ axes.T) < _ZERO
+    # First revolute joint, and the next one whose axis is not parallel to its; n where there is none.
+    r1 = next(iter(np.flatnonzero(turns).tolist()), n)
+    r2 = next((j for j in range(r1, n) if turns[j] and not parallel[j, r1]), n)
+    # Every revolute axis on the way has to coincide: two offsets may cancel at q = 0 only.
+    apart = turns & ~_lie_along(origins - origins[min(r1, n - 1)], axes[min(r1, n - 1)])
+    gravity = np.array(robot.gravity) / math.hypot(*robot.gravity)
+    # Of coupled drives rotor k turns with both joints.
+    coupled = [joint - 1 for joint in robot.coupling.joints] if robot.coupling else [n, n]
+    beside = _beside(robot, coupled, axes, [r1, r2] if r2 < n and orthogonal[r2, r1] else [r1])
+    about_gravity = np.logical_and.accumulate(_lie_along(axes, gravity) & ~apart)
+    regroupings: list[Move] = []
+    for j in reversed(range(n)):
+        if turns[j]:
+            rotor = "r1" if j == r1 else "r2" if j == r2 and orthogonal[j, r1] else ""
+            if j == coupled[1]:
+                rotor = "beside" if beside else ""
+            rules = _revolute(j, j < r2, bool(about_gravity[j]), rotor)
+        else:
+            rules = _prismatic(j, None if j < r1 else frames[j].R.T @ axes[r1], j < r2)
+            if j < r2 and np.where(turns[:j], parallel[:j, j], orthogonal[:j, j]).all():
+                rules = chain(rules, _prismatic_rotor(robot, j, float(axes[j] @ np.array(robot.gravity))))
+        known = (*INERTIAL, *(parameter_kind(name) for name in robot.drives.names(j + 1)))
+        regroupings += [move for move in rules if move.drop in known]
+    return regroupings
+
+
+def _lie_along(vectors: Array, axes: Array) -> Mask:
+    return np.asarray(np.linalg.norm(np.cross(vectors, axes), axis=-1) < _ZERO)
+
+
+def _revolute(j: int, before_r2: bool, about_gravity: bool, rotor: str) -> Iterator[Move]:
+    """Apply the rules of a revolute joint; ``rotor``: "r1" or "r2" where that rule holds."""
+    yield Move("revolute: YY to link j-1", j, "YY", {"XX": 1.0, "YY": 1.0}, True)
+    yield Move("revolute: MZ to link j-1", j, "MZ", {"MZ": 1.0}, True)
+    yield Move("revolute: M to link j-1", j, "M", {"M": 1.0}, True)
+    for kind in ("XX", "XY", "XZ", "YZ") if before_r2 else ():
+        yield Move("revolute before r2: no XX, XY, XZ, YZ", j, kind, {kind: 1.0}, False)
+    for kind in ("MX", "MY") if before_r2 and about_gravity else ():
+        yield Move("revolute about gravity: no MX, MY", j, kind, {kind: 1.0}, False)
+    if rotor:
+        yield Move(f"rotor of {rotor} into ZZ", j, "IA", {"IA": 1.0, "ZZ": -1.0}, rotor == "beside")
+
+
+def _beside(robot: Robot, coupled: Sequence[int], axes: Array, first: Sequence[int]) -> bool:
+    """True if rotor k of coupled drives acts like ZZ of link k less ZZ of link j: joints next to each other."""
+    if not robot.coupling:
+        return False
+    (a, b), turns = sorted(coupled), [joint.revolute for joint in robot.joints]
+    follows = a in first and not any(turns[a + 1 : b])
+    alike = follows and bool(axes[a] @ axes[b] > 1.0 - _ZERO)
+    if not (turns[a] and turns[b]) or (follows and coupled[1] == a) or (alike and b > a + 1):
+        raise InputError(f"robot {robot.name!r} has coupled drives that no rule covers: use base_parameters")
+    return alike
+
+
+def _prismatic(j: int, r1: Array | None, before_r2: bool) -> Iterator[Move]:
+    """Apply the rules of a prismatic joint; ``r1``: axis of r1 in frame j, if it is an earlier joint."""
+    for kind in INERTIAL[:6]:
+        yield Move("prismatic: inertia to link j-1", j, kind, {kind: 1.0}, True)
+    if r1 is None:
+        for kind in ("MX", "MY", "MZ"):
+            yield Move("prismatic before r1: no MX, MY, MZ", j, kind, {kind: 1.0}, False)
+    elif before_r2 and np.hypot(*r1[:2]) < _ZERO:
+        yield Move("prismatic parallel to r1: no MZ", j, "MZ", {"MZ": 1.0}, False)
+        for kind in ("MX", "MY"):
+            yield Move("prismatic parallel to r1: MX, MY to link j-1", j, kind, {kind: 1.0}, True)
+    elif before_r2:
+        components = zip(INERTIAL[6:9], r1.tolist(), strict=True)
+        along = {kind: value for kind, value in components if abs(value) > _ZERO}
+        last = list(along)[-1]
+        yield Move(f"prismatic not parallel to r1: no {last}", j, last, along, False)
+
+
+def _prismatic_rotor(robot: Robot, j: int, weight: float) -> Iterator[Move]:
+    """Group a rotor without its mass, carried by a link that is lighter by as much: only gravity can still tell."""
+    if abs(weight) <= _ZERO * math.hypot(*robot.gravity):
+        yield Move("prismatic rotor into M", j, "IA", {"IA": 1.0, "M": -1.0}, True)
+    elif robot.drives.rotor_inertia:
+        # FA is 1 for a joint that moves, as OFF is; a robot has one of them.
+        constant = "FA" if f"FA{j + 1}" in robot.drives.names(j + 1) else "OFF"
+        yield Move("prismatic offset into M and IA", j, constant, {"M": 1.0, "IA": -1.0, constant: weight}, True)
+
+
+def _grouping(robot: Robot, regroupings: Sequence[Move], lengths: Mapping[str, float]) -> Array:
+    """Carry out the moves: row k starts as parameter k and becomes what it stands for, N_s x N_s."""
+    index, changes = {name: k for k, name in enumerate(robot.standard)}, list[FrameChange]()
+    rows = np.eye(len(index))
+    for joint in robot.joints:  # a length that is zero has no name
+        sizes = zip(joint.names, (joint.d, joint.r), strict=True)
+        d, r = (lengths.get(name, x) if x else 0.0 for name, x in sizes)
+        changes.append(FrameChange.of(replace(joint, d=d, r=r), 0.0, np))
+    for move in regroupings:
+        amount = rows[index[f"{move.drop}{move.joint + 1}"]] / move.change[move.drop]
+        for kind, size in move.change.items():
+            rows[index[f"{kind}{move.joint + 1}"]] -= amount * size
+        if not move.to_parent or move.joint == 0:
+            continue
+        body = InertialParameters(np.array([move.change.get(kind, 0.0) for kind in INERTIAL]))
+        before = body.moved(changes[move.joint].axes, changes[move.joint].origin)
+        for name, size in before.named(str(move.joint)).items():
+            rows[index[name]] += amount * size
+    return rows
+
+
+def _sum_text(terms: Iterable[tuple[_Monomial, float, str]]) -> str:
+    """Write a sum of products of lengths, factors and parameters as (12) prints it: "IA1 + D3^2*(M3+M4) + YY2".
+
+    Parameters with the same factor share a bracket; factors are in alphabetical order, and terms in the order
+    of their last factors.
+    """
+    single = sorted(
+        (product, float(f"{factor:.9g}"), name) for product, factor, name in terms if abs(factor) > _ROUNDED
+    )
+    joined = []
+    for (product, factor), group in groupby(single, key=lambda term: term[:2]):
+        names = [name for _, _, name in group]
+        apart = not product and abs(factor) == 1.0
+        for some in [[name] for name in names] if apart else [names]:
+            powers = sorted({**Counter(product), some[0]: 1}.items())
+            joined.append((powers, factor, some))
+    text = ""
+    for powers, factor, names in sorted(joined, key=lambda term: term[0][::-1]):
+        bracket = names[0] if len(names) == 1 else f"({'+'.join(names)})"
+        written = [] if abs(factor) == 1.0 else [f"{abs(factor):.6g}"]
+        for name, power in powers:
+            written.append(bracket if name == names[0] else name if power == 1 else f"{name}^{power}")
+        text += f" {'-' if factor < 0 else '+'} {'*'.join(written)}"
+    return ("-" if text.startswith(" -") else "") + text[3:]
