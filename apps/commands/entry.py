@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import inspect
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections import ChainMap
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import MISSING, dataclass, fields, is_dataclass
+from dataclasses import Field, dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, dataclass_transform, get_args, get_type_hints
+from typing import Annotated, Any, ClassVar, dataclass_transform, get_args, get_origin, get_type_hints
 
 from cyclopts import UNSET, App, Argument, CoercionError, CycloptsError, Group, Parameter, Token
 from cyclopts import ArgumentCollection as Arguments
@@ -40,25 +40,40 @@ _HEAD = "# Options of a run, repeated by: dynident "
 _ASKING = {"--help", "-h", "--version"}
 
 
-@dataclass_transform(kw_only_default=True, frozen_default=True)
+@dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(field,))
+@dataclass(frozen=True, kw_only=True)
 class Options:
-    """Some options of a command: a frozen value whose fields are called as the options are, under a ``group``."""
+    """Options as a frozen value, its fields called as they are; a command is made of several, and called."""
 
-    group: ClassVar[Group | None] = None
     needs: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     """Options, and those of which one must be given for them to have an effect."""
     belongs: ClassVar[Mapping[str, tuple[str, tuple[str | None, ...]]]] = {}
     """Options, the one that chooses, and the choices with which they count; None stands for no choice."""
-    instead: ClassVar[Mapping[str, str]] = {}
+    instead: ClassVar[Mapping[str, str]] = {"quiet": "verbose"}
     """Options, and those in whose place they stand: not both may be given."""
 
+    config: Annotated[str | None, Reads("options"), Parameter(metavar="TOML", group=TERMINAL)] = None
+    """Options and rarer settings (docs/settings.md) from a file, as every report writes one; what is typed goes
+    first."""
+    quiet: Annotated[bool, Parameter(group=TERMINAL)] = False
+    """Print no screen and no notes: files and exit status tell; what is asked for as text is printed."""
+    verbose: Annotated[bool, SETTING] = False
+    """Print every step with its time."""
+
     def __init_subclass__(cls, group: Group | None = None) -> None:
-        """Make the class a dataclass whose fields cyclopts takes for options of the command."""
-        cls.group = group or cls.group
+        """Make the class a dataclass, the options that it adds a ``group`` of the help."""
+        own, hints = vars(cls).get("__annotations__", {}), get_type_hints(cls, include_extras=True)
+        for name in own:
+            kind, *marked = get_args(hints[name]) if get_origin(hints[name]) is Annotated else [hints[name]]
+            grouped = group and kind is not ClassVar and not isinstance(vars(cls).get(name), Field)  # positional
+            own[name] = Annotated[(kind, Parameter(group=group), *marked)] if grouped else hints[name]
+        for rules in ("needs", "belongs", "instead"):
+            setattr(cls, rules, ChainMap(*(vars(part).get(rules, {}) for part in cls.__mro__)))
         dataclass(frozen=True, kw_only=True)(cls)
-        cls.__init__.__annotations__ = get_type_hints(cls, include_extras=True)  # types of other modules' fields
-        # To name no group is another thing than to give none: the help leaves out options without any.
-        (Parameter(name="*") if cls.group is None else Parameter(name="*", group=cls.group))(cls)
+
+    def __call__(self) -> bool | None:
+        """Run the command; False: do not use its answer."""
+        raise NotImplementedError
 
     def check(self) -> None:
         """Refuse options that would have no effect, before any work is done."""
@@ -86,21 +101,7 @@ class Options:
     def shown(cls, option: str) -> str:
         """An option as it is typed, or the key of a setting."""
         key = option.replace("_", "-")
-        return key if SETTING in marks(cls.__init__.__annotations__[option]) else f"--{key}"
-
-
-class TerminalOptions(Options, group=TERMINAL):
-    """Settings file, and how much is printed."""
-
-    instead: ClassVar = {"quiet": "verbose"}
-
-    config: Annotated[str | None, Reads("options"), Parameter(metavar="TOML")] = None
-    """Options and rarer settings (docs/settings.md) from a file, as every report writes one; what is typed goes
-    first."""
-    quiet: bool = False
-    """Print no screen and no notes: files and exit status tell; what is asked for as text is printed."""
-    verbose: Annotated[bool, SETTING] = False
-    """Print every step with its time."""
+        return key if SETTING in marks(get_type_hints(cls, include_extras=True)[option]) else f"--{key}"
 
 
 @dataclass(frozen=True)
@@ -164,31 +165,6 @@ CALL: ContextVar[Call] = ContextVar("call")
 """The command line that runs."""
 
 
-def command(run: Callable[..., bool | None]) -> Callable[..., int]:
-    """Give a command the options that all have, and check options and files first; False: do not use its answer."""
-    given = inspect.signature(run, eval_str=True)
-    terminal = inspect.Parameter("terminal", inspect.Parameter.KEYWORD_ONLY, annotation=TerminalOptions)
-    parts = []
-    for part in (*given.parameters.values(), terminal):
-        kind: Any = part.annotation  # options that need nothing are made where nothing is said of them
-        whole = is_dataclass(kind) and all(entry.default is not MISSING for entry in fields(kind))
-        parts.append(part.replace(default=kind()) if whole else part)
-
-    def called(*arguments: Any, terminal: TerminalOptions, **options: Any) -> int:
-        call = CALL.get()
-        check_paths(call)
-        for part in (terminal, *options.values()):
-            if isinstance(part, Options):
-                part.check()
-        manner: Manner = "quiet" if terminal.quiet else "verbose" if terminal.verbose else "plain"
-        with keeping([path for _, _, path in call.named(reads=True)]), speaking(manner, call.command):
-            return DO_NOT_USE if run(*arguments, **options) is False else ANSWERED
-
-    called.__doc__, called.__annotations__ = run.__doc__, {part.name: part.annotation for part in parts}
-    vars(called)["__signature__"] = given.replace(parameters=parts)
-    return called
-
-
 def application(calls: list[Call], words: Sequence[str]) -> App:
     """All commands, each imported when it is called; ``calls`` gets the command line ``words`` when it was read."""
 
@@ -235,10 +211,17 @@ def run(words: Sequence[str]) -> int:
         text = _unknown(words, calls[-1].arguments) if calls and isinstance(error, MissingArgumentError) else ""
         raise InputError(f"{text or _text(error)} (see {name} --help)") from None
     bound.apply_defaults()
-    if calls:
-        CALL.set(calls[-1])
     try:
-        status = called(*bound.args, **bound.kwargs)
+        options = called(*bound.args, **bound.kwargs)
+        if not isinstance(options, Options):  # a text that was asked for, or the help for want of a command
+            return ANSWERED if calls or not _ASKING.isdisjoint(words) else BAD_INPUT
+        call = calls[-1]
+        CALL.set(call)
+        check_paths(call)
+        options.check()
+        manner: Manner = "quiet" if options.quiet else "verbose" if options.verbose else "plain"
+        with keeping([path for _, _, path in call.named(reads=True)]), speaking(manner, call.command):
+            return DO_NOT_USE if options() is False else ANSWERED
     except InputError as error:  # the settings file is named of whose key it speaks first
         given = [(entry, token.source) for call in calls for entry in call.arguments for token in entry.tokens]
         files = [
@@ -247,8 +230,6 @@ def run(words: Sequence[str]) -> int:
             if f != "cli" and re.match(rf"{re.escape(shown_name(entry))}(?![\w-])", str(error))
         ]
         raise InputError(": ".join([*files[:1], str(error)])) from None
-    asked = calls or not _ASKING.isdisjoint(words)  # else the help is shown for want of a command
-    return int(status or ANSWERED) if asked else BAD_INPUT
 
 
 def shown_name(argument: Argument) -> str:

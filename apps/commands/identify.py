@@ -13,13 +13,13 @@ from ... import estimation, model
 from ...common.errors import InputError
 from ...common.schema import read_toml
 from ...estimation.possible.robot import RobotPrior
-from ...estimation.results.parts import Rollout
+from ...estimation.results.parts import Rollout as RolloutResult
 from .. import logs, results
 from ..report.documents import RolloutsDocument
 from ..report.sections.robot import gains_report, robot_report, rollout_report
 from ..rollout import HORIZONS, Predict, mujoco_arm, roll_out_all
 from . import options, values
-from .entry import SETTING, Options, command
+from .entry import SETTING
 from .progress import note, status
 from .values import HeldOutFiles, Reads, different, number, numbers, where, word
 
@@ -33,7 +33,7 @@ _TWO = word(partial(numbers, count=2), "LOW HIGH", 2)
 _POSSIBLE = Parameter(group=Group("a robot that can exist", "Beside the free estimate."))
 
 
-class _Identify(Options):
+class _Identify(options.PageOptions, options.ProcessingOptions, options.GainOptions):
     needs: ClassVar = {"rollout": ("validate",)}  # it predicts recordings that were not fitted
     belongs: ClassVar = {
         "prior_mass": ("constrained", ("prior", None)),
@@ -62,6 +62,25 @@ class _Identify(Options):
     """Increase of chi2 that the prior may cost (default: 1)."""
     total_mass: Annotated[tuple[float, ...] | None, _TWO, _POSSIBLE] = None
     """Least and largest mass of all links together [kg]."""
+    npz: options.EquationsFile | None = None
+
+    def __call__(self) -> bool:
+        setup = self.setup()
+        recordings, held_out = setup.read(self.data), setup.read(self.validate)
+        gains = self.errors(setup, [], recordings)
+        rollouts: tuple[RolloutResult, ...] = ()
+        with status("reading") as progress:
+            settings = setup.settings(progress, gains=gains, essential=self.essential, friction=self.friction)
+            result = estimation.identify(setup.robot, recordings, settings, held_out)
+            possible = self.possible(result)
+            if self.rollout:
+                parameters = possible.values if possible is not None else result.estimate.values
+                rollouts = roll_out_all(result.robot, parameters, held_out, settings)
+        told = estimation.robot_result(result, possible, rollouts)
+        self.give(robot_report(told, self.document), lambda: told, setup.in_words())
+        if self.npz:
+            results.write_npz(self.npz, estimation.identification_system(result))
+        return result.verdict.level != "do_not_use"
 
     def possible(self, result: estimation.Identification) -> estimation.PossibleRobot | None:
         """The robot that can exist, as asked for."""
@@ -110,71 +129,33 @@ class _Identify(Options):
             return None
 
 
-@command
-def run(
-    *,
-    arm: options.RobotOptions,
-    request: _Identify,
-    drives: options.GainOptions,
-    processing: options.ProcessingOptions,
-    files: options.PageOptions,
-    npz: options.EquationsFile | None = None,
-) -> bool:
-    """Run ``identify``."""
-    setup = processing.setup(arm.load())
-    recordings, held_out = setup.read(request.data), setup.read(request.validate)
-    gains = drives.errors(setup, [], recordings)
-    rollouts: tuple[Rollout, ...] = ()
-    with status("reading") as progress:
-        settings = setup.settings(progress, request, gains=gains)
-        result = estimation.identify(setup.robot, recordings, settings, held_out)
-        possible = request.possible(result)
-        if request.rollout:
-            parameters = possible.values if possible is not None else result.estimate.values
-            rollouts = roll_out_all(result.robot, parameters, held_out, settings)
-    told = estimation.robot_result(result, possible, rollouts)
-    shown = robot_report(told, files.document)
-    files.give(shown, lambda: told, setup.in_words())
-    if npz:
-        results.write_npz(npz, estimation.identification_system(result))
-    return result.verdict.level != "do_not_use"
+class _Rollout(options.PageOptions, options.FilterOptions):
+    robot_parameters: values.RobotParametersFile
+    """The --json of 'dynident identify'."""
+    data: HeldOutFiles
+    """Recording without payload that was not fitted; repeatable."""
+    against: tuple[Annotated[str, Reads("other model"), Parameter(metavar="F.xml")], ...] = ()
+    """Another model of the arm, MJCF or URDF, moved by MuJoCo; repeatable."""
+    horizons: Annotated[tuple[float, ...], word(_seconds, "S1,S2,..")] = HORIZONS
+    """Times after the start [s] (default: 0.1,0.5,1,2)."""
+
+    def __call__(self) -> None:
+        stored = results.read_stored_robot(self.robot_parameters)
+        setup = self.setup(stored)
+        recordings = setup.read(self.data)
+        models: dict[str, Predict] = {}
+        for path in self.against:
+            if (name := Path(path).name) in models:
+                raise InputError(f"{path}: two models are called {name}: rename a file")
+            models[name] = mujoco_arm(path, setup.robot)
+        with status("reading") as progress:
+            settings, parameters = setup.settings(progress), stored.possible_values
+            rollouts = roll_out_all(setup.robot, parameters, recordings, settings, self.horizons, models)
+        shown = rollout_report(rollouts, setup.robot.title or setup.robot.name)
+        self.give(shown, lambda: RolloutsDocument(setup.robot.name, rollouts), setup.in_words())
 
 
-@command
-def run_rollout(
-    *,
-    arm: options.RobotOptions,
-    robot_parameters: values.RobotParametersFile,
-    data: HeldOutFiles,
-    against: tuple[Annotated[str, Reads("other model"), Parameter(metavar="F.xml")], ...] = (),
-    horizons: Annotated[tuple[float, ...], word(_seconds, "S1,S2,..")] = HORIZONS,
-    processing: options.FilterOptions,
-    files: options.PageOptions,
-) -> None:
-    """Run ``rollout``.
-
-    Args:
-        robot_parameters: The --json of 'dynident identify'.
-        data: Recording without payload that was not fitted; repeatable.
-        against: Another model of the arm, MJCF or URDF, moved by MuJoCo; repeatable.
-        horizons: Times after the start [s] (default: 0.1,0.5,1,2).
-    """
-    stored = results.read_stored_robot(robot_parameters)
-    setup = processing.setup(arm.load(), stored)
-    recordings = setup.read(data)
-    models: dict[str, Predict] = {}
-    for path in against:
-        if (name := Path(path).name) in models:
-            raise InputError(f"{path}: two models are called {name}: rename a file")
-        models[name] = mujoco_arm(path, setup.robot)
-    with status("reading") as progress:
-        settings = setup.settings(progress)
-        rollouts = roll_out_all(setup.robot, stored.possible_values, recordings, settings, horizons, models)
-    shown = rollout_report(rollouts, setup.robot.title or setup.robot.name)
-    files.give(shown, lambda: RolloutsDocument(setup.robot.name, rollouts), setup.in_words())
-
-
-class _Known(Options):
+class _Gains(options.PageOptions, options.ProcessingOptions):
     unloaded: values.DataFiles
     """Recording of currents without the payload; repeatable."""
     loaded: values.LoadedFiles
@@ -187,8 +168,34 @@ class _Known(Options):
     """Friction model: paper, or a list as for 'dynident identify' (default: as in the robot's file)."""
     mounting: Annotated[tuple[int, ...], word(values.whole_numbers, "N1,N2,..")] = ()
     """One number per --loaded; equal numbers share a centre of mass (default: all the same)."""
+    drive_gains: Annotated[None, Parameter(parse=False)] = None
 
-    def load(self) -> estimation.KnownLoad | list[estimation.KnownLoad]:
+    def __call__(self) -> bool:
+        if isinstance(self.friction, estimation.Candidates):
+            raise InputError("friction: gains are found with terms that are given: paper, or a list")
+        load = self.known()
+        setup = self.setup()
+        robot = setup.robot
+        plain = replace(robot, drives=replace(robot.drives, coupling=None))  # each motor's own current
+        amperes = replace(setup, robot=plain, gains=(1.0,) * robot.n)
+        for path in logs.grouped((*self.unloaded, *self.loaded)):
+            naming = logs.named(path, plain, setup.log_map)
+            if not naming.holds("current"):
+                currents = naming.columns("current")
+                raise InputError(
+                    f"{path}: has no motor currents ({currents[0]} .. {currents[-1]}), and torques need no gains: "
+                    "record currents, or map your column names in a --log-map"
+                )
+        unloaded, loaded = amperes.read(self.unloaded), amperes.read(self.loaded)
+        with status("reading") as progress:
+            settings = setup.settings(progress, friction=self.friction or robot.drives.friction)
+            problem = estimation.gain_problem(robot, unloaded, loaded, load, self.mounting, settings)
+            progress("estimating")
+            gains = estimation.answer_gains(problem)
+        self.give(gains_report(gains, self.document), lambda: gains, setup.in_words())
+        return gains.judged.level != "do_not_use"
+
+    def known(self) -> estimation.KnownLoad | list[estimation.KnownLoad]:
         """The known payload, the same in all mountings or one for each."""
         if (self.payload is None) == (self.mass is None):
             raise InputError("the known payload is missing: give either --mass or --payload")
@@ -207,40 +214,3 @@ class _Known(Options):
                 both = f"mounting {mounting} has masses of {masses[mounting]:g} and {mass:g} kg"
                 raise InputError(f"{both}: give each weight a number of its own (--mounting)")
         return [estimation.known_mass(mass, sigma) for mass in masses.values()]
-
-
-class _Processing(options.ProcessingOptions):
-    """Processing without the gains that are asked for."""
-
-    drive_gains: Annotated[None, Parameter(parse=False)] = None
-
-
-@command
-def run_gains(
-    *, arm: options.RobotOptions, known: _Known, processing: _Processing, files: options.PageOptions
-) -> bool:
-    """Run ``gains``."""
-    if isinstance(known.friction, estimation.Candidates):
-        raise InputError("friction: gains are found with terms that are given: paper, or a list")
-    load = known.load()
-    setup = processing.setup(arm.load())
-    robot = setup.robot
-    plain = replace(robot, drives=replace(robot.drives, coupling=None))  # each motor's own current
-    amperes = replace(setup, robot=plain, gains=(1.0,) * robot.n)
-    for path in logs.grouped((*known.unloaded, *known.loaded)):
-        naming = logs.named(path, plain, setup.log_map)
-        if not naming.holds("current"):
-            currents = naming.columns("current")
-            raise InputError(
-                f"{path}: has no motor currents ({currents[0]} .. {currents[-1]}), and torques need no gains: "
-                "record currents, or map your column names in a --log-map"
-            )
-    unloaded, loaded = amperes.read(known.unloaded), amperes.read(known.loaded)
-    with status("reading") as progress:
-        settings = setup.settings(progress, friction=known.friction or robot.drives.friction)
-        problem = estimation.gain_problem(robot, unloaded, loaded, load, known.mounting, settings)
-        progress("estimating")
-        gains = estimation.answer_gains(problem)
-    shown = gains_report(gains, files.document)
-    files.give(shown, lambda: gains, setup.in_words())
-    return gains.judged.level != "do_not_use"

@@ -25,7 +25,7 @@ from ..export.motions.ros2 import check_joint_names
 from ..export.motions.urscript import CONTROLLER_RATE, check_urscript
 from ..export.motions.val3 import check_val3
 from . import values
-from .entry import GOAL, LIMITS, SETTING, Options
+from .entry import FILES, GOAL, LIMITS, SETTING, Options
 from .options import PageOptions, RobotOptions
 from .progress import note, status
 from .values import Names, NewFile, Reads, Seconds, Share, checked, number, numbers, positive_number, share, word
@@ -123,7 +123,7 @@ class NoiseOptions(Options, group=GOAL):
         return np.asarray(sigma), rate or trajectories.INDEPENDENT, source
 
 
-class GoalOptions(NoiseOptions):
+class GoalOptions(NoiseOptions, group=GOAL):
     """Parameters to be learnt, the criterion, and data that are there already."""
 
     criterion: Annotated[Literal["d", "a", "cond", "cond-scaled"], Parameter(show_choices=False)] = "d"
@@ -204,7 +204,7 @@ class Limited(NamedTuple):
         return trajectories.build_design(self.robot, shape, goal, bounds=self.bounds, loads=loads, scene=scene)
 
 
-class LimitOptions(Options, group=LIMITS):
+class LimitOptions(RehearsedRobotOptions, group=LIMITS):
     """Limits of the joints, the robot's parameters for its torques, and the scene."""
 
     needs: ClassVar = {"within": ("heaviest_payload",)}
@@ -229,8 +229,9 @@ class LimitOptions(Options, group=LIMITS):
     no_floor: bool = False
     """Ignore the floor at the height of the base (or the wall or ceiling it is mounted on)."""
 
-    def of(self, robot: model.Robot) -> Limited:
-        """A robot with these limits, its parameters from ``--robot-parameters``, or a stand-in."""
+    def limited(self) -> Limited:
+        """The robot with these limits, its parameters from ``--robot-parameters``, or a stand-in."""
+        robot = self.load()
         covariance: Array | None = None
         if self.robot_parameters:
             robot = model.stand_in.with_assumed_limits(robot)
@@ -305,7 +306,7 @@ def in_si(given: tuple[float, ...], robot: model.Robot) -> Array:
     return np.array([np.radians(x) if joint.revolute else x for x, joint in zip(given, robot.joints, strict=True)])
 
 
-class MotionFiles(PageOptions):
+class MotionFiles(PageOptions, group=FILES):
     """Formats of the motion itself, beside the result."""
 
     needs: ClassVar = {
@@ -365,7 +366,7 @@ class MotionFiles(PageOptions):
                 does, advice = form.replayed
                 raise InputError(f"as {does} the motion does not keep its limits ({limit}): {advice}")
 
-    def write(self, written: WrittenMotion) -> None:
+    def write_motion(self, written: WrittenMotion) -> None:
         """Write a motion with its head in the formats asked for."""
         if self.val3:
             made_folder(self.val3)

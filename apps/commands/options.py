@@ -117,12 +117,10 @@ class Setup:
                 note(text)
         return recordings
 
-    def settings(self, progress: Progress, request: object = None, **more: Any) -> estimation.Settings:
-        """Settings of an estimation as a request has them by their names; where one is None, the default counts."""
-        names = (entry.name for entry in fields(estimation.Settings))
-        asked = {name: getattr(request, name, None) for name in names} | more
+    def settings(self, progress: Progress, **asked: Any) -> estimation.Settings:
+        """Settings of an estimation, by their names; where one is None, the default counts."""
         given = {name: value for name, value in asked.items() if value is not None}
-        return estimation.Settings(self.processing, **{"progress": progress, **given})
+        return estimation.Settings(self.processing, progress=progress, **given)
 
     def in_words(self) -> dict[str, str]:
         """Robot and processing for the report."""
@@ -186,7 +184,7 @@ class LogOptions(Options, group=LOGS):
         return tuple(stored.drive_gains.values.tolist()), stored.errors
 
 
-class FilterOptions(LogOptions):
+class FilterOptions(LogOptions, RobotOptions, group=LOGS):
     """Logs, their filtering, and the structure of the model."""
 
     rate: Annotated[values.Hertz | None, SETTING] = None
@@ -198,10 +196,9 @@ class FilterOptions(LogOptions):
     coulomb: Annotated[Literal["sum", "paper"] | None, Parameter(metavar="sum|paper"), SETTING] = None
     """Coulomb friction of coupled drives: by the sum of the speeds, or as printed in the paper."""
 
-    def setup(
-        self, robot: model.Robot, stored: estimation.RobotResult | None = None, request: Options | None = None
-    ) -> Setup:
-        """The robot with structure and processing as asked for, in a request too; ``stored`` ones bring theirs."""
+    def setup(self, stored: estimation.RobotResult | None = None) -> Setup:
+        """The robot with structure and processing as asked for; ``stored`` ones bring theirs."""
+        robot = self.load()
         gains, identified = self.gains(robot)
         if stored:
             robot = stored.applied_to(robot)
@@ -211,18 +208,16 @@ class FilterOptions(LogOptions):
         robot = robot if self.offsets is None else robot.with_offsets(self.offsets)
         if stored and robot.fingerprint != stored.fingerprint:
             raise InputError("offsets and coulomb must be those the stored parameters were identified with")
-        asked = [(part, entry.name) for part in (self, request) if part for entry in fields(model.Processing)]
-        given = [(part, name) for part, name in asked if getattr(part, name, None) is not None]
-        changed: dict[str, Any] = {name: getattr(part, name) for part, name in given}
-        named = [part.shown(name) for part, name in given]
+        names = [entry.name for entry in fields(model.Processing)]
+        changed = {name: value for name in names if (value := getattr(self, name, None)) is not None}
         if "equation_rate" in changed:  # takes the place of either in the robot's file
             changed["decimate"] = 1
-        with about(*named):
+        with about(*(self.shown(name) for name in changed if name != "decimate")):
             processing = replace(robot.processing, **changed)
         return Setup(robot, processing, gains, identified, self.how())
 
 
-class ProcessingOptions(FilterOptions):
+class ProcessingOptions(FilterOptions, group=LOGS):
     """Settings of filtering and of decimation, for commands that build equations of fewer rows."""
 
     equation_rate: Annotated[values.Hertz | None, SETTING] = None
@@ -318,24 +313,24 @@ class ResultOptions(Options, group=FILES):
         return None if self.json == "-" else self.json
 
     def give(self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str]) -> None:
-        """Print the screen, and write the result as far as it was asked for; ``settings_text``: of processing."""
+        """Print the screen, and write what is asked for; ``settings_text``: of processing."""
         self.show(shown)
-        self.write_json(document)
+        self.write(shown, document, settings_text)
 
     def show(self, shown: Report) -> None:
         """Print the screen, or all of it; beside standard output where that takes the JSON."""
         if not quiet():
             print_report(shown, self.details, sys.stderr if self.json == "-" else None)
 
-    def write_json(self, document: Callable[[], Any]) -> None:
-        """Write the document; it is made only if it was asked for."""
+    def write(self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str]) -> None:
+        """Write the document as far as it is asked for; it is made only then."""
         if self.json == "-":
             sys.stdout.write(json_text(document()).decode())
         elif self.json:
             write_json(self.json, document())
 
 
-class PageOptions(ResultOptions):
+class PageOptions(ResultOptions, group=FILES):
     """The result as JSON, and as an HTML report with its figures."""
 
     report: values.NewPage | None = None
@@ -343,13 +338,9 @@ class PageOptions(ResultOptions):
     plots: Annotated[values.NewFolder | None, SETTING] = None
     """Folder for the report's figures as PNG, SVG and PDF; made if missing."""
 
-    def give(self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str]) -> None:
-        """Print the screen, and write document, page and figures, as far as they were asked for."""
-        super().give(shown, document, settings_text)
-        self.write_page(shown, settings_text)
-
-    def write_page(self, shown: Report, settings_text: Mapping[str, str]) -> None:
-        """Write page and figures, as far as they were asked for; ``settings_text``: of processing."""
+    def write(self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str]) -> None:
+        """Write document, page and figures, as far as they are asked for."""
+        super().write(shown, document, settings_text)
         if self.report:
             call = CALL.get()
             named = ((mark.role, path) for _, mark, path in call.named(reads=True) if mark.role != "options")

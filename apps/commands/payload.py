@@ -14,12 +14,19 @@ from .. import results
 from .. import view as views
 from ..report.sections.payload import payload_report
 from . import options, values
-from .entry import SETTING, Options, command
+from .entry import SETTING
 from .progress import note, status
 from .values import Share, number, word
 
 
-class _Compared(Options):
+class _Compared(
+    options.ViewOptions,
+    options.PageOptions,
+    options.ProcessingOptions,
+    options.GainOptions,
+    options.KnowledgeOptions,
+    options.RobotOptions,
+):
     friction_change: Share | None = None
     """How much friction may differ under load, 1 sigma; for methods 3 and 4, and for --robot-parameters (default:
     10%; 0: not at all)."""
@@ -29,7 +36,6 @@ class _Compared(Options):
     """Recording with payload; repeatable for the same payload, in the order of the --unloaded ones."""
     robot_parameters: values.RobotParametersFile | None = None
     """The --json file of 'dynident identify', instead of --unloaded."""
-
     max_mismatch: Annotated[float | None, word(number, "RAD"), SETTING] = None
     """Largest difference of position with and without payload after alignment, rms of the worst joint (payload:
     method 3; default: 0.01)."""
@@ -42,12 +48,13 @@ class _Compared(Options):
                 "give --unloaded recordings or --robot-parameters: without either nothing can be compared"
             )
 
+    @property
     def stored(self) -> estimation.RobotResult | None:
         """The robot's parameters from a file."""
         return results.read_stored_robot(self.robot_parameters) if self.robot_parameters else None
 
 
-class _Payload(_Compared):
+class _Payload(_Compared, options.FramedRobotOptions):
     belongs: ClassVar = {
         "free_friction": ("method", ("1", "all")),
         "essential": ("method", ("4", "all")),
@@ -68,6 +75,7 @@ class _Payload(_Compared):
     essential: Annotated[values.Essential | None, SETTING] = None
     """Method 4: eliminate parameters until the error's standard deviation has grown by this ratio (default: 1.02),
     or until all relative standard deviations are within a percentage such as 10%."""
+    npz: options.EquationsFile | None = None
 
     def check(self) -> None:
         """Refuse options that the methods asked for cannot use."""
@@ -77,40 +85,34 @@ class _Payload(_Compared):
         elif self.method in ("1", "2"):
             self.refuse("friction_change", "belongs to methods 3, 4 and to --robot-parameters: none is asked for")
 
-
-@command
-def run(
-    *,
-    arm: options.FramedRobotOptions,
-    request: _Payload,
-    knowledge: options.KnowledgeOptions,
-    drives: options.GainOptions,
-    processing: options.ProcessingOptions,
-    files: options.PageOptions,
-    npz: options.EquationsFile | None = None,
-    view: options.ViewOptions,
-) -> bool:
-    """Run ``payload``."""
-    constraints, stored = knowledge.constraints(), request.stored()
-    setup = processing.setup(arm.load(), stored, request)
-    unloaded, loaded, held_out = map(setup.read, (request.unloaded, request.loaded, request.validate))
-    gains = drives.errors(setup, loaded, unloaded, stored)
-    with status("reading") as progress, _constraints_solved():
-        methods = None if request.method == "all" else (int(request.method),)
-        settings = setup.settings(progress, request, methods=methods, gains=gains)
-        known = stored.estimate if stored else None
-        problem = estimation.payload_problem(setup.robot, loaded, unloaded, known, settings)
-        progress("estimating")
-        if methods is None and settings.scale_sigma:
-            note("--scale-sigma: methods 2 and 3 have no column for the scale of loaded torques: left out")
-        answer = estimation.answer_payload(problem, held_out, constraints)
-
-    shown = payload_report(answer.result, files.document)
-    files.give(shown, lambda: answer.result, setup.in_words())
-    if npz:
-        results.write_npz(npz, estimation.payload_system(problem))
-    view.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer.result))
-    return answer.verdict.level != "do_not_use"
+    def __call__(self) -> bool:
+        constraints, stored = self.constraints(), self.stored
+        setup = self.setup(stored)
+        unloaded, loaded, held_out = map(setup.read, (self.unloaded, self.loaded, self.validate))
+        gains = self.errors(setup, loaded, unloaded, stored)
+        with status("reading") as progress, _constraints_solved():
+            settings = setup.settings(
+                progress,
+                gains=gains,
+                methods=None if self.method == "all" else (int(self.method),),
+                friction=self.friction,
+                essential=self.essential,
+                friction_change=self.friction_change,
+                free_friction=self.free_friction,
+                scale_sigma=self.scale_sigma,
+            )
+            known = stored.estimate if stored else None
+            problem = estimation.payload_problem(setup.robot, loaded, unloaded, known, settings)
+            progress("estimating")
+            if settings.methods is None and settings.scale_sigma:
+                note("--scale-sigma: methods 2 and 3 have no column for the scale of loaded torques: left out")
+            answer = estimation.answer_payload(problem, held_out, constraints)
+        result = answer.result
+        self.give(payload_report(result, self.document), lambda: result, setup.in_words())
+        if self.npz:
+            results.write_npz(self.npz, estimation.payload_system(problem))
+        self.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], result))
+        return answer.verdict.level != "do_not_use"
 
 
 class _Weigh(_Compared):
@@ -124,40 +126,26 @@ class _Weigh(_Compared):
     inertia: Annotated[str | None, Parameter(metavar="box:AxBxC|cylinder:DxL")] = None
     """Assume the inertia of this body, in mm, if none is measured."""
 
-
-@command
-def run_weigh(
-    *,
-    arm: options.RobotOptions,
-    request: _Weigh,
-    knowledge: options.KnowledgeOptions,
-    drives: options.GainOptions,
-    processing: options.ProcessingOptions,
-    files: options.PageOptions,
-    view: options.ViewOptions,
-) -> bool:
-    """Run ``weigh``."""
-    constraints, stored = knowledge.constraints(), request.stored()
-    stand_in = estimation.StandIn.parse(request.inertia) if request.inertia is not None else None
-    setup = processing.setup(arm.load(), stored, request)
-    robot = setup.robot
-    loaded, unloaded = setup.read(request.loaded), setup.read(request.unloaded)
-    gains = drives.errors(setup, loaded, unloaded, stored)
-    with status("reading") as progress, _constraints_solved():
-        known = stored.estimate if stored else None
-        settings = setup.settings(progress, request, joints=request.moving, gains=gains)
-        if request.static:
-            result = estimation.weigh_at_rest(robot, loaded, unloaded, constraints, settings)
-        else:
-            result = estimation.weigh(robot, loaded, unloaded, known, constraints, settings)
-        result = result.assuming(stand_in) if stand_in is not None else result
-
-    spare = "--inertia is not needed: the inertia was measured well enough."
-    measured = stand_in is not None and not result.assumed
-    shown = payload_report(result, files.document, [spare] if measured else [])
-    files.give(shown, lambda: result, setup.in_words())
-    view.write_view(lambda: views.view_of_answer(robot, loaded[0], result))
-    return result.verdict.level != "do_not_use"
+    def __call__(self) -> bool:
+        constraints, stored = self.constraints(), self.stored
+        stand_in = estimation.StandIn.parse(self.inertia) if self.inertia is not None else None
+        setup = self.setup(stored)
+        loaded, unloaded = setup.read(self.loaded), setup.read(self.unloaded)
+        gains = self.errors(setup, loaded, unloaded, stored)
+        with status("reading") as progress, _constraints_solved():
+            change, known = self.friction_change, stored.estimate if stored else None
+            settings = setup.settings(progress, gains=gains, joints=self.moving, friction_change=change)
+            if self.static:
+                result = estimation.weigh_at_rest(setup.robot, loaded, unloaded, constraints, settings)
+            else:
+                result = estimation.weigh(setup.robot, loaded, unloaded, known, constraints, settings)
+            result = result.assuming(stand_in) if stand_in is not None else result
+        spare = "--inertia is not needed: the inertia was measured well enough."
+        measured = stand_in is not None and not result.assumed
+        shown = payload_report(result, self.document, [spare] if measured else [])
+        self.give(shown, lambda: result, setup.in_words())
+        self.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], result))
+        return result.verdict.level != "do_not_use"
 
 
 @contextmanager

@@ -30,7 +30,7 @@ from ..report.figures.canvas import save_figure
 from ..report.sections.payload import payload_report
 from ..report.sections.robot import assumed_notes, robot_section
 from . import values
-from .entry import SETTING, Options, command
+from .entry import SETTING
 from .motions import RehearsedRobotOptions
 from .options import PageOptions, Setup, ViewOptions, print_lines
 from .progress import status
@@ -59,7 +59,7 @@ As in the paper it is a known torque: the simulation applies it, identification 
 """
 
 
-class _Simulate(Options):
+class _Simulate(ViewOptions, RehearsedRobotOptions):
     trajectory: tuple[_Trajectory, ...] = ()
     """Motion to run (t,q1..[,qd1..[,qdd1..]]); repeatable (default: one through 16 random points)."""
     payload: PayloadFile | None = None
@@ -83,6 +83,45 @@ class _Simulate(Options):
     out: NewFolder
     """Folder for the recordings and truth.toml."""
 
+    def __call__(self) -> None:
+        described = self.load()
+        robot = self.rubbing(model.with_stand_in(described))
+        payload = model.read_payload(self.payload) if self.payload else None
+        references = _references(robot, described, self.trajectory, self.seed)
+        disturbances = _disturbances(robot, self.noise, list(references.values()))
+        disturbances = replace(disturbances, gain_error=self.gain_error)
+        tasks = [trajectories.Task(f"{name}_unloaded", reference) for name, reference in references.items()]
+        if payload is not None:
+            tasks += [
+                trajectories.Task(f"{name}_loaded", reference, payload) for name, reference in references.items()
+            ]
+        controller = replace(trajectories.CONTROLLERS[self.controller], rate=self.rate)
+        if self.sag is not None:
+            if payload is None or controller.integral > 0.0:
+                raise InputError(
+                    "--sag: give --payload, and --controller proportional or gravity: another never sags"
+                )
+            controller = controller.sagging(robot, payload, list(references.values()), 1e-3 * self.sag)
+        with status("simulating") as progress:
+            experiment = trajectories.run_experiment(
+                robot, tasks, disturbances, self.seed, controller, partial(progress, "simulating")
+            )
+        folder = made_folder(self.out)
+        files = {folder / f"{run.task.name}.csv": run for run in experiment.runs}
+        for file, run in files.items():
+            write_recording(file, run.recording)
+        write_truth(folder / "truth.toml", experiment, controller, [file.name for file in files])
+        errors = {file: f"{1e3 * run.tracking_error.max():.2f} mrad" for file, run in files.items()}
+        lines = [
+            f"{file}: {run.exact.motion.t[-1]:.1f} s, tracking error at most {errors[file]}"
+            for file, run in files.items()
+        ]
+        truth = f"{folder / 'truth.toml'}: the true parameters"
+        print_lines(*lines, truth, *assumed_notes(experiment.robot, *SIMULATED))
+
+        shown = (np.column_stack([payload.com] * 2), payload) if payload is not None else None  # known exactly
+        self.write_view(lambda: views.view_of(robot, experiment.runs[-1].exact.motion, payload=shown))
+
     def rubbing(self, robot: model.Robot) -> model.Robot:
         """The robot with further terms of friction."""
         if not self.friction:
@@ -97,43 +136,6 @@ class _Simulate(Options):
         own = robot.drives.friction
         more = [term for term in model.friction_terms(new) if {term, replace(term, joint=0)}.isdisjoint(own)]
         return replace(robot.with_friction((*own, *more)), parameters={**robot.parameters, **values})
-
-
-@command
-def run(*, arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) -> None:
-    """Run it."""
-    described = arm.load()
-    robot = request.rubbing(model.with_stand_in(described))
-    payload = model.read_payload(request.payload) if request.payload else None
-    references = _references(robot, described, request.trajectory, request.seed)
-    disturbances = _disturbances(robot, request.noise, list(references.values()))
-    disturbances = replace(disturbances, gain_error=request.gain_error)
-    tasks = [trajectories.Task(f"{name}_unloaded", reference) for name, reference in references.items()]
-    if payload is not None:
-        tasks += [trajectories.Task(f"{name}_loaded", reference, payload) for name, reference in references.items()]
-    controller = replace(trajectories.CONTROLLERS[request.controller], rate=request.rate)
-    if request.sag is not None:
-        if payload is None or controller.integral > 0.0:
-            raise InputError("--sag: give --payload, and --controller proportional or gravity: another never sags")
-        controller = controller.sagging(robot, payload, list(references.values()), 1e-3 * request.sag)
-    with status("simulating") as progress:
-        experiment = trajectories.run_experiment(
-            robot, tasks, disturbances, request.seed, controller, partial(progress, "simulating")
-        )
-    folder = made_folder(request.out)
-    files = {folder / f"{run.task.name}.csv": run for run in experiment.runs}
-    for file, run in files.items():
-        write_recording(file, run.recording)
-    write_truth(folder / "truth.toml", experiment, controller, [file.name for file in files])
-    lines = [
-        f"{file}: {run.exact.motion.t[-1]:.1f} s, tracking error at most {1e3 * run.tracking_error.max():.2f} mrad"
-        for file, run in files.items()
-    ]
-    truth = f"{folder / 'truth.toml'}: the true parameters"
-    print_lines(*lines, truth, *assumed_notes(experiment.robot, *SIMULATED))
-
-    shown = (np.column_stack([payload.com] * 2), payload) if payload is not None else None  # known exactly
-    view.write_view(lambda: views.view_of(robot, experiment.runs[-1].exact.motion, payload=shown))
 
 
 def _references(
@@ -224,56 +226,55 @@ def reduced_experiment(experiment: trajectories.Experiment, progress: Progress =
     )
 
 
-@command
-def run_demo(
-    *,
-    out: NewFolder = "demo",
-    seed: Seed = 0,
-    motions: Annotated[Count, Parameter(name="--trajectories")] = TRAJECTORIES,
-    noise: Literal["paper", "slow", "none"] = "paper",
-    gain_error: Annotated[Share, SETTING] = 0.0,
-    files: PageOptions,
-) -> None:
+class _Demo(PageOptions):
     """Simulate, identify by all four methods, and print the payload beside the truth.
 
     The report goes into the folder of the results unless another place is named.
-
-    Args:
-        out: Folder of the results (default: demo).
-        seed: Seed of the trajectories and the noise (default: 0).
-        motions: Number of trajectories (default: 18, as in the paper).
-        noise: Noise of the paper's robot (default), with a memory of 0.8 s, or none.
-        gain_error: Error of the drive gains, such as 0.02 (default: 0).
     """
-    folder = made_folder(out)
-    with status("simulating") as progress:
-        told = partial(progress, "simulating")
-        experiment = simulate_paper(paper_robot(), levels(noise, gain_error), seed, motions, told)
-    with status("reducing") as progress:
-        robot, answer = identified(experiment, progress)
-    write_json(folder / "payload.json", answer.result)
-    write_json(folder / "robot.json", robot.result)
-    files = replace(files, report=files.report or str(folder / "report.html"))
-    written = (*(folder / name for name in ("payload.json", "robot.json", "torques.png")), files.report)
-    shown = payload_report(answer.result, str(folder / "payload.json"))
-    place = ", ".join(f"{1e3 * x:g}" for x in PAYLOAD.com)
-    head = (
-        f"The paper's experiment on a simulated RX90. The true payload, {PAYLOAD.mass:g} kg at ({place}) mm, is "
-        "unknown to the identification."
-    )
-    first = [Notes([head]), *shown.first, Notes([f"Written: {', '.join(map(str, written))}"])]
-    shown = replace(shown, first=first, sections=[*shown.sections, robot_section(robot.result)])
-    arm = experiment.robot
-    setup = Setup(arm, arm.processing, None, None, LogMap(source="simulated"))
-    simulated = {
-        "recordings": f"simulated: {len(experiment.runs)} runs, the last trajectory held out",
-        "seed": str(experiment.seed),
-        "noise": noise,
-        "errors of the drive gains": f"{100.0 * experiment.disturbances.gain_error:g} %",
-    }
-    torques = next(drawing for drawing in shown.drawings() if drawing.name == "worst_joint")
-    save_figure(torques.figure, folder / "torques.png")
-    files.give(shown, lambda: answer.result, setup.in_words() | simulated)
+
+    out: NewFolder = "demo"
+    """Folder of the results (default: demo)."""
+    seed: Seed = 0
+    """Seed of the trajectories and the noise (default: 0)."""
+    trajectories: Count = TRAJECTORIES
+    """Number of trajectories (default: 18, as in the paper)."""
+    noise: Literal["paper", "slow", "none"] = "paper"
+    """Noise of the paper's robot (default), with a memory of 0.8 s, or none."""
+    gain_error: Annotated[Share, SETTING] = 0.0
+    """Error of the drive gains, such as 0.02 (default: 0)."""
+
+    def __call__(self) -> None:
+        folder = made_folder(self.out)
+        with status("simulating") as progress:
+            told = partial(progress, "simulating")
+            experiment = simulate_paper(
+                paper_robot(), levels(self.noise, self.gain_error), self.seed, self.trajectories, told
+            )
+        with status("reducing") as progress:
+            robot, answer = identified(experiment, progress)
+        write_json(folder / "payload.json", answer.result)
+        write_json(folder / "robot.json", robot.result)
+        files = replace(self, report=self.report or str(folder / "report.html"))
+        written = (*(folder / name for name in ("payload.json", "robot.json", "torques.png")), files.report)
+        shown = payload_report(answer.result, str(folder / "payload.json"))
+        place = ", ".join(f"{1e3 * x:g}" for x in PAYLOAD.com)
+        head = (
+            f"The paper's experiment on a simulated RX90. The true payload, {PAYLOAD.mass:g} kg at ({place}) mm, "
+            "is unknown to the identification."
+        )
+        first = [Notes([head]), *shown.first, Notes([f"Written: {', '.join(map(str, written))}"])]
+        shown = replace(shown, first=first, sections=[*shown.sections, robot_section(robot.result)])
+        arm = experiment.robot
+        setup = Setup(arm, arm.processing, None, None, LogMap(source="simulated"))
+        simulated = {
+            "recordings": f"simulated: {len(experiment.runs)} runs, the last trajectory held out",
+            "seed": str(experiment.seed),
+            "noise": self.noise,
+            "errors of the drive gains": f"{100.0 * experiment.disturbances.gain_error:g} %",
+        }
+        torques = next(drawing for drawing in shown.drawings() if drawing.name == "worst_joint")
+        save_figure(torques.figure, folder / "torques.png")
+        files.give(shown, lambda: answer.result, setup.in_words() | simulated)
 
 
 def identified(
