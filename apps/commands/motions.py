@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from cyclopts import Parameter
@@ -18,12 +18,12 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import made_folder, write_text
 from .. import results
-from ..earlier import read_earlier, shown_noise
 from ..export import motions
 from ..export.motion import WrittenMotion
 from ..export.motions.ros2 import check_joint_names
 from ..export.motions.urscript import CONTROLLER_RATE, check_urscript
 from ..export.motions.val3 import check_val3
+from ..results import read_earlier, shown_noise
 from . import values
 from .entry import FILES, GOAL, LIMITS, SETTING, Options
 from .options import PageOptions, RobotOptions
@@ -31,9 +31,6 @@ from .progress import note, status
 from .values import Names, NewFile, Reads, Seconds, Share, checked, number, numbers, positive_number, share, word
 
 _REPLAY_RATE = 1000.0  # Hz: at which controllers' own curves are looked at, and at their turns
-
-if TYPE_CHECKING:
-    PayloadBounds = model.InertialParameters | trajectories.PayloadSet
 
 
 def _noise(text: str) -> tuple[float | tuple[float, ...] | None, float | None]:
@@ -260,7 +257,9 @@ class LimitOptions(RehearsedRobotOptions, group=LIMITS):
         """The problem with the whole of the torque limits, the share that a design leaves free included."""
         return problem.with_torque_share(1.0 / (1.0 - self.torque_margin))
 
-    def _payload(self, robot: model.Robot, limited: NDArray[np.bool_]) -> PayloadBounds | None:
+    def _payload(
+        self, robot: model.Robot, limited: NDArray[np.bool_]
+    ) -> model.InertialParameters | trajectories.PayloadSet | None:
         """The heaviest payload, or every one up to it ``within``, in the last link's frame."""
         if not limited.any():
             self.refuse("torque_margin", "has no effect without torque limits: give --torque-limits")

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 from msgspec import structs
@@ -29,9 +29,6 @@ from . import values
 from .entry import CALL, FILES, KNOWN, LOGS, SETTING, Options, about
 from .progress import note, quiet, status
 from .values import Reads, numbers, texts, word
-
-if TYPE_CHECKING:
-    from ..view.moving import View
 
 _FROM_ROBOT = "These are the errors with which the robot was identified; the drives are the same."
 _INSTEAD = (
@@ -369,7 +366,7 @@ class ViewOptions(Options, group=FILES):
         if self.view:
             views.require_viewer()
 
-    def write_view(self, view: Callable[[], View]) -> None:
+    def write_view(self, view: Callable[[], views.View]) -> None:
         """Write or open the view; it is made only if it was asked for."""
         if self.view:
             page = ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from cyclopts import Parameter
@@ -30,11 +30,6 @@ from .motions import in_si
 from .options import FilterOptions, FramedRobotOptions, PageOptions, RobotOptions, ViewOptions, print_lines
 from .progress import note, quiet, status, withheld
 from .values import NewDrawing, NewFile, Positions, Reads, checked, number, numbers, positive_number, texts, word
-
-if TYPE_CHECKING:
-    from ...model import JointAxis, Pose
-else:  # --help names options without importing what they become
-    JointAxis = Pose = object
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 TEMPLATE = Path(__file__).with_name("robot_template.toml")
@@ -121,9 +116,9 @@ class _New(Options):
     """Write a file to fill in, with an example of every key (default: to standard output)."""
     name: str | None = None
     """Short name of the robot."""
-    joint: Annotated[tuple[JointAxis, ...], word(joint_axis, "AXIS,X,Y,Z[,slide]", None)] = ()
+    joint: Annotated[tuple[model.JointAxis, ...], word(joint_axis, "AXIS,X,Y,Z[,slide]", None)] = ()
     """Direction of a joint's axis (x, -y, .. or a:b:c) and a point on it [m]; one option per joint."""
-    flange: Annotated[Pose | None, word(flange, "X,Y,Z,ZAXIS,XAXIS")] = None
+    flange: Annotated[model.Pose | None, word(flange, "X,Y,Z,ZAXIS,XAXIS")] = None
     """Origin of the flange [m], its outward direction, and its x axis."""
     drawn_at: Annotated[Positions | None, SETTING] = None
     """Joint positions of that pose [deg or m]."""
