@@ -89,16 +89,15 @@ def shown_noise(path: str | Path) -> tuple[Array, float]:
             return MEMORY / np.asarray(data["weights"]), INDEPENDENT
     if read_json(path, dict[str, Any], _OF_BOTH).get("kind") == "payload":
         shown = present(read_stored_payload(path).data)
-        weights = None
-    else:
-        shown = read_stored_robot(path).data
-        weights = shown.weights
-    sigma, rate = (present(shown.torque_noise), present(shown.independent)) if shown else (None, None)
-    if sigma is not None and rate is not None:
+        sigma, rate = (present(shown.torque_noise), present(shown.independent)) if shown else (None, None)
+        if sigma is None or rate is None:
+            raise InputError(f"{path}: has no torque noise of recordings without payload: {_OF_BOTH}")
         return np.asarray(sigma), rate
-    if weights is None:
-        raise InputError(f"{path}: has no torque noise of recordings without payload: {_OF_BOTH}")
-    return MEMORY / np.asarray(weights), INDEPENDENT  # without robust standard deviations
+    own = read_stored_robot(path).data
+    sigma, rate = present(own.torque_noise), present(own.independent)
+    if sigma is None or rate is None:  # without robust standard deviations
+        return MEMORY / np.asarray(own.weights), INDEPENDENT
+    return np.asarray(sigma), rate
 
 
 def read_earlier(paths: Sequence[str | Path], noise: Array | None, payload: Sequence[str] = ()) -> Earlier:

@@ -27,6 +27,7 @@ from ..logs.read import read_recording
 from ..report import documents
 from ..report.blocks import Report
 from ..report.sections import motion as sections
+from ..results import read_earlier
 from . import motions, values
 from .entry import MOTION, SEARCH, SETTING, about
 from .options import PageOptions, ViewOptions
@@ -43,7 +44,74 @@ _APPROACH, _SLIDE = 3.0, 0.02  # deg, m
 _LEFT = 1.25  # of the mass expected: what runs of the ladder leave possible, and the motion bears at full speed
 
 
-class _Design(ViewOptions, motions.MotionFiles, motions.LimitOptions, motions.GoalOptions, group=MOTION):
+class _Learning(motions.GoalOptions, motions.LimitOptions, group=MOTION):
+    bound: Annotated[bool, SETTING] = False
+    """Estimate the best value that any motion could reach, and the gap to it."""
+
+    def request(
+        self,
+        limited: motions.Limited,
+        shape: trajectories.ViaPointShape | trajectories.FourierShape,
+        stood: Sequence[Array] = (),
+    ) -> tuple[trajectories.DesignProblem, dict[str, float], dict[str, str]]:
+        """The problem, values that sigma is relative to, labels of parameters; ``stood``: poses of the arm seen."""
+        robot, bounds, loads = limited
+        payload, base, labels = loads.heaviest, model.base_parameters(robot), dict[str, str]()
+        payload_only, identified = self.columns == ("payload",), loads.covariance is not None
+        known = dict(loads.parameters) if identified else {}
+        if payload_only:  # relative to the heaviest payload's parameters; a set has none
+            known = payload.named(str(robot.n)) if isinstance(payload, model.InertialParameters) else {}
+        else:
+            labels = dict(zip(base.columns, base.names, strict=True))
+            if not known and all(name in robot.parameters for name in base.standard):
+                known = dict(zip(base.columns, base.value(robot.parameters).tolist(), strict=True))
+        reference = {name: value for name, value in known.items() if abs(value) > _ZERO}
+        any_limit = bool(np.isfinite(bounds.torque).any())
+        if not any_limit and payload is not None and not payload_only:
+            raise InputError("--heaviest-payload counts in torque limits: give --torque-limits")
+        counting = any_limit and (identified or payload is not None or loads.margin > 0.0)
+        sigma, rate, words = self.noise(robot, bounds, earlier=next(iter(self.data_from), None))
+        length, earlier = self.data_length, None
+        if self.data_from:
+            if isinstance(shape, trajectories.FourierShape):
+                length = length or shape.duration
+            elif shape.fixed is None:
+                length = length or shape.longest
+            else:
+                times = shape.fixed
+                length = length or (sum(times) if isinstance(times, tuple) else (shape.count - 1) * times)
+            if length is None:
+                raise InputError("--data-from needs data-length, a setting: how long will be recorded next?")
+            noise = sigma if self.criterion in ("d", "a") else None
+            ten = model.regressors.payload_columns(robot) if payload_only else ()
+            earlier = read_earlier(self.data_from, noise, ten)
+        goal = trajectories.Goal(
+            self.criterion,
+            columns=None if payload_only else self.columns,
+            payload_only=payload_only,
+            interest=self.parameters,
+            reference=reference if self.criterion == "a" else None,
+            noise=sigma,
+            rate=rate,
+            noise_from=words,
+            data_length=length,
+            earlier=earlier,
+        )
+        return self.problem(limited, shape, goal, loads if counting else None, stood), reference, labels
+
+    def floor(self, problem: trajectories.DesignProblem, score: float, seed: int) -> trajectories.Floor | None:
+        """The floor under a motion's criterion, if it is asked for and not interrupted, which costs no motion."""
+        if not self.bound:
+            return None
+        try:
+            with status("estimating the floor"):
+                return trajectories.floor_under(problem, score, seed=seed)
+        except KeyboardInterrupt:
+            note("interrupted: the floor is not known")
+            return None
+
+
+class _Design(ViewOptions, motions.MotionFiles, _Learning, group=MOTION):
     belongs: ClassVar = {"ramp": ("segments", ("trapezoid",))}
     instead: ClassVar = {"via_points": "fourier"}
 
@@ -69,12 +137,10 @@ class _Design(ViewOptions, motions.MotionFiles, motions.LimitOptions, motions.Go
     """Seed of the random starts (default: 0)."""
     starts: Annotated[Count | None, Parameter(metavar="K"), _SEARCH] = None
     """Random starts (default: 6 by d and a, else 3)."""
-    bound: Annotated[bool, SETTING] = False
-    """Estimate the best value that any motion could reach, and the gap to it."""
 
     def __call__(self) -> None:
         limited = self.limited()
-        problem, reference, labels = build_request(limited, self.shape(limited), self)
+        problem, reference, labels = self.request(limited, self.shape(limited))
         robot, kind = problem.robot, problem.criterion.kind
         self.check_robot(robot, not self.fourier)
 
@@ -83,14 +149,14 @@ class _Design(ViewOptions, motions.MotionFiles, motions.LimitOptions, motions.Go
             return f"; best: {text or 'no motion within the limits yet'}"
 
         design = motions.best_motion(problem, self.seed, self.starts, words)
-        floor = floor_of(problem, design.score.value, self.seed) if self.bound else None
+        floor = self.floor(problem, design.score.value, self.seed)
         judged = documents.JudgedMotion.of(design)._replace(reference=reference, labels=labels, floor=floor)
         written = WrittenMotion(robot, design.plan, problem.bounds, design_head(design, judged.learnt))
         if self.val3:  # what a controller would make of the via points if its profiles are trapezoidal
             profile = val3_replay(self.asked(written)["val3"][1]).motion(_REPLAY_RATE)
             judged = judged._replace(replay=trajectories.score_motion(problem, profile))
         estimated = () if problem.payloads is not None else ("val3",)
-        self.check_replays(self.whole(problem), written, *estimated)
+        self.check_replays(problem, written, *estimated)
         self.give(sections.design_report(judged), lambda: documents.design_document(judged), {})
         self.write_motion(written)
         self.write_view(lambda: views.view_of(robot, judged.motion, problem=problem))
@@ -128,48 +194,7 @@ class _Design(ViewOptions, motions.MotionFiles, motions.LimitOptions, motions.Go
         )
 
 
-def build_request(
-    limited: motions.Limited,
-    shape: trajectories.ViaPointShape | trajectories.FourierShape,
-    goal: motions.GoalOptions,
-    stood: Sequence[Array] = (),
-) -> tuple[trajectories.DesignProblem, dict[str, float], dict[str, str]]:
-    """The problem, values that sigma is relative to, labels of parameters; ``stood``: poses the arm was seen in."""
-    robot, loads, payload = limited.robot, limited.loads, limited.loads.heaviest
-    base, labels = model.base_parameters(robot), dict[str, str]()
-    identified = loads.covariance is not None
-    known = dict(loads.parameters) if identified else {}
-    if goal.payload_only:  # relative to the heaviest payload's parameters; a set has none
-        known = payload.named(str(robot.n)) if isinstance(payload, model.InertialParameters) else {}
-    else:
-        labels = dict(zip(base.columns, base.names, strict=True))
-        if not known and all(name in robot.parameters for name in base.standard):
-            known = dict(zip(base.columns, base.value(robot.parameters).tolist(), strict=True))
-    reference = {name: value for name, value in known.items() if abs(value) > _ZERO}
-    if not limited.has_torque_limits and payload is not None and not goal.payload_only:
-        raise InputError("--heaviest-payload counts in torque limits: give --torque-limits")
-    counting = limited.has_torque_limits and (identified or payload is not None or loads.margin > 0.0)
-    if isinstance(shape, trajectories.FourierShape):
-        length: float | None = shape.duration
-    elif shape.fixed is None:
-        length = shape.longest
-    else:
-        length = sum(shape.fixed) if isinstance(shape.fixed, tuple) else (shape.count - 1) * shape.fixed
-    wanted = goal.goal(robot, limited.bounds, reference, length)
-    return limited.problem(shape, wanted, loads if counting else None, stood), reference, labels
-
-
-def floor_of(problem: trajectories.DesignProblem, score: float, seed: int) -> trajectories.Floor | None:
-    """The floor under a motion's criterion; None if it was interrupted, which costs no motion."""
-    try:
-        with status("estimating the floor"):
-            return trajectories.floor_under(problem, score, seed=seed)
-    except KeyboardInterrupt:
-        note("interrupted: the floor is not known")
-        return None
-
-
-class _Score(ViewOptions, PageOptions, motions.LimitOptions, motions.GoalOptions, group=MOTION):
+class _Score(ViewOptions, PageOptions, _Learning, group=MOTION):
     needs: ClassVar = {"seed": ("bound",)}
 
     data: Annotated[str, Reads("motion"), Parameter(metavar="LOG")] = field(kw_only=False)
@@ -180,8 +205,6 @@ class _Score(ViewOptions, PageOptions, motions.LimitOptions, motions.GoalOptions
     """Cut-off frequency of the low-pass filter on positions."""
     max_duration: Seconds | None = None
     """Longest duration."""
-    bound: Annotated[bool, SETTING] = False
-    """Estimate the best value that any motion could reach, and the gap to it."""
     seed: Annotated[Seed, SETTING] = 0
     """Seed of the random states of bound (default: 0)."""
 
@@ -189,10 +212,10 @@ class _Score(ViewOptions, PageOptions, motions.LimitOptions, motions.GoalOptions
         shape = trajectories.ViaPointShape(longest=self.max_duration)
         limited = self.limited()
         motion, recorded, stood = _logged_motion(self.data, limited.robot, self.log_map, self.cutoff)
-        problem, reference, labels = build_request(limited, shape, self, stood)
+        problem, reference, labels = self.request(limited, shape, stood)
         learnt = documents.as_recorded(problem, recorded)
         score = trajectories.score_motion(problem, motion)
-        floor = floor_of(problem, score.value, self.seed) if self.bound else None
+        floor = self.floor(problem, score.value, self.seed)
         judged = documents.JudgedMotion(
             f"Motion of {self.data}", score, motion, learnt, reference, labels, floor=floor, source=self.data
         )
@@ -223,7 +246,7 @@ def _logged_motion(
     return measured.motion, measured, [measured.motion.q] * measured_too
 
 
-class _Near(ViewOptions, motions.MotionFiles, motions.LimitOptions, motions.NoiseOptions, group=MOTION):
+class _Near(ViewOptions, motions.MotionFiles, motions.NoiseOptions, group=MOTION):
     needs: ClassVar = dict.fromkeys(("poses", "hold", "approach"), ("static",))
     instead: ClassVar = dict.fromkeys(("second_pose", "duration", "ladder"), "static")
 
@@ -283,14 +306,14 @@ class _Near(ViewOptions, motions.MotionFiles, motions.LimitOptions, motions.Nois
             if not isinstance(payload, trajectories.PayloadSet):
                 raise InputError("--ladder needs --heaviest-payload and --within: what the first run must bear")
             heaviest = payload.lighter(_LEFT * mass)
-        if limited.loads.parameters and limited.has_torque_limits:
+        if limited.loads.parameters and np.isfinite(bounds.torque).any():
             loads = replace(limited.loads, heaviest=heaviest or expected)
         elif payload is not None or limited.loads.margin > 0.0:
             option = "--heaviest-payload" if payload is not None else "torque-margin"
             raise InputError(f"{option} needs --torque-limits, and --robot-parameters or --arm-mass")
         else:  # torques cannot be computed
             limited = limited._replace(bounds=replace(bounds, torque=np.full(robot.n, np.inf)))
-        problem = limited.problem(shape, goal, loads)
+        problem = self.problem(limited, shape, goal, loads)
         trajectories.check_held(problem, shape.poses)
         design = motions.best_motion(problem, self.seed, self.starts or (None if self.static else 1))
         samples = design.motion(documents.FIGURE_RATE)
@@ -303,7 +326,7 @@ class _Near(ViewOptions, motions.MotionFiles, motions.LimitOptions, motions.Nois
             assert isinstance(payload, trajectories.PayloadSet)
             with status("looking for the speeds of the ladder"):
                 ladder = trajectories.speed_ladder(
-                    lambda payloads: limited.problem(shape, goal, replace(limited.loads, heaviest=payloads)),
+                    lambda payloads: self.problem(limited, shape, goal, replace(limited.loads, heaviest=payloads)),
                     payload,
                     design.plan,
                     mass,
@@ -319,7 +342,7 @@ class _Near(ViewOptions, motions.MotionFiles, motions.LimitOptions, motions.Nois
             text = f"A second wrist pose ({joints}) would improve this: add --second-pose auto"
             hints.append(f"{text} if the robot may go there.")
         written = WrittenMotion(robot, design.plan, bounds, sections.near_head(result, 1.0))
-        self.check_replays(self.whole(design.problem), written, "val3")
+        self.check_replays(design.problem, written, "val3")
         shown = sections.near_report(result, expected, hints, samples)
         self.give(shown, lambda: documents.near_document(result), {})
         self.write_motion(written)

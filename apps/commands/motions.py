@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -23,7 +23,7 @@ from ..export.motion import WrittenMotion
 from ..export.motions.ros2 import check_joint_names
 from ..export.motions.urscript import CONTROLLER_RATE, check_urscript
 from ..export.motions.val3 import check_val3
-from ..results import read_earlier, shown_noise
+from ..results import shown_noise
 from . import values
 from .entry import FILES, GOAL, LIMITS, SETTING, Options
 from .options import PageOptions, RobotOptions
@@ -96,11 +96,15 @@ class NoiseOptions(Options, group=GOAL):
         robot: model.Robot,
         bounds: trajectories.JointBounds,
         assumed: tuple[float, str] = (trajectories.ASSUMED_RATIO, trajectories.ASSUMED_NOISE),
+        earlier: str | None = None,
     ) -> tuple[Array, float, str]:
-        """Sigma [N·m or N], independent samples a second, source; ``assumed``: sigma over limits, source."""
+        """Sigma [N·m or N], independent samples a second, source.
+
+        ``assumed``: sigma over limits, and source; ``earlier``: data that show it, where nothing is said of it.
+        """
         level, rate = self.torque_noise or (None, None)
-        if self.like is not None:
-            sigma, rate, source = *shown_noise(self.like), f"as {self.like} shows"
+        if like := self.like or (None if self.torque_noise else earlier):
+            sigma, rate, source = *shown_noise(like), f"as {like} shows"
         elif level is None:
             sigma, source = trajectories.assumed_noise(robot, assumed[0]), assumed[1]
             if not np.isfinite(sigma).all():
@@ -115,8 +119,7 @@ class NoiseOptions(Options, group=GOAL):
         else:
             sigma, source = np.array(values.each_joint(level, robot.n, "--torque-noise")), "as given"
         if sigma.shape != (robot.n,) or not (sigma > 0.0).all():
-            option = "--torque-noise" if self.like is None else self.like
-            raise InputError(f"{option}: robot {robot.name!r} needs {robot.n} positive numbers")
+            raise InputError(f"{like or '--torque-noise'}: robot {robot.name!r} needs {robot.n} positive numbers")
         return np.asarray(sigma), rate or trajectories.INDEPENDENT, source
 
 
@@ -134,44 +137,6 @@ class GoalOptions(NoiseOptions, group=GOAL):
     data_length: Annotated[Seconds | None, SETTING] = None
     """Length of the planned recording [s]."""
 
-    @property
-    def payload_only(self) -> bool:
-        """The payload alone is asked for."""
-        return self.columns == ("payload",)
-
-    def goal(
-        self,
-        robot: model.Robot,
-        bounds: trajectories.JointBounds,
-        reference: Mapping[str, float],
-        motion_length: float | None,
-    ) -> trajectories.Goal:
-        """The goal; ``reference``: values that standard deviations are relative to; ``motion_length`` in s."""
-        length, earlier, source = self.data_length, None, self
-        if self.data_from:
-            length = length or motion_length
-            if length is None:
-                raise InputError("--data-from needs data-length, a setting: how long will be recorded next?")
-            if self.like is None and self.torque_noise is None:
-                source = replace(self, like=self.data_from[0])
-        sigma, rate, words = source.noise(robot, bounds)
-        if self.data_from:
-            noise = sigma if self.criterion in ("d", "a") else None
-            ten = model.regressors.payload_columns(robot) if self.payload_only else ()
-            earlier = read_earlier(self.data_from, noise, ten)
-        return trajectories.Goal(
-            self.criterion,
-            columns=None if self.payload_only else self.columns,
-            payload_only=self.payload_only,
-            interest=self.parameters,
-            reference=reference if self.criterion == "a" else None,
-            noise=sigma,
-            rate=rate,
-            noise_from=words,
-            data_length=length,
-            earlier=earlier,
-        )
-
 
 class Limited(NamedTuple):
     """A robot with the limits that its motions keep."""
@@ -179,26 +144,6 @@ class Limited(NamedTuple):
     robot: model.Robot  # with its parameters, or a stand-in's
     bounds: trajectories.JointBounds
     loads: trajectories.Loads  # what torques are computed from; the payload in the last link's frame
-    scene: trajectories.Scene | None  # as given; else the arm itself, and with the floor what it is bolted to
-    floor: bool
-
-    @property
-    def has_torque_limits(self) -> bool:
-        """True if the torque of some joint is limited."""
-        return bool(np.isfinite(self.bounds.torque).any())
-
-    def problem(
-        self,
-        shape: trajectories.Shape,
-        goal: trajectories.Goal | trajectories.NearGoal,
-        loads: trajectories.Loads | None,
-        stood: Sequence[Array] = (),
-    ) -> trajectories.DesignProblem:
-        """The design of a motion within these limits; without loads torques have none; ``stood``: poses seen."""
-        poses = shape.poses if isinstance(shape, trajectories.NearShape) else shape.start
-        there = np.vstack([np.reshape([] if poses is None else poses, (-1, self.robot.n)), *stood])
-        scene = self.scene or trajectories.usual_scene(self.robot, there, self.floor)
-        return trajectories.build_design(self.robot, shape, goal, bounds=self.bounds, loads=loads, scene=scene)
 
 
 class LimitOptions(RehearsedRobotOptions, group=LIMITS):
@@ -249,13 +194,23 @@ class LimitOptions(RehearsedRobotOptions, group=LIMITS):
             robot, override=self.speed_override, acceleration=acceleration, torque=torque
         )
         payload = self._payload(robot, np.isfinite(bounds.torque))
-        scene = trajectories.read_scene(self.scene) if self.scene else None
-        loads = trajectories.Loads(known, payload, covariance, self.torque_margin)
-        return Limited(robot, bounds, loads, scene, not self.no_floor)
+        return Limited(robot, bounds, trajectories.Loads(known, payload, covariance, self.torque_margin))
 
-    def whole(self, problem: trajectories.DesignProblem) -> trajectories.DesignProblem:
-        """The problem with the whole of the torque limits, the share that a design leaves free included."""
-        return problem.with_torque_share(1.0 / (1.0 - self.torque_margin))
+    def problem(
+        self,
+        limited: Limited,
+        shape: trajectories.Shape,
+        goal: trajectories.Goal | trajectories.NearGoal,
+        loads: trajectories.Loads | None,
+        stood: Sequence[Array] = (),
+    ) -> trajectories.DesignProblem:
+        """The design of a motion within these limits; without loads torques have none; ``stood``: poses seen."""
+        robot, poses = limited.robot, shape.poses if isinstance(shape, trajectories.NearShape) else shape.start
+        # Unless a file tells: the arm itself, and with the floor what it is bolted to.
+        there = np.vstack([np.reshape([] if poses is None else poses, (-1, robot.n)), *stood])
+        usual = trajectories.usual_scene(robot, there, not self.no_floor)
+        scene = trajectories.read_scene(self.scene) if self.scene else usual
+        return trajectories.build_design(robot, shape, goal, bounds=limited.bounds, loads=loads, scene=scene)
 
     def _payload(
         self, robot: model.Robot, limited: NDArray[np.bool_]
@@ -305,7 +260,7 @@ def in_si(given: tuple[float, ...], robot: model.Robot) -> Array:
     return np.array([np.radians(x) if joint.revolute else x for x, joint in zip(given, robot.joints, strict=True)])
 
 
-class MotionFiles(PageOptions, group=FILES):
+class MotionFiles(PageOptions, LimitOptions, group=FILES):
     """Formats of the motion itself, beside the result."""
 
     needs: ClassVar = {
@@ -357,6 +312,7 @@ class MotionFiles(PageOptions, group=FILES):
         The problem's limits count, whole: what a design leaves free of the torques is for this. The replay of some
         formats is ``estimated``, too roughly to refuse a motion for.
         """
+        problem = problem.with_torque_share(1.0 / (1.0 - self.torque_margin))
         for name, (_, motion) in self.asked(written).items():
             form = motions.FORMATS[name]
             if name in estimated or form.replay is None:
