@@ -23,8 +23,8 @@ from ..logs.log_check import check_log, longest, robot_fits
 from ..report.documents import Look, check_document
 from ..report.sections.check import check_report, fits_report, following_report, log_report
 from ..report.sections.fleet import compared_report, fleet_report, reduced_report
+from .entry import note, status
 from .options import ArmOptions, GainOptions, LogOptions, PageOptions, ProcessingOptions, ResultOptions, Setup
-from .progress import note, status
 from .values import LOG, SEVERAL, Count, DataFiles, NewFolder, Reads, RobotFile
 
 

@@ -29,9 +29,8 @@ from ..report.blocks import Report
 from ..report.sections import motion as sections
 from ..results import read_earlier
 from . import motions, values
-from .entry import MOTION, SEARCH, SETTING, about
+from .entry import MOTION, SEARCH, SETTING, about, note, status
 from .options import PageOptions, ViewOptions
-from .progress import note, status
 from .values import Count, NewFile, Positions, Reads, Seconds, Seed, number, numbers, positive_number, whole, word
 
 _SEARCH = Parameter(group=SEARCH)

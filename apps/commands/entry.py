@@ -1,8 +1,10 @@
-"""The commands as one application: options are frozen values that cyclopts flattens into the commands' own."""
+"""The commands as one application: options are frozen values; what is being done is told on the error stream."""
 
 from __future__ import annotations
 
 import re
+import sys
+import time
 from collections import ChainMap
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -10,17 +12,18 @@ from contextvars import ContextVar
 from dataclasses import Field, dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, dataclass_transform, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, ClassVar, Literal, dataclass_transform, get_args, get_origin, get_type_hints
 
 from cyclopts import UNSET, App, Argument, CoercionError, CycloptsError, Group, Parameter, Token
 from cyclopts import ArgumentCollection as Arguments
 from cyclopts.exceptions import MissingArgumentError, UnknownOptionError, UnusedCliTokensError
 from cyclopts.help import DefaultFormatter
 
-from ...common.errors import InputError
+from ...common.errors import InputError, one_line
 from ...common.files import is_device, keeping, place_of
+from ...common.progress import Progress
+from ...common.versions import versions
 from . import ANSWERED, BAD_INPUT, COMMANDS, DO_NOT_USE
-from .progress import Manner, speaking, version_lines
 from .values import Named, Reads
 
 MOTION = Group.create_ordered("motion")
@@ -36,6 +39,8 @@ TERMINAL = Group.create_ordered("terminal")
 SETTING = Parameter(show=False)
 """A key of the settings file (``--config``): rarely changed, and no option; docs/settings.md has all."""
 
+Manner = Literal["quiet", "plain", "verbose"]
+_manner: ContextVar[Manner] = ContextVar("manner", default="plain")
 _HEAD = "# Options of a run, repeated by: dynident "
 _ASKING = {"--help", "-h", "--version"}
 
@@ -181,7 +186,7 @@ def application(calls: list[Call], words: Sequence[str]) -> App:
     app = App(
         name="dynident",
         help="Identifies the payload of a robot arm, and the arm itself, from joint recordings.",
-        version=lambda: "\n".join(version_lines()),
+        version=lambda: "\n".join(f"{name.lower()} {number}" for name, number in versions().items()),
         help_format="plaintext",
         help_formatter=_Help(),
         version_format="plaintext",
@@ -334,3 +339,70 @@ def _unknown(words: Sequence[str], arguments: Arguments) -> str:
             token = Token(keyword=option, source="cli")
             return _text(UnknownOptionError(token=token, argument_collection=arguments, verbose=False))
     return ""
+
+
+@contextmanager
+def speaking(manner: Manner, label: str) -> Iterator[None]:
+    """A run that says nothing, what is worth knowing, or every step with its time and how long all of it took."""
+    token, begin = _manner.set(manner), time.monotonic()
+    try:
+        yield
+        if manner == "verbose":
+            print(f"dynident: {time.monotonic() - begin:6.1f} s  {label}: done", file=sys.stderr)
+    finally:
+        _manner.reset(token)
+
+
+def quiet() -> bool:
+    """This run prints no screen: files and the exit status tell."""
+    return _manner.get() == "quiet"
+
+
+def note(text: str) -> None:
+    """Print a line that is worth knowing."""
+    if not quiet():
+        print(f"dynident: note: {one_line(text)}", file=sys.stderr)
+
+
+def withheld(done: str, why: str) -> bool:
+    """Say that what was asked for is not done, and why, for its numbers must not be used; gives that."""
+    print(one_line(f"dynident: not {done}: {why}"), file=sys.stderr)
+    return False
+
+
+@contextmanager
+def status(label: str) -> Iterator[Progress]:
+    """Show what is being done; gives a function that changes the words and tells the share, where it is known."""
+    if (manner := _manner.get()) != "plain":
+        begin, told = time.monotonic(), ""
+
+        def step(words: str, _share: float | None = None, /) -> None:
+            nonlocal told
+            if manner == "verbose" and words != told:
+                print(f"dynident: {time.monotonic() - begin:6.1f} s  {one_line(words)}", file=sys.stderr)
+            told = words
+
+        step(label)
+        yield step
+        return
+    # A line that goes when the work is done; where no share is known its bar only moves. Names hold brackets.
+    from rich import console as terminal
+    from rich import progress as rich
+
+    words = rich.TextColumn("{task.description}", markup=False)
+    columns = (rich.SpinnerColumn(), words, rich.BarColumn(), rich.TaskProgressColumn(), rich.TimeRemainingColumn())
+    console = terminal.Console(stderr=True)
+    hidden = not console.is_terminal  # elsewhere it would leave an empty line
+    with rich.Progress(*columns, console=console, transient=True, disable=hidden) as shown:
+        task = shown.add_task(label, total=None)
+        last: float | None = None
+
+        def progress(words: str, share: float | None = None, /) -> None:
+            nonlocal task, last
+            if (share is None) != (last is None) or (share or 0.0) < (last or 0.0):  # other work: its own time left
+                shown.remove_task(task)
+                task = shown.add_task(words, total=None if share is None else 1.0)
+            last = share
+            shown.update(task, description=words, completed=share)
+
+        yield progress

@@ -20,8 +20,7 @@ from ..export.load import ControllerLoad, read_load
 from ..extras import extra
 from ..numbers import placed, six
 from . import values
-from .entry import CONTROLLER, SETTING, Options, about
-from .progress import note, quiet, status, withheld
+from .entry import CONTROLLER, SETTING, Options, about, note, quiet, status, withheld
 from .values import FrameWords, NewFile, PayloadResultFile, number, positive_number, word
 
 if TYPE_CHECKING:

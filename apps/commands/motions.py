@@ -25,9 +25,8 @@ from ..export.motions.urscript import CONTROLLER_RATE, check_urscript
 from ..export.motions.val3 import check_val3
 from ..results import shown_noise
 from . import values
-from .entry import FILES, GOAL, LIMITS, SETTING, Options
+from .entry import FILES, GOAL, LIMITS, SETTING, Options, note, status
 from .options import PageOptions, RobotOptions
-from .progress import note, status
 from .values import Names, NewFile, Reads, Seconds, Share, checked, number, numbers, positive_number, share, word
 
 _REPLAY_RATE = 1000.0  # Hz: at which controllers' own curves are looked at, and at their turns

@@ -26,8 +26,7 @@ from ..report.blocks import Notes, Report
 from ..report.page import page_html, write_plots
 from ..report.terminal import print_blocks, print_report
 from . import values
-from .entry import CALL, FILES, KNOWN, LOGS, SETTING, Options, about
-from .progress import note, quiet, status
+from .entry import CALL, FILES, KNOWN, LOGS, SETTING, Options, about, note, quiet, status
 from .values import Reads, numbers, texts, word
 
 _FROM_ROBOT = "These are the errors with which the robot was identified; the drives are the same."

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
@@ -25,10 +25,9 @@ from ..report.sections.check import readings_agree, readings_report
 from ..report.sections.robot import base_description, robot_description
 from ..report.terminal import print_blocks
 from . import values
-from .entry import SETTING, Options, about
+from .entry import SETTING, Options, about, note, quiet, status, withheld
 from .motions import in_si
 from .options import FilterOptions, FramedRobotOptions, PageOptions, RobotOptions, ViewOptions, print_lines
-from .progress import note, quiet, status, withheld
 from .values import NewDrawing, NewFile, Positions, Reads, checked, number, numbers, positive_number, texts, word
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -139,31 +138,29 @@ class _New(Options):
         """Refuse options beside ``--template``, and a sheet with gaps."""
         super().check()
         if self.template:
-            for entry in fields(self):
-                if entry.name not in ("template", "out", "overwrite"):
-                    self.refuse(entry.name, "belongs to a robot by options, --template is a file to fill in")
+            for option in _New.__annotations__:
+                if option not in ("template", "out", "overwrite"):
+                    self.refuse(option, "belongs to a robot by options, --template is a file to fill in")
             return
         if missing := [f"--{name}" for name in ("name", "joint", "flange") if not getattr(self, name)]:
             raise InputError(f"give {', '.join(missing)}, or --template for a file to fill in")
-
-    def write(self, out: Path, text: str) -> None:
-        """Write the file, over another one only where that is wanted."""
-        if out.exists() and not self.overwrite:
-            raise InputError(f"{out}: is there already: give another --out, or --overwrite")
-        write_text(out, text)
 
     def __call__(self) -> None:
         if self.template:
             text = TEMPLATE.read_text(encoding="utf-8")
             if self.out is None:
                 print(text, end="")
-            else:
-                self.write(Path(self.out), text)
-                print_lines(f"Written: {self.out}. Fill it in, then: dynident robot show --robot {self.out}")
+                return
+        else:
+            robot, drawn_at = self.robot()
+            text = model.robot_toml(robot)
+        out = Path(self.out or f"{self.name}.toml")
+        if out.exists() and not self.overwrite:
+            raise InputError(f"{out}: is there already: give another --out, or --overwrite")
+        write_text(out, text)
+        if self.template:
+            print_lines(f"Written: {out}. Fill it in, then: dynident robot show --robot {out}")
             return
-        robot, drawn_at = self.robot()
-        out = Path(self.out or f"{robot.name}.toml")
-        self.write(out, model.robot_toml(robot))
         print_blocks(robot_description(robot))
         draw(robot, self.drawing or str(out.with_suffix(".svg")), drawn_at)
         print_lines(

@@ -30,16 +30,14 @@ from ..report.figures.canvas import save_figure
 from ..report.sections.payload import payload_report
 from ..report.sections.robot import assumed_notes, robot_section
 from . import values
-from .entry import SETTING
+from .entry import SETTING, status
 from .motions import RehearsedRobotOptions
 from .options import PageOptions, Setup, ViewOptions, print_lines
-from .progress import status
 from .values import Count, NewFolder, PayloadFile, Reads, Seed, Share, number, share, where, word
 
 _Trajectory = Annotated[str, Reads("trajectories"), Parameter(metavar="CSV")]
 
 _SHARE = 0.08
-_POINTS = 16
 _RATE = word(where(number, lambda rate: 20.0 <= rate <= 1e4, "a rate from 20 to 10000 Hz"), "HZ")
 _SAG = word(where(number, lambda sag: 0.0 < sag <= 100.0, "above 0 and at most 100 mrad"), "MRAD")
 
@@ -87,9 +85,22 @@ class _Simulate(ViewOptions, RehearsedRobotOptions):
         described = self.load()
         robot = self.rubbing(model.with_stand_in(described))
         payload = model.read_payload(self.payload) if self.payload else None
-        references = _references(robot, described, self.trajectory, self.seed)
-        disturbances = _disturbances(robot, self.noise, list(references.values()))
-        disturbances = replace(disturbances, gain_error=self.gain_error)
+        references: dict[str, trajectories.Plan] = {}
+        for file in self.trajectory:  # these need only keep the limits of the description, not assumed ones
+            name = Path(file).name.removesuffix(".gz").removesuffix(".csv")
+            if name in references:
+                raise InputError(f"--trajectory: two files are called {name!r}: rename one")
+            trajectory = trajectories.SampledTrajectory(*logs.read_trajectory(file, robot), file)
+            trajectory.check_limits(described)
+            references[name] = trajectory
+        if not references:
+            try:
+                points = trajectories.random_points(robot, POINTS, self.seed)
+                references["random"] = trajectories.plan_point_to_point(robot, points)
+            except ValueError as error:
+                raise InputError(f"{error}: give --trajectory") from None
+        noise = self.noise or ("paper" if robot.name == "rx90" else str(_SHARE))
+        disturbances = levels(robot, noise, self.gain_error, list(references.values()))
         tasks = [trajectories.Task(f"{name}_unloaded", reference) for name, reference in references.items()]
         if payload is not None:
             tasks += [
@@ -107,17 +118,14 @@ class _Simulate(ViewOptions, RehearsedRobotOptions):
                 robot, tasks, disturbances, self.seed, controller, partial(progress, "simulating")
             )
         folder = made_folder(self.out)
-        files = {folder / f"{run.task.name}.csv": run for run in experiment.runs}
-        for file, run in files.items():
-            write_recording(file, run.recording)
-        write_truth(folder / "truth.toml", experiment, controller, [file.name for file in files])
-        errors = {file: f"{1e3 * run.tracking_error.max():.2f} mrad" for file, run in files.items()}
-        lines = [
-            f"{file}: {run.exact.motion.t[-1]:.1f} s, tracking error at most {errors[file]}"
-            for file, run in files.items()
-        ]
-        truth = f"{folder / 'truth.toml'}: the true parameters"
-        print_lines(*lines, truth, *assumed_notes(experiment.robot, *SIMULATED))
+        lines, names = [], [f"{run.task.name}.csv" for run in experiment.runs]
+        for name, run in zip(names, experiment.runs, strict=True):
+            write_recording(folder / name, run.recording)
+            error = f"tracking error at most {1e3 * run.tracking_error.max():.2f} mrad"
+            lines.append(f"{folder / name}: {run.exact.motion.t[-1]:.1f} s, {error}")
+        write_truth(folder / "truth.toml", experiment, controller, names)
+        lines.append(f"{folder / 'truth.toml'}: the true parameters")
+        print_lines(*lines, *assumed_notes(experiment.robot, *SIMULATED))
 
         shown = (np.column_stack([payload.com] * 2), payload) if payload is not None else None  # known exactly
         self.write_view(lambda: views.view_of(robot, experiment.runs[-1].exact.motion, payload=shown))
@@ -138,64 +146,38 @@ class _Simulate(ViewOptions, RehearsedRobotOptions):
         return replace(robot.with_friction((*own, *more)), parameters={**robot.parameters, **values})
 
 
-def _references(
-    robot: model.Robot, described: model.Robot, files: Sequence[str], seed: int
-) -> dict[str, trajectories.Plan]:
-    """Motions by name; those of files need only keep the limits of the description, not assumed ones."""
-    motions: dict[str, trajectories.Plan] = {}
-    for file in files:
-        name = Path(file).name.removesuffix(".gz").removesuffix(".csv")
-        if name in motions:
-            raise InputError(f"--trajectory: two files are called {name!r}: rename one")
-        trajectory = trajectories.SampledTrajectory(*logs.read_trajectory(file, robot), file)
-        trajectory.check_limits(described)
-        motions[name] = trajectory
-    if motions:
-        return motions
-    try:
-        return {"random": trajectories.plan_point_to_point(robot, trajectories.random_points(robot, _POINTS, seed))}
-    except ValueError as error:
-        raise InputError(f"{error}: give --trajectory") from None
-
-
-def _disturbances(
-    robot: model.Robot, noise: str, references: Sequence[trajectories.Plan]
-) -> trajectories.Disturbances:
-    """Disturbances of the recordings, by a name or as a share of each joint's root mean square torque."""
-    noise = noise or ("paper" if robot.name == "rx90" else str(_SHARE))
-    if noise == "none":
-        return trajectories.no_disturbances(robot.n)
-    if noise == "assumed":
-        return trajectories.remembered_disturbances(trajectories.assumed_noise(robot), trajectories.INDEPENDENT)
-    if noise in ("paper", "slow"):
-        if robot.name != "rx90":
-            raise InputError(f"--noise {noise} is the RX90's: give a share of the torque for {robot.name}")
-        return trajectories.RX90_DISTURBANCES if noise == "paper" else trajectories.RX90_SLOW_NOISE
-    try:
-        level = share(noise)
-    except ValueError:
-        raise InputError(f"--noise {noise!r}: give none, assumed, paper, slow or a share such as 0.08") from None
-    simulator, torques = trajectories.Simulator(robot), []
-    for reference in references:
-        t = np.linspace(0.0, reference.duration, 2000)
-        torques.append(simulator.measure(model.Motion(t, *reference.at(t))).torque)
-    return trajectories.relative_disturbances(np.sqrt(np.mean(np.concatenate(torques) ** 2, axis=0)), level)
-
-
 def paper_robot() -> model.Robot:
     """The RX90 with the assumed spring."""
     robot = model.load_robot("rx90")
     return replace(robot, drives=replace(robot.drives, spring=ASSUMED_SPRING))
 
 
-def levels(noise: str, gain_error: float = 0.0) -> trajectories.Disturbances:
-    """Disturbances by name: paper, slow or none."""
-    named = {
-        "paper": trajectories.RX90_DISTURBANCES,
-        "slow": trajectories.RX90_SLOW_NOISE,
-        "none": trajectories.no_disturbances(6),
-    }
-    return replace(named[noise], gain_error=gain_error)
+def levels(
+    robot: model.Robot, noise: str, gain_error: float = 0.0, motions: Sequence[trajectories.Plan] = ()
+) -> trajectories.Disturbances:
+    """Disturbances by name: paper, slow, assumed, none; or as a share of each joint's rms torque in ``motions``."""
+    if noise == "none":
+        named = trajectories.no_disturbances(robot.n)
+    elif noise == "assumed":
+        named = trajectories.remembered_disturbances(trajectories.assumed_noise(robot), trajectories.INDEPENDENT)
+    elif noise in ("paper", "slow"):
+        if robot.name != "rx90":
+            raise InputError(f"--noise {noise} is the RX90's: give a share of the torque for {robot.name}")
+        named = trajectories.RX90_DISTURBANCES if noise == "paper" else trajectories.RX90_SLOW_NOISE
+    else:
+        try:
+            level = share(noise)
+        except ValueError:
+            raise InputError(
+                f"--noise {noise!r}: give none, assumed, paper, slow or a share such as 0.08"
+            ) from None
+        simulator, torques = trajectories.Simulator(robot), []
+        for motion in motions:
+            t = np.linspace(0.0, motion.duration, 2000)
+            torques.append(simulator.measure(model.Motion(t, *motion.at(t))).torque)
+        rms = np.sqrt(np.mean(np.concatenate(torques) ** 2, axis=0))
+        named = trajectories.relative_disturbances(rms, level)
+    return replace(named, gain_error=gain_error)
 
 
 def simulate_paper(
@@ -246,10 +228,9 @@ class _Demo(PageOptions):
     def __call__(self) -> None:
         folder = made_folder(self.out)
         with status("simulating") as progress:
-            told = partial(progress, "simulating")
-            experiment = simulate_paper(
-                paper_robot(), levels(self.noise, self.gain_error), self.seed, self.trajectories, told
-            )
+            arm, told = paper_robot(), partial(progress, "simulating")
+            noise = levels(arm, self.noise, self.gain_error)
+            experiment = simulate_paper(arm, noise, self.seed, self.trajectories, told)
         with status("reducing") as progress:
             robot, answer = identified(experiment, progress)
         write_json(folder / "payload.json", answer.result)
@@ -264,7 +245,6 @@ class _Demo(PageOptions):
         )
         first = [Notes([head]), *shown.first, Notes([f"Written: {', '.join(map(str, written))}"])]
         shown = replace(shown, first=first, sections=[*shown.sections, robot_section(robot.result)])
-        arm = experiment.robot
         setup = Setup(arm, arm.processing, None, None, LogMap(source="simulated"))
         simulated = {
             "recordings": f"simulated: {len(experiment.runs)} runs, the last trajectory held out",
