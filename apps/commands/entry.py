@@ -148,23 +148,6 @@ class Call:
                 table[argument.name.lstrip("-")] = values[0] if len(values) == 1 else values
         return f"{_HEAD}{self.command} --config THIS_FILE\n{toml_text(table)}"
 
-    def read_settings(self, path: str) -> None:
-        """Add what a ``--config`` file says of options that are not typed; its paths count from the folder."""
-        from cyclopts.config import Dict
-
-        from ...common.schema import TOML_BYTES, read_text, toml_data  # which --help does without
-
-        table = toml_data(read_text(path, TOML_BYTES), f"--config {path}")
-        meant = table.pop("command", self.command)
-        if meant != self.command:
-            raise InputError(
-                f"--config {path}: is for 'dynident {meant}', not for 'dynident {self.command}': "
-                f"give a file of {self.command!r}, or call {meant!r}"
-            )
-        if "config" in table:
-            raise InputError(f"--config {path}: a file of options cannot name another one: remove its key config")
-        Dict(table, source=path, use_commands_as_keys=False)(App(), (), self.arguments)
-
 
 CALL: ContextVar[Call] = ContextVar("call")
 """The command line that runs."""
@@ -174,14 +157,29 @@ def application(calls: list[Call], words: Sequence[str]) -> App:
     """All commands, each imported when it is called; ``calls`` gets the command line ``words`` when it was read."""
 
     def read(_: App, names: tuple[str, ...], arguments: Arguments) -> None:
-        calls.append(Call(tuple(words), " ".join(names), arguments))
+        calls.append(call := Call(tuple(words), " ".join(names), arguments))
         for argument in arguments:
             if argument.tokens and not argument.show:
                 key = shown_name(argument)
                 text = f"write {key} = .. into a file and give that by --config"
                 raise InputError(f"{key} is a setting, not an option: {text}")
-        for path in calls[-1].given("--config"):
-            calls[-1].read_settings(path)
+        for path in call.given("--config"):  # what it says of options that are not typed; paths are from the folder
+            from cyclopts.config import Dict
+
+            from ...common.schema import TOML_BYTES, read_text, toml_data  # which --help does without
+
+            table = toml_data(read_text(path, TOML_BYTES), f"--config {path}")
+            meant = table.pop("command", call.command)
+            if meant != call.command:
+                raise InputError(
+                    f"--config {path}: is for 'dynident {meant}', not for 'dynident {call.command}': "
+                    f"give a file of {call.command!r}, or call {meant!r}"
+                )
+            if "config" in table:
+                raise InputError(
+                    f"--config {path}: a file of options cannot name another one: remove its key config"
+                )
+            Dict(table, source=path, use_commands_as_keys=False)(App(), (), arguments)
 
     app = App(
         name="dynident",
@@ -212,9 +210,13 @@ def run(words: Sequence[str]) -> int:
         called, bound, _ = application(calls, words).parse_args(words, exit_on_error=False, print_error=False)
     except CycloptsError as error:
         name = " ".join(["dynident", *(error.command_chain or ())])
-        # A misspelt option often is the one that seems to be missing.
-        text = _unknown(words, calls[-1].arguments) if calls and isinstance(error, MissingArgumentError) else ""
-        raise InputError(f"{text or _text(error)} (see {name} --help)") from None
+        if calls and isinstance(error, MissingArgumentError):  # a misspelt option often is the one that is missing
+            known = {name for argument in calls[-1].arguments for name in argument.names} | _ASKING
+            options = (word.partition("=")[0] for word in words if word.startswith("--"))
+            if (unknown := next((option for option in options if option not in known), None)) is not None:
+                token, found = Token(keyword=unknown, source="cli"), calls[-1].arguments
+                error = UnknownOptionError(token=token, argument_collection=found, verbose=False)
+        raise InputError(f"{_text(error)} (see {name} --help)") from None
     bound.apply_defaults()
     try:
         options = called(*bound.args, **bound.kwargs)
@@ -228,13 +230,11 @@ def run(words: Sequence[str]) -> int:
         with keeping([path for _, _, path in call.named(reads=True)]), speaking(manner, call.command):
             return DO_NOT_USE if options() is False else ANSWERED
     except InputError as error:  # the settings file is named of whose key it speaks first
-        given = [(entry, token.source) for call in calls for entry in call.arguments for token in entry.tokens]
-        files = [
-            f
-            for entry, f in given
-            if f != "cli" and re.match(rf"{re.escape(shown_name(entry))}(?![\w-])", str(error))
-        ]
-        raise InputError(": ".join([*files[:1], str(error)])) from None
+        for argument in (argument for call in calls for argument in call.arguments if argument.tokens):
+            source, key = argument.tokens[0].source, re.escape(shown_name(argument))
+            if source != "cli" and re.match(rf"{key}(?![\w-])", str(error)):
+                raise InputError(f"{source}: {error}") from None
+        raise
 
 
 def shown_name(argument: Argument) -> str:
@@ -328,17 +328,6 @@ def _text(error: CycloptsError) -> str:
     if isinstance(error, UnusedCliTokensError) and error.unused_tokens:
         return f"{error.unused_tokens[0]!r} is one word too many"
     return str(error)
-
-
-def _unknown(words: Sequence[str], arguments: Arguments) -> str:
-    """Name the first option that no command knows; empty if there is none."""
-    known = {name for argument in arguments for name in argument.names} | _ASKING
-    for word in words:
-        option = word.partition("=")[0]
-        if option.startswith("--") and option not in known:
-            token = Token(keyword=option, source="cli")
-            return _text(UnknownOptionError(token=token, argument_collection=arguments, verbose=False))
-    return ""
 
 
 @contextmanager
