@@ -24,7 +24,7 @@ from ..report.documents import Look, check_document
 from ..report.sections.check import check_report, fits_report, following_report, log_report
 from ..report.sections.fleet import compared_report, fleet_report, reduced_report
 from .entry import note, status
-from .options import ArmOptions, GainOptions, LogOptions, PageOptions, ProcessingOptions, ResultOptions, Setup
+from .options import ArmOptions, GainOptions, LogOptions, PageOptions, ProcessingOptions, ResultOptions
 from .values import LOG, SEVERAL, Count, DataFiles, NewFolder, Reads, RobotFile
 
 
@@ -40,31 +40,31 @@ class _Check(PageOptions, ProcessingOptions):
         if not self.data:
             raise InputError("give a log: dynident check LOG")
         setup = self.setup() if self.robot else None
-        looks = [self.look(path, setup) for path in logs.grouped(self.data)]
+        looks: list[Look] = []
+        for path in logs.grouped(self.data):
+            fits, chosen = None, setup
+            if chosen is None:  # the robot that fits it best
+                fits = robot_fits(path, self.how())
+                self.show(fits_report(fits))
+                if fits.fault:
+                    looks.append((None, fits))
+                    continue
+                chosen = replace(self, robot=fits.fitting[0].robot).setup()
+            robot = chosen.robot
+            # Without gains its torques stay currents.
+            currents = chosen.gains is None and logs.named(path, robot, chosen.log_map).holds_currents_only
+            gains = (1.0,) * robot.n if currents else chosen.gains
+            pieces = replace(chosen, gains=gains, told=set()).read([path])
+            check = check_log(robot, longest(pieces), chosen.processing, currents)
+            if len(pieces) > 1:
+                text = f"Rows are missing: of {len(pieces)} pieces the longest is looked at; "
+                text += "record without losing rows"
+                check = check.completed([estimation.Finding("note", "recording", text)])
+            self.show(log_report(check))
+            looks.append((check, fits))
         words = setup.in_words() if setup else {}
         self.write(check_report(looks), lambda: check_document(setup.robot if setup else None, looks), words)
         return all(check and check.usable for check, _ in looks)
-
-    def look(self, path: str | tuple[str, ...], setup: Setup | None) -> Look:
-        """Look at one log, its longest piece between gaps, by the robot that fits it best where none is named."""
-        fits = None
-        if setup is None:
-            fits = robot_fits(path, self.how())
-            self.show(fits_report(fits))
-            if fits.fault:
-                return None, fits
-            setup = replace(self, robot=fits.fitting[0].robot).setup()
-        robot = setup.robot
-        # Without gains its torques stay currents.
-        currents = setup.gains is None and logs.named(path, robot, setup.log_map).holds_currents_only
-        gains = (1.0,) * robot.n if currents else setup.gains
-        pieces = replace(setup, gains=gains, told=set()).read([path])
-        check = check_log(robot, longest(pieces), setup.processing, currents)
-        if len(pieces) > 1:
-            text = f"Rows are missing: of {len(pieces)} pieces the longest is looked at; record without losing rows"
-            check = check.completed([estimation.Finding("note", "recording", text)])
-        self.show(log_report(check))
-        return check, fits
 
 
 class _Verify(PageOptions, LogOptions, ArmOptions):

@@ -124,7 +124,16 @@ class _Record(_Controller):
                 with status("recording") as progress:
                     while not recorder.over:
                         new = recorder.add(client.take())
-                        progress(_progress_line(recorder, new))
+                        words = [f"recording {recorder.seconds:.0f} of {recorder.length:g} s"]
+                        if len(new):
+                            fastest = abs(new[live.SPEED]).max(axis=0).tolist()
+                            moving = ", ".join(str(j + 1) for j, speed in enumerate(fastest) if speed > _MOVING)
+                            words.append(f"joint {moving} moves" if moving else "no joint moves")
+                            words.append(f"currents to {abs(new[live.CURRENT]).max():.1f} A")
+                        words.append(f"moved so far: {', '.join(map(str, recorder.moved)) or 'none'}")
+                        if recorder.dropped:
+                            words.append(f"{recorder.dropped} samples dropped")
+                        progress("; ".join(words))
             except InputError as broken:
                 fault = str(broken)
             except KeyboardInterrupt:
@@ -146,20 +155,6 @@ class _Record(_Controller):
             note(f"{self.out}: {stop} after {moment:.1f} s")
         if fault:
             raise InputError(f"{fault}; {self.out} holds the {recorder.seconds:.1f} s before")
-
-
-def _progress_line(recorder: live.Recorder, new: live.Samples) -> str:
-    """Tell time, joints that move, size of the currents, and what is wrong."""
-    words = [f"recording {recorder.seconds:.0f} of {recorder.length:g} s"]
-    if len(new):
-        fastest = abs(new[live.SPEED]).max(axis=0).tolist()
-        moving = ", ".join(str(j + 1) for j, speed in enumerate(fastest) if speed > _MOVING)
-        words.append(f"joint {moving} moves" if moving else "no joint moves")
-        words.append(f"currents to {abs(new[live.CURRENT]).max():.1f} A")
-    words.append(f"moved so far: {', '.join(map(str, recorder.moved)) or 'none'}")
-    if recorder.dropped:
-        words.append(f"{recorder.dropped} samples dropped")
-    return "; ".join(words)
 
 
 class _Apply(_Controller):

@@ -11,10 +11,9 @@ from typing import Annotated, ClassVar, Literal
 
 from cyclopts import Group, Parameter
 
-from ... import estimation, model
+from ... import estimation
 from ...common.errors import InputError
 from ...common.schema import read_toml
-from ...estimation.possible.robot import RobotPrior
 from ...estimation.results.parts import Rollout as RolloutResult
 from .. import logs, results
 from .. import view as views
@@ -92,8 +91,23 @@ class _Identify(options.PageOptions, options.ProcessingOptions, options.GainOpti
         robot, base, estimate = result.robot, result.base, result.estimate
         mass = estimation.MassBounds(*self.total_mass) if self.total_mass else None
         budget = estimation.BUDGET if self.prior_budget is None else self.prior_budget
+        prior = None  # of the links, where one that can exist is known
+        told = (self.constrained, self.prior_mass, self.prior_budget) != (None, None, None)
+        if not told and not estimation.has_prior(robot):
+            note(
+                "single links are left open, for their mass is not known: --prior-mass KG (of the moving links) "
+                "gives links that can exist, as simulators need them"
+            )
+        elif self.constrained != "base":
+            try:
+                prior = estimation.robot_prior(robot, self.prior_mass)
+            except InputError as error:  # links of CAD often cannot exist
+                if self.constrained is not None or self.prior_mass is not None:
+                    raise
+                self.refuse("prior_budget", f"needs a prior: {error}")
+                note(f"single links are left open: {error}, or --prior-mass KG (of the moving links)")
         try:
-            if (prior := self._prior(robot)) is None:
+            if prior is None:
                 return estimation.solve_constrained_base(robot, base, estimate, mass)
             return estimation.solve_constrained_prior(robot, base, estimate, prior, budget, mass)
         except estimation.SolverError as error:
@@ -109,26 +123,6 @@ class _Identify(options.PageOptions, options.ProcessingOptions, options.GainOpti
                 "robot, chi2 falls for ever as links grow: --total-mass 0 KG (KG: at most the whole arm's mass) "
                 "bounds them; a longer recording that moves every joint is better"
             )
-            return None
-
-    def _prior(self, robot: model.Robot) -> RobotPrior | None:
-        """The prior of the links; None where base parameters are asked for, or none is known that can exist."""
-        told = (self.constrained, self.prior_mass, self.prior_budget) != (None, None, None)
-        if self.constrained == "base":
-            return None
-        if not told and not estimation.has_prior(robot):
-            note(
-                "single links are left open, for their mass is not known: --prior-mass KG (of the moving links) "
-                "gives links that can exist, as simulators need them"
-            )
-            return None
-        try:
-            return estimation.robot_prior(robot, self.prior_mass)
-        except InputError as error:  # links of CAD often cannot exist
-            if self.constrained is not None or self.prior_mass is not None:
-                raise
-            self.refuse("prior_budget", f"needs a prior: {error}")
-            note(f"single links are left open: {error}, or --prior-mass KG (of the moving links)")
             return None
 
 

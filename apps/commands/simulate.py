@@ -121,8 +121,8 @@ class _Simulate(ViewOptions, RehearsedRobotOptions):
         lines, names = [], [f"{run.task.name}.csv" for run in experiment.runs]
         for name, run in zip(names, experiment.runs, strict=True):
             write_recording(folder / name, run.recording)
-            error = f"tracking error at most {1e3 * run.tracking_error.max():.2f} mrad"
-            lines.append(f"{folder / name}: {run.exact.motion.t[-1]:.1f} s, {error}")
+            strayed = f"tracking error at most {1e3 * run.tracking_error.max():.2f} mrad"
+            lines.append(f"{folder / name}: {run.exact.motion.t[-1]:.1f} s, {strayed}")
         write_truth(folder / "truth.toml", experiment, controller, names)
         lines.append(f"{folder / 'truth.toml'}: the true parameters")
         print_lines(*lines, *assumed_notes(experiment.robot, *SIMULATED))

@@ -222,7 +222,7 @@ def word(read: Callable[[str], Any], metavar: str, count: int | None = 1) -> Par
         return read(words[-1] if count == 1 and tokens[-1].source == "cli" else ",".join(words))
 
     return Parameter(
-        converter=converted, n_tokens=count, metavar=metavar, accepts_keys=False, allow_leading_hyphen=True
+        converter=converted, n_tokens=count or 1, metavar=metavar, accepts_keys=False, allow_leading_hyphen=True
     )
 
 
