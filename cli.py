@@ -11,6 +11,7 @@ import sys
 import warnings
 from collections.abc import Sequence
 from contextlib import suppress
+from contextvars import copy_context
 from types import FrameType
 
 from .apps.commands import BAD_INPUT, BROKEN_PIPE, INTERNAL_ERROR, INTERRUPTED
@@ -72,7 +73,7 @@ def _run(words: tuple[str, ...]) -> int:
         )
         from .apps.commands.entry import run  # which costs nothing until it is needed
 
-        return run(words)
+        return copy_context().run(run, words)
 
 
 def _reported(fault: Exception, words: tuple[str, ...]) -> int:

@@ -24,7 +24,7 @@ from ..report.documents import Look, check_document
 from ..report.sections.check import check_report, fits_report, following_report, log_report
 from ..report.sections.fleet import compared_report, fleet_report, reduced_report
 from .entry import note, status
-from .options import ArmOptions, GainOptions, LogOptions, PageOptions, ProcessingOptions, ResultOptions
+from .options import GainOptions, LogOptions, PageOptions, ProcessingOptions, ResultOptions, RobotOptions
 from .values import LOG, SEVERAL, Count, DataFiles, NewFolder, Reads, RobotFile
 
 
@@ -67,7 +67,8 @@ class _Check(PageOptions, ProcessingOptions):
         return all(check and check.usable for check, _ in looks)
 
 
-class _Verify(PageOptions, LogOptions, ArmOptions):
+class _Verify(PageOptions, LogOptions, RobotOptions):
+    mount: Annotated[None, Parameter(parse=False)] = None  # gravity does not count
     before: Annotated[tuple[Annotated[str, Reads("before"), LOG], ...], SEVERAL]
     """Before the new number: one motion (or its files of one signal each), with columns qref1.. (commanded
     positions) or tauref1.. (torque predicted, N·m), or what --log-map names."""

@@ -38,7 +38,6 @@ _REPLAY_RATE = 500.0  # Hz
 _PLANNED_RATE = 250.0  # Hz: at which a planned motion is looked at, at least
 _ZERO = 1e-9  # SI units: what standard parameters leave where they cancel
 
-_Pose = Annotated[tuple[float, ...] | str, word(partial(values.numbers_or, "auto"), "auto|Q1,Q2,..")]
 _APPROACH, _SLIDE = 3.0, 0.02  # deg, m
 _LEFT = 1.25  # of the mass expected: what runs of the ladder leave possible, and the motion bears at full speed
 
@@ -69,8 +68,7 @@ class _Learning(motions.GoalOptions, motions.LimitOptions, group=MOTION):
         if not any_limit and payload is not None and not payload_only:
             raise InputError("--heaviest-payload counts in torque limits: give --torque-limits")
         counting = any_limit and (identified or payload is not None or loads.margin > 0.0)
-        sigma, rate, words = self.noise(robot, bounds, earlier=next(iter(self.data_from), None))
-        length, earlier = self.data_length, None
+        length = self.data_length
         if self.data_from:
             if isinstance(shape, trajectories.FourierShape):
                 length = length or shape.duration
@@ -81,9 +79,9 @@ class _Learning(motions.GoalOptions, motions.LimitOptions, group=MOTION):
                 length = length or (sum(times) if isinstance(times, tuple) else (shape.count - 1) * times)
             if length is None:
                 raise InputError("--data-from needs data-length, a setting: how long will be recorded next?")
-            noise = sigma if self.criterion in ("d", "a") else None
-            ten = model.regressors.payload_columns(robot) if payload_only else ()
-            earlier = read_earlier(self.data_from, noise, ten)
+        sigma, rate, words = self.noise(robot, bounds, earlier=next(iter(self.data_from), None))
+        noise = sigma if self.criterion in ("d", "a") else None
+        ten = model.regressors.payload_columns(robot) if payload_only else ()
         goal = trajectories.Goal(
             self.criterion,
             columns=None if payload_only else self.columns,
@@ -94,7 +92,7 @@ class _Learning(motions.GoalOptions, motions.LimitOptions, group=MOTION):
             rate=rate,
             noise_from=words,
             data_length=length,
-            earlier=earlier,
+            earlier=read_earlier(self.data_from, noise, ten) if self.data_from else None,
         )
         return self.problem(limited, shape, goal, loads if counting else None, stood), reference, labels
 
@@ -251,7 +249,7 @@ class _Near(ViewOptions, motions.MotionFiles, motions.NoiseOptions, group=MOTION
 
     pose: Positions
     """Pose of the arm [deg or m]."""
-    second_pose: _Pose | None = None
+    second_pose: Annotated[tuple[float, ...] | str | None, values.numbers_or("auto", "auto|Q1,Q2,..")] = None
     """Repeat the motion at another wrist pose outside the range: auto, or this pose."""
     joints: values.Joints
     """Joints that move, such as 2,3,5,6."""

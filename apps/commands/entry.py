@@ -93,6 +93,14 @@ class Options:
                 known = " or ".join(filter(None, choices))
                 self.refuse(option, f"belongs to {self.shown(chooser)} {known}, not to {choice}")
 
+    def tell(self, *lines: str) -> None:
+        """Print lines no wider than the terminal, unless the run is quiet."""
+        from ..report.blocks import Notes
+        from ..report.terminal import print_blocks
+
+        if not self.quiet:
+            print_blocks([Notes(lines)])
+
     def has(self, option: str) -> bool:
         """True for an option that was given; "joint_names" stands for --joint-names."""
         return bool(CALL.get().given(f"--{option.replace('_', '-')}"))
@@ -226,9 +234,13 @@ def run(words: Sequence[str]) -> int:
         CALL.set(call)
         check_paths(call)
         options.check()
-        manner: Manner = "quiet" if options.quiet else "verbose" if options.verbose else "plain"
-        with keeping([path for _, _, path in call.named(reads=True)]), speaking(manner, call.command):
-            return DO_NOT_USE if options() is False else ANSWERED
+        _manner.set("quiet" if options.quiet else "verbose" if options.verbose else "plain")
+        begin = time.monotonic()
+        with keeping([path for _, _, path in call.named(reads=True)]):
+            status = DO_NOT_USE if options() is False else ANSWERED
+        if options.verbose:
+            print(f"dynident: {time.monotonic() - begin:6.1f} s  {call.command}: done", file=sys.stderr)
+        return status
     except InputError as error:  # the settings file is named of whose key it speaks first
         for argument in (argument for call in calls for argument in call.arguments if argument.tokens):
             source, key = argument.tokens[0].source, re.escape(shown_name(argument))
@@ -330,26 +342,9 @@ def _text(error: CycloptsError) -> str:
     return str(error)
 
 
-@contextmanager
-def speaking(manner: Manner, label: str) -> Iterator[None]:
-    """A run that says nothing, what is worth knowing, or every step with its time and how long all of it took."""
-    token, begin = _manner.set(manner), time.monotonic()
-    try:
-        yield
-        if manner == "verbose":
-            print(f"dynident: {time.monotonic() - begin:6.1f} s  {label}: done", file=sys.stderr)
-    finally:
-        _manner.reset(token)
-
-
-def quiet() -> bool:
-    """This run prints no screen: files and the exit status tell."""
-    return _manner.get() == "quiet"
-
-
 def note(text: str) -> None:
     """Print a line that is worth knowing."""
-    if not quiet():
+    if _manner.get() != "quiet":
         print(f"dynident: note: {one_line(text)}", file=sys.stderr)
 
 

@@ -20,7 +20,7 @@ from ..export.load import ControllerLoad, read_load
 from ..extras import extra
 from ..numbers import placed, six
 from . import values
-from .entry import CONTROLLER, SETTING, Options, about, note, quiet, status, withheld
+from .entry import CONTROLLER, SETTING, Options, about, note, status, withheld
 from .values import FrameWords, NewFile, PayloadResultFile, number, positive_number, word
 
 if TYPE_CHECKING:
@@ -186,7 +186,7 @@ class _Apply(_Controller):
         lines = controllers.FORMATS["ur"].text(load).splitlines()
         (line,) = [line for line in lines if line.startswith("set_target_payload(")]
         text = live.program(line)
-        if not quiet():
+        if not self.quiet:
             print(f"To {self.host}, beside the program that runs there:\n\n{printable(text)}")
         if not self.yes:
             asked = sys.stdin.isatty()
@@ -206,7 +206,7 @@ class _Apply(_Controller):
                         wrong = _differing(shown, load)
         if wrong:
             raise InputError(f"{client.host}: sent, but the controller shows {wrong}: is it in remote control?")
-        if not quiet():
+        if not self.quiet:
             print("The controller shows this payload now.")
         return True
 

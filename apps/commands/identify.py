@@ -23,14 +23,13 @@ from ..report.sections.robot import gains_report, robot_report, rollout_report
 from ..rollout import HORIZONS, Predict, mujoco_arm, roll_out_all
 from . import options, values
 from .entry import SETTING, note, status
-from .values import HeldOutFiles, Reads, Share, different, number, numbers, where, word
+from .values import HeldOutFiles, Reads, Share, different, number, numbers, where, with_sigma, word
 
 _seconds = where(
     numbers,
     lambda times: min(times) > 0.0 and different(times),
     "a list of different times in seconds such as 0.1,0.5,1",
 )
-_masses = word(values.with_sigma, "KG[,KG..][+-KG]")
 _TWO = word(partial(numbers, count=2), "LOW HIGH", 2)
 _POSSIBLE = Parameter(group=Group("a robot that can exist", "Beside the free estimate."))
 
@@ -126,7 +125,8 @@ class _Identify(options.PageOptions, options.ProcessingOptions, options.GainOpti
             return None
 
 
-class _Rollout(options.PageOptions, options.FilterOptions):
+class _Rollout(options.PageOptions, options.ProcessingOptions):
+    equation_rate: Annotated[None, Parameter(parse=False)] = None
     robot_parameters: values.RobotParametersFile
     """The --json of 'dynident identify'."""
     data: HeldOutFiles
@@ -157,7 +157,7 @@ class _Gains(options.PageOptions, options.ProcessingOptions):
     """Recording of currents without the payload; repeatable."""
     loaded: values.LoadedFiles
     """Recording of currents with the payload; repeatable."""
-    mass: Annotated[tuple[tuple[float, ...], float | None] | None, _masses] = None
+    mass: Annotated[tuple[tuple[float, ...], float | None] | None, word(with_sigma, "KG[,KG..][+-KG]")] = None
     """Mass of the payload, +- its standard deviation (default: 0); with several weights, one per --loaded."""
     payload: values.PayloadFile | None = None
     """File with mass, com and inertia_com, as far as known, instead of --mass."""

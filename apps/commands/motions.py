@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal, NamedTuple
 
@@ -59,7 +58,6 @@ def _region(text: str) -> tuple[tuple[float, ...], bool]:
 
 
 _Level = float | tuple[float, ...]
-_torques = word(partial(values.numbers_or, "none"), "T|T1,T2,..")
 _Rate = Annotated[float, word(positive_number, "HZ")]
 
 
@@ -155,7 +153,7 @@ class LimitOptions(RehearsedRobotOptions, group=LIMITS):
     """Fraction of the speed limits to use (default: 1)."""
     acceleration: Annotated[_Level | None, word(_acceleration, "A|A1,A2,.."), SETTING] = None
     """Acceleration limits [deg/s² or m/s²], or 3x: three times the speed limit per second."""
-    torque_limits: Annotated[str | tuple[float, ...] | None, _torques] = None
+    torque_limits: Annotated[tuple[float, ...] | str | None, values.numbers_or("none", "T|T1,T2,..")] = None
     """Torque limits [N·m or N], or none to ignore even those of the robot's file."""
     robot_parameters: values.RobotParametersFile | None = None
     """The --json file of 'dynident identify', for torques and relative sigma."""

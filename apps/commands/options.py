@@ -21,12 +21,13 @@ from ...common.progress import Progress, each
 from ...common.schema import json_text, write_json
 from .. import logs, results
 from .. import view as views
+from ..logs.map import COMMAND_LINE
 from ..numbers import placed
-from ..report.blocks import Notes, Report
+from ..report.blocks import Report
 from ..report.page import page_html, write_plots
-from ..report.terminal import print_blocks, print_report
+from ..report.terminal import print_report
 from . import values
-from .entry import CALL, FILES, KNOWN, LOGS, SETTING, Options, about, note, quiet, status
+from .entry import CALL, FILES, KNOWN, LOGS, SETTING, Options, about, note, status
 from .values import Reads, numbers, texts, word
 
 _FROM_ROBOT = "These are the errors with which the robot was identified; the drives are the same."
@@ -34,38 +35,28 @@ _INSTEAD = (
     "The robot was identified with another uncertainty of the gains; the one given now is used for both, as the "
     "drives are the same."
 )
-_given_or_file = word(partial(values.numbers_or, ".json"), "K|K1,K2,..|JSON")
+_given_or_file = values.numbers_or(".json", "K|K1,K2,..|JSON")
 _BOX, _CENTRED, _ERRORS = "X0,X1,Y0,Y1,Z0,Z1", "X,Y,Z,A,B,C", "2%|S1,S2,..%|common=1%"
 _box = word(partial(numbers, count=6, layout=f"{_BOX} [m]"), _BOX)
 _ellipsoid = word(partial(numbers, count=6, layout=f"{_CENTRED} [m]"), _CENTRED)
 
 
-class ArmOptions(Options):
-    """A robot by its name or file, for commands in which gravity does not count."""
+class RobotOptions(Options):
+    """A robot by its name or file, and how it is mounted."""
 
     robot: values.RobotFile
     """An included robot ('dynident robot list'), a TOML, URDF or xacro file, or a name of robot_descriptions."""
     chain: Annotated[tuple[str | None, str | None] | None, word(values.chain, "BASE:TIP"), SETTING] = None
     """URDF: first and last link of the arm; either may be omitted (default: the root, the only end)."""
-
-    def load(self) -> model.Robot:
-        """The robot, with a note for each angle that was taken as a right one."""
-        robot = model.load_robot(self.robot, *(self.chain or (None, None)))
-        for angle in robot.snapped:
-            note(f"{self.robot}: {angle}")
-        return robot
-
-
-class RobotOptions(ArmOptions):
-    """A robot and how it is mounted."""
-
     mount: Annotated[tuple[str, tuple[float, float, float]] | None, word(values.mount, "HOW")] = None
     """floor, wall (base x axis down), ceiling, ROLL,PITCH,YAW of the base in degrees, or gravity=X,Y,Z in
     its frame [m/s^2]."""
 
     def load(self) -> model.Robot:
-        """The robot as it is mounted."""
-        robot = super().load()
+        """The robot as it is mounted, with a note for each angle that was taken as a right one."""
+        robot = model.load_robot(self.robot, *(self.chain or (None, None)))
+        for angle in robot.snapped:
+            note(f"{self.robot}: {angle}")
         if self.mount is None:
             return robot
         kind, turned = self.mount
@@ -160,8 +151,6 @@ class LogOptions(Options, group=LOGS):
 
     def how(self) -> logs.LogMap:
         """The map of ``--log-map`` with what the other options change."""
-        from ..logs.map import COMMAND_LINE
-
         log_map = logs.read_log_map(self.log_map) if self.log_map else logs.LogMap(source=COMMAND_LINE)
         return logs.with_flags(log_map, self.joints, self.units, self.signs, self.topic)
 
@@ -180,13 +169,15 @@ class LogOptions(Options, group=LOGS):
         return tuple(stored.drive_gains.values.tolist()), stored.errors
 
 
-class FilterOptions(LogOptions, RobotOptions, group=LOGS):
-    """Logs, their filtering, and the structure of the model."""
+class ProcessingOptions(LogOptions, RobotOptions, group=LOGS):
+    """Logs, their filtering and decimation, and the structure of the model."""
 
     rate: Annotated[values.Hertz | None, SETTING] = None
     """Even rate to which recordings are resampled."""
     cutoff: values.Hertz | None = None
     """Cut-off frequency of the low-pass filter on positions and speeds."""
+    equation_rate: Annotated[values.Hertz | None, SETTING] = None
+    """Approximate rate to which the equations are decimated."""
     offsets: Annotated[bool | None, Parameter(metavar="true|false"), SETTING] = None
     """Whether each joint has a constant torque offset (default: as in the robot's file)."""
     coulomb: Annotated[Literal["sum", "paper"] | None, Parameter(metavar="sum|paper"), SETTING] = None
@@ -211,13 +202,6 @@ class FilterOptions(LogOptions, RobotOptions, group=LOGS):
         with about(*(self.shown(name) for name in changed if name != "decimate")):
             processing = replace(robot.processing, **changed)
         return Setup(robot, processing, gains, identified, self.how())
-
-
-class ProcessingOptions(FilterOptions, group=LOGS):
-    """Settings of filtering and of decimation, for commands that build equations of fewer rows."""
-
-    equation_rate: Annotated[values.Hertz | None, SETTING] = None
-    """Approximate rate to which the equations are decimated."""
 
 
 class KnowledgeOptions(Options, group=KNOWN):
@@ -289,12 +273,6 @@ class GainOptions(Options, group=LOGS):
         return structs.replace(gains, recordings=source.recordings, mass=source.mass, notes=notes)
 
 
-def print_lines(*lines: str) -> None:
-    """Print lines no wider than the terminal, unless the run is quiet."""
-    if not quiet():
-        print_blocks([Notes(lines)])
-
-
 class ResultOptions(Options, group=FILES):
     """The result as JSON."""
 
@@ -315,7 +293,7 @@ class ResultOptions(Options, group=FILES):
 
     def show(self, shown: Report) -> None:
         """Print the screen, or all of it; beside standard output where that takes the JSON."""
-        if not quiet():
+        if not self.quiet:
             print_report(shown, self.details, sys.stderr if self.json == "-" else None)
 
     def write(self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str]) -> None:

@@ -25,9 +25,9 @@ from ..report.sections.check import readings_agree, readings_report
 from ..report.sections.robot import base_description, robot_description
 from ..report.terminal import print_blocks
 from . import values
-from .entry import SETTING, Options, about, note, quiet, status, withheld
+from .entry import SETTING, Options, about, note, status, withheld
 from .motions import in_si
-from .options import FilterOptions, FramedRobotOptions, PageOptions, RobotOptions, ViewOptions, print_lines
+from .options import FramedRobotOptions, PageOptions, ProcessingOptions, RobotOptions, ViewOptions
 from .values import NewDrawing, NewFile, Positions, Reads, checked, number, numbers, positive_number, texts, word
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -58,7 +58,7 @@ class _Show(ViewOptions, FramedRobotOptions):
             q = in_si(at, robot)[None]
         print_blocks(base_description(robot) if self.base else robot_description(model.stand_in.rehearsed(robot)))
         if self.drawing:
-            draw(robot, self.drawing, at)
+            self.tell(draw(robot, self.drawing, at))
         still = model.Motion(np.zeros(1), q, np.zeros_like(q), np.zeros_like(q))
         self.write_view(lambda: views.view_of(robot, still))
 
@@ -159,11 +159,11 @@ class _New(Options):
             raise InputError(f"{out}: is there already: give another --out, or --overwrite")
         write_text(out, text)
         if self.template:
-            print_lines(f"Written: {out}. Fill it in, then: dynident robot show --robot {out}")
+            self.tell(f"Written: {out}. Fill it in, then: dynident robot show --robot {out}")
             return
         print_blocks(robot_description(robot))
-        draw(robot, self.drawing or str(out.with_suffix(".svg")), drawn_at)
-        print_lines(
+        self.tell(draw(robot, self.drawing or str(out.with_suffix(".svg")), drawn_at))
+        self.tell(
             f"Written: {out}. Compare the drawing with the data sheet before you use it. What else is known goes "
             "into the file: title, source, joint_names, .. as 'dynident robot new --template' shows them."
         )
@@ -207,16 +207,17 @@ class _New(Options):
         return robot, drawn_at
 
 
-def draw(robot: model.Robot, path: str, at: tuple[float, ...]) -> None:
-    """Write the drawing of a robot at positions in degrees and metres, and say so."""
+def draw(robot: model.Robot, path: str, at: tuple[float, ...]) -> str:
+    """Write the drawing of a robot at positions in degrees and metres, and tell where."""
     shown = ", ".join(f"{x:g}" for x in at)
     save_drawing(path, robot, in_si(at, robot).tolist(), f"{robot.title or robot.name} at {shown} (degrees, m)")
-    print_lines(f"Drawn at {shown}: {path}")
+    return f"Drawn at {shown}: {path}"
 
 
-class _Check(PageOptions, FilterOptions):
+class _Check(PageOptions, ProcessingOptions):
     data: values.DataFiles
     """Recording without payload."""
+    equation_rate: Annotated[None, Parameter(parse=False)] = None
     plots: Annotated[None, Parameter(parse=False)] = None
 
     def __call__(self) -> bool:
@@ -280,7 +281,7 @@ class _Export(RobotOptions):
             text, more = into(self.to, self.into, whole, form.head(form, whole))
             write_text(self.out, text)
             notes += more
-        print_lines(f"{self.out}: {whole.source}. Prior: {whole.prior}.", *(f"  {line}" for line in notes))
+        self.tell(f"{self.out}: {whole.source}. Prior: {whole.prior}.", *(f"  {line}" for line in notes))
         return True
 
 
@@ -302,5 +303,5 @@ class _Codegen(RobotOptions):
         for path in (
             (model.generate_numpy(arm, out),) if function is None else model.generate_code(arm, function, out)
         ):
-            if not quiet():
+            if not self.quiet:
                 print(printable(str(path)))

@@ -23,7 +23,6 @@ from ...common.progress import Progress, silent
 from ...common.schema import write_json
 from .. import logs
 from .. import view as views
-from ..logs.map import LogMap
 from ..recordings import SIMULATED, write_recording, write_truth
 from ..report.blocks import Notes
 from ..report.figures.canvas import save_figure
@@ -32,10 +31,8 @@ from ..report.sections.robot import assumed_notes, robot_section
 from . import values
 from .entry import SETTING, status
 from .motions import RehearsedRobotOptions
-from .options import PageOptions, Setup, ViewOptions, print_lines
+from .options import PageOptions, Setup, ViewOptions
 from .values import Count, NewFolder, PayloadFile, Reads, Seed, Share, number, share, where, word
-
-_Trajectory = Annotated[str, Reads("trajectories"), Parameter(metavar="CSV")]
 
 _SHARE = 0.08
 _RATE = word(where(number, lambda rate: 20.0 <= rate <= 1e4, "a rate from 20 to 10000 Hz"), "HZ")
@@ -58,7 +55,7 @@ As in the paper it is a known torque: the simulation applies it, identification 
 
 
 class _Simulate(ViewOptions, RehearsedRobotOptions):
-    trajectory: tuple[_Trajectory, ...] = ()
+    trajectory: tuple[Annotated[str, Reads("trajectories"), Parameter(metavar="CSV")], ...] = ()
     """Motion to run (t,q1..[,qd1..[,qdd1..]]); repeatable (default: one through 16 random points)."""
     payload: PayloadFile | None = None
     """Payload with which each motion is run as well."""
@@ -125,7 +122,7 @@ class _Simulate(ViewOptions, RehearsedRobotOptions):
             lines.append(f"{folder / name}: {run.exact.motion.t[-1]:.1f} s, {strayed}")
         write_truth(folder / "truth.toml", experiment, controller, names)
         lines.append(f"{folder / 'truth.toml'}: the true parameters")
-        print_lines(*lines, *assumed_notes(experiment.robot, *SIMULATED))
+        self.tell(*lines, *assumed_notes(experiment.robot, *SIMULATED))
 
         shown = (np.column_stack([payload.com] * 2), payload) if payload is not None else None  # known exactly
         self.write_view(lambda: views.view_of(robot, experiment.runs[-1].exact.motion, payload=shown))
@@ -245,7 +242,7 @@ class _Demo(PageOptions):
         )
         first = [Notes([head]), *shown.first, Notes([f"Written: {', '.join(map(str, written))}"])]
         shown = replace(shown, first=first, sections=[*shown.sections, robot_section(robot.result)])
-        setup = Setup(arm, arm.processing, None, None, LogMap(source="simulated"))
+        setup = Setup(arm, arm.processing, None, None, logs.LogMap(source="simulated"))
         simulated = {
             "recordings": f"simulated: {len(experiment.runs)} runs, the last trajectory held out",
             "seed": str(experiment.seed),

@@ -94,11 +94,6 @@ def each_joint(given: tuple[float, ...], count: int, option: str) -> tuple[float
     return given * count if len(given) == 1 else given
 
 
-def numbers_or(ending: str, text: str) -> tuple[float, ...] | str:
-    """A text of this ending as it stands; or numbers separated by commas."""
-    return text if text.lower().endswith(ending) else numbers(text)
-
-
 def texts(text: str) -> tuple[str, ...]:
     """Texts separated by commas."""
     return tuple(part.strip() for part in text.split(","))
@@ -224,6 +219,11 @@ def word(read: Callable[[str], Any], metavar: str, count: int | None = 1) -> Par
     return Parameter(
         converter=converted, n_tokens=count or 1, metavar=metavar, accepts_keys=False, allow_leading_hyphen=True
     )
+
+
+def numbers_or(ending: str, metavar: str) -> Parameter:
+    """A text of this ending as it stands; or numbers separated by commas."""
+    return word(lambda text: text if text.lower().endswith(ending) else numbers(text), metavar)
 
 
 Hertz = Annotated[float, word(number, "HZ")]
