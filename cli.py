@@ -11,12 +11,13 @@ import sys
 import warnings
 from collections.abc import Sequence
 from contextlib import suppress
-from importlib import import_module
+from contextvars import copy_context
 from types import FrameType
-from typing import Any
 
-from .apps.commands import BAD_INPUT, BROKEN_PIPE, INTERRUPTED
+from .apps.commands import BAD_INPUT, BROKEN_PIPE, INTERNAL_ERROR, INTERRUPTED
 from .common.errors import InputError, one_line
+
+_TOLD = 200  # letters of a fault that are shown; the file has all
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -50,7 +51,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except Exception as fault:  # the one place that catches everything: a fault of ours is no answer
         if pressed:  # compiled code took the interruption, and gave back nothing
             return _interrupted(True)
-        return int(_commands("progress").report_fault(fault, words))
+        return _reported(fault, words)
 
 
 def _run(words: tuple[str, ...]) -> int:
@@ -70,12 +71,32 @@ def _run(words: tuple[str, ...]) -> int:
         warnings.showwarning = lambda message, *_, **__: print(
             f"dynident: note: {one_line(str(message))}", file=sys.stderr
         )
-        return int(_commands("entry").run(words))
+        from .apps.commands.entry import run  # which costs nothing until it is needed
+
+        return copy_context().run(run, words)
 
 
-def _commands(name: str) -> Any:
-    """A module of the commands, which costs nothing until it is needed."""
-    return import_module(f".apps.commands.{name}", __package__)
+def _reported(fault: Exception, words: tuple[str, ...]) -> int:
+    """Say in a line that a command line met an internal error, with its details in a file."""
+    import shlex
+    import tempfile
+    import traceback
+
+    from .common.versions import versions
+
+    numbers = (f"{name.lower()} {number}" for name, number in versions().items())
+    details = [f"dynident {shlex.join(words)}", *numbers, "", *traceback.format_exception(fault)]
+    try:
+        with tempfile.NamedTemporaryFile(
+            "w", prefix="dynident-fault-", suffix=".txt", delete=False, encoding="utf-8", errors="replace"
+        ) as file:
+            file.write("\n".join(details))
+        where = f"with {file.name}"
+    except OSError as error:
+        where = f"(its details could not be written: {error.strerror})"
+    message = one_line(f"{type(fault).__name__}: {fault}")[:_TOLD]
+    print(f"dynident: internal error, please report {where}: {message}", file=sys.stderr)
+    return INTERNAL_ERROR
 
 
 def _interrupted(pressed: bool) -> int:

@@ -1,21 +1,27 @@
-"""Results that runs leave in files for others: robots, gains, payloads, equations and the information in them."""
+"""Results that runs leave in files for others: robots, gains, payloads, equations, what a next motion knows."""
 
 import io
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ..common.arrays import Array
 from ..common.errors import InputError
 from ..common.files import write_bytes
 from ..common.linear import is_covariance
-from ..common.schema import WrongKeyError, naming, read_json
+from ..common.schema import WrongKeyError, naming, present, read_json
 from ..estimation.answers.system import ObservationSystem
+from ..estimation.equations.equations import PAYLOAD, Equations, triangular
 from ..estimation.results.payload import PayloadResult
 from ..estimation.results.robot import GainsResult, RobotResult
+from ..trajectories import INDEPENDENT, Earlier
+from ..trajectories.design.goal import MEMORY
 
 _OF_GAINS = "give the file that --json of 'dynident gains' wrote"
 _OF_ROBOT = "give the file that --json of 'dynident identify' wrote"
+_OF_BOTH = "give the --json of 'dynident identify', or of 'dynident payload --unloaded'"
 
 
 def read_stored_payload(path: str | Path) -> PayloadResult:
@@ -67,3 +73,72 @@ def write_npz(path: str | Path, system: ObservationSystem) -> None:
     content = io.BytesIO()
     np.savez_compressed(content, **arrays)
     write_bytes(path, content.getvalue())
+
+
+def shown_noise(path: str | Path) -> tuple[Array, float]:
+    """Torque errors of an earlier recording, what their memory adds included.
+
+    Of a JSON of ``dynident identify`` or ``payload``, or the NPZ of their ``--npz``, whose memory is not known: the
+    standard deviation of each joint [N·m or N], shape (n,), and independent samples a second [Hz].
+    """
+    if _is_npz(path):
+        Equations.load(path)
+        with np.load(path, allow_pickle=False) as data:
+            if "weights" not in data:
+                raise InputError(f"{path}: has no weights: give --torque-noise, or --like JSON")
+            return MEMORY / np.asarray(data["weights"]), INDEPENDENT
+    if read_json(path, dict[str, Any], _OF_BOTH).get("kind") == "payload":
+        shown = present(read_stored_payload(path).data)
+        sigma, rate = (present(shown.torque_noise), present(shown.independent)) if shown else (None, None)
+        if sigma is None or rate is None:
+            raise InputError(f"{path}: has no torque noise of recordings without payload: {_OF_BOTH}")
+        return np.asarray(sigma), rate
+    own = read_stored_robot(path).data
+    sigma, rate = present(own.torque_noise), present(own.independent)
+    if sigma is None or rate is None:  # without robust standard deviations
+        return MEMORY / np.asarray(own.weights), INDEPENDENT
+    return np.asarray(sigma), rate
+
+
+def read_earlier(paths: Sequence[str | Path], noise: Array | None, payload: Sequence[str] = ()) -> Earlier:
+    """Read R of the observation matrix, rows counted as often as their noise is independent.
+
+    Args:
+        paths: NPZ of ``--npz`` of ``dynident identify`` or ``payload``, or JSON of ``identify --json``.
+        noise: torque noise per joint that rows are divided by [N·m or N], shape (n,); None for rows as they are.
+        payload: how the ten of a payload are called, all other parameters being known; empty for all parameters.
+
+    Raises:
+        InputError: if a file does not fit, or a JSON is asked for rows without weights.
+    """
+    columns, rows = tuple[str, ...](), []
+    for path in paths:
+        if _is_npz(path):
+            problem = Equations.load(path)
+            if noise is not None and len(noise) != len(problem.factors):
+                raise InputError(f"{path}: is of a robot with {len(problem.factors)} joints, not {len(noise)}")
+            names = problem.columns
+            factor = np.sqrt(problem.independent) * problem.stacked(None if noise is None else 1.0 / noise)[:, :-1]
+        elif noise is None:
+            fault = "a covariance holds no unweighted rows, which condition numbers need"
+            raise InputError(f"{path}: {fault}: give the --npz of 'dynident identify'")
+        else:
+            estimate = read_stored_robot(path).estimate
+            names = estimate.names
+            try:
+                factor = np.linalg.inv(np.linalg.cholesky(estimate.covariance))
+            except np.linalg.LinAlgError:
+                raise InputError(f"{path}: the covariance is not positive definite") from None
+        columns = columns or names
+        if set(names) != set(columns):
+            raise InputError(f"{path}: has other columns than {paths[0]}: give files of one model")
+        if payload and not {*PAYLOAD} <= {*columns}:
+            raise InputError("earlier recordings have no payload: give the --npz of 'dynident payload', or none")
+        rows.append(triangular(factor[:, [names.index(name) for name in (PAYLOAD if payload else columns)]]))
+    return Earlier(tuple(payload) or columns, np.vstack(rows))
+
+
+def _is_npz(path: str | Path) -> bool:
+    if not Path(path).is_file():
+        raise InputError(f"{path}: no such file")
+    return Path(path).suffix.lower() == ".npz"

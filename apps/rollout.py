@@ -8,6 +8,7 @@ model could do better, and the replay under a controller decides.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import casadi as ca
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from ..common.arrays import Array
 from ..common.errors import InputError
-from ..common.progress import Progress, each
+from ..common.progress import each
 from ..estimation.fit.settings import DEFAULTS, Settings
 from ..estimation.results.parts import Horizon, Rollout
 from ..estimation.signals.filtering import lowpass, measurement, slopes
@@ -79,6 +80,8 @@ class IdentifiedArm:
 
     def _run(self, q: Array, qd: Array, path: Array, step: float, inertia: Array) -> tuple[Array, Array]:
         """``path``: positions, speeds, torques beside the controller's, S x K x 3 n; no inertia, no controller."""
+        from scipy.interpolate import CubicHermiteSpline, make_interp_spline
+
         count, n, samples = self._steps(q, inertia, step), self.robot.n, path.shape[1]
         settings = np.concatenate([[step / count, 0.5 * _BANDWIDTH, 2.0 * _BANDWIDTH, 0.0], inertia, np.zeros(n)])
         positions, torques = (np.empty((len(q), samples, n)) for _ in range(2))
@@ -86,7 +89,14 @@ class IdentifiedArm:
         with np.errstate(all="ignore"):  # a start that diverges ends as nan and is counted as such
             for k in range(0, samples, _AT_ONCE):
                 part = np.arange(k, min(k + _AT_ONCE, samples))
-                halves = _half_steps(path[:, [*part, min(part[-1] + 1, samples - 1)]], 2 * count, step)
+                # Torques are linear between samples; positions and speeds follow Hermite's cubic: a controller as
+                # stiff as this would feel the corners of a path made of straight lines.
+                sampled = path[:, [*part, min(part[-1] + 1, samples - 1)]].swapaxes(0, 1)
+                q_path, qd_path, torque = np.split(sampled, 3, axis=2)
+                t = np.arange(len(sampled))
+                fine = np.linspace(0.0, t[-1], 2 * count * t[-1] + 1)  # half steps
+                along, driven = CubicHermiteSpline(t, q_path, step * qd_path), make_interp_spline(t, torque, 1)
+                halves = np.concatenate([along(fine), along(fine, 1) / step, driven(fine)], axis=2)
                 wanted = (halves[h : len(halves) - 2 + h : 2] for h in range(3))
                 out = self._step.chain(x, *wanted, self._chi, self._level, settings).swapaxes(1, 2)
                 states = np.concatenate([x[None], out[:, :, : 3 * n]])
@@ -134,20 +144,6 @@ class IdentifiedArm:
         return mobilities
 
 
-def _half_steps(path: Array, count: int, step: float) -> Array:
-    """A path of M + 1 samples, S x (M + 1) x 3 n, ``count`` times a sample and at the end: (M count + 1) x S x 3 n.
-
-    Torques are linear; positions and speeds follow Hermite's cubic: a controller as stiff as this would feel the
-    corners of a path made of straight lines.
-    """
-    from scipy.interpolate import CubicHermiteSpline, make_interp_spline
-
-    q, qd, torque = np.split(path.swapaxes(0, 1), 3, axis=2)
-    t = np.arange(len(q))
-    fine, along = np.linspace(0.0, t[-1], count * t[-1] + 1), CubicHermiteSpline(t, q, step * qd)
-    return np.concatenate([along(fine), along(fine, 1) / step, make_interp_spline(t, torque, 1)(fine)], axis=2)
-
-
 def mujoco_arm(path: str | Path, robot: Robot) -> Predict:
     """Make a prediction by MJCF or URDF; the model's first n joints are taken for the robot's, in order."""
     mujoco, model = mujoco_model(path)
@@ -183,17 +179,12 @@ class Errors:
     by: Mapping[str, Array]  # model -> root mean square over the joints of each start at each time, S x K
     resting: NDArray[np.bool_]  # starts at which no joint moved, shape (S,)
 
-    def spread(self, model: str, seconds: float, resting: bool = False) -> tuple[float, float] | None:
-        """Error of a model after one of ``times``, median and 90 % of the starts; None without such starts."""
-        k = int(np.argmin(np.abs(self.times - seconds)))
-        errors = self.by[model][self.resting == resting, k]
-        ordered, last = np.sort(errors).tolist(), len(errors) - 1
-        return (ordered[int(0.5 * last)], ordered[int(0.9 * last)]) if ordered else None
-
-    def spreads(self, seconds: float, resting: bool) -> dict[str, tuple[float, float]] | None:
-        """Errors of every model by its name; None without such starts."""
-        every = {model: self.spread(model, seconds, resting) for model in self.by}
-        return {model: spread for model, spread in every.items() if spread is not None} or None
+    def spreads(self, seconds: float, resting: bool = False) -> dict[str, tuple[float, float]]:
+        """Errors by model after one of ``times``, median and 90 % of the starts; empty without such starts."""
+        k, starts = int(np.argmin(np.abs(self.times - seconds))), self.resting == resting
+        last = int(starts.sum()) - 1
+        ordered = {model: np.sort(errors[starts, k]).tolist() for model, errors in self.by.items() if last >= 0}
+        return {model: (errors[int(0.5 * last)], errors[int(0.9 * last)]) for model, errors in ordered.items()}
 
 
 def roll_out_all(
@@ -220,59 +211,58 @@ def roll_out_all(
         raise InputError(f"{len(values)} values for {len(base.columns)} base parameters: {advice}")
     arm = IdentifiedArm(robot, base, values)
     models, processing = {IDENTIFIED: arm.positions, **(others or {})}, settings.processing_of(robot)
-    return tuple(
-        _rolled(arm, recording, processing, horizons, models, settings.progress) for recording in recordings
-    )
-
-
-def _rolled(
-    arm: IdentifiedArm,
-    recording: Recording,
-    processing: Processing,
-    horizons: Sequence[float],
-    models: Mapping[str, Predict],
-    progress: Progress,
-) -> Rollout:
-    measured = measurement(recording, processing)
-    motion, step = measured.motion, float(measured.motion.t[1] - measured.motion.t[0])
-    duration = step * (len(motion.t) - 1)
-    lengths = [seconds for seconds in sorted(horizons) if seconds <= 0.5 * duration]
-    if not lengths:
-        fault = f"{duration:.3g} s are too short for a horizon of {min(horizons):g} s"
-        raise InputError(f"{recording.source}: {fault}: record at least twice the horizon")
-    count = round(lengths[-1] / step) + 1
-    curve = np.linspace(0.0, lengths[-1], _CURVE + 1)[1:]
-    samples = np.unique(np.clip(np.rint(np.concatenate([curve, lengths]) / step).astype(int), 1, count - 1))
-    # Away from the ends, which the filter does not get right.
-    size, cutoff = len(motion.t), processing.cutoff
-    edge = min(round(_SETTLING / cutoff / step), int(_LARGEST_END * size)) if cutoff else 0
-    last = size - count - edge
-    number = min(_STARTS, max(1, int((last - edge) * step / _APART)))
-    starts = np.linspace(edge, max(last, edge), number).astype(np.intp)
-    windows = starts[:, None] + np.arange(count)
-    q, qd, torque = motion.q[starts], motion.qd[starts], measured.torque[windows]
-    truth = motion.q[windows]
-    by = {}
-    for name, predict in each(list(models.items()), lambda entry: f"{recording.source}: {entry[0]}", progress):
-        by[name] = _rms(predict(q, qd, torque, step) - truth)[:, samples]
-    ahead = q[:, None] + qd[:, None] * (step * np.arange(count))[:, None]
-    by[CONSTANT] = _rms(ahead - truth)[:, samples]
-    resting = np.max(np.abs(qd), axis=1) < processing.still_speed
-    progress(f"{recording.source}: growth of errors, replay")
-    growth = _growth(arm, q, qd, torque, step)
-    relative, joints, strayed = _replay(arm, measured, processing, recording.source)
-    errors = Errors(all(joint.revolute for joint in arm.robot.joints), step * samples, by, resting)
-    return Rollout(
-        source=recording.source,
-        starts_in_motion=int((~resting).sum()),
-        starts_at_rest=int(resting.sum()),
-        diverged=int((~np.isfinite(by[IDENTIFIED][:, -1])).sum()),
-        horizons=tuple(Horizon(t, errors.spreads(t, False), errors.spreads(t, True)) for t in lengths),
-        growth=growth,
-        replay_relative=relative,
-        replay_joints=joints,
-        replay_strayed=strayed,
-    ).made_by(errors)
+    rollouts = []
+    for recording in recordings:
+        measured = measurement(recording, processing)
+        motion, step = measured.motion, float(measured.motion.t[1] - measured.motion.t[0])
+        duration = step * (len(motion.t) - 1)
+        lengths = [seconds for seconds in sorted(horizons) if seconds <= 0.5 * duration]
+        if not lengths:
+            fault = f"{duration:.3g} s are too short for a horizon of {min(horizons):g} s"
+            raise InputError(f"{recording.source}: {fault}: record at least twice the horizon")
+        count = round(lengths[-1] / step) + 1
+        curve = np.linspace(0.0, lengths[-1], _CURVE + 1)[1:]
+        samples = np.unique(np.clip(np.rint(np.concatenate([curve, lengths]) / step).astype(int), 1, count - 1))
+        # Away from the ends, which the filter does not get right.
+        size, cutoff = len(motion.t), processing.cutoff
+        edge = min(round(_SETTLING / cutoff / step), int(_LARGEST_END * size)) if cutoff else 0
+        last = size - count - edge
+        number = min(_STARTS, max(1, int((last - edge) * step / _APART)))
+        starts = np.linspace(edge, max(last, edge), number).astype(np.intp)
+        windows = starts[:, None] + np.arange(count)
+        q, qd, torque = motion.q[starts], motion.qd[starts], measured.torque[windows]
+        truth = motion.q[windows]
+        by = {}
+        label = partial("{}: {}".format, recording.source)
+        for name in each(list(models), label, settings.progress):
+            by[name] = _rms(models[name](q, qd, torque, step) - truth)[:, samples]
+        ahead = q[:, None] + qd[:, None] * (step * np.arange(count))[:, None]
+        by[CONSTANT] = _rms(ahead - truth)[:, samples]
+        resting = np.max(np.abs(qd), axis=1) < processing.still_speed
+        settings.progress(f"{recording.source}: growth of errors, replay")
+        growth, until = float("nan"), round(GROWTH_TIME / step) + 1
+        if until <= count:  # the direction of the error is drawn, its seed fixed
+            nudge = np.random.default_rng(0).standard_normal(q.shape)
+            nudge *= _NUDGE / np.linalg.norm(nudge, axis=1, keepdims=True)
+            ends = [arm.positions(start, qd, torque[:, :until], step)[:, -1] for start in (q, q + nudge)]
+            with np.errstate(all="ignore"):
+                grown = np.linalg.norm(ends[1] - ends[0], axis=1) / _NUDGE
+            growth = float(np.median(np.where(np.isfinite(grown), grown, np.inf)))
+        relative, joints, strayed = _replay(arm, measured, processing, recording.source)
+        errors = Errors(all(joint.revolute for joint in arm.robot.joints), step * samples, by, resting)
+        told = Rollout(
+            source=recording.source,
+            starts_in_motion=int((~resting).sum()),
+            starts_at_rest=int(resting.sum()),
+            diverged=int((~np.isfinite(by[IDENTIFIED][:, -1])).sum()),
+            horizons=tuple(Horizon(t, errors.spreads(t) or None, errors.spreads(t, True) or None) for t in lengths),
+            growth=growth,
+            replay_relative=relative,
+            replay_joints=joints,
+            replay_strayed=strayed,
+        )
+        rollouts.append(told.made_by(errors))
+    return tuple(rollouts)
 
 
 def _rms(difference: Array) -> Array:
@@ -280,19 +270,6 @@ def _rms(difference: Array) -> Array:
     with np.errstate(all="ignore"):
         rms = np.sqrt(np.mean(np.square(difference), axis=2))
     return np.where(np.isfinite(rms), rms, np.inf)
-
-
-def _growth(arm: IdentifiedArm, q: Array, qd: Array, torque: Array, step: float) -> float:
-    """Factor by which an error of the start's positions grows; the error's direction is drawn, its seed fixed."""
-    count = round(GROWTH_TIME / step) + 1
-    if count > torque.shape[1]:
-        return float("nan")
-    nudge = np.random.default_rng(0).standard_normal(q.shape)
-    nudge *= _NUDGE / np.linalg.norm(nudge, axis=1, keepdims=True)
-    ends = [arm.positions(start, qd, torque[:, :count], step)[:, -1] for start in (q, q + nudge)]
-    with np.errstate(all="ignore"):
-        growth = np.linalg.norm(ends[1] - ends[0], axis=1) / _NUDGE
-    return float(np.median(np.where(np.isfinite(growth), growth, np.inf)))
 
 
 def _replay(

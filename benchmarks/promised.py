@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 from dynident import trajectories
-from dynident.apps.earlier import shown_noise
 from dynident.apps.report.documents import as_recorded, planned
+from dynident.apps.results import shown_noise
 from dynident.benchmarks.shared import options, show
 from dynident.common.arrays import Array
 from dynident.common.schema import write_json

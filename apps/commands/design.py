@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import field, replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
@@ -27,10 +27,10 @@ from ..logs.read import read_recording
 from ..report import documents
 from ..report.blocks import Report
 from ..report.sections import motion as sections
+from ..results import read_earlier
 from . import motions, values
-from .entry import MOTION, SEARCH, SETTING, Options, about, command
+from .entry import MOTION, SEARCH, SETTING, about, note, status
 from .options import PageOptions, ViewOptions
-from .progress import note, status
 from .values import Count, NewFile, Positions, Reads, Seconds, Seed, number, numbers, positive_number, whole, word
 
 _SEARCH = Parameter(group=SEARCH)
@@ -38,15 +38,77 @@ _REPLAY_RATE = 500.0  # Hz
 _PLANNED_RATE = 250.0  # Hz: at which a planned motion is looked at, at least
 _ZERO = 1e-9  # SI units: what standard parameters leave where they cancel
 
-_Planned = Annotated[
-    str, Reads("motion"), Parameter(metavar="LOG", help="A log, or a CSV of t, q and perhaps qd, qdd.")
-]
-_Pose = Annotated[tuple[float, ...] | str, word(partial(values.numbers_or, "auto"), "auto|Q1,Q2,..")]
 _APPROACH, _SLIDE = 3.0, 0.02  # deg, m
 _LEFT = 1.25  # of the mass expected: what runs of the ladder leave possible, and the motion bears at full speed
 
 
-class _Request(Options, group=MOTION):
+class _Learning(motions.GoalOptions, motions.LimitOptions, group=MOTION):
+    bound: Annotated[bool, SETTING] = False
+    """Estimate the best value that any motion could reach, and the gap to it."""
+
+    def request(
+        self,
+        limited: motions.Limited,
+        shape: trajectories.ViaPointShape | trajectories.FourierShape,
+        stood: Sequence[Array] = (),
+    ) -> tuple[trajectories.DesignProblem, dict[str, float], dict[str, str]]:
+        """The problem, values that sigma is relative to, labels of parameters; ``stood``: poses of the arm seen."""
+        robot, bounds, loads = limited
+        payload, base, labels = loads.heaviest, model.base_parameters(robot), dict[str, str]()
+        payload_only, identified = self.columns == ("payload",), loads.covariance is not None
+        known = dict(loads.parameters) if identified else {}
+        if payload_only:  # relative to the heaviest payload's parameters; a set has none
+            known = payload.named(str(robot.n)) if isinstance(payload, model.InertialParameters) else {}
+        else:
+            labels = dict(zip(base.columns, base.names, strict=True))
+            if not known and all(name in robot.parameters for name in base.standard):
+                known = dict(zip(base.columns, base.value(robot.parameters).tolist(), strict=True))
+        reference = {name: value for name, value in known.items() if abs(value) > _ZERO}
+        any_limit = bool(np.isfinite(bounds.torque).any())
+        if not any_limit and payload is not None and not payload_only:
+            raise InputError("--heaviest-payload counts in torque limits: give --torque-limits")
+        counting = any_limit and (identified or payload is not None or loads.margin > 0.0)
+        length = self.data_length
+        if self.data_from:
+            if isinstance(shape, trajectories.FourierShape):
+                length = length or shape.duration
+            elif shape.fixed is None:
+                length = length or shape.longest
+            else:
+                times = shape.fixed
+                length = length or (sum(times) if isinstance(times, tuple) else (shape.count - 1) * times)
+            if length is None:
+                raise InputError("--data-from needs data-length, a setting: how long will be recorded next?")
+        sigma, rate, words = self.noise(robot, bounds, earlier=next(iter(self.data_from), None))
+        noise = sigma if self.criterion in ("d", "a") else None
+        ten = model.regressors.payload_columns(robot) if payload_only else ()
+        goal = trajectories.Goal(
+            self.criterion,
+            columns=None if payload_only else self.columns,
+            payload_only=payload_only,
+            interest=self.parameters,
+            reference=reference if self.criterion == "a" else None,
+            noise=sigma,
+            rate=rate,
+            noise_from=words,
+            data_length=length,
+            earlier=read_earlier(self.data_from, noise, ten) if self.data_from else None,
+        )
+        return self.problem(limited, shape, goal, loads if counting else None, stood), reference, labels
+
+    def floor(self, problem: trajectories.DesignProblem, score: float, seed: int) -> trajectories.Floor | None:
+        """The floor under a motion's criterion, if it is asked for and not interrupted, which costs no motion."""
+        if not self.bound:
+            return None
+        try:
+            with status("estimating the floor"):
+                return trajectories.floor_under(problem, score, seed=seed)
+        except KeyboardInterrupt:
+            note("interrupted: the floor is not known")
+            return None
+
+
+class _Design(ViewOptions, motions.MotionFiles, _Learning, group=MOTION):
     belongs: ClassVar = {"ramp": ("segments", ("trapezoid",))}
     instead: ClassVar = {"via_points": "fourier"}
 
@@ -72,8 +134,29 @@ class _Request(Options, group=MOTION):
     """Seed of the random starts (default: 0)."""
     starts: Annotated[Count | None, Parameter(metavar="K"), _SEARCH] = None
     """Random starts (default: 6 by d and a, else 3)."""
-    bound: Annotated[bool, SETTING] = False
-    """Estimate the best value that any motion could reach, and the gap to it."""
+
+    def __call__(self) -> None:
+        limited = self.limited()
+        problem, reference, labels = self.request(limited, self.shape(limited))
+        robot, kind = problem.robot, problem.criterion.kind
+        self.check_robot(robot, not self.fourier)
+
+        def words(best: float | None) -> str:
+            text = None if best is None else sections.criterion_text(kind, best)
+            return f"; best: {text or 'no motion within the limits yet'}"
+
+        design = motions.best_motion(problem, self.seed, self.starts, words)
+        floor = self.floor(problem, design.score.value, self.seed)
+        judged = documents.JudgedMotion.of(design)._replace(reference=reference, labels=labels, floor=floor)
+        written = WrittenMotion(robot, design.plan, problem.bounds, design_head(design, judged.learnt))
+        if self.val3:  # what a controller would make of the via points if its profiles are trapezoidal
+            profile = val3_replay(self.asked(written)["val3"][1]).motion(_REPLAY_RATE)
+            judged = judged._replace(replay=trajectories.score_motion(problem, profile))
+        estimated = () if problem.payloads is not None else ("val3",)
+        self.check_replays(problem, written, *estimated)
+        self.give(sections.design_report(judged), lambda: documents.design_document(judged), {})
+        self.write_motion(written)
+        self.write_view(lambda: views.view_of(robot, judged.motion, problem=problem))
 
     def check(self) -> None:
         """Refuse options of the other shape."""
@@ -108,120 +191,33 @@ class _Request(Options, group=MOTION):
         )
 
 
-@command
-def run(
-    *,
-    arm: motions.RehearsedRobotOptions,
-    request: _Request,
-    goal: motions.GoalOptions,
-    limits: motions.LimitOptions,
-    files: motions.MotionFiles,
-    view: ViewOptions,
-) -> None:
-    """Run it."""
-    limited = limits.of(arm.load())
-    problem, reference, labels = build_request(limited, request.shape(limited), goal)
-    robot, kind = problem.robot, problem.criterion.kind
-    files.check_robot(robot, not request.fourier)
-
-    def words(best: float | None) -> str:
-        text = None if best is None else sections.criterion_text(kind, best)
-        return f"; best: {text or 'no motion within the limits yet'}"
-
-    design = motions.best_motion(problem, request.seed, request.starts, words)
-    floor = floor_of(problem, design.score.value, request.seed) if request.bound else None
-    judged = documents.JudgedMotion.of(design)._replace(reference=reference, labels=labels, floor=floor)
-    written = WrittenMotion(robot, design.plan, problem.bounds, design_head(design, judged.learnt))
-    if files.val3:  # what a controller would make of the via points if its profiles are trapezoidal
-        profile = val3_replay(files.asked(written)["val3"][1]).motion(_REPLAY_RATE)
-        judged = judged._replace(replay=trajectories.score_motion(problem, profile))
-    estimated = () if problem.payloads is not None else ("val3",)
-    files.check_replays(limits.whole(problem), written, *estimated)
-    files.give(sections.design_report(judged), lambda: documents.design_document(judged), {})
-    files.write(written)
-    view.write_view(lambda: views.view_of(robot, judged.motion, problem=problem))
-
-
-def build_request(
-    limited: motions.Limited,
-    shape: trajectories.ViaPointShape | trajectories.FourierShape,
-    goal: motions.GoalOptions,
-    stood: Sequence[Array] = (),
-) -> tuple[trajectories.DesignProblem, dict[str, float], dict[str, str]]:
-    """The problem, values that sigma is relative to, labels of parameters; ``stood``: poses the arm was seen in."""
-    robot, loads, payload = limited.robot, limited.loads, limited.loads.heaviest
-    base, labels = model.base_parameters(robot), dict[str, str]()
-    identified = loads.covariance is not None
-    known = dict(loads.parameters) if identified else {}
-    if goal.payload_only:  # relative to the heaviest payload's parameters; a set has none
-        known = payload.named(str(robot.n)) if isinstance(payload, model.InertialParameters) else {}
-    else:
-        labels = dict(zip(base.columns, base.names, strict=True))
-        if not known and all(name in robot.parameters for name in base.standard):
-            known = dict(zip(base.columns, base.value(robot.parameters).tolist(), strict=True))
-    reference = {name: value for name, value in known.items() if abs(value) > _ZERO}
-    if not limited.has_torque_limits and payload is not None and not goal.payload_only:
-        raise InputError("--heaviest-payload counts in torque limits: give --torque-limits")
-    counting = limited.has_torque_limits and (identified or payload is not None or loads.margin > 0.0)
-    if isinstance(shape, trajectories.FourierShape):
-        length: float | None = shape.duration
-    elif shape.fixed is None:
-        length = shape.longest
-    else:
-        length = sum(shape.fixed) if isinstance(shape.fixed, tuple) else (shape.count - 1) * shape.fixed
-    wanted = goal.goal(robot, limited.bounds, reference, length)
-    return limited.problem(shape, wanted, loads if counting else None, stood), reference, labels
-
-
-def floor_of(problem: trajectories.DesignProblem, score: float, seed: int) -> trajectories.Floor | None:
-    """The floor under a motion's criterion; None if it was interrupted, which costs no motion."""
-    try:
-        with status("estimating the floor"):
-            return trajectories.floor_under(problem, score, seed=seed)
-    except KeyboardInterrupt:
-        note("interrupted: the floor is not known")
-        return None
-
-
-class _Scored(Options, group=MOTION):
+class _Score(ViewOptions, PageOptions, _Learning, group=MOTION):
     needs: ClassVar = {"seed": ("bound",)}
 
+    data: Annotated[str, Reads("motion"), Parameter(metavar="LOG")] = field(kw_only=False)
+    """A log, or a CSV of t, q and perhaps qd, qdd."""
     log_map: values.LogMapFile | None = None
     """Columns, units and signs of the log."""
     cutoff: Annotated[float | None, word(positive_number, "HZ")] = None
     """Cut-off frequency of the low-pass filter on positions."""
     max_duration: Seconds | None = None
     """Longest duration."""
-    bound: Annotated[bool, SETTING] = False
-    """Estimate the best value that any motion could reach, and the gap to it."""
     seed: Annotated[Seed, SETTING] = 0
     """Seed of the random states of bound (default: 0)."""
 
-
-@command
-def run_score(
-    data: _Planned,
-    *,
-    arm: motions.RehearsedRobotOptions,
-    scored: _Scored,
-    goal: motions.GoalOptions,
-    limits: motions.LimitOptions,
-    files: PageOptions,
-    view: ViewOptions,
-) -> None:
-    """Run ``score``."""
-    shape = trajectories.ViaPointShape(longest=scored.max_duration)
-    limited = limits.of(arm.load())
-    motion, recorded, stood = _logged_motion(data, limited.robot, scored.log_map, scored.cutoff)
-    problem, reference, labels = build_request(limited, shape, goal, stood)
-    learnt = documents.as_recorded(problem, recorded)
-    score = trajectories.score_motion(problem, motion)
-    floor = floor_of(problem, score.value, scored.seed) if scored.bound else None
-    judged = documents.JudgedMotion(
-        f"Motion of {data}", score, motion, learnt, reference, labels, floor=floor, source=data
-    )
-    files.give(sections.design_report(judged), lambda: documents.design_document(judged), {})
-    view.write_view(lambda: views.view_of(problem.robot, motion, problem=problem))
+    def __call__(self) -> None:
+        shape = trajectories.ViaPointShape(longest=self.max_duration)
+        limited = self.limited()
+        motion, recorded, stood = _logged_motion(self.data, limited.robot, self.log_map, self.cutoff)
+        problem, reference, labels = self.request(limited, shape, stood)
+        learnt = documents.as_recorded(problem, recorded)
+        score = trajectories.score_motion(problem, motion)
+        floor = self.floor(problem, score.value, self.seed)
+        judged = documents.JudgedMotion(
+            f"Motion of {self.data}", score, motion, learnt, reference, labels, floor=floor, source=self.data
+        )
+        self.give(sections.design_report(judged), lambda: documents.design_document(judged), {})
+        self.write_view(lambda: views.view_of(problem.robot, motion, problem=problem))
 
 
 def _logged_motion(
@@ -247,15 +243,13 @@ def _logged_motion(
     return measured.motion, measured, [measured.motion.q] * measured_too
 
 
-class _Near(Options, group=MOTION):
-    """Pose, moving joints, ranges and time, and knowledge of the payload."""
-
+class _Near(ViewOptions, motions.MotionFiles, motions.NoiseOptions, group=MOTION):
     needs: ClassVar = dict.fromkeys(("poses", "hold", "approach"), ("static",))
     instead: ClassVar = dict.fromkeys(("second_pose", "duration", "ladder"), "static")
 
     pose: Positions
     """Pose of the arm [deg or m]."""
-    second_pose: _Pose | None = None
+    second_pose: Annotated[tuple[float, ...] | str | None, values.numbers_or("auto", "auto|Q1,Q2,..")] = None
     """Repeat the motion at another wrist pose outside the range: auto, or this pose."""
     joints: values.Joints
     """Joints that move, such as 2,3,5,6."""
@@ -279,6 +273,121 @@ class _Near(Options, group=MOTION):
     """Seed of the random starts (default: 0)."""
     starts: Annotated[Count | None, SETTING] = None
     """Random starts of the search (default: 1, with --static 6)."""
+    rehearsal: Annotated[NewFile | None, SETTING] = None
+    """File of the motion at a tenth of the speed; F_1.csv, .. with --ladder (default: beside --samples)."""
+
+    def __call__(self) -> None:
+        limited = self.limited()
+        robot, bounds, payload = limited.robot, limited.bounds, limited.loads.heaviest
+        self.check_robot(robot, self.static)
+        mass, scale = self.mass
+        if isinstance(payload, trajectories.PayloadSet) and mass > payload.mass:
+            if self.ladder or self.has("mass"):
+                raise InputError(
+                    f"{mass:g} kg are expected and --heaviest-payload allows {payload.mass:g}: give another "
+                    "--mass, or a heavier payload"
+                )
+            mass = payload.mass
+        expected = model.InertialParameters.from_com(mass, [0.0, 0.0, 0.1], 0.003 * mass * np.eye(3))
+        if self.static:
+            self.refuse("rehearsal", "has no effect with --static: run it at a low speed override first")
+        shape, goal, hint = self.shape(robot, bounds, expected)
+        visibility = shape.visibility(robot)
+        try:
+            trajectories.check_mass_visible(visibility, scale is not None, "near this pose")
+        except InputError:  # what joints show is printed all the same
+            self.show(Report("", [sections.visibility_table(visibility)]))
+            raise
+        heaviest, loads = payload, None
+        if self.ladder:
+            if not isinstance(payload, trajectories.PayloadSet):
+                raise InputError("--ladder needs --heaviest-payload and --within: what the first run must bear")
+            heaviest = payload.lighter(_LEFT * mass)
+        if limited.loads.parameters and np.isfinite(bounds.torque).any():
+            loads = replace(limited.loads, heaviest=heaviest or expected)
+        elif payload is not None or limited.loads.margin > 0.0:
+            option = "--heaviest-payload" if payload is not None else "torque-margin"
+            raise InputError(f"{option} needs --torque-limits, and --robot-parameters or --arm-mass")
+        else:  # torques cannot be computed
+            limited = limited._replace(bounds=replace(bounds, torque=np.full(robot.n, np.inf)))
+        problem = self.problem(limited, shape, goal, loads)
+        trajectories.check_held(problem, shape.poses)
+        design = motions.best_motion(problem, self.seed, self.starts or (None if self.static else 1))
+        samples = design.motion(documents.FIGURE_RATE)
+        if self.static:  # the search looks at poses on the way, not at the motion through them
+            run = trajectories.score_motion(problem, samples)
+            design = replace(design, score=replace(design.score, limits=run.limits, samples=run.samples))
+        ladder: tuple[trajectories.Rung, ...] = ()
+        if self.ladder:
+            assert isinstance(design.plan, trajectories.Fourier)
+            assert isinstance(payload, trajectories.PayloadSet)
+            with status("looking for the speeds of the ladder"):
+                ladder = trajectories.speed_ladder(
+                    lambda payloads: self.problem(limited, shape, goal, replace(limited.loads, heaviest=payloads)),
+                    payload,
+                    design.plan,
+                    mass,
+                    lambda run: goal.predicted(robot, run, self.joints).mass,
+                )
+        result = documents.NearResult(
+            design, shape, visibility, goal.predicted(robot, design.plan, shape.joints), ladder
+        )
+        hints = list[str]()
+        if hint is not None:
+            turns = enumerate(np.degrees(hint - result.poses[0]), 1)
+            joints = " and ".join(f"joint {j} by {turn:+.0f} deg" for j, turn in turns if abs(turn) > 1.0)
+            text = f"A second wrist pose ({joints}) would improve this: add --second-pose auto"
+            hints.append(f"{text} if the robot may go there.")
+        written = WrittenMotion(robot, design.plan, bounds, sections.near_head(result, 1.0))
+        self.check_replays(design.problem, written, "val3")
+        shown = sections.near_report(result, expected, hints, samples)
+        self.give(shown, lambda: documents.near_document(result), {})
+        self.write_motion(written)
+        self.write_rehearsals(result, written)
+        self.write_view(lambda: views.view_of(robot, samples, problem=design.problem))
+
+    def shape(
+        self, robot: model.Robot, bounds: trajectories.JointBounds, expected: model.InertialParameters
+    ) -> tuple[trajectories.NearShape | trajectories.StaticShape, trajectories.NearGoal, Array | None]:
+        """Shape of the motion, its goal, and a second pose that would help where none was asked for."""
+        joints, scale = self.joints, self.mass[1]
+        if self.static:  # within the range about the pose, or as far as the joints go
+            if self.torque_noise is not None and self.torque_noise[1] is not None:
+                raise InputError("--torque-noise: at rest each approach is one sample: omit @HZ")
+            sigma, _, source = self.noise(robot, bounds, trajectories.ASSUMED_STICTION)
+            moving = [joint - 1 for joint in joints]
+            usual = (_SLIDE if j < robot.n and not robot.joints[j].revolute else _APPROACH for j in moving)
+            approach = self.each(robot, "approach", self.approach or tuple(usual))
+            with about("--pose"):
+                pose = motions.in_si(self.pose, robot)
+                check_pose(pose, robot, bounds)
+            low, high = bounds.low[moving], bounds.high[moving]
+            if self.has("range"):
+                ranges = self.each(robot, "range", self.range)
+                low, high = np.maximum(low, pose[moving] - ranges), np.minimum(high, pose[moving] + ranges)
+            rest = trajectories.StaticShape(pose, joints, low, high, approach, self.poses, self.hold)
+            return rest, trajectories.NearGoal(sigma, 1.0 / self.hold, expected, scale, source), None
+        sigma, rate, source = self.noise(robot, bounds)
+        goal = trajectories.NearGoal(sigma, rate, expected, scale, source)
+        ranges = self.each(robot, "range", self.range)
+        with about("--pose"):
+            first = motions.in_si(self.pose, robot)
+            shape = trajectories.NearShape(first[None], joints, ranges, self.duration)
+            shape.check(robot, bounds)
+        if self.second_pose is None and scale is None and not shape.visibility(robot).mass_visible:
+            return shape, goal, None
+        if isinstance(self.second_pose, tuple):
+            second: Array | None = motions.in_si(self.second_pose, robot)
+        else:
+            second = trajectories.second_pose(robot, shape, goal, bounds, self.seed)
+        if self.second_pose is None:
+            return shape, goal, second
+        if second is None:
+            note("a second pose would hardly help: only one is used")
+            return shape, goal, None
+        shape = replace(shape, poses=np.array([first, second]))
+        shape.check(robot, bounds)
+        return shape, goal, None
 
     def each(self, robot: model.Robot, option: str, given: tuple[float, ...]) -> Array:
         """Numbers of an option for each moving joint [rad or m], where one may stand for all."""
@@ -296,20 +405,6 @@ class _Near(Options, group=MOTION):
         each = values.each_joint(given, len(turning), shown)
         return np.array([np.radians(x) if turns else x for x, turns in zip(each, turning, strict=True)])
 
-    @property
-    def expected(self) -> model.InertialParameters:
-        """About what the payload is."""
-        return model.InertialParameters.from_com(self.mass[0], [0.0, 0.0, 0.1], 0.003 * self.mass[0] * np.eye(3))
-
-
-class _NearFiles(motions.MotionFiles):
-    """Formats of the motion, and the file of its rehearsal."""
-
-    needs: ClassVar = {**motions.MotionFiles.needs, "sample_rate": ("samples", "ros2", "rehearsal")}
-
-    rehearsal: Annotated[NewFile | None, SETTING] = None
-    """File of the motion at a tenth of the speed; F_1.csv, .. with --ladder (default: beside --samples)."""
-
     def write_rehearsals(self, result: documents.NearResult, written: WrittenMotion) -> None:
         """Write slower runs of the motion: the rehearsal, or those of the ladder."""
         motion = result.design.plan
@@ -325,135 +420,3 @@ class _NearFiles(motions.MotionFiles):
             head = sections.near_head(result, speed)
             slow = replace(written, plan=motion.slowed(speed), head=head, rate=self.sample_rate)
             write_text(name, FORMATS["csv"].text(slow))
-
-
-@command
-def run_near(
-    *,
-    arm: motions.RehearsedRobotOptions,
-    options: _Near,
-    noise: motions.NoiseOptions,
-    limits: motions.LimitOptions,
-    files: _NearFiles,
-    view: ViewOptions,
-) -> None:
-    """Visibility first, then the design."""
-    robot = arm.load()
-    files.check_robot(robot, options.static)
-    limited = limits.of(robot)
-    robot, bounds, payload = limited.robot, limited.bounds, limited.loads.heaviest
-    if isinstance(payload, trajectories.PayloadSet) and options.mass[0] > payload.mass:
-        if options.ladder or options.has("mass"):
-            raise InputError(
-                f"{options.mass[0]:g} kg are expected and --heaviest-payload allows {payload.mass:g}: give another "
-                "--mass, or a heavier payload"
-            )
-        options = replace(options, mass=(payload.mass, None))
-    if options.static:
-        files.refuse("rehearsal", "has no effect with --static: run it at a low speed override first")
-    shape, goal, hint = _asked(options, noise, robot, bounds)
-    visibility = shape.visibility(robot)
-    try:
-        trajectories.check_mass_visible(visibility, options.mass[1] is not None, "near this pose")
-    except InputError:  # what joints show is printed all the same
-        files.show(Report("", [sections.visibility_table(visibility)]))
-        raise
-    loads = _loads(limited, options)
-    if loads is None:  # torques cannot be computed
-        limited = limited._replace(bounds=replace(bounds, torque=np.full(robot.n, np.inf)))
-    problem = limited.problem(shape, goal, loads)
-    trajectories.check_held(problem, shape.poses)
-    design = motions.best_motion(problem, options.seed, options.starts or (None if options.static else 1))
-    samples = design.motion(documents.FIGURE_RATE)
-    if options.static:  # the search looks at poses on the way, not at the motion through them
-        run = trajectories.score_motion(problem, samples)
-        design = replace(design, score=replace(design.score, limits=run.limits, samples=run.samples))
-    ladder: tuple[trajectories.Rung, ...] = ()
-    if options.ladder:
-        assert isinstance(design.plan, trajectories.Fourier)
-        assert isinstance(payload, trajectories.PayloadSet)
-        with status("looking for the speeds of the ladder"):
-            ladder = trajectories.speed_ladder(
-                lambda payloads: limited.problem(shape, goal, replace(limited.loads, heaviest=payloads)),
-                payload,
-                design.plan,
-                options.mass[0],
-                lambda run: goal.predicted(robot, run, options.joints).mass,
-            )
-    result = documents.NearResult(
-        design, shape, visibility, goal.predicted(robot, design.plan, shape.joints), ladder
-    )
-    hints = list[str]()
-    if hint is not None:
-        turns = enumerate(np.degrees(hint - result.poses[0]), 1)
-        joints = " and ".join(f"joint {j} by {turn:+.0f} deg" for j, turn in turns if abs(turn) > 1.0)
-        text = f"A second wrist pose ({joints}) would improve this: add --second-pose auto"
-        hints.append(f"{text} if the robot may go there.")
-    written = WrittenMotion(robot, design.plan, bounds, sections.near_head(result, 1.0))
-    files.check_replays(limits.whole(design.problem), written, "val3")
-    shown = sections.near_report(result, options.expected, hints, samples)
-    files.give(shown, lambda: documents.near_document(result), {})
-    files.write(written)
-    files.write_rehearsals(result, written)
-    view.write_view(lambda: views.view_of(robot, samples, problem=design.problem))
-
-
-def _asked(
-    options: _Near, noise: motions.NoiseOptions, robot: model.Robot, bounds: trajectories.JointBounds
-) -> tuple[trajectories.NearShape | trajectories.StaticShape, trajectories.NearGoal, Array | None]:
-    """Shape of the motion, its goal, and a second pose that would help where none was asked for."""
-    joints, expected, scale = options.joints, options.expected, options.mass[1]
-    if options.static:  # within the range about the pose, or as far as the joints go
-        if noise.torque_noise is not None and noise.torque_noise[1] is not None:
-            raise InputError("--torque-noise: at rest each approach is one sample: omit @HZ")
-        sigma, _, source = noise.noise(robot, bounds, trajectories.ASSUMED_STICTION)
-        moving = [joint - 1 for joint in joints]
-        usual = (_SLIDE if j < robot.n and not robot.joints[j].revolute else _APPROACH for j in moving)
-        approach = options.each(robot, "approach", options.approach or tuple(usual))
-        with about("--pose"):
-            pose = motions.in_si(options.pose, robot)
-            check_pose(pose, robot, bounds)
-        low, high = bounds.low[moving], bounds.high[moving]
-        if options.has("range"):
-            ranges = options.each(robot, "range", options.range)
-            low, high = np.maximum(low, pose[moving] - ranges), np.minimum(high, pose[moving] + ranges)
-        rest = trajectories.StaticShape(pose, joints, low, high, approach, options.poses, options.hold)
-        return rest, trajectories.NearGoal(sigma, 1.0 / options.hold, expected, scale, source), None
-    sigma, rate, source = noise.noise(robot, bounds)
-    goal, ranges = (
-        trajectories.NearGoal(sigma, rate, expected, scale, source),
-        options.each(robot, "range", options.range),
-    )
-    with about("--pose"):
-        first = motions.in_si(options.pose, robot)
-        shape = trajectories.NearShape(first[None], joints, ranges, options.duration)
-        shape.check(robot, bounds)
-    if options.second_pose is None and scale is None and not shape.visibility(robot).mass_visible:
-        return shape, goal, None
-    if isinstance(options.second_pose, tuple):
-        second: Array | None = motions.in_si(options.second_pose, robot)
-    else:
-        second = trajectories.second_pose(robot, shape, goal, bounds, options.seed)
-    if options.second_pose is None:
-        return shape, goal, second
-    if second is None:
-        note("a second pose would hardly help: only one is used")
-        return shape, goal, None
-    shape = replace(shape, poses=np.array([first, second]))
-    shape.check(robot, bounds)
-    return shape, goal, None
-
-
-def _loads(limited: motions.Limited, options: _Near) -> trajectories.Loads | None:
-    """Loads for torque limits; None where limits or parameters are not known."""
-    payload = limited.loads.heaviest
-    if options.ladder:
-        if not isinstance(payload, trajectories.PayloadSet):
-            raise InputError("--ladder needs --heaviest-payload and --within: what the first run must bear")
-        payload = payload.lighter(_LEFT * options.mass[0])
-    if limited.loads.parameters and limited.has_torque_limits:
-        return replace(limited.loads, heaviest=payload or options.expected)
-    if payload is not None or limited.loads.margin > 0.0:
-        option = "--heaviest-payload" if payload is not None else "torque-margin"
-        raise InputError(f"{option} needs --torque-limits, and --robot-parameters or --arm-mass")
-    return None

@@ -1,26 +1,29 @@
-"""The commands as one application: options are frozen values that cyclopts flattens into the commands' own."""
+"""The commands as one application: options are frozen values; what is being done is told on the error stream."""
 
 from __future__ import annotations
 
-import inspect
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import sys
+import time
+from collections import ChainMap
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import MISSING, dataclass, fields, is_dataclass
+from dataclasses import Field, dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, dataclass_transform, get_args, get_type_hints
+from typing import Annotated, Any, ClassVar, Literal, dataclass_transform, get_args, get_origin, get_type_hints
 
 from cyclopts import UNSET, App, Argument, CoercionError, CycloptsError, Group, Parameter, Token
 from cyclopts import ArgumentCollection as Arguments
 from cyclopts.exceptions import MissingArgumentError, UnknownOptionError, UnusedCliTokensError
 from cyclopts.help import DefaultFormatter
 
-from ...common.errors import InputError
+from ...common.errors import InputError, one_line
 from ...common.files import is_device, keeping, place_of
+from ...common.progress import Progress
+from ...common.versions import versions
 from . import ANSWERED, BAD_INPUT, COMMANDS, DO_NOT_USE
-from .progress import Manner, speaking, version_lines
 from .values import Named, Reads
 
 MOTION = Group.create_ordered("motion")
@@ -36,29 +39,46 @@ TERMINAL = Group.create_ordered("terminal")
 SETTING = Parameter(show=False)
 """A key of the settings file (``--config``): rarely changed, and no option; docs/settings.md has all."""
 
+Manner = Literal["quiet", "plain", "verbose"]
+_manner: ContextVar[Manner] = ContextVar("manner", default="plain")
 _HEAD = "# Options of a run, repeated by: dynident "
 _ASKING = {"--help", "-h", "--version"}
 
 
-@dataclass_transform(kw_only_default=True, frozen_default=True)
+@dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(field,))
+@dataclass(frozen=True, kw_only=True)
 class Options:
-    """Some options of a command: a frozen value whose fields are called as the options are, under a ``group``."""
+    """Options as a frozen value, its fields called as they are; a command is made of several, and called."""
 
-    group: ClassVar[Group | None] = None
     needs: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     """Options, and those of which one must be given for them to have an effect."""
     belongs: ClassVar[Mapping[str, tuple[str, tuple[str | None, ...]]]] = {}
     """Options, the one that chooses, and the choices with which they count; None stands for no choice."""
-    instead: ClassVar[Mapping[str, str]] = {}
+    instead: ClassVar[Mapping[str, str]] = {"quiet": "verbose"}
     """Options, and those in whose place they stand: not both may be given."""
 
+    config: Annotated[str | None, Reads("options"), Parameter(metavar="TOML", group=TERMINAL)] = None
+    """Options and rarer settings (docs/settings.md) from a file, as every report writes one; what is typed goes
+    first."""
+    quiet: Annotated[bool, Parameter(group=TERMINAL)] = False
+    """Print no screen and no notes: files and exit status tell; what is asked for as text is printed."""
+    verbose: Annotated[bool, SETTING] = False
+    """Print every step with its time."""
+
     def __init_subclass__(cls, group: Group | None = None) -> None:
-        """Make the class a dataclass whose fields cyclopts takes for options of the command."""
-        cls.group = group or cls.group
+        """Make the class a dataclass, the options that it adds a ``group`` of the help."""
+        own, hints = vars(cls).get("__annotations__", {}), get_type_hints(cls, include_extras=True)
+        for name in own:
+            kind, *marked = get_args(hints[name]) if get_origin(hints[name]) is Annotated else [hints[name]]
+            grouped = group and kind is not ClassVar and not isinstance(vars(cls).get(name), Field)  # positional
+            own[name] = Annotated[(kind, Parameter(group=group), *marked)] if grouped else hints[name]
+        for rules in ("needs", "belongs", "instead"):
+            setattr(cls, rules, ChainMap(*(vars(part).get(rules, {}) for part in cls.__mro__)))
         dataclass(frozen=True, kw_only=True)(cls)
-        cls.__init__.__annotations__ = get_type_hints(cls, include_extras=True)  # types of other modules' fields
-        # To name no group is another thing than to give none: the help leaves out options without any.
-        (Parameter(name="*") if cls.group is None else Parameter(name="*", group=cls.group))(cls)
+
+    def __call__(self) -> bool | None:
+        """Run the command; False: do not use its answer."""
+        raise NotImplementedError
 
     def check(self) -> None:
         """Refuse options that would have no effect, before any work is done."""
@@ -73,6 +93,14 @@ class Options:
                 known = " or ".join(filter(None, choices))
                 self.refuse(option, f"belongs to {self.shown(chooser)} {known}, not to {choice}")
 
+    def tell(self, *lines: str) -> None:
+        """Print lines no wider than the terminal, unless the run is quiet."""
+        from ..report.blocks import Notes
+        from ..report.terminal import print_blocks
+
+        if not self.quiet:
+            print_blocks([Notes(lines)])
+
     def has(self, option: str) -> bool:
         """True for an option that was given; "joint_names" stands for --joint-names."""
         return bool(CALL.get().given(f"--{option.replace('_', '-')}"))
@@ -86,21 +114,7 @@ class Options:
     def shown(cls, option: str) -> str:
         """An option as it is typed, or the key of a setting."""
         key = option.replace("_", "-")
-        return key if SETTING in marks(cls.__init__.__annotations__[option]) else f"--{key}"
-
-
-class TerminalOptions(Options, group=TERMINAL):
-    """Settings file, and how much is printed."""
-
-    instead: ClassVar = {"quiet": "verbose"}
-
-    config: Annotated[str | None, Reads("options"), Parameter(metavar="TOML")] = None
-    """Options and rarer settings (docs/settings.md) from a file, as every report writes one; what is typed goes
-    first."""
-    quiet: bool = False
-    """Print no screen and no notes: files and exit status tell; what is asked for as text is printed."""
-    verbose: Annotated[bool, SETTING] = False
-    """Print every step with its time."""
+        return key if SETTING in marks(get_type_hints(cls, include_extras=True)[option]) else f"--{key}"
 
 
 @dataclass(frozen=True)
@@ -142,70 +156,43 @@ class Call:
                 table[argument.name.lstrip("-")] = values[0] if len(values) == 1 else values
         return f"{_HEAD}{self.command} --config THIS_FILE\n{toml_text(table)}"
 
-    def read_settings(self, path: str) -> None:
-        """Add what a ``--config`` file says of options that are not typed; its paths count from the folder."""
-        from cyclopts.config import Dict
-
-        from ...common.schema import TOML_BYTES, read_text, toml_data  # which --help does without
-
-        table = toml_data(read_text(path, TOML_BYTES), f"--config {path}")
-        meant = table.pop("command", self.command)
-        if meant != self.command:
-            raise InputError(
-                f"--config {path}: is for 'dynident {meant}', not for 'dynident {self.command}': "
-                f"give a file of {self.command!r}, or call {meant!r}"
-            )
-        if "config" in table:
-            raise InputError(f"--config {path}: a file of options cannot name another one: remove its key config")
-        Dict(table, source=path, use_commands_as_keys=False)(App(), (), self.arguments)
-
 
 CALL: ContextVar[Call] = ContextVar("call")
 """The command line that runs."""
-
-
-def command(run: Callable[..., bool | None]) -> Callable[..., int]:
-    """Give a command the options that all have, and check options and files first; False: do not use its answer."""
-    given = inspect.signature(run, eval_str=True)
-    terminal = inspect.Parameter("terminal", inspect.Parameter.KEYWORD_ONLY, annotation=TerminalOptions)
-    parts = []
-    for part in (*given.parameters.values(), terminal):
-        kind: Any = part.annotation  # options that need nothing are made where nothing is said of them
-        whole = is_dataclass(kind) and all(entry.default is not MISSING for entry in fields(kind))
-        parts.append(part.replace(default=kind()) if whole else part)
-
-    def called(*arguments: Any, terminal: TerminalOptions, **options: Any) -> int:
-        call = CALL.get()
-        check_paths(call)
-        for part in (terminal, *options.values()):
-            if isinstance(part, Options):
-                part.check()
-        manner: Manner = "quiet" if terminal.quiet else "verbose" if terminal.verbose else "plain"
-        with keeping([path for _, _, path in call.named(reads=True)]), speaking(manner, call.command):
-            return DO_NOT_USE if run(*arguments, **options) is False else ANSWERED
-
-    called.__doc__, called.__annotations__ = run.__doc__, {part.name: part.annotation for part in parts}
-    vars(called)["__signature__"] = given.replace(parameters=parts)
-    return called
 
 
 def application(calls: list[Call], words: Sequence[str]) -> App:
     """All commands, each imported when it is called; ``calls`` gets the command line ``words`` when it was read."""
 
     def read(_: App, names: tuple[str, ...], arguments: Arguments) -> None:
-        calls.append(Call(tuple(words), " ".join(names), arguments))
+        calls.append(call := Call(tuple(words), " ".join(names), arguments))
         for argument in arguments:
             if argument.tokens and not argument.show:
                 key = shown_name(argument)
                 text = f"write {key} = .. into a file and give that by --config"
                 raise InputError(f"{key} is a setting, not an option: {text}")
-        for path in calls[-1].given("--config"):
-            calls[-1].read_settings(path)
+        for path in call.given("--config"):  # what it says of options that are not typed; paths are from the folder
+            from cyclopts.config import Dict
+
+            from ...common.schema import TOML_BYTES, read_text, toml_data  # which --help does without
+
+            table = toml_data(read_text(path, TOML_BYTES), f"--config {path}")
+            meant = table.pop("command", call.command)
+            if meant != call.command:
+                raise InputError(
+                    f"--config {path}: is for 'dynident {meant}', not for 'dynident {call.command}': "
+                    f"give a file of {call.command!r}, or call {meant!r}"
+                )
+            if "config" in table:
+                raise InputError(
+                    f"--config {path}: a file of options cannot name another one: remove its key config"
+                )
+            Dict(table, source=path, use_commands_as_keys=False)(App(), (), arguments)
 
     app = App(
         name="dynident",
         help="Identifies the payload of a robot arm, and the arm itself, from joint recordings.",
-        version=lambda: "\n".join(version_lines()),
+        version=lambda: "\n".join(f"{name.lower()} {number}" for name, number in versions().items()),
         help_format="plaintext",
         help_formatter=_Help(),
         version_format="plaintext",
@@ -231,24 +218,35 @@ def run(words: Sequence[str]) -> int:
         called, bound, _ = application(calls, words).parse_args(words, exit_on_error=False, print_error=False)
     except CycloptsError as error:
         name = " ".join(["dynident", *(error.command_chain or ())])
-        # A misspelt option often is the one that seems to be missing.
-        text = _unknown(words, calls[-1].arguments) if calls and isinstance(error, MissingArgumentError) else ""
-        raise InputError(f"{text or _text(error)} (see {name} --help)") from None
+        if calls and isinstance(error, MissingArgumentError):  # a misspelt option often is the one that is missing
+            known = {name for argument in calls[-1].arguments for name in argument.names} | _ASKING
+            options = (word.partition("=")[0] for word in words if word.startswith("--"))
+            if (unknown := next((option for option in options if option not in known), None)) is not None:
+                token, found = Token(keyword=unknown, source="cli"), calls[-1].arguments
+                error = UnknownOptionError(token=token, argument_collection=found, verbose=False)
+        raise InputError(f"{_text(error)} (see {name} --help)") from None
     bound.apply_defaults()
-    if calls:
-        CALL.set(calls[-1])
     try:
-        status = called(*bound.args, **bound.kwargs)
+        options = called(*bound.args, **bound.kwargs)
+        if not isinstance(options, Options):  # a text that was asked for, or the help for want of a command
+            return ANSWERED if calls or not _ASKING.isdisjoint(words) else BAD_INPUT
+        call = calls[-1]
+        CALL.set(call)
+        check_paths(call)
+        options.check()
+        _manner.set("quiet" if options.quiet else "verbose" if options.verbose else "plain")
+        begin = time.monotonic()
+        with keeping([path for _, _, path in call.named(reads=True)]):
+            status = DO_NOT_USE if options() is False else ANSWERED
+        if options.verbose:
+            print(f"dynident: {time.monotonic() - begin:6.1f} s  {call.command}: done", file=sys.stderr)
+        return status
     except InputError as error:  # the settings file is named of whose key it speaks first
-        given = [(entry, token.source) for call in calls for entry in call.arguments for token in entry.tokens]
-        files = [
-            f
-            for entry, f in given
-            if f != "cli" and re.match(rf"{re.escape(shown_name(entry))}(?![\w-])", str(error))
-        ]
-        raise InputError(": ".join([*files[:1], str(error)])) from None
-    asked = calls or not _ASKING.isdisjoint(words)  # else the help is shown for want of a command
-    return int(status or ANSWERED) if asked else BAD_INPUT
+        for argument in (argument for call in calls for argument in call.arguments if argument.tokens):
+            source, key = argument.tokens[0].source, re.escape(shown_name(argument))
+            if source != "cli" and re.match(rf"{key}(?![\w-])", str(error)):
+                raise InputError(f"{source}: {error}") from None
+        raise
 
 
 def shown_name(argument: Argument) -> str:
@@ -344,12 +342,51 @@ def _text(error: CycloptsError) -> str:
     return str(error)
 
 
-def _unknown(words: Sequence[str], arguments: Arguments) -> str:
-    """Name the first option that no command knows; empty if there is none."""
-    known = {name for argument in arguments for name in argument.names} | _ASKING
-    for word in words:
-        option = word.partition("=")[0]
-        if option.startswith("--") and option not in known:
-            token = Token(keyword=option, source="cli")
-            return _text(UnknownOptionError(token=token, argument_collection=arguments, verbose=False))
-    return ""
+def note(text: str) -> None:
+    """Print a line that is worth knowing."""
+    if _manner.get() != "quiet":
+        print(f"dynident: note: {one_line(text)}", file=sys.stderr)
+
+
+def withheld(done: str, why: str) -> bool:
+    """Say that what was asked for is not done, and why, for its numbers must not be used; gives that."""
+    print(one_line(f"dynident: not {done}: {why}"), file=sys.stderr)
+    return False
+
+
+@contextmanager
+def status(label: str) -> Iterator[Progress]:
+    """Show what is being done; gives a function that changes the words and tells the share, where it is known."""
+    if (manner := _manner.get()) != "plain":
+        begin, told = time.monotonic(), ""
+
+        def step(words: str, _share: float | None = None, /) -> None:
+            nonlocal told
+            if manner == "verbose" and words != told:
+                print(f"dynident: {time.monotonic() - begin:6.1f} s  {one_line(words)}", file=sys.stderr)
+            told = words
+
+        step(label)
+        yield step
+        return
+    # A line that goes when the work is done; where no share is known its bar only moves. Names hold brackets.
+    from rich import console as terminal
+    from rich import progress as rich
+
+    words = rich.TextColumn("{task.description}", markup=False)
+    columns = (rich.SpinnerColumn(), words, rich.BarColumn(), rich.TaskProgressColumn(), rich.TimeRemainingColumn())
+    console = terminal.Console(stderr=True)
+    hidden = not console.is_terminal  # elsewhere it would leave an empty line
+    with rich.Progress(*columns, console=console, transient=True, disable=hidden) as shown:
+        task = shown.add_task(label, total=None)
+        last: float | None = None
+
+        def progress(words: str, share: float | None = None, /) -> None:
+            nonlocal task, last
+            if (share is None) != (last is None) or (share or 0.0) < (last or 0.0):  # other work: its own time left
+                shown.remove_task(task)
+                task = shown.add_task(words, total=None if share is None else 1.0)
+            last = share
+            shown.update(task, description=words, completed=share)
+
+        yield progress

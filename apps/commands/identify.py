@@ -1,7 +1,9 @@
-"""``dynident identify``, ``rollout`` and ``gains``: a robot's parameters, the motion they predict, its drives."""
+"""``dynident payload``, ``weigh``, ``identify``, ``rollout``, ``gains``: parameters from recordings."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -9,31 +11,30 @@ from typing import Annotated, ClassVar, Literal
 
 from cyclopts import Group, Parameter
 
-from ... import estimation, model
+from ... import estimation
 from ...common.errors import InputError
 from ...common.schema import read_toml
-from ...estimation.possible.robot import RobotPrior
-from ...estimation.results.parts import Rollout
+from ...estimation.results.parts import Rollout as RolloutResult
 from .. import logs, results
+from .. import view as views
 from ..report.documents import RolloutsDocument
+from ..report.sections.payload import payload_report
 from ..report.sections.robot import gains_report, robot_report, rollout_report
 from ..rollout import HORIZONS, Predict, mujoco_arm, roll_out_all
 from . import options, values
-from .entry import SETTING, Options, command
-from .progress import note, status
-from .values import HeldOutFiles, Reads, different, number, numbers, where, word
+from .entry import SETTING, note, status
+from .values import HeldOutFiles, Reads, Share, different, number, numbers, where, with_sigma, word
 
 _seconds = where(
     numbers,
     lambda times: min(times) > 0.0 and different(times),
     "a list of different times in seconds such as 0.1,0.5,1",
 )
-_masses = word(values.with_sigma, "KG[,KG..][+-KG]")
 _TWO = word(partial(numbers, count=2), "LOW HIGH", 2)
 _POSSIBLE = Parameter(group=Group("a robot that can exist", "Beside the free estimate."))
 
 
-class _Identify(Options):
+class _Identify(options.PageOptions, options.ProcessingOptions, options.GainOptions):
     needs: ClassVar = {"rollout": ("validate",)}  # it predicts recordings that were not fitted
     belongs: ClassVar = {
         "prior_mass": ("constrained", ("prior", None)),
@@ -62,6 +63,25 @@ class _Identify(Options):
     """Increase of chi2 that the prior may cost (default: 1)."""
     total_mass: Annotated[tuple[float, ...] | None, _TWO, _POSSIBLE] = None
     """Least and largest mass of all links together [kg]."""
+    npz: options.EquationsFile | None = None
+
+    def __call__(self) -> bool:
+        setup = self.setup()
+        recordings, held_out = setup.read(self.data), setup.read(self.validate)
+        gains = self.errors(setup, [], recordings)
+        rollouts: tuple[RolloutResult, ...] = ()
+        with status("reading") as progress:
+            settings = setup.settings(progress, gains=gains, essential=self.essential, friction=self.friction)
+            result = estimation.identify(setup.robot, recordings, settings, held_out)
+            possible = self.possible(result)
+            if self.rollout:
+                parameters = possible.values if possible is not None else result.estimate.values
+                rollouts = roll_out_all(result.robot, parameters, held_out, settings)
+        told = estimation.robot_result(result, possible, rollouts)
+        self.give(robot_report(told, self.document), lambda: told, setup.in_words())
+        if self.npz:
+            results.write_npz(self.npz, estimation.identification_system(result))
+        return result.verdict.level != "do_not_use"
 
     def possible(self, result: estimation.Identification) -> estimation.PossibleRobot | None:
         """The robot that can exist, as asked for."""
@@ -70,8 +90,23 @@ class _Identify(Options):
         robot, base, estimate = result.robot, result.base, result.estimate
         mass = estimation.MassBounds(*self.total_mass) if self.total_mass else None
         budget = estimation.BUDGET if self.prior_budget is None else self.prior_budget
+        prior = None  # of the links, where one that can exist is known
+        told = (self.constrained, self.prior_mass, self.prior_budget) != (None, None, None)
+        if not told and not estimation.has_prior(robot):
+            note(
+                "single links are left open, for their mass is not known: --prior-mass KG (of the moving links) "
+                "gives links that can exist, as simulators need them"
+            )
+        elif self.constrained != "base":
+            try:
+                prior = estimation.robot_prior(robot, self.prior_mass)
+            except InputError as error:  # links of CAD often cannot exist
+                if self.constrained is not None or self.prior_mass is not None:
+                    raise
+                self.refuse("prior_budget", f"needs a prior: {error}")
+                note(f"single links are left open: {error}, or --prior-mass KG (of the moving links)")
         try:
-            if (prior := self._prior(robot)) is None:
+            if prior is None:
                 return estimation.solve_constrained_base(robot, base, estimate, mass)
             return estimation.solve_constrained_prior(robot, base, estimate, prior, budget, mass)
         except estimation.SolverError as error:
@@ -89,97 +124,40 @@ class _Identify(Options):
             )
             return None
 
-    def _prior(self, robot: model.Robot) -> RobotPrior | None:
-        """The prior of the links; None where base parameters are asked for, or none is known that can exist."""
-        told = (self.constrained, self.prior_mass, self.prior_budget) != (None, None, None)
-        if self.constrained == "base":
-            return None
-        if not told and not estimation.has_prior(robot):
-            note(
-                "single links are left open, for their mass is not known: --prior-mass KG (of the moving links) "
-                "gives links that can exist, as simulators need them"
-            )
-            return None
-        try:
-            return estimation.robot_prior(robot, self.prior_mass)
-        except InputError as error:  # links of CAD often cannot exist
-            if self.constrained is not None or self.prior_mass is not None:
-                raise
-            self.refuse("prior_budget", f"needs a prior: {error}")
-            note(f"single links are left open: {error}, or --prior-mass KG (of the moving links)")
-            return None
+
+class _Rollout(options.PageOptions, options.ProcessingOptions):
+    equation_rate: Annotated[None, Parameter(parse=False)] = None
+    robot_parameters: values.RobotParametersFile
+    """The --json of 'dynident identify'."""
+    data: HeldOutFiles
+    """Recording without payload that was not fitted; repeatable."""
+    against: tuple[Annotated[str, Reads("other model"), Parameter(metavar="F.xml")], ...] = ()
+    """Another model of the arm, MJCF or URDF, moved by MuJoCo; repeatable."""
+    horizons: Annotated[tuple[float, ...], word(_seconds, "S1,S2,..")] = HORIZONS
+    """Times after the start [s] (default: 0.1,0.5,1,2)."""
+
+    def __call__(self) -> None:
+        stored = results.read_stored_robot(self.robot_parameters)
+        setup = self.setup(stored)
+        recordings = setup.read(self.data)
+        models: dict[str, Predict] = {}
+        for path in self.against:
+            if (name := Path(path).name) in models:
+                raise InputError(f"{path}: two models are called {name}: rename a file")
+            models[name] = mujoco_arm(path, setup.robot)
+        with status("reading") as progress:
+            settings, parameters = setup.settings(progress), stored.possible_values
+            rollouts = roll_out_all(setup.robot, parameters, recordings, settings, self.horizons, models)
+        shown = rollout_report(rollouts, setup.robot.title or setup.robot.name)
+        self.give(shown, lambda: RolloutsDocument(setup.robot.name, rollouts), setup.in_words())
 
 
-@command
-def run(
-    *,
-    arm: options.RobotOptions,
-    request: _Identify,
-    drives: options.GainOptions,
-    processing: options.ProcessingOptions,
-    files: options.PageOptions,
-    npz: options.EquationsFile | None = None,
-) -> bool:
-    """Run ``identify``."""
-    setup = processing.setup(arm.load())
-    recordings, held_out = setup.read(request.data), setup.read(request.validate)
-    gains = drives.errors(setup, [], recordings)
-    rollouts: tuple[Rollout, ...] = ()
-    with status("reading") as progress:
-        settings = setup.settings(progress, request, gains=gains)
-        result = estimation.identify(setup.robot, recordings, settings, held_out)
-        possible = request.possible(result)
-        if request.rollout:
-            parameters = possible.values if possible is not None else result.estimate.values
-            rollouts = roll_out_all(result.robot, parameters, held_out, settings)
-    told = estimation.robot_result(result, possible, rollouts)
-    shown = robot_report(told, files.document)
-    files.give(shown, lambda: told, setup.in_words())
-    if npz:
-        results.write_npz(npz, estimation.identification_system(result))
-    return result.verdict.level != "do_not_use"
-
-
-@command
-def run_rollout(
-    *,
-    arm: options.RobotOptions,
-    robot_parameters: values.RobotParametersFile,
-    data: HeldOutFiles,
-    against: tuple[Annotated[str, Reads("other model"), Parameter(metavar="F.xml")], ...] = (),
-    horizons: Annotated[tuple[float, ...], word(_seconds, "S1,S2,..")] = HORIZONS,
-    processing: options.FilterOptions,
-    files: options.PageOptions,
-) -> None:
-    """Run ``rollout``.
-
-    Args:
-        robot_parameters: The --json of 'dynident identify'.
-        data: Recording without payload that was not fitted; repeatable.
-        against: Another model of the arm, MJCF or URDF, moved by MuJoCo; repeatable.
-        horizons: Times after the start [s] (default: 0.1,0.5,1,2).
-    """
-    stored = results.read_stored_robot(robot_parameters)
-    setup = processing.setup(arm.load(), stored)
-    recordings = setup.read(data)
-    models: dict[str, Predict] = {}
-    for path in against:
-        if (name := Path(path).name) in models:
-            raise InputError(f"{path}: two models are called {name}: rename a file")
-        models[name] = mujoco_arm(path, setup.robot)
-    with status("reading") as progress:
-        settings = setup.settings(progress)
-        rollouts = roll_out_all(setup.robot, stored.possible_values, recordings, settings, horizons, models)
-    shown = rollout_report(rollouts, setup.robot.title or setup.robot.name)
-    files.give(shown, lambda: RolloutsDocument(setup.robot.name, rollouts), setup.in_words())
-
-
-class _Known(Options):
+class _Gains(options.PageOptions, options.ProcessingOptions):
     unloaded: values.DataFiles
     """Recording of currents without the payload; repeatable."""
     loaded: values.LoadedFiles
     """Recording of currents with the payload; repeatable."""
-    mass: Annotated[tuple[tuple[float, ...], float | None] | None, _masses] = None
+    mass: Annotated[tuple[tuple[float, ...], float | None] | None, word(with_sigma, "KG[,KG..][+-KG]")] = None
     """Mass of the payload, +- its standard deviation (default: 0); with several weights, one per --loaded."""
     payload: values.PayloadFile | None = None
     """File with mass, com and inertia_com, as far as known, instead of --mass."""
@@ -187,8 +165,34 @@ class _Known(Options):
     """Friction model: paper, or a list as for 'dynident identify' (default: as in the robot's file)."""
     mounting: Annotated[tuple[int, ...], word(values.whole_numbers, "N1,N2,..")] = ()
     """One number per --loaded; equal numbers share a centre of mass (default: all the same)."""
+    drive_gains: Annotated[None, Parameter(parse=False)] = None
 
-    def load(self) -> estimation.KnownLoad | list[estimation.KnownLoad]:
+    def __call__(self) -> bool:
+        if isinstance(self.friction, estimation.Candidates):
+            raise InputError("friction: gains are found with terms that are given: paper, or a list")
+        load = self.known()
+        setup = self.setup()
+        robot = setup.robot
+        plain = replace(robot, drives=replace(robot.drives, coupling=None))  # each motor's own current
+        amperes = replace(setup, robot=plain, gains=(1.0,) * robot.n)
+        for path in logs.grouped((*self.unloaded, *self.loaded)):
+            naming = logs.named(path, plain, setup.log_map)
+            if not naming.holds("current"):
+                currents = naming.columns("current")
+                raise InputError(
+                    f"{path}: has no motor currents ({currents[0]} .. {currents[-1]}), and torques need no gains: "
+                    "record currents, or map your column names in a --log-map"
+                )
+        unloaded, loaded = amperes.read(self.unloaded), amperes.read(self.loaded)
+        with status("reading") as progress:
+            settings = setup.settings(progress, friction=self.friction or robot.drives.friction)
+            problem = estimation.gain_problem(robot, unloaded, loaded, load, self.mounting, settings)
+            progress("estimating")
+            gains = estimation.answer_gains(problem)
+        self.give(gains_report(gains, self.document), lambda: gains, setup.in_words())
+        return gains.judged.level != "do_not_use"
+
+    def known(self) -> estimation.KnownLoad | list[estimation.KnownLoad]:
         """The known payload, the same in all mountings or one for each."""
         if (self.payload is None) == (self.mass is None):
             raise InputError("the known payload is missing: give either --mass or --payload")
@@ -209,38 +213,139 @@ class _Known(Options):
         return [estimation.known_mass(mass, sigma) for mass in masses.values()]
 
 
-class _Processing(options.ProcessingOptions):
-    """Processing without the gains that are asked for."""
+class _Compared(
+    options.ViewOptions,
+    options.PageOptions,
+    options.ProcessingOptions,
+    options.GainOptions,
+    options.KnowledgeOptions,
+    options.RobotOptions,
+):
+    friction_change: Share | None = None
+    """How much friction may differ under load, 1 sigma; for methods 3 and 4, and for --robot-parameters (default:
+    10%; 0: not at all)."""
+    unloaded: values.DataFiles = ()
+    """Recording without payload; repeatable."""
+    loaded: values.LoadedFiles
+    """Recording with payload; repeatable for the same payload, in the order of the --unloaded ones."""
+    robot_parameters: values.RobotParametersFile | None = None
+    """The --json file of 'dynident identify', instead of --unloaded."""
+    max_mismatch: Annotated[float | None, word(number, "RAD"), SETTING] = None
+    """Largest difference of position with and without payload after alignment, rms of the worst joint (payload:
+    method 3; default: 0.01)."""
 
-    drive_gains: Annotated[None, Parameter(parse=False)] = None
-
-
-@command
-def run_gains(
-    *, arm: options.RobotOptions, known: _Known, processing: _Processing, files: options.PageOptions
-) -> bool:
-    """Run ``gains``."""
-    if isinstance(known.friction, estimation.Candidates):
-        raise InputError("friction: gains are found with terms that are given: paper, or a list")
-    load = known.load()
-    setup = processing.setup(arm.load())
-    robot = setup.robot
-    plain = replace(robot, drives=replace(robot.drives, coupling=None))  # each motor's own current
-    amperes = replace(setup, robot=plain, gains=(1.0,) * robot.n)
-    for path in logs.grouped((*known.unloaded, *known.loaded)):
-        naming = logs.named(path, plain, setup.log_map)
-        if not naming.holds("current"):
-            currents = naming.columns("current")
+    def check(self) -> None:
+        """Refuse recordings with a payload that nothing stands beside."""
+        super().check()
+        if not self.unloaded and not self.robot_parameters:
             raise InputError(
-                f"{path}: has no motor currents ({currents[0]} .. {currents[-1]}), and torques need no gains: "
-                "record currents, or map your column names in a --log-map"
+                "give --unloaded recordings or --robot-parameters: without either nothing can be compared"
             )
-    unloaded, loaded = amperes.read(known.unloaded), amperes.read(known.loaded)
-    with status("reading") as progress:
-        settings = setup.settings(progress, friction=known.friction or robot.drives.friction)
-        problem = estimation.gain_problem(robot, unloaded, loaded, load, known.mounting, settings)
-        progress("estimating")
-        gains = estimation.answer_gains(problem)
-    shown = gains_report(gains, files.document)
-    files.give(shown, lambda: gains, setup.in_words())
-    return gains.judged.level != "do_not_use"
+
+    @property
+    def stored(self) -> estimation.RobotResult | None:
+        """The robot's parameters from a file."""
+        return results.read_stored_robot(self.robot_parameters) if self.robot_parameters else None
+
+
+class _Payload(_Compared, options.FramedRobotOptions):
+    belongs: ClassVar = {
+        "free_friction": ("method", ("1", "all")),
+        "essential": ("method", ("4", "all")),
+        "scale_sigma": ("method", ("1", "4", "all")),
+    }
+
+    validate: values.HeldOutFiles = ()
+    """Recording without payload that is kept out of the fit to test it; repeatable."""
+    method: Annotated[str, word(values.method, "NAME")] = "all"
+    """known-robot (1), change (2), difference (3), global (4) or all (default); see docs/theory.md."""
+    friction: values.FrictionTerms | None = None
+    """Friction model, as for 'dynident identify'; --robot-parameters bring their own."""
+    free_friction: Annotated[bool, SETTING] = False
+    """Method 1: estimate friction under load from scratch."""
+    scale_sigma: Share | None = None
+    """How much the scale of the loaded torques may differ from that of the unloaded ones, 1 sigma; for methods 1
+    and 4 (default: not at all)."""
+    essential: Annotated[values.Essential | None, SETTING] = None
+    """Method 4: eliminate parameters until the error's standard deviation has grown by this ratio (default: 1.02),
+    or until all relative standard deviations are within a percentage such as 10%."""
+    npz: options.EquationsFile | None = None
+
+    def check(self) -> None:
+        """Refuse options that the methods asked for cannot use."""
+        super().check()
+        if self.robot_parameters:
+            self.refuse("friction", "belongs to recordings without payload: the stored robot has its own")
+        elif self.method in ("1", "2"):
+            self.refuse("friction_change", "belongs to methods 3, 4 and to --robot-parameters: none is asked for")
+
+    def __call__(self) -> bool:
+        constraints, stored = self.constraints(), self.stored
+        setup = self.setup(stored)
+        unloaded, loaded, held_out = map(setup.read, (self.unloaded, self.loaded, self.validate))
+        gains = self.errors(setup, loaded, unloaded, stored)
+        with status("reading") as progress, _constraints_solved():
+            settings = setup.settings(
+                progress,
+                gains=gains,
+                methods=None if self.method == "all" else (int(self.method),),
+                friction=self.friction,
+                essential=self.essential,
+                friction_change=self.friction_change,
+                free_friction=self.free_friction,
+                scale_sigma=self.scale_sigma,
+            )
+            known = stored.estimate if stored else None
+            problem = estimation.payload_problem(setup.robot, loaded, unloaded, known, settings)
+            progress("estimating")
+            if settings.methods is None and settings.scale_sigma:
+                note("--scale-sigma: methods 2 and 3 have no column for the scale of loaded torques: left out")
+            answer = estimation.answer_payload(problem, held_out, constraints)
+        result = answer.result
+        self.give(payload_report(result, self.document), lambda: result, setup.in_words())
+        if self.npz:
+            results.write_npz(self.npz, estimation.payload_system(problem))
+        self.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], result))
+        return answer.verdict.level != "do_not_use"
+
+
+class _Weigh(_Compared):
+    needs: ClassVar = {"friction_change": ("robot_parameters",)}  # a difference of torques frees friction
+    instead: ClassVar = dict.fromkeys(("robot_parameters", "moving"), "static")
+
+    moving: values.Joints | None = None
+    """Joints that move (default: found in the recordings)."""
+    static: bool = False
+    """Weigh at rest: the arm stands still in poses, each reached from both sides (see near --static)."""
+    inertia: Annotated[str | None, Parameter(metavar="box:AxBxC|cylinder:DxL")] = None
+    """Assume the inertia of this body, in mm, if none is measured."""
+
+    def __call__(self) -> bool:
+        constraints, stored = self.constraints(), self.stored
+        stand_in = estimation.StandIn.parse(self.inertia) if self.inertia is not None else None
+        setup = self.setup(stored)
+        loaded, unloaded = setup.read(self.loaded), setup.read(self.unloaded)
+        gains = self.errors(setup, loaded, unloaded, stored)
+        with status("reading") as progress, _constraints_solved():
+            change, known = self.friction_change, stored.estimate if stored else None
+            settings = setup.settings(progress, gains=gains, joints=self.moving, friction_change=change)
+            if self.static:
+                result = estimation.weigh_at_rest(setup.robot, loaded, unloaded, constraints, settings)
+            else:
+                result = estimation.weigh(setup.robot, loaded, unloaded, known, constraints, settings)
+            result = result.assuming(stand_in) if stand_in is not None else result
+        spare = "--inertia is not needed: the inertia was measured well enough."
+        measured = stand_in is not None and not result.assumed
+        shown = payload_report(result, self.document, [spare] if measured else [])
+        self.give(shown, lambda: result, setup.in_words())
+        self.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], result))
+        return result.verdict.level != "do_not_use"
+
+
+@contextmanager
+def _constraints_solved() -> Iterator[None]:
+    """Constraints that leave no body are the user's to mend."""
+    try:
+        yield
+    except estimation.SolverError as error:
+        raise InputError(str(error)) from None

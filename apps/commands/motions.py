@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from cyclopts import Parameter
@@ -18,22 +17,18 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import made_folder, write_text
 from .. import results
-from ..earlier import read_earlier, shown_noise
 from ..export import motions
 from ..export.motion import WrittenMotion
 from ..export.motions.ros2 import check_joint_names
 from ..export.motions.urscript import CONTROLLER_RATE, check_urscript
 from ..export.motions.val3 import check_val3
+from ..results import shown_noise
 from . import values
-from .entry import GOAL, LIMITS, SETTING, Options
+from .entry import FILES, GOAL, LIMITS, SETTING, Options, note, status
 from .options import PageOptions, RobotOptions
-from .progress import note, status
 from .values import Names, NewFile, Reads, Seconds, Share, checked, number, numbers, positive_number, share, word
 
 _REPLAY_RATE = 1000.0  # Hz: at which controllers' own curves are looked at, and at their turns
-
-if TYPE_CHECKING:
-    PayloadBounds = model.InertialParameters | trajectories.PayloadSet
 
 
 def _noise(text: str) -> tuple[float | tuple[float, ...] | None, float | None]:
@@ -63,7 +58,6 @@ def _region(text: str) -> tuple[tuple[float, ...], bool]:
 
 
 _Level = float | tuple[float, ...]
-_torques = word(partial(values.numbers_or, "none"), "T|T1,T2,..")
 _Rate = Annotated[float, word(positive_number, "HZ")]
 
 
@@ -99,11 +93,15 @@ class NoiseOptions(Options, group=GOAL):
         robot: model.Robot,
         bounds: trajectories.JointBounds,
         assumed: tuple[float, str] = (trajectories.ASSUMED_RATIO, trajectories.ASSUMED_NOISE),
+        earlier: str | None = None,
     ) -> tuple[Array, float, str]:
-        """Sigma [N·m or N], independent samples a second, source; ``assumed``: sigma over limits, source."""
+        """Sigma [N·m or N], independent samples a second, source.
+
+        ``assumed``: sigma over limits, and source; ``earlier``: data that show it, where nothing is said of it.
+        """
         level, rate = self.torque_noise or (None, None)
-        if self.like is not None:
-            sigma, rate, source = *shown_noise(self.like), f"as {self.like} shows"
+        if like := self.like or (None if self.torque_noise else earlier):
+            sigma, rate, source = *shown_noise(like), f"as {like} shows"
         elif level is None:
             sigma, source = trajectories.assumed_noise(robot, assumed[0]), assumed[1]
             if not np.isfinite(sigma).all():
@@ -118,12 +116,11 @@ class NoiseOptions(Options, group=GOAL):
         else:
             sigma, source = np.array(values.each_joint(level, robot.n, "--torque-noise")), "as given"
         if sigma.shape != (robot.n,) or not (sigma > 0.0).all():
-            option = "--torque-noise" if self.like is None else self.like
-            raise InputError(f"{option}: robot {robot.name!r} needs {robot.n} positive numbers")
+            raise InputError(f"{like or '--torque-noise'}: robot {robot.name!r} needs {robot.n} positive numbers")
         return np.asarray(sigma), rate or trajectories.INDEPENDENT, source
 
 
-class GoalOptions(NoiseOptions):
+class GoalOptions(NoiseOptions, group=GOAL):
     """Parameters to be learnt, the criterion, and data that are there already."""
 
     criterion: Annotated[Literal["d", "a", "cond", "cond-scaled"], Parameter(show_choices=False)] = "d"
@@ -137,44 +134,6 @@ class GoalOptions(NoiseOptions):
     data_length: Annotated[Seconds | None, SETTING] = None
     """Length of the planned recording [s]."""
 
-    @property
-    def payload_only(self) -> bool:
-        """The payload alone is asked for."""
-        return self.columns == ("payload",)
-
-    def goal(
-        self,
-        robot: model.Robot,
-        bounds: trajectories.JointBounds,
-        reference: Mapping[str, float],
-        motion_length: float | None,
-    ) -> trajectories.Goal:
-        """The goal; ``reference``: values that standard deviations are relative to; ``motion_length`` in s."""
-        length, earlier, source = self.data_length, None, self
-        if self.data_from:
-            length = length or motion_length
-            if length is None:
-                raise InputError("--data-from needs data-length, a setting: how long will be recorded next?")
-            if self.like is None and self.torque_noise is None:
-                source = replace(self, like=self.data_from[0])
-        sigma, rate, words = source.noise(robot, bounds)
-        if self.data_from:
-            noise = sigma if self.criterion in ("d", "a") else None
-            ten = model.regressors.payload_columns(robot) if self.payload_only else ()
-            earlier = read_earlier(self.data_from, noise, ten)
-        return trajectories.Goal(
-            self.criterion,
-            columns=None if self.payload_only else self.columns,
-            payload_only=self.payload_only,
-            interest=self.parameters,
-            reference=reference if self.criterion == "a" else None,
-            noise=sigma,
-            rate=rate,
-            noise_from=words,
-            data_length=length,
-            earlier=earlier,
-        )
-
 
 class Limited(NamedTuple):
     """A robot with the limits that its motions keep."""
@@ -182,29 +141,9 @@ class Limited(NamedTuple):
     robot: model.Robot  # with its parameters, or a stand-in's
     bounds: trajectories.JointBounds
     loads: trajectories.Loads  # what torques are computed from; the payload in the last link's frame
-    scene: trajectories.Scene | None  # as given; else the arm itself, and with the floor what it is bolted to
-    floor: bool
-
-    @property
-    def has_torque_limits(self) -> bool:
-        """True if the torque of some joint is limited."""
-        return bool(np.isfinite(self.bounds.torque).any())
-
-    def problem(
-        self,
-        shape: trajectories.Shape,
-        goal: trajectories.Goal | trajectories.NearGoal,
-        loads: trajectories.Loads | None,
-        stood: Sequence[Array] = (),
-    ) -> trajectories.DesignProblem:
-        """The design of a motion within these limits; without loads torques have none; ``stood``: poses seen."""
-        poses = shape.poses if isinstance(shape, trajectories.NearShape) else shape.start
-        there = np.vstack([np.reshape([] if poses is None else poses, (-1, self.robot.n)), *stood])
-        scene = self.scene or trajectories.usual_scene(self.robot, there, self.floor)
-        return trajectories.build_design(self.robot, shape, goal, bounds=self.bounds, loads=loads, scene=scene)
 
 
-class LimitOptions(Options, group=LIMITS):
+class LimitOptions(RehearsedRobotOptions, group=LIMITS):
     """Limits of the joints, the robot's parameters for its torques, and the scene."""
 
     needs: ClassVar = {"within": ("heaviest_payload",)}
@@ -214,7 +153,7 @@ class LimitOptions(Options, group=LIMITS):
     """Fraction of the speed limits to use (default: 1)."""
     acceleration: Annotated[_Level | None, word(_acceleration, "A|A1,A2,.."), SETTING] = None
     """Acceleration limits [deg/s² or m/s²], or 3x: three times the speed limit per second."""
-    torque_limits: Annotated[str | tuple[float, ...] | None, _torques] = None
+    torque_limits: Annotated[tuple[float, ...] | str | None, values.numbers_or("none", "T|T1,T2,..")] = None
     """Torque limits [N·m or N], or none to ignore even those of the robot's file."""
     robot_parameters: values.RobotParametersFile | None = None
     """The --json file of 'dynident identify', for torques and relative sigma."""
@@ -229,8 +168,9 @@ class LimitOptions(Options, group=LIMITS):
     no_floor: bool = False
     """Ignore the floor at the height of the base (or the wall or ceiling it is mounted on)."""
 
-    def of(self, robot: model.Robot) -> Limited:
-        """A robot with these limits, its parameters from ``--robot-parameters``, or a stand-in."""
+    def limited(self) -> Limited:
+        """The robot with these limits, its parameters from ``--robot-parameters``, or a stand-in."""
+        robot = self.load()
         covariance: Array | None = None
         if self.robot_parameters:
             robot = model.stand_in.with_assumed_limits(robot)
@@ -251,15 +191,27 @@ class LimitOptions(Options, group=LIMITS):
             robot, override=self.speed_override, acceleration=acceleration, torque=torque
         )
         payload = self._payload(robot, np.isfinite(bounds.torque))
-        scene = trajectories.read_scene(self.scene) if self.scene else None
-        loads = trajectories.Loads(known, payload, covariance, self.torque_margin)
-        return Limited(robot, bounds, loads, scene, not self.no_floor)
+        return Limited(robot, bounds, trajectories.Loads(known, payload, covariance, self.torque_margin))
 
-    def whole(self, problem: trajectories.DesignProblem) -> trajectories.DesignProblem:
-        """The problem with the whole of the torque limits, the share that a design leaves free included."""
-        return problem.with_torque_share(1.0 / (1.0 - self.torque_margin))
+    def problem(
+        self,
+        limited: Limited,
+        shape: trajectories.Shape,
+        goal: trajectories.Goal | trajectories.NearGoal,
+        loads: trajectories.Loads | None,
+        stood: Sequence[Array] = (),
+    ) -> trajectories.DesignProblem:
+        """The design of a motion within these limits; without loads torques have none; ``stood``: poses seen."""
+        robot, poses = limited.robot, shape.poses if isinstance(shape, trajectories.NearShape) else shape.start
+        # Unless a file tells: the arm itself, and with the floor what it is bolted to.
+        there = np.vstack([np.reshape([] if poses is None else poses, (-1, robot.n)), *stood])
+        usual = trajectories.usual_scene(robot, there, not self.no_floor)
+        scene = trajectories.read_scene(self.scene) if self.scene else usual
+        return trajectories.build_design(robot, shape, goal, bounds=limited.bounds, loads=loads, scene=scene)
 
-    def _payload(self, robot: model.Robot, limited: NDArray[np.bool_]) -> PayloadBounds | None:
+    def _payload(
+        self, robot: model.Robot, limited: NDArray[np.bool_]
+    ) -> model.InertialParameters | trajectories.PayloadSet | None:
         """The heaviest payload, or every one up to it ``within``, in the last link's frame."""
         if not limited.any():
             self.refuse("torque_margin", "has no effect without torque limits: give --torque-limits")
@@ -305,7 +257,7 @@ def in_si(given: tuple[float, ...], robot: model.Robot) -> Array:
     return np.array([np.radians(x) if joint.revolute else x for x, joint in zip(given, robot.joints, strict=True)])
 
 
-class MotionFiles(PageOptions):
+class MotionFiles(PageOptions, LimitOptions, group=FILES):
     """Formats of the motion itself, beside the result."""
 
     needs: ClassVar = {
@@ -357,6 +309,7 @@ class MotionFiles(PageOptions):
         The problem's limits count, whole: what a design leaves free of the torques is for this. The replay of some
         formats is ``estimated``, too roughly to refuse a motion for.
         """
+        problem = problem.with_torque_share(1.0 / (1.0 - self.torque_margin))
         for name, (_, motion) in self.asked(written).items():
             form = motions.FORMATS[name]
             if name in estimated or form.replay is None:
@@ -365,7 +318,7 @@ class MotionFiles(PageOptions):
                 does, advice = form.replayed
                 raise InputError(f"as {does} the motion does not keep its limits ({limit}): {advice}")
 
-    def write(self, written: WrittenMotion) -> None:
+    def write_motion(self, written: WrittenMotion) -> None:
         """Write a motion with its head in the formats asked for."""
         if self.val3:
             made_folder(self.val3)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 from msgspec import structs
@@ -21,55 +21,42 @@ from ...common.progress import Progress, each
 from ...common.schema import json_text, write_json
 from .. import logs, results
 from .. import view as views
+from ..logs.map import COMMAND_LINE
 from ..numbers import placed
-from ..report.blocks import Notes, Report
+from ..report.blocks import Report
 from ..report.page import page_html, write_plots
-from ..report.terminal import print_blocks, print_report
+from ..report.terminal import print_report
 from . import values
-from .entry import CALL, FILES, KNOWN, LOGS, SETTING, Options, about
-from .progress import note, quiet, status
+from .entry import CALL, FILES, KNOWN, LOGS, SETTING, Options, about, note, status
 from .values import Reads, numbers, texts, word
-
-if TYPE_CHECKING:
-    from ..view.moving import View
 
 _FROM_ROBOT = "These are the errors with which the robot was identified; the drives are the same."
 _INSTEAD = (
     "The robot was identified with another uncertainty of the gains; the one given now is used for both, as the "
     "drives are the same."
 )
-_given_or_file = word(partial(values.numbers_or, ".json"), "K|K1,K2,..|JSON")
+_given_or_file = values.numbers_or(".json", "K|K1,K2,..|JSON")
 _BOX, _CENTRED, _ERRORS = "X0,X1,Y0,Y1,Z0,Z1", "X,Y,Z,A,B,C", "2%|S1,S2,..%|common=1%"
 _box = word(partial(numbers, count=6, layout=f"{_BOX} [m]"), _BOX)
 _ellipsoid = word(partial(numbers, count=6, layout=f"{_CENTRED} [m]"), _CENTRED)
 
 
-class ArmOptions(Options):
-    """A robot by its name or file, for commands in which gravity does not count."""
+class RobotOptions(Options):
+    """A robot by its name or file, and how it is mounted."""
 
     robot: values.RobotFile
     """An included robot ('dynident robot list'), a TOML, URDF or xacro file, or a name of robot_descriptions."""
     chain: Annotated[tuple[str | None, str | None] | None, word(values.chain, "BASE:TIP"), SETTING] = None
     """URDF: first and last link of the arm; either may be omitted (default: the root, the only end)."""
-
-    def load(self) -> model.Robot:
-        """The robot, with a note for each angle that was taken as a right one."""
-        robot = model.load_robot(self.robot, *(self.chain or (None, None)))
-        for angle in robot.snapped:
-            note(f"{self.robot}: {angle}")
-        return robot
-
-
-class RobotOptions(ArmOptions):
-    """A robot and how it is mounted."""
-
     mount: Annotated[tuple[str, tuple[float, float, float]] | None, word(values.mount, "HOW")] = None
     """floor, wall (base x axis down), ceiling, ROLL,PITCH,YAW of the base in degrees, or gravity=X,Y,Z in
     its frame [m/s^2]."""
 
     def load(self) -> model.Robot:
-        """The robot as it is mounted."""
-        robot = super().load()
+        """The robot as it is mounted, with a note for each angle that was taken as a right one."""
+        robot = model.load_robot(self.robot, *(self.chain or (None, None)))
+        for angle in robot.snapped:
+            note(f"{self.robot}: {angle}")
         if self.mount is None:
             return robot
         kind, turned = self.mount
@@ -117,12 +104,10 @@ class Setup:
                 note(text)
         return recordings
 
-    def settings(self, progress: Progress, request: object = None, **more: Any) -> estimation.Settings:
-        """Settings of an estimation as a request has them by their names; where one is None, the default counts."""
-        names = (entry.name for entry in fields(estimation.Settings))
-        asked = {name: getattr(request, name, None) for name in names} | more
+    def settings(self, progress: Progress, **asked: Any) -> estimation.Settings:
+        """Settings of an estimation, by their names; where one is None, the default counts."""
         given = {name: value for name, value in asked.items() if value is not None}
-        return estimation.Settings(self.processing, **{"progress": progress, **given})
+        return estimation.Settings(self.processing, progress=progress, **given)
 
     def in_words(self) -> dict[str, str]:
         """Robot and processing for the report."""
@@ -166,8 +151,6 @@ class LogOptions(Options, group=LOGS):
 
     def how(self) -> logs.LogMap:
         """The map of ``--log-map`` with what the other options change."""
-        from ..logs.map import COMMAND_LINE
-
         log_map = logs.read_log_map(self.log_map) if self.log_map else logs.LogMap(source=COMMAND_LINE)
         return logs.with_flags(log_map, self.joints, self.units, self.signs, self.topic)
 
@@ -186,22 +169,23 @@ class LogOptions(Options, group=LOGS):
         return tuple(stored.drive_gains.values.tolist()), stored.errors
 
 
-class FilterOptions(LogOptions):
-    """Logs, their filtering, and the structure of the model."""
+class ProcessingOptions(LogOptions, RobotOptions, group=LOGS):
+    """Logs, their filtering and decimation, and the structure of the model."""
 
     rate: Annotated[values.Hertz | None, SETTING] = None
     """Even rate to which recordings are resampled."""
     cutoff: values.Hertz | None = None
     """Cut-off frequency of the low-pass filter on positions and speeds."""
+    equation_rate: Annotated[values.Hertz | None, SETTING] = None
+    """Approximate rate to which the equations are decimated."""
     offsets: Annotated[bool | None, Parameter(metavar="true|false"), SETTING] = None
     """Whether each joint has a constant torque offset (default: as in the robot's file)."""
     coulomb: Annotated[Literal["sum", "paper"] | None, Parameter(metavar="sum|paper"), SETTING] = None
     """Coulomb friction of coupled drives: by the sum of the speeds, or as printed in the paper."""
 
-    def setup(
-        self, robot: model.Robot, stored: estimation.RobotResult | None = None, request: Options | None = None
-    ) -> Setup:
-        """The robot with structure and processing as asked for, in a request too; ``stored`` ones bring theirs."""
+    def setup(self, stored: estimation.RobotResult | None = None) -> Setup:
+        """The robot with structure and processing as asked for; ``stored`` ones bring theirs."""
+        robot = self.load()
         gains, identified = self.gains(robot)
         if stored:
             robot = stored.applied_to(robot)
@@ -211,22 +195,13 @@ class FilterOptions(LogOptions):
         robot = robot if self.offsets is None else robot.with_offsets(self.offsets)
         if stored and robot.fingerprint != stored.fingerprint:
             raise InputError("offsets and coulomb must be those the stored parameters were identified with")
-        asked = [(part, entry.name) for part in (self, request) if part for entry in fields(model.Processing)]
-        given = [(part, name) for part, name in asked if getattr(part, name, None) is not None]
-        changed: dict[str, Any] = {name: getattr(part, name) for part, name in given}
-        named = [part.shown(name) for part, name in given]
+        names = [entry.name for entry in fields(model.Processing)]
+        changed = {name: value for name in names if (value := getattr(self, name, None)) is not None}
         if "equation_rate" in changed:  # takes the place of either in the robot's file
             changed["decimate"] = 1
-        with about(*named):
+        with about(*(self.shown(name) for name in changed if name != "decimate")):
             processing = replace(robot.processing, **changed)
         return Setup(robot, processing, gains, identified, self.how())
-
-
-class ProcessingOptions(FilterOptions):
-    """Settings of filtering and of decimation, for commands that build equations of fewer rows."""
-
-    equation_rate: Annotated[values.Hertz | None, SETTING] = None
-    """Approximate rate to which the equations are decimated."""
 
 
 class KnowledgeOptions(Options, group=KNOWN):
@@ -298,12 +273,6 @@ class GainOptions(Options, group=LOGS):
         return structs.replace(gains, recordings=source.recordings, mass=source.mass, notes=notes)
 
 
-def print_lines(*lines: str) -> None:
-    """Print lines no wider than the terminal, unless the run is quiet."""
-    if not quiet():
-        print_blocks([Notes(lines)])
-
-
 class ResultOptions(Options, group=FILES):
     """The result as JSON."""
 
@@ -318,24 +287,24 @@ class ResultOptions(Options, group=FILES):
         return None if self.json == "-" else self.json
 
     def give(self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str]) -> None:
-        """Print the screen, and write the result as far as it was asked for; ``settings_text``: of processing."""
+        """Print the screen, and write what is asked for; ``settings_text``: of processing."""
         self.show(shown)
-        self.write_json(document)
+        self.write(shown, document, settings_text)
 
     def show(self, shown: Report) -> None:
         """Print the screen, or all of it; beside standard output where that takes the JSON."""
-        if not quiet():
+        if not self.quiet:
             print_report(shown, self.details, sys.stderr if self.json == "-" else None)
 
-    def write_json(self, document: Callable[[], Any]) -> None:
-        """Write the document; it is made only if it was asked for."""
+    def write(self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str]) -> None:
+        """Write the document as far as it is asked for; it is made only then."""
         if self.json == "-":
             sys.stdout.write(json_text(document()).decode())
         elif self.json:
             write_json(self.json, document())
 
 
-class PageOptions(ResultOptions):
+class PageOptions(ResultOptions, group=FILES):
     """The result as JSON, and as an HTML report with its figures."""
 
     report: values.NewPage | None = None
@@ -343,13 +312,9 @@ class PageOptions(ResultOptions):
     plots: Annotated[values.NewFolder | None, SETTING] = None
     """Folder for the report's figures as PNG, SVG and PDF; made if missing."""
 
-    def give(self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str]) -> None:
-        """Print the screen, and write document, page and figures, as far as they were asked for."""
-        super().give(shown, document, settings_text)
-        self.write_page(shown, settings_text)
-
-    def write_page(self, shown: Report, settings_text: Mapping[str, str]) -> None:
-        """Write page and figures, as far as they were asked for; ``settings_text``: of processing."""
+    def write(self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str]) -> None:
+        """Write document, page and figures, as far as they are asked for."""
+        super().write(shown, document, settings_text)
         if self.report:
             call = CALL.get()
             named = ((mark.role, path) for _, mark, path in call.named(reads=True) if mark.role != "options")
@@ -378,7 +343,7 @@ class ViewOptions(Options, group=FILES):
         if self.view:
             views.require_viewer()
 
-    def write_view(self, view: Callable[[], View]) -> None:
+    def write_view(self, view: Callable[[], views.View]) -> None:
         """Write or open the view; it is made only if it was asked for."""
         if self.view:
             page = ""

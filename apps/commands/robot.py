@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from cyclopts import Parameter
@@ -25,24 +25,16 @@ from ..report.sections.check import readings_agree, readings_report
 from ..report.sections.robot import base_description, robot_description
 from ..report.terminal import print_blocks
 from . import values
-from .entry import SETTING, Options, about, command
+from .entry import SETTING, Options, about, note, status, withheld
 from .motions import in_si
-from .options import FilterOptions, FramedRobotOptions, PageOptions, RobotOptions, ViewOptions, print_lines
-from .progress import note, quiet, status, withheld
+from .options import FramedRobotOptions, PageOptions, ProcessingOptions, RobotOptions, ViewOptions
 from .values import NewDrawing, NewFile, Positions, Reads, checked, number, numbers, positive_number, texts, word
-
-if TYPE_CHECKING:
-    from ...model import JointAxis, Pose
-else:  # --help names options without importing what they become
-    JointAxis = Pose = object
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 TEMPLATE = Path(__file__).with_name("robot_template.toml")
 """A description that loads as it stands, with every key that a robot's file may have."""
 
-_Logs = Annotated[values.DataFiles, Parameter(help="Recording without payload.")]
 _LIMITS = "LOW:HIGH[:SPEED[:ACCELERATION[:TORQUE]]],.."
-_Function = Annotated[str, Parameter(metavar="NAME", help="What C computes, such as base_regressor.")]
 
 
 def run_list() -> None:
@@ -51,25 +43,24 @@ def run_list() -> None:
         print(f"{name:14s}{model.load_robot(name).title}")
 
 
-@command
-def run_show(
-    *,
-    arm: FramedRobotOptions,
-    at: Annotated[Positions | None, Parameter(help="Positions to draw [deg or m] (default: 0).")] = None,
-    base: Annotated[bool, Parameter(help="Its base parameters, and what is grouped in each.")] = False,
-    drawing: Annotated[NewDrawing | None, Parameter(help="Write a stick figure: .png, .svg or .pdf.")] = None,
-    view: ViewOptions,
-) -> None:
-    """Run ``robot show``."""
-    robot = arm.load()
-    at = at or (0.0,) * robot.n
-    with about("--at"):
-        q = in_si(at, robot)[None]
-    print_blocks(base_description(robot) if base else robot_description(model.stand_in.rehearsed(robot)))
-    if drawing:
-        draw(robot, drawing, at)
-    still = model.Motion(np.zeros(1), q, np.zeros_like(q), np.zeros_like(q))
-    view.write_view(lambda: views.view_of(robot, still))
+class _Show(ViewOptions, FramedRobotOptions):
+    at: Positions | None = None
+    """Positions to draw [deg or m] (default: 0)."""
+    base: bool = False
+    """Its base parameters, and what is grouped in each."""
+    drawing: NewDrawing | None = None
+    """Write a stick figure: .png, .svg or .pdf."""
+
+    def __call__(self) -> None:
+        robot = self.load()
+        at = self.at or (0.0,) * robot.n
+        with about("--at"):
+            q = in_si(at, robot)[None]
+        print_blocks(base_description(robot) if self.base else robot_description(model.stand_in.rehearsed(robot)))
+        if self.drawing:
+            self.tell(draw(robot, self.drawing, at))
+        still = model.Motion(np.zeros(1), q, np.zeros_like(q), np.zeros_like(q))
+        self.write_view(lambda: views.view_of(robot, still))
 
 
 def _direction(text: str) -> tuple[float, float, float]:
@@ -119,14 +110,14 @@ def joint_limits(text: str) -> tuple[tuple[float, ...], ...]:
     return tuple(joints)
 
 
-class _Sheet(Options):
+class _New(Options):
     template: bool = False
     """Write a file to fill in, with an example of every key (default: to standard output)."""
     name: str | None = None
     """Short name of the robot."""
-    joint: Annotated[tuple[JointAxis, ...], word(joint_axis, "AXIS,X,Y,Z[,slide]", None)] = ()
+    joint: Annotated[tuple[model.JointAxis, ...], word(joint_axis, "AXIS,X,Y,Z[,slide]", None)] = ()
     """Direction of a joint's axis (x, -y, .. or a:b:c) and a point on it [m]; one option per joint."""
-    flange: Annotated[Pose | None, word(flange, "X,Y,Z,ZAXIS,XAXIS")] = None
+    flange: Annotated[model.Pose | None, word(flange, "X,Y,Z,ZAXIS,XAXIS")] = None
     """Origin of the flange [m], its outward direction, and its x axis."""
     drawn_at: Annotated[Positions | None, SETTING] = None
     """Joint positions of that pose [deg or m]."""
@@ -147,114 +138,108 @@ class _Sheet(Options):
         """Refuse options beside ``--template``, and a sheet with gaps."""
         super().check()
         if self.template:
-            for entry in fields(self):
-                if entry.name not in ("template", "out", "overwrite"):
-                    self.refuse(entry.name, "belongs to a robot by options, --template is a file to fill in")
+            for option in _New.__annotations__:
+                if option not in ("template", "out", "overwrite"):
+                    self.refuse(option, "belongs to a robot by options, --template is a file to fill in")
             return
         if missing := [f"--{name}" for name in ("name", "joint", "flange") if not getattr(self, name)]:
             raise InputError(f"give {', '.join(missing)}, or --template for a file to fill in")
 
-    def write(self, out: Path, text: str) -> None:
-        """Write the file, over another one only where that is wanted."""
+    def __call__(self) -> None:
+        if self.template:
+            text = TEMPLATE.read_text(encoding="utf-8")
+            if self.out is None:
+                print(text, end="")
+                return
+        else:
+            robot, drawn_at = self.robot()
+            text = model.robot_toml(robot)
+        out = Path(self.out or f"{self.name}.toml")
         if out.exists() and not self.overwrite:
             raise InputError(f"{out}: is there already: give another --out, or --overwrite")
         write_text(out, text)
-
-
-@command
-def run_new(*, request: _Sheet) -> None:
-    """Run ``robot new``."""
-    if request.template:
-        text = TEMPLATE.read_text(encoding="utf-8")
-        if request.out is None:
-            print(text, end="")
-        else:
-            request.write(Path(request.out), text)
-            print_lines(f"Written: {request.out}. Fill it in, then: dynident robot show --robot {request.out}")
-        return
-    robot, drawn_at = new_robot(request)
-    out = Path(request.out or f"{robot.name}.toml")
-    request.write(out, model.robot_toml(robot))
-    print_blocks(robot_description(robot))
-    draw(robot, request.drawing or str(out.with_suffix(".svg")), drawn_at)
-    print_lines(
-        f"Written: {out}. Compare the drawing with the data sheet before you use it. What else is known goes into "
-        "the file: title, source, joint_names, .. as 'dynident robot new --template' shows them."
-    )
-    if not model.stand_in.can_stand_in(robot):
-        note(f"to rehearse on it, add the mass of the arm to {out} (mass_kg = ..), or give --arm-mass KG")
-
-
-def new_robot(sheet: _Sheet) -> tuple[model.Robot, tuple[float, ...]]:
-    """The robot that the answers describe, and the positions [deg or m] of the pose they describe it in."""
-    axes, name = list(sheet.joint or ()), sheet.name or ""
-    drawn_at = sheet.drawn_at or (0.0,) * len(axes)
-    for option, parts in (("drawn-at", drawn_at), ("--limits", sheet.limits or axes)):
-        if len(parts) != len(axes):
-            raise InputError(f"{option} has {len(parts)} parts for {len(axes)} joints: give one per joint")
-    for j, bounds in enumerate(sheet.limits or ()):
-        scale = math.pi / 180.0 if axes[j].kind == "revolute" else 1.0
-        low, high, speed, acceleration = (scale * bound for bound in bounds[:4])
-        with about(f"--limits of joint {j + 1}"):
-            axes[j] = replace(axes[j], limits=model.Limits((low, high), speed, acceleration, bounds[4]))
-    robot = model.modified_dh(axes, sheet.flange or model.Pose())
-    # Counted so that each joint stands at its part of drawn_at where the frames were taken.
-    joints = [
-        replace(joint, theta=joint.theta - math.radians(q))
-        if joint.revolute
-        else replace(joint, r=round(joint.r - q, 12) + 0.0)
-        for joint, q in zip(robot.joints, drawn_at, strict=True)
-    ]
-    slow_speed = model.motion.usual_slow_speed([axis.kind == "revolute" for axis in axes])
-    try:
-        robot = replace(
-            robot,
-            name=name,
-            joints=tuple(joints),
-            payload_frame="the flange frame: origin on the flange face, z outwards",
-            rated_payload=math.inf if sheet.rated_payload is None else sheet.rated_payload,
-            mass=sheet.mass,
-            processing=model.Processing(cutoff=10.0, decimate=5, slow_speed=slow_speed),
-            title=name,
+        if self.template:
+            self.tell(f"Written: {out}. Fill it in, then: dynident robot show --robot {out}")
+            return
+        print_blocks(robot_description(robot))
+        self.tell(draw(robot, self.drawing or str(out.with_suffix(".svg")), drawn_at))
+        self.tell(
+            f"Written: {out}. Compare the drawing with the data sheet before you use it. What else is known goes "
+            "into the file: title, source, joint_names, .. as 'dynident robot new --template' shows them."
         )
-    except ValueError as error:
-        raise InputError(str(error)) from None
-    return robot, drawn_at
+        if not model.stand_in.can_stand_in(robot):
+            note(f"to rehearse on it, add the mass of the arm to {out} (mass_kg = ..), or give --arm-mass KG")
+
+    def robot(self) -> tuple[model.Robot, tuple[float, ...]]:
+        """The robot that the answers describe, and the positions [deg or m] of the pose they describe it in."""
+        axes, name = list(self.joint or ()), self.name or ""
+        drawn_at = self.drawn_at or (0.0,) * len(axes)
+        for option, parts in (("drawn-at", drawn_at), ("--limits", self.limits or axes)):
+            if len(parts) != len(axes):
+                raise InputError(f"{option} has {len(parts)} parts for {len(axes)} joints: give one per joint")
+        for j, bounds in enumerate(self.limits or ()):
+            scale = math.pi / 180.0 if axes[j].kind == "revolute" else 1.0
+            low, high, speed, acceleration = (scale * bound for bound in bounds[:4])
+            with about(f"--limits of joint {j + 1}"):
+                axes[j] = replace(axes[j], limits=model.Limits((low, high), speed, acceleration, bounds[4]))
+        robot = model.modified_dh(axes, self.flange or model.Pose())
+        # Counted so that each joint stands at its part of drawn_at where the frames were taken.
+        joints = [
+            replace(joint, theta=joint.theta - math.radians(q))
+            if joint.revolute
+            else replace(joint, r=round(joint.r - q, 12) + 0.0)
+            for joint, q in zip(robot.joints, drawn_at, strict=True)
+        ]
+        slow_speed = model.motion.usual_slow_speed([axis.kind == "revolute" for axis in axes])
+        try:
+            robot = replace(
+                robot,
+                name=name,
+                joints=tuple(joints),
+                payload_frame="the flange frame: origin on the flange face, z outwards",
+                rated_payload=math.inf if self.rated_payload is None else self.rated_payload,
+                mass=self.mass,
+                processing=model.Processing(cutoff=10.0, decimate=5, slow_speed=slow_speed),
+                title=name,
+            )
+        except ValueError as error:
+            raise InputError(str(error)) from None
+        return robot, drawn_at
 
 
-def draw(robot: model.Robot, path: str, at: tuple[float, ...]) -> None:
-    """Write the drawing of a robot at positions in degrees and metres, and say so."""
+def draw(robot: model.Robot, path: str, at: tuple[float, ...]) -> str:
+    """Write the drawing of a robot at positions in degrees and metres, and tell where."""
     shown = ", ".join(f"{x:g}" for x in at)
     save_drawing(path, robot, in_si(at, robot).tolist(), f"{robot.title or robot.name} at {shown} (degrees, m)")
-    print_lines(f"Drawn at {shown}: {path}")
+    return f"Drawn at {shown}: {path}"
 
 
-class _Page(PageOptions):
-    """The result as JSON and as a report, which has no figure."""
-
+class _Check(PageOptions, ProcessingOptions):
+    data: values.DataFiles
+    """Recording without payload."""
+    equation_rate: Annotated[None, Parameter(parse=False)] = None
     plots: Annotated[None, Parameter(parse=False)] = None
 
+    def __call__(self) -> bool:
+        setup = self.setup()
+        robot = setup.robot
+        with status("reading") as progress:
+            given = logs.grouped(self.data)
+            logged = [logs.read_tool_poses(path, robot, setup.log_map) for path in given]
+            poses = [estimation.check_pose(robot, log, progress) for log in logged if log]
+            named = {path: logs.named(path, robot, setup.log_map) for path in given if poses}
+            recordings = setup.read(
+                [path for path in given if not poses or named[path].holds("torque") or named[path].holds("current")]
+            )
+            readings = (
+                estimation.rank_readings(robot, recordings, setup.processing, progress) if recordings else None
+            )
+        shown = readings_report(robot, poses, readings)
+        self.give(shown, lambda: robot_check_document(robot, poses, readings), setup.in_words())
+        return readings_agree(poses, readings)
 
-@command
-def run_check(*, arm: RobotOptions, data: _Logs, processing: FilterOptions, files: _Page) -> bool:
-    """Run ``robot check``."""
-    setup = processing.setup(arm.load())
-    robot = setup.robot
-    with status("reading") as progress:
-        given = logs.grouped(data)
-        logged = [logs.read_tool_poses(path, robot, setup.log_map) for path in given]
-        poses = [estimation.check_pose(robot, log, progress) for log in logged if log]
-        named = {path: logs.named(path, robot, setup.log_map) for path in given if poses}
-        recordings = setup.read(
-            [path for path in given if not poses or named[path].holds("torque") or named[path].holds("current")]
-        )
-        readings = estimation.rank_readings(robot, recordings, setup.processing, progress) if recordings else None
-    shown = readings_report(robot, poses, readings)
-    files.give(shown, lambda: robot_check_document(robot, poses, readings), setup.in_words())
-    return readings_agree(poses, readings)
 
-
-class _Bodies(Options):
+class _Export(RobotOptions):
     belongs: ClassVar = {"into": ("to", ("mjcf", "urdf"))}
 
     robot_parameters: tuple[values.RobotParametersFile, ...] = ()
@@ -274,53 +259,49 @@ class _Bodies(Options):
         if len(self.robot_parameters) > 1:
             raise InputError("several --robot-parameters: give all recordings to one 'dynident identify'")
 
-
-@command
-def run_export(*, arm: RobotOptions, bodies: _Bodies) -> bool:
-    """Run ``robot export``."""
-    form = simulators.FORMATS[bodies.to]
-    robot = arm.load()
-    against: tuple[str, ...] = ()
-    if bodies.robot_parameters:
-        (path,) = bodies.robot_parameters
-        stored = results.read_stored_robot(path)
-        whole = stored_whole_robot(robot, stored, path)
-        against = tuple(present(stored.reasons_against_use) or ())
-    else:
-        source = f"the description of {robot.name}, nothing identified"
-        whole = estimation.whole_robot(robot, dict(robot.parameters), source)
-    against += whole.heavier_than_the_arm()
-    if against and not bodies.despite_verdict:
-        return withheld("written", f"{'; '.join(against)} (--despite-verdict writes it all the same)")
-    notes = robot_notes(form, whole)
-    if bodies.into is None:
-        write_text(bodies.out, form.text(whole))
-    else:
-        text, more = into(bodies.to, bodies.into, whole, form.head(form, whole))
-        write_text(bodies.out, text)
-        notes += more
-    print_lines(f"{bodies.out}: {whole.source}. Prior: {whole.prior}.", *(f"  {line}" for line in notes))
-    return True
+    def __call__(self) -> bool:
+        form = simulators.FORMATS[self.to]
+        robot = self.load()
+        against: tuple[str, ...] = ()
+        if self.robot_parameters:
+            (path,) = self.robot_parameters
+            stored = results.read_stored_robot(path)
+            whole = stored_whole_robot(robot, stored, path)
+            against = tuple(present(stored.reasons_against_use) or ())
+        else:
+            source = f"the description of {robot.name}, nothing identified"
+            whole = estimation.whole_robot(robot, dict(robot.parameters), source)
+        against += whole.heavier_than_the_arm()
+        if against and not self.despite_verdict:
+            return withheld("written", f"{'; '.join(against)} (--despite-verdict writes it all the same)")
+        notes = robot_notes(form, whole)
+        if self.into is None:
+            write_text(self.out, form.text(whole))
+        else:
+            text, more = into(self.to, self.into, whole, form.head(form, whole))
+            write_text(self.out, text)
+            notes += more
+        self.tell(f"{self.out}: {whole.source}. Prior: {whole.prior}.", *(f"  {line}" for line in notes))
+        return True
 
 
-@command
-def run_codegen(
-    *,
-    robot: RobotOptions,
-    function: _Function | None = None,
-    language: Literal["c", "numpy"] = "c",
-    out: values.NewFolder,
-) -> None:
-    """Run ``codegen``.
+class _Codegen(RobotOptions):
+    function: Annotated[str | None, Parameter(metavar="NAME")] = None
+    """What C computes, such as base_regressor."""
+    language: Literal["c", "numpy"] = "c"
+    """Of the code: c, one function; or numpy, one file of regressor and dynamics."""
+    out: values.NewFolder
+    """Folder of the files, made if missing."""
 
-    Args:
-        language: Of the code: c, one function; or numpy, one file of regressor and dynamics.
-        out: Folder of the files, made if missing.
-    """
-    if (language == "c") != (function is not None):
-        needed = f"give one of {', '.join(model.code_names())}" if language == "c" else "is for C: leave it out"
-        raise InputError(f"--function: {needed}")
-    arm = robot.load()
-    for path in (model.generate_numpy(arm, out),) if function is None else model.generate_code(arm, function, out):
-        if not quiet():
-            print(printable(str(path)))
+    def __call__(self) -> None:
+        function, out = self.function, self.out
+        if (self.language == "c") != (function is not None):
+            known = ", ".join(model.code_names())
+            needed = f"give one of {known}" if self.language == "c" else "is for C: leave it out"
+            raise InputError(f"--function: {needed}")
+        arm = self.load()
+        for path in (
+            (model.generate_numpy(arm, out),) if function is None else model.generate_code(arm, function, out)
+        ):
+            if not self.quiet:
+                print(printable(str(path)))

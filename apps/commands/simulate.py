@@ -23,23 +23,18 @@ from ...common.progress import Progress, silent
 from ...common.schema import write_json
 from .. import logs
 from .. import view as views
-from ..logs.map import LogMap
 from ..recordings import SIMULATED, write_recording, write_truth
 from ..report.blocks import Notes
 from ..report.figures.canvas import save_figure
 from ..report.sections.payload import payload_report
 from ..report.sections.robot import assumed_notes, robot_section
 from . import values
-from .entry import SETTING, Options, command
+from .entry import SETTING, status
 from .motions import RehearsedRobotOptions
-from .options import PageOptions, Setup, ViewOptions, print_lines
-from .progress import status
+from .options import PageOptions, Setup, ViewOptions
 from .values import Count, NewFolder, PayloadFile, Reads, Seed, Share, number, share, where, word
 
-_Trajectory = Annotated[str, Reads("trajectories"), Parameter(metavar="CSV")]
-
 _SHARE = 0.08
-_POINTS = 16
 _RATE = word(where(number, lambda rate: 20.0 <= rate <= 1e4, "a rate from 20 to 10000 Hz"), "HZ")
 _SAG = word(where(number, lambda sag: 0.0 < sag <= 100.0, "above 0 and at most 100 mrad"), "MRAD")
 
@@ -59,8 +54,8 @@ As in the paper it is a known torque: the simulation applies it, identification 
 """
 
 
-class _Simulate(Options):
-    trajectory: tuple[_Trajectory, ...] = ()
+class _Simulate(ViewOptions, RehearsedRobotOptions):
+    trajectory: tuple[Annotated[str, Reads("trajectories"), Parameter(metavar="CSV")], ...] = ()
     """Motion to run (t,q1..[,qd1..[,qdd1..]]); repeatable (default: one through 16 random points)."""
     payload: PayloadFile | None = None
     """Payload with which each motion is run as well."""
@@ -83,6 +78,55 @@ class _Simulate(Options):
     out: NewFolder
     """Folder for the recordings and truth.toml."""
 
+    def __call__(self) -> None:
+        described = self.load()
+        robot = self.rubbing(model.with_stand_in(described))
+        payload = model.read_payload(self.payload) if self.payload else None
+        references: dict[str, trajectories.Plan] = {}
+        for file in self.trajectory:  # these need only keep the limits of the description, not assumed ones
+            name = Path(file).name.removesuffix(".gz").removesuffix(".csv")
+            if name in references:
+                raise InputError(f"--trajectory: two files are called {name!r}: rename one")
+            trajectory = trajectories.SampledTrajectory(*logs.read_trajectory(file, robot), file)
+            trajectory.check_limits(described)
+            references[name] = trajectory
+        if not references:
+            try:
+                points = trajectories.random_points(robot, POINTS, self.seed)
+                references["random"] = trajectories.plan_point_to_point(robot, points)
+            except ValueError as error:
+                raise InputError(f"{error}: give --trajectory") from None
+        noise = self.noise or ("paper" if robot.name == "rx90" else str(_SHARE))
+        disturbances = levels(robot, noise, self.gain_error, list(references.values()))
+        tasks = [trajectories.Task(f"{name}_unloaded", reference) for name, reference in references.items()]
+        if payload is not None:
+            tasks += [
+                trajectories.Task(f"{name}_loaded", reference, payload) for name, reference in references.items()
+            ]
+        controller = replace(trajectories.CONTROLLERS[self.controller], rate=self.rate)
+        if self.sag is not None:
+            if payload is None or controller.integral > 0.0:
+                raise InputError(
+                    "--sag: give --payload, and --controller proportional or gravity: another never sags"
+                )
+            controller = controller.sagging(robot, payload, list(references.values()), 1e-3 * self.sag)
+        with status("simulating") as progress:
+            experiment = trajectories.run_experiment(
+                robot, tasks, disturbances, self.seed, controller, partial(progress, "simulating")
+            )
+        folder = made_folder(self.out)
+        lines, names = [], [f"{run.task.name}.csv" for run in experiment.runs]
+        for name, run in zip(names, experiment.runs, strict=True):
+            write_recording(folder / name, run.recording)
+            strayed = f"tracking error at most {1e3 * run.tracking_error.max():.2f} mrad"
+            lines.append(f"{folder / name}: {run.exact.motion.t[-1]:.1f} s, {strayed}")
+        write_truth(folder / "truth.toml", experiment, controller, names)
+        lines.append(f"{folder / 'truth.toml'}: the true parameters")
+        self.tell(*lines, *assumed_notes(experiment.robot, *SIMULATED))
+
+        shown = (np.column_stack([payload.com] * 2), payload) if payload is not None else None  # known exactly
+        self.write_view(lambda: views.view_of(robot, experiment.runs[-1].exact.motion, payload=shown))
+
     def rubbing(self, robot: model.Robot) -> model.Robot:
         """The robot with further terms of friction."""
         if not self.friction:
@@ -99,101 +143,38 @@ class _Simulate(Options):
         return replace(robot.with_friction((*own, *more)), parameters={**robot.parameters, **values})
 
 
-@command
-def run(*, arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) -> None:
-    """Run it."""
-    described = arm.load()
-    robot = request.rubbing(model.with_stand_in(described))
-    payload = model.read_payload(request.payload) if request.payload else None
-    references = _references(robot, described, request.trajectory, request.seed)
-    disturbances = _disturbances(robot, request.noise, list(references.values()))
-    disturbances = replace(disturbances, gain_error=request.gain_error)
-    tasks = [trajectories.Task(f"{name}_unloaded", reference) for name, reference in references.items()]
-    if payload is not None:
-        tasks += [trajectories.Task(f"{name}_loaded", reference, payload) for name, reference in references.items()]
-    controller = replace(trajectories.CONTROLLERS[request.controller], rate=request.rate)
-    if request.sag is not None:
-        if payload is None or controller.integral > 0.0:
-            raise InputError("--sag: give --payload, and --controller proportional or gravity: another never sags")
-        controller = controller.sagging(robot, payload, list(references.values()), 1e-3 * request.sag)
-    with status("simulating") as progress:
-        experiment = trajectories.run_experiment(
-            robot, tasks, disturbances, request.seed, controller, partial(progress, "simulating")
-        )
-    folder = made_folder(request.out)
-    files = {folder / f"{run.task.name}.csv": run for run in experiment.runs}
-    for file, run in files.items():
-        write_recording(file, run.recording)
-    write_truth(folder / "truth.toml", experiment, controller, [file.name for file in files])
-    lines = [
-        f"{file}: {run.exact.motion.t[-1]:.1f} s, tracking error at most {1e3 * run.tracking_error.max():.2f} mrad"
-        for file, run in files.items()
-    ]
-    truth = f"{folder / 'truth.toml'}: the true parameters"
-    print_lines(*lines, truth, *assumed_notes(experiment.robot, *SIMULATED))
-
-    shown = (np.column_stack([payload.com] * 2), payload) if payload is not None else None  # known exactly
-    view.write_view(lambda: views.view_of(robot, experiment.runs[-1].exact.motion, payload=shown))
-
-
-def _references(
-    robot: model.Robot, described: model.Robot, files: Sequence[str], seed: int
-) -> dict[str, trajectories.Plan]:
-    """Motions by name; those of files need only keep the limits of the description, not assumed ones."""
-    motions: dict[str, trajectories.Plan] = {}
-    for file in files:
-        name = Path(file).name.removesuffix(".gz").removesuffix(".csv")
-        if name in motions:
-            raise InputError(f"--trajectory: two files are called {name!r}: rename one")
-        trajectory = trajectories.SampledTrajectory(*logs.read_trajectory(file, robot), file)
-        trajectory.check_limits(described)
-        motions[name] = trajectory
-    if motions:
-        return motions
-    try:
-        return {"random": trajectories.plan_point_to_point(robot, trajectories.random_points(robot, _POINTS, seed))}
-    except ValueError as error:
-        raise InputError(f"{error}: give --trajectory") from None
-
-
-def _disturbances(
-    robot: model.Robot, noise: str, references: Sequence[trajectories.Plan]
-) -> trajectories.Disturbances:
-    """Disturbances of the recordings, by a name or as a share of each joint's root mean square torque."""
-    noise = noise or ("paper" if robot.name == "rx90" else str(_SHARE))
-    if noise == "none":
-        return trajectories.no_disturbances(robot.n)
-    if noise == "assumed":
-        return trajectories.remembered_disturbances(trajectories.assumed_noise(robot), trajectories.INDEPENDENT)
-    if noise in ("paper", "slow"):
-        if robot.name != "rx90":
-            raise InputError(f"--noise {noise} is the RX90's: give a share of the torque for {robot.name}")
-        return trajectories.RX90_DISTURBANCES if noise == "paper" else trajectories.RX90_SLOW_NOISE
-    try:
-        level = share(noise)
-    except ValueError:
-        raise InputError(f"--noise {noise!r}: give none, assumed, paper, slow or a share such as 0.08") from None
-    simulator, torques = trajectories.Simulator(robot), []
-    for reference in references:
-        t = np.linspace(0.0, reference.duration, 2000)
-        torques.append(simulator.measure(model.Motion(t, *reference.at(t))).torque)
-    return trajectories.relative_disturbances(np.sqrt(np.mean(np.concatenate(torques) ** 2, axis=0)), level)
-
-
 def paper_robot() -> model.Robot:
     """The RX90 with the assumed spring."""
     robot = model.load_robot("rx90")
     return replace(robot, drives=replace(robot.drives, spring=ASSUMED_SPRING))
 
 
-def levels(noise: str, gain_error: float = 0.0) -> trajectories.Disturbances:
-    """Disturbances by name: paper, slow or none."""
-    named = {
-        "paper": trajectories.RX90_DISTURBANCES,
-        "slow": trajectories.RX90_SLOW_NOISE,
-        "none": trajectories.no_disturbances(6),
-    }
-    return replace(named[noise], gain_error=gain_error)
+def levels(
+    robot: model.Robot, noise: str, gain_error: float = 0.0, motions: Sequence[trajectories.Plan] = ()
+) -> trajectories.Disturbances:
+    """Disturbances by name: paper, slow, assumed, none; or as a share of each joint's rms torque in ``motions``."""
+    if noise == "none":
+        named = trajectories.no_disturbances(robot.n)
+    elif noise == "assumed":
+        named = trajectories.remembered_disturbances(trajectories.assumed_noise(robot), trajectories.INDEPENDENT)
+    elif noise in ("paper", "slow"):
+        if robot.name != "rx90":
+            raise InputError(f"--noise {noise} is the RX90's: give a share of the torque for {robot.name}")
+        named = trajectories.RX90_DISTURBANCES if noise == "paper" else trajectories.RX90_SLOW_NOISE
+    else:
+        try:
+            level = share(noise)
+        except ValueError:
+            raise InputError(
+                f"--noise {noise!r}: give none, assumed, paper, slow or a share such as 0.08"
+            ) from None
+        simulator, torques = trajectories.Simulator(robot), []
+        for motion in motions:
+            t = np.linspace(0.0, motion.duration, 2000)
+            torques.append(simulator.measure(model.Motion(t, *motion.at(t))).torque)
+        rms = np.sqrt(np.mean(np.concatenate(torques) ** 2, axis=0))
+        named = trajectories.relative_disturbances(rms, level)
+    return replace(named, gain_error=gain_error)
 
 
 def simulate_paper(
@@ -224,56 +205,53 @@ def reduced_experiment(experiment: trajectories.Experiment, progress: Progress =
     )
 
 
-@command
-def run_demo(
-    *,
-    out: NewFolder = "demo",
-    seed: Seed = 0,
-    motions: Annotated[Count, Parameter(name="--trajectories")] = TRAJECTORIES,
-    noise: Literal["paper", "slow", "none"] = "paper",
-    gain_error: Annotated[Share, SETTING] = 0.0,
-    files: PageOptions,
-) -> None:
+class _Demo(PageOptions):
     """Simulate, identify by all four methods, and print the payload beside the truth.
 
     The report goes into the folder of the results unless another place is named.
-
-    Args:
-        out: Folder of the results (default: demo).
-        seed: Seed of the trajectories and the noise (default: 0).
-        motions: Number of trajectories (default: 18, as in the paper).
-        noise: Noise of the paper's robot (default), with a memory of 0.8 s, or none.
-        gain_error: Error of the drive gains, such as 0.02 (default: 0).
     """
-    folder = made_folder(out)
-    with status("simulating") as progress:
-        told = partial(progress, "simulating")
-        experiment = simulate_paper(paper_robot(), levels(noise, gain_error), seed, motions, told)
-    with status("reducing") as progress:
-        robot, answer = identified(experiment, progress)
-    write_json(folder / "payload.json", answer.result)
-    write_json(folder / "robot.json", robot.result)
-    files = replace(files, report=files.report or str(folder / "report.html"))
-    written = (*(folder / name for name in ("payload.json", "robot.json", "torques.png")), files.report)
-    shown = payload_report(answer.result, str(folder / "payload.json"))
-    place = ", ".join(f"{1e3 * x:g}" for x in PAYLOAD.com)
-    head = (
-        f"The paper's experiment on a simulated RX90. The true payload, {PAYLOAD.mass:g} kg at ({place}) mm, is "
-        "unknown to the identification."
-    )
-    first = [Notes([head]), *shown.first, Notes([f"Written: {', '.join(map(str, written))}"])]
-    shown = replace(shown, first=first, sections=[*shown.sections, robot_section(robot.result)])
-    arm = experiment.robot
-    setup = Setup(arm, arm.processing, None, None, LogMap(source="simulated"))
-    simulated = {
-        "recordings": f"simulated: {len(experiment.runs)} runs, the last trajectory held out",
-        "seed": str(experiment.seed),
-        "noise": noise,
-        "errors of the drive gains": f"{100.0 * experiment.disturbances.gain_error:g} %",
-    }
-    torques = next(drawing for drawing in shown.drawings() if drawing.name == "worst_joint")
-    save_figure(torques.figure, folder / "torques.png")
-    files.give(shown, lambda: answer.result, setup.in_words() | simulated)
+
+    out: NewFolder = "demo"
+    """Folder of the results (default: demo)."""
+    seed: Seed = 0
+    """Seed of the trajectories and the noise (default: 0)."""
+    trajectories: Count = TRAJECTORIES
+    """Number of trajectories (default: 18, as in the paper)."""
+    noise: Literal["paper", "slow", "none"] = "paper"
+    """Noise of the paper's robot (default), with a memory of 0.8 s, or none."""
+    gain_error: Annotated[Share, SETTING] = 0.0
+    """Error of the drive gains, such as 0.02 (default: 0)."""
+
+    def __call__(self) -> None:
+        folder = made_folder(self.out)
+        with status("simulating") as progress:
+            arm, told = paper_robot(), partial(progress, "simulating")
+            noise = levels(arm, self.noise, self.gain_error)
+            experiment = simulate_paper(arm, noise, self.seed, self.trajectories, told)
+        with status("reducing") as progress:
+            robot, answer = identified(experiment, progress)
+        write_json(folder / "payload.json", answer.result)
+        write_json(folder / "robot.json", robot.result)
+        files = replace(self, report=self.report or str(folder / "report.html"))
+        written = (*(folder / name for name in ("payload.json", "robot.json", "torques.png")), files.report)
+        shown = payload_report(answer.result, str(folder / "payload.json"))
+        place = ", ".join(f"{1e3 * x:g}" for x in PAYLOAD.com)
+        head = (
+            f"The paper's experiment on a simulated RX90. The true payload, {PAYLOAD.mass:g} kg at ({place}) mm, "
+            "is unknown to the identification."
+        )
+        first = [Notes([head]), *shown.first, Notes([f"Written: {', '.join(map(str, written))}"])]
+        shown = replace(shown, first=first, sections=[*shown.sections, robot_section(robot.result)])
+        setup = Setup(arm, arm.processing, None, None, logs.LogMap(source="simulated"))
+        simulated = {
+            "recordings": f"simulated: {len(experiment.runs)} runs, the last trajectory held out",
+            "seed": str(experiment.seed),
+            "noise": self.noise,
+            "errors of the drive gains": f"{100.0 * experiment.disturbances.gain_error:g} %",
+        }
+        torques = next(drawing for drawing in shown.drawings() if drawing.name == "worst_joint")
+        save_figure(torques.figure, folder / "torques.png")
+        files.give(shown, lambda: answer.result, setup.in_words() | simulated)
 
 
 def identified(

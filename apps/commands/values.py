@@ -5,19 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypeVar
+from typing import Annotated, Any, Literal, NamedTuple, TypeVar
 
 from cyclopts import Parameter, Token
 
 from ... import estimation, model
 from ...common.errors import InputError
-
-if TYPE_CHECKING:
-    from ...estimation import Candidates, StopRule
-    from ...model import Friction, Pose
-
-else:  # --help names options without importing what they become
-    Candidates = Friction = StopRule = Pose = object
 
 _LEAST, _MOST = 1e-12, 1e9
 """Size of a number that is not 0: no length, time, mass or torque of an arm lies outside, and no sum of squares
@@ -101,11 +94,6 @@ def each_joint(given: tuple[float, ...], count: int, option: str) -> tuple[float
     return given * count if len(given) == 1 else given
 
 
-def numbers_or(ending: str, text: str) -> tuple[float, ...] | str:
-    """A text of this ending as it stands; or numbers separated by commas."""
-    return text if text.lower().endswith(ending) else numbers(text)
-
-
 def texts(text: str) -> tuple[str, ...]:
     """Texts separated by commas."""
     return tuple(part.strip() for part in text.split(","))
@@ -141,7 +129,7 @@ def weighed(text: str) -> tuple[float, float | None]:
     return masses[0], sigma
 
 
-def friction(text: str) -> tuple[Friction, ...] | Candidates:
+def friction(text: str) -> tuple[model.Friction, ...] | estimation.Candidates:
     """Terms of friction: those that the data show, the paper's, or a list such as FS,FV,FL2."""
     if text == "auto":
         return estimation.Candidates()
@@ -178,7 +166,7 @@ def gain_errors(text: str) -> tuple[tuple[float, ...], float]:
     return tuple(map(share, own)) or (0.0,), share(common[0]) if common else 0.0
 
 
-def stop_rule(text: str) -> StopRule:
+def stop_rule(text: str) -> estimation.StopRule:
     """When elimination ends: growth of the error's standard deviation, 1.02, or largest relative sigma, 10%."""
     return estimation.SigmaBound(share(text)) if text.endswith("%") else estimation.SigmaRatio(number(text))
 
@@ -210,7 +198,7 @@ def chain(text: str) -> tuple[str | None, str | None]:
     return base or None, tip or None
 
 
-def frame(text: str) -> Pose:
+def frame(text: str) -> model.Pose:
     """A frame by three lengths in m and three angles in degrees."""
     values = numbers(text, 6)
     return model.Pose.from_rpy(values[:3], [math.radians(angle) for angle in values[3:]])
@@ -229,8 +217,13 @@ def word(read: Callable[[str], Any], metavar: str, count: int | None = 1) -> Par
         return read(words[-1] if count == 1 and tokens[-1].source == "cli" else ",".join(words))
 
     return Parameter(
-        converter=converted, n_tokens=count, metavar=metavar, accepts_keys=False, allow_leading_hyphen=True
+        converter=converted, n_tokens=count or 1, metavar=metavar, accepts_keys=False, allow_leading_hyphen=True
     )
+
+
+def numbers_or(ending: str, metavar: str) -> Parameter:
+    """A text of this ending as it stands; or numbers separated by commas."""
+    return word(lambda text: text if text.lower().endswith(ending) else numbers(text), metavar)
 
 
 Hertz = Annotated[float, word(number, "HZ")]
@@ -246,10 +239,10 @@ Joints = Annotated[tuple[int, ...], word(joint_list, "J1,J2,..")]
 Names = Annotated[tuple[str, ...], word(names_list, "A,B,..")]
 Weighed = Annotated[tuple[float, float | None], word(weighed, "KG+-KG")]
 Bounds = Annotated[tuple[float | None, float | None], word(bounds, "LEAST,MOST")]
-Frame = Annotated[Pose, word(frame, "X,Y,Z,R,P,Y")]
-FrameWords = Annotated[Pose, word(frame, "X Y Z RX RY RZ", 6)]
-FrictionTerms = Annotated[tuple[Friction, ...] | Candidates, word(friction, "auto|paper|TERMS")]
-Essential = Annotated[StopRule, word(stop_rule, "RATIO|PERCENT")]
+Frame = Annotated[model.Pose, word(frame, "X,Y,Z,R,P,Y")]
+FrameWords = Annotated[model.Pose, word(frame, "X Y Z RX RY RZ", 6)]
+FrictionTerms = Annotated[tuple[model.Friction, ...] | estimation.Candidates, word(friction, "auto|paper|TERMS")]
+Essential = Annotated[estimation.StopRule, word(stop_rule, "RATIO|PERCENT")]
 
 LOG = Parameter(metavar="LOG")
 SEVERAL = Parameter(consume_multiple=True)

@@ -11,7 +11,7 @@ import multiprocessing
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
-from dynident.apps.commands.progress import status
+from dynident.apps.commands.entry import status
 from dynident.apps.commands.simulate import TRAJECTORIES
 from dynident.apps.commands.values import share, whole
 from dynident.common.files import write_text

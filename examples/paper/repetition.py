@@ -159,10 +159,10 @@ def _of(truth: dict[str, float], names: Sequence[str]) -> Array:
 def one_experiment(seed: int, trajectories: int = TRAJECTORIES, gain_error: float = 0.02) -> dict[str, Outcome]:
     """One experiment in every scenario: the same runs, recorded with other errors of measurement."""
     robot = paper_robot()
-    experiment = simulate_paper(robot, levels("paper"), seed, trajectories)
+    experiment = simulate_paper(robot, levels(robot, "paper"), seed, trajectories)
     recorded = {
         "paper": experiment,
-        "slow": experiment.again(levels("slow")),
-        "gains": experiment.again(levels("paper", gain_error)),
+        "slow": experiment.again(levels(robot, "slow")),
+        "gains": experiment.again(levels(robot, "paper", gain_error)),
     }
     return {name: outcome_of(result, robot=name == "paper") for name, result in recorded.items()}

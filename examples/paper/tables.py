@@ -9,7 +9,7 @@ from functools import partial
 from itertools import pairwise
 
 import numpy as np
-from dynident.apps.commands.progress import status
+from dynident.apps.commands.entry import status
 from dynident.apps.commands.simulate import (
     PAYLOAD,
     TRAJECTORIES,
@@ -181,10 +181,11 @@ def main() -> None:
     parser.add_argument("--noise", choices=("paper", "slow", "none"), default="paper")
     parser.add_argument("--gain-error", type=share, default=0.0, metavar="SHARE", help="default: 0")
     arguments = parser.parse_args()
-    noise = levels(arguments.noise, arguments.gain_error)
+    robot = paper_robot()
+    noise = levels(robot, arguments.noise, arguments.gain_error)
     with status("simulating") as progress:
         told = partial(progress, "simulating")
-        experiment = simulate_paper(paper_robot(), noise, arguments.seed, arguments.trajectories, told)
+        experiment = simulate_paper(robot, noise, arguments.seed, arguments.trajectories, told)
     with status("reducing") as progress:
         blocks = compared(experiment, progress)
     print_blocks(blocks)

@@ -35,7 +35,7 @@ def hasty(monkeypatch: pytest.MonkeyPatch, experiments: dict[str, Any]) -> None:
 
     def identified(experiment: Any, progress: Any) -> Any:
         if "answer" not in experiments:
-            exact = simulate(experiment.robot, demo.levels("none"), 0, 2)
+            exact = simulate(experiment.robot, demo.levels(experiment.robot, "none"), 0, 2)
             experiments["answer"] = identify(exact, progress)
         return experiments["answer"]
 

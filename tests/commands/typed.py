@@ -97,7 +97,7 @@ def written(name: str) -> list[tuple[str, str]]:
 
 
 def parsed(words: Sequence[str]) -> tuple[dict[str, Any], Call]:
-    """Options of a command line by the names of their parts, and the call."""
+    """Options of a command line by their names, and the call."""
     calls: list[Call] = []
     words = filed(words)
     _, bound, _ = application(calls, words).parse_args(words, exit_on_error=False, print_error=False)

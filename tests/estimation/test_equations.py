@@ -5,8 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.earlier import read_earlier, shown_noise
-from dynident.apps.results import write_npz
+from dynident.apps.results import read_earlier, shown_noise, write_npz
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.common.schema import write_json

@@ -385,7 +385,7 @@ def _draw(rollout: Rollout) -> Figure:
     figure, ((axis,),) = panels((5.8, 3.2))
     (unit, size), errors = _unit(rollout), rollout.working
     for by, (colour, line) in zip(errors.by, _STYLES, strict=False):
-        spreads = [errors.spread(by, seconds, not rollout.starts_in_motion) for seconds in errors.times]
+        spreads = [errors.spreads(seconds, not rollout.starts_in_motion)[by] for seconds in errors.times]
         low, high = np.array(spreads).T / size
         axis.plot(errors.times, low, color=colour, linestyle=line, label=by)
         axis.fill_between(errors.times, low, high, color=colour, alpha=0.2, linewidth=0)

@@ -99,15 +99,12 @@ def test_true_parameters_predict_and_wrong_ones_do_not(name: str) -> None:
     robot = with_stand_in(model.load_robot(name))
     recording = recorded(robot)
     true = rolled(robot, recording, dict(robot.parameters))
-    error, constant = (true.working.spread(by, 0.5) for by in (IDENTIFIED, CONSTANT))
-    assert error is not None
-    assert constant is not None
+    error, constant = (true.working.spreads(0.5)[by] for by in (IDENTIFIED, CONSTANT))
     assert error[1] < 0.05 * constant[1]
     assert true.replay_relative < 0.05
     heavier = {name: value * (1.3 if name[0] == "M" else 1.0) for name, value in robot.parameters.items()}
     wrong = rolled(robot, recording, heavier)
-    missed = wrong.working.spread(IDENTIFIED, 0.5)
-    assert missed is not None
+    missed = wrong.working.spreads(0.5)[IDENTIFIED]
     assert missed[1] > 10.0 * error[1]
     assert wrong.replay_relative > 2.0 * true.replay_relative
 
