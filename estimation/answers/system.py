@@ -56,7 +56,7 @@ class TorquePrediction(Brief):
         if len(t) < 3:
             return np.zeros(1), np.ones(1)
         lags = max(1, min(round(span / step), int((t[-1] - t[0]) / step) // 2))
-        return np.arange(lags + 1.0) * step, autocorrelation(t, self.residual(joint), step, lags)
+        return np.arange(lags + 1.0) * step, autocorrelation([(t, self.residual(joint))], step)[: lags + 1]
 
 
 def robot_predictions(

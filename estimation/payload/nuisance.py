@@ -24,7 +24,7 @@ from ...common import Array, Brief, Document, decomposed, without
 from ...model.drives import joint_of
 from ..equations.equations import PAYLOAD, Anchor, Equations, merged
 from ..equations.observer import Observation, Used, reduced
-from ..fit.blocks import Remembered, inflation, weighted_solution
+from ..fit.blocks import inflation, remembered, weighted_solution
 from ..fit.linear_problem import Known, SoftPrior
 from ..signals.filtering import decimated
 
@@ -102,7 +102,7 @@ def friction_prior(observations: Sequence[Observation], sigmas: Mapping[str, flo
         free = [one.columns.index(name) for name in free_columns(one.columns)]
         spare = spare - [int(W[:, free].any(axis=0).sum()) for W in one.W]
     noise[spare < _FEWEST_LEFT] = 0.0  # too few rows, beyond the free columns that act on them, to tell it
-    memory = np.array(Remembered.of(left, values).inflation)
+    memory = np.array(remembered(left, values).inflation)
     held = {name: joint_of(name) for name, sigma in sigmas.items() if sigma > 0.0}
     roles = {name: SoftPrior(sigmas[name], float(memory[j])) for name, j in held.items() if noise[j] > 0.0}
     return HeldFriction(roles, noise, memory)
