@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 from ...common import Array, Brief, InputError
 from ..equations.equations import Equations
@@ -30,7 +29,6 @@ class SigmaRatio:
     limit: float = STOP_RATIO
 
     def __post_init__(self) -> None:
-        """Refuse a ratio that nothing meets."""
         if not 1.0 < self.limit < np.inf:
             raise InputError(f"essential parameters: ratio {self.limit:g} must be above 1, such as {STOP_RATIO}")
 
@@ -56,7 +54,6 @@ class SigmaBound:
     limit: float = 0.10
 
     def __post_init__(self) -> None:
-        """Refuse a bound that is none."""
         if not 0.0 < self.limit < np.inf:
             raise InputError(f"essential parameters: bound {self.limit:g} must be positive, such as 0.1 (10 %)")
 
@@ -104,9 +101,8 @@ def eliminate(
     ``rule``: the paper's by default; ``prior``: of some of the parameters.
     """
     rule, posed = rule or SigmaRatio(), LinearProblem(problem, problem.columns, prior=prior)
-    R, c = posed.triangle(estimate.weights).R, len(problem.columns)
-    T = solve_triangular(R[:c, :c], np.eye(c))
-    x, squares, rows = T @ R[:c, c], float(np.sum(R[c:, c] ** 2)), sum(problem.effective_rows)
+    (R, T, x, *_), c = posed.triangle(estimate.weights), len(problem.columns)
+    squares, rows = float(np.sum(R[c:, c] ** 2)), sum(problem.effective_rows)
     order, largest, variances = list[int](), list[float](), [squares / (rows - c)]
     while len(order) < c:  # one by one, until none is left
         sigma = np.sqrt(variances[-1]) * np.sqrt(np.einsum("kl,kl->k", T, T))

@@ -139,13 +139,10 @@ class Estimate(Brief):
     @cached_property
     def interval95(self) -> Array:
         """Nominal 95 % intervals by Student's t, c x 2."""
-        return self._interval(None)
+        return self._interval(self)
 
-    def _interval(self, robust: RobustCovariance | None, by_gains: ArrayLike = 0.0) -> Array:
-        sigma, dof = (
-            (self.sigma, self.degrees_of_freedom) if robust is None else (robust.sigma, robust.degrees_of_freedom)
-        )
-        half = student95(dof) * np.hypot(sigma, by_gains)
+    def _interval(self, errors: Estimate | RobustCovariance, by_gains: Array | None = None) -> Array:
+        half = student95(errors.degrees_of_freedom) * np.hypot(errors.sigma, 0.0 if by_gains is None else by_gains)
         return np.column_stack([self.values - half, self.values + half])
 
     @property
@@ -184,12 +181,13 @@ class Estimate(Brief):
     @cached_property
     def interval95_with_gains(self) -> Array | None:
         """95 % intervals of the robust (else the formula's) and the gains' covariance together, c x 2."""
-        return None if self.sigma_by_gains is None else self._interval(self.robust, self.sigma_by_gains)
+        by_gains = self.sigma_by_gains
+        return None if by_gains is None else self._interval(self.robust or self, by_gains)
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """Parameters as tables show them, c."""
-        ends = self._interval(self.robust, 0.0 if self.sigma_by_gains is None else self.sigma_by_gains)
+        ends = self._interval(self.robust or self, self.sigma_by_gains)
         return tuple(Parameter(*row) for row in np.column_stack([self.values, self.total_sigma, ends]).tolist())
 
     def __getitem__(self, name: str) -> float:

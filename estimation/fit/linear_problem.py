@@ -34,9 +34,6 @@ class LeftOut(NamedTuple):
     variance: Array  # of the weighted errors, (B + 1) x m
 
 
-_Solution = tuple[Array, Array, Array]  # x, c x m; covariance for errors of variance 1; squared errors, (m,)
-
-
 def left_out(
     equations: Equations,
     columns: Sequence[str],
@@ -49,37 +46,25 @@ def left_out(
     ``known``: other columns, each a right-hand side of its own, the last of all being Y; ``near``: further weighted
     equations that no block holds, in columns, known ones and Y.
     """
-    names, blocks = tuple(columns), equations.blocks
+    names, blocks, c = tuple(columns), equations.blocks, len(columns)
     indices = [*(equations.columns.index(name) for name in (*names, *known)), -1]
     near = np.zeros((0, len(indices))) if near is None else near
+
+    def solved(rows: Array, counts: Array) -> tuple[Array, Array, Array, Array]:
+        """R^-1; x, c x m; its covariance for errors of variance 1; squared errors, (m,)."""
+        R = checked(np.vstack([rows, near]), names, int(counts[0]), float(counts[1]))
+        root = solve_triangular(R[:c, :c], np.eye(c))
+        return root, root @ R[:c, c:], root @ root.T, np.sum(R[c:, c:] ** 2, axis=0)
+
+    # Numbers of rows, and of those with independent noise.
     count = np.array([equations.equations, sum(equations.effective_rows)]) + len(near)
     counts = count - np.array([[block.equations, sum(block.effective_rows)] for block in blocks])
     factors = [w * factor[:, indices] for w, factor in zip(weights, equations.factors, strict=True)]
-    root, whole = _solved(np.vstack([*factors, near]), names, count)
+    root, *whole = solved(np.vstack(factors), count)
     parts = [np.vstack([w * own for w, own in zip(weights, block.factors, strict=True)]) for block in blocks]
     most = max(map(len, parts))
     rows = np.array([np.pad(part[:, indices], ((0, most - len(part)), (0, 0))) for part in parts])
-    little, solutions = _downdated(root, whole, rows)
-    for b in np.flatnonzero(little | (counts[:, 0] < len(names)) | (counts[:, 1] <= len(names))):
-        others = np.delete(rows, b, axis=0).reshape(-1, len(indices))
-        _, anew = _solved(np.vstack([others, near]), names, counts[b])
-        for array, value in zip(solutions, anew, strict=True):
-            array[b] = value
-    x, covariance, squares = (np.concatenate([a, b[None]]) for a, b in zip(solutions, whole, strict=True))
-    return LeftOut(x, covariance, squares / (np.vstack([counts, count])[:, 1:] - len(names)))
-
-
-def _solved(rows: Array, names: tuple[str, ...], counts: Array) -> tuple[Array, _Solution]:
-    """Find R^-1 and the solution of equations, N x (c + m); ``counts``: of rows and of independent ones."""
-    c = len(names)
-    R = checked(rows, names, int(counts[0]), float(counts[1]))
-    root = solve_triangular(R[:c, :c], np.eye(c))
-    return root, (root @ R[:c, c:], root @ root.T, np.sum(R[c:, c:] ** 2, axis=0))
-
-
-def _downdated(root: Array, whole: _Solution, rows: Array) -> tuple[Array, _Solution]:
-    """Solve without each block, B x k x (c + m), from the whole solution; first, of which too little is left."""
-    c = len(root)
+    # The whole one downdated.
     Q, errors = rows[:, :, :c] @ root, rows[:, :, c:] - rows[:, :, :c] @ whole[0]
     back = Q.transpose(0, 2, 1)
     try:
@@ -89,8 +74,14 @@ def _downdated(root: Array, whole: _Solution, rows: Array) -> tuple[Array, _Solu
     score = back @ errors
     change = inverse @ score
     squares = whole[2] - np.sum(errors**2, axis=1) - np.sum(score * change, axis=1)
+    each = whole[0] - root @ change, root @ inverse @ root.T, squares
     little = np.linalg.norm(inverse, axis=(1, 2)) > 1.0 / _HELD
-    return little, (whole[0] - root @ change, root @ inverse @ root.T, squares)
+    for b in np.flatnonzero(little | (counts[:, 0] < c) | (counts[:, 1] <= c)):
+        _, *anew = solved(np.delete(rows, b, axis=0).reshape(-1, len(indices)), counts[b])
+        for array, value in zip(each, anew, strict=True):
+            array[b] = value
+    x, covariance, squares = (np.concatenate([a, b[None]]) for a, b in zip(each, whole, strict=True))
+    return LeftOut(x, covariance, squares / (np.vstack([counts, count])[:, 1:] - c))
 
 
 class Known(NamedTuple):
@@ -189,17 +180,13 @@ class LinearProblem:
             return replace(self, fixed=self.given, prior=None).weights()
         return self.unknown.joint_weights(self.triangle(np.ones(len(self.equations.factors))).values)
 
-    def values(self, weights: Array) -> Array:
-        """Solve for the wanted values with given weights; linear in the torques."""
-        return self.triangle(weights).values[self._indices]
-
     def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
         """Solve without a block of these equations and one of those that known parameters come from, -1 for none.
 
         Without known parameters ``pairs`` are the equations' own blocks in their order.
         """
         if self.parts:
-            return np.array([part.values(weights) for part in self.without_each()])
+            return np.array([part.triangle(weights).values[part._indices] for part in self.without_each()])
         names = tuple(chain.from_iterable(group.names for group in self.fixed))
         rows, levels, *_ = self._prior_rows
         near = np.column_stack([rows, np.zeros((len(rows), len(names))), levels])
@@ -228,9 +215,14 @@ class LinearProblem:
         dof = self._rows[1] - c
         covariance = formula(triangle.inverse, float(np.sum(triangle.R[c:, c] ** 2)), dof)
         value = dict(zip(self.unknown.columns, triangle.values.tolist(), strict=True))
+        # Exact, for the solution is linear in Y; without a known spring they add up to it: an error common to all
+        # joints scales it. What is fixed was identified with the same drives, so with the same errors.
+        by_gains = triangle.by_torques
         for group, P in zip(self.fixed, triangle.influences, strict=True):
             covariance = covariance + P @ group.covariance @ P.T
             value |= zip(group.names, group.values.tolist(), strict=True)
+            if group.gain_sensitivity is not None:
+                by_gains = by_gains - P @ group.gain_sensitivity
         shown = (self.shown or self.equations).whole
         if self.own_torque:
             others = [name for name in shown.columns if name not in self.wanted]
@@ -242,7 +234,7 @@ class LinearProblem:
             degrees_of_freedom=min([dof, *(group.degrees_of_freedom for group in self.given)]),
             fit=fit(shown, np.array([value[name] for name in shown.columns])),
             weights=weights,
-            gain_sensitivity=self.gain_sensitivity(weights),
+            gain_sensitivity=None if any(group.gain_sensitivity is None for group in self.given) else by_gains,
         )
 
     def solved(self, weights: Array | None = None) -> Estimate:
@@ -326,22 +318,6 @@ class LinearProblem:
         """Count equations, and those with independent noise."""
         count = len(self._prior_rows[0])
         return self.unknown.equations + count, sum(self.unknown.effective_rows) + count
-
-    def gain_sensitivity(self, weights: Array) -> Array | None:
-        """Derivatives of the solution by e_j, weights fixed, c x n; exact, it is linear in Y.
-
-        Without a known spring they add up to the solution: an error common to all joints scales it. Fixed
-        parameters were identified with the same drives, so with the same errors; None where theirs are not known.
-        """
-        triangle = self.triangle(weights)
-        total = triangle.by_torques
-        if self.prior is not None and self.prior.gain_sensitivity is None:
-            return None
-        for P, group in zip(triangle.influences, self.fixed, strict=True):
-            if group.gain_sensitivity is None:
-                return None
-            total = total - P @ group.gain_sensitivity
-        return total
 
 
 @dataclass(frozen=True, eq=False, repr=False)

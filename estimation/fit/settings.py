@@ -66,7 +66,6 @@ class Settings(Brief):
     progress: Progress = silent
 
     def __post_init__(self) -> None:
-        """Take methods by their numbers; refuse others."""
         known: dict[Any, Any] = METHOD_NAMES | {name: number for number, name in METHOD_NAMES.items()}
         if self.methods is not None and not {*self.methods} <= known.keys():
             raise InputError(f"methods {self.methods!r}: give a list of {', '.join(map(repr, known))}")
