@@ -76,7 +76,6 @@ class MassBounds(Constraint):
     demand = "mass from {low:g} to {high:g} kg"
 
     def __post_init__(self) -> None:
-        """Refuse bounds that leave nothing."""
         if not self.low <= self.high or not np.isfinite(self.low) or not self.high > 0.0:
             raise InputError(
                 f"no mass lies within {self.low:g} to {self.high:g} kg: give low <= high, and high above 0"
@@ -104,7 +103,6 @@ class KnownMass(Constraint):
     demand = "mass weighed as {mass:g} kg, standard deviation {sigma:g} kg"
 
     def __post_init__(self) -> None:
-        """Refuse a scale without error."""
         if not (self.mass > 0.0 and self.sigma > 0.0 and np.isfinite([self.mass, self.sigma]).all()):
             raise InputError(
                 f"known mass {self.mass:g} kg with sigma {self.sigma:g} kg: mass and sigma must be positive"
@@ -125,7 +123,6 @@ class CentreOfMassInBox(Constraint):
     demand = "centre of mass in the box {low!r} to {high!r} m"
 
     def __post_init__(self) -> None:
-        """Refuse an empty box."""
         for name in ("low", "high"):
             object.__setattr__(self, name, _as_tuples(getattr(self, name), (3,), f"{name} corner of the box"))
             check_metres(getattr(self, name), f"{name} corner of the box")
@@ -160,7 +157,6 @@ class InEllipsoid(Constraint):
     demand = "mass in the ellipsoid around {centre!r} with semi-axes {semi_axes!r} m"
 
     def __post_init__(self) -> None:
-        """Refuse axes without length and a matrix that is no rotation."""
         for name, shape in (("centre", (3,)), ("semi_axes", (3,)), ("rotation", (3, 3))):
             object.__setattr__(self, name, _as_tuples(getattr(self, name), shape, f"{name} of an ellipsoid"))
         for name in ("centre", "semi_axes"):

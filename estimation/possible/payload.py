@@ -19,7 +19,7 @@ from ...common import Array, Brief, Document, Float, InputError, decomposed, fre
 from ...model import InertialParameters
 from ..equations.equations import PAYLOAD
 from ..fit.estimate import Estimate
-from .cone import ConeProgram, ConeSolution, SolverError, solve_cone
+from .cone import ConeProgram, SolverError, solve_cone
 from .constraints import PSEUDO_INERTIA, Constraint, KnownMass, PossibleBody, lowest_eigenvalue
 
 CONFLICT = 0.01  # probability below which a constraint and the data contradict each other
@@ -35,7 +35,7 @@ class Active(NamedTuple):
     """
 
     description: str
-    multiplier: float
+    multiplier: float = 0.0
     constraint: Constraint | None = None
     rise: float = np.nan
     p_value: float = np.nan
@@ -90,7 +90,6 @@ class Possible(Brief):
     constraints: tuple[Constraint, ...] = ()  # of a payload
 
     def __post_init__(self) -> None:
-        """Lock the values."""
         freeze_fields(self, values=(None,))
 
     @property
@@ -194,24 +193,22 @@ class ScaledProblem(NamedTuple):
         """True if z keeps every constraint, but for that much of an eigenvalue."""
         return bool((self.program.slack(z) >= 0.0).all()) and lowest_eigenvalue(z @ self.select) >= -rounding
 
-    def repaired(self, z: Array) -> Array:
-        """Move z by rounding, so that no eigenvalue is negative; eliminated parameters stay zero."""
-        result = self.select @ lifted(z @ self.select, self.scale @ self.select)
-        if (self.program.slack(result) < -TOLERANCE).any():
-            raise SolverError("constraints missed by more than rounding")
-        return np.asarray(result)
 
-    def active(self, z: Array, solution: ConeSolution) -> tuple[Active, ...]:
-        """Constraints whose multiplier exceeds their slack, largest first."""
-        ends, found = np.cumsum([len(c.rows[1]) for c in self.constraints])[:-1], list[Active]()
-        slacks, prices = np.split(self.program.slack(z), ends), np.split(solution.row_multipliers, ends)
-        for constraint, slack, price in zip(self.constraints, slacks, prices, strict=True):
-            if isinstance(constraint, PossibleBody):
-                slack, price = np.array([lowest_eigenvalue(z @ self.select)]), solution.body_multipliers
-            holding = float(price[price > np.maximum(slack, _NO_MULTIPLIER)].sum())
-            if holding > 0.0:  # d chi2 = 2 norm d norm
-                found.append(Active(constraint.description, 2.0 * solution.norm * holding, constraint))
-        return tuple(sorted(found, key=lambda one: -one.multiplier))
+def holding(
+    program: ConeProgram, z: Array, prices: Array, demands: Sequence[Active], floor: float, slope: float
+) -> tuple[Active, ...]:
+    """Demands whose multiplier exceeds their slack and ``floor``, largest first.
+
+    ``prices``: multipliers of the rows, then of the bodies, where they have one; ``demands``: of rows and bodies,
+    those of one constraint count together; ``slope``: of chi2 by what the prices are multipliers of.
+    """
+    slacks = [*program.slack(z), *(lowest_eigenvalue(body @ z) for body in program.bodies)]
+    found = dict[str, Active]()
+    for demand, price, slack in zip(demands, prices.tolist(), slacks, strict=False):
+        if price > max(slack, floor):
+            before = found.get(demand.description, demand)
+            found[demand.description] = before._replace(multiplier=before.multiplier + slope * price)
+    return tuple(sorted(found.values(), key=lambda one: -one.multiplier))
 
 
 IDENTITY: Array = np.array([2.0, 0.0, 0.0, 2.0, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0])
@@ -260,21 +257,28 @@ def solve_constrained(estimate: Estimate, constraints: Sequence[Constraint] = PO
         SolverError: for anything but a clean solve, as when no body holds all constraints.
     """
     problem = ScaledProblem.of(estimate, constraints)
-    z, status = problem.centre, "free"
-    active: tuple[Active, ...] = ()
+    constraints, select, scale, program = problem.constraints, problem.select, problem.scale, problem.program
+    z, status, active = problem.centre, "free", tuple[Active, ...]()
     try:
-        if any(constraint.violation(problem.full(z)) > 0.0 for constraint in problem.constraints):
-            if problem.holds(z, NOISE_FLOOR):
-                z, status = problem.repaired(z), "repaired"  # too little for a solver to work on
-            else:
-                solution = solve_cone(problem.program)
-                z, status = problem.repaired(solution.z), "Solved"
-                active = problem.active(z, solution)
+        if any(constraint.violation(problem.full(z)) > 0.0 for constraint in constraints):
+            status = "repaired" if problem.holds(z, NOISE_FLOOR) else "Solved"
+            # What is violated by rounding is too little for a solver to work on.
+            solution = solve_cone(program) if status == "Solved" else None
+            # Moved by rounding, so that no eigenvalue is negative; eliminated parameters stay zero.
+            z = select @ lifted((z if solution is None else solution.z) @ select, scale @ select)
+            if (program.slack(z) < -TOLERANCE).any():
+                raise SolverError("constraints missed by more than rounding")
+            if solution is not None:
+                every = [Active(c.description, constraint=c) for c in constraints for _ in c.rows[1]]
+                every += [Active(c.description, constraint=c) for c in constraints if isinstance(c, PossibleBody)]
+                prices = np.append(solution.row_multipliers, solution.body_multipliers)
+                # d chi2 = 2 norm d norm
+                active = holding(program, z, prices, every, _NO_MULTIPLIER, 2.0 * solution.norm)
     except SolverError as error:
-        raise error.naming(*(constraint.description for constraint in problem.constraints)) from None
-    chi2 = problem.floor + float(np.sum((problem.program.R @ (z - problem.centre)) ** 2))
+        raise error.naming(*(constraint.description for constraint in constraints)) from None
+    chi2 = problem.floor + float(np.sum((program.R @ (z - problem.centre)) ** 2))
     values = problem.full(z)
-    return Possible(estimate, values, chi2, active, (InertialParameters(values),), status, problem.constraints)
+    return Possible(estimate, values, chi2, active, (InertialParameters(values),), status, constraints)
 
 
 def tested(result: Possible) -> tuple[Active, ...]:

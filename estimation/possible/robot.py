@@ -20,8 +20,8 @@ from ...model.drives import parameter_kind
 from ...model.stand_in import MOVING, cylinder_radius, cylinders, missing_inertial
 from ..fit.estimate import Estimate, error_model
 from .cone import ConeProgram, Part, SolverError, cone_solver, solve_cone
-from .constraints import PSEUDO_INERTIA, MassBounds, lowest_eigenvalue
-from .payload import NOISE_FLOOR, TOLERANCE, Active, Possible, lifted, posed, whitening
+from .constraints import PSEUDO_INERTIA, MassBounds
+from .payload import NOISE_FLOOR, TOLERANCE, Active, Possible, holding, lifted, posed, whitening
 
 _NOT_NEGATIVE = ("IA", "FV", "FS", "FL", "FVM", "FSM")
 POWERS = {**dict.fromkeys(INERTIAL[:6], 2), **dict.fromkeys(INERTIAL[6:9], 1), "M": 0, "IA": 2}
@@ -87,7 +87,7 @@ class RobotProgram(NamedTuple):
     scale: Array  # (N_s,)
     R: Array  # whitens base parameters, N_b x N_b
     program: ConeProgram  # minimises ||R (G x - chi)||, its rows ``drive_rules``, then bounds of the total mass
-    texts: tuple[str, ...]
+    demands: list[Active]  # of the program's rows, then of its bodies
     signed: list[int]  # as of ``drive_rules``
     shared: list[tuple[int, int]]
     links: Indices  # indices of each link's ten, n x 10
@@ -125,8 +125,9 @@ class RobotProgram(NamedTuple):
                 f"total mass {'>=' if sign > 0.0 else '<='} {-sign * bound + 0.0:g} kg"
                 for sign, bound in zip(units[:, 9], bounds, strict=True)
             )
+        texts += tuple(f"link {j} can exist" for j in range(1, robot.n + 1))
         program = ConeProgram(R @ G, R @ estimate.values, A, b, np.eye(len(scale))[links])
-        return RobotProgram(base, estimate, scale, R, program, texts, signed, shared, links)
+        return RobotProgram(base, estimate, scale, R, program, list(map(Active, texts)), signed, shared, links)
 
     def nearest(self) -> PossibleRobot:
         """Find the nearest base parameters."""
@@ -154,23 +155,15 @@ class RobotProgram(NamedTuple):
     ) -> PossibleRobot:
         """Make the robot that z stands for.
 
-        ``prices``: multipliers of the rows, and of the links where they have one; a constraint holds the robot
-        where its own exceeds its slack and ``floor``; ``slope``: of chi2 by what they are multipliers of.
+        ``prices``, ``floor``, ``slope``: as of ``holding``.
         """
-        x, links = z * self.scale, self.program.bodies
+        x = z * self.scale
         values = self.base.grouping @ x
-        slacks = [*self.program.slack(z), *(lowest_eigenvalue(body @ z) for body in links)]
-        texts = [*self.texts, *(f"link {j} can exist" for j in range(1, len(links) + 1))]
-        active = [
-            Active(text, slope * price)
-            for text, price, slack in zip(texts, prices.tolist(), slacks, strict=False)
-            if price > max(slack, floor)
-        ]
         return PossibleRobot(
             free=self.estimate,
             values=values,
             chi2_rise=float(np.sum((self.R @ (values - self.estimate.values)) ** 2)),
-            active=tuple(sorted(active, key=lambda one: -one.multiplier)),
+            active=holding(self.program, z, prices, self.demands, floor, slope),
             bodies=tuple(map(InertialParameters, x[self.links])),
             status=status,
             parameters=dict(zip(self.base.standard, x.tolist(), strict=True)),
@@ -279,7 +272,6 @@ class RobotPrior:
     source: str
 
     def __post_init__(self) -> None:
-        """Refuse a link from which no distance can be measured."""
         for link, body in enumerate(self.bodies, start=1):
             if body.mass <= 0.0 or body.min_pseudo_inertia_eigenvalue <= 0.0:
                 raise InputError(
@@ -377,8 +369,17 @@ def solve_constrained_prior(
     z0[problem.links] = [body.vector for body in prior.bodies] / problem.scale[problem.links]
     expected = np.tensordot(problem.program.bodies @ z0, PSEUDO_INERTIA, 1)
     limit, possible = nearest.chi2_rise + budget, np.array(list(nearest.parameters.values())) / problem.scale
-    solution, weight, prices, status = _prior_itself(problem, z0, limit), np.inf, np.zeros(0), "prior"
-    if solution is None:
+    # The prior's links with the drives that suit them best will do if they hold the mass's bounds and the limit.
+    F, d, A, _, bodies = problem.program
+    room, rows = problem.program.slack(z0), len(problem.signed) + len(problem.shared)
+    drives, solution = np.setdiff1d(np.arange(len(z0)), problem.links), z0.copy()
+    within = bool((room[rows:] >= -TOLERANCE).all())
+    if within and len(drives):
+        part = ConeProgram(F[:, drives], d - F @ z0, A[:rows, drives], room[:rows], bodies[:0, :, drives])
+        solution[drives] = solve_cone(part, [(1e3, np.inf)]).z
+        solution[problem.signed] = np.maximum(solution[problem.signed], 0.0)
+    weight, prices, status = np.inf, np.zeros(0), "prior"
+    if not within or float(np.sum((F @ solution - d) ** 2)) > limit:
         (solution, weight, prices), status = _nearest(problem.program, expected, possible, np.sqrt(limit)), "Solved"
     z = problem.repaired(solution)
     ratio = np.linalg.solve(expected, np.tensordot(problem.program.bodies @ z, PSEUDO_INERTIA, 1))
@@ -392,21 +393,6 @@ def solve_constrained_prior(
         origins=origins(robot, base),
         distances=tuple(distances.tolist()),
     )
-
-
-def _prior_itself(problem: RobotProgram, z0: Array, limit: float) -> Array | None:
-    """Take the prior's links with the drives that suit them best, if that is within the limit."""
-    F, d, A, _, bodies = problem.program
-    drives, rows = np.setdiff1d(np.arange(len(z0)), problem.links), len(problem.signed) + len(problem.shared)
-    room = problem.program.slack(z0)
-    if (room[rows:] < -TOLERANCE).any():
-        return None  # the prior breaks a bound of the mass
-    z = z0.copy()
-    if len(drives):
-        part = ConeProgram(F[:, drives], d - F @ z0, A[:rows, drives], room[:rows], bodies[:0, :, drives])
-        z[drives] = solve_cone(part, [(1e3, np.inf)]).z
-        z[problem.signed] = np.maximum(z[problem.signed], 0.0)
-    return z if float(np.sum((F @ z - d) ** 2)) <= limit else None
 
 
 def _nearest(program: ConeProgram, prior: Array, possible: Array, radius: float) -> tuple[Array, float, Array]:
