@@ -38,7 +38,7 @@ from ..possible.robot import PossibleRobot, robot_prior, solve_constrained_base,
 from ..results import parts
 from ..results.robot import RobotData, RobotResult
 from ..signals.plausibility import check_given
-from .system import ObservationSystem, TorquePrediction, joined, robot_predictions
+from .system import ObservationSystem, TorquePrediction, joined, predictions
 
 _UNLIKELY = 0.01  # largest p-value at which the data contradict everything possible with these zeros
 _FIXED = 1e-6  # standard deviation of a parameter that is fixed, as a fraction of it
@@ -181,8 +181,8 @@ class Identification(Speaks, Brief):
     @cached_property
     def predictions(self) -> tuple[TorquePrediction, ...]:
         """Torques that the parameters predict, of recordings held out, else of those fitted; a few."""
-        values, recordings = self.estimate.values, self.held_out or self.recordings
-        return robot_predictions(self.robot, self.base, values, recordings, self.processing, bool(self.held_out))
+        observer, curves = Observer(self.robot, self.base.columns), {"predicted": self.estimate.values}
+        return predictions(observer, curves, self.held_out or self.recordings, self.processing, bool(self.held_out))
 
 
 @one_thread()

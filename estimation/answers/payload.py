@@ -22,6 +22,7 @@ from ..diagnosis.joints import worst_joint
 from ..diagnosis.verdict import allowing as allowing_for
 from ..diagnosis.verdict import diagnose, judge
 from ..equations.equations import PAYLOAD, merged
+from ..equations.observer import Observer
 from ..fit.covariance import NORMAL95, student95
 from ..fit.drive_gains import Gains, usual_gains
 from ..fit.essential import Elimination
@@ -40,13 +41,7 @@ from ..payload.methods import (
     with_robust,
 )
 from ..payload.repeats import repeats_of
-from ..payload.result import (
-    ConstrainedPayload,
-    PayloadEstimate,
-    constrain_payload,
-    in_payload_frame,
-    moved,
-)
+from ..payload.result import ConstrainedPayload, PayloadEstimate, constrain_payload, in_payload_frame, moved
 from ..payload.short_motion import ShortMotion, difference_weighing, known_robot_weighing
 from ..payload.static import StaticMotion, static_weighing
 from ..possible.cone import SolverError
@@ -58,7 +53,7 @@ from ..results.payload import PayloadResult
 from ..results.robot import RobotResult
 from ..signals.plausibility import check_given
 from .identification import held_out_fit, impossible_payload, impossible_robot
-from .system import TorquePrediction, payload_predictions, robot_predictions
+from .system import TorquePrediction, payload_predictions, predictions
 
 _VAGUE = "not measured well enough"
 # Most that may be done with mass, centre of mass and inertia, by the verdict.
@@ -87,9 +82,109 @@ class PayloadAnswer(Speaks, Brief):
     verdict: Verdict
 
     @cached_property
+    @one_thread()
     def result(self) -> PayloadResult:
-        """Result that ``--json`` writes: ``answer.result.mass.low``."""
-        return payload_result(self).made_by(self)
+        """Result that ``--json`` writes, ``answer.result.mass.low``; what was not determined is nan or None."""
+        problem, source, robot, gains = self.problem, self.problem.source, self.problem.robot, self.gains
+        evidence, by_joints = self.evidence, self.evidence.diagnosis.by_joints
+        flange, worst, scale = robot.flange_pose, worst_joint(by_joints, self.mass), self.scale
+        (method, reason), possible, spread, ends = self.recommendation, self.possible, self.spread, self.intervals
+        # Free estimates, then possible ones; of a payload that is visible in part what was determined.
+        estimates: list[documents.FreeEstimate | documents.PossibleEstimate] = [
+            *map(documents.FreeEstimate.made, self.estimates),
+            *map(documents.PossibleEstimate.made, self.constrained),
+        ]
+        if not self.constrained:
+            free, model, more = self.free, self.model, dict[str, Any](com=self.com, com_sigma=spread.com)
+            if gains:
+                more["sigma_with_gains"] = documents.named(model.sigma, free.indices)
+            if scale is not None and not free.from_scale:
+                sigma = float(model.sigma[model.names.index("M_L")])
+                more["weighed"] = (Weighing.by(scale, model["M_L"], sigma, model.degrees_of_freedom),)
+            made = documents.FreeEstimate.made(free)
+            estimates = [structs.replace(made, parameters=documents.named(self.ten), **more)]
+        inertia: Any = possible and (possible.body.inertia_com, possible.intervals.inertia_com, spread.inertia_com)
+        uses, loaded = [(use, "") for use in _BY_LEVEL[self.verdict.level]], problem.loaded
+        if isinstance(problem, LongMotion):  # the residual is that of the robot's own parameters
+            own, check, steps = problem.robot_estimate, evidence.validation, self.elimination
+            differing = {3, 4} | ({1} if problem.corrected and not problem.settings.free_friction else set())
+            differs = bool(problem.friction) and any(estimate.method in differing for estimate in self.estimates)
+            # Of robot and payload together, as in Table 2, where method 4 was used.
+            names, noise = dict(zip(problem.base.columns, problem.base.names, strict=True)), problem.torque_noise
+            against = parts.ResidualDocument.of(check) if check else None
+            left = (own.fit.relative, own.fit.relative_per_joint) if own else (None, None)
+            solved, residual = problem.unloaded, parts.ResidualDocument(left[0], left[1], against)
+            counted: dict[str, Any] = {
+                "equations": (solved or loaded).equations,
+                "equations_loaded": loaded.equations,
+                "base_parameters": len(problem.base.columns),
+                "friction": "may differ" if differs else "own",
+                **(dict(zip(("torque_noise", "independent"), noise, strict=True)) if noise else {}),
+            }
+            keys: dict[str, Any] = {
+                "friction": source.choices or UNSET,
+                "essential": parts.EliminationDocument.made(steps, self.warnings, names) if steps else None,
+                "left_out": {str(method): reason for method, reason in self.left_out.items()},
+                "repeats": evidence.repeats or UNSET,
+            }
+        else:  # quantity by quantity, as far as the verdict on all allows; the residual is the payload's
+            every = zip(evidence.judged.values(), uses, strict=True)
+            uses = [most if own.use == "use" else (own.use, own.why) for own, most in every]
+            unexplained, held = self.free.unexplained(problem.torque_rms), problem.held
+            standing = problem.standing if isinstance(problem, StaticMotion) else None
+            # At rest inertia's columns are zero.
+            solved = loaded.select([PAYLOAD[k] for k in problem.visibility.base.chosen] if standing else PAYLOAD)
+            residual = parts.ResidualDocument(self.free.estimate.fit.relative, unexplained, None)
+            friction = "free" if problem.known is None else "may differ" if held.held else "own"
+            counted = {"equations": loaded.equations, "friction": friction}
+            keys = {
+                "joints": tuple(problem.joints),
+                "visibility": documents.VisibilityDocument.of(problem.visibility),
+                "constant_torques": documents.ConstantTorques(tuple(j + 1 for j in held.joints), held.sigma),
+                "ripple": problem.ripple,
+                "mass_from_scale": self.free.from_scale,
+                "agreement": evidence.agreement,
+                "repeats": evidence.repeats,
+                "standing": standing or UNSET,
+                "assumed": None,
+            }
+        pairs, (raw, scaled) = source.pairs, solved.condition_numbers() if solved else (None, None)
+        apart = max(pairs, key=lambda pair: pair.max_mismatch, default=None)
+        entries = (self.mass, ends[0], spread.mass), (self.com, ends[1:], spread.com), inertia or (None,) * 3
+        rows = zip(("mass", "centre_of_mass", "inertia"), uses, entries, strict=True)
+        return PayloadResult(
+            robot=robot.name,
+            robot_title=robot.title or UNSET,
+            frame=robot.payload_frame,
+            flange_in_payload_frame=(
+                documents.FlangeDocument.of(PoseTable.of(flange), source=robot.sources.get("flange", ""))
+                if flange
+                else UNSET
+            ),
+            rated_payload_kg=robot.rated_payload,
+            processing=parts.ProcessingDocument.made(robot, source.processing, source.loaded[0].gains),
+            estimates=tuple(estimates),
+            recommended=documents.Recommended(method, "constrained" if self.constrained else "wls", reason),
+            gain_sigma=gains if gains is not None else UNSET,
+            mass_by_joints=by_joints.masses,
+            joint_that_agrees_least=worst.text if worst else None,
+            quantities={name: documents.Quantity(use, why or None, *entry) for name, (use, why), entry in rows},
+            verdict=self.verdict,
+            scale=(scale.mass, scale.sigma) if scale is not None else UNSET,
+            relative_residual=residual,
+            data=documents.PayloadData(
+                rate=source.rate,
+                cutoff=source.processing.cutoff,
+                lag_s=pairs[0].lag if pairs else None,
+                lags_s=tuple(pair.lag for pair in pairs),
+                max_position_mismatch_rad=apart.max_mismatch if apart else None,
+                rms_position_mismatch_rad=apart.rms_mismatch if apart else None,
+                condition_number=raw,
+                condition_number_scaled=scaled,
+                **counted,
+            ),
+            **keys,
+        ).made_by(self)
 
     @property
     def recommended(self) -> ConstrainedPayload:
@@ -138,8 +233,8 @@ class PayloadAnswer(Speaks, Brief):
         problem, own = self.problem, self.problem.robot_estimate
         if own is None:
             return ()
-        processing = problem.source.processing
-        held_out = robot_predictions(problem.robot, problem.base, own.values, self.held_out, processing, True)
+        observer, curves = Observer(problem.robot, problem.base.columns), {"predicted": own.values}
+        held_out = predictions(observer, curves, self.held_out, problem.source.processing, True)
         return held_out + payload_predictions(problem, self.recommended.body)
 
 
@@ -296,7 +391,21 @@ def answer_payload(
     best = next(estimate for estimate in shown if estimate.method == method)
     possible = next((payload for payload in constrained if payload.method == method), None)
     model = error_model(best.estimate, gains)
-    ten, spread, intervals = _reported(best, possible, model, scale)
+    values, C = model.values, model.covariance
+    if scale is not None and not best.from_scale:
+        # The scale is one more measurement, of x[k] alone: Kalman's update. It counts once.
+        k = best.indices.index(9)
+        gain = C[:, k] / (C[k, k] + scale.sigma**2)
+        values, C = values + gain * (scale.mass - values[k]), C - np.outer(gain, C[k])
+    ten = np.full(10, np.nan)
+    ten[list(best.indices)] = values if possible is None else possible.body.vector
+    spread = payload_spread(ten, C, best.indices)
+    if possible is not None:
+        intervals = np.vstack([possible.intervals.parameters[9], possible.intervals.com])
+    else:
+        half_widths = student95(model.degrees_of_freedom) * np.append(spread.mass, spread.com)
+        half_widths[~np.isfinite(half_widths)] = np.nan
+        intervals = np.append(ten[9], ten[6:9] / ten[9])[:, None] + np.outer(half_widths, [-1.0, 1.0])
     # Other ways: with friction as it is without payload, where that is determined, and by ``others``.
     named = {1: "robot's parameters (method 1)", 3: "torque difference (method 3)"}
     ways = [(named[other.method], payload_estimate(other, other.method).ten) for other in others]
@@ -374,136 +483,3 @@ def _identified(problem: PayloadProblem) -> tuple[list[PayloadEstimate], dict[in
     if not estimates:
         raise InputError(next(iter(left_out.values()), "no recordings without payload and no robot parameters"))
     return estimates, left_out
-
-
-def _reported(
-    free: PayloadEstimate, possible: ConstrainedPayload | None, model: Estimate, scale: KnownMass | None
-) -> tuple[Array, PayloadSpread, Array]:
-    """Ten parameters as they are reported, their spread, and intervals of mass and centre of mass."""
-    values, C = model.values, model.covariance
-    if scale is not None and not free.from_scale:
-        # The scale is one more measurement, of x[k] alone: Kalman's update. It counts once.
-        k = free.indices.index(9)
-        gain = C[:, k] / (C[k, k] + scale.sigma**2)
-        values, C = values + gain * (scale.mass - values[k]), C - np.outer(gain, C[k])
-    if possible is not None:
-        ends = np.vstack([possible.intervals.parameters[9], possible.intervals.com])
-        return possible.body.vector, payload_spread(possible.body.vector, C, free.indices), ends
-    ten = np.full(10, np.nan)
-    ten[list(free.indices)] = values
-    spread = payload_spread(ten, C, free.indices)
-    half = student95(model.degrees_of_freedom) * np.append(spread.mass, spread.com)
-    half[~np.isfinite(half)] = np.nan
-    return ten, spread, np.append(ten[9], ten[6:9] / ten[9])[:, None] + np.outer(half, [-1.0, 1.0])
-
-
-@one_thread()
-def payload_result(answer: PayloadAnswer) -> PayloadResult:
-    """Collect what ``payload`` and ``weigh`` answer; a number that was not determined is nan or None."""
-    problem, source, robot, gains = answer.problem, answer.problem.source, answer.problem.robot, answer.gains
-    evidence, by_joints = answer.evidence, answer.evidence.diagnosis.by_joints
-    flange, worst, scale = robot.flange_pose, worst_joint(by_joints, answer.mass), answer.scale
-    (method, reason), possible, spread, ends = (
-        answer.recommendation,
-        answer.possible,
-        answer.spread,
-        answer.intervals,
-    )
-    # Free estimates, then possible ones; of a payload that is visible in part what was determined.
-    estimates: list[documents.FreeEstimate | documents.PossibleEstimate] = [
-        *map(documents.FreeEstimate.made, answer.estimates),
-        *map(documents.PossibleEstimate.made, answer.constrained),
-    ]
-    if not answer.constrained:
-        free, model, more = answer.free, answer.model, dict[str, Any](com=answer.com, com_sigma=spread.com)
-        if gains:
-            more["sigma_with_gains"] = documents.named(model.sigma, free.indices)
-        if scale is not None and not free.from_scale:
-            sigma = float(model.sigma[model.names.index("M_L")])
-            more["weighed"] = (Weighing.by(scale, model["M_L"], sigma, model.degrees_of_freedom),)
-        made = documents.FreeEstimate.made(free)
-        estimates = [structs.replace(made, parameters=documents.named(answer.ten), **more)]
-    inertia: tuple[Any, Any, Any] = None, None, None
-    if possible is not None:
-        inertia = possible.body.inertia_com, possible.intervals.inertia_com, spread.inertia_com
-    uses, loaded = [(use, "") for use in _BY_LEVEL[answer.verdict.level]], problem.loaded
-    if isinstance(problem, LongMotion):  # the residual is that of the robot's own parameters
-        own, check, steps = problem.robot_estimate, evidence.validation, answer.elimination
-        differing = {3, 4} | ({1} if problem.corrected and not problem.settings.free_friction else set())
-        differs = bool(problem.friction) and any(estimate.method in differing for estimate in answer.estimates)
-        # Of robot and payload together, as in Table 2, where method 4 was used.
-        names, noise = dict(zip(problem.base.columns, problem.base.names, strict=True)), problem.torque_noise
-        against = parts.ResidualDocument.of(check) if check else None
-        left = (own.fit.relative, own.fit.relative_per_joint) if own else (None, None)
-        solved, residual = problem.unloaded, parts.ResidualDocument(left[0], left[1], against)
-        counted: dict[str, Any] = {
-            "equations": (solved or loaded).equations,
-            "equations_loaded": loaded.equations,
-            "base_parameters": len(problem.base.columns),
-            "friction": "may differ" if differs else "own",
-            **(dict(zip(("torque_noise", "independent"), noise, strict=True)) if noise else {}),
-        }
-        keys: dict[str, Any] = {
-            "friction": source.choices or UNSET,
-            "essential": parts.EliminationDocument.made(steps, answer.warnings, names) if steps else None,
-            "left_out": {str(method): reason for method, reason in answer.left_out.items()},
-            "repeats": evidence.repeats or UNSET,
-        }
-    else:  # quantity by quantity, as far as the verdict on all allows; the residual is the payload's
-        every = zip(evidence.judged.values(), uses, strict=True)
-        uses = [most if own.use == "use" else (own.use, own.why) for own, most in every]
-        unexplained, held = answer.free.unexplained(problem.torque_rms), problem.held
-        standing = problem.standing if isinstance(problem, StaticMotion) else None
-        # At rest inertia's columns are zero.
-        solved = loaded.select([PAYLOAD[k] for k in problem.visibility.base.chosen] if standing else PAYLOAD)
-        residual = parts.ResidualDocument(answer.free.estimate.fit.relative, unexplained, None)
-        friction = "free" if problem.known is None else "may differ" if held.held else "own"
-        counted = {"equations": loaded.equations, "friction": friction}
-        keys = {
-            "joints": tuple(problem.joints),
-            "visibility": documents.VisibilityDocument.of(problem.visibility),
-            "constant_torques": documents.ConstantTorques(tuple(j + 1 for j in held.joints), held.sigma),
-            "ripple": problem.ripple,
-            "mass_from_scale": answer.free.from_scale,
-            "agreement": evidence.agreement,
-            "repeats": evidence.repeats,
-            "standing": standing or UNSET,
-            "assumed": None,
-        }
-    pairs, (raw, scaled) = source.pairs, solved.condition_numbers() if solved else (None, None)
-    apart = max(pairs, key=lambda pair: pair.max_mismatch, default=None)
-    entries = (answer.mass, ends[0], spread.mass), (answer.com, ends[1:], spread.com), inertia
-    rows = zip(("mass", "centre_of_mass", "inertia"), uses, entries, strict=True)
-    return PayloadResult(
-        robot=robot.name,
-        robot_title=robot.title or UNSET,
-        frame=robot.payload_frame,
-        flange_in_payload_frame=(
-            documents.FlangeDocument.of(PoseTable.of(flange), source=robot.sources.get("flange", ""))
-            if flange
-            else UNSET
-        ),
-        rated_payload_kg=robot.rated_payload,
-        processing=parts.ProcessingDocument.made(robot, source.processing, source.loaded[0].gains),
-        estimates=tuple(estimates),
-        recommended=documents.Recommended(method, "constrained" if answer.constrained else "wls", reason),
-        gain_sigma=gains if gains is not None else UNSET,
-        mass_by_joints=by_joints.masses,
-        joint_that_agrees_least=worst.text if worst else None,
-        quantities={name: documents.Quantity(use, why or None, *entry) for name, (use, why), entry in rows},
-        verdict=answer.verdict,
-        scale=(scale.mass, scale.sigma) if scale is not None else UNSET,
-        relative_residual=residual,
-        data=documents.PayloadData(
-            rate=source.rate,
-            cutoff=source.processing.cutoff,
-            lag_s=pairs[0].lag if pairs else None,
-            lags_s=tuple(pair.lag for pair in pairs),
-            max_position_mismatch_rad=apart.max_mismatch if apart else None,
-            rms_position_mismatch_rad=apart.rms_mismatch if apart else None,
-            condition_number=raw,
-            condition_number_scaled=scaled,
-            **counted,
-        ),
-        **keys,
-    )

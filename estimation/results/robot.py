@@ -1,8 +1,7 @@
 """Results of ``identify`` and ``gains``, and what they tell later runs; each is its own document."""
 
-from collections.abc import Sequence
 from functools import cached_property
-from typing import Literal, Self
+from typing import Literal
 
 import numpy as np
 from msgspec import UNSET, UnsetType, field
@@ -11,7 +10,6 @@ from ...common import Array, Document, InputError, Vector
 from ...common.schema import Matrix, WrongKeyError, at, present
 from ...model import Robot
 from ...model.friction import friction_terms
-from ..diagnosis.evidence import KNOWN_WELL
 from ..diagnosis.finding import Verdict
 from ..fit.covariance import RobustCovariance
 from ..fit.drive_gains import Fingerprints, Gains
@@ -48,36 +46,6 @@ class GainsTable(Document, frozen=True):
     without_constraints: Vector | UnsetType | None = UNSET
     identified: tuple[bool, ...] | UnsetType = UNSET
     rests_on: tuple[str, ...] | UnsetType = UNSET
-
-    @classmethod
-    def made(cls, logarithms: Estimate, disagreement: float, free: Array, rests_on: Sequence[str]) -> Self:
-        """State gains by ln K, and which are known to ``KNOWN_WELL`` (1 sigma).
-
-        The covariance has the larger standard deviations, and the robust correlations where there are some.
-
-        ``disagreement``: factor on every standard deviation, by the joints' payload ratios; ``free``: gains without
-        constraints; ``rests_on``: the torques that each rests on.
-        """
-        values, sigma = np.exp(logarithms.values), disagreement * logarithms.larger_sigma
-        covariance, robust = disagreement**2 * logarithms.covariance, logarithms.robust
-        if robust is not None:
-            covariance = robust.covariance * np.outer(sigma / robust.sigma, sigma / robust.sigma)
-        well = sigma <= KNOWN_WELL
-        vague = "; too little, known to {:.0f} % only: keep the maker's gain"
-        return cls(
-            values,
-            covariance,
-            sigma=values * sigma,
-            relative_sigma=sigma,
-            relative_sigma_formula=logarithms.sigma,
-            relative_sigma_robust=logarithms.sigma_robust,
-            without_constraints=free,
-            identified=tuple(well.tolist()),
-            rests_on=tuple(
-                text if good else text + vague.format(100 * one)
-                for text, good, one in zip(rests_on, well, sigma, strict=True)
-            ),
-        )
 
 
 class GainsResult(parts.Result, frozen=True, kw_only=True, dict=True):
