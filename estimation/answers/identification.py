@@ -25,14 +25,13 @@ from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import Observer
 from ..fit.blocks import weighted_solution
 from ..fit.drive_gains import Gains, usual_gains
-from ..fit.essential import Elimination, eliminate
 from ..fit.estimate import Estimate, Fit, Parameter, error_model, fit
-from ..fit.linear_problem import Excitation, Known, LinearProblem, excitation
+from ..fit.linear_problem import Elimination, Excitation, Known, LinearProblem, eliminate, excitation
 from ..fit.own_equations import TermChoice, base_problem, with_friction
 from ..fit.settings import DEFAULTS, Settings
 from ..payload.long_motion import Source, check_blocks
 from ..payload.methods import jackknifed
-from ..possible.cone import SolverError
+from ..possible.constraints import SolverError
 from ..possible.payload import rise_p_value, solve_constrained
 from ..possible.robot import PossibleRobot, robot_prior, solve_constrained_base, solve_constrained_prior
 from ..results import parts

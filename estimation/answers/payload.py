@@ -25,9 +25,8 @@ from ..equations.equations import PAYLOAD, merged
 from ..equations.observer import Observer
 from ..fit.covariance import NORMAL95, student95
 from ..fit.drive_gains import Gains, usual_gains
-from ..fit.essential import Elimination
 from ..fit.estimate import Estimate, error_model
-from ..fit.linear_problem import Excitation, excitation, weighted
+from ..fit.linear_problem import Elimination, Excitation, excitation, weighted
 from ..fit.settings import DEFAULTS, Settings
 from ..payload.long_motion import LongMotion, payload_problem
 from ..payload.methods import (
@@ -44,8 +43,7 @@ from ..payload.repeats import repeats_of
 from ..payload.result import ConstrainedPayload, PayloadEstimate, constrain_payload, in_payload_frame, moved
 from ..payload.short_motion import ShortMotion, difference_weighing, known_robot_weighing
 from ..payload.static import StaticMotion, static_weighing
-from ..possible.cone import SolverError
-from ..possible.constraints import Constraint, KnownMass
+from ..possible.constraints import Constraint, KnownMass, SolverError
 from ..possible.payload import POSSIBLE, Weighing
 from ..results import parts
 from ..results import payload as documents
@@ -99,10 +97,9 @@ class PayloadAnswer(Speaks, Brief):
             if gains:
                 more["sigma_with_gains"] = documents.named(model.sigma, free.indices)
             if scale is not None and not free.from_scale:
-                sigma = float(model.sigma[model.names.index("M_L")])
-                more["weighed"] = (Weighing.by(scale, model["M_L"], sigma, model.degrees_of_freedom),)
-            made = documents.FreeEstimate.made(free)
-            estimates = [structs.replace(made, parameters=documents.named(self.ten), **more)]
+                more["weighed"] = (Weighing.by(scale, model),)
+            more["parameters"] = documents.named(self.ten)
+            estimates = [structs.replace(documents.FreeEstimate.made(free), **more)]
         inertia: Any = possible and (possible.body.inertia_com, possible.intervals.inertia_com, spread.inertia_com)
         uses, loaded = [(use, "") for use in _BY_LEVEL[self.verdict.level]], problem.loaded
         if isinstance(problem, LongMotion):  # the residual is that of the robot's own parameters

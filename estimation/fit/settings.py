@@ -11,8 +11,8 @@ from ...common.progress import Progress, silent
 from ...model import Processing, Robot
 from ...model.friction import Friction
 from .drive_gains import Gains
-from .essential import StopRule
 from .estimate import Estimate
+from .linear_problem import StopRule
 
 METHOD_NAMES = {1: "known-robot", 2: "change", 3: "difference", 4: "global"}
 """Short names of the paper's methods, by number."""

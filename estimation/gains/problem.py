@@ -30,7 +30,7 @@ from ..equations.equations import PAYLOAD, Equations, merged, triangular
 from ..fit.settings import DEFAULTS, Candidates, Settings
 from ..payload.long_motion import LongMotion, Source, check_blocks, payload_problem
 from ..payload.result import in_payload_frame
-from ..possible.cone import ConeProgram, SolverError, solve_cone
+from ..possible.constraints import ConeProgram, SolverError, solve_cone
 from ..possible.robot import POWERS, drive_rules, link_indices, typical_length
 from ..signals.plausibility import without_dead
 

@@ -20,8 +20,7 @@ from ...common import Array, Brief, one_thread
 from ...model.inertia import inertia_gradient
 from ..equations.equations import PAYLOAD
 from ..fit.covariance import student95
-from .cone import TRIANGLE, Part, SolverError, cone_solver
-from .constraints import PSEUDO_INERTIA
+from .constraints import PSEUDO_INERTIA, TRIANGLE, Part, SolverError, cone_solver
 from .payload import Possible, ScaledProblem
 
 WIDENING = 1.2

@@ -19,8 +19,16 @@ from ...common import Array, Brief, Document, Float, InputError, decomposed, fre
 from ...model import InertialParameters
 from ..equations.equations import PAYLOAD
 from ..fit.estimate import Estimate
-from .cone import ConeProgram, SolverError, solve_cone
-from .constraints import PSEUDO_INERTIA, Constraint, KnownMass, PossibleBody, lowest_eigenvalue
+from .constraints import (
+    PSEUDO_INERTIA,
+    ConeProgram,
+    Constraint,
+    KnownMass,
+    PossibleBody,
+    SolverError,
+    lowest_eigenvalue,
+    solve_cone,
+)
 
 CONFLICT = 0.01  # probability below which a constraint and the data contradict each other
 
@@ -63,11 +71,12 @@ class Weighing(Document, frozen=True):
     p_value: Float
 
     @classmethod
-    def by(cls, scale: KnownMass, identified: float, sigma: float, degrees_of_freedom: float) -> Self:
-        """Compare what a scale shows with an identified mass."""
+    def by(cls, scale: KnownMass, estimate: Estimate) -> Self:
+        """Compare what a scale shows with the mass of an estimate."""
+        identified, sigma = estimate["M_L"], float(estimate.sigma[estimate.names.index("M_L")])
         z = (identified - scale.mass) / float(np.hypot(scale.sigma, sigma))
-        p_value = rise_p_value(z**2, 1, degrees_of_freedom)
-        return cls(scale.mass, scale.sigma, identified, sigma, degrees_of_freedom, z, p_value)
+        p_value = rise_p_value(z**2, 1, estimate.degrees_of_freedom)
+        return cls(scale.mass, scale.sigma, identified, sigma, estimate.degrees_of_freedom, z, p_value)
 
     @property
     def conflict(self) -> bool:
@@ -123,9 +132,7 @@ class Possible(Brief):
     @property
     def weighings(self) -> tuple[Weighing, ...]:
         """Weighed masses against the free estimate."""
-        sigma, dof = dict(zip(self.free.names, self.free.sigma.tolist(), strict=True)), self.free.degrees_of_freedom
-        scales = [scale for scale in self.constraints if isinstance(scale, KnownMass)]
-        return tuple(Weighing.by(scale, self.free["M_L"], sigma["M_L"], dof) for scale in scales)
+        return tuple(Weighing.by(scale, self.free) for scale in self.constraints if isinstance(scale, KnownMass))
 
 
 def rise_p_value(chi2: float, k: int, degrees_of_freedom: float) -> float:
@@ -261,11 +268,10 @@ def solve_constrained(estimate: Estimate, constraints: Sequence[Constraint] = PO
     z, status, active = problem.centre, "free", tuple[Active, ...]()
     try:
         if any(constraint.violation(problem.full(z)) > 0.0 for constraint in constraints):
-            status = "repaired" if problem.holds(z, NOISE_FLOOR) else "Solved"
             # What is violated by rounding is too little for a solver to work on.
-            solution = solve_cone(program) if status == "Solved" else None
-            # Moved by rounding, so that no eigenvalue is negative; eliminated parameters stay zero.
-            z = select @ lifted((z if solution is None else solution.z) @ select, scale @ select)
+            solution = None if problem.holds(z, NOISE_FLOOR) else solve_cone(program)
+            z, status = (z, "repaired") if solution is None else (solution.z, "Solved")
+            z = select @ lifted(z @ select, scale @ select)  # eliminated parameters stay zero
             if (program.slack(z) < -TOLERANCE).any():
                 raise SolverError("constraints missed by more than rounding")
             if solution is not None:

@@ -19,8 +19,7 @@ from ...model.base.parameters import sum_text
 from ...model.drives import parameter_kind
 from ...model.stand_in import MOVING, cylinder_radius, cylinders, missing_inertial
 from ..fit.estimate import Estimate, error_model
-from .cone import ConeProgram, Part, SolverError, cone_solver, solve_cone
-from .constraints import PSEUDO_INERTIA, MassBounds
+from .constraints import PSEUDO_INERTIA, ConeProgram, MassBounds, Part, SolverError, cone_solver, solve_cone
 from .payload import NOISE_FLOOR, TOLERANCE, Active, Possible, holding, lifted, posed, whitening
 
 _NOT_NEGATIVE = ("IA", "FV", "FS", "FL", "FVM", "FSM")
@@ -47,15 +46,14 @@ def link_indices(robot: Robot, standard: Sequence[str]) -> Indices:
     return np.array([[standard.index(f"{kind}{link}") for kind in INERTIAL] for link in range(1, robot.n + 1)])
 
 
-def drive_rules(
-    robot: Robot, standard: Sequence[str], scale: Array
-) -> tuple[Array, tuple[str, ...], list[int], list[tuple[int, int]]]:
+def drive_rules(robot: Robot, standard: Sequence[str], scale: Array) -> tuple[Array, tuple[str, ...]]:
     """Rules A z >= 0 of standard parameters in units of ``scale``: drives neither push nor have negative inertia.
 
+    Friction and rotor inertias are not negative. Of what coupled drives share, IA_j = K_j^2 JA_j + K_k^2 JA_k is at
+    least IA_k = K_k^2 JA_k, and FV_j and FV_k hold the viscous friction FVM_k of rotor k besides the joint's own.
+
     Returns:
-        A, r x N_s; its rows as text; indices of friction and rotor inertias, which must not be negative; and
-        indices (whole, part) of what coupled drives share: IA_j = K_j^2 JA_j + K_k^2 JA_k is at least IA_k = K_k^2
-        JA_k, and FV_j and FV_k hold the viscous friction FVM_k of rotor k besides the joint's own.
+        A, r x N_s, with one positive entry in each row, of 1; and its rows as text.
     """
     pairs: list[tuple[str, str]] = []
     if robot.coupling is not None:
@@ -66,7 +64,7 @@ def drive_rules(
     units = np.eye(len(standard))
     rows = [*units[signed], *(units[j] - scale[k] / scale[j] * units[k] for j, k in shared)]
     texts = *(f"{standard[k]} >= 0" for k in signed), *(f"{whole} >= {part}" for whole, part in pairs)
-    return np.array(rows).reshape(-1, len(standard)), texts, signed, shared
+    return np.array(rows).reshape(-1, len(standard)), texts
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -88,8 +86,7 @@ class RobotProgram(NamedTuple):
     R: Array  # whitens base parameters, N_b x N_b
     program: ConeProgram  # minimises ||R (G x - chi)||, its rows ``drive_rules``, then bounds of the total mass
     demands: list[Active]  # of the program's rows, then of its bodies
-    signed: list[int]  # as of ``drive_rules``
-    shared: list[tuple[int, int]]
+    rules: int  # number of the rows that are ``drive_rules``
     links: Indices  # indices of each link's ten, n x 10
 
     @staticmethod
@@ -111,11 +108,9 @@ class RobotProgram(NamedTuple):
         scale = np.array([inertial.get(parameter_kind(name), sizes.get(name, 1.0)) for name in base.standard])
         G = base.grouping * scale
         R = whitening(estimate.covariance, estimate.names, NOISE_FLOOR * np.abs(G).max(axis=1))
-        links, (A, texts, signed, shared) = (
-            link_indices(robot, base.standard),
-            drive_rules(robot, base.standard, scale),
-        )
-        b = np.zeros(len(A))
+        links = link_indices(robot, base.standard)
+        A, texts = drive_rules(robot, base.standard, scale)
+        b, rules = np.zeros(len(A)), len(A)
         if total_mass is not None:
             units, bounds = total_mass.rows
             total = np.zeros((len(units), len(scale)))
@@ -127,7 +122,7 @@ class RobotProgram(NamedTuple):
             )
         texts += tuple(f"link {j} can exist" for j in range(1, robot.n + 1))
         program = ConeProgram(R @ G, R @ estimate.values, A, b, np.eye(len(scale))[links])
-        return RobotProgram(base, estimate, scale, R, program, list(map(Active, texts)), signed, shared, links)
+        return RobotProgram(base, estimate, scale, R, program, list(map(Active, texts)), rules, links)
 
     def nearest(self) -> PossibleRobot:
         """Find the nearest base parameters."""
@@ -143,9 +138,9 @@ class RobotProgram(NamedTuple):
             result[link] = lifted(z[link], self.scale[link])
         if (self.program.slack(result) < -TOLERANCE).any():
             raise SolverError("friction, rotor inertia or mass missed by more than rounding")
-        result[self.signed] = np.maximum(result[self.signed], 0.0)
-        for j, k in self.shared:
-            result[j] = max(result[j], result[k] * self.scale[k] / self.scale[j] * _ABOVE)
+        for rule in self.program.A[: self.rules]:
+            whole = int(rule.argmax())
+            result[whole] = max(result[whole], 0.0 - _ABOVE * float(result @ np.minimum(rule, 0.0)))
         if float(np.linalg.norm(self.program.R @ (result - z))) > _UNSEEN:
             raise SolverError("constraints missed by more than the data's accuracy")
         return result
@@ -371,13 +366,12 @@ def solve_constrained_prior(
     limit, possible = nearest.chi2_rise + budget, np.array(list(nearest.parameters.values())) / problem.scale
     # The prior's links with the drives that suit them best will do if they hold the mass's bounds and the limit.
     F, d, A, _, bodies = problem.program
-    room, rows = problem.program.slack(z0), len(problem.signed) + len(problem.shared)
+    room, rows = problem.program.slack(z0), problem.rules
     drives, solution = np.setdiff1d(np.arange(len(z0)), problem.links), z0.copy()
     within = bool((room[rows:] >= -TOLERANCE).all())
     if within and len(drives):
         part = ConeProgram(F[:, drives], d - F @ z0, A[:rows, drives], room[:rows], bodies[:0, :, drives])
         solution[drives] = solve_cone(part, [(1e3, np.inf)]).z
-        solution[problem.signed] = np.maximum(solution[problem.signed], 0.0)
     weight, prices, status = np.inf, np.zeros(0), "prior"
     if not within or float(np.sum((F @ solution - d) ** 2)) > limit:
         (solution, weight, prices), status = _nearest(problem.program, expected, possible, np.sqrt(limit)), "Solved"

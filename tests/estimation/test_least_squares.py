@@ -12,9 +12,16 @@ from dynident.estimation import PAYLOAD, Estimate, Settings, SigmaBound, SigmaRa
 from dynident.estimation.answers.identification import impossible_payload
 from dynident.estimation.equations.equations import Equations, checked, merged
 from dynident.estimation.equations.observer import Observation, Observer, reduced
-from dynident.estimation.fit.essential import Elimination, eliminate
 from dynident.estimation.fit.estimate import Fit
-from dynident.estimation.fit.linear_problem import Known, LinearProblem, SoftPrior, excitation, weighted
+from dynident.estimation.fit.linear_problem import (
+    Elimination,
+    Known,
+    LinearProblem,
+    SoftPrior,
+    eliminate,
+    excitation,
+    weighted,
+)
 from dynident.estimation.signals.filtering import measurement
 from dynident.model import INERTIAL, InertialParameters, Processing, base_parameters, load_robot
 from dynident.model.friction import PAPER

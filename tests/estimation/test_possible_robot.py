@@ -15,8 +15,7 @@ from dynident.estimation import Estimate, MassBounds, PossibleBody
 from dynident.estimation.equations.observer import Observer, recorded, used
 from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.fit.linear_problem import weighted
-from dynident.estimation.possible.cone import ConeProgram, solve_cone
-from dynident.estimation.possible.constraints import PSEUDO_INERTIA
+from dynident.estimation.possible.constraints import PSEUDO_INERTIA, ConeProgram, solve_cone
 from dynident.estimation.possible.robot import (
     RobotPrior,
     has_prior,
