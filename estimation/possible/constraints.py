@@ -239,7 +239,6 @@ class SolverError(RuntimeError):
     """
 
     def __init__(self, status: str, demands: Sequence[str] = ()) -> None:
-        """Say what may be the reason."""
         self.status, self.demands, self.explanation = status, tuple(demands), _MEANING.get(status, status)
         infeasible = "Infeasible" in status
         text = f"the constrained estimate was not found: {self.explanation}"

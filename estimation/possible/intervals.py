@@ -39,7 +39,6 @@ class ProfileSet:
     """Payloads that keep a scaled problem's constraints, with squared distances up to ``q`` above the nearest's."""
 
     def __init__(self, problem: ScaledProblem, nearest: Array, q: float) -> None:
-        """Set up the cones: K (u, 1) lies in those of bounds, distance and pseudo-inertia."""
         self.problem = problem
         self.mass = int(problem.select[:, 9].argmax())
         R, _, A, b, _ = problem.program

@@ -234,14 +234,9 @@ class Origin(NamedTuple):
         return {"identified": "data", "prior": "prior", "combination": within}[self.kind]
 
 
-def origins(robot: Robot, base: BaseParameters) -> dict[str, Origin]:
-    """Origins of every standard parameter, by name."""
-    return dict(zip(base.standard, origins_of(robot, base, np.eye(len(base.standard))), strict=True))
-
-
-def origins_of(robot: Robot, base: BaseParameters, gradients: Array) -> list[Origin]:
-    """Find origins of numbers whose gradients by the standard parameters are columns of ``gradients``, N_s x m."""
-    length = typical_length(robot)
+def origins(robot: Robot, base: BaseParameters, gradients: Array | None = None) -> list[Origin]:
+    """Find origins of numbers by their gradients by the standard parameters, N_s x m; by default of these."""
+    length, gradients = typical_length(robot), np.eye(len(base.standard)) if gradients is None else gradients
     units = np.array([length ** POWERS.get(parameter_kind(name), 0) for name in base.standard])
     rows = decomposed((base.grouping * units).T).range.T
     scaled = gradients * units[:, None]
@@ -384,7 +379,7 @@ def solve_constrained_prior(
         prior=prior,
         budget=budget,
         weight=weight,
-        origins=origins(robot, base),
+        origins=dict(zip(base.standard, origins(robot, base), strict=True)),
         distances=tuple(distances.tolist()),
     )
 

@@ -18,7 +18,7 @@ from ...model.friction import PAPER
 from ...model.inertia import gradients
 from ...model.stand_in import typical_load
 from ..fit.estimate import Estimate, error_model
-from .robot import Origin, origins_of
+from .robot import Origin, origins
 
 _ROUNDING = 1e-9
 BODY_NUMBERS = ("mass", "x", "y", "z", "ixx", "ixy", "ixz", "iyy", "iyz", "izz")
@@ -137,7 +137,7 @@ def _labels(
     free = errors.mapped(by_base, tuple(map(str, range(len(numbers)))))
     moved = by_base @ (errors.values - base.value(parameters)) - free.values
     ends = (np.asarray(numbers) + moved)[:, None] + free.interval95
-    every = zip(numbers, origins_of(robot, base, gradients), free.sigma.tolist(), ends.tolist(), strict=True)
+    every = zip(numbers, origins(robot, base, gradients), free.sigma.tolist(), ends.tolist(), strict=True)
     return [
         Labelled(number, origin, *((sigma, tuple(interval)) if origin.share == 1.0 else ()))
         for number, origin, sigma, interval in every

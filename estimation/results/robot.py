@@ -171,8 +171,16 @@ class RobotResult(parts.Result, frozen=True, kw_only=True, dict=True):
 
     @cached_property
     def estimate(self) -> Estimate:
-        """Values and covariance."""
-        data, gains = self.data, self.gains
+        """Values and covariance; a robust one where the recordings allowed it."""
+        data, gains, C, stored, robust = self.data, self.gains, self.covariance_robust, self.robust, None
+        if C is not None:
+            blocks, length = (stored.blocks, present(stored.block_length)) if stored else (None, None)
+            degrees = present(stored.degrees_of_freedom) if stored else None
+            if blocks is None or length is None or degrees is None:
+                raise WrongKeyError("robust", "must hold blocks, degrees_of_freedom and block_length_s")
+            if not (np.diag(C) >= 0.0).all():
+                raise WrongKeyError("covariance_robust", "variances must not be negative")
+            robust = RobustCovariance(C, blocks, degrees, length)
         with at("base_parameters"):
             return Estimate(
                 names=self.columns,
@@ -181,7 +189,7 @@ class RobotResult(parts.Result, frozen=True, kw_only=True, dict=True):
                 degrees_of_freedom=data.degrees_of_freedom,
                 fit=Fit(data.error_norms, data.torque_norms, data.rows_per_joint),
                 weights=data.weights,
-                robust=self._robust(),
+                robust=robust,
                 gain_sensitivity=self.gain_sensitivity,
                 gain_covariance=gains.covariance(len(data.rows_per_joint)) if gains is not None else None,
             )
@@ -194,19 +202,6 @@ class RobotResult(parts.Result, frozen=True, kw_only=True, dict=True):
         if stored is None:
             return self.estimate.values
         return np.array([parameter.value for parameter in stored])
-
-    def _robust(self) -> RobustCovariance | None:
-        """Robust covariance, none where the recordings did not allow one."""
-        C, stored = self.covariance_robust, self.robust
-        if C is None:
-            return None
-        blocks, length = (stored.blocks, present(stored.block_length)) if stored else (None, None)
-        degrees = present(stored.degrees_of_freedom) if stored else None
-        if blocks is None or length is None or degrees is None:
-            raise WrongKeyError("robust", "must hold blocks, degrees_of_freedom and block_length_s")
-        if not (np.diag(C) >= 0.0).all():
-            raise WrongKeyError("covariance_robust", "variances must not be negative")
-        return RobustCovariance(C, blocks, degrees, length)
 
     def applied_to(self, robot: Robot) -> Robot:
         """Robot with the model structure under which the parameters were identified.
