@@ -28,17 +28,8 @@ from ..fit.drive_gains import Gains, usual_gains
 from ..fit.estimate import Estimate, error_model
 from ..fit.linear_problem import Elimination, Excitation, excitation, weighted
 from ..fit.settings import DEFAULTS, Settings
+from ..payload import methods
 from ..payload.long_motion import LongMotion, payload_problem
-from ..payload.methods import (
-    PayloadProblem,
-    combined,
-    essential_combined,
-    payload_estimate,
-    recommended_method,
-    selected,
-    usable_methods,
-    with_robust,
-)
 from ..payload.repeats import repeats_of
 from ..payload.result import ConstrainedPayload, PayloadEstimate, constrain_payload, in_payload_frame, moved
 from ..payload.short_motion import ShortMotion, difference_weighing, known_robot_weighing
@@ -62,7 +53,7 @@ _BY_LEVEL = {"use": ("use",) * 3, "mass_and_com_only": ("use", "use", _VAGUE), "
 class PayloadAnswer(Speaks, Brief):
     """Payload estimates with what is needed to judge them; of a short motion as far as it shows the payload."""
 
-    problem: PayloadProblem
+    problem: methods.PayloadProblem
     estimates: tuple[PayloadEstimate, ...]  # by method, those left out for which no possible payload was found
     constrained: tuple[ConstrainedPayload, ...]  # nearest to each complete one of them
     left_out: dict[int, str]  # method -> why it gave no estimate
@@ -204,7 +195,7 @@ class PayloadAnswer(Speaks, Brief):
         """Essential parameters of robot and payload together, where method 4 was used."""
         if not isinstance(self.problem, LongMotion) or all(payload.method != 4 for payload in self.constrained):
             return None
-        return essential_combined(self.problem, self.problem.settings.essential)
+        return methods.essential_combined(self.problem, self.problem.settings.essential)
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
@@ -212,8 +203,10 @@ class PayloadAnswer(Speaks, Brief):
         if not isinstance(self.problem, LongMotion) or self.elimination is None:
             return ()
         problem, elimination = self.problem, self.elimination
-        full, _ = with_robust(problem, selected(problem, problem.loaded.columns))
-        part, _ = with_robust(problem, selected(problem, elimination.essential), elimination.estimate)
+        full, _ = methods.with_robust(problem, methods.selected(problem, problem.loaded.columns))
+        part, _ = methods.with_robust(
+            problem, methods.selected(problem, elimination.essential), elimination.estimate
+        )
         elimination = replace(elimination, estimate=part)
         return impossible_payload(elimination) + impossible_robot(problem.robot, problem.base, full, elimination)
 
@@ -222,7 +215,7 @@ class PayloadAnswer(Speaks, Brief):
         """Excitation of robot and payload together (30); None without the robot's own equations."""
         if not isinstance(self.problem, LongMotion) or self.problem.unloaded is None:
             return None
-        return excitation(self.problem.both, combined(self.problem))
+        return excitation(self.problem.both, methods.combined(self.problem))
 
     @cached_property
     def predictions(self) -> tuple[TorquePrediction, ...]:
@@ -336,7 +329,7 @@ def _described(robot: Robot, known: RobotResult | Estimate | None) -> tuple[Robo
 
 @one_thread()
 def answer_payload(
-    problem: PayloadProblem,
+    problem: methods.PayloadProblem,
     held_out: Sequence[Recording] = (),
     constraints: Sequence[Constraint] = POSSIBLE,
     others: Sequence[ShortMotion] = (),
@@ -384,7 +377,9 @@ def answer_payload(
             failures[estimate.method] = error
     # Where no method found a possible payload, all are shown.
     shown = [estimate for estimate in free if estimate.method not in failures] or free
-    recommendation = method, _ = recommended_method(problem, [payload.method for payload in constrained or shown])
+    recommendation = method, _ = methods.recommended_method(
+        problem, [payload.method for payload in constrained or shown]
+    )
     best = next(estimate for estimate in shown if estimate.method == method)
     possible = next((payload for payload in constrained if payload.method == method), None)
     model = error_model(best.estimate, gains)
@@ -405,7 +400,7 @@ def answer_payload(
         intervals = np.append(ten[9], ten[6:9] / ten[9])[:, None] + np.outer(half_widths, [-1.0, 1.0])
     # Other ways: with friction as it is without payload, where that is determined, and by ``others``.
     named = {1: "robot's parameters (method 1)", 3: "torque difference (method 3)"}
-    ways = [(named[other.method], payload_estimate(other, other.method).ten) for other in others]
+    ways = [(named[other.method], methods.payload_estimate(other, other.method).ten) for other in others]
     if isinstance(problem, ShortMotion) and problem.method == 3 and problem.visibility.rank == len(PAYLOAD):
         with suppress(InputError):
             runs = (in_payload_frame(problem.robot, run).select(PAYLOAD) for run in problem.runs)
@@ -465,14 +460,14 @@ def answer_payload(
     )
 
 
-def _identified(problem: PayloadProblem) -> tuple[list[PayloadEstimate], dict[int, str]]:
+def _identified(problem: methods.PayloadProblem) -> tuple[list[PayloadEstimate], dict[int, str]]:
     """Estimate by each method, those asked for or all that can be used, and say why there is none of a method."""
     if asked := problem.settings.methods:
-        return [payload_estimate(problem, int(method)) for method in asked], {}
+        return [methods.payload_estimate(problem, int(method)) for method in asked], {}
     estimates, left_out = list[PayloadEstimate](), dict[int, str]()
-    for method in (usable := usable_methods(problem)):
+    for method in (usable := methods.usable_methods(problem)):
         try:
-            estimates.append(payload_estimate(problem, method))
+            estimates.append(methods.payload_estimate(problem, method))
         except InputError as error:
             left_out[method] = str(error)
     if isinstance(problem, LongMotion) and 3 not in usable:

@@ -208,14 +208,26 @@ class ConeProgram(NamedTuple):
         """Slack A z + b, shape (r,)."""
         return np.asarray(self.A @ z + self.b)
 
+    def posed(self, scale: Array) -> tuple[Any, Any, list[Any]]:
+        """Pose it in CVXPY: the problem, its parameters in SI units, and the pseudo-inertias of its bodies."""
+        import cvxpy  # slow to import
+
+        z, entries = cvxpy.Variable(len(scale), name="scaled_parameters"), PSEUDO_INERTIA.reshape(10, 16).T
+        x = cvxpy.multiply(scale, z)
+        scaled, inertias = (
+            [cvxpy.reshape(entries @ body @ parameters, (4, 4), order="C") for body in self.bodies]
+            for parameters in (z, x)
+        )
+        rules = [*(inertia >> 0 for inertia in scaled), *([self.A @ z + self.b >= 0] if len(self.A) else [])]
+        return cvxpy.Problem(cvxpy.Minimize(cvxpy.norm(self.R @ z - self.d)), rules), x, inertias
+
 
 class ConeSolution(NamedTuple):
     """Solution, and how fast its norm ||R z - d|| falls as constraints are relaxed."""
 
     z: Array  # (n,)
     norm: float
-    row_multipliers: Array  # by A z + b >= -e, (r,)
-    body_multipliers: Array  # by J >= -e times identity, (p,)
+    multipliers: Array  # by A z + b >= -e, then by J >= -e times identity, (r + p,)
 
 
 _MEANING = {  # of the solver's states
@@ -290,7 +302,7 @@ def solve_cone(program: ConeProgram, ways: Ways = ((1e5, np.inf),)) -> ConeSolut
         if status == "Solved":
             z, dual = np.asarray(solution.x)[:n], np.asarray(solution.z) * scale
             traces = dual[r + k + 1 : r + k + 1 + 10 * p].reshape(p, 10)[:, _DIAGONAL].sum(axis=1)
-            return ConeSolution(z, float(np.linalg.norm(program.R @ z - program.d)), dual[:r], traces)
+            return ConeSolution(z, float(np.linalg.norm(program.R @ z - program.d)), np.append(dual[:r], traces))
     raise SolverError(status)
 
 

@@ -20,7 +20,6 @@ from ...model import InertialParameters
 from ..equations.equations import PAYLOAD
 from ..fit.estimate import Estimate
 from .constraints import (
-    PSEUDO_INERTIA,
     ConeProgram,
     Constraint,
     KnownMass,
@@ -277,9 +276,8 @@ def solve_constrained(estimate: Estimate, constraints: Sequence[Constraint] = PO
             if solution is not None:
                 every = [Active(c.description, constraint=c) for c in constraints for _ in c.rows[1]]
                 every += [Active(c.description, constraint=c) for c in constraints if isinstance(c, PossibleBody)]
-                prices = np.append(solution.row_multipliers, solution.body_multipliers)
                 # d chi2 = 2 norm d norm
-                active = holding(program, z, prices, every, _NO_MULTIPLIER, 2.0 * solution.norm)
+                active = holding(program, z, solution.multipliers, every, _NO_MULTIPLIER, 2.0 * solution.norm)
     except SolverError as error:
         raise error.naming(*(constraint.description for constraint in constraints)) from None
     chi2 = problem.floor + float(np.sum((program.R @ (z - problem.centre)) ** 2))
@@ -321,19 +319,5 @@ def build_constrained(estimate: Estimate, constraints: Sequence[Constraint] = PO
         InputError: if the covariance does not determine every parameter.
     """
     scaled = ScaledProblem.of(estimate, constraints)
-    problem, values, (inertia,) = posed(scaled.program, scaled.scale)
+    problem, values, (inertia,) = scaled.program.posed(scaled.scale)
     return problem, values, inertia
-
-
-def posed(program: ConeProgram, scale: Array) -> tuple[Any, Any, list[Any]]:
-    """Pose a program in CVXPY: the problem, its parameters in SI units, and the pseudo-inertias of its bodies."""
-    import cvxpy  # slow to import
-
-    z, entries = cvxpy.Variable(len(scale), name="scaled_parameters"), PSEUDO_INERTIA.reshape(10, 16).T
-    x = cvxpy.multiply(scale, z)
-    scaled, inertias = (
-        [cvxpy.reshape(entries @ body @ parameters, (4, 4), order="C") for body in program.bodies]
-        for parameters in (z, x)
-    )
-    rules = [*(inertia >> 0 for inertia in scaled), *([program.A @ z + program.b >= 0] if len(program.A) else [])]
-    return cvxpy.Problem(cvxpy.Minimize(cvxpy.norm(program.R @ z - program.d)), rules), x, inertias

@@ -20,7 +20,7 @@ from ...model.drives import parameter_kind
 from ...model.stand_in import MOVING, cylinder_radius, cylinders, missing_inertial
 from ..fit.estimate import Estimate, error_model
 from .constraints import PSEUDO_INERTIA, ConeProgram, MassBounds, Part, SolverError, cone_solver, solve_cone
-from .payload import NOISE_FLOOR, TOLERANCE, Active, Possible, holding, lifted, posed, whitening
+from .payload import NOISE_FLOOR, TOLERANCE, Active, Possible, holding, lifted, whitening
 
 _NOT_NEGATIVE = ("IA", "FV", "FS", "FL", "FVM", "FSM")
 POWERS = {**dict.fromkeys(INERTIAL[:6], 2), **dict.fromkeys(INERTIAL[6:9], 1), "M": 0, "IA": 2}
@@ -127,9 +127,9 @@ class RobotProgram(NamedTuple):
     def nearest(self) -> PossibleRobot:
         """Find the nearest base parameters."""
         solution = solve_cone(self.program, _WAYS)
-        prices = np.concatenate([solution.row_multipliers, solution.body_multipliers])
-        floor = max(_NEXT_TO_NOTHING * float(prices.max()), TOLERANCE)
-        return self.answer(self.repaired(solution.z), "Solved", prices, floor, 2.0 * solution.norm)
+        floor = max(_NEXT_TO_NOTHING * float(solution.multipliers.max()), TOLERANCE)
+        z = self.repaired(solution.z)
+        return self.answer(z, "Solved", solution.multipliers, floor, 2.0 * solution.norm)
 
     def repaired(self, z: Array) -> Array:
         """Move z by rounding, so that no link has a negative eigenvalue and no drive a negative number."""
@@ -198,7 +198,7 @@ def build_constrained_base(
         InputError: if the estimate is not of these parameters, or its covariance does not determine them.
     """
     made = RobotProgram.of(robot, base, error_model(estimate), total_mass)
-    problem, x, inertias = posed(made.program, made.scale)
+    problem, x, inertias = made.program.posed(made.scale)
     return problem, {name: x[k] for k, name in enumerate(base.standard)}, inertias
 
 
