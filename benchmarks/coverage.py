@@ -523,7 +523,7 @@ def gains_wrong(name: str, run: int) -> Iterator[Stated]:
         ("as if apart", J_own @ C @ J_own.T + (J - J_own) @ C @ (J - J_own).T),
         ("not at all", np.zeros((10, 10))),
     ):
-        half = estimate.robust.quantile95 * np.sqrt(np.diag(estimate.robust.covariance + extra))
+        half = student95(estimate.robust.degrees_of_freedom) * np.sqrt(np.diag(estimate.robust.covariance + extra))
         inside = (np.abs(estimate.values - WEIGHT.vector) <= half).astype(float)
         more = {"mass": float(inside[9]), "mass interval kg": 2.0 * float(half[9])}
         yield Stated(f"{name}, payload, gains counted {row}", inside, more, row != "once, shared")

@@ -12,7 +12,7 @@ from ...common import Brief, InputError, one_thread
 from ...model import InertialParameters, Recording, Robot
 from ..diagnosis.causes import likely_causes
 from ..diagnosis.engine import states_of
-from ..diagnosis.evidence import Evidence
+from ..diagnosis.evidence import KNOWN_WELL, Evidence
 from ..diagnosis.verdict import diagnose, judge
 from ..equations.equations import PAYLOAD
 from ..fit.covariance import NORMAL95, RobustCovariance, jackknife
@@ -120,8 +120,27 @@ def answer_gains(problem: GainProblem) -> GainsResult:
         weights=problem.weights,
         robust=robust and replace(robust, covariance=robust.covariance + shared),
     )
+    # The covariance has the larger standard deviations, and the robust correlations where there are some; all times
+    # the disagreement of the joints' payload ratios.
     disagreement = max(diagnosis.disagreement for diagnosis in diagnoses)
-    table = GainsTable.made(logarithms, disagreement, 1.0 / free.k, rests_on(problem.robot))
+    sigma, covariance = disagreement * logarithms.larger_sigma, disagreement**2 * logarithms.covariance
+    if logarithms.robust is not None:
+        wider = sigma / logarithms.robust.sigma
+        covariance = logarithms.robust.covariance * np.outer(wider, wider)
+    gains, well = np.exp(logarithms.values), (sigma <= KNOWN_WELL).tolist()
+    vague = "; too little, known to {:.0f} % only: keep the maker's gain"
+    based = zip(rests_on(problem.robot), well, sigma, strict=True)
+    table = GainsTable(
+        gains,
+        covariance,
+        sigma=gains * sigma,
+        relative_sigma=sigma,
+        relative_sigma_formula=logarithms.sigma,
+        relative_sigma_robust=logarithms.sigma_robust,
+        without_constraints=1.0 / free.k,
+        identified=tuple(well),
+        rests_on=tuple(text if good else text + vague.format(100 * one) for text, good, one in based),
+    )
     weights = tuple(
         (name, load.mass, own.mass, float(own.estimate.larger_sigma[9]))
         for name, load, own in zip(names, loads, identified, strict=True)
@@ -134,7 +153,7 @@ def answer_gains(problem: GainProblem) -> GainsResult:
             condition=each.unloaded.condition_numbers()[1] if each.unloaded else None,
             parameters=each.robot_estimate,
             estimates=(own,),
-            gained=None if k else disagreement * logarithms.larger_sigma,
+            gained=None if k else sigma,
             weights=() if k else weights,
             diagnosis=replace(diagnosis, alternatives=()) if k else diagnosis,
         )

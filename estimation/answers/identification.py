@@ -24,20 +24,19 @@ from ..equations.equations import PAYLOAD, Equations, check_blocks
 from ..equations.observer import Observer
 from ..fit.blocks import weighted_solution
 from ..fit.drive_gains import Gains, usual_gains
-from ..fit.essential import Elimination, eliminate
 from ..fit.estimate import Estimate, Fit, Parameter, error_model, fit
-from ..fit.linear_problem import Excitation, Known, LinearProblem, excitation
+from ..fit.linear_problem import Elimination, Excitation, Known, LinearProblem, eliminate, excitation
 from ..fit.own_equations import TermChoice, base_problem, with_friction
 from ..fit.settings import DEFAULTS, Settings
 from ..payload.long_motion import Source
 from ..payload.methods import jackknifed
-from ..possible.cone import SolverError
+from ..possible.constraints import SolverError
 from ..possible.payload import rise_p_value, solve_constrained
 from ..possible.robot import PossibleRobot, robot_prior, solve_constrained_base, solve_constrained_prior
 from ..results import parts
 from ..results.robot import RobotData, RobotResult
 from ..signals.plausibility import check_given
-from .system import ObservationSystem, TorquePrediction, joined, robot_predictions
+from .system import ObservationSystem, TorquePrediction, joined, predictions
 
 _UNLIKELY = 0.01  # largest p-value at which the data contradict everything possible with these zeros
 _FIXED = 1e-6  # standard deviation of a parameter that is fixed, as a fraction of it
@@ -50,7 +49,8 @@ def impossible_payload(elimination: Elimination) -> tuple[str, ...]:
     Without XX, YY, ZZ or M no body of any thickness is left, whatever the data say. Else the nearest possible
     payload with these zeros must lie within the accuracy of the data.
     """
-    gone, left = _parted(elimination, PAYLOAD)
+    gone = [name for name in elimination.eliminated if name in PAYLOAD]
+    left = [name for name in elimination.essential if name in PAYLOAD]
     if not gone:
         return ()
     if not left:
@@ -82,15 +82,15 @@ def impossible_robot(
     must lie within the accuracy of the data: by robust standard deviations where the estimates have them.
     ``estimate``: of all base parameters, before elimination.
     """
-    gone, left = _parted(elimination, base.columns)
+    gone = [name for name in elimination.eliminated if name in base.columns]
+    left = [name for name in elimination.essential if name in base.columns]
     if not gone or not left:
         return ()
     # All base parameters: the essential ones as estimated, the others zero and next to certain.
     there = np.array([[name == own for own in left] for name in base.columns], dtype=float)
     zeroed = error_model(elimination.estimate).part(left).mapped(there, base.columns)
-    variances = np.diag(error_model(estimate).part(base.columns).covariance)
-    narrow = np.diag(np.where(there.any(axis=1), 0.0, _ZERO**2 * variances))
-    zeroed = replace(zeroed, covariance=zeroed.covariance + narrow)
+    narrow = np.where(there.any(axis=1), 0.0, _ZERO * error_model(estimate).part(base.columns).sigma)
+    zeroed = replace(zeroed, covariance=zeroed.covariance + np.diag(narrow**2))
     try:
         result = solve_constrained_base(robot, base, zeroed)
     except SolverError as error:
@@ -99,12 +99,6 @@ def impossible_robot(
     lines = _too_far(robot.name, gone, result.chi2_rise, p_value)
     at_fault = [holding.description for holding in result.active[:3]]
     return tuple(f"{line}; in conflict: {', '.join(at_fault)}" for line in lines)
-
-
-def _parted(elimination: Elimination, names: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Eliminated and essential ones of some parameters."""
-    gone = [name for name in elimination.eliminated if name in names]
-    return gone, [name for name in elimination.essential if name in names]
 
 
 def _too_far(body: str, gone: Sequence[str], chi2: float, p_value: float) -> tuple[str, ...]:
@@ -164,8 +158,10 @@ class Identification(Speaks, Brief):
             Source((), self.recordings, self.processing),
             self.possible if self.estimate.robust else None,
         )
-        evidence = Evidence(self.robot, source, parameters=self.estimate, validation=self.validation)
-        return robot_verdict(replace(evidence, possible=possible.p_value if possible else None))
+        p_value = possible.p_value if possible else None
+        return robot_verdict(
+            Evidence(self.robot, source, parameters=self.estimate, validation=self.validation, possible=p_value)
+        )
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
@@ -180,8 +176,8 @@ class Identification(Speaks, Brief):
     @cached_property
     def predictions(self) -> tuple[TorquePrediction, ...]:
         """Torques that the parameters predict, of recordings held out, else of those fitted; a few."""
-        values, recordings = self.estimate.values, self.held_out or self.recordings
-        return robot_predictions(self.robot, self.base, values, recordings, self.processing, bool(self.held_out))
+        observer, curves = Observer(self.robot, self.base.columns), {"predicted": self.estimate.values}
+        return predictions(observer, curves, self.held_out or self.recordings, self.processing, bool(self.held_out))
 
 
 @one_thread()
@@ -317,15 +313,16 @@ def robot_result(
         rate = result.processing.equations_a_second(result.recordings[0].rate)
         memory = np.sqrt(np.median(np.diag(estimate.robust.covariance) / np.diag(estimate.covariance)))
         noise = {"torque_noise": memory * estimate.noise, "independent": rate * problem.independent}
-    return RobotResult(
+    return RobotResult.of(
+        result,
+        estimate,
+        robot,
         robot=robot.name,
         robot_title=robot.title or UNSET,
         joints=tuple(joint.kind for joint in robot.joints),
-        fingerprint=robot.fingerprint,
         processing=parts.ProcessingDocument.made(robot, result.processing, used),
         data=RobotData.of(estimate, estimate.fit, problem, rows_per_joint=problem.rows, **noise),
         columns=estimate.names,
-        covariance=estimate.covariance,
         covariance_robust=estimate.robust.covariance if estimate.robust else None,
         robust=parts.RobustDocument.made(estimate.robust, result.without_robust),
         base_parameters=parts.ParameterDocument.rows(
@@ -343,11 +340,8 @@ def robot_result(
         chi2_by="formula" if estimate.robust is None else "jackknife",
         condition_number=raw,
         condition_number_scaled=scaled,
-        gain_sensitivity=estimate.gain_sensitivity,
-        gains=result.gains,
         relative_residual=parts.ResidualDocument.of(estimate.fit),
         validation=parts.ResidualDocument.of(result.validation) if result.validation else None,
         rollouts=tuple(rollouts) or UNSET,
         reasons_against_use=result.verdict.reasons,
-        verdict=result.verdict,
     ).made_by(result)

@@ -20,35 +20,19 @@ from ..diagnosis.evidence import UNFREED, Agreement, Evidence, Verdict, Weighed
 from ..diagnosis.scales import worst_joint
 from ..diagnosis.verdict import allowing, diagnose, judge
 from ..equations.equations import PAYLOAD, merged
+from ..equations.observer import Observer
 from ..fit.covariance import NORMAL95, few_blocks, student95
 from ..fit.drive_gains import Gains, usual_gains
-from ..fit.essential import Elimination
 from ..fit.estimate import Estimate, error_model
-from ..fit.linear_problem import Excitation, excitation, weighted
+from ..fit.linear_problem import Elimination, Excitation, excitation, weighted
 from ..fit.settings import DEFAULTS, Settings
+from ..payload import methods
 from ..payload.by_joints import repeats_of
 from ..payload.long_motion import LongMotion, payload_problem
-from ..payload.methods import (
-    PayloadProblem,
-    combined,
-    essential_combined,
-    payload_estimate,
-    recommended_method,
-    selected,
-    usable_methods,
-    with_robust,
-)
-from ..payload.result import (
-    ConstrainedPayload,
-    PayloadEstimate,
-    constrain_payload,
-    in_payload_frame,
-    moved,
-)
+from ..payload.result import ConstrainedPayload, PayloadEstimate, constrain_payload, in_payload_frame, moved
 from ..payload.short_motion import ShortMotion, difference_weighing, known_robot_weighing
 from ..payload.static import StaticMotion, static_weighing
-from ..possible.cone import SolverError
-from ..possible.constraints import Constraint, KnownMass
+from ..possible.constraints import Constraint, KnownMass, SolverError
 from ..possible.payload import POSSIBLE, Weighing
 from ..results import parts
 from ..results import payload as documents
@@ -56,7 +40,7 @@ from ..results.payload import PayloadResult
 from ..results.robot import RobotResult
 from ..signals.plausibility import check_given
 from .identification import held_out_fit, impossible_payload, impossible_robot
-from .system import TorquePrediction, payload_predictions, robot_predictions
+from .system import TorquePrediction, payload_predictions, predictions
 
 _VAGUE = "not measured well enough"
 # Most that may be done with mass, centre of mass and inertia, by the verdict.
@@ -67,7 +51,7 @@ _BY_LEVEL = {"use": ("use",) * 3, "mass_and_com_only": ("use", "use", _VAGUE), "
 class PayloadAnswer(Speaks, Brief):
     """Payload estimates with what is needed to judge them; of a short motion as far as it shows the payload."""
 
-    problem: PayloadProblem
+    problem: methods.PayloadProblem
     estimates: tuple[PayloadEstimate, ...]  # by method, those left out for which no possible payload was found
     constrained: tuple[ConstrainedPayload, ...]  # nearest to each complete one of them
     left_out: dict[int, str]  # method -> why it gave no estimate
@@ -85,9 +69,108 @@ class PayloadAnswer(Speaks, Brief):
     verdict: Verdict
 
     @cached_property
+    @one_thread()
     def result(self) -> PayloadResult:
-        """Result that ``--json`` writes: ``answer.result.mass.low``."""
-        return payload_result(self).made_by(self)
+        """Result that ``--json`` writes, ``answer.result.mass.low``; what was not determined is nan or None."""
+        problem, source, robot, gains = self.problem, self.problem.source, self.problem.robot, self.gains
+        evidence, by_joints = self.evidence, self.evidence.diagnosis.by_joints
+        flange, worst, scale = robot.flange_pose, worst_joint(by_joints, self.mass), self.scale
+        (method, reason), possible, spread, ends = self.recommendation, self.possible, self.spread, self.intervals
+        # Free estimates, then possible ones; of a payload that is visible in part what was determined.
+        estimates: list[documents.FreeEstimate | documents.PossibleEstimate] = [
+            *map(documents.FreeEstimate.made, self.estimates),
+            *map(documents.PossibleEstimate.made, self.constrained),
+        ]
+        if not self.constrained:
+            free, model, more = self.free, self.model, dict[str, Any](com=self.com, com_sigma=spread.com)
+            if gains:
+                more["sigma_with_gains"] = documents.named(model.sigma, free.indices)
+            if scale is not None and not free.from_scale:
+                more["weighed"] = (Weighing.by(scale, model),)
+            more["parameters"] = documents.named(self.ten)
+            estimates = [structs.replace(documents.FreeEstimate.made(free), **more)]
+        inertia: Any = possible and (possible.body.inertia_com, possible.intervals.inertia_com, spread.inertia_com)
+        uses, loaded = [(use, "") for use in _BY_LEVEL[self.verdict.level]], problem.loaded
+        if isinstance(problem, LongMotion):  # the residual is that of the robot's own parameters
+            own, check, steps = problem.robot_estimate, evidence.validation, self.elimination
+            differing = {3, 4} | ({1} if problem.corrected and not problem.settings.free_friction else set())
+            differs = bool(problem.friction) and any(estimate.method in differing for estimate in self.estimates)
+            # Of robot and payload together, as in Table 2, where method 4 was used.
+            names, noise = dict(zip(problem.base.columns, problem.base.names, strict=True)), problem.torque_noise
+            against = parts.ResidualDocument.of(check) if check else None
+            left = (own.fit.relative, own.fit.relative_per_joint) if own else (None, None)
+            solved, residual = problem.unloaded, parts.ResidualDocument(left[0], left[1], against)
+            counted: dict[str, Any] = {
+                "equations": (solved or loaded).equations,
+                "equations_loaded": loaded.equations,
+                "base_parameters": len(problem.base.columns),
+                "friction": "may differ" if differs else "own",
+                **(dict(zip(("torque_noise", "independent"), noise, strict=True)) if noise else {}),
+            }
+            keys: dict[str, Any] = {
+                "friction": source.choices or UNSET,
+                "essential": parts.EliminationDocument.made(steps, self.warnings, names) if steps else None,
+                "left_out": {str(method): reason for method, reason in self.left_out.items()},
+                "repeats": evidence.repeats or UNSET,
+            }
+        else:  # quantity by quantity, as far as the verdict on all allows; the residual is the payload's
+            every = zip(evidence.judged.values(), uses, strict=True)
+            uses = [most if own.use == "use" else (own.use, own.why) for own, most in every]
+            unexplained, held = self.free.unexplained(problem.torque_rms), problem.held
+            standing = problem.standing if isinstance(problem, StaticMotion) else None
+            # At rest inertia's columns are zero.
+            solved = loaded.select([PAYLOAD[k] for k in problem.visibility.base.chosen] if standing else PAYLOAD)
+            residual = parts.ResidualDocument(self.free.estimate.fit.relative, unexplained, None)
+            friction = "free" if problem.known is None else "may differ" if held.held else "own"
+            counted = {"equations": loaded.equations, "friction": friction}
+            keys = {
+                "joints": tuple(problem.joints),
+                "visibility": documents.VisibilityDocument.of(problem.visibility),
+                "constant_torques": documents.ConstantTorques(tuple(j + 1 for j in held.joints), held.sigma),
+                "ripple": problem.ripple,
+                "mass_from_scale": self.free.from_scale,
+                "agreement": evidence.agreement,
+                "repeats": evidence.repeats,
+                "standing": standing or UNSET,
+                "assumed": None,
+            }
+        pairs, (raw, scaled) = source.pairs, solved.condition_numbers() if solved else (None, None)
+        apart = max(pairs, key=lambda pair: pair.max_mismatch, default=None)
+        entries = (self.mass, ends[0], spread.mass), (self.com, ends[1:], spread.com), inertia or (None,) * 3
+        rows = zip(("mass", "centre_of_mass", "inertia"), uses, entries, strict=True)
+        return PayloadResult(
+            robot=robot.name,
+            robot_title=robot.title or UNSET,
+            frame=robot.payload_frame,
+            flange_in_payload_frame=(
+                documents.FlangeDocument.of(PoseTable.of(flange), source=robot.sources.get("flange", ""))
+                if flange
+                else UNSET
+            ),
+            rated_payload_kg=robot.rated_payload,
+            processing=parts.ProcessingDocument.made(robot, source.processing, source.loaded[0].gains),
+            estimates=tuple(estimates),
+            recommended=documents.Recommended(method, "constrained" if self.constrained else "wls", reason),
+            gain_sigma=gains if gains is not None else UNSET,
+            mass_by_joints=by_joints.masses,
+            joint_that_agrees_least=worst.text if worst else None,
+            quantities={name: documents.Quantity(use, why or None, *entry) for name, (use, why), entry in rows},
+            verdict=self.verdict,
+            scale=(scale.mass, scale.sigma) if scale is not None else UNSET,
+            relative_residual=residual,
+            data=documents.PayloadData(
+                rate=source.rate,
+                cutoff=source.processing.cutoff,
+                lag_s=pairs[0].lag if pairs else None,
+                lags_s=tuple(pair.lag for pair in pairs),
+                max_position_mismatch_rad=apart.max_mismatch if apart else None,
+                rms_position_mismatch_rad=apart.rms_mismatch if apart else None,
+                condition_number=raw,
+                condition_number_scaled=scaled,
+                **counted,
+            ),
+            **keys,
+        ).made_by(self)
 
     @property
     def recommended(self) -> ConstrainedPayload:
@@ -110,7 +193,7 @@ class PayloadAnswer(Speaks, Brief):
         """Essential parameters of robot and payload together, where method 4 was used."""
         if not isinstance(self.problem, LongMotion) or all(payload.method != 4 for payload in self.constrained):
             return None
-        return essential_combined(self.problem, self.problem.settings.essential)
+        return methods.essential_combined(self.problem, self.problem.settings.essential)
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
@@ -118,8 +201,10 @@ class PayloadAnswer(Speaks, Brief):
         if not isinstance(self.problem, LongMotion) or self.elimination is None:
             return ()
         problem, elimination = self.problem, self.elimination
-        full, _ = with_robust(problem, selected(problem, problem.loaded.columns))
-        part, _ = with_robust(problem, selected(problem, elimination.essential), elimination.estimate)
+        full, _ = methods.with_robust(problem, methods.selected(problem, problem.loaded.columns))
+        part, _ = methods.with_robust(
+            problem, methods.selected(problem, elimination.essential), elimination.estimate
+        )
         elimination = replace(elimination, estimate=part)
         return impossible_payload(elimination) + impossible_robot(problem.robot, problem.base, full, elimination)
 
@@ -128,7 +213,7 @@ class PayloadAnswer(Speaks, Brief):
         """Excitation of robot and payload together (30); None without the robot's own equations."""
         if not isinstance(self.problem, LongMotion) or self.problem.unloaded is None:
             return None
-        return excitation(self.problem.both, combined(self.problem))
+        return excitation(self.problem.both, methods.combined(self.problem))
 
     @cached_property
     def predictions(self) -> tuple[TorquePrediction, ...]:
@@ -136,8 +221,8 @@ class PayloadAnswer(Speaks, Brief):
         problem, own = self.problem, self.problem.robot_estimate
         if own is None:
             return ()
-        processing = problem.source.processing
-        held_out = robot_predictions(problem.robot, problem.base, own.values, self.held_out, processing, True)
+        observer, curves = Observer(problem.robot, problem.base.columns), {"predicted": own.values}
+        held_out = predictions(observer, curves, self.held_out, problem.source.processing, True)
         return held_out + payload_predictions(problem, self.recommended.body)
 
 
@@ -242,7 +327,7 @@ def _described(robot: Robot, known: RobotResult | Estimate | None) -> tuple[Robo
 
 @one_thread()
 def answer_payload(
-    problem: PayloadProblem,
+    problem: methods.PayloadProblem,
     held_out: Sequence[Recording] = (),
     constraints: Sequence[Constraint] = POSSIBLE,
     others: Sequence[ShortMotion] = (),
@@ -290,14 +375,30 @@ def answer_payload(
             failures[estimate.method] = error
     # Where no method found a possible payload, all are shown.
     shown = [estimate for estimate in free if estimate.method not in failures] or free
-    recommendation = method, _ = recommended_method(problem, [payload.method for payload in constrained or shown])
+    recommendation = method, _ = methods.recommended_method(
+        problem, [payload.method for payload in constrained or shown]
+    )
     best = next(estimate for estimate in shown if estimate.method == method)
     possible = next((payload for payload in constrained if payload.method == method), None)
     model = error_model(best.estimate, gains)
-    ten, spread, intervals = _reported(best, possible, model, scale)
+    values, C = model.values, model.covariance
+    if scale is not None and not best.from_scale:
+        # The scale is one more measurement, of x[k] alone: Kalman's update. It counts once.
+        k = best.indices.index(9)
+        gain = C[:, k] / (C[k, k] + scale.sigma**2)
+        values, C = values + gain * (scale.mass - values[k]), C - np.outer(gain, C[k])
+    ten = np.full(10, np.nan)
+    ten[list(best.indices)] = values if possible is None else possible.body.vector
+    spread = payload_spread(ten, C, best.indices)
+    if possible is not None:
+        intervals = np.vstack([possible.intervals.parameters[9], possible.intervals.com])
+    else:
+        half_widths = student95(model.degrees_of_freedom) * np.append(spread.mass, spread.com)
+        half_widths[~np.isfinite(half_widths)] = np.nan
+        intervals = np.append(ten[9], ten[6:9] / ten[9])[:, None] + np.outer(half_widths, [-1.0, 1.0])
     # Other ways: with friction as it is without payload, where that is determined, and by ``others``.
     named = {1: "robot's parameters (method 1)", 3: "torque difference (method 3)"}
-    ways = [(named[other.method], payload_estimate(other, other.method).ten) for other in others]
+    ways = [(named[other.method], methods.payload_estimate(other, other.method).ten) for other in others]
     if isinstance(problem, ShortMotion) and problem.method == 3 and problem.visibility.rank == len(PAYLOAD):
         with suppress(InputError):
             runs = (in_payload_frame(problem.robot, run).select(PAYLOAD) for run in problem.runs)
@@ -358,14 +459,14 @@ def answer_payload(
     )
 
 
-def _identified(problem: PayloadProblem) -> tuple[list[PayloadEstimate], dict[int, str]]:
+def _identified(problem: methods.PayloadProblem) -> tuple[list[PayloadEstimate], dict[int, str]]:
     """Estimate by each method, those asked for or all that can be used, and say why there is none of a method."""
     if asked := problem.settings.methods:
-        return [payload_estimate(problem, int(method)) for method in asked], {}
+        return [methods.payload_estimate(problem, int(method)) for method in asked], {}
     estimates, left_out = list[PayloadEstimate](), dict[int, str]()
-    for method in (usable := usable_methods(problem)):
+    for method in (usable := methods.usable_methods(problem)):
         try:
-            estimates.append(payload_estimate(problem, method))
+            estimates.append(methods.payload_estimate(problem, method))
         except InputError as error:
             left_out[method] = str(error)
     if isinstance(problem, LongMotion) and 3 not in usable:
@@ -373,136 +474,3 @@ def _identified(problem: PayloadProblem) -> tuple[list[PayloadEstimate], dict[in
     if not estimates:
         raise InputError(next(iter(left_out.values()), "no recordings without payload and no robot parameters"))
     return estimates, left_out
-
-
-def _reported(
-    free: PayloadEstimate, possible: ConstrainedPayload | None, model: Estimate, scale: KnownMass | None
-) -> tuple[Array, PayloadSpread, Array]:
-    """Ten parameters as they are reported, their spread, and intervals of mass and centre of mass."""
-    values, C = model.values, model.covariance
-    if scale is not None and not free.from_scale:
-        # The scale is one more measurement, of x[k] alone: Kalman's update. It counts once.
-        k = free.indices.index(9)
-        gain = C[:, k] / (C[k, k] + scale.sigma**2)
-        values, C = values + gain * (scale.mass - values[k]), C - np.outer(gain, C[k])
-    if possible is not None:
-        ends = np.vstack([possible.intervals.parameters[9], possible.intervals.com])
-        return possible.body.vector, payload_spread(possible.body.vector, C, free.indices), ends
-    ten = np.full(10, np.nan)
-    ten[list(free.indices)] = values
-    spread = payload_spread(ten, C, free.indices)
-    half = student95(model.degrees_of_freedom) * np.append(spread.mass, spread.com)
-    half[~np.isfinite(half)] = np.nan
-    return ten, spread, np.append(ten[9], ten[6:9] / ten[9])[:, None] + np.outer(half, [-1.0, 1.0])
-
-
-@one_thread()
-def payload_result(answer: PayloadAnswer) -> PayloadResult:
-    """Collect what ``payload`` and ``weigh`` answer; a number that was not determined is nan or None."""
-    problem, source, robot, gains = answer.problem, answer.problem.source, answer.problem.robot, answer.gains
-    evidence, by_joints = answer.evidence, answer.evidence.diagnosis.by_joints
-    flange, worst, scale = robot.flange_pose, worst_joint(by_joints, answer.mass), answer.scale
-    (method, reason), possible, spread, ends = (
-        answer.recommendation,
-        answer.possible,
-        answer.spread,
-        answer.intervals,
-    )
-    # Free estimates, then possible ones; of a payload that is visible in part what was determined.
-    estimates: list[documents.FreeEstimate | documents.PossibleEstimate] = [
-        *map(documents.FreeEstimate.made, answer.estimates),
-        *map(documents.PossibleEstimate.made, answer.constrained),
-    ]
-    if not answer.constrained:
-        free, model, more = answer.free, answer.model, dict[str, Any](com=answer.com, com_sigma=spread.com)
-        if gains:
-            more["sigma_with_gains"] = documents.named(model.sigma, free.indices)
-        if scale is not None and not free.from_scale:
-            sigma = float(model.sigma[model.names.index("M_L")])
-            more["weighed"] = (Weighing.by(scale, model["M_L"], sigma, model.degrees_of_freedom),)
-        made = documents.FreeEstimate.made(free)
-        estimates = [structs.replace(made, parameters=documents.named(answer.ten), **more)]
-    inertia: tuple[Any, Any, Any] = None, None, None
-    if possible is not None:
-        inertia = possible.body.inertia_com, possible.intervals.inertia_com, spread.inertia_com
-    uses, loaded = [(use, "") for use in _BY_LEVEL[answer.verdict.level]], problem.loaded
-    if isinstance(problem, LongMotion):  # the residual is that of the robot's own parameters
-        own, check, steps = problem.robot_estimate, evidence.validation, answer.elimination
-        differing = {3, 4} | ({1} if problem.corrected and not problem.settings.free_friction else set())
-        differs = bool(problem.friction) and any(estimate.method in differing for estimate in answer.estimates)
-        # Of robot and payload together, as in Table 2, where method 4 was used.
-        names, noise = dict(zip(problem.base.columns, problem.base.names, strict=True)), problem.torque_noise
-        against = parts.ResidualDocument.of(check) if check else None
-        left = (own.fit.relative, own.fit.relative_per_joint) if own else (None, None)
-        solved, residual = problem.unloaded, parts.ResidualDocument(left[0], left[1], against)
-        counted: dict[str, Any] = {
-            "equations": (solved or loaded).equations,
-            "equations_loaded": loaded.equations,
-            "base_parameters": len(problem.base.columns),
-            "friction": "may differ" if differs else "own",
-            **(dict(zip(("torque_noise", "independent"), noise, strict=True)) if noise else {}),
-        }
-        keys: dict[str, Any] = {
-            "friction": source.choices or UNSET,
-            "essential": parts.EliminationDocument.made(steps, answer.warnings, names) if steps else None,
-            "left_out": {str(method): reason for method, reason in answer.left_out.items()},
-            "repeats": evidence.repeats or UNSET,
-        }
-    else:  # quantity by quantity, as far as the verdict on all allows; the residual is the payload's
-        every = zip(evidence.judged.values(), uses, strict=True)
-        uses = [most if own.use == "use" else (own.use, own.why) for own, most in every]
-        unexplained, held = answer.free.unexplained(problem.torque_rms), problem.held
-        standing = problem.standing if isinstance(problem, StaticMotion) else None
-        # At rest inertia's columns are zero.
-        solved = loaded.select([PAYLOAD[k] for k in problem.visibility.base.chosen] if standing else PAYLOAD)
-        residual = parts.ResidualDocument(answer.free.estimate.fit.relative, unexplained, None)
-        friction = "free" if problem.known is None else "may differ" if held.held else "own"
-        counted = {"equations": loaded.equations, "friction": friction}
-        keys = {
-            "joints": tuple(problem.joints),
-            "visibility": documents.VisibilityDocument.of(problem.visibility),
-            "constant_torques": documents.ConstantTorques(tuple(j + 1 for j in held.joints), held.sigma),
-            "ripple": problem.ripple,
-            "mass_from_scale": answer.free.from_scale,
-            "agreement": evidence.agreement,
-            "repeats": evidence.repeats,
-            "standing": standing or UNSET,
-            "assumed": None,
-        }
-    pairs, (raw, scaled) = source.pairs, solved.condition_numbers() if solved else (None, None)
-    apart = max(pairs, key=lambda pair: pair.max_mismatch, default=None)
-    entries = (answer.mass, ends[0], spread.mass), (answer.com, ends[1:], spread.com), inertia
-    rows = zip(("mass", "centre_of_mass", "inertia"), uses, entries, strict=True)
-    return PayloadResult(
-        robot=robot.name,
-        robot_title=robot.title or UNSET,
-        frame=robot.payload_frame,
-        flange_in_payload_frame=(
-            documents.FlangeDocument.of(PoseTable.of(flange), source=robot.sources.get("flange", ""))
-            if flange
-            else UNSET
-        ),
-        rated_payload_kg=robot.rated_payload,
-        processing=parts.ProcessingDocument.made(robot, source.processing, source.loaded[0].gains),
-        estimates=tuple(estimates),
-        recommended=documents.Recommended(method, "constrained" if answer.constrained else "wls", reason),
-        gain_sigma=gains if gains is not None else UNSET,
-        mass_by_joints=by_joints.masses,
-        joint_that_agrees_least=worst.text if worst else None,
-        quantities={name: documents.Quantity(use, why or None, *entry) for name, (use, why), entry in rows},
-        verdict=answer.verdict,
-        scale=(scale.mass, scale.sigma) if scale is not None else UNSET,
-        relative_residual=residual,
-        data=documents.PayloadData(
-            rate=source.rate,
-            cutoff=source.processing.cutoff,
-            lag_s=pairs[0].lag if pairs else None,
-            lags_s=tuple(pair.lag for pair in pairs),
-            max_position_mismatch_rad=apart.max_mismatch if apart else None,
-            rms_position_mismatch_rad=apart.rms_mismatch if apart else None,
-            condition_number=raw,
-            condition_number_scaled=scaled,
-            **counted,
-        ),
-        **keys,
-    )

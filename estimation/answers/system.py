@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...common import Array, Brief, Indices, Mask
-from ...model import BaseParameters, InertialParameters, Processing, Recording, Robot
+from ...model import InertialParameters, Processing, Recording
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import Observer, used
@@ -56,48 +56,36 @@ class TorquePrediction(Brief):
         if len(t) < 3:
             return np.zeros(1), np.ones(1)
         lags = max(1, min(round(span / step), int((t[-1] - t[0]) / step) // 2))
-        return np.arange(lags + 1.0) * step, autocorrelation(t, self.residual(joint), step, lags)
+        return np.arange(lags + 1.0) * step, autocorrelation([(t, self.residual(joint))], step)[: lags + 1]
 
 
-def robot_predictions(
-    robot: Robot,
-    base: BaseParameters,
-    values: Array,
+def predictions(
+    observer: Observer,
+    curves: Mapping[str, Array],
     recordings: Sequence[Recording],
     processing: Processing,
-    held_out: bool,
+    held_out: bool = False,
+    loaded: bool = False,
 ) -> tuple[TorquePrediction, ...]:
-    """Predict a few recordings without payload by values of the robot's base parameters."""
-    observer, curves = Observer(robot, base.columns), {"predicted": values}
-    return tuple(_prediction(observer, curves, recording, processing, held_out) for recording in recordings[:DRAWN])
+    """Predict a few recordings by the observer's parameters of each curve."""
+    found = []
+    for recording in recordings[:DRAWN]:
+        data, predicted = measurement(recording, processing), dict[str, tuple[Array, ...]]()
+        for label, chi in curves.items():
+            one = observer.at(chi).observe(*used(data, processing))
+            predicted[label] = tuple(y - error for y, error in zip(one.Y, one.errors(chi), strict=True))
+        found.append(TorquePrediction(recording.source, loaded, held_out, one.t, one.Y, predicted))
+    return tuple(found)
 
 
 def payload_predictions(problem: PayloadProblem, body: InertialParameters) -> tuple[TorquePrediction, ...]:
     """Predict a few loaded recordings of a problem by a body in the payload's frame and by the unloaded robot."""
     assert problem.robot_estimate is not None
     own, flange, source = problem.robot_estimate.values, problem.robot.flange, problem.source
-    moved, observer = body.moved(flange.R, flange.p).vector, _loaded_observer(problem)
+    moved = body.moved(flange.R, flange.p).vector
     both = {"predicted with payload": moved, "predicted without payload": 0.0 * moved}
     curves = {label: np.append(own, ten) for label, ten in both.items()}
-    return tuple(
-        _prediction(observer, curves, one, source.processing, loaded=True) for one in source.loaded[:DRAWN]
-    )
-
-
-def _prediction(
-    observer: Observer,
-    curves: Mapping[str, Array],
-    recording: Recording,
-    processing: Processing,
-    held_out: bool = False,
-    loaded: bool = False,
-) -> TorquePrediction:
-    """Predict by parameters of each curve."""
-    data, predicted = measurement(recording, processing), dict[str, tuple[Array, ...]]()
-    for label, chi in curves.items():
-        one = observer.at(chi).observe(*used(data, processing))
-        predicted[label] = tuple(y - error for y, error in zip(one.Y, one.errors(chi), strict=True))
-    return TorquePrediction(recording.source, loaded, held_out, one.t, one.Y, predicted)
+    return predictions(_loaded_observer(problem), curves, source.loaded, source.processing, loaded=True)
 
 
 def _loaded_observer(problem: PayloadProblem) -> Observer:

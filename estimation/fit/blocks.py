@@ -18,24 +18,37 @@ FEWEST = 6  # number of blocks below which the jackknife of a payload's recordin
 _MOST = 100  # blocks: more hardly narrow an interval, but each costs a solution
 
 
+def autocorrelation(series: Sequence[tuple[Array, Array]], step: float) -> Array:
+    """Autocorrelation rho_0 = 1, rho_1, ... at all lags of the longest of some series; 0 without power.
+
+    Rows that were left out form no pairs; each rho_k divides by the number of pairs that are there.
+
+    ``series``: times on a grid of ``step`` [s] and values, (r,) each; recordings of one process.
+    """
+    series = [(t, values) for t, values in series if len(t)]
+    indices = [np.rint((t - t[0]) / step).astype(int) for t, _ in series]
+    size = max((int(index[-1]) + 1 for index in indices), default=1)
+    # Zeros where rows are missing, ones where they are not; as many zeros again, so that the ends do not meet.
+    grids = np.zeros((2, len(series), 2 * size))
+    for own, index, (_, values) in zip(grids.transpose(1, 0, 2), indices, series, strict=True):
+        own[:, index] = values, np.ones(len(values))
+    products, pairs = np.fft.irfft(np.sum(np.abs(np.fft.rfft(grids)) ** 2, axis=1))[:, :size]
+    means = products / np.maximum(np.rint(pairs), 1.0)
+    return np.asarray(means / means[0] if means[0] > 0.0 else np.eye(1, size)[0])
+
+
 def autocorrelation_time(series: Sequence[tuple[Array, Array]], step: float) -> float:
     """Integrated autocorrelation time tau = step (1/2 + rho_1 + ... + rho_M) [s], at least step / 2.
 
     The window is Sokal's, consistent with itself: the smallest M with M step >= 5 tau (Sokal, Monte Carlo methods
     in statistical mechanics, 1997, section 3). White noise has step / 2; noise that forgets as exp(-t / T), T.
-    Rows that were left out form no pairs; each rho_k divides by the number of pairs that are there.
 
-    ``series``: times on a grid of ``step`` [s] and residuals, (r,) each; recordings of one process.
+    ``series``, ``step``: as of ``autocorrelation``.
     """
-    grids = [_on_grid(t, values, step) for t, values in series if len(t)]
-    power = _mean_product(grids, 0)
-    if power == 0.0:
-        return 0.5 * step
-    tau, lag = 0.5, 0
-    while lag < _WINDOW * tau and lag + 1 < max(values.size for values, _ in grids) // 2:
-        lag += 1
-        tau += _mean_product(grids, lag) / power
-    return step * max(tau, 0.5)
+    rho = autocorrelation(series, step)
+    taus = np.cumsum(np.append(0.5, rho[1 : len(rho) // 2]))
+    ends = np.flatnonzero(np.arange(len(taus)) >= _WINDOW * taus)
+    return step * max(float(taus[ends[0] if ends.size else -1]), 0.5)
 
 
 def inflation(series: Sequence[tuple[Array, Array]]) -> float:
@@ -47,32 +60,6 @@ def inflation(series: Sequence[tuple[Array, Array]]) -> float:
     return max(1.0, 2.0 * autocorrelation_time(there, step) / step)
 
 
-def autocorrelation(t: Array, values: Array, step: float, lags: int) -> Array:
-    """Autocorrelation rho_0 = 1, rho_1 ... rho_lags of one series, shape (lags + 1,); 0 without power."""
-    grids = [_on_grid(t, values, step)] if len(t) else []
-    power = _mean_product(grids, 0)
-    products = [_mean_product(grids, lag) for lag in range(lags + 1)]
-    return np.array(products) / power if power else np.eye(1, lags + 1)[0]
-
-
-def _on_grid(t: Array, values: Array, step: float) -> tuple[Array, Array]:
-    """Put values on an even grid: zeros where rows are missing, and ones where they are not."""
-    index = np.rint((t - t[0]) / step).astype(int)
-    dense, there = np.zeros((2, index[-1] + 1))
-    dense[index], there[index] = values, 1.0
-    return dense, there
-
-
-def _mean_product(grids: Sequence[tuple[Array, Array]], lag: int) -> float:
-    """Mean of e(t) e(t + lag) over all pairs that are there; 0 without any."""
-    total, pairs = 0.0, 0.0
-    for values, there in grids:
-        size = max(values.size - lag, 0)
-        total += float(values[:size] @ values[lag:])
-        pairs += float(there[:size] @ there[lag:])
-    return total / pairs if pairs else 0.0
-
-
 class Remembered(NamedTuple):
     """Memory of the recordings of one load."""
 
@@ -80,20 +67,15 @@ class Remembered(NamedTuple):
     spans: tuple[Array, ...]  # times of the first and the last row of each recording [s], shape (2,)
     inflation: tuple[float, ...]  # of each joint's errors, by their memory
 
-    @staticmethod
-    def of(recordings: Sequence[Observation], values: Array) -> "Remembered":
-        """Measure the memory of what values of the first columns leave of the recordings."""
-        each = [zip(recording.t, recording.errors(values), strict=True) for recording in recordings]
-        by_joint = list(zip(*each, strict=True))
-        times = [t for series in by_joint for t, _ in series if len(t) > 1]
-        step = min((float(np.diff(t).min()) for t in times), default=SHORTEST)
-        memory = max(autocorrelation_time(series, step) for series in by_joint)
-        return Remembered(memory, tuple(map(span, recordings)), tuple(map(inflation, by_joint)))
 
-
-def remembered(recordings: Sequence[Observation], equations: Equations) -> Remembered:
-    """Measure the memory of what the weighted fit to all recordings of one load leaves."""
-    return Remembered.of(recordings, weighted_solution(equations))
+def remembered(recordings: Sequence[Observation], by: Equations | Array) -> Remembered:
+    """Measure the memory of what values of the first columns, or the weighted fit, leave of one load."""
+    values = weighted_solution(by) if isinstance(by, Equations) else by
+    each = [zip(recording.t, recording.errors(values), strict=True) for recording in recordings]
+    by_joint = list(zip(*each, strict=True))
+    step = min((float(np.diff(t).min()) for own in by_joint for t, _ in own if len(t) > 1), default=SHORTEST)
+    memory = max(autocorrelation_time(series, step) for series in by_joint)
+    return Remembered(memory, tuple(map(span, recordings)), tuple(map(inflation, by_joint)))
 
 
 def block_length(loads: Sequence[Remembered]) -> float:

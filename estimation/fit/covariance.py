@@ -45,18 +45,12 @@ class RobustCovariance(Brief):
     by_memory: bool = False  # whether it is the sandwich, blocks being too few for a jackknife
 
     def __post_init__(self) -> None:
-        """Lock the array."""
         freeze_fields(self, covariance=(None, None))
 
     @cached_property
     def sigma(self) -> Array:
         """Standard deviations, shape (c,)."""
         return np.sqrt(np.diag(self.covariance))
-
-    @cached_property
-    def quantile95(self) -> float:
-        """Half width of a 95 % interval in standard deviations."""
-        return student95(self.degrees_of_freedom)
 
     @property
     def warning(self) -> str:
@@ -92,8 +86,7 @@ def jackknife(groups: Sequence[Iterable[Array]], values: Array, block_length: fl
     """
     covariance, counts = np.zeros((len(values), len(values))), []
     for group in groups:
-        with naming_blocks(block_length):
-            changes = np.array(list(group)) - values
+        changes = np.array(list(group)) - values
         covariance += (1.0 - 1.0 / len(changes)) * changes.T @ changes
         counts.append(len(changes))
     return RobustCovariance(covariance, sum(counts), min(counts) - 1, block_length)

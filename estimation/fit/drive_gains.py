@@ -48,7 +48,6 @@ class Gains(Document, frozen=True, omit_defaults=True):
     assumed: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse what is no standard deviation of a relative error."""
         force_setattr(self, "identified", tuple(tuple(float(v) for v in row) for row in self.identified))
         force_setattr(self, "per_joint", tuple(float(sigma) for sigma in self.per_joint))
         if not any(self.recordings.values()):

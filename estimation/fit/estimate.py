@@ -25,7 +25,6 @@ class Fit(Brief):
     rows: tuple[int, ...]  # per joint, number of equations
 
     def __post_init__(self) -> None:
-        """Lock the norms and check that there is one for each joint."""
         freeze_fields(self, error_norms=(len(self.rows),), torque_norms=(len(self.rows),))
 
     @property
@@ -99,7 +98,6 @@ class Estimate(Brief):
     gain_covariance: Array | None = None
 
     def __post_init__(self) -> None:
-        """Lock the arrays and check their shapes."""
         c, n = len(self.names), len(self.fit.rows)
         if self.robust is not None and self.robust.covariance.shape != (c, c):
             raise ValueError(f"robust covariance must be {c} x {c}, got {self.robust.covariance.shape}")
@@ -141,10 +139,11 @@ class Estimate(Brief):
     @cached_property
     def interval95(self) -> Array:
         """Nominal 95 % intervals by Student's t, c x 2."""
-        return self._interval(student95(self.degrees_of_freedom), self.sigma)
+        return self._interval(self)
 
-    def _interval(self, quantile: float, sigma: Array) -> Array:
-        return np.column_stack([self.values - quantile * sigma, self.values + quantile * sigma])
+    def _interval(self, errors: Estimate | RobustCovariance, by_gains: Array | None = None) -> Array:
+        half = student95(errors.degrees_of_freedom) * np.hypot(errors.sigma, 0.0 if by_gains is None else by_gains)
+        return np.column_stack([self.values - half, self.values + half])
 
     @property
     def sigma_robust(self) -> Array | None:
@@ -159,7 +158,7 @@ class Estimate(Brief):
     @cached_property
     def robust_interval95(self) -> Array | None:
         """95 % intervals that hold for autocorrelated noise, c x 2, where they were asked for."""
-        return self._interval(self.robust.quantile95, self.robust.sigma) if self.robust is not None else None
+        return self._interval(self.robust) if self.robust is not None else None
 
     @property
     def covariance_by_gains(self) -> Array | None:
@@ -182,18 +181,13 @@ class Estimate(Brief):
     @cached_property
     def interval95_with_gains(self) -> Array | None:
         """95 % intervals of the robust (else the formula's) and the gains' covariance together, c x 2."""
-        by_gains, robust = self.sigma_by_gains, self.robust
-        if by_gains is None:
-            return None
-        sigma = self.sigma if robust is None else robust.sigma
-        dof = self.degrees_of_freedom if robust is None else robust.degrees_of_freedom
-        return self._interval(student95(dof), np.hypot(sigma, by_gains))
+        by_gains = self.sigma_by_gains
+        return None if by_gains is None else self._interval(self.robust or self, by_gains)
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """Parameters as tables show them, c."""
-        given = (self.interval95_with_gains, self.robust_interval95, self.interval95)
-        ends = next(interval for interval in given if interval is not None)
+        ends = self._interval(self.robust or self, self.sigma_by_gains)
         return tuple(Parameter(*row) for row in np.column_stack([self.values, self.total_sigma, ends]).tolist())
 
     def __getitem__(self, name: str) -> float:

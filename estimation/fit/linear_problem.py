@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from ...common import Array, Brief
+from ...common import Array, Brief, InputError
 from ..equations.equations import Equations, checked, compressed, triangular
 from .covariance import formula, sandwich
 from .estimate import Estimate, fit
@@ -34,9 +34,6 @@ class LeftOut(NamedTuple):
     variance: Array  # of the weighted errors, (B + 1) x m
 
 
-_Solution = tuple[Array, Array, Array]  # x, c x m; covariance for errors of variance 1; squared errors, (m,)
-
-
 def left_out(
     equations: Equations,
     columns: Sequence[str],
@@ -49,37 +46,25 @@ def left_out(
     ``known``: other columns, each a right-hand side of its own, the last of all being Y; ``near``: further weighted
     equations that no block holds, in columns, known ones and Y.
     """
-    names, blocks = tuple(columns), equations.blocks
+    names, blocks, c = tuple(columns), equations.blocks, len(columns)
     indices = [*(equations.columns.index(name) for name in (*names, *known)), -1]
     near = np.zeros((0, len(indices))) if near is None else near
+
+    def solved(rows: Array, counts: Array) -> tuple[Array, Array, Array, Array]:
+        """R^-1; x, c x m; its covariance for errors of variance 1; squared errors, (m,)."""
+        R = checked(np.vstack([rows, near]), names, int(counts[0]), float(counts[1]))
+        root = solve_triangular(R[:c, :c], np.eye(c))
+        return root, root @ R[:c, c:], root @ root.T, np.sum(R[c:, c:] ** 2, axis=0)
+
+    # Numbers of rows, and of those with independent noise.
     count = np.array([equations.equations, sum(equations.effective_rows)]) + len(near)
     counts = count - np.array([[block.equations, sum(block.effective_rows)] for block in blocks])
     factors = [w * factor[:, indices] for w, factor in zip(weights, equations.factors, strict=True)]
-    root, whole = _solved(np.vstack([*factors, near]), names, count)
+    root, *whole = solved(np.vstack(factors), count)
     parts = [np.vstack([w * own for w, own in zip(weights, block.factors, strict=True)]) for block in blocks]
     most = max(map(len, parts))
     rows = np.array([np.pad(part[:, indices], ((0, most - len(part)), (0, 0))) for part in parts])
-    little, solutions = _downdated(root, whole, rows)
-    for b in np.flatnonzero(little | (counts[:, 0] < len(names)) | (counts[:, 1] <= len(names))):
-        others = np.delete(rows, b, axis=0).reshape(-1, len(indices))
-        _, anew = _solved(np.vstack([others, near]), names, counts[b])
-        for array, value in zip(solutions, anew, strict=True):
-            array[b] = value
-    x, covariance, squares = (np.concatenate([a, b[None]]) for a, b in zip(solutions, whole, strict=True))
-    return LeftOut(x, covariance, squares / (np.vstack([counts, count])[:, 1:] - len(names)))
-
-
-def _solved(rows: Array, names: tuple[str, ...], counts: Array) -> tuple[Array, _Solution]:
-    """Find R^-1 and the solution of equations, N x (c + m); ``counts``: of rows and of independent ones."""
-    c = len(names)
-    R = checked(rows, names, int(counts[0]), float(counts[1]))
-    root = solve_triangular(R[:c, :c], np.eye(c))
-    return root, (root @ R[:c, c:], root @ root.T, np.sum(R[c:, c:] ** 2, axis=0))
-
-
-def _downdated(root: Array, whole: _Solution, rows: Array) -> tuple[Array, _Solution]:
-    """Solve without each block, B x k x (c + m), from the whole solution; first, of which too little is left."""
-    c = len(root)
+    # The whole one downdated.
     Q, errors = rows[:, :, :c] @ root, rows[:, :, c:] - rows[:, :, :c] @ whole[0]
     back = Q.transpose(0, 2, 1)
     try:
@@ -89,8 +74,14 @@ def _downdated(root: Array, whole: _Solution, rows: Array) -> tuple[Array, _Solu
     score = back @ errors
     change = inverse @ score
     squares = whole[2] - np.sum(errors**2, axis=1) - np.sum(score * change, axis=1)
+    each = whole[0] - root @ change, root @ inverse @ root.T, squares
     little = np.linalg.norm(inverse, axis=(1, 2)) > 1.0 / _HELD
-    return little, (whole[0] - root @ change, root @ inverse @ root.T, squares)
+    for b in np.flatnonzero(little | (counts[:, 0] < c) | (counts[:, 1] <= c)):
+        _, *anew = solved(np.delete(rows, b, axis=0).reshape(-1, len(indices)), counts[b])
+        for array, value in zip(each, anew, strict=True):
+            array[b] = value
+    x, covariance, squares = (np.concatenate([a, b[None]]) for a, b in zip(each, whole, strict=True))
+    return LeftOut(x, covariance, squares / (np.vstack([counts, count])[:, 1:] - c))
 
 
 class Known(NamedTuple):
@@ -168,12 +159,9 @@ class LinearProblem:
 
     def part(self, names: Sequence[str]) -> "LinearProblem":
         """Pose the problem in some of the parameters, the others zero."""
-        own, prior = [], self.prior
-        if prior is not None:
-            own = [name for name in prior.names if name in names]
-        return LinearProblem(
-            self.equations.select(names), tuple(names), prior=prior.part(own) if prior and own else None
-        )
+        own = [name for name in self.prior.names if name in names] if self.prior is not None else []
+        prior = self.prior.part(own) if self.prior is not None and own else None
+        return LinearProblem(self.equations.select(names), tuple(names), prior=prior)
 
     @cached_property
     def unknown(self) -> Equations:
@@ -189,17 +177,13 @@ class LinearProblem:
             return replace(self, fixed=self.given, prior=None).weights()
         return self.unknown.joint_weights(self.triangle(np.ones(len(self.equations.factors))).values)
 
-    def values(self, weights: Array) -> Array:
-        """Solve for the wanted values with given weights; linear in the torques."""
-        return self.triangle(weights).values[self._indices]
-
     def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
         """Solve without a block of these equations and one of those that known parameters come from, -1 for none.
 
         Without known parameters ``pairs`` are the equations' own blocks in their order.
         """
         if self.parts:
-            return np.array([part.values(weights) for part in self.without_each()])
+            return np.array([part.triangle(weights).values[part._indices] for part in self.without_each()])
         names = tuple(chain.from_iterable(group.names for group in self.fixed))
         rows, levels, *_ = self._prior_rows
         near = np.column_stack([rows, np.zeros((len(rows), len(names))), levels])
@@ -228,9 +212,14 @@ class LinearProblem:
         dof = self._rows[1] - c
         covariance = formula(triangle.inverse, float(np.sum(triangle.R[c:, c] ** 2)), dof)
         value = dict(zip(self.unknown.columns, triangle.values.tolist(), strict=True))
+        # Exact, for the solution is linear in Y; without a known spring they add up to it: an error common to all
+        # joints scales it. What is fixed was identified with the same drives, so with the same errors.
+        by_gains = triangle.by_torques
         for group, P in zip(self.fixed, triangle.influences, strict=True):
             covariance = covariance + P @ group.covariance @ P.T
             value |= zip(group.names, group.values.tolist(), strict=True)
+            if group.gain_sensitivity is not None:
+                by_gains = by_gains - P @ group.gain_sensitivity
         shown = (self.shown or self.equations).whole
         if self.own_torque:
             others = [name for name in shown.columns if name not in self.wanted]
@@ -242,7 +231,7 @@ class LinearProblem:
             degrees_of_freedom=min([dof, *(group.degrees_of_freedom for group in self.given)]),
             fit=fit(shown, np.array([value[name] for name in shown.columns])),
             weights=weights,
-            gain_sensitivity=self.gain_sensitivity(weights),
+            gain_sensitivity=None if any(group.gain_sensitivity is None for group in self.given) else by_gains,
         )
 
     def solved(self, weights: Array | None = None) -> Estimate:
@@ -327,22 +316,6 @@ class LinearProblem:
         count = len(self._prior_rows[0])
         return self.unknown.equations + count, sum(self.unknown.effective_rows) + count
 
-    def gain_sensitivity(self, weights: Array) -> Array | None:
-        """Derivatives of the solution by e_j, weights fixed, c x n; exact, it is linear in Y.
-
-        Without a known spring they add up to the solution: an error common to all joints scales it. Fixed
-        parameters were identified with the same drives, so with the same errors; None where theirs are not known.
-        """
-        triangle = self.triangle(weights)
-        total = triangle.by_torques
-        if self.prior is not None and self.prior.gain_sensitivity is None:
-            return None
-        for P, group in zip(triangle.influences, self.fixed, strict=True):
-            if group.gain_sensitivity is None:
-                return None
-            total = total - P @ group.gain_sensitivity
-        return total
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Excitation(Brief):
@@ -383,3 +356,121 @@ def weighted(problem: Equations, weights: Array | None = None) -> Estimate:
     ``weights``: per joint [1/(N·m) or 1/N], shape (n,); by default from its error in the ordinary solution (16).
     """
     return LinearProblem(problem, problem.columns).estimate(weights)
+
+
+STOP_RATIO = 1.02  # limit of the paper: the error's standard deviation over that with all parameters
+
+
+@dataclass(frozen=True)
+class SigmaRatio:
+    """The paper's rule: end before the error's standard deviation reaches ``limit`` times the first one.
+
+    Attributes:
+        limit: the ratio, above 1.
+    """
+
+    limit: float = STOP_RATIO
+
+    def __post_init__(self) -> None:
+        if not 1.0 < self.limit < np.inf:
+            raise InputError(f"essential parameters: ratio {self.limit:g} must be above 1, such as {STOP_RATIO}")
+
+    @property
+    def description(self) -> str:
+        """Describe the rule in one line."""
+        return f"error's standard deviation below {self.limit:g} times that with all parameters"
+
+    def eliminated(self, sigma_ratio: Array, _: Array) -> int:
+        """Count the steps before the first one that reaches the limit; later ones may fall below it again."""
+        over = np.flatnonzero(sigma_ratio[1:] >= self.limit)
+        return int(over[0]) if len(over) else len(sigma_ratio) - 1
+
+
+@dataclass(frozen=True)
+class SigmaBound:
+    """End at the first set whose relative standard deviations are all within ``limit``.
+
+    Attributes:
+        limit: largest relative standard deviation, a fraction (the paper speaks of 0.05 to 0.10).
+    """
+
+    limit: float = 0.10
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.limit < np.inf:
+            raise InputError(f"essential parameters: bound {self.limit:g} must be positive, such as 0.1 (10 %)")
+
+    @property
+    def description(self) -> str:
+        """Describe the rule in one line."""
+        return f"all relative standard deviations within {100.0 * self.limit:g} %"
+
+    def eliminated(self, _: Array, largest_relative_sigma: Array) -> int:
+        """Count the steps to the first set within the bound."""
+        return int(np.flatnonzero(largest_relative_sigma <= self.limit)[0])
+
+
+StopRule = SigmaRatio | SigmaBound
+"""Rule that ends elimination: ``eliminated`` counts its steps by the columns of an ``Elimination.path``."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Elimination(Brief):
+    """Essential parameters, and backward elimination down to no parameter at all."""
+
+    order: tuple[str, ...]  # the parameters, first eliminated first, c
+    # With k parameters eliminated, k = 0 .. c, the error's standard deviation over that with none, and the largest
+    # relative standard deviation of those that remain, 0 where none does; (c + 1) x 2.
+    path: Array
+    rule: StopRule  # when it ended
+    estimate: Estimate  # of the essential parameters, the others zero; weights as with all parameters
+
+    @property
+    def essential(self) -> tuple[str, ...]:
+        """Names of the essential parameters, in the problem's order."""
+        return self.estimate.names
+
+    @cached_property
+    def eliminated(self) -> tuple[str, ...]:
+        """Names of the others, first eliminated first."""
+        return self.order[: len(self.order) - len(self.essential)]
+
+
+def eliminate(
+    problem: Equations, estimate: Estimate, rule: StopRule | None = None, prior: Known | None = None
+) -> Elimination:
+    """Find the essential parameters of a problem, those that the torques show, by backward elimination.
+
+    At each step (section III) the parameter with the largest relative standard deviation (21) is cancelled and the
+    others are estimated anew, the estimate's weights unchanged. No step solves least squares again: T = R^-1 holds
+    the covariance as T T', and cancelling a parameter projects T's rows along its own.
+
+    ``rule``: the paper's by default; ``prior``: of some of the parameters.
+    """
+    rule, posed = rule or SigmaRatio(), LinearProblem(problem, problem.columns, prior=prior)
+    (R, T, x, *_), c = posed.triangle(estimate.weights), len(problem.columns)
+    squares, rows = float(np.sum(R[c:, c] ** 2)), sum(problem.effective_rows)
+    order, largest, variances = list[int](), list[float](), [squares / (rows - c)]
+    while len(order) < c:  # one by one, until none is left
+        sigma = np.sqrt(variances[-1]) * np.sqrt(np.einsum("kl,kl->k", T, T))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            relative = np.where(x == 0.0, np.inf, sigma / np.abs(x))
+        relative[order] = -1.0
+        k = int(np.argmax(relative))
+        largest.append(float(relative[k]))
+        order.append(k)
+        # Least squares under x_k = 0: with t the k-th row of T, x loses T t' x_k / (t t'), the sum of squares grows
+        # by x_k^2 / (t t'), and T loses its part along t.
+        length = float(np.linalg.norm(T[k]))
+        u, pull = T[k] / length, float(x[k]) / length
+        along = T @ u
+        T, x, squares = T - np.outer(along, u), x - along * pull, squares + pull * pull
+        T[k], x[k] = 0.0, 0.0
+        variances.append(squares / (rows - c + len(order)))
+    with np.errstate(over="ignore"):  # data without noise: any elimination is infinitely worse
+        ratio = np.sqrt(np.array(variances) / max(variances[0], np.finfo(float).tiny))
+    names = tuple(problem.columns[k] for k in order)
+    path = np.column_stack([np.append(1.0, ratio[1:]), [*largest, 0.0]])
+    path.setflags(write=False)
+    essential = [name for name in problem.columns if name not in names[: rule.eliminated(*path.T)]]
+    return Elimination(names, path, rule, posed.part(essential).estimate(estimate.weights))

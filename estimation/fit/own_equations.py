@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from msgspec import UNSET, UnsetType
+from numpy.linalg import norm
 
 from ...common import Array, Document, InputError, decomposed, without
 from ...common.progress import Progress, each, silent
@@ -85,14 +86,16 @@ def chosen_terms(
     """
     kinds, kept, choices = [term.kind for term in candidates], dict[str, list[str]](), dict[str, TermChoice]()
     own = [name for name in equations.columns if parameter_kind(name) not in kinds]
-    without = equations.whole.select(own)
-    weights = without.joint_weights(weighted_solution(without))
+    plain = equations.whole.select(own)
+    weights = plain.joint_weights(weighted_solution(plain))
     for term in (*candidates, *candidates):  # the second time beside the others that were kept
         others = [*own, *(name for kind, names in kept.items() if kind != term.kind for name in names)]
         if term.kind in kept and len(others) == len(own):
             continue
         names = [name for name in equations.columns if parameter_kind(name) == term.kind]
-        tried = [name for name in names if _own_fraction(equations, name, others) > _OWN]
+        factors = {name: equations.whole.select([name, *others]).factors[joint_of(name)] for name in names}
+        own_parts = {name: without(factor[:, :1], factor[:, 1:-1]) for name, factor in factors.items()}
+        tried = [name for name in names if norm(own_parts[name]) > _OWN * norm(factors[name][:, 0])]
         before, after = (_held_out(equations, columns, weights) for columns in (others, [*others, *tried]))
         for name in names:
             joint = joint_of(name)
@@ -109,13 +112,6 @@ def chosen_terms(
         kept[term.kind] = [name for name in names if choices[name].kept]
     found = terms_of([name for names in kept.values() for name in names], candidates, robot.n)
     return tuple(term for term in found if term.kind in kinds), tuple(choices.values())
-
-
-def _own_fraction(equations: Equations, name: str, others: Sequence[str]) -> float:
-    """Fraction of a column that its joint's other columns cannot imitate."""
-    factor = equations.whole.select([name, *others]).factors[joint_of(name)]
-    own, size = without(factor[:, :1], factor[:, 1:-1]), float(np.linalg.norm(factor[:, 0]))
-    return float(np.linalg.norm(own)) / max(size, np.finfo(float).tiny)
 
 
 def _held_out(equations: Equations, names: Sequence[str], weights: Array) -> tuple[Array, dict[str, float]]:

@@ -11,8 +11,8 @@ from ...common.progress import Progress, silent
 from ...model import Processing, Robot
 from ...model.friction import Friction
 from .drive_gains import Gains
-from .essential import StopRule
 from .estimate import Estimate
+from .linear_problem import StopRule
 
 METHOD_NAMES = {1: "known-robot", 2: "change", 3: "difference", 4: "global"}
 """Short names of the paper's methods, by number."""
@@ -66,7 +66,6 @@ class Settings(Brief):
     progress: Progress = silent
 
     def __post_init__(self) -> None:
-        """Take methods by their numbers; refuse others."""
         known: dict[Any, Any] = METHOD_NAMES | {name: number for number, name in METHOD_NAMES.items()}
         if self.methods is not None and not {*self.methods} <= known.keys():
             raise InputError(f"methods {self.methods!r}: give a list of {', '.join(map(repr, known))}")

@@ -31,7 +31,7 @@ from ..equations.equations import PAYLOAD, Equations, check_blocks, merged, tria
 from ..fit.settings import DEFAULTS, Candidates, Settings
 from ..payload.long_motion import LongMotion, Source, payload_problem
 from ..payload.result import in_payload_frame
-from ..possible.cone import ConeProgram, SolverError, solve_cone
+from ..possible.constraints import ConeProgram, SolverError, solve_cone
 from ..possible.robot import POWERS, drive_rules, link_indices, typical_length
 from ..signals.plausibility import without_dead
 

@@ -353,7 +353,7 @@ def long_motion(
         rest = equations.minus([known.names[k] for k in rigid], known.values[rigid])
         chi = np.append(known.values, np.zeros(len(PAYLOAD)))
         chi[[equations.columns.index(name) for name in rest.columns]] = weighted_solution(rest)
-        inflation = blocks.Remembered.of(recordings, chi).inflation
+        inflation = blocks.remembered(recordings, chi).inflation
         if known.robust is not None:  # a few seconds of load show less memory than its own recordings did
             before = float(np.median((known.robust.sigma / np.maximum(known.sigma, 1e-300)) ** 2))
             inflation = tuple(max(factor, before) for factor in inflation)

@@ -17,9 +17,8 @@ from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import PATH
 from ..fit.covariance import FEW, RobustCovariance, Rule, jackknife, naming_blocks
-from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate, fit
-from ..fit.linear_problem import LinearProblem, SoftPrior, left_out, weighted
+from ..fit.linear_problem import Elimination, LinearProblem, SoftPrior, StopRule, eliminate, left_out, weighted
 from .long_motion import LongMotion, known_path, prior_of, with_scale
 from .result import PayloadEstimate, frame_change, in_payload_frame
 from .short_motion import ShortMotion

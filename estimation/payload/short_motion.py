@@ -29,7 +29,7 @@ from ...model.regressors import payload_columns
 from ...model.visibility import PayloadVisibility, check_mass_visible, friction_columns, visibility_of
 from ..equations.equations import FREE, LEVEL, PAYLOAD, Equations, check_blocks, merged
 from ..equations.observer import PATH, Observation, Observer, Used, reduced, used
-from ..fit.blocks import Remembered, block_edges, block_length, in_blocks, inflation, remembered, weighted_solution
+from ..fit.blocks import block_edges, block_length, in_blocks, inflation, remembered, weighted_solution
 from ..fit.estimate import Estimate
 from ..fit.linear_problem import Known, LinearProblem, SoftPrior
 from ..fit.own_equations import check_lengths, filtered, under_own_load
@@ -106,7 +106,7 @@ def friction_prior(observations: Sequence[Observation], sigmas: Mapping[str, flo
         free = [name.startswith(FREE) for name in one.columns]
         spare -= [int(W[:, free].any(axis=0).sum()) for W in one.W]
     noise[spare < _FEWEST_LEFT] = 0.0  # too few rows, beyond the free columns that act on them, to tell it
-    memory = np.array(Remembered.of(left, values).inflation)
+    memory = np.array(remembered(left, values).inflation)
     roles = {
         name: SoftPrior(sigma, float(memory[joint_of(name)]))
         for name, sigma in sigmas.items()

@@ -13,7 +13,6 @@ the direction changes from one question to the next, so a solver is set up once.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -21,8 +20,7 @@ from ...common import Array, Brief, one_thread
 from ...model.inertia import inertia_gradient
 from ..equations.equations import PAYLOAD
 from ..fit.covariance import student95
-from .cone import TRIANGLE, Part, SolverError, cone_solver
-from .constraints import PSEUDO_INERTIA
+from .constraints import PSEUDO_INERTIA, TRIANGLE, Part, SolverError, cone_solver
 from .payload import Possible, ScaledProblem
 
 WIDENING = 1.2
@@ -41,7 +39,6 @@ class ProfileSet:
     """Payloads that keep a scaled problem's constraints, with squared distances up to ``q`` above the nearest's."""
 
     def __init__(self, problem: ScaledProblem, nearest: Array, q: float) -> None:
-        """Set up the cones: K (u, 1) lies in those of bounds, distance and pseudo-inertia."""
         self.problem = problem
         self.mass = int(problem.select[:, 9].argmax())
         R, _, A, b, _ = problem.program
@@ -52,7 +49,11 @@ class ProfileSet:
         n, bounds, body = len(nearest), A @ self._to_z, TRIANGLE @ problem.select.T @ self._to_z
         bounds[:, -1] += b
         distance = np.vstack([np.append(-offset, 1.0), np.eye(n, n + 1), np.append(offset, 0.0)])
-        self._K: list[Part] = [("Nonnegative", bounds), ("SecondOrder", distance), ("PSDTriangle", body)]
+        K: list[Part] = [("Nonnegative", bounds), ("SecondOrder", distance), ("PSDTriangle", body)]
+        self._least_point = _least_in(K)  # in u
+        # In (u / z_k, 1 / z_k), z_k the mass.
+        scaled: list[Part] = [(kind, np.pad(rows, ((0, 0), (0, 1)))) for kind, rows in K]
+        self._least_ratios = _least_in([("Zero", np.append(-self._to_z[self.mass], 1.0)[None]), *scaled])
 
     def farthest(self, c: Array) -> Array:
         """Point z of the set with the largest c'z."""
@@ -65,17 +66,6 @@ class ProfileSet:
     def largest_per_mass(self, c: Array) -> float:
         """Largest c'z / z_k, z_k the mass, positive in the whole set: linear in z / z_k and 1 / z_k."""
         return float(c @ self._to_z @ self._least_ratios(-(c @ self._to_z)))
-
-    @cached_property
-    def _least_point(self) -> Callable[[Array], Array]:
-        """Find the least point of the set in u."""
-        return _least_in(self._K)
-
-    @cached_property
-    def _least_ratios(self) -> Callable[[Array], Array]:
-        """Find the least point of the set in (u / z_k, 1 / z_k), z_k the mass."""
-        scaled: list[Part] = [(kind, np.pad(rows, ((0, 0), (0, 1)))) for kind, rows in self._K]
-        return _least_in([("Zero", np.append(-self._to_z[self.mass], 1.0)[None]), *scaled])
 
 
 def _least_in(parts: list[Part]) -> Callable[[Array], Array]:
@@ -110,7 +100,6 @@ class Intervals(Brief):
     principal_moments: Array  # of its eigenvalues in rising order [kg m^2], 3 x 2
 
     def __post_init__(self) -> None:
-        """Lock the arrays."""
         for values in vars(self).values():
             values.setflags(write=False)
 

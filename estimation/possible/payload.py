@@ -19,8 +19,15 @@ from ...common import Array, Brief, Document, Float, InputError, decomposed, fre
 from ...model import InertialParameters
 from ..equations.equations import PAYLOAD
 from ..fit.estimate import Estimate
-from .cone import ConeProgram, ConeSolution, SolverError, solve_cone
-from .constraints import PSEUDO_INERTIA, Constraint, KnownMass, PossibleBody, lowest_eigenvalue
+from .constraints import (
+    ConeProgram,
+    Constraint,
+    KnownMass,
+    PossibleBody,
+    SolverError,
+    lowest_eigenvalue,
+    solve_cone,
+)
 
 CONFLICT = 0.01  # probability below which a constraint and the data contradict each other
 
@@ -35,7 +42,7 @@ class Active(NamedTuple):
     """
 
     description: str
-    multiplier: float
+    multiplier: float = 0.0
     constraint: Constraint | None = None
     rise: float = np.nan
     p_value: float = np.nan
@@ -63,11 +70,12 @@ class Weighing(Document, frozen=True):
     p_value: Float
 
     @classmethod
-    def by(cls, scale: KnownMass, identified: float, sigma: float, degrees_of_freedom: float) -> Self:
-        """Compare what a scale shows with an identified mass."""
+    def by(cls, scale: KnownMass, estimate: Estimate) -> Self:
+        """Compare what a scale shows with the mass of an estimate."""
+        identified, sigma = estimate["M_L"], float(estimate.sigma[estimate.names.index("M_L")])
         z = (identified - scale.mass) / float(np.hypot(scale.sigma, sigma))
-        p_value = rise_p_value(z**2, 1, degrees_of_freedom)
-        return cls(scale.mass, scale.sigma, identified, sigma, degrees_of_freedom, z, p_value)
+        p_value = rise_p_value(z**2, 1, estimate.degrees_of_freedom)
+        return cls(scale.mass, scale.sigma, identified, sigma, estimate.degrees_of_freedom, z, p_value)
 
     @property
     def conflict(self) -> bool:
@@ -90,7 +98,6 @@ class Possible(Brief):
     constraints: tuple[Constraint, ...] = ()  # of a payload
 
     def __post_init__(self) -> None:
-        """Lock the values."""
         freeze_fields(self, values=(None,))
 
     @property
@@ -124,9 +131,7 @@ class Possible(Brief):
     @property
     def weighings(self) -> tuple[Weighing, ...]:
         """Weighed masses against the free estimate."""
-        sigma, dof = dict(zip(self.free.names, self.free.sigma.tolist(), strict=True)), self.free.degrees_of_freedom
-        scales = [scale for scale in self.constraints if isinstance(scale, KnownMass)]
-        return tuple(Weighing.by(scale, self.free["M_L"], sigma["M_L"], dof) for scale in scales)
+        return tuple(Weighing.by(scale, self.free) for scale in self.constraints if isinstance(scale, KnownMass))
 
 
 def rise_p_value(chi2: float, k: int, degrees_of_freedom: float) -> float:
@@ -194,24 +199,22 @@ class ScaledProblem(NamedTuple):
         """True if z keeps every constraint, but for that much of an eigenvalue."""
         return bool((self.program.slack(z) >= 0.0).all()) and lowest_eigenvalue(z @ self.select) >= -rounding
 
-    def repaired(self, z: Array) -> Array:
-        """Move z by rounding, so that no eigenvalue is negative; eliminated parameters stay zero."""
-        result = self.select @ lifted(z @ self.select, self.scale @ self.select)
-        if (self.program.slack(result) < -TOLERANCE).any():
-            raise SolverError("constraints missed by more than rounding")
-        return np.asarray(result)
 
-    def active(self, z: Array, solution: ConeSolution) -> tuple[Active, ...]:
-        """Constraints whose multiplier exceeds their slack, largest first."""
-        ends, found = np.cumsum([len(c.rows[1]) for c in self.constraints])[:-1], list[Active]()
-        slacks, prices = np.split(self.program.slack(z), ends), np.split(solution.row_multipliers, ends)
-        for constraint, slack, price in zip(self.constraints, slacks, prices, strict=True):
-            if isinstance(constraint, PossibleBody):
-                slack, price = np.array([lowest_eigenvalue(z @ self.select)]), solution.body_multipliers
-            holding = float(price[price > np.maximum(slack, _NO_MULTIPLIER)].sum())
-            if holding > 0.0:  # d chi2 = 2 norm d norm
-                found.append(Active(constraint.description, 2.0 * solution.norm * holding, constraint))
-        return tuple(sorted(found, key=lambda one: -one.multiplier))
+def holding(
+    program: ConeProgram, z: Array, prices: Array, demands: Sequence[Active], floor: float, slope: float
+) -> tuple[Active, ...]:
+    """Demands whose multiplier exceeds their slack and ``floor``, largest first.
+
+    ``prices``: multipliers of the rows, then of the bodies, where they have one; ``demands``: of rows and bodies,
+    those of one constraint count together; ``slope``: of chi2 by what the prices are multipliers of.
+    """
+    slacks = [*program.slack(z), *(lowest_eigenvalue(body @ z) for body in program.bodies)]
+    found = dict[str, Active]()
+    for demand, price, slack in zip(demands, prices.tolist(), slacks, strict=False):
+        if price > max(slack, floor):
+            before = found.get(demand.description, demand)
+            found[demand.description] = before._replace(multiplier=before.multiplier + slope * price)
+    return tuple(sorted(found.values(), key=lambda one: -one.multiplier))
 
 
 IDENTITY: Array = np.array([2.0, 0.0, 0.0, 2.0, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0])
@@ -260,21 +263,26 @@ def solve_constrained(estimate: Estimate, constraints: Sequence[Constraint] = PO
         SolverError: for anything but a clean solve, as when no body holds all constraints.
     """
     problem = ScaledProblem.of(estimate, constraints)
-    z, status = problem.centre, "free"
-    active: tuple[Active, ...] = ()
+    constraints, select, scale, program = problem.constraints, problem.select, problem.scale, problem.program
+    z, status, active = problem.centre, "free", tuple[Active, ...]()
     try:
-        if any(constraint.violation(problem.full(z)) > 0.0 for constraint in problem.constraints):
-            if problem.holds(z, NOISE_FLOOR):
-                z, status = problem.repaired(z), "repaired"  # too little for a solver to work on
-            else:
-                solution = solve_cone(problem.program)
-                z, status = problem.repaired(solution.z), "Solved"
-                active = problem.active(z, solution)
+        if any(constraint.violation(problem.full(z)) > 0.0 for constraint in constraints):
+            # What is violated by rounding is too little for a solver to work on.
+            solution = None if problem.holds(z, NOISE_FLOOR) else solve_cone(program)
+            z, status = (z, "repaired") if solution is None else (solution.z, "Solved")
+            z = select @ lifted(z @ select, scale @ select)  # eliminated parameters stay zero
+            if (program.slack(z) < -TOLERANCE).any():
+                raise SolverError("constraints missed by more than rounding")
+            if solution is not None:
+                every = [Active(c.description, constraint=c) for c in constraints for _ in c.rows[1]]
+                every += [Active(c.description, constraint=c) for c in constraints if isinstance(c, PossibleBody)]
+                # d chi2 = 2 norm d norm
+                active = holding(program, z, solution.multipliers, every, _NO_MULTIPLIER, 2.0 * solution.norm)
     except SolverError as error:
-        raise error.naming(*(constraint.description for constraint in problem.constraints)) from None
-    chi2 = problem.floor + float(np.sum((problem.program.R @ (z - problem.centre)) ** 2))
+        raise error.naming(*(constraint.description for constraint in constraints)) from None
+    chi2 = problem.floor + float(np.sum((program.R @ (z - problem.centre)) ** 2))
     values = problem.full(z)
-    return Possible(estimate, values, chi2, active, (InertialParameters(values),), status, problem.constraints)
+    return Possible(estimate, values, chi2, active, (InertialParameters(values),), status, constraints)
 
 
 def tested(result: Possible) -> tuple[Active, ...]:
@@ -311,19 +319,5 @@ def build_constrained(estimate: Estimate, constraints: Sequence[Constraint] = PO
         InputError: if the covariance does not determine every parameter.
     """
     scaled = ScaledProblem.of(estimate, constraints)
-    problem, values, (inertia,) = posed(scaled.program, scaled.scale)
+    problem, values, (inertia,) = scaled.program.posed(scaled.scale)
     return problem, values, inertia
-
-
-def posed(program: ConeProgram, scale: Array) -> tuple[Any, Any, list[Any]]:
-    """Pose a program in CVXPY: the problem, its parameters in SI units, and the pseudo-inertias of its bodies."""
-    import cvxpy  # slow to import
-
-    z, entries = cvxpy.Variable(len(scale), name="scaled_parameters"), PSEUDO_INERTIA.reshape(10, 16).T
-    x = cvxpy.multiply(scale, z)
-    scaled, inertias = (
-        [cvxpy.reshape(entries @ body @ parameters, (4, 4), order="C") for body in program.bodies]
-        for parameters in (z, x)
-    )
-    rules = [*(inertia >> 0 for inertia in scaled), *([program.A @ z + program.b >= 0] if len(program.A) else [])]
-    return cvxpy.Problem(cvxpy.Minimize(cvxpy.norm(program.R @ z - program.d)), rules), x, inertias

@@ -19,9 +19,8 @@ from ...model.base import sum_text
 from ...model.drives import parameter_kind
 from ...model.stand_in import MOVING, cylinder_radius, cylinders, missing_inertial
 from ..fit.estimate import Estimate, error_model
-from .cone import ConeProgram, Part, SolverError, cone_solver, solve_cone
-from .constraints import PSEUDO_INERTIA, MassBounds, lowest_eigenvalue
-from .payload import NOISE_FLOOR, TOLERANCE, Active, Possible, lifted, posed, whitening
+from .constraints import PSEUDO_INERTIA, ConeProgram, MassBounds, Part, SolverError, cone_solver, solve_cone
+from .payload import NOISE_FLOOR, TOLERANCE, Active, Possible, holding, lifted, whitening
 
 _NOT_NEGATIVE = ("IA", "FV", "FS", "FL", "FVM", "FSM")
 POWERS = {**dict.fromkeys(INERTIAL[:6], 2), **dict.fromkeys(INERTIAL[6:9], 1), "M": 0, "IA": 2}
@@ -47,15 +46,14 @@ def link_indices(robot: Robot, standard: Sequence[str]) -> Indices:
     return np.array([[standard.index(f"{kind}{link}") for kind in INERTIAL] for link in range(1, robot.n + 1)])
 
 
-def drive_rules(
-    robot: Robot, standard: Sequence[str], scale: Array
-) -> tuple[Array, tuple[str, ...], list[int], list[tuple[int, int]]]:
+def drive_rules(robot: Robot, standard: Sequence[str], scale: Array) -> tuple[Array, tuple[str, ...]]:
     """Rules A z >= 0 of standard parameters in units of ``scale``: drives neither push nor have negative inertia.
 
+    Friction and rotor inertias are not negative. Of what coupled drives share, IA_j = K_j^2 JA_j + K_k^2 JA_k is at
+    least IA_k = K_k^2 JA_k, and FV_j and FV_k hold the viscous friction FVM_k of rotor k besides the joint's own.
+
     Returns:
-        A, r x N_s; its rows as text; indices of friction and rotor inertias, which must not be negative; and
-        indices (whole, part) of what coupled drives share: IA_j = K_j^2 JA_j + K_k^2 JA_k is at least IA_k = K_k^2
-        JA_k, and FV_j and FV_k hold the viscous friction FVM_k of rotor k besides the joint's own.
+        A, r x N_s, with one positive entry in each row, of 1; and its rows as text.
     """
     pairs: list[tuple[str, str]] = []
     if robot.coupling is not None:
@@ -66,7 +64,7 @@ def drive_rules(
     units = np.eye(len(standard))
     rows = [*units[signed], *(units[j] - scale[k] / scale[j] * units[k] for j, k in shared)]
     texts = *(f"{standard[k]} >= 0" for k in signed), *(f"{whole} >= {part}" for whole, part in pairs)
-    return np.array(rows).reshape(-1, len(standard)), texts, signed, shared
+    return np.array(rows).reshape(-1, len(standard)), texts
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -87,9 +85,8 @@ class RobotProgram(NamedTuple):
     scale: Array  # (N_s,)
     R: Array  # whitens base parameters, N_b x N_b
     program: ConeProgram  # minimises ||R (G x - chi)||, its rows ``drive_rules``, then bounds of the total mass
-    texts: tuple[str, ...]
-    signed: list[int]  # as of ``drive_rules``
-    shared: list[tuple[int, int]]
+    demands: list[Active]  # of the program's rows, then of its bodies
+    rules: int  # number of the rows that are ``drive_rules``
     links: Indices  # indices of each link's ten, n x 10
 
     @staticmethod
@@ -111,11 +108,9 @@ class RobotProgram(NamedTuple):
         scale = np.array([inertial.get(parameter_kind(name), sizes.get(name, 1.0)) for name in base.standard])
         G = base.grouping * scale
         R = whitening(estimate.covariance, estimate.names, NOISE_FLOOR * np.abs(G).max(axis=1))
-        links, (A, texts, signed, shared) = (
-            link_indices(robot, base.standard),
-            drive_rules(robot, base.standard, scale),
-        )
-        b = np.zeros(len(A))
+        links = link_indices(robot, base.standard)
+        A, texts = drive_rules(robot, base.standard, scale)
+        b, rules = np.zeros(len(A)), len(A)
         if total_mass is not None:
             units, bounds = total_mass.rows
             total = np.zeros((len(units), len(scale)))
@@ -125,15 +120,16 @@ class RobotProgram(NamedTuple):
                 f"total mass {'>=' if sign > 0.0 else '<='} {-sign * bound + 0.0:g} kg"
                 for sign, bound in zip(units[:, 9], bounds, strict=True)
             )
+        texts += tuple(f"link {j} can exist" for j in range(1, robot.n + 1))
         program = ConeProgram(R @ G, R @ estimate.values, A, b, np.eye(len(scale))[links])
-        return RobotProgram(base, estimate, scale, R, program, texts, signed, shared, links)
+        return RobotProgram(base, estimate, scale, R, program, list(map(Active, texts)), rules, links)
 
     def nearest(self) -> PossibleRobot:
         """Find the nearest base parameters."""
         solution = solve_cone(self.program, _WAYS)
-        prices = np.concatenate([solution.row_multipliers, solution.body_multipliers])
-        floor = max(_NEXT_TO_NOTHING * float(prices.max()), TOLERANCE)
-        return self.answer(self.repaired(solution.z), "Solved", prices, floor, 2.0 * solution.norm)
+        floor = max(_NEXT_TO_NOTHING * float(solution.multipliers.max()), TOLERANCE)
+        z = self.repaired(solution.z)
+        return self.answer(z, "Solved", solution.multipliers, floor, 2.0 * solution.norm)
 
     def repaired(self, z: Array) -> Array:
         """Move z by rounding, so that no link has a negative eigenvalue and no drive a negative number."""
@@ -142,9 +138,9 @@ class RobotProgram(NamedTuple):
             result[link] = lifted(z[link], self.scale[link])
         if (self.program.slack(result) < -TOLERANCE).any():
             raise SolverError("friction, rotor inertia or mass missed by more than rounding")
-        result[self.signed] = np.maximum(result[self.signed], 0.0)
-        for j, k in self.shared:
-            result[j] = max(result[j], result[k] * self.scale[k] / self.scale[j] * _ABOVE)
+        for rule in self.program.A[: self.rules]:
+            whole = int(rule.argmax())
+            result[whole] = max(result[whole], 0.0 - _ABOVE * float(result @ np.minimum(rule, 0.0)))
         if float(np.linalg.norm(self.program.R @ (result - z))) > _UNSEEN:
             raise SolverError("constraints missed by more than the data's accuracy")
         return result
@@ -154,23 +150,15 @@ class RobotProgram(NamedTuple):
     ) -> PossibleRobot:
         """Make the robot that z stands for.
 
-        ``prices``: multipliers of the rows, and of the links where they have one; a constraint holds the robot
-        where its own exceeds its slack and ``floor``; ``slope``: of chi2 by what they are multipliers of.
+        ``prices``, ``floor``, ``slope``: as of ``holding``.
         """
-        x, links = z * self.scale, self.program.bodies
+        x = z * self.scale
         values = self.base.grouping @ x
-        slacks = [*self.program.slack(z), *(lowest_eigenvalue(body @ z) for body in links)]
-        texts = [*self.texts, *(f"link {j} can exist" for j in range(1, len(links) + 1))]
-        active = [
-            Active(text, slope * price)
-            for text, price, slack in zip(texts, prices.tolist(), slacks, strict=False)
-            if price > max(slack, floor)
-        ]
         return PossibleRobot(
             free=self.estimate,
             values=values,
             chi2_rise=float(np.sum((self.R @ (values - self.estimate.values)) ** 2)),
-            active=tuple(sorted(active, key=lambda one: -one.multiplier)),
+            active=holding(self.program, z, prices, self.demands, floor, slope),
             bodies=tuple(map(InertialParameters, x[self.links])),
             status=status,
             parameters=dict(zip(self.base.standard, x.tolist(), strict=True)),
@@ -210,7 +198,7 @@ def build_constrained_base(
         InputError: if the estimate is not of these parameters, or its covariance does not determine them.
     """
     made = RobotProgram.of(robot, base, error_model(estimate), total_mass)
-    problem, x, inertias = posed(made.program, made.scale)
+    problem, x, inertias = made.program.posed(made.scale)
     return problem, {name: x[k] for k, name in enumerate(base.standard)}, inertias
 
 
@@ -246,14 +234,9 @@ class Origin(NamedTuple):
         return {"identified": "data", "prior": "prior", "combination": within}[self.kind]
 
 
-def origins(robot: Robot, base: BaseParameters) -> dict[str, Origin]:
-    """Origins of every standard parameter, by name."""
-    return dict(zip(base.standard, origins_of(robot, base, np.eye(len(base.standard))), strict=True))
-
-
-def origins_of(robot: Robot, base: BaseParameters, gradients: Array) -> list[Origin]:
-    """Find origins of numbers whose gradients by the standard parameters are columns of ``gradients``, N_s x m."""
-    length = typical_length(robot)
+def origins(robot: Robot, base: BaseParameters, gradients: Array | None = None) -> list[Origin]:
+    """Find origins of numbers by their gradients by the standard parameters, N_s x m; by default of these."""
+    length, gradients = typical_length(robot), np.eye(len(base.standard)) if gradients is None else gradients
     units = np.array([length ** POWERS.get(parameter_kind(name), 0) for name in base.standard])
     rows = decomposed((base.grouping * units).T).range.T
     scaled = gradients * units[:, None]
@@ -279,7 +262,6 @@ class RobotPrior:
     source: str
 
     def __post_init__(self) -> None:
-        """Refuse a link from which no distance can be measured."""
         for link, body in enumerate(self.bodies, start=1):
             if body.mass <= 0.0 or body.min_pseudo_inertia_eigenvalue <= 0.0:
                 raise InputError(
@@ -377,8 +359,16 @@ def solve_constrained_prior(
     z0[problem.links] = [body.vector for body in prior.bodies] / problem.scale[problem.links]
     expected = np.tensordot(problem.program.bodies @ z0, PSEUDO_INERTIA, 1)
     limit, possible = nearest.chi2_rise + budget, np.array(list(nearest.parameters.values())) / problem.scale
-    solution, weight, prices, status = _prior_itself(problem, z0, limit), np.inf, np.zeros(0), "prior"
-    if solution is None:
+    # The prior's links with the drives that suit them best will do if they hold the mass's bounds and the limit.
+    F, d, A, _, bodies = problem.program
+    room, rows = problem.program.slack(z0), problem.rules
+    drives, solution = np.setdiff1d(np.arange(len(z0)), problem.links), z0.copy()
+    within = bool((room[rows:] >= -TOLERANCE).all())
+    if within and len(drives):
+        part = ConeProgram(F[:, drives], d - F @ z0, A[:rows, drives], room[:rows], bodies[:0, :, drives])
+        solution[drives] = solve_cone(part, [(1e3, np.inf)]).z
+    weight, prices, status = np.inf, np.zeros(0), "prior"
+    if not within or float(np.sum((F @ solution - d) ** 2)) > limit:
         (solution, weight, prices), status = _nearest(problem.program, expected, possible, np.sqrt(limit)), "Solved"
     z = problem.repaired(solution)
     ratio = np.linalg.solve(expected, np.tensordot(problem.program.bodies @ z, PSEUDO_INERTIA, 1))
@@ -389,24 +379,9 @@ def solve_constrained_prior(
         prior=prior,
         budget=budget,
         weight=weight,
-        origins=origins(robot, base),
+        origins=dict(zip(base.standard, origins(robot, base), strict=True)),
         distances=tuple(distances.tolist()),
     )
-
-
-def _prior_itself(problem: RobotProgram, z0: Array, limit: float) -> Array | None:
-    """Take the prior's links with the drives that suit them best, if that is within the limit."""
-    F, d, A, _, bodies = problem.program
-    drives, rows = np.setdiff1d(np.arange(len(z0)), problem.links), len(problem.signed) + len(problem.shared)
-    room = problem.program.slack(z0)
-    if (room[rows:] < -TOLERANCE).any():
-        return None  # the prior breaks a bound of the mass
-    z = z0.copy()
-    if len(drives):
-        part = ConeProgram(F[:, drives], d - F @ z0, A[:rows, drives], room[:rows], bodies[:0, :, drives])
-        z[drives] = solve_cone(part, [(1e3, np.inf)]).z
-        z[problem.signed] = np.maximum(z[problem.signed], 0.0)
-    return z if float(np.sum((F @ z - d) ** 2)) <= limit else None
 
 
 def _nearest(program: ConeProgram, prior: Array, possible: Array, radius: float) -> tuple[Array, float, Array]:

@@ -5,7 +5,7 @@ Data decide a number, a part of it, or nothing. Every table, document and export
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -18,7 +18,7 @@ from ...model.friction import PAPER
 from ...model.inertia import gradients
 from ...model.stand_in import typical_load
 from ..fit.estimate import Estimate, error_model
-from .robot import Origin, origins_of
+from .robot import Origin, origins
 
 _ROUNDING = 1e-9
 BODY_NUMBERS = ("mass", "x", "y", "z", "ixx", "ixy", "ixz", "iyy", "iyz", "izz")
@@ -117,32 +117,31 @@ class WholeRobot:
 _AT_BOUND = 1e-3
 """Fraction of its standard deviation, or of the largest such number: a smaller one stands at its bound, zero."""
 Slopes = dict[str, float]  # derivatives of a number by standard parameters
-Labelling = Callable[[Sequence[float], Sequence[Slopes]], list[Labelled]]
 
 
-def _labelling(
-    robot: Robot, base: BaseParameters | None, estimate: Estimate | None, parameters: Mapping[str, float]
-) -> Labelling:
+def _labels(
+    robot: Robot,
+    base: BaseParameters | None,
+    estimate: Estimate | None,
+    parameters: Mapping[str, float],
+    numbers: Sequence[float],
+    slopes: Sequence[Slopes],
+) -> list[Labelled]:
     if base is None or estimate is None:
-        return lambda numbers, _: [Labelled(number) for number in numbers]
-    errors, index = error_model(estimate), {name: k for k, name in enumerate(base.standard)}
-    moved = errors.values - base.value(parameters)
-
-    def labels(numbers: Sequence[float], slopes: Sequence[Slopes]) -> list[Labelled]:
-        gradients = np.zeros((len(index), len(numbers)))
-        for column, row in enumerate(slopes):
-            gradients[[index[name] for name in row], column] = list(row.values())
-        by_base = np.asarray(np.linalg.lstsq(base.grouping.T, gradients, rcond=None)[0].T, dtype=float)
-        # To first order the free estimate's own number, for what can exist may be moved away from it.
-        free = errors.mapped(by_base, tuple(map(str, range(len(numbers)))))
-        ends = (np.asarray(numbers) + by_base @ moved - free.values)[:, None] + free.interval95
-        every = zip(numbers, origins_of(robot, base, gradients), free.sigma.tolist(), ends.tolist(), strict=True)
-        return [
-            Labelled(number, origin, *((sigma, tuple(interval)) if origin.share == 1.0 else ()))
-            for number, origin, sigma, interval in every
-        ]
-
-    return labels
+        return [Labelled(number) for number in numbers]
+    errors, gradients = error_model(estimate), np.zeros((len(base.standard), len(numbers)))
+    for column, row in enumerate(slopes):
+        gradients[[base.standard.index(name) for name in row], column] = list(row.values())
+    by_base = np.asarray(np.linalg.lstsq(base.grouping.T, gradients, rcond=None)[0].T, dtype=float)
+    # To first order the free estimate's own number, for what can exist may be moved away from it.
+    free = errors.mapped(by_base, tuple(map(str, range(len(numbers)))))
+    moved = by_base @ (errors.values - base.value(parameters)) - free.values
+    ends = (np.asarray(numbers) + moved)[:, None] + free.interval95
+    every = zip(numbers, origins(robot, base, gradients), free.sigma.tolist(), ends.tolist(), strict=True)
+    return [
+        Labelled(number, origin, *((sigma, tuple(interval)) if origin.share == 1.0 else ()))
+        for number, origin, sigma, interval in every
+    ]
 
 
 def _plain_friction(robot: Robot, parameters: Mapping[str, float]) -> list[dict[str, tuple[float, float]]]:
@@ -190,7 +189,7 @@ def whole_robot(
         InputError: if parameters of a link are missing.
     """
     bodies = bodies_in_link_frames(robot, parameters)
-    known, labels = base is not None and estimate is not None, _labelling(robot, base, estimate, parameters)
+    known, labels = base is not None and estimate is not None, partial(_labels, robot, base, estimate, parameters)
     by_parameter = labels(list(parameters.values()), [{name: 1.0} for name in parameters])
     own, links, columns = dict(zip(parameters, by_parameter, strict=True)), [], []
     for unit in np.eye(len(INERTIAL)):

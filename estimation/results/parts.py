@@ -14,8 +14,8 @@ from ...common.speech import Speaks
 from ...model import BaseParameters, Processing, Robot
 from ...model.friction import term_names
 from ..fit.covariance import RobustCovariance
-from ..fit.essential import Elimination, SigmaRatio
 from ..fit.estimate import Estimate
+from ..fit.linear_problem import Elimination, SigmaRatio
 from ..possible.robot import PossibleRobot, PriorRobot
 
 Number = float | None  # number that is null where it was not determined

@@ -1,8 +1,7 @@
 """Results of ``identify`` and ``gains``, and what they tell later runs; each is its own document."""
 
-from collections.abc import Sequence
 from functools import cached_property
-from typing import Literal, Self
+from typing import Literal
 
 import numpy as np
 from msgspec import UNSET, UnsetType, field
@@ -11,7 +10,7 @@ from ...common import Array, Document, InputError, Vector
 from ...common.schema import Matrix, WrongKeyError, at, present
 from ...model import Robot
 from ...model.friction import friction_terms
-from ..diagnosis.evidence import KNOWN_WELL, Verdict
+from ..diagnosis.evidence import Verdict
 from ..fit.covariance import RobustCovariance
 from ..fit.drive_gains import Fingerprints, Gains
 from ..fit.estimate import Estimate, Fit, Parameter
@@ -47,36 +46,6 @@ class GainsTable(Document, frozen=True):
     without_constraints: Vector | UnsetType | None = UNSET
     identified: tuple[bool, ...] | UnsetType = UNSET
     rests_on: tuple[str, ...] | UnsetType = UNSET
-
-    @classmethod
-    def made(cls, logarithms: Estimate, disagreement: float, free: Array, rests_on: Sequence[str]) -> Self:
-        """State gains by ln K, and which are known to ``KNOWN_WELL`` (1 sigma).
-
-        The covariance has the larger standard deviations, and the robust correlations where there are some.
-
-        ``disagreement``: factor on every standard deviation, by the joints' payload ratios; ``free``: gains without
-        constraints; ``rests_on``: the torques that each rests on.
-        """
-        values, sigma = np.exp(logarithms.values), disagreement * logarithms.larger_sigma
-        covariance, robust = disagreement**2 * logarithms.covariance, logarithms.robust
-        if robust is not None:
-            covariance = robust.covariance * np.outer(sigma / robust.sigma, sigma / robust.sigma)
-        well = sigma <= KNOWN_WELL
-        vague = "; too little, known to {:.0f} % only: keep the maker's gain"
-        return cls(
-            values,
-            covariance,
-            sigma=values * sigma,
-            relative_sigma=sigma,
-            relative_sigma_formula=logarithms.sigma,
-            relative_sigma_robust=logarithms.sigma_robust,
-            without_constraints=free,
-            identified=tuple(well.tolist()),
-            rests_on=tuple(
-                text if good else text + vague.format(100 * one)
-                for text, good, one in zip(rests_on, well, sigma, strict=True)
-            ),
-        )
 
 
 class GainsResult(parts.Result, frozen=True, kw_only=True, dict=True):
@@ -202,8 +171,16 @@ class RobotResult(parts.Result, frozen=True, kw_only=True, dict=True):
 
     @cached_property
     def estimate(self) -> Estimate:
-        """Values and covariance."""
-        data, gains = self.data, self.gains
+        """Values and covariance; a robust one where the recordings allowed it."""
+        data, gains, C, stored, robust = self.data, self.gains, self.covariance_robust, self.robust, None
+        if C is not None:
+            blocks, length = (stored.blocks, present(stored.block_length)) if stored else (None, None)
+            degrees = present(stored.degrees_of_freedom) if stored else None
+            if blocks is None or length is None or degrees is None:
+                raise WrongKeyError("robust", "must hold blocks, degrees_of_freedom and block_length_s")
+            if not (np.diag(C) >= 0.0).all():
+                raise WrongKeyError("covariance_robust", "variances must not be negative")
+            robust = RobustCovariance(C, blocks, degrees, length)
         with at("base_parameters"):
             return Estimate(
                 names=self.columns,
@@ -212,7 +189,7 @@ class RobotResult(parts.Result, frozen=True, kw_only=True, dict=True):
                 degrees_of_freedom=data.degrees_of_freedom,
                 fit=Fit(data.error_norms, data.torque_norms, data.rows_per_joint),
                 weights=data.weights,
-                robust=self._robust(),
+                robust=robust,
                 gain_sensitivity=self.gain_sensitivity,
                 gain_covariance=gains.covariance(len(data.rows_per_joint)) if gains is not None else None,
             )
@@ -225,19 +202,6 @@ class RobotResult(parts.Result, frozen=True, kw_only=True, dict=True):
         if stored is None:
             return self.estimate.values
         return np.array([parameter.value for parameter in stored])
-
-    def _robust(self) -> RobustCovariance | None:
-        """Robust covariance, none where the recordings did not allow one."""
-        C, stored = self.covariance_robust, self.robust
-        if C is None:
-            return None
-        blocks, length = (stored.blocks, present(stored.block_length)) if stored else (None, None)
-        degrees = present(stored.degrees_of_freedom) if stored else None
-        if blocks is None or length is None or degrees is None:
-            raise WrongKeyError("robust", "must hold blocks, degrees_of_freedom and block_length_s")
-        if not (np.diag(C) >= 0.0).all():
-            raise WrongKeyError("covariance_robust", "variances must not be negative")
-        return RobustCovariance(C, blocks, degrees, length)
 
     def applied_to(self, robot: Robot) -> Robot:
         """Robot with the model structure under which the parameters were identified.

@@ -77,7 +77,7 @@ def test_load_friction_is_found_where_it_is(name: str) -> None:
     assert result.estimate["FL2"] == pytest.approx(robot.parameters["FL2"], rel=0.12)
     for parameter in ("FL3", "FS3"):
         k = result.estimate.names.index(parameter)
-        half = result.estimate.robust.quantile95 * result.estimate.larger_sigma[k]
+        half = student95(result.estimate.robust.degrees_of_freedom) * result.estimate.larger_sigma[k]
         assert abs(result.estimate.values[k] - robot.parameters[parameter]) < 1.5 * half
     assert {choice.name for choice in result.choices if not choice.why_not} == found
 

@@ -12,9 +12,16 @@ from dynident.estimation import PAYLOAD, Estimate, Settings, SigmaBound, SigmaRa
 from dynident.estimation.answers.identification import impossible_payload
 from dynident.estimation.equations.equations import Equations, checked, merged
 from dynident.estimation.equations.observer import Observation, Observer, reduced, used
-from dynident.estimation.fit.essential import Elimination, eliminate
 from dynident.estimation.fit.estimate import Fit
-from dynident.estimation.fit.linear_problem import Known, LinearProblem, SoftPrior, excitation, weighted
+from dynident.estimation.fit.linear_problem import (
+    Elimination,
+    Known,
+    LinearProblem,
+    SoftPrior,
+    eliminate,
+    excitation,
+    weighted,
+)
 from dynident.estimation.signals.filtering import measurement
 from dynident.model import INERTIAL, InertialParameters, Processing, base_parameters, load_robot
 from dynident.model.friction import PAPER
@@ -186,7 +193,7 @@ def test_a_column_held_tightly_is_zero_and_held_loosely_is_free() -> None:
         (0.3, by_hand(np.vstack([STACKED[:, :4], [[0, 0, 0, 1 / 0.3]]]), np.append(STACKED[:, 4], 0.0))[:3]),
     ):
         problem = LinearProblem(EQUATIONS, COLUMNS[:3], soft={"D": SoftPrior(sigma)})
-        assert problem.values(WEIGHTS) == pytest.approx(expected, abs=1e-9)
+        assert problem.solved(WEIGHTS).values == pytest.approx(expected, abs=1e-9)
         assert problem.solved(WEIGHTS).values == pytest.approx(expected, abs=1e-9)
 
 
@@ -199,7 +206,7 @@ def test_what_a_held_column_lasts_is_its_influence(inflation: float) -> None:
     sigma, row = 0.3, np.sqrt(inflation) / 0.3
     A = np.vstack([STACKED[:, :4], [[0, 0, 0, row]]])
     problem = LinearProblem(EQUATIONS, COLUMNS[:3], soft={"D": SoftPrior(sigma, inflation)})
-    assert problem.values(WEIGHTS) == pytest.approx(by_hand(A, np.append(STACKED[:, 4], 0.0))[:3], abs=1e-9)
+    assert problem.solved(WEIGHTS).values == pytest.approx(by_hand(A, np.append(STACKED[:, 4], 0.0))[:3], abs=1e-9)
     moved = by_hand(A, np.append(0.0 * STACKED[:, 4], row))[:3]
     assert problem.lasting(WEIGHTS) == pytest.approx(sigma**2 * np.outer(moved, moved), rel=1e-9)
 
@@ -235,7 +242,7 @@ def test_known_columns_bring_their_covariance_and_their_gains() -> None:
         louder[joint][:, -1] *= 2.0
         moved_known = known._replace(values=known.values + own[:, joint])
         changed = LinearProblem(replace(EQUATIONS, factors=tuple(louder)), COLUMNS[:2], (moved_known,))
-        step = changed.values(WEIGHTS) - estimate.values
+        step = changed.solved(WEIGHTS).values - estimate.values
         assert estimate.gain_sensitivity[:, joint] == pytest.approx(step, abs=1e-9)
     blind = LinearProblem(EQUATIONS, COLUMNS[:2], (known._replace(gain_sensitivity=None),))
     assert blind.estimate(WEIGHTS).gain_sensitivity is None

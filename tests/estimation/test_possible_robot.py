@@ -15,8 +15,7 @@ from dynident.estimation import Estimate, MassBounds, PossibleBody
 from dynident.estimation.equations.observer import Observer, recorded, used
 from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.fit.linear_problem import weighted
-from dynident.estimation.possible.cone import ConeProgram, solve_cone
-from dynident.estimation.possible.constraints import PSEUDO_INERTIA
+from dynident.estimation.possible.constraints import PSEUDO_INERTIA, ConeProgram, solve_cone
 from dynident.estimation.possible.robot import (
     RobotPrior,
     has_prior,
@@ -215,8 +214,9 @@ def test_units_of_length_do_not_matter(random_parameters: Parameters) -> None:
         prior = RobotPrior(tuple(model.InertialParameters(np.array(ten)) for ten in own), "test")
         nearest = solve_constrained_prior(there, base, estimate, prior)
         values = {name: value / units[name] for name, value in nearest.parameters.items()}
-        results.append((nearest, values, origins(there, base)))
-    (first, metres, origin), (second, millimetres, same) = results
+        results.append((nearest, values))
+    (first, metres), (second, millimetres) = results
+    origin, same = first.origins, second.origins
     assert second.chi2_rise == pytest.approx(first.chi2_rise, rel=1e-6)
     assert second.weight == pytest.approx(first.weight, rel=1e-4)
     assert second.distances == pytest.approx(first.distances, rel=1e-4, abs=1e-7)
@@ -237,7 +237,7 @@ def test_identified_is_what_no_hidden_direction_moves(robot: model.Robot) -> Non
     still = np.ones(len(base.standard), dtype=bool)
     null = np.linalg.svd(base.grouping)[2][len(base.chosen) :]
     still[np.abs(null).max(axis=0) > 1e-9] = False
-    kinds = np.array([o.kind == "identified" for o in origins(robot, base).values()])
+    kinds = np.array([o.kind == "identified" for o in origins(robot, base)])
     assert (kinds == still).all()
     hidden = hidden_directions(base)
     assert len(hidden) == len(base.standard) - len(base.chosen)
@@ -345,7 +345,7 @@ def check(robot: model.Robot, values: dict[str, float]) -> WholeRobot:
             assert np.subtract(label.interval, label.value) == pytest.approx(
                 [-1.96 * label.sigma, 1.96 * label.sigma], rel=1e-3, abs=1e-9
             )
-    own = origins(robot, base)
+    own = dict(zip(base.standard, origins(robot, base), strict=True))
     by_name = {name: label for link in result.links for name, label in link.parameters.items()}
     assert {name: label.origin for name, label in by_name.items()} == own
     assert {name: label.value for name, label in by_name.items()} == values

@@ -15,7 +15,7 @@ from dynident.estimation.equations.equations import Equations, merged
 from dynident.estimation.equations.observer import Observation, Observer, reduced, used
 from dynident.estimation.fit import blocks
 from dynident.estimation.fit.blocks import autocorrelation_time, block_edges
-from dynident.estimation.fit.covariance import Rule, jackknife
+from dynident.estimation.fit.covariance import Rule, jackknife, student95
 from dynident.estimation.fit.linear_problem import weighted
 from dynident.estimation.payload.long_motion import long_motion
 from dynident.estimation.payload.methods import METHODS
@@ -152,7 +152,7 @@ def test_jackknife_of_a_mean_is_the_textbook_one() -> None:
     once = jackknife([map(mean, parts)], mean(draws), 1.0)
     assert np.allclose(once.covariance, np.cov(draws.T) / 12.0, rtol=1e-12, atol=1e-15)
     assert (once.blocks, once.degrees_of_freedom, once.warning) == (12, 11, "")
-    assert once.quantile95 == pytest.approx(2.20099, abs=1e-5)
+    assert student95(once.degrees_of_freedom) == pytest.approx(2.20099, abs=1e-5)
     twice = jackknife([map(mean, parts), map(mean, parts[:9])], mean(draws), 1.0)
     assert (twice.blocks, twice.degrees_of_freedom) == (21, 8)
     changes = np.array([mean(part) for part in parts[:9]]) - mean(draws)

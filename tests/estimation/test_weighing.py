@@ -442,7 +442,7 @@ def test_what_a_sag_changes_is_taken_off_and_a_quarter_of_it_is_unsure(mrad: flo
     (levels, path) = posed.fixed
     assert path.names == (PATH,)
     as_measured = replace(posed, fixed=(levels, path._replace(values=np.array([-1.0]))))
-    plain = as_measured.values(estimate.weights)
+    plain = as_measured.solved(estimate.weights).values
     change = plain - estimate.values
     assert abs(estimate["M_L"] - HEAVY.mass) < 0.6 * abs(plain[9] - HEAVY.mass)
     assert abs(estimate["M_L"] - HEAVY.mass) < 4e-4 * mrad * HEAVY.mass

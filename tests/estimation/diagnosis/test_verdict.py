@@ -243,7 +243,8 @@ def active(p_value: float, constraint: Constraint | None = None) -> ConstrainedP
 
 def weighed_as(z: float) -> ConstrainedPayload:
     """A scale's mass, this many standard deviations of the difference away."""
-    return possible_of(estimate_of(), weighings=(Weighing.by(KnownMass(5.0, 0.03), 5.0 + 0.05 * z, 0.04, 1e6),))
+    identified = Estimate.from_values(["M_L"], [5.0 + 0.05 * z], [0.04**2], 1e6)
+    return possible_of(estimate_of(), weighings=(Weighing.by(KnownMass(5.0, 0.03), identified),))
 
 
 def drift_of(z: float) -> float:
