@@ -121,10 +121,7 @@ class BaseParameters(Brief):
     def sums(self, digits: int = 6) -> tuple[str, ...]:
         """Write what each base parameter is: "XX2 - YY2 - 0.2025 M3"."""
         rows = zip(self.chosen, self.grouping, strict=True)
-        return tuple(
-            sum_text(self.standard[k], self.standard, np.where(np.arange(len(row)) == k, 0.0, row), digits)
-            for k, row in rows
-        )
+        return tuple(sum_text(self.standard[k], self.standard, row, digits) for k, row in rows)
 
     def value(self, parameters: Mapping[str, float]) -> Array:
         """Evaluate the base parameters of a robot with the given standard parameters, shape (N_b,).
@@ -143,10 +140,10 @@ class BaseParameters(Brief):
 
 
 def sum_text(first: str, names: Sequence[str], factors: Array, digits: int = 6) -> str:
-    """Write a sum of parameters, the first one with a factor of 1: "XX2 - YY2 - 0.2025 M3"."""
+    """Write a sum of parameters, ``first`` with a factor of 1: "XX2 - YY2 - 0.2025 M3"."""
     text = first
     for name, factor in zip(names, factors.tolist(), strict=True):
-        if factor:
+        if factor and name != first:
             size = "" if abs(abs(factor) - 1.0) < 1e-9 else f"{abs(factor):.{digits}g} "
             text += f" {'-' if factor < 0.0 else '+'} {size}{name}"
     return text

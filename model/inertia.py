@@ -17,8 +17,7 @@ INERTIAL = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
 _ROWS, _COLUMNS = np.triu_indices(3)
 _ONCE: Array = np.where(_ROWS == _COLUMNS, 0.5, 1.0)
 """Fraction of an entry above the diagonal, and its mirror image, that v w' + w v' counts."""
-_ROUNDING = 1e-9
-"""Error by rounding of a moment about the centre of mass, relative to that about the frame's origin."""
+_ROUNDING = 1e-9  # error by rounding of a moment about the centre of mass, over that about the frame's origin
 
 
 def skew(v: ArrayLike) -> Array:

@@ -120,7 +120,24 @@ def robot_toml(robot: Robot, source: str = "") -> str:
         robot: the robot; frames of a URDF it came from are not kept.
         source: where its numbers come from.
     """
-    table = given(RobotTable.of(robot, source))
+    numbered = [*enumerate(robot.joints, start=1)]
+    lengths = {name: value for number, joint in numbered for name, value in lengths_of(joint, number) if value}
+    same: dict[str, Any] = {key: getattr(robot, key) for key in _SAME}
+    whole = RobotTable(
+        **same,
+        source=source,
+        rated_payload_kg=None if math.isinf(robot.rated_payload) else robot.rated_payload,
+        mass_kg=robot.mass,
+        flange_in_payload_frame=PoseTable.of(robot.flange_pose) if robot.flange_pose else None,
+        sources={name: robot.sources[name] for name in SOURCED if name in robot.sources},
+        flange=PoseTable.of(robot.flange),
+        base=PoseTable.of(robot.base),
+        lengths=lengths,
+        joints=tuple(JointTable.of(joint, number) for number, joint in numbered),
+        drives=DrivesTable.of(robot.drives),
+        processing=ProcessingTable(**asdict(robot.processing)),
+    )
+    table = given(whole)
     table["joints"] = [{"alpha_deg": 0.0} | joint for joint in table["joints"]]
     return f"# {robot.title or robot.name}. Lengths in m, angles in degrees.\n{toml_text(table)}"
 
@@ -315,27 +332,6 @@ class RobotTable(Table, frozen=True, kw_only=True):
     drives: DrivesTable = DrivesTable()
     processing: ProcessingTable = ProcessingTable()
     parameters: dict[str, Real] = field(default_factory=dict)
-
-    @staticmethod
-    def of(robot: Robot, source: str) -> "RobotTable":
-        """Make the table of a robot; ``source`` says where its numbers come from."""
-        numbered = [*enumerate(robot.joints, start=1)]
-        lengths = {name: value for number, joint in numbered for name, value in lengths_of(joint, number) if value}
-        same: dict[str, Any] = {key: getattr(robot, key) for key in _SAME}
-        return RobotTable(
-            **same,
-            source=source,
-            rated_payload_kg=None if math.isinf(robot.rated_payload) else robot.rated_payload,
-            mass_kg=robot.mass,
-            flange_in_payload_frame=PoseTable.of(robot.flange_pose) if robot.flange_pose else None,
-            sources={name: robot.sources[name] for name in SOURCED if name in robot.sources},
-            flange=PoseTable.of(robot.flange),
-            base=PoseTable.of(robot.base),
-            lengths=lengths,
-            joints=tuple(JointTable.of(joint, number) for number, joint in numbered),
-            drives=DrivesTable.of(robot.drives),
-            processing=ProcessingTable(**asdict(robot.processing)),
-        )
 
     def robot(self) -> Robot:
         """Make the robot."""
