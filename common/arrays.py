@@ -17,12 +17,8 @@ Indices = NDArray[np.intp]
 def frozen_array(values: ArrayLike, shape: Sequence[int | None], name: str) -> Array:
     """Read-only float array of ``values``: a copy, unless they are one that is locked and no view.
 
-    Args:
-        shape: expected shape; None stands for any length.
-        name: how an error calls the array.
-
-    Raises:
-        ValueError: if the shape is another or a number is not finite.
+    ``shape``: expected shape, None stands for any length; ``name``: how an error calls the array. Raises ValueError
+    if the shape is another or a number is not finite.
     """
     array = np.asarray(values, dtype=np.float64)
     if array is not values or array.base is not None or array.flags.writeable:

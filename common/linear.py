@@ -61,11 +61,9 @@ class Decomposition(NamedTuple):
 def decomposed(A: Array, whole: Array | None = None, tolerance: float = RANK_TOLERANCE) -> Decomposition:
     """Singular value decomposition of a matrix with its columns scaled to norm 1.
 
-    Args:
-        A: N x c; no rows and no columns are allowed.
-        whole: norms of the columns of a larger matrix, of which A is some rows. A column that is next to nothing
-            beside them is rounding, and counts as zero.
-        tolerance: largest ratio of a singular value to the largest one that calls a direction undetermined.
+    ``A``: N x c; no rows and no columns are allowed; ``whole``: norms of the columns of a larger matrix, of which A
+    is some rows. A column that is next to nothing beside them is rounding, and counts as zero. ``tolerance``:
+    largest ratio of a singular value to the largest one that calls a direction undetermined.
     """
     sizes = np.linalg.norm(A, axis=0)
     if whole is not None:

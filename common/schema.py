@@ -79,23 +79,19 @@ def toml_data(text: str, source: str | Path) -> dict[str, Any]:
     raise InputError(f"{source}: {fault}")
 
 
-def toml_text(data: Mapping[str, Any]) -> str:
-    """Write a plain mapping as TOML: lists on one line, whole numbers without a point."""
-    return "\n".join(_toml_lines(data, "")) + "\n"
-
-
-def _toml_lines(data: Mapping[str, Any], above: str) -> Iterator[str]:
-    tables: list[str] = []
+def toml_text(data: Mapping[str, Any], above: str = "") -> str:
+    """Write a plain mapping, at a path ``above``, as TOML: lists on one line, whole numbers without a point."""
+    own = tables = ""
     for key, value in data.items():
         rows = [value] if isinstance(value, Mapping) else value if isinstance(value, list) else []
         name = key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _toml_value(key)
         if not rows or not all(isinstance(row, Mapping) for row in rows):
-            yield f"{name} = {_toml_value(value)}"
+            own += f"{name} = {_toml_value(value)}\n"
             continue
         path, (left, right) = f"{above}{name}", ("[[", "]]") if rows is value else ("[", "]")
         for row in rows:
-            tables += ["", f"{left}{path}{right}", *_toml_lines(row, f"{path}.")]
-    yield from tables
+            tables += f"\n{left}{path}{right}\n{toml_text(row, f'{path}.')}"
+    return own + tables
 
 
 def _toml_value(value: Any) -> str:

@@ -121,10 +121,7 @@ class BaseParameters(Brief):
     def sums(self, digits: int = 6) -> tuple[str, ...]:
         """Write what each base parameter is: "XX2 - YY2 - 0.2025 M3"."""
         rows = zip(self.chosen, self.grouping, strict=True)
-        return tuple(
-            sum_text(self.standard[k], self.standard, np.where(np.arange(len(row)) == k, 0.0, row), digits)
-            for k, row in rows
-        )
+        return tuple(sum_text(self.standard[k], self.standard, row, digits) for k, row in rows)
 
     def value(self, parameters: Mapping[str, float]) -> Array:
         """Evaluate the base parameters of a robot with the given standard parameters, shape (N_b,).
@@ -143,10 +140,10 @@ class BaseParameters(Brief):
 
 
 def sum_text(first: str, names: Sequence[str], factors: Array, digits: int = 6) -> str:
-    """Write a sum of parameters, the first one with a factor of 1: "XX2 - YY2 - 0.2025 M3"."""
+    """Write a sum of parameters, ``first`` with a factor of 1: "XX2 - YY2 - 0.2025 M3"."""
     text = first
     for name, factor in zip(names, factors.tolist(), strict=True):
-        if factor:
+        if factor and name != first:
             size = "" if abs(abs(factor) - 1.0) < 1e-9 else f"{abs(factor):.{digits}g} "
             text += f" {'-' if factor < 0.0 else '+'} {size}{name}"
     return text
@@ -209,9 +206,7 @@ def stacked_regressor(robot: Robot, q: Array, qd: Array, qdd: Array) -> Array:
     side_by_side = phi.map(len(q))(*states)
     W = np.asarray(side_by_side.full().reshape(robot.n * len(q), -1))
     if not np.isfinite(W).all():
-        names = [
-            name for name, column in zip(standard_columns(robot), W.T, strict=True) if not np.isfinite(column).all()
-        ]
+        names = [robot.standard[k] for k in np.flatnonzero(~np.isfinite(W).all(axis=0))]
         raise InputError(f"{', '.join(names)}: the law is no number at some speed, position or load: correct it")
     return W
 
@@ -267,10 +262,8 @@ def closed_form_base_parameters(robot: Robot) -> BaseParameters:
     for number, joint in enumerate(robot.joints, 1):
         for name, value in zip(joint.names, (joint.d, joint.r), strict=True):
             if name and not math.isclose(lengths.setdefault(name, value), value):
-                raise InputError(
-                    f"robot {robot.name!r}: joint {number} has length {name!r} = {value:g}, an earlier one "
-                    f"{lengths[name]:g}: give them different names"
-                )
+                fault = f"joint {number} has length {name!r} = {value:g}, an earlier one {lengths[name]:g}"
+                raise InputError(f"robot {robot.name!r}: {fault}: give them different names")
     columns, regroupings = standard_columns(robot), moves(robot)
     dropped = {f"{move.drop}{move.joint + 1}" for move in regroupings}
     chosen = [k for k, name in enumerate(columns) if name not in dropped]
@@ -292,17 +285,15 @@ def closed_form_base_parameters(robot: Robot) -> BaseParameters:
         _sum_text((product, factors[row, k], name) for product, factors in terms for k, name in enumerate(columns))
         for row in chosen
     ]
-    return BaseParameters(
-        columns, tuple(chosen), _grouping(robot, regroupings, {})[chosen], "closed form", tuple(expressions)
-    )
+    exact = _grouping(robot, regroupings, {})[chosen]
+    return BaseParameters(columns, tuple(chosen), exact, "closed form", tuple(expressions))
 
 
 def moves(robot: Robot) -> list[Move]:
     """List all applications of the rules to a robot, tip to base; errors as ``closed_form_base_parameters``."""
     if not any(robot.gravity):
-        raise InputError(
-            f"robot {robot.name!r} has no gravity, which the closed-form rules need: use base_parameters"
-        )
+        fault = f"robot {robot.name!r} has no gravity, which the closed-form rules need"
+        raise InputError(f"{fault}: use base_parameters")
     n, turns = robot.n, np.array([joint.revolute for joint in robot.joints])
     frames = frames_at(replace(robot, base=Pose()), [0.0] * n)[1:-1]
     axes, origins = np.array([frame.R[:, 2] for frame in frames]), np.array([frame.p for frame in frames])
@@ -414,8 +405,7 @@ def _grouping(robot: Robot, regroupings: Sequence[Move], lengths: Mapping[str, f
 def _sum_text(terms: Iterable[tuple[_Monomial, float, str]]) -> str:
     """Write a sum of products of lengths, factors and parameters as (12) prints it: "IA1 + D3^2*(M3+M4) + YY2".
 
-    Parameters with the same factor share a bracket; factors are in alphabetical order, and terms in the order
-    of their last factors.
+    Parameters with the same factor share a bracket, factors are in alphabetical order, terms in that of their last.
     """
     single = sorted(
         (product, float(f"{factor:.9g}"), name) for product, factor, name in terms if abs(factor) > _ROUNDED

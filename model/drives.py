@@ -101,10 +101,9 @@ class Spring:
         if self.table:
             angles, torques = np.array(self.table).T
             if q.size and (q.min() < angles[0] or q.max() > angles[-1]):
-                raise InputError(
-                    f"joint {self.joint} moves from {q.min():.3f} to {q.max():.3f} rad, outside the spring's "
-                    f"table ({angles[0]:.3f} to {angles[-1]:.3f} rad): extend the table"
-                )
+                reach = f"joint {self.joint} moves from {q.min():.3f} to {q.max():.3f} rad"
+                table = f"the spring's table ({angles[0]:.3f} to {angles[-1]:.3f} rad)"
+                raise InputError(f"{reach}, outside {table}: extend the table")
             return np.asarray(np.interp(q, angles, torques))
         return np.asarray(self.law(q, np))
 
@@ -215,7 +214,6 @@ def drive_terms(drives: Drives, state: DriveState, sign: Sign = ca.sign) -> dict
     """Factors of each drive parameter, row by row: {"FV2": {1: qd2}}.
 
     ``sign``: what stands for the sign in dry friction; NumPy's where the state is of arrays.
-
     Source: (2), (3) and, for coupled drives, (10) and (11). Of these, terms other than the paper's are of
     the motors' gears: motor j turns with joint j and carries its torque less joint k's (9), motor k turns with both
     and carries joint k's, and what it needs more stands in both joints' torques.

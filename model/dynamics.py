@@ -48,8 +48,7 @@ def inverse_dynamics(robot: Robot, smooth: float = 0.0) -> ca.Function:
 def inverse_dynamics_slopes(robot: Robot, smooth: float = SMOOTHING) -> ca.Function:
     """``inverse_dynamics_slopes(q, qd, qdd, chi) -> by_q, by_qd, by_qdd``, each n x n: the torques' Jacobians.
 
-    Args:
-        smooth: as of ``inverse_dynamics``; with 0 dry friction has no slope.
+    ``smooth``: as of ``inverse_dynamics``; with 0 dry friction has no slope.
     """
     q, qd, qdd, chi = _symbols(robot)
     torque = inverse_dynamics(robot, smooth)(q, qd, qdd, chi)
@@ -127,9 +126,8 @@ def _forward(name: str, robot: Robot, inverse: ca.Function) -> ca.Function:
 
 def dry_friction_names(robot: Robot) -> tuple[str, ...]:
     """Parameters of friction that jumps with the speed's sign; none without friction."""
-    smooth = ("FV", "FVM")
-    names = standard_columns(robot)
-    return tuple(name for name in names if name.startswith("F") and parameter_kind(name) not in smooth)
+    rubs = (name for name in robot.standard if name.startswith("F"))
+    return tuple(name for name in rubs if parameter_kind(name) not in ("FV", "FVM"))
 
 
 def smooth_dry_friction(robot: Robot, width: float) -> ca.Function:

@@ -241,16 +241,9 @@ def modified_dh(axes: Sequence[JointAxis], flange: Pose) -> Robot:
             wish = flange.R[:, 0]
             across = np.linalg.norm(np.cross(wish, direction)) > SNAP_ANGLE
             new_x, new_origin = _perpendicular(direction, wish) if across else x, _foot(flange.p, direction, foot)
-        joints.append(
-            Joint(
-                axis.kind,
-                alpha=_angle(z, direction, x),
-                d=_along(foot - origin, x),
-                theta=_angle(x, new_x, direction),
-                r=_along(new_origin - foot, direction),
-                limits=axis.limits,
-            )
-        )
+        alpha, d = _angle(z, direction, x), _along(foot - origin, x)
+        theta, r = _angle(x, new_x, direction), _along(new_origin - foot, direction)
+        joints.append(Joint(axis.kind, alpha, d, theta, r, axis.limits))
         x, z, origin = new_x, direction, new_origin
     robot = Robot("robot", tuple(joints), flange=_pose(x, z, origin).inverse() @ flange, base=base)
     return with_gravity(robot, (0.0, 0.0, -9.81))

@@ -143,12 +143,11 @@ def friction_terms(names: Sequence[str]) -> tuple[Friction, ...]:
 
 def term_names(terms: Sequence[Friction]) -> tuple[str, ...]:
     """Name terms as ``friction_terms`` reads them."""
-    return tuple(
-        f"{term.kind}{term.joint or ''}"
-        + (f"@{term.speed}" if term.speed else "")
-        + (f"={term.unit}:{term.code}" if term.code else "")
-        for term in terms
-    )
+    names = []
+    for term in terms:
+        speed, law = f"@{term.speed}" * bool(term.speed), f"={term.unit}:{term.code}" * bool(term.code)
+        names.append(f"{term.kind}{term.joint or ''}{speed}{law}")
+    return tuple(names)
 
 
 def terms_of(names: Sequence[str], own: Sequence[Friction], joints: int) -> tuple[Friction, ...]:

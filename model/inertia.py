@@ -17,8 +17,7 @@ INERTIAL = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
 _ROWS, _COLUMNS = np.triu_indices(3)
 _ONCE: Array = np.where(_ROWS == _COLUMNS, 0.5, 1.0)
 """Fraction of an entry above the diagonal, and its mirror image, that v w' + w v' counts."""
-_ROUNDING = 1e-9
-"""Error by rounding of a moment about the centre of mass, relative to that about the frame's origin."""
+_ROUNDING = 1e-9  # error by rounding of a moment about the centre of mass, over that about the frame's origin
 
 
 def skew(v: ArrayLike) -> Array:
@@ -81,10 +80,8 @@ class InertialParameters(Brief):
         if moments[0] < -allowed or moments[0] + moments[1] < moments[2] - allowed:
             shown = ", ".join(f"{moment:.4g}" for moment in moments)
             why = "one is negative" if moments[0] < -allowed else "the largest exceeds the sum of the others"
-            raise InputError(
-                f"principal moments {shown} kg m^2: no body has them ({why}): correct the inertia, which is about "
-                "the centre of mass"
-            )
+            fault = f"principal moments {shown} kg m^2: no body has them ({why})"
+            raise InputError(f"{fault}: correct the inertia, which is about the centre of mass")
         return InertialParameters(ten_parameters(mass, c, inertia))
 
     @property
@@ -224,9 +221,7 @@ def payload_spread(values: Array, covariance: Array, indices: Sequence[int]) -> 
     """
     C = np.zeros((10, 10))
     C[np.ix_(indices, indices)] = covariance
-    x = np.zeros(10)
-    x[list(indices)] = values[list(indices)]
-    known = set(indices)
+    x, known = np.where(np.isin(np.arange(10), indices), values, 0.0), set(indices)
     mass = float(np.sqrt(C[9, 9])) if 9 in known else np.inf
     com, inertia = np.full(3, np.inf), np.full((3, 3), np.inf)
     if 9 not in known or x[9] == 0.0:

@@ -11,8 +11,6 @@ from ..common import Array, ArrayLike, InputError
 _Row = tuple[float, float, float]
 _IDENTITY: tuple[_Row, _Row, _Row] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _ROUNDING = 1e-12  # size that arithmetic leaves on entries that are 0, 1 or -1, and on lengths in m
-
-
 _FARTHEST = 3.0  # m: no payload or tool of an arm reaches farther
 
 

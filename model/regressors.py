@@ -171,9 +171,8 @@ def link_wrenches(
     spin = (ZERO, ZERO, ZERO)
     for j, (joint, change) in enumerate(zip(robot.joints, changes, strict=True)):
         speed, pace = state.qd[j], state.qdd[j]
-        a = change.into(
-            add(a, (dot(spin[0], change.origin), dot(spin[1], change.origin), dot(spin[2], change.origin)))
-        )
+        further = dot(spin[0], change.origin), dot(spin[1], change.origin), dot(spin[2], change.origin)
+        a = change.into(add(a, further))
         w, angular = change.into(w), change.into(angular)
         aside = w[1] * speed, -w[0] * speed  # w x speed along the axis
         if joint.revolute:

@@ -47,9 +47,7 @@ def with_assumed_limits(robot: Robot) -> Robot:
         joints.append(replace(joint, limits=replace(limits, **assumed)))
         for name in assumed:
             lacking.setdefault(name, []).append(str(number))
-    told = {
-        name: f"{ASSUMED}: joint {', '.join(lacking[name])}: {rules[name]}" for name in rules if name in lacking
-    }
+    told = {key: f"{ASSUMED}: joint {', '.join(lacking[key])}: {rules[key]}" for key in rules if key in lacking}
     return replace(robot, joints=tuple(joints), sources={**robot.sources, **told}) if told else robot
 
 
@@ -122,11 +120,9 @@ def with_stand_in(robot: Robot) -> Robot:
         InputError: if the description holds neither bodies nor the arm's mass, or a part of a body only.
     """
     if not can_stand_in(robot):
-        raise InputError(
-            f"robot {robot.name!r}: its description lacks {listed(missing_inertial(robot))}; give the arm's mass "
-            "for a stand-in (--arm-mass KG, or mass_kg in its TOML), or the bodies of all links ([parameters], "
-            "<inertial>)"
-        )
+        fault = f"robot {robot.name!r}: its description lacks {listed(missing_inertial(robot))}"
+        mass = "the arm's mass for a stand-in (--arm-mass KG, or mass_kg in its TOML)"
+        raise InputError(f"{fault}; give {mass}, or the bodies of all links ([parameters], <inertial>)")
     robot = with_assumed_limits(robot)
     bodies, assumed = nominal_bodies(robot)
     values = {**dict.fromkeys(robot.standard, 0.0), **bodies, **robot.parameters}
@@ -255,14 +251,13 @@ def _limited(robot: Robot, parameters: Mapping[str, float]) -> Robot:
     needed = SAFETY * (np.abs(rest) + inertia * np.array([[limit.acceleration] for limit in limits])).max(axis=1)
     friction = ((parameters.get(f"FS{j}", 0.0), parameters.get(f"FV{j}", 0.0)) for j in range(1, robot.n + 1))
     rubs = SAFETY * np.array([FS + FV * limit.speed for (FS, FV), limit in zip(friction, limits, strict=True)])
-    joints = tuple(
-        replace(joint, limits=replace(joint.limits, torque=min(joint.limits.torque, float(most))))
-        for joint, most in zip(robot.joints, np.maximum(needed, rubs), strict=True)
-    )
+    joints = []
+    for joint, most in zip(robot.joints, np.maximum(needed, rubs).tolist(), strict=True):
+        joints.append(replace(joint, limits=replace(joint.limits, torque=min(joint.limits.torque, most))))
     rated = np.isfinite(robot.rated_payload)
     payload = "rated payload" if rated else f"a payload of {load:.2g} kg (itself assumed)"
     source = (
         f"{ASSUMED}: {SAFETY:g} times the largest torque of links and {payload} at rest and at the largest "
         f"acceleration{', or of friction where that is more' if (rubs > needed).any() else ''}"
     )
-    return replace(robot, joints=joints, sources={**robot.sources, "torque": source})
+    return replace(robot, joints=tuple(joints), sources={**robot.sources, "torque": source})

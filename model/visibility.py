@@ -18,8 +18,7 @@ from .inertia import INERTIAL
 from .regressors import payload_columns, regressor_at, standard_columns
 from .robot import Robot
 
-Shown = Literal["yes", "no", "only with a known mass", "only in combination"]
-"""Way in which a parameter can be seen."""
+Shown = Literal["yes", "no", "only with a known mass", "only in combination"]  # ways to see a parameter
 _STATES = 60  # random states for each moving joint: more rows than columns many times over
 _FAST = 2.0  # rad/s or m/s, where a joint has no speed limit
 _STRONG = 6.0  # rad/s^2 or m/s^2
@@ -68,8 +67,7 @@ class PayloadVisibility:
     def resolved(self, mass_known: bool) -> tuple[tuple[int, ...], Array, Array]:
         """Map from the least-squares values of the r chosen columns to ``determined``: x = A theta + b M.
 
-        Returns:
-            Indices of x among ``INERTIAL``, k; A, k x r; b, shape (k,), zero where the known mass M is not needed.
+        Gives indices of x among ``INERTIAL``, k; A, k x r; b, (k,), zero where the known mass M is not needed.
         """
         indices, chosen = self.determined(mass_known), self.base.chosen
         A, b = np.zeros((len(indices), self.rank)), np.ones(len(indices))
@@ -98,7 +96,6 @@ def payload_visibility(
     """Find what the torques of moving joints show of a payload near some poses, the other joints held.
 
     By rank on random states in the ranges: the rows of held joints say nothing (stiction) and do not count.
-
     ``poses``: each of shape (n,) [rad or m]; ``ranges``: how far each joint moves to either side [rad or m].
     """
     moving = checked_joints(robot, joints)
@@ -142,7 +139,5 @@ def check_mass_visible(visibility: PayloadVisibility, mass_known: bool, when: st
     joints = ", ".join(map(str, visibility.joints))
     sums = visibility.combination("M")
     why = f"they show it only in {sums}" if sums else "they do not contain it"
-    raise InputError(
-        f"mass not visible {when}: the torques of joint {joints} alone leave it undetermined ({why}); let another "
-        "joint move, or weigh the payload and give --mass KG+-KG"
-    )
+    fault = f"mass not visible {when}: the torques of joint {joints} alone leave it undetermined ({why})"
+    raise InputError(f"{fault}; let another joint move, or weigh the payload and give --mass KG+-KG")

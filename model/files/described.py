@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 from ...common import InputError
 
+_INSTALL = "pip install 'dynident[robots]'"
 ENDING = "_description"  # ending of the names of robot_descriptions: ``panda_description``
 
 
@@ -32,9 +33,7 @@ def described(name: str) -> Source:
     try:
         from robot_descriptions import DESCRIPTIONS, _repositories
     except ImportError:
-        raise InputError(
-            f"no robot {name!r} is shipped; for names of robot_descriptions: pip install 'dynident[robots]'"
-        ) from None
+        raise InputError(f"no robot {name!r} is shipped; for names of robot_descriptions: {_INSTALL}") from None
     known = [key for key, about in DESCRIPTIONS.items() if about.has_urdf]
     if name not in known:
         near = get_close_matches(name.removesuffix(ENDING), [key.removesuffix(ENDING) for key in known], 3, 0.6)
@@ -47,10 +46,9 @@ def described(name: str) -> Source:
         own = _repositories.REPOSITORIES[repository].cache_path
         folder = cache / (own if commit is None else f"{own}-{commit}/{own}")
         if not folder.is_dir():
-            raise InputError(
-                f"{name}: not in the cache of robot_descriptions, {folder} is missing: run "
-                f"'robot_descriptions pull {name}' once, where there is a network, or give the path of a URDF"
-            )
+            fault = f"{name}: not in the cache of robot_descriptions, {folder} is missing"
+            pull = f"run 'robot_descriptions pull {name}' once, where there is a network"
+            raise InputError(f"{fault}: {pull}, or give the path of a URDF")
         return str(folder)
 
     # A description's module tells where its files are, and clones them as it is imported: not here.
@@ -61,9 +59,8 @@ def described(name: str) -> Source:
         del sys.modules[module]  # the next one may find another cache
     path = Path(getattr(about, "URDF_PATH", None) or about.XACRO_PATH)
     if not path.is_file():
-        raise InputError(
-            f"{name}: {path} is missing in the cache of robot_descriptions: delete {cache} and pull again"
-        )
+        fault = f"{path} is missing in the cache of robot_descriptions"
+        raise InputError(f"{name}: {fault}: delete {cache} and pull again")
     packages = {path.name: str(path) for path in (Path(about.PACKAGE_PATH), Path(about.REPOSITORY_PATH))}
     return Source(path, getattr(about, "XACRO_ARGS", {}), packages | getattr(about, "XACRO_PACKAGE_PATHS", {}))
 
@@ -75,16 +72,14 @@ def expanded(source: Source) -> str:
         import xacro
     except ImportError:
         raise InputError(
-            f"{path}: a xacro file: pip install 'dynident[robots]', or expand it first (xacro FILE > robot.urdf)"
+            f"{path}: a xacro file: {_INSTALL}, or expand it first (xacro FILE > robot.urdf)"
         ) from None
 
     def find(package: str) -> str:
-        candidates = (
-            (Path(packages[package]),) if package in packages else package_places(package, path.resolve().parent)
-        )
-        for candidate in candidates:
-            if candidate.is_dir():
-                return str(candidate)
+        own = packages.get(package)
+        for place in (Path(own),) if own else package_places(package, path.resolve().parent):
+            if place.is_dir():
+                return str(place)
         raise LookupError(f"package {package!r} is not found above the file, nor by ROS_PACKAGE_PATH")
 
     try:
@@ -93,9 +88,8 @@ def expanded(source: Source) -> str:
             return str(xacro.process_file(str(path), mappings=dict(arguments)).toxml())
     except Exception as error:  # it evaluates Python of the file's own: anything may come
         message = " ".join(str(error).split()) or type(error).__name__
-        raise InputError(
-            f"{path}: xacro failed ({message}): expand it first (xacro FILE ARGUMENT:=VALUE > robot.urdf)"
-        ) from None
+        advice = "expand it first (xacro FILE ARGUMENT:=VALUE > robot.urdf)"
+        raise InputError(f"{path}: xacro failed ({message}): {advice}") from None
 
 
 def package_places(package: str, folder: Path) -> Iterator[Path]:

@@ -44,7 +44,14 @@ _ROBOTS = Path(__file__).parents[1] / "robots"
 _TREES = "trees are not supported: give the joints of one chain, base to tip"
 _LIMITS = {"position": "position_{}", "speed": "speed_{}_s", "acceleration": "acceleration_{}_s2"}
 _UNITS = {"revolute": "deg", "prismatic": "m"}
-_SAME = "name", "title", "payload_frame", "gravity", "joint_names"  # what a robot's table holds as the robot does
+_SAME = (
+    "name",
+    "title",
+    "payload_frame",
+    "gravity",
+    "joint_names",
+    "parameters",
+)  # what a robot's table holds as the robot does
 Pair = tuple[Real, Real]  # pair of numbers
 
 
@@ -113,7 +120,24 @@ def robot_toml(robot: Robot, source: str = "") -> str:
         robot: the robot; frames of a URDF it came from are not kept.
         source: where its numbers come from.
     """
-    table = given(RobotTable.of(robot, source))
+    numbered = [*enumerate(robot.joints, start=1)]
+    lengths = {name: value for number, joint in numbered for name, value in lengths_of(joint, number) if value}
+    same: dict[str, Any] = {key: getattr(robot, key) for key in _SAME}
+    whole = RobotTable(
+        **same,
+        source=source,
+        rated_payload_kg=None if math.isinf(robot.rated_payload) else robot.rated_payload,
+        mass_kg=robot.mass,
+        flange_in_payload_frame=PoseTable.of(robot.flange_pose) if robot.flange_pose else None,
+        sources={name: robot.sources[name] for name in SOURCED if name in robot.sources},
+        flange=PoseTable.of(robot.flange),
+        base=PoseTable.of(robot.base),
+        lengths=lengths,
+        joints=tuple(JointTable.of(joint, number) for number, joint in numbered),
+        drives=DrivesTable.of(robot.drives),
+        processing=ProcessingTable(**asdict(robot.processing)),
+    )
+    table = given(whole)
     table["joints"] = [{"alpha_deg": 0.0} | joint for joint in table["joints"]]
     return f"# {robot.title or robot.name}. Lengths in m, angles in degrees.\n{toml_text(table)}"
 
@@ -309,28 +333,6 @@ class RobotTable(Table, frozen=True, kw_only=True):
     processing: ProcessingTable = ProcessingTable()
     parameters: dict[str, Real] = field(default_factory=dict)
 
-    @staticmethod
-    def of(robot: Robot, source: str) -> "RobotTable":
-        """Make the table of a robot; ``source`` says where its numbers come from."""
-        numbered = [*enumerate(robot.joints, start=1)]
-        lengths = {name: value for number, joint in numbered for name, value in lengths_of(joint, number) if value}
-        same: dict[str, Any] = {key: getattr(robot, key) for key in _SAME}
-        return RobotTable(
-            **same,
-            source=source,
-            rated_payload_kg=None if math.isinf(robot.rated_payload) else robot.rated_payload,
-            mass_kg=robot.mass,
-            flange_in_payload_frame=PoseTable.of(robot.flange_pose) if robot.flange_pose else None,
-            sources={name: robot.sources[name] for name in SOURCED if name in robot.sources},
-            flange=PoseTable.of(robot.flange),
-            base=PoseTable.of(robot.base),
-            lengths=lengths,
-            joints=tuple(JointTable.of(joint, number) for number, joint in numbered),
-            drives=DrivesTable.of(robot.drives),
-            processing=ProcessingTable(**asdict(robot.processing)),
-            parameters=dict(robot.parameters),
-        )
-
     def robot(self) -> Robot:
         """Make the robot."""
         for name in self.sources:
@@ -348,23 +350,19 @@ class RobotTable(Table, frozen=True, kw_only=True):
                 usual = usual_slow_speed([joint.revolute for joint in joints])
                 values["slow_speed"] = usual if fraction is None else 0.0
             processing = Processing(**values | {"slow_fraction": fraction or 0.0})
+        same: dict[str, Any] = {key: getattr(self, key) for key in _SAME}
         with at("robot"):
             robot = Robot(
-                self.name,
-                tuple(joints),
-                self.gravity,
-                drives,
-                self.payload_frame or f"frame {len(joints)} (modified DH)",
-                self.flange.pose(),
-                self.base.pose(),
-                math.inf if self.rated_payload_kg is None else self.rated_payload_kg,
-                self.mass_kg,
-                self.flange_in_payload_frame.pose() if self.flange_in_payload_frame else None,
-                self.joint_names,
-                {name: text for name, text in self.sources.items() if text},
+                **same | {"payload_frame": self.payload_frame or f"frame {len(joints)} (modified DH)"},
+                joints=tuple(joints),
+                drives=drives,
+                flange=self.flange.pose(),
+                base=self.base.pose(),
+                rated_payload=math.inf if self.rated_payload_kg is None else self.rated_payload_kg,
+                mass=self.mass_kg,
+                flange_pose=self.flange_in_payload_frame.pose() if self.flange_in_payload_frame else None,
+                sources={name: text for name, text in self.sources.items() if text},
                 processing=processing,
-                parameters=self.parameters,
-                title=self.title,
             )
         known = {*standard_columns(robot), *standard_columns(robot.with_offsets(True))}
         for key in robot.parameters:
@@ -430,8 +428,7 @@ def read_payload(path: str | Path) -> InertialParameters:
             if body.mass > 0.0:
                 check_metres(body.com, "first moments over the mass")
     if not body.physically_consistent:
-        raise InputError(
-            f"{path}: no body has such parameters (smallest eigenvalue of the pseudo-inertia "
-            f"{body.min_pseudo_inertia_eigenvalue:.3g}): check the signs, and about which point the inertia is"
-        )
+        fault = f"smallest eigenvalue of the pseudo-inertia {body.min_pseudo_inertia_eigenvalue:.3g}"
+        advice = "check the signs, and about which point the inertia is"
+        raise InputError(f"{path}: no body has such parameters ({fault}): {advice}")
     return body

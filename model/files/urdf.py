@@ -23,8 +23,7 @@ from ..pose import Pose
 from ..robot import Limits, Links, Mesh, Robot, snapped
 from .described import Source, expanded, package_places
 
-_LARGEST_FILE = 5_000_000
-"""Largest file that is read, in bytes; a description without its meshes comes nowhere near."""
+_LARGEST_FILE = 5_000_000  # bytes; a description without its meshes comes nowhere near
 _LARGEST = 1e9  # no length, angle or mass of an arm comes near
 _UNKNOWN_EFFORT = 1e5  # N·m or N: no arm's joint comes near
 _FAR = 20.0  # m: no arm is as large
@@ -89,21 +88,15 @@ def load_urdf(path: str | Path | Source, base: str | None = None, tip: str | Non
         if not roots:
             raise ValueError("no links in the file")
         if len(roots) > 1:
-            raise ValueError(
-                f"{len(roots)} links have no parent: set chain to BASE:, BASE one of {listed(roots, 30)}"
-            )
+            chosen = f"set chain to BASE:, BASE one of {listed(roots, 30)}"
+            raise ValueError(f"{len(roots)} links have no parent: {chosen}")
         first, by_convention = roots[0], list[str]()
         last = _tip(tree, first, by_convention) if tip is None else tip
         moving, flange = _chain(tree, first, last)
-        axes = [
-            JointAxis(
-                "prismatic" if joint.kind == "prismatic" else "revolute",
-                tuple((pose.R @ np.array(joint.axis)).tolist()),
-                pose.origin,
-                joint.limits,
-            )
-            for joint, pose in moving
-        ]
+        axes = []
+        for joint, pose in moving:
+            slides, direction = joint.kind == "prismatic", tuple((pose.R @ np.array(joint.axis)).tolist())
+            axes.append(JointAxis("prismatic" if slides else "revolute", direction, pose.origin, joint.limits))
         robot = modified_dh(axes, flange)
         far = [
             f"axes {number - 1} and {number} are almost parallel (a calibrated description?): their common normal "
@@ -241,15 +234,9 @@ def read_urdf(source: str | Path | Source) -> Urdf:
             reached += [joint.child for joint in children[name]]
         if ring := [name for name in links if name not in set(reached)]:
             raise ValueError(f"link {ring[0]!r} is its own ancestor: closed loops are not supported")
-    return Urdf(
-        root.get("name") or path.stem,
-        str(path),
-        bodies,
-        joints,
-        children,
-        tuple(f"{', '.join(spots)}: {note}" for note, spots in notes.items()),
-        {name: tuple(_meshes(link, path.resolve().parent)) for name, link in links.items()},
-    )
+    told = tuple(f"{', '.join(spots)}: {note}" for note, spots in notes.items())
+    meshes = {name: tuple(_meshes(link, path.resolve().parent)) for name, link in links.items()}
+    return Urdf(root.get("name") or path.stem, str(path), bodies, joints, children, told, meshes)
 
 
 def _parsed(path: Path, text: str) -> _Element:
@@ -292,8 +279,7 @@ def _named(root: _Element, tag: str) -> dict[str, _Element]:
 def _meshes(link: _Element, folder: Path) -> Iterator[Mesh]:
     """Read the meshes of a link's visuals, in its frame; what cannot be understood is passed over.
 
-    ``package://NAME/..`` is sought in the folders above the URDF and in those that ROS names by its environment; a
-    file that is not found keeps its name as written.
+    ``package://NAME/..`` is sought at ``package_places``; a file that is not found keeps its name as written.
     """
     for visual in link.findall("visual"):
         element, origin = visual.find("geometry/mesh"), visual.find("origin")
@@ -335,17 +321,12 @@ def _joint(name: str, element: _Element, notes: _Notes) -> UrdfJoint:
     if limits is not None and kind in ("revolute", "prismatic") and not low < high:
         notes.setdefault(f"position limits {low:g} to {high:g} leave no range: not used", {})[where] = None
     position = (low, high) if kind != "continuous" and low < high else Limits().position
-    return UrdfJoint(
-        name,
-        kind,
-        ends["parent"],
-        ends["child"],
+    reach = Limits(position, speed or math.inf, torque=torque if 0.0 < torque < _UNKNOWN_EFFORT else math.inf)
+    at, mimics = (
         _pose(element.find("origin"), where, notes),
-        axis,
-        Limits(position, speed or math.inf, torque=torque if 0.0 < torque < _UNKNOWN_EFFORT else math.inf),
-        friction,
-        mimic.get("joint", "another joint") if mimic is not None else "",
+        "" if mimic is None else mimic.get("joint", "another joint"),
     )
+    return UrdfJoint(name, kind, ends["parent"], ends["child"], at, axis, reach, friction, mimics)
 
 
 def _body(link: _Element, where: str, notes: _Notes) -> InertialParameters | None:

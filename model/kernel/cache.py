@@ -27,16 +27,15 @@ _NATIVE = "-march=native"
 _PATIENCE = 20.0  # s
 _LATE = "to finish within "
 _SUFFIX = ".dll" if sys.platform == "win32" else ".so"
-_problems: dict[str, str] = {}
-"""Faults of the compilers that this process asked, empty if there were none: nobody waits for one twice."""
+_problems: dict[str, str] = {}  # faults of the compilers that this process asked: nobody waits for one twice
 
 
 class CompilerUnavailable(RuntimeError):  # noqa: N818
     """There is no C compiler that works here; the NumPy path does the same work."""
 
 
-def compiled_library(source: str, *functions: str) -> ctypes.CDLL:
-    """Load the library of a C source with these functions, compiling it if the cache does not hold it.
+def compiled_library(source: str) -> ctypes.CDLL:
+    """Load the library of a C source, compiling it if the cache does not hold it.
 
     Raises CompilerUnavailable without a working compiler or with ``DYNIDENT_NO_COMPILER=1``.
     """
@@ -55,9 +54,9 @@ def compiled_library(source: str, *functions: str) -> ctypes.CDLL:
                 # Verified before it is mapped: the first use of a truncated library would kill the process.
                 if path.stem == f"{key}-{_digest(path.read_bytes())}":
                     with contextlib.suppress(OSError):
-                        return _loaded(path, functions)
+                        return ctypes.CDLL(str(path))
                 path.unlink(missing_ok=True)
-            return _loaded(_compile(compiler, identity, source, cache, key), functions)
+            return ctypes.CDLL(str(_compile(compiler, identity, source, cache, key)))
         except OSError as error:
             problem = error
     raise CompilerUnavailable(f"loading compiled code failed: {problem}")
@@ -86,14 +85,6 @@ def _temporary_folder() -> Path:
     folder = Path(tempfile.mkdtemp(prefix="dynident-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     return folder
-
-
-def _loaded(path: Path, functions: Sequence[str]) -> ctypes.CDLL:
-    """Load a library that has all functions; OSError if it cannot be loaded, or lacks one."""
-    library = ctypes.CDLL(str(path))
-    if lacking := [name for name in functions if not hasattr(library, name)]:
-        raise OSError(f"the compiled library lacks {', '.join(lacking)}")
-    return library
 
 
 def _digest(content: bytes) -> str:

@@ -236,11 +236,10 @@ state, which ends as the last step leaves it.
 
 def compiled_fill(program: Program) -> Fill:
     """Compile a program, or take the library from the cache; raises ``CompilerUnavailable``."""
-    sizes, chunk = program.input_sizes, f"tile = 8, chunk = {_CHUNK}"
+    sizes = program.input_sizes
+    counts = f"inputs = {len(sizes)}, outputs = {len(program.outputs)}, widest = {max(sizes)}"
     lines = [f"static const long long size[] = {{{', '.join(map(str, sizes))}}};"]
-    lines += [
-        f"enum {{ inputs = {len(sizes)}, outputs = {len(program.outputs)}, widest = {max(sizes)}, {chunk} }};"
-    ]
+    lines += [f"enum {{ {counts}, tile = 8, chunk = {_CHUNK} }};"]
     lines += ["static void samples(const double *const *in, const long long *step, long long i, double *out) {"]
     entries = [(k, row) for k, size in enumerate(sizes) for row in range(size)]
     load = "vload(in[{0}] + i * step[{0}] + {1}, step[{0}])"
@@ -249,7 +248,7 @@ def compiled_fill(program: Program) -> Fill:
     for name, result, arguments in program.steps:
         lines.append(f"  reals x{result} = {OPERATIONS[name].format(*(f'x{k}' for k in arguments))};")
     lines += [f"  vstore(out + {8 * row}, x{k});" for row, k in enumerate(program.outputs)]
-    run = compiled_library("\n".join([_PRELUDE, *lines, "}", _LOOP]), "run").run
+    run = compiled_library("\n".join([_PRELUDE, *lines, "}", _LOOP])).run
     pointer, number = ctypes.c_void_p, ctypes.c_longlong
     pointers, numbers = ctypes.POINTER(pointer), ctypes.POINTER(number)
     run.argtypes = [pointers, numbers, numbers, pointer, pointer, pointer, number, number]
@@ -298,9 +297,7 @@ def numpy_fill(program: Program) -> Fill:
 
 
 _WIDTH = 90  # largest length of expressions that are written where they are used, if only once
-_PLAIN = r"[\w.]+(\[\d+\])?"
-"""Pattern of operands that need no parentheses: a name, an entry of an array or a plain number."""
-
+_PLAIN = r"[\w.]+(\[\d+\])?"  # operands that need no parentheses: a name, an entry of an array, a plain number
 _SCALAR = (  # how the vector expressions read for a single number
     (r"v(?:each|pair)\((\w+), ", r"\1("),
     (r"v(sin|cos)\(", r"\1("),
@@ -314,8 +311,7 @@ _SCALAR = (  # how the vector expressions read for a single number
 def c_body(function: ca.Function) -> list[str]:
     """Write the statements of a C function that computes the function's one output from its inputs.
 
-    Inputs and output are arrays called as in the function, the output dense and row-major. What is used more than
-    once is declared, the rest written where it is used.
+    They are arrays called as there, the output dense and row-major. What is used more than once is declared.
     """
     program = read_program(function)
     names = [function.name_in(k) for k in range(function.n_in())]
@@ -348,10 +344,7 @@ def c_body(function: ca.Function) -> list[str]:
 
 
 class Kernel:
-    """Evaluates a scalar CasADi function on all samples at once.
-
-    With a C compiler the function's own operation list is compiled for several samples per instruction and
-    cached; without one, NumPy runs the same list over blocks of samples.
+    """Evaluates a scalar CasADi function on all samples at once, by compiled code or else by NumPy in blocks.
 
     Attributes:
         rows, columns: index of each non-zero entry in the function's first output.
