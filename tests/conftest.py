@@ -135,10 +135,10 @@ def _kernels_of_one_kind(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     yield
     if os.environ.get("DYNIDENT_NO_COMPILER"):
         from dynident.estimation.equations import observer
+        from dynident.trajectories import simulation
         from dynident.trajectories.design import criterion, payloads
-        from dynident.trajectories.simulation import simulator
 
-        kept = criterion.regressor_kernel, payloads._kernel, simulator._torque_code, observer.equation_code
+        kept = criterion.regressor_kernel, payloads._kernel, simulation._torque_code, observer.equation_code
         for cached in kept:
             cached.cache_clear()
 

@@ -44,19 +44,19 @@ from .motions.via_points import ViaPointShape as ViaPointShape
 from .motions.via_points import joined as joined
 from .motions.via_points import random_points as random_points
 from .motions.via_points import random_via_points as random_via_points
-from .simulation.closed_loop import CONTROLLERS as CONTROLLERS
-from .simulation.closed_loop import Controller as Controller
-from .simulation.closed_loop import Experiment as Experiment
-from .simulation.closed_loop import Task as Task
-from .simulation.closed_loop import run_experiment as run_experiment
-from .simulation.simulator import RX90_DISTURBANCES as RX90_DISTURBANCES
-from .simulation.simulator import RX90_NOISE as RX90_NOISE
-from .simulation.simulator import RX90_SLOW_NOISE as RX90_SLOW_NOISE
-from .simulation.simulator import Disturbances as Disturbances
-from .simulation.simulator import Simulator as Simulator
-from .simulation.simulator import no_disturbances as no_disturbances
-from .simulation.simulator import relative_disturbances as relative_disturbances
-from .simulation.simulator import remembered_disturbances as remembered_disturbances
+from .simulation import CONTROLLERS as CONTROLLERS
+from .simulation import RX90_DISTURBANCES as RX90_DISTURBANCES
+from .simulation import RX90_NOISE as RX90_NOISE
+from .simulation import RX90_SLOW_NOISE as RX90_SLOW_NOISE
+from .simulation import Controller as Controller
+from .simulation import Disturbances as Disturbances
+from .simulation import Experiment as Experiment
+from .simulation import Simulator as Simulator
+from .simulation import Task as Task
+from .simulation import no_disturbances as no_disturbances
+from .simulation import relative_disturbances as relative_disturbances
+from .simulation import remembered_disturbances as remembered_disturbances
+from .simulation import run_experiment as run_experiment
 
 __all__ = [
     "RX90_NOISE",
