@@ -1,8 +1,4 @@
 from ..model.visibility import check_mass_visible as check_mass_visible
-from .design.full_trajectory import REHEARSAL as REHEARSAL
-from .design.full_trajectory import Rung as Rung
-from .design.full_trajectory import missed_on_replay as missed_on_replay
-from .design.full_trajectory import speed_ladder as speed_ladder
 from .design.goal import ASSUMED_NOISE as ASSUMED_NOISE
 from .design.goal import ASSUMED_RATIO as ASSUMED_RATIO
 from .design.goal import ASSUMED_STICTION as ASSUMED_STICTION
@@ -20,9 +16,13 @@ from .design.problem import build_design as build_design
 from .design.scene import Scene as Scene
 from .design.scene import read_scene as read_scene
 from .design.scene import usual_scene as usual_scene
+from .design.score import REHEARSAL as REHEARSAL
+from .design.score import Rung as Rung
 from .design.score import Score as Score
 from .design.score import check_held as check_held
+from .design.score import missed_on_replay as missed_on_replay
 from .design.score import score_motion as score_motion
+from .design.score import speed_ladder as speed_ladder
 from .design.search import Design as Design
 from .design.search import Floor as Floor
 from .design.search import floor_under as floor_under

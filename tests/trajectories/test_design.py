@@ -123,7 +123,7 @@ def test_what_was_recorded_counts_as_what_will_be() -> None:
         return replace(task, goal=replace(task.goal, data_length=seconds, earlier=earlier))
 
     state = task.state(x, 0.5)
-    once = of(10.0).information(state.entries, of(10.0).row_weights(state.samples, True))
+    once = of(10.0).information(state.entries, of(10.0).row_weights(state, True))
     again = of(10.0, Earlier(task.names, np.asarray(np.linalg.cholesky(once).T))).evaluate(x, 8.0, 0.5)[0]
     assert again == pytest.approx(of(20.0).evaluate(x, 8.0, 0.5)[0])
 
@@ -348,7 +348,7 @@ def test_the_matrix_is_the_regressor(kernel: tuple[Robot, RegressorKernel]) -> N
 def test_gram_and_torque_are_products_of_the_matrix(kernel: tuple[Robot, RegressorKernel]) -> None:
     robot, own = kernel
     data, draw = samples(robot), np.random.default_rng(1)
-    entries, W = own.entries(data, 0.0), own.matrix(data)
+    entries, W = own.state(data).entries, own.matrix(data)
     weights = draw.uniform(0.5, 2.0, (robot.n, len(data.q)))
     assert np.allclose(own.gram(entries, weights), (W * weights.reshape(-1, 1)).T @ W, rtol=1e-10)
     chi = draw.standard_normal(len(own.columns))
@@ -358,12 +358,13 @@ def test_gram_and_torque_are_products_of_the_matrix(kernel: tuple[Robot, Regress
 def test_the_adjoint_is_the_derivative(kernel: tuple[Robot, RegressorKernel]) -> None:
     robot, own = kernel
     data, draw, step = samples(robot), np.random.default_rng(2), 1e-6
-    seed = draw.standard_normal(own.entries(data, 0.3).shape)
-    slopes = own.state_slope(data, 0.3, seed)
+    seed = draw.standard_normal(own.state(data, 0.3).entries.shape)
+    slopes = own.state_slope(data._replace(width=np.array([0.3])), seed)
     for k, slope in enumerate(slopes, start=1):
         direction = draw.standard_normal(data.q.shape)
         ahead, behind = (
-            own.entries(data._replace(**{data._fields[k]: data[k] + s * direction}), 0.3) for s in (step, -step)
+            own.state(data._replace(**{data._fields[k]: data[k] + s * direction}), 0.3).entries
+            for s in (step, -step)
         )
         expected = np.sum(seed * (ahead - behind)) / (2 * step)
         assert np.sum(slope * direction) == pytest.approx(expected, rel=1e-6, abs=1e-7)

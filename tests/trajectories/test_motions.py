@@ -216,7 +216,7 @@ def test_weights_are_pulled_back_too(family: Family) -> None:
     x, draw, step = somewhere(family), np.random.default_rng(3), 1e-6
     samples = family.sample(x)
     seed = draw.standard_normal(samples.weight.shape)
-    slope = Samples(seed, *(np.zeros_like(samples.q) for _ in range(3)))
+    slope = Samples.zeros(samples)._replace(weight=seed)
     direction = draw.standard_normal(family.size)
     change = family.sample(x + step * direction).weight - family.sample(x - step * direction).weight
     assert family.pullback(x, slope) @ direction == pytest.approx(seed @ change / (2.0 * step), rel=1e-6, abs=1e-8)
@@ -250,7 +250,7 @@ def test_trapezoids_are_ramps_and_constant_speed(name: str) -> None:
     plan, r = family.plan(x), family.shape.segment.ramp
     step, T = np.diff(plan.points, axis=0), plan.durations[:, None]
     for finer in (1, 10):
-        weight, q, qd, qdd = family.sample(x, finer)
+        weight, q, qd, qdd, *_ = family.sample(x, finer)
         shape = (len(T), -1, ROBOT.n)
         speed, acceleration = qd.reshape(shape), qdd.reshape(shape)
         assert weight.sum() == pytest.approx(plan.duration)

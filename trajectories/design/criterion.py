@@ -154,10 +154,11 @@ class RegressorKernel:
         """Pickle and copy by what it is made from: code is compiled, or kept already, where it is used."""
         return regressor_kernel, (self._robot, self.columns)
 
-    def entries(self, samples: Samples, width: float) -> Array:
-        """Evaluate the non-zero entries on N samples, (entries, N); ``width`` 0 for the exact sign."""
-        states = (samples.q, samples.qd, samples.qdd)
-        return self._smooth(*states, np.array([width])) if width > 0.0 else self._exact(*states)
+    def state(self, samples: Samples, width: float = 0.0) -> Samples:
+        """Evaluate the non-zero entries on samples, their sign smoothed over ``width``, 0 for the exact one."""
+        states = (*samples[1:4], np.array([width]))
+        entries = self._smooth(*states) if width > 0.0 else self._exact(*states[:3])
+        return samples._replace(entries=entries, width=states[3])
 
     def gram(self, entries: Array, weights: Array) -> Array:
         """Gram matrix W' diag(w) W, c x c, with ``weights`` (n, N)."""
@@ -186,15 +187,13 @@ class RegressorKernel:
         for j, (part, own) in enumerate(self.parts):
             seed[part] += (chi[own][:, None] if chi.ndim == 1 else chi[own, j]) * slope[:, j]
 
-    def state_slope(self, samples: Samples, width: float, seed: Array) -> tuple[Array, Array, Array]:
+    def state_slope(self, state: Samples, seed: Array) -> list[Array]:
         """Slopes in q, qd, qdd, each (N, n), from slopes in the entries."""
-        states = (samples.q, samples.qd, samples.qdd)
-        q, qd, qdd = np.split(self._adjoint(*states, np.array([width]), seed.T).T, 3, axis=1)
-        return q, qd, qdd
+        return np.split(self._adjoint(*state[1:4], state.width, seed.T).T, 3, axis=1)
 
-    def matrix(self, samples: Samples, width: float = 0.0) -> Array:
+    def matrix(self, samples: Samples) -> Array:
         """Matrix W, (n * N) x c, joint after joint."""
-        return self.dense(self.entries(samples, width)).reshape(-1, len(self.columns))
+        return self.dense(self.state(samples).entries).reshape(-1, len(self.columns))
 
     def dense(self, entries: Array) -> Array:
         """Matrix W with its zeros, n x N x c."""

@@ -8,7 +8,7 @@ one adjoint takes them on.
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 
@@ -16,21 +16,9 @@ from ...common import Array, Brief, Document
 from ..motions.family import JointBounds, Samples
 from .criterion import RegressorKernel
 
-
-class State(NamedTuple):
-    """A motion's samples and the regressor's entries on them; or slopes of one number in both, to be added to.
-
-    ``width``: of the smoothed sign in the entries [rad/s or m/s]; 0 for the exact one.
-    """
-
-    samples: Samples
-    entries: Array
-    width: float = 0.0
-
-
-Penalty = Callable[[State, State], float]
-"""Function that evaluates terms which limits add to a criterion in a state; slopes are added to the second one."""
-Pullback = Callable[[Array, State], None]
+Penalty = Callable[[Samples, Samples], float]
+"""Function that evaluates terms which limits add to a criterion; slopes in the samples are added to the second."""
+Pullback = Callable[[Array, Samples], None]
 """Function that adds what a slope in a limit's values means for samples and entries."""
 
 
@@ -46,9 +34,9 @@ class Limit(Brief):
     middle: Array  # the value in SI units is middle + y * unit
     unit: Array
     # y of a motion, a row per sample, or one for the motion as a whole; and its pullback
-    measure: Callable[[State], tuple[Array, Pullback]]
+    measure: Callable[[Samples], tuple[Array, Pullback]]
 
-    def values(self, state: State) -> Array:
+    def values(self, state: Samples) -> Array:
         """Evaluate y alone."""
         return self.measure(state)[0]
 
@@ -76,13 +64,13 @@ def state_limits(bounds: JointBounds, reach: tuple[Array, Array] | None = None) 
     return tuple(limits)
 
 
-def _states(index: int, middle: Array, half: Array, state: State) -> tuple[Array, Pullback]:
-    x = state.samples[index]
+def _states(index: int, middle: Array, half: Array, state: Samples) -> tuple[Array, Pullback]:
+    x = state[index]
     if len(half) > 1:
         middle, half = (np.repeat(parts, len(x) // len(parts), axis=0) for parts in (middle, half))
 
-    def pullback(slope: Array, into: State) -> None:
-        into.samples[index][...] += slope / half
+    def pullback(slope: Array, into: Samples) -> None:
+        into[index][...] += slope / half
 
     return (x - middle) / half, pullback
 
@@ -95,8 +83,8 @@ def torque_limit(kernel: RegressorKernel, chi: Array, torque: Array, load: str =
     return Limit("torque", name, joint_labels(n), -high, high, np.zeros(n), unit, measure)
 
 
-def _torques(kernel: RegressorKernel, chi: Array, unit: Array, state: State) -> tuple[Array, Pullback]:
-    def pullback(slope: Array, into: State) -> None:
+def _torques(kernel: RegressorKernel, chi: Array, unit: Array, state: Samples) -> tuple[Array, Pullback]:
+    def pullback(slope: Array, into: Samples) -> None:
         kernel.torque_slope(slope / unit, chi, into.entries)
 
     return kernel.torque(state.entries, chi) / unit, pullback
@@ -108,11 +96,11 @@ def duration_limit(duration: float) -> Limit:
     return Limit("duration", "duration", ("motion",), low, high, middle, unit, partial(_duration, duration))
 
 
-def _duration(longest: float, state: State) -> tuple[Array, Pullback]:
-    def pullback(slope: Array, into: State) -> None:
-        into.samples.weight[...] += slope[0, 0] / longest
+def _duration(longest: float, state: Samples) -> tuple[Array, Pullback]:
+    def pullback(slope: Array, into: Samples) -> None:
+        into.weight[...] += slope[0, 0] / longest
 
-    return np.array([[state.samples.weight.sum() / longest]]), pullback
+    return np.array([[state.weight.sum() / longest]]), pullback
 
 
 def slow_limit(kernel: RegressorKernel, limit: Limit, speed: float) -> Limit:
@@ -124,17 +112,15 @@ def slow_limit(kernel: RegressorKernel, limit: Limit, speed: float) -> Limit:
     return replace(limit, name=name, measure=partial(_slowed, kernel, limit, speed))
 
 
-def _slowed(kernel: RegressorKernel, limit: Limit, speed: float, state: State) -> tuple[Array, Pullback]:
-    weight, q, qd, qdd = state.samples
-    slow, width = Samples(weight / speed, q, speed * qd, speed**2 * qdd), speed * state.width
-    entries = kernel.entries(slow, width)
-    values, own = limit.measure(State(slow, entries, width))
+def _slowed(kernel: RegressorKernel, limit: Limit, speed: float, state: Samples) -> tuple[Array, Pullback]:
+    weight, q, qd, qdd, _, width = state
+    slow = kernel.state(Samples(weight / speed, q, speed * qd, speed**2 * qdd), speed * float(width[0]))
+    values, own = limit.measure(slow)
 
-    def pullback(slope: Array, into: State) -> None:
-        slopes = State(Samples.zeros(slow), np.zeros_like(entries))
+    def pullback(slope: Array, into: Samples) -> None:
+        slopes = Samples.zeros(slow)
         own(slope, slopes)
-        by_state = kernel.state_slope(slow, width, slopes.entries)
-        for part, by, power in zip(into.samples[1:], by_state, (0, 1, 2), strict=True):
+        for part, by, power in zip(into[1:4], kernel.state_slope(slow, slopes.entries), (0, 1, 2), strict=True):
             part += speed**power * by
 
     return values, pullback
@@ -171,7 +157,7 @@ def excess(limit: Limit, values: Array) -> Array:
     return np.maximum(values - limit.high, limit.low - values)
 
 
-def check(limit: Limit, state: State) -> LimitCheck:
+def check(limit: Limit, state: Samples) -> LimitCheck:
     """Find where a motion comes nearest to a limit, or misses it most."""
     values = limit.values(state)
     over = excess(limit, values)

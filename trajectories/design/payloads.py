@@ -28,8 +28,9 @@ import numpy as np
 from ...common import Array, ArrayLike, Brief, InputError, freeze_fields
 from ...model import Pose
 from ...model.kernel.kernel import Kernel
+from ..motions.family import Samples
 from .criterion import RegressorKernel
-from .limits import Limit, Pullback, State, joint_labels
+from .limits import Limit, Pullback, joint_labels
 
 _SWEEPS = 4  # of Jacobi's rotations: a 3 x 3 matrix is then diagonal to rounding
 _NEWTON = 8  # steps: with seven, rows of the shipped arms were bounded to 1e-12, with eight to rounding
@@ -227,7 +228,7 @@ def payload_limit(
 
 
 def _extreme_torques(
-    robot: tuple[RegressorKernel, Array, Array], load: tuple[PayloadSet, list[int]], unit: Array, state: State
+    robot: tuple[RegressorKernel, Array, Array], load: tuple[PayloadSet, list[int]], unit: Array, state: Samples
 ) -> tuple[Array, Pullback]:
     (kernel, chi, root), (payloads, ten) = robot, load
     own = kernel.torque(state.entries, chi)
@@ -236,7 +237,7 @@ def _extreme_torques(
     doubt = np.stack([np.sqrt((part**2).sum(axis=0)) for part in spread], axis=1)
     largest, smallest = (torque.reshape(own.T.shape).T for torque in extremes[:, 0])
 
-    def pullback(slope: Array, into: State) -> None:
+    def pullback(slope: Array, into: Samples) -> None:
         up, down = np.split(slope / unit, 2, axis=1)
         kernel.torque_slope(up + down, chi, into.entries)
         if root.shape[1]:

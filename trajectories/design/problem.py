@@ -25,7 +25,7 @@ from ..motions.fourier import NearShape
 from ..motions.via_points import ViaPointShape
 from .criterion import CRITERIA, Criterion, RegressorKernel, regressor_kernel
 from .goal import ASSUMED_NOISE, Goal, NearGoal, Shape, assumed_noise
-from .limits import Limit, Penalty, State, check, duration_limit, slow_limit, state_limits, torque_limit
+from .limits import Limit, Penalty, check, duration_limit, slow_limit, state_limits, torque_limit
 from .payloads import PayloadSet, payload_limit
 from .scene import Capsule, Scene, clearance, tubes
 
@@ -127,18 +127,13 @@ class DesignProblem(Brief):
         slow = (slow_limit(self.kernel, limit, speed) for limit in self.of_kind("torque"))
         return replace(self, limits=(*self.limits, *slow))
 
-    def exact(self, samples: Samples) -> State:
-        """Evaluate samples and regressor with the exact sign."""
-        return State(samples, self.kernel.entries(samples, 0.0))
-
-    def state(self, x: Array, width: float, finer: int = 1) -> State:
+    def state(self, x: Array, width: float, finer: int = 1) -> Samples:
         """Evaluate samples and regressor; ``width`` 0 for the exact sign."""
-        samples = self.family.sample(x, finer)
-        return State(samples, self.kernel.entries(samples, width), width)
+        return self.kernel.state(self.family.sample(x, finer), width)
 
-    def at_rest(self, poses: Array) -> State:
+    def at_rest(self, poses: Array) -> Samples:
         """Evaluate the arm held at poses (N, n)."""
-        return self.exact(Samples.at_rest(poses))
+        return self.kernel.state(Samples.at_rest(poses))
 
     def clear(self, poses: Array) -> bool:
         """True if all poses (N, n) keep clear of obstacles and of each other's bodies."""
@@ -169,35 +164,34 @@ class DesignProblem(Brief):
     def with_gradient(self, x: Array, width: float, terms: Sequence[Penalty]) -> tuple[float, Array]:
         """Sum of terms, with its exact gradient in x: one adjoint of the regressor, then the family's."""
         state, value = self.state(x, width), 0.0
-        slopes = State(Samples.zeros(state.samples), np.zeros_like(state.entries))
+        slopes = Samples.zeros(state)
         for term in terms:
             value += term(state, slopes)
             if not np.isfinite(value):
                 return np.inf, np.zeros(len(x))
-        by_state = self.kernel.state_slope(state.samples, width, slopes.entries)
-        for into, slope in zip(slopes.samples[1:], by_state, strict=True):
+        for into, slope in zip(slopes[1:4], self.kernel.state_slope(state, slopes.entries), strict=True):
             into += slope
-        return value, self.family.pullback(x, slopes.samples)
+        return value, self.family.pullback(x, slopes)
 
-    def criterion_term(self, state: State, into: State, order: float) -> float:
+    def criterion_term(self, state: Samples, into: Samples, order: float) -> float:
         """Evaluate the criterion of a state; its slopes are added to ``into``.
 
         Information counts per second of motion, so that a longer motion is not better for its length alone.
         """
-        weight, own = state.samples.weight, np.ix_(self.places, self.places)
-        weights = self.row_weights(state.samples, self.criterion.weighted)
+        weight, own = state.weight, np.ix_(self.places, self.places)
+        weights = self.row_weights(state, self.criterion.weighted)
         M = np.zeros((len(self.kernel.columns),) * 2)
         value, M[own] = self.criterion(self.information(state.entries, weights), order)
         if np.isfinite(value):
             by_weight = self.kernel.gram_slope(state.entries, weights, M, into.entries)
             # Weights are times over their sum, so that their slopes lose the mean.
             by_time = np.einsum("jk,jk->k", by_weight, weights) / weight
-            into.samples.weight[...] += by_time - (by_time @ weight) / weight.sum()
+            into.weight[...] += by_time - (by_time @ weight) / weight.sum()
         return value
 
     def require_full_rank(self, x: Array) -> None:
         """Refuse parameters that no motion of the family tells apart, seen on a random one."""
-        W = self.kernel.matrix(self.family.sample(x), 0.0)[:, self.places]
+        W = self.kernel.matrix(self.family.sample(x))[:, self.places]
         W = np.vstack([W, self.earlier])
         if len(W) < W.shape[1]:
             raise InputError(f"{len(W)} equations cannot tell {W.shape[1]} parameters: use more samples")

@@ -21,10 +21,9 @@ from ..motions.fourier import FreeSeries, NearShape
 from ..motions.rests import FreeRests
 from ..motions.via_points import FreeViaPoints
 from .descent import FINE_WIDTH, WIDTH, Lagrangian, Smooth, by_matrix, by_steps
-from .full_trajectory import harder, kept_throughout
-from .limits import LimitCheck, Penalty, State, excess
+from .limits import LimitCheck, Penalty, excess
 from .problem import DesignProblem
-from .score import TOLERANCE, Learnt, Score, score_of, score_samples
+from .score import TOLERANCE, Learnt, Score, harder, kept_throughout, score_of, score_samples
 
 _MARGIN, _FLOOR_MARGIN = 0.01, 1e-3  # of a limit, between samples; the settling adapts it
 _ASTRAY = 0.1  # in the limits' units: what violates more after the first look seldom comes back
@@ -336,7 +335,7 @@ class FreeStates:
     def pullback(self, x: Array, slope: Samples) -> Array:
         """Apply the Jacobian transposed to the slopes."""
         w = self.sample(x).weight
-        return np.concatenate([(np.stack(slope[1:]) * self._unit).ravel(), w * (slope.weight - w @ slope.weight)])
+        return np.concatenate([(np.stack(slope[1:4]) * self._unit).ravel(), w * (slope.weight - w @ slope.weight)])
 
     def plan(self, x: Array) -> Plan:
         """Refuse a plan: states without order are no motion."""
@@ -399,15 +398,15 @@ def _dual(free: DesignProblem, family: FreeStates, x: Array, seed: int) -> float
     C is convex in G and M its slope there: C(G') >= C(G) + tr M (G' - G), where G' is a mean over states of I: so
     the dual needs the one state where tr M I is least.
     """
-    exact = free.exact(family.sample(x))
-    G = free.information(exact.entries, free.row_weights(exact.samples, True))
+    exact = free.kernel.state(family.sample(x))
+    G = free.information(exact.entries, free.row_weights(exact, True))
     value, M = free.criterion(G)
     wide = np.zeros((len(free.kernel.columns),) * 2)
     wide[np.ix_(free.places, free.places)] = M
 
-    def each(state: State, into: State) -> Array:
+    def each(state: Samples, into: Samples) -> Array:
         """Evaluate tr M I of each state as if it were all; slopes of the sum are added to ``into``."""
-        weights = free.row_weights(state.samples, True) * state.samples.weight.sum() / state.samples.weight
+        weights = free.row_weights(state, True) * state.weight.sum() / state.weight
         return np.asarray(
             (weights * free.kernel.gram_slope(state.entries, weights, wide, into.entries)).sum(axis=0)
         )
@@ -420,8 +419,8 @@ def _dual(free: DesignProblem, family: FreeStates, x: Array, seed: int) -> float
             function = partial(free.with_gradient, width=FINE_WIDTH, terms=terms)
             course.x = by_steps(function, course.x, family, _FLOOR_ITERATIONS // 2)
             course.update(FINE_WIDTH)
-        state = free.exact(family.sample(course.x))
-        found = each(state, State(Samples.zeros(state.samples), np.zeros_like(state.entries)))
+        state = free.kernel.state(family.sample(course.x))
+        found = each(state, Samples.zeros(state))
         for limit in free.limits:
             found = np.where(excess(limit, limit.values(state)).max(axis=1) <= _FLOOR_MARGIN, found, np.inf)
         least = min(least, float(found.min()))

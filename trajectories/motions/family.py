@@ -125,15 +125,18 @@ def check_pose(pose: Array, robot: Robot, bounds: JointBounds) -> None:
 
 
 class Samples(NamedTuple):
-    """States with the time that each stands for.
+    """States with the time that each stands for, and a regressor there; or slopes of one number in all of them.
 
-    ``weight`` (N,) [s]; ``q``, ``qd``, ``qdd`` (N, n) [rad or m, per second, per second squared].
+    ``weight`` (N,) [s]; ``q``, ``qd``, ``qdd`` (N, n) [rad or m, per second, per second squared]; ``entries`` of
+    the regressor that are not zero, (entries, N), by a sign smoothed over ``width`` [rad/s or m/s], 0 for exact.
     """
 
     weight: Array
     q: Array
     qd: Array
     qdd: Array
+    entries: Array = np.zeros((0, 0))
+    width: Array = np.zeros(1)
 
     @staticmethod
     def zeros(like: "Samples") -> "Samples":
@@ -183,7 +186,7 @@ class Pieces(NamedTuple):
         """Gradient in start, coefficients and durations of a number whose gradient in the samples is ``slope``."""
         weights, (B, Bd, Bdd) = grid
         C, T = self.coefficients, self.durations[:, None, None]
-        q, qd, qdd = (x.reshape(len(T), len(weights), -1) for x in slope[1:])
+        q, qd, qdd = (x.reshape(len(T), len(weights), -1) for x in slope[1:4])
         by_speed, by_acceleration = Bd.T @ (qd / T), Bdd.T @ (qdd / T**2)
         by_duration = slope.weight.reshape(len(T), -1) @ weights
         by_duration -= np.einsum("kmn,kmn->k", by_speed + 2.0 * by_acceleration, C) / self.durations
