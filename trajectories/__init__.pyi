@@ -9,7 +9,7 @@ from .design.goal import NearGoal as NearGoal
 from .design.goal import Shape as Shape
 from .design.goal import assumed_noise as assumed_noise
 from .design.goal import second_pose as second_pose
-from .design.payloads import PayloadSet as PayloadSet
+from .design.limits import PayloadSet as PayloadSet
 from .design.problem import DesignProblem as DesignProblem
 from .design.problem import Loads as Loads
 from .design.problem import build_design as build_design

@@ -339,7 +339,7 @@ def closed_loop(
         For each task the exact motion with the motor torques, and the reference positions (N, n).
 
     Raises:
-        InputError: if the controller loses the robot.
+        InputError: if the robot cannot move, friction is too fast to integrate, or the controller loses the robot.
     """
     n, rate, plant, rotors = robot.n, controller.rate, robot, np.zeros(robot.n)
     if robot.drives.side == "link":
@@ -348,7 +348,24 @@ def closed_loop(
         plant = with_rotors(robot, rotors)
     base, dry, matrices = base_parameters(plant), dry_friction_names(plant), inertia_matrices(plant)
     inertia = np.diagonal(matrices, axis1=1, axis2=2).mean(axis=0)
-    steps = steps_per_sample(plant, controller, matrices, inertia)
+    # So many steps a sample integrate the stiffest mode, dry friction about rest, stably.
+    dry_torque, speeds = smooth_dry_friction(plant, SMOOTHING), ca.SX.sym("qd", n)
+    levels = [plant.parameters[name] for name in dry]
+    slope = ca.Function("slope", [speeds], [ca.densify(ca.jacobian(dry_torque(speeds, levels), speeds))])
+    damping = np.array(slope(0.0)) + np.diag(inertia * (controller.speed + controller.position))
+    if np.linalg.eigvalsh(matrices[:_STIFF]).min() <= 0.0:
+        raise InputError(
+            f"robot {robot.name!r} cannot move: its parameters give an inertia matrix that is not positive "
+            "definite: correct the inertias in its description"
+        )
+    # Rates of A qdd = -D qd: the eigenvalues of A^-1 D.
+    fastest = float(np.abs(np.linalg.eigvals(np.linalg.inv(matrices[:_STIFF]) @ damping)).max())
+    steps = max(_FEWEST, stable_steps(fastest, 1.0 / rate))
+    if steps > _FINEST:
+        raise InputError(
+            f"robot {robot.name!r}: friction about rest has a rate of {fastest:.0f} 1/s, too fast to integrate: "
+            "are its rotor inertias (IA) missing?"
+        )
     gains = [1.0 / (rate * steps), controller.position, controller.speed, controller.integral]
     ripple = (disturbances.ripple, disturbances.waves, phases.T.ravel())
     settings = np.concatenate([gains, inertia, *ripple])
@@ -444,29 +461,6 @@ def integration_step(robot: Robot, base: BaseParameters, waves: int) -> ca.Funct
     after = runge_kutta(lambda x, reference: slope(x, reference)[0], x, h, (start, middle, end))
     out = ca.cse(ca.densify(ca.vertcat(after, torque, at_start[n : 2 * n])))
     return ca.Function("step", [x, *reference, chi, level, settings], [out])
-
-
-def steps_per_sample(robot: Robot, controller: Controller, matrices: Array, inertia: Array) -> int:
-    """Count the steps by which the stiffest mode, dry friction about rest, is integrated stably."""
-    friction, qd = smooth_dry_friction(robot, SMOOTHING), ca.SX.sym("qd", robot.n)
-    level = [robot.parameters[name] for name in dry_friction_names(robot)]
-    slope = np.array(ca.Function("slope", [qd], [ca.densify(ca.jacobian(friction(qd, level), qd))])(0.0))
-    damping = slope + np.diag(inertia * (controller.speed + controller.position))
-    matrices = matrices[:_STIFF]
-    if np.linalg.eigvalsh(matrices).min() <= 0.0:
-        raise InputError(
-            f"robot {robot.name!r} cannot move: its parameters give an inertia matrix that is not positive "
-            "definite: correct the inertias in its description"
-        )
-    # Rates of A qdd = -D qd: the eigenvalues of A^-1 D.
-    fastest = float(np.abs(np.linalg.eigvals(np.linalg.inv(matrices) @ damping)).max())
-    steps = max(_FEWEST, stable_steps(fastest, 1.0 / controller.rate))
-    if steps > _FINEST:
-        raise InputError(
-            f"robot {robot.name!r}: friction about rest has a rate of {fastest:.0f} 1/s, too fast to integrate: "
-            "are its rotor inertias (IA) missing?"
-        )
-    return steps
 
 
 def inertia_matrices(robot: Robot) -> Array:

@@ -21,7 +21,7 @@ from dynident.trajectories import (
     build_design,
     usual_scene,
 )
-from dynident.trajectories.design.payloads import unit_point
+from dynident.trajectories.design.limits import unit_point
 from dynident.trajectories.design.score import REHEARSAL, check_held
 
 

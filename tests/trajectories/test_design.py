@@ -1,6 +1,7 @@
 """Criteria and designs: exact values and gradients, limits kept between samples, honest answers."""
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -107,10 +108,11 @@ def test_gradient_is_the_derivative(goal: str, shape: str) -> None:
     x = task.family.random(draw) + 0.02 * draw.standard_normal(task.family.size)
     limits = Lagrangian(task, x, 3.0, 0.4)
     assert limits.violation(task.state(x, 0.5)) > 0.0
-    value, slope = task.evaluate(x, 8.0, 0.5, limits)
+    terms = [partial(task.criterion_term, order=8.0), limits]
+    value, slope = task.evaluate(x, 0.5, terms)
     assert np.isfinite(value)
     direction = draw.standard_normal(len(x)) / np.sqrt(len(x))
-    expected = derivative(lambda y: task.evaluate(y, 8.0, 0.5, limits)[0], x, direction)
+    expected = derivative(lambda y: task.evaluate(y, 0.5, terms)[0], x, direction)
     assert slope @ direction == pytest.approx(expected, rel=1e-6, abs=1e-6 * float(np.linalg.norm(slope)) / len(x))
 
 
@@ -124,8 +126,8 @@ def test_what_was_recorded_counts_as_what_will_be() -> None:
 
     state = task.state(x, 0.5)
     once = of(10.0).information(state.entries, of(10.0).row_weights(state, True))
-    again = of(10.0, Earlier(task.names, np.asarray(np.linalg.cholesky(once).T))).evaluate(x, 8.0, 0.5)[0]
-    assert again == pytest.approx(of(20.0).evaluate(x, 8.0, 0.5)[0])
+    again = of(10.0, Earlier(task.names, np.asarray(np.linalg.cholesky(once).T)))
+    assert score_of(again, x).value == pytest.approx(score_of(of(20.0), x).value)
 
 
 def test_a_spring_is_part_of_the_torque() -> None:

@@ -8,9 +8,8 @@ from dynident import trajectories
 from dynident.common.arrays import Array
 from dynident.model import Motion, load_robot
 from dynident.tests.report.motions.motion_parsers import trapezoid_time
-from dynident.trajectories.design.goal import Shape
-from dynident.trajectories.design.search import FreeStates
-from dynident.trajectories.motions.family import Family, Samples
+from dynident.trajectories.design.goal import Family, Shape
+from dynident.trajectories.motions.family import FreeStates, Samples
 from dynident.trajectories.motions.point_to_point import plan_stops
 from dynident.trajectories.motions.via_points import FreeViaPoints, joined, random_points
 from hypothesis import given, settings

@@ -11,7 +11,8 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from ...common import Array, Mask
-from ..motions.family import Family, Samples
+from ..motions.family import Samples
+from .goal import Family
 from .limits import Pullback, excess
 from .problem import DesignProblem
 from .score import FINER, TOLERANCE

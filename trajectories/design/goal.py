@@ -19,14 +19,20 @@ from ...model.drives import parameter_kind
 from ...model.inertia import PayloadSpread, payload_spread
 from ...model.regressors import payload_columns
 from ...model.visibility import check_mass_visible, friction_columns, visibility_of
-from ..motions.family import Family, JointBounds, Plan, Samples
-from ..motions.fourier import FourierShape, NearShape
-from ..motions.rests import StaticShape
-from ..motions.via_points import ViaPoints, ViaPointShape
+from ..motions.family import FreeStates, JointBounds, Plan, Samples
+from ..motions.fourier import FourierShape, FreeSeries, NearShape
+from ..motions.rests import FreeRests, StaticShape
+from ..motions.via_points import FreeViaPoints, ViaPoints, ViaPointShape
 from .criterion import CRITERIA, Kind, RegressorKernel, regressor_kernel
 
 Shape = ViaPointShape | FourierShape | NearShape | StaticShape
 """Kinds of motion among which a design chooses: each is a small value that stands for a family."""
+Family = FreeViaPoints | FreeSeries | FreeRests | FreeStates
+"""Families of motions that depend smoothly on a vector x of a ``size``, its entries of the order of 1 within
+``low`` and ``high``: ``random`` draws an x to start from, through clear poses if it can, ``sample`` evaluates
+states on the grid of the optimisation, or on a finer one, ``pullback`` gives the gradient in x of a number by that
+in the samples, ``plan`` makes the motion, and ``eased`` one that is slower, where the duration is free, and smaller.
+``reach``: lowest and highest positions, (n,), or (k, n) for k equal parts of the samples."""
 
 RESIDUAL, MEMORY, INDEPENDENT = 0.004, 1.8, 10.0
 """Torque errors assumed of a recording: standard deviation over the torque limits, times what memory adds to it;

@@ -20,13 +20,22 @@ from ...model.base.rank import base_parameters_of
 from ...model.drives import SPRING
 from ...model.regressors import payload_columns
 from ...model.stand_in import completed
-from ..motions.family import Family, JointBounds, Samples
+from ..motions.family import JointBounds, Samples
 from ..motions.fourier import NearShape
 from ..motions.via_points import ViaPointShape
 from .criterion import CRITERIA, Criterion, RegressorKernel, regressor_kernel
-from .goal import ASSUMED_NOISE, Goal, NearGoal, Shape, assumed_noise
-from .limits import Limit, Penalty, check, duration_limit, slow_limit, state_limits, torque_limit
-from .payloads import PayloadSet, payload_limit
+from .goal import ASSUMED_NOISE, Family, Goal, NearGoal, Shape, assumed_noise
+from .limits import (
+    Limit,
+    PayloadSet,
+    Penalty,
+    check,
+    payload_limit,
+    slowed,
+    state_limits,
+    torque_limit,
+    total_time,
+)
 from .scene import Capsule, Scene, clearance, tubes
 
 BALL = "payload within bounds"  # name of the body that stands for every payload within bounds
@@ -123,8 +132,14 @@ class DesignProblem(Brief):
         return replace(self, limits=tuple(limits))
 
     def with_slow_torques(self, speed: float) -> DesignProblem:
-        """Require besides that the same way keeps the torque limits at a fraction of the speed."""
-        slow = (slow_limit(self.kernel, limit, speed) for limit in self.of_kind("torque"))
+        """Require besides that the same way keeps the torque limits at a fraction of the speed.
+
+        What dynamic forces help to lift has to be held without them: a limit may be active in the slow run alone.
+        """
+        slow = []
+        for limit in self.of_kind("torque"):
+            name = f"{limit.name} at {100.0 * speed:g} % of the speed"
+            slow.append(replace(limit, name=name, measure=partial(slowed, self.kernel, limit, speed)))
         return replace(self, limits=(*self.limits, *slow))
 
     def state(self, x: Array, width: float, finer: int = 1) -> Samples:
@@ -153,16 +168,11 @@ class DesignProblem(Brief):
         """Information W' diag(w) W of the parameters, c x c, earlier recordings included; ``weights`` (n, N)."""
         return self.kernel.gram(entries, weights)[np.ix_(self.places, self.places)] + self.earlier.T @ self.earlier
 
-    def evaluate(self, x: Array, order: float, width: float, limits: Penalty | None = None) -> tuple[float, Array]:
-        """Evaluate criterion, with the terms of the limits if given, and the exact gradient in x.
+    def evaluate(self, x: Array, width: float, terms: Sequence[Penalty]) -> tuple[float, Array]:
+        """Sum of terms, with its exact gradient in x: one adjoint of the regressor, then the family's.
 
-        ``order`` is that of a condition number's surrogate, ``width`` that of the smoothed sign [rad/s or m/s].
+        ``width``: of the smoothed sign [rad/s or m/s].
         """
-        criterion = partial(self.criterion_term, order=order)
-        return self.with_gradient(x, width, [criterion] if limits is None else [criterion, limits])
-
-    def with_gradient(self, x: Array, width: float, terms: Sequence[Penalty]) -> tuple[float, Array]:
-        """Sum of terms, with its exact gradient in x: one adjoint of the regressor, then the family's."""
         state, value = self.state(x, width), 0.0
         slopes = Samples.zeros(state)
         for term in terms:
@@ -174,7 +184,7 @@ class DesignProblem(Brief):
         return value, self.family.pullback(x, slopes)
 
     def criterion_term(self, state: Samples, into: Samples, order: float) -> float:
-        """Evaluate the criterion of a state; its slopes are added to ``into``.
+        """Evaluate the criterion, by a surrogate of ``order``, of a state; its slopes are added to ``into``.
 
         Information counts per second of motion, so that a longer motion is not better for its length alone.
         """
@@ -282,7 +292,9 @@ def build_design(
     if base is not None:
         limits += _torque_limits(robot, base, kernel, bounds.torque, loads)
     if isinstance(shape, ViaPointShape) and shape.longest is not None:
-        limits.append(duration_limit(shape.longest))
+        low, high, middle, unit = np.array([[-np.inf], [1.0], [0.0], [shape.longest]])
+        measure = partial(total_time, shape.longest)
+        limits.append(Limit("duration", "duration", ("motion",), low, high, middle, unit, measure))
     if around is not None:
         limits.append(clearance(robot, around))
     problem = DesignProblem(model, bounds, family, goal, kernel, tuple(limits), payloads, around)

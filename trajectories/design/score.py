@@ -19,8 +19,7 @@ from ...model import Motion, Robot, inverse_dynamics, standard_columns
 from ...model.kernel.kernel import Kernel
 from ..motions.family import Plan, Samples, sample_count
 from ..motions.fourier import Fourier, FreeSeries, NearShape
-from .limits import Limit, LimitCheck, check, excess, state_limits
-from .payloads import PayloadSet
+from .limits import Limit, LimitCheck, PayloadSet, check, excess, state_limits
 from .problem import DesignProblem
 
 FINER = 10  # ratio of the final check's grid to the optimisation's
@@ -96,6 +95,11 @@ class Score(Brief):
     def feasible(self) -> bool:
         """True if all limits are met."""
         return self.max_violation <= TOLERANCE
+
+    @property
+    def rank(self) -> tuple[float, float]:
+        """Order of scores, the best first: what is violated, and then the value."""
+        return (0.0 if self.feasible else self.max_violation), self.value
 
     @property
     def violations(self) -> tuple[str, ...]:
