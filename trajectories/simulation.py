@@ -350,8 +350,8 @@ def closed_loop(
     inertia = np.diagonal(matrices, axis1=1, axis2=2).mean(axis=0)
     # So many steps a sample integrate the stiffest mode, dry friction about rest, stably.
     dry_torque, speeds = smooth_dry_friction(plant, SMOOTHING), ca.SX.sym("qd", n)
-    levels = [plant.parameters[name] for name in dry]
-    slope = ca.Function("slope", [speeds], [ca.densify(ca.jacobian(dry_torque(speeds, levels), speeds))])
+    resisting = dry_torque(speeds, [plant.parameters[name] for name in dry])
+    slope = ca.Function("slope", [speeds], [ca.densify(ca.jacobian(resisting, speeds))])
     damping = np.array(slope(0.0)) + np.diag(inertia * (controller.speed + controller.position))
     if np.linalg.eigvalsh(matrices[:_STIFF]).min() <= 0.0:
         raise InputError(

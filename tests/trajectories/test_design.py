@@ -108,7 +108,7 @@ def test_gradient_is_the_derivative(goal: str, shape: str) -> None:
     x = task.family.random(draw) + 0.02 * draw.standard_normal(task.family.size)
     limits = Lagrangian(task, x, 3.0, 0.4)
     assert limits.violation(task.state(x, 0.5)) > 0.0
-    terms = [partial(task.criterion_term, order=8.0), limits]
+    terms = partial(task.criterion_term, order=8.0), limits
     value, slope = task.evaluate(x, 0.5, terms)
     assert np.isfinite(value)
     direction = draw.standard_normal(len(x)) / np.sqrt(len(x))

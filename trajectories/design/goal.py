@@ -31,7 +31,7 @@ Family = FreeViaPoints | FreeSeries | FreeRests | FreeStates
 """Families of motions that depend smoothly on a vector x of a ``size``, its entries of the order of 1 within
 ``low`` and ``high``: ``random`` draws an x to start from, through clear poses if it can, ``sample`` evaluates
 states on the grid of the optimisation, or on a finer one, ``pullback`` gives the gradient in x of a number by that
-in the samples, ``plan`` makes the motion, and ``eased`` one that is slower, where the duration is free, and smaller.
+in the samples, ``plan`` makes the motion, ``eased`` one that is slower, where the duration is free, and smaller.
 ``reach``: lowest and highest positions, (n,), or (k, n) for k equal parts of the samples."""
 
 RESIDUAL, MEMORY, INDEPENDENT = 0.004, 1.8, 10.0

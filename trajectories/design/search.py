@@ -257,7 +257,7 @@ class _Search:
         return x, score
 
     def _improved(self, course: Lagrangian, order: float, width: float, iterations: int, text: str) -> Score:
-        terms = [partial(self.problem.criterion_term, order=order), course]
+        terms = partial(self.problem.criterion_term, order=order), course
         course.x, course.curvature = self._descended(course.x, width, terms, iterations, course.curvature)
         course.update(width)
         return self.consider(course.x, text)[1]
@@ -326,7 +326,7 @@ def floor_under(
     course = Lagrangian(free, family.random(np.random.default_rng(seed), problem.clear), _STIFFNESS, _FLOOR_MARGIN)
     orders = problem.criterion.orders
     for order, width in [(p, WIDTH) for p in (*orders, *[orders[-1]] * effort)] + [(orders[-1], FINE_WIDTH)]:
-        terms: list[Penalty] = [partial(free.criterion_term, order=order), course]
+        terms = partial(free.criterion_term, order=order), course
         course.x = by_steps(partial(free.evaluate, width=width, terms=terms), course.x, family, _FLOOR_ITERATIONS)
         course.update(width)
     value = score_samples(free, family.sample(course.x)).value
@@ -350,9 +350,9 @@ def floor_under(
     least = np.inf
     for start in (course.x, family.random(np.random.default_rng([seed, 1]), free.clear)):
         course = Lagrangian(free, start, _STIFFNESS, _FLOOR_MARGIN)
-        terms = [lambda state, into: float(each(state, into).sum()), course]
+        dual_terms: list[Penalty] = [lambda state, into: float(each(state, into).sum()), course]
         for _ in range(2):
-            function = partial(free.evaluate, width=FINE_WIDTH, terms=terms)
+            function = partial(free.evaluate, width=FINE_WIDTH, terms=dual_terms)
             course.x = by_steps(function, course.x, family, _FLOOR_ITERATIONS // 2)
             course.update(FINE_WIDTH)
         state = free.kernel.state(family.sample(course.x))
