@@ -19,8 +19,7 @@ from dynident.benchmarks.shared import options, show
 from dynident.common.arrays import Array
 from dynident.examples.paper.printed import paper_tables
 from dynident.model import load_robot
-from dynident.trajectories.design.criterion import Kind
-from dynident.trajectories.design.goal import Shape
+from dynident.trajectories.design.goal import Kind, Shape
 from dynident.trajectories.design.score import FINER
 from dynident.trajectories.motions.family import Samples
 

@@ -40,9 +40,8 @@ from dynident.trajectories import (
     score_motion,
     solve_design,
 )
-from dynident.trajectories.design.criterion import CRITERIA, Kind, RegressorKernel, regressor_kernel
 from dynident.trajectories.design.descent import Lagrangian
-from dynident.trajectories.design.goal import Shape
+from dynident.trajectories.design.goal import CRITERIA, Kind, RegressorKernel, Shape, regressor_kernel
 from dynident.trajectories.design.scene import Capsule, HalfSpace
 from dynident.trajectories.design.score import score_of
 from dynident.trajectories.design.search import floor_under

@@ -35,7 +35,7 @@ from ...common import Array, ArrayLike, Brief, Document, InputError, freeze_fiel
 from ...model import Pose
 from ...model.kernel.kernel import Kernel
 from ..motions.family import JointBounds, Samples
-from .criterion import RegressorKernel
+from .goal import RegressorKernel
 
 _SWEEPS = 4  # of Jacobi's rotations: a 3 x 3 matrix is then diagonal to rounding
 _NEWTON = 8  # steps: with seven, rows of the shipped arms were bounded to 1e-12, with eight to rounding

@@ -23,19 +23,19 @@ from ...model.stand_in import completed
 from ..motions.family import JointBounds, Samples
 from ..motions.fourier import NearShape
 from ..motions.via_points import ViaPointShape
-from .criterion import CRITERIA, Criterion, RegressorKernel, regressor_kernel
-from .goal import ASSUMED_NOISE, Family, Goal, NearGoal, Shape, assumed_noise
-from .limits import (
-    Limit,
-    PayloadSet,
-    Penalty,
-    check,
-    payload_limit,
-    slowed,
-    state_limits,
-    torque_limit,
-    total_time,
+from .goal import (
+    ASSUMED_NOISE,
+    CRITERIA,
+    Criterion,
+    Family,
+    Goal,
+    NearGoal,
+    RegressorKernel,
+    Shape,
+    assumed_noise,
+    regressor_kernel,
 )
+from .limits import Limit, PayloadSet, Penalty, check, payload_limit, slowed, state_limits, torque_limit, total_time
 from .scene import Capsule, Scene, clearance, tubes
 
 BALL = "payload within bounds"  # name of the body that stands for every payload within bounds
