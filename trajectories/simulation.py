@@ -58,6 +58,9 @@ class Simulator(Brief):
     Attributes:
         robot: by its description; what that lacks is completed ``with_stand_in``, and a warning says by what.
 
+    Raises:
+        InputError: if the robot's description lacks standard parameters that nothing stands in for.
+
     >>> motion = random_via_points(robot, count=8, seed=0).motion(rate=100.0)
     >>> Simulator(robot).record(motion, body).torque.shape == motion.q.shape
     True
@@ -66,11 +69,6 @@ class Simulator(Brief):
     robot: Robot
 
     def __post_init__(self) -> None:
-        """Complete the robot.
-
-        Raises:
-            InputError: if the robot's description lacks standard parameters that nothing stands in for.
-        """
         object.__setattr__(self, "robot", completed(self.robot, limits=False, frames=4))
 
     def measure(
@@ -371,18 +369,15 @@ def closed_loop(
     settings = np.concatenate([gains, inertia, *ripple])
     step = Kernel(integration_step(plant, base, len(disturbances.waves)))
     model_torque = Kernel(inverse_dynamics_base(plant, base))
-
-    def parameters(payload: InertialParameters | None) -> Array:
-        """Values of the base parameters, dry friction left out."""
-        vector = plant.chi(payload=payload)
-        values = dict(zip(standard_columns(plant), vector, strict=True)) | dict.fromkeys(dry, 0.0)
-        return base.value(values)
-
+    chi = []  # without payload, and of each task; dry friction left out
+    for payload in (None, *(task.payload for task in tasks)):
+        values = dict(zip(standard_columns(plant), plant.chi(payload=payload), strict=True))
+        chi.append(base.value(values | dict.fromkeys(dry, 0.0)))
+    bare, loaded = chi[0], np.array(chi[1:])
     halves, moving = 2 * steps, float(controller.compensates == "motion")
     counts = np.array([sample_count(task.reference.duration, rate) for task in tasks])
     own = np.array([[robot.parameters[name] for name in dry]])
     frictions = [own if task.friction is None else np.asarray(task.friction) for task in tasks]
-    bare, chi = parameters(None), np.array([parameters(task.payload) for task in tasks])
     state = np.zeros((len(tasks), 3 * n))
     state[:, :n] = [task.reference.at(np.zeros(1))[0][0] for task in tasks]
     log = np.zeros((int(counts.max()), len(tasks), 5 * n))  # q, qd, torque, qdd, reference
@@ -402,7 +397,7 @@ def closed_loop(
         wanted = (reference[k : len(reference) - 2 + k : 2] for k in range(3))
         levels = [frictions[k][np.clip(sample, 0, len(frictions[k]) - 1)] for k in active]
         friction = np.repeat(np.stack(levels, axis=1), steps, axis=0)
-        out = step.chain(state[active], *wanted, chi[active], friction, settings).swapaxes(1, 2)
+        out = step.chain(state[active], *wanted, loaded[active], friction, settings).swapaxes(1, 2)
         states = np.concatenate([state[active][None], out[:, :, : 3 * n]])
         logged = slice(max(start, 0), stop)
         if logged.start < stop:
@@ -535,15 +530,15 @@ def run_experiment(
     """
     robot, controller, runs = completed(robot, limits=False), controller or Controller(), []
     phases, gains = draw_robot_errors(disturbances, seed)
-    counts = [sample_count(task.reference.duration, controller.rate) for task in tasks]
-    frictions = [
-        draw_friction(robot, disturbances, count, controller.rate, [seed, k]) for k, count in enumerate(counts)
-    ]
-    rubbing = [task._replace(friction=friction) for task, friction in zip(tasks, frictions, strict=True)]
+    rubbing, levels, names = [], [], dry_friction_names(robot)
+    for k, task in enumerate(tasks):
+        count = sample_count(task.reference.duration, controller.rate)
+        friction = draw_friction(robot, disturbances, count, controller.rate, [seed, k])
+        rubbing.append(task._replace(friction=friction))
+        levels.append(dict(zip(names, friction.mean(axis=0).tolist(), strict=True)))
     found = closed_loop(robot, rubbing, controller, disturbances, phases, progress)
     for k, (task, (exact, reference)) in enumerate(zip(tasks, found, strict=True)):
         recording = record(exact, disturbances, gains, [seed, k], task.name)
-        levels = dict(zip(dry_friction_names(robot), frictions[k].mean(axis=0).tolist(), strict=True))
         distance = np.abs(exact.motion.q - reference).max(axis=0)
-        runs.append(SimulatedRun(task, recording, exact, levels, distance))
+        runs.append(SimulatedRun(task, recording, exact, levels[k], distance))
     return Experiment(robot, disturbances, phases, gains, seed, tuple(runs))

@@ -97,11 +97,6 @@ class Score(Brief):
         return self.max_violation <= TOLERANCE
 
     @property
-    def rank(self) -> tuple[float, float]:
-        """Order of scores, the best first: what is violated, and then the value."""
-        return (0.0 if self.feasible else self.max_violation), self.value
-
-    @property
     def violations(self) -> tuple[str, ...]:
         """Describe each limit that is not met, one line each."""
         return tuple(str(limit) for limit in self.limits if limit.relative > TOLERANCE)

@@ -243,6 +243,10 @@ class _Search:
 
     def consider(self, x: Array, text: str) -> tuple[Array, Score]:
         """Judge a motion, slower or smaller where that makes room between fine samples too; remember the best."""
+
+        def rank(score: Score) -> tuple[float, float]:
+            return (0.0 if score.feasible else score.max_violation), score.value
+
         score = score_of(self.problem, x)
         slower, smaller = _overstepped(score)
         if score.max_violation <= _BEYOND and (slower > 1.0 or smaller < 1.0):
@@ -250,7 +254,7 @@ class _Search:
             after = score_of(self.problem, eased)
             if after.max_violation <= max(score.max_violation, TOLERANCE):
                 x, score = eased, after
-        if self.best is None or score.rank < self.best[1].rank:
+        if self.best is None or rank(score) < rank(self.best[1]):
             self.best = x, score
         best = self.best[1]
         self.progress(text, best.value if best.feasible else None, self.evaluations)

@@ -273,11 +273,12 @@ class FreeViaPoints:
 
     def sample(self, x: Array, finer: int = 1) -> Samples:
         """Evaluate states at times of each segment, its ends included: accelerations have corners there."""
-        return self._pieces(x).sampled(_grid(self.shape.segment, finer * _PARTS))
+        segment = self.shape.segment
+        return _segments(*self._unpacked(x), segment).sampled(_grid(segment, finer * _PARTS))
 
     def pullback(self, x: Array, slope: Samples) -> Array:
         """Apply the Jacobian transposed to the slopes."""
-        pieces, bounds = self._pieces(x), self._bounds
+        pieces, bounds = _segments(*self._unpacked(x), self.shape.segment), self._bounds
         by_start, by_C, by_T = pieces.pullback(_grid(self.shape.segment, _PARTS), slope)
         by_p = np.zeros((len(by_T) + 1, by_start.shape[1]))
         by_p[:-1] += by_start - by_C[:, 4]
@@ -297,9 +298,6 @@ class FreeViaPoints:
         """Make the motion."""
         p, v, a, T = self._unpacked(x)
         return ViaPoints(p, T, v, a) if self.shape.passing else ViaPoints(p, T, segment=self.shape.segment)
-
-    def _pieces(self, x: Array) -> Pieces:
-        return _segments(*self._unpacked(x), self.shape.segment)
 
     def _unpacked(self, x: Array) -> tuple[Array, Array, Array, Array]:
         """Unpack points, speeds and accelerations there (count, n), durations (count - 1,)."""
