@@ -26,7 +26,7 @@ from ..model import BaseParameters, Processing, Recording, Robot, base_parameter
 from ..model.dynamics import SMOOTHING, dry_friction_names, smooth_dry_friction, stable_steps
 from ..model.kernel.kernel import Kernel
 from ..model.motion import Measurement
-from ..trajectories.simulation.closed_loop import integration_step
+from ..trajectories.simulation import integration_step
 from .extras import mujoco_model
 
 HORIZONS = (0.1, 0.5, 1.0, 2.0)  # s: after which times the error is stated, unless others are asked for

@@ -19,8 +19,7 @@ from dynident.benchmarks.shared import options, show
 from dynident.common.arrays import Array
 from dynident.examples.paper.printed import paper_tables
 from dynident.model import load_robot
-from dynident.trajectories.design.criterion import Kind
-from dynident.trajectories.design.goal import Shape
+from dynident.trajectories.design.goal import Kind, Shape
 from dynident.trajectories.design.score import FINER
 from dynident.trajectories.motions.family import Samples
 
@@ -120,7 +119,7 @@ def _compared(
 def _spread(problem: trajectories.DesignProblem, samples: Samples) -> tuple[float, float]:
     """Median and worst predicted relative sigma, for one second of motion."""
     weights = problem.row_weights(samples, weighted=True, duration=1.0)
-    G = problem.information(problem.kernel.entries(samples, 0.0), weights)
+    G = problem.information(problem.kernel.state(samples).entries, weights)
     sigma = np.sqrt(np.diag(np.linalg.inv(G))) / np.abs([TABLE2[name] for name in problem.names])
     return float(np.median(sigma)), float(sigma.max())
 

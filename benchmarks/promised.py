@@ -20,7 +20,7 @@ from dynident.estimation.payload.result import frame_change
 from dynident.estimation.results.payload import FreeEstimate, numbers
 from dynident.model import InertialParameters, load_robot, stand_in
 from dynident.model.files.robot_file import robot_names
-from dynident.trajectories.simulation.simulator import record
+from dynident.trajectories.simulation import record
 
 BODY = InertialParameters.from_com(2.5, [0.01, 0.03, 0.08], np.diag([0.0125, 0.0132, 0.007]))
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from dynident.common.arrays import Array
 from dynident.trajectories import DesignProblem, FourierShape, ViaPointShape
-from dynident.trajectories.design.limits import State, excess
+from dynident.trajectories.design.limits import excess
 from dynident.trajectories.design.score import FINER, TOLERANCE
 from dynident.trajectories.motions.fourier import FreeSeries
 from dynident.trajectories.motions.via_points import FreeViaPoints
@@ -86,7 +86,7 @@ def random_motions(like: DesignProblem, kind: str, count: int, seed: int) -> lis
         def kept(speeds: Array, timed: Callable[[Array], Rival] = timed, parts: int = parts) -> NDArray[np.bool_]:
             rival = timed(speeds)
             samples = rival.family.sample(rival.x, FINER)
-            state = State(samples, like.kernel.entries(samples, 0.0))
+            state = like.kernel.state(samples)
             over = [excess(limit, limit.values(state)).reshape(parts, -1).max(axis=1) for limit in like.limits]
             return np.asarray(np.max(over, axis=0)) <= TOLERANCE
 

@@ -135,11 +135,11 @@ def _kernels_of_one_kind(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     yield
     if os.environ.get("DYNIDENT_NO_COMPILER"):
         from dynident.estimation.equations import observer
-        from dynident.trajectories.design import criterion, payloads
-        from dynident.trajectories.simulation import simulator
+        from dynident.trajectories import simulation
+        from dynident.trajectories.design import goal, limits, scene
 
-        kept = criterion.regressor_kernel, payloads._kernel, simulator._torque_code, observer.equation_code
-        for cached in kept:
+        trajectory_code = goal.regressor_kernel, limits._kernel, scene._kernels, simulation._torque_code
+        for cached in (*trajectory_code, observer.equation_code):
             cached.cache_clear()
 
 

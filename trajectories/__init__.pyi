@@ -1,62 +1,41 @@
 from ..model.visibility import check_mass_visible as check_mass_visible
-from .design.full_trajectory import REHEARSAL as REHEARSAL
-from .design.full_trajectory import Rung as Rung
-from .design.full_trajectory import missed_on_replay as missed_on_replay
-from .design.full_trajectory import speed_ladder as speed_ladder
 from .design.goal import ASSUMED_NOISE as ASSUMED_NOISE
 from .design.goal import ASSUMED_RATIO as ASSUMED_RATIO
 from .design.goal import ASSUMED_STICTION as ASSUMED_STICTION
 from .design.goal import INDEPENDENT as INDEPENDENT
-from .design.goal import Earlier as Earlier
-from .design.goal import Goal as Goal
-from .design.goal import NearGoal as NearGoal
+from .design.goal import Earlier, Goal, NearGoal
 from .design.goal import Shape as Shape
 from .design.goal import assumed_noise as assumed_noise
 from .design.goal import second_pose as second_pose
-from .design.payloads import PayloadSet as PayloadSet
-from .design.problem import DesignProblem as DesignProblem
-from .design.problem import Loads as Loads
-from .design.problem import build_design as build_design
-from .design.scene import Scene as Scene
-from .design.scene import read_scene as read_scene
+from .design.limits import PayloadSet
+from .design.problem import DesignProblem, Loads, build_design
+from .design.scene import Scene, read_scene
 from .design.scene import usual_scene as usual_scene
-from .design.score import Score as Score
+from .design.score import REHEARSAL as REHEARSAL
+from .design.score import Rung as Rung
+from .design.score import Score, score_motion
 from .design.score import check_held as check_held
-from .design.score import score_motion as score_motion
-from .design.search import Design as Design
+from .design.score import missed_on_replay as missed_on_replay
+from .design.score import speed_ladder as speed_ladder
+from .design.search import Design, floor_under, solve_design
 from .design.search import Floor as Floor
-from .design.search import floor_under as floor_under
-from .design.search import solve_design as solve_design
-from .motions.family import JointBounds as JointBounds
+from .motions.family import JointBounds
 from .motions.family import Plan as Plan
-from .motions.fourier import Fourier as Fourier
-from .motions.fourier import FourierShape as FourierShape
-from .motions.fourier import NearShape as NearShape
-from .motions.point_to_point import PointToPoint as PointToPoint
-from .motions.point_to_point import plan_point_to_point as plan_point_to_point
-from .motions.rests import StaticShape as StaticShape
+from .motions.fourier import Fourier, FourierShape, NearShape
+from .motions.point_to_point import PointToPoint, plan_point_to_point
+from .motions.rests import StaticShape
 from .motions.via_points import Quintic as Quintic
-from .motions.via_points import SampledTrajectory as SampledTrajectory
+from .motions.via_points import SampledTrajectory, Trapezoid, ViaPoints, ViaPointShape, random_via_points
 from .motions.via_points import Segment as Segment
-from .motions.via_points import Trapezoid as Trapezoid
-from .motions.via_points import ViaPoints as ViaPoints
-from .motions.via_points import ViaPointShape as ViaPointShape
 from .motions.via_points import joined as joined
 from .motions.via_points import random_points as random_points
-from .motions.via_points import random_via_points as random_via_points
-from .simulation.closed_loop import CONTROLLERS as CONTROLLERS
-from .simulation.closed_loop import Controller as Controller
-from .simulation.closed_loop import Experiment as Experiment
-from .simulation.closed_loop import Task as Task
-from .simulation.closed_loop import run_experiment as run_experiment
-from .simulation.simulator import RX90_DISTURBANCES as RX90_DISTURBANCES
-from .simulation.simulator import RX90_NOISE as RX90_NOISE
-from .simulation.simulator import RX90_SLOW_NOISE as RX90_SLOW_NOISE
-from .simulation.simulator import Disturbances as Disturbances
-from .simulation.simulator import Simulator as Simulator
-from .simulation.simulator import no_disturbances as no_disturbances
-from .simulation.simulator import relative_disturbances as relative_disturbances
-from .simulation.simulator import remembered_disturbances as remembered_disturbances
+from .simulation import CONTROLLERS as CONTROLLERS
+from .simulation import RX90_DISTURBANCES as RX90_DISTURBANCES
+from .simulation import RX90_NOISE, Controller, Disturbances, Experiment, Simulator, Task, run_experiment
+from .simulation import RX90_SLOW_NOISE as RX90_SLOW_NOISE
+from .simulation import no_disturbances as no_disturbances
+from .simulation import relative_disturbances as relative_disturbances
+from .simulation import remembered_disturbances as remembered_disturbances
 
 __all__ = [
     "RX90_NOISE",

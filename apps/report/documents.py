@@ -27,9 +27,8 @@ from ...model.inertia import PayloadSpread
 from ...model.motion import Measurement
 from ...model.visibility import PayloadVisibility
 from ...trajectories import Design, DesignProblem, Fourier, NearShape, Score, StaticShape, Trapezoid, ViaPoints
-from ...trajectories.design.full_trajectory import Rung
 from ...trajectories.design.limits import LimitCheck
-from ...trajectories.design.score import Learnt, holding_torques, learnt_of, score_samples
+from ...trajectories.design.score import Learnt, Rung, holding_torques, learnt_of, score_samples
 from ...trajectories.design.search import Floor
 from ...trajectories.motions.family import Samples
 from ..export.motion import rests_on

@@ -45,8 +45,7 @@ from dynident.model.friction import Friction
 from dynident.tests.estimation.conftest import near_pose
 from dynident.trajectories import RX90_NOISE, Simulator, Task, random_via_points, run_experiment
 from dynident.trajectories.motions.family import Plan
-from dynident.trajectories.simulation.closed_loop import CONTROLLERS
-from dynident.trajectories.simulation.simulator import no_disturbances
+from dynident.trajectories.simulation import CONTROLLERS, no_disturbances
 
 LOAD = InertialParameters.from_com(7.02, [0.01, -0.02, 0.15], np.diag([0.05, 0.05, 0.03]))
 NOISE = 0.3 * np.array(RX90_NOISE)

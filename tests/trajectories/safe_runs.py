@@ -21,9 +21,8 @@ from dynident.trajectories import (
     build_design,
     usual_scene,
 )
-from dynident.trajectories.design.full_trajectory import REHEARSAL
-from dynident.trajectories.design.payloads import unit_point
-from dynident.trajectories.design.score import check_held
+from dynident.trajectories.design.limits import unit_point
+from dynident.trajectories.design.score import REHEARSAL, check_held
 
 
 def dense(function: Any, *states: Array) -> Array:

@@ -1,6 +1,7 @@
 """Criteria and designs: exact values and gradients, limits kept between samples, honest answers."""
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -39,9 +40,8 @@ from dynident.trajectories import (
     score_motion,
     solve_design,
 )
-from dynident.trajectories.design.criterion import CRITERIA, Kind, RegressorKernel, regressor_kernel
 from dynident.trajectories.design.descent import Lagrangian
-from dynident.trajectories.design.goal import Shape
+from dynident.trajectories.design.goal import CRITERIA, Kind, RegressorKernel, Shape, regressor_kernel
 from dynident.trajectories.design.scene import Capsule, HalfSpace
 from dynident.trajectories.design.score import score_of
 from dynident.trajectories.design.search import floor_under
@@ -107,10 +107,11 @@ def test_gradient_is_the_derivative(goal: str, shape: str) -> None:
     x = task.family.random(draw) + 0.02 * draw.standard_normal(task.family.size)
     limits = Lagrangian(task, x, 3.0, 0.4)
     assert limits.violation(task.state(x, 0.5)) > 0.0
-    value, slope = task.evaluate(x, 8.0, 0.5, limits)
+    terms = partial(task.criterion_term, order=8.0), limits
+    value, slope = task.evaluate(x, 0.5, terms)
     assert np.isfinite(value)
     direction = draw.standard_normal(len(x)) / np.sqrt(len(x))
-    expected = derivative(lambda y: task.evaluate(y, 8.0, 0.5, limits)[0], x, direction)
+    expected = derivative(lambda y: task.evaluate(y, 0.5, terms)[0], x, direction)
     assert slope @ direction == pytest.approx(expected, rel=1e-6, abs=1e-6 * float(np.linalg.norm(slope)) / len(x))
 
 
@@ -123,9 +124,9 @@ def test_what_was_recorded_counts_as_what_will_be() -> None:
         return replace(task, goal=replace(task.goal, data_length=seconds, earlier=earlier))
 
     state = task.state(x, 0.5)
-    once = of(10.0).information(state.entries, of(10.0).row_weights(state.samples, True))
-    again = of(10.0, Earlier(task.names, np.asarray(np.linalg.cholesky(once).T))).evaluate(x, 8.0, 0.5)[0]
-    assert again == pytest.approx(of(20.0).evaluate(x, 8.0, 0.5)[0])
+    once = of(10.0).information(state.entries, of(10.0).row_weights(state, True))
+    again = of(10.0, Earlier(task.names, np.asarray(np.linalg.cholesky(once).T)))
+    assert score_of(again, x).value == pytest.approx(score_of(of(20.0), x).value)
 
 
 def test_a_spring_is_part_of_the_torque() -> None:
@@ -348,7 +349,7 @@ def test_the_matrix_is_the_regressor(kernel: tuple[Robot, RegressorKernel]) -> N
 def test_gram_and_torque_are_products_of_the_matrix(kernel: tuple[Robot, RegressorKernel]) -> None:
     robot, own = kernel
     data, draw = samples(robot), np.random.default_rng(1)
-    entries, W = own.entries(data, 0.0), own.matrix(data)
+    entries, W = own.state(data).entries, own.matrix(data)
     weights = draw.uniform(0.5, 2.0, (robot.n, len(data.q)))
     assert np.allclose(own.gram(entries, weights), (W * weights.reshape(-1, 1)).T @ W, rtol=1e-10)
     chi = draw.standard_normal(len(own.columns))
@@ -358,12 +359,13 @@ def test_gram_and_torque_are_products_of_the_matrix(kernel: tuple[Robot, Regress
 def test_the_adjoint_is_the_derivative(kernel: tuple[Robot, RegressorKernel]) -> None:
     robot, own = kernel
     data, draw, step = samples(robot), np.random.default_rng(2), 1e-6
-    seed = draw.standard_normal(own.entries(data, 0.3).shape)
-    slopes = own.state_slope(data, 0.3, seed)
+    seed = draw.standard_normal(own.state(data, 0.3).entries.shape)
+    slopes = own.state_slope(data._replace(width=np.array([0.3])), seed)
     for k, slope in enumerate(slopes, start=1):
         direction = draw.standard_normal(data.q.shape)
         ahead, behind = (
-            own.entries(data._replace(**{data._fields[k]: data[k] + s * direction}), 0.3) for s in (step, -step)
+            own.state(data._replace(**{data._fields[k]: data[k] + s * direction}), 0.3).entries
+            for s in (step, -step)
         )
         expected = np.sum(seed * (ahead - behind)) / (2 * step)
         assert np.sum(slope * direction) == pytest.approx(expected, rel=1e-6, abs=1e-7)

@@ -8,9 +8,8 @@ from dynident import trajectories
 from dynident.common.arrays import Array
 from dynident.model import Motion, load_robot
 from dynident.tests.report.motions.motion_parsers import trapezoid_time
-from dynident.trajectories.design.goal import Shape
-from dynident.trajectories.design.search import FreeStates
-from dynident.trajectories.motions.family import Family, Samples
+from dynident.trajectories.design.goal import Family, Shape
+from dynident.trajectories.motions.family import FreeStates, Samples
 from dynident.trajectories.motions.point_to_point import plan_stops
 from dynident.trajectories.motions.via_points import FreeViaPoints, joined, random_points
 from hypothesis import given, settings
@@ -216,7 +215,7 @@ def test_weights_are_pulled_back_too(family: Family) -> None:
     x, draw, step = somewhere(family), np.random.default_rng(3), 1e-6
     samples = family.sample(x)
     seed = draw.standard_normal(samples.weight.shape)
-    slope = Samples(seed, *(np.zeros_like(samples.q) for _ in range(3)))
+    slope = Samples.zeros(samples)._replace(weight=seed)
     direction = draw.standard_normal(family.size)
     change = family.sample(x + step * direction).weight - family.sample(x - step * direction).weight
     assert family.pullback(x, slope) @ direction == pytest.approx(seed @ change / (2.0 * step), rel=1e-6, abs=1e-8)
@@ -250,7 +249,7 @@ def test_trapezoids_are_ramps_and_constant_speed(name: str) -> None:
     plan, r = family.plan(x), family.shape.segment.ramp
     step, T = np.diff(plan.points, axis=0), plan.durations[:, None]
     for finer in (1, 10):
-        weight, q, qd, qdd = family.sample(x, finer)
+        weight, q, qd, qdd, *_ = family.sample(x, finer)
         shape = (len(T), -1, ROBOT.n)
         speed, acceleration = qd.reshape(shape), qdd.reshape(shape)
         assert weight.sum() == pytest.approx(plan.duration)

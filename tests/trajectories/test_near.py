@@ -1,6 +1,7 @@
 """Motions near a pose: limits, held joints, prediction against simulation, gradients."""
 
 from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -124,13 +125,13 @@ def test_the_prediction_goes_by_independent_samples_not_by_those_of_the_motion(
 def test_the_gradient_is_that_of_differences(seed: int) -> None:
     """Differences of fourth order: the value's own rounding, 1e-9 of it, forbids small steps."""
     problem = asked((2, 5), duration=9.0, poses=np.array([POSE, OTHER])).problem()
-    x = problem.family.random(np.random.default_rng(seed))
-    value, slope = problem.evaluate(x, 1.0, 0.5)
+    x, terms = problem.family.random(np.random.default_rng(seed)), [partial(problem.criterion_term, order=1.0)]
+    value, slope = problem.evaluate(x, 0.5, terms)
     assert np.isfinite(value)
     direction = np.random.default_rng(2).standard_normal(len(x))
     step = 3e-4
     before2, before, after, after2 = (
-        problem.evaluate(x + k * step * direction, 1.0, 0.5)[0] for k in (-2, -1, 1, 2)
+        problem.evaluate(x + k * step * direction, 0.5, terms)[0] for k in (-2, -1, 1, 2)
     )
     difference = (8.0 * (after - before) - (after2 - before2)) / (12.0 * step)
     assert slope @ direction == pytest.approx(difference, rel=1e-5)

@@ -20,7 +20,7 @@ from dynident.model import (
 )
 from dynident.model.frames import frames_at
 from dynident.tests.trajectories.safe_runs import dense, drawn_bodies
-from dynident.trajectories.design.limits import Limit, State
+from dynident.trajectories.design.limits import Limit
 from dynident.trajectories.design.scene import Capsule, HalfSpace
 from dynident.trajectories.design.score import check_held, holding_torques, load_torques
 from dynident.trajectories.motions.family import Samples
@@ -112,12 +112,14 @@ def test_slopes_are_those_of_differences(kind: str) -> None:
     task = problem(SETS[kind], covariance=root @ root.T / 400.0)
     limit, states = torque_limit_of(task), DRAW.uniform(-2.0, 2.0, (3, 20, ARM.n))
     samples = Samples(np.full(20, 0.1), *states)
-    state = State(samples, task.kernel.entries(samples, 0.05))
+    state = task.kernel.state(samples, 0.05)
     weights, step = DRAW.standard_normal(limit.values(state).shape), DRAW.standard_normal(state.entries.shape)
-    slopes = State(Samples.zeros(state.samples), np.zeros_like(state.entries))
+    slopes = Samples.zeros(state)
     limit.measure(state)[1](weights, slopes)
     h = 1e-7
-    ends = [(limit.values(State(state.samples, state.entries + s * h * step)) * weights).sum() for s in (1.0, -1.0)]
+    ends = [
+        (limit.values(state._replace(entries=state.entries + s * h * step)) * weights).sum() for s in (1.0, -1.0)
+    ]
     assert (ends[0] - ends[1]) / (2.0 * h) == pytest.approx((slopes.entries * step).sum(), rel=1e-5)
 
 
@@ -136,7 +138,7 @@ def test_what_is_added_to_the_robots_own_torque_is_the_sets(kind: str) -> None:
     own, known_well, known_badly = (
         torque_limit_of(task).values(state) for task, state in zip((plain, sure, doubtful), states, strict=True)
     )
-    rows = dense(payload_regressor(ARM), *states[0].samples[1:])
+    rows = dense(payload_regressor(ARM), *states[0][1:4])
     largest, smallest = SETS[kind].extremes(rows.reshape(-1, 10))
     unit = np.where(np.isfinite(torque), torque, 1.0)
     expected = np.hstack([own + extreme[0].reshape(-1, 6) / unit for extreme in (largest, smallest)])

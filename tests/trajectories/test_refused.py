@@ -31,8 +31,7 @@ from dynident.trajectories import (
 )
 from dynident.trajectories.design.scene import Capsule, HalfSpace, clearance
 from dynident.trajectories.motions.via_points import quickest, random_points
-from dynident.trajectories.simulation.closed_loop import ClosedLoop
-from dynident.trajectories.simulation.simulator import RX90_DISTURBANCES, no_disturbances
+from dynident.trajectories.simulation import RX90_DISTURBANCES, no_disturbances
 
 RX90, UR10E = load_robot("rx90"), load_robot("ur10e")
 FREE = Robot("free", (Joint(limits=Limits(speed=1.0)),))
@@ -52,7 +51,7 @@ def near(joints: tuple[int, ...] = (2, 3, 5, 6), goal: Any = None, shape: Any = 
 
 
 def simulated(arm: Robot = RX90, controller: Controller | None = None) -> object:
-    return ClosedLoop(arm, controller).run([Task("", STOPS)])
+    return run_experiment(arm, [Task("", STOPS)], no_disturbances(arm.n), controller=controller)
 
 
 REFUSED: dict[str, Callable[[], object]] = {

@@ -35,15 +35,16 @@ from dynident.trajectories import (
     score_motion,
     solve_design,
 )
-from dynident.trajectories.design.full_trajectory import (
+from dynident.trajectories.design.score import (
+    FINER,
     REHEARSAL,
     harder,
+    holding_torques,
     kept_throughout,
     missed_on_run,
+    score_samples,
     speed_ladder,
 )
-from dynident.trajectories.design.limits import State
-from dynident.trajectories.design.score import FINER, holding_torques, score_samples
 from dynident.trajectories.motions.family import Plan, Samples
 
 RUNS = (("ur10e", 0), ("ur10e", 1), ("ur10e", 2), ("panda", 0), ("rx90", 0))
@@ -168,9 +169,9 @@ def test_values_are_those_of_the_slow_run_and_slopes_those_of_differences(arm: s
     t = np.linspace(0.0, plan.period, 52)[1:-1]
     ways = (plan.at(t), plan.slowed(REHEARSAL).at(t / REHEARSAL))
     fast, run = (Samples(np.ones(len(t)), *states) for states in ways)
-    at_fast, at_run = (State(samples, problem.kernel.entries(samples, 0.0)) for samples in (fast, run))
+    at_fast, at_run = (problem.kernel.state(samples) for samples in (fast, run))
     state = problem.state(x, 0.05)
-    slopes, step, h = State(Samples.zeros(state.samples), 0.0 * state.entries), draw.standard_normal(len(x)), 1e-6
+    slopes, step, h = Samples.zeros(state), draw.standard_normal(len(x)), 1e-6
     ends = [problem.state(x + sign * h * step, 0.05) for sign in (1.0, -1.0)]
     total = 0.0
     for limit, of_run in zip(slow, own, strict=True):
@@ -179,7 +180,7 @@ def test_values_are_those_of_the_slow_run_and_slopes_those_of_differences(arm: s
         weights = draw.standard_normal(limit.values(state).shape)
         limit.measure(state)[1](weights, slopes)
         total += float(((limit.values(ends[0]) - limit.values(ends[1])) * weights).sum()) / (2.0 * h)
-    assert total == pytest.approx(problem.family.pullback(x, slopes.samples) @ step, rel=1e-4)
+    assert total == pytest.approx(problem.family.pullback(x, slopes) @ step, rel=1e-4)
 
 
 def weak(case: Case, seed: int) -> Case:

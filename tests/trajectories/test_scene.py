@@ -9,7 +9,6 @@ from dynident.common.errors import InputError
 from dynident.model import load_robot
 from dynident.model.frames import frames_at
 from dynident.trajectories import Scene, read_scene
-from dynident.trajectories.design.limits import State
 from dynident.trajectories.design.scene import Capsule, HalfSpace, clearance
 from dynident.trajectories.motions.family import Samples
 
@@ -28,8 +27,8 @@ SCENE = Scene(
 )
 
 
-def state(q: Array) -> State:
-    return State(Samples(np.ones(len(q)), q, 0 * q, 0 * q), np.zeros((0, len(q))))
+def state(q: Array) -> Samples:
+    return Samples(np.ones(len(q)), q, 0 * q, 0 * q)
 
 
 def axis_points(body: Capsule, q: Array) -> Array:
@@ -59,10 +58,10 @@ def test_slopes_are_derivatives() -> None:
     draw, step = np.random.default_rng(1), 1e-6
     q, limit = draw.uniform(-2.0, 2.0, (15, 6)), clearance(ROBOT, SCENE)
     seed, direction = draw.standard_normal((15, len(limit.labels))), draw.standard_normal(q.shape)
-    slopes = State(Samples.zeros(state(q).samples), np.zeros((0, 15)))
+    slopes = Samples.zeros(state(q))
     limit.measure(state(q))[1](seed, slopes)
     change = limit.values(state(q + step * direction)) - limit.values(state(q - step * direction))
-    assert np.sum(slopes.samples.q * direction) == pytest.approx(np.sum(seed * change) / (2 * step), rel=1e-6)
+    assert np.sum(slopes.q * direction) == pytest.approx(np.sum(seed * change) / (2 * step), rel=1e-6)
 
 
 WHOLE = """

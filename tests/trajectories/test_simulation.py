@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,10 +17,11 @@ from dynident.model import Motion, Robot, base_parameters, load_robot
 from dynident.model.dynamics import SMOOTHING, dry_friction_names, smooth_dry_friction
 from dynident.model.motion import Measurement
 from dynident.trajectories.motions.via_points import random_points
-from dynident.trajectories.simulation.closed_loop import CONTROLLERS, ClosedLoop
-from dynident.trajectories.simulation.simulator import (
+from dynident.trajectories.simulation import (
+    CONTROLLERS,
     RX90_DISTURBANCES,
     RX90_SLOW_NOISE,
+    closed_loop,
     draw_friction,
     draw_robot_errors,
     no_disturbances,
@@ -163,39 +165,35 @@ def ripple(robot: Robot, amplitude: float) -> tuple[trajectories.Disturbances, A
     return levels, phases
 
 
-@pytest.fixture(scope="module")
-def loop(rx90: Robot) -> ClosedLoop:
-    return ClosedLoop(rx90, None, *ripple(rx90, 0.0))
-
-
 def without_dry_friction(robot: Robot) -> Robot:
     return replace(robot, parameters=dict(robot.parameters) | dict.fromkeys(dry_friction_names(robot), 0.0))
 
 
-def test_torques_are_those_of_the_inverse_model(rx90: Robot, loop: ClosedLoop) -> None:
+def test_torques_are_those_of_the_inverse_model(rx90: Robot) -> None:
     """Forward dynamics by base parameters against Newton-Euler by standard ones, friction and ripple added."""
-    shaken = ClosedLoop(rx90, None, *ripple(rx90, 2.0))
-    payload = PAYLOAD
-    ((data, _),) = shaken.run([trajectories.Task("", motion(rx90, 1), payload)])
+    payload, levels = PAYLOAD, ripple(rx90, 2.0)
+    tasks = [trajectories.Task("", motion(rx90, 1), payload)]
+    ((data, _),) = closed_loop(rx90, tasks, CONTROLLERS["integral"], *levels)
     expected = trajectories.Simulator(without_dry_friction(rx90)).measure(data.motion, payload).torque.copy()
     dry = smooth_dry_friction(rx90, SMOOTHING)
     expected += [np.array(dry(qd, friction(rx90)[0]))[:, 0] for qd in data.motion.qd]
-    phases = ripple(rx90, 2.0)[1]
     for k, wave in enumerate(WAVES):
-        expected -= 2.0 * np.sin(wave * data.motion.q + phases[:, k])
+        expected -= 2.0 * np.sin(wave * data.motion.q + levels[1][:, k])
     assert np.abs(data.torque - expected).max() < 1e-9 * np.abs(expected).max()
 
 
-def test_alone_as_in_lockstep(rx90: Robot, loop: ClosedLoop) -> None:
+def test_alone_as_in_lockstep(rx90: Robot) -> None:
     """Runs of different length and load do not know of each other."""
+    levels, phases = ripple(rx90, 0.0)
     runs = [
         trajectories.Task("", motion(rx90, 1)),
         trajectories.Task("", motion(rx90, 2, 3), PAYLOAD, 0.9 * friction(rx90)),
         trajectories.Task("", motion(rx90, 3, 2), friction=1.1 * friction(rx90)),
     ]
-    together = loop.run(runs)
+    loop = partial(closed_loop, rx90, controller=CONTROLLERS["integral"], disturbances=levels, phases=phases)
+    together = loop(tasks=runs)
     for run, (data, reference) in zip(runs, together, strict=True):
-        ((alone, same),) = loop.run([run])
+        ((alone, same),) = loop(tasks=[run])
         assert np.array_equal(data.torque, alone.torque)
         assert np.array_equal(data.motion.q, alone.motion.q)
         assert np.array_equal(reference, same)
@@ -208,7 +206,7 @@ def test_without_integral_action_the_payload_pulls_the_arm_off_its_path(rx90: Ro
     reference, payload = motion(rx90, 0), PAYLOAD
     soft = CONTROLLERS[kind].sagging(rx90, payload, [reference], sag)
     runs = [trajectories.Task("", reference), trajectories.Task("", reference, payload)]
-    (bare, _), (loaded, _) = ClosedLoop(rx90, soft, *ripple(rx90, 0.0)).run(runs)
+    (bare, _), (loaded, _) = closed_loop(rx90, runs, soft, *ripple(rx90, 0.0))
     apart = np.sqrt(np.mean((loaded.motion.q - bare.motion.q) ** 2, axis=0))
     assert apart.max() == pytest.approx(sag, rel=0.2)
 
@@ -223,7 +221,8 @@ def test_a_robot_of_every_kind(
     t = np.linspace(0.0, 1.0, 101)
     bump = (1.0 - np.cos(2.0 * np.pi * t)) ** 2
     reference = trajectories.SampledTrajectory(t, 0.1 * np.outer(bump, np.linspace(1.0, -1.0, robot.n)))
-    ((data, target),) = ClosedLoop(robot).run([trajectories.Task("", reference)])
+    tasks = [trajectories.Task("", reference)]
+    ((data, target),) = closed_loop(robot, tasks, CONTROLLERS["integral"], *ripple(robot, 0.0))
     expected = trajectories.Simulator(without_dry_friction(robot)).measure(data.motion).torque.copy()
     dry = smooth_dry_friction(robot, SMOOTHING)
     expected += [np.array(dry(qd, friction(robot)[0]))[:, 0] for qd in data.motion.qd]

@@ -11,8 +11,9 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from ...common import Array, Mask
-from ..motions.family import Family
-from .limits import Pullback, State, excess
+from ..motions.family import Samples
+from .goal import Family
+from .limits import Pullback, excess
 from .problem import DesignProblem
 from .score import FINER, TOLERANCE
 
@@ -129,7 +130,7 @@ class Lagrangian:
         self._values = [np.zeros(shape) for shape in shapes]
         self._last = 0.0
 
-    def __call__(self, state: State, into: State) -> float:
+    def __call__(self, state: Samples, into: Samples) -> float:
         """Evaluate the terms; their slopes are added to ``into``."""
         total = 0.0
         for old, (new, pullback) in zip(self._values, self._next(state), strict=True):
@@ -147,7 +148,7 @@ class Lagrangian:
             self.stiffness = min(_STIFFER * self.stiffness, _STIFFEST)
         self._last = violation
 
-    def violation(self, state: State) -> float:
+    def violation(self, state: Samples) -> float:
         """Largest violation of the drawn-in intervals, in the limits' units."""
         pairs = zip(self.problem.limits, self.drawn, strict=True)
         return max(0.0, *(float((excess(y, y.values(state)) + drawn).max()) for y, drawn in pairs))
@@ -156,9 +157,9 @@ class Lagrangian:
         """Draw intervals in around where a limit is not kept on the fine grid; true if all are kept."""
         fine, coarse = self.problem.state(self.x, 0.0, FINER), self.problem.state(self.x, FINE_WIDTH)
         # The coarse sample within whose time each fine one lies.
-        middle = np.cumsum(fine.samples.weight) - 0.5 * fine.samples.weight
-        nearest = np.searchsorted(np.cumsum(coarse.samples.weight), middle)
-        nearest = np.minimum(nearest, len(coarse.samples.weight) - 1)
+        middle = np.cumsum(fine.weight) - 0.5 * fine.weight
+        nearest = np.searchsorted(np.cumsum(coarse.weight), middle)
+        nearest = np.minimum(nearest, len(coarse.weight) - 1)
         all_kept = True
         for limit, drawn in zip(self.problem.limits, self.drawn, strict=True):
             over, here = (excess(limit, limit.values(state)) for state in (fine, coarse))
@@ -174,7 +175,7 @@ class Lagrangian:
             drawn[...] = np.maximum(drawn, np.maximum(again, np.maximum(padded[:-2], padded[2:])))
         return all_kept
 
-    def _next(self, state: State) -> Iterator[tuple[Array, Pullback]]:
+    def _next(self, state: Samples) -> Iterator[tuple[Array, Pullback]]:
         for limit, drawn, old in zip(self.problem.limits, self.drawn, self._values, strict=True):
             values, pullback = limit.measure(state)
             z, low, high = old + self.stiffness * values, limit.low + drawn, limit.high - drawn

@@ -19,13 +19,22 @@ from ...model.base import BaseParameters, base_parameters_of
 from ...model.drives import SPRING
 from ...model.regressors import payload_columns
 from ...model.stand_in import completed
-from ..motions.family import Family, JointBounds, Samples
+from ..motions.family import JointBounds, Samples
 from ..motions.fourier import NearShape
 from ..motions.via_points import ViaPointShape
-from .criterion import CRITERIA, Criterion, RegressorKernel, regressor_kernel
-from .goal import ASSUMED_NOISE, Goal, NearGoal, Shape, assumed_noise
-from .limits import Limit, Penalty, State, check, duration_limit, slow_limit, state_limits, torque_limit
-from .payloads import PayloadSet, payload_limit
+from .goal import (
+    ASSUMED_NOISE,
+    CRITERIA,
+    Criterion,
+    Family,
+    Goal,
+    NearGoal,
+    RegressorKernel,
+    Shape,
+    assumed_noise,
+    regressor_kernel,
+)
+from .limits import Limit, PayloadSet, Penalty, check, payload_limit, slowed, state_limits, torque_limit, total_time
 from .scene import Capsule, Scene, clearance, tubes
 
 BALL = "payload within bounds"  # name of the body that stands for every payload within bounds
@@ -122,22 +131,23 @@ class DesignProblem(Brief):
         return replace(self, limits=tuple(limits))
 
     def with_slow_torques(self, speed: float) -> DesignProblem:
-        """Require besides that the same way keeps the torque limits at a fraction of the speed."""
-        slow = (slow_limit(self.kernel, limit, speed) for limit in self.of_kind("torque"))
+        """Require besides that the same way keeps the torque limits at a fraction of the speed.
+
+        What dynamic forces help to lift has to be held without them: a limit may be active in the slow run alone.
+        """
+        slow = []
+        for limit in self.of_kind("torque"):
+            name = f"{limit.name} at {100.0 * speed:g} % of the speed"
+            slow.append(replace(limit, name=name, measure=partial(slowed, self.kernel, limit, speed)))
         return replace(self, limits=(*self.limits, *slow))
 
-    def exact(self, samples: Samples) -> State:
-        """Evaluate samples and regressor with the exact sign."""
-        return State(samples, self.kernel.entries(samples, 0.0))
-
-    def state(self, x: Array, width: float, finer: int = 1) -> State:
+    def state(self, x: Array, width: float, finer: int = 1) -> Samples:
         """Evaluate samples and regressor; ``width`` 0 for the exact sign."""
-        samples = self.family.sample(x, finer)
-        return State(samples, self.kernel.entries(samples, width), width)
+        return self.kernel.state(self.family.sample(x, finer), width)
 
-    def at_rest(self, poses: Array) -> State:
+    def at_rest(self, poses: Array) -> Samples:
         """Evaluate the arm held at poses (N, n)."""
-        return self.exact(Samples.at_rest(poses))
+        return self.kernel.state(Samples.at_rest(poses))
 
     def clear(self, poses: Array) -> bool:
         """True if all poses (N, n) keep clear of obstacles and of each other's bodies."""
@@ -157,46 +167,40 @@ class DesignProblem(Brief):
         """Information W' diag(w) W of the parameters, c x c, earlier recordings included; ``weights`` (n, N)."""
         return self.kernel.gram(entries, weights)[np.ix_(self.places, self.places)] + self.earlier.T @ self.earlier
 
-    def evaluate(self, x: Array, order: float, width: float, limits: Penalty | None = None) -> tuple[float, Array]:
-        """Evaluate criterion, with the terms of the limits if given, and the exact gradient in x.
+    def evaluate(self, x: Array, width: float, terms: Sequence[Penalty]) -> tuple[float, Array]:
+        """Sum of terms, with its exact gradient in x: one adjoint of the regressor, then the family's.
 
-        ``order`` is that of a condition number's surrogate, ``width`` that of the smoothed sign [rad/s or m/s].
+        ``width``: of the smoothed sign [rad/s or m/s].
         """
-        criterion = partial(self.criterion_term, order=order)
-        return self.with_gradient(x, width, [criterion] if limits is None else [criterion, limits])
-
-    def with_gradient(self, x: Array, width: float, terms: Sequence[Penalty]) -> tuple[float, Array]:
-        """Sum of terms, with its exact gradient in x: one adjoint of the regressor, then the family's."""
         state, value = self.state(x, width), 0.0
-        slopes = State(Samples.zeros(state.samples), np.zeros_like(state.entries))
+        slopes = Samples.zeros(state)
         for term in terms:
             value += term(state, slopes)
             if not np.isfinite(value):
                 return np.inf, np.zeros(len(x))
-        by_state = self.kernel.state_slope(state.samples, width, slopes.entries)
-        for into, slope in zip(slopes.samples[1:], by_state, strict=True):
+        for into, slope in zip(slopes[1:4], self.kernel.state_slope(state, slopes.entries), strict=True):
             into += slope
-        return value, self.family.pullback(x, slopes.samples)
+        return value, self.family.pullback(x, slopes)
 
-    def criterion_term(self, state: State, into: State, order: float) -> float:
-        """Evaluate the criterion of a state; its slopes are added to ``into``.
+    def criterion_term(self, state: Samples, into: Samples, order: float) -> float:
+        """Evaluate the criterion, by a surrogate of ``order``, of a state; its slopes are added to ``into``.
 
         Information counts per second of motion, so that a longer motion is not better for its length alone.
         """
-        weight, own = state.samples.weight, np.ix_(self.places, self.places)
-        weights = self.row_weights(state.samples, self.criterion.weighted)
+        weight, own = state.weight, np.ix_(self.places, self.places)
+        weights = self.row_weights(state, self.criterion.weighted)
         M = np.zeros((len(self.kernel.columns),) * 2)
         value, M[own] = self.criterion(self.information(state.entries, weights), order)
         if np.isfinite(value):
             by_weight = self.kernel.gram_slope(state.entries, weights, M, into.entries)
             # Weights are times over their sum, so that their slopes lose the mean.
             by_time = np.einsum("jk,jk->k", by_weight, weights) / weight
-            into.samples.weight[...] += by_time - (by_time @ weight) / weight.sum()
+            into.weight[...] += by_time - (by_time @ weight) / weight.sum()
         return value
 
     def require_full_rank(self, x: Array) -> None:
         """Refuse parameters that no motion of the family tells apart, seen on a random one."""
-        W = self.kernel.matrix(self.family.sample(x), 0.0)[:, self.places]
+        W = self.kernel.matrix(self.family.sample(x))[:, self.places]
         W = np.vstack([W, self.earlier])
         if len(W) < W.shape[1]:
             raise InputError(f"{len(W)} equations cannot tell {W.shape[1]} parameters: use more samples")
@@ -287,7 +291,9 @@ def build_design(
     if base is not None:
         limits += _torque_limits(robot, base, kernel, bounds.torque, loads)
     if isinstance(shape, ViaPointShape) and shape.longest is not None:
-        limits.append(duration_limit(shape.longest))
+        low, high, middle, unit = np.array([[-np.inf], [1.0], [0.0], [shape.longest]])
+        measure = partial(total_time, shape.longest)
+        limits.append(Limit("duration", "duration", ("motion",), low, high, middle, unit, measure))
     if around is not None:
         limits.append(clearance(robot, around))
     problem = DesignProblem(model, bounds, family, goal, kernel, tuple(limits), payloads, around)

@@ -5,10 +5,9 @@ world, so that a capsule fixed to it is an obstacle; floor and walls are half-sp
 have slopes everywhere but where two axes cross; slopes come from CasADi through the batch kernel.
 """
 
-import functools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Annotated, ClassVar
 
@@ -22,7 +21,8 @@ from ...model import Robot
 from ...model.frames import frames_at, link_frames, step
 from ...model.kernel.kernel import Kernel
 from ...model.stand_in import cylinder_radius
-from .limits import Limit, Pullback, State
+from ..motions.family import Samples
+from .limits import Limit, Pullback
 
 _TINY = 1e-12  # m^2: keeps slopes finite where two axes touch, and spheres have an axis of no length
 _UNIT = 0.1  # m
@@ -166,33 +166,26 @@ def clearance(robot: Robot, scene: Scene) -> Limit:
     """Limit the distances in the scene, a column per pair; values in units of 0.1 m."""
     labels = _functions(robot, scene)[2]
     unit, low, high = (np.full(len(labels), value) for value in (_UNIT, scene.clearance / _UNIT, np.inf))
-    measure = _Distances(robot, scene)
+    measure = partial(_distances, robot, scene)
     return Limit("clearance", "clearance", labels, low, high, np.zeros(len(labels)), unit, measure)
 
 
-@dataclass(frozen=True)
-class _Distances:
-    robot: Robot
-    scene: Scene
+def _distances(robot: Robot, scene: Scene, state: Samples) -> tuple[Array, Pullback]:
+    distance, adjoint = _kernels(robot, scene)
 
-    @functools.cached_property
-    def _kernels(self) -> tuple[Kernel, Kernel]:
-        distance, adjoint, _ = _functions(self.robot, self.scene)
-        return Kernel(distance), Kernel(adjoint)
+    def pullback(slope: Array, into: Samples) -> None:
+        into.q[...] += adjoint(state.q, slope / _UNIT).T
 
-    def __getstate__(self) -> dict[str, object]:
-        return {"robot": self.robot, "scene": self.scene}
-
-    def __call__(self, state: State) -> tuple[Array, Pullback]:
-        distance, adjoint = self._kernels
-
-        def pullback(slope: Array, into: State) -> None:
-            into.samples.q[...] += adjoint(state.samples.q, slope / _UNIT).T
-
-        return distance(state.samples.q).T / _UNIT, pullback
+    return distance(state.q).T / _UNIT, pullback
 
 
-@functools.lru_cache(maxsize=16)
+@lru_cache(maxsize=16)
+def _kernels(robot: Robot, scene: Scene) -> tuple[Kernel, Kernel]:
+    distance, adjoint, _ = _functions(robot, scene)
+    return Kernel(distance), Kernel(adjoint)
+
+
+@lru_cache(maxsize=16)
 def _functions(robot: Robot, scene: Scene) -> tuple[ca.Function, ca.Function, tuple[str, ...]]:
     if any(body.link > robot.n for body in scene.bodies):
         raise InputError(f"the scene names a link that robot {robot.name!r} does not have: it has {robot.n}")

@@ -6,25 +6,23 @@ of states within the limits, continuity ignored, is an optimal experimental desi
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import NamedTuple
 
 import numpy as np
 from msgspec import field
 
 from ...common import Array, Brief, Document, Float, Speaks, one_thread
 from ...model import Motion
-from ..motions.family import Clear, JointBounds, Plan, Samples, everywhere
+from ..motions.family import FreeStates, Plan, Samples
 from ..motions.fourier import FreeSeries, NearShape
 from ..motions.rests import FreeRests
 from ..motions.via_points import FreeViaPoints
-from .descent import FINE_WIDTH, WIDTH, Lagrangian, Smooth, by_matrix, by_steps
-from .full_trajectory import harder, kept_throughout
-from .limits import LimitCheck, Penalty, State, excess
+from .descent import FINE_WIDTH, WIDTH, Lagrangian, by_matrix, by_steps
+from .limits import LimitCheck, Penalty, excess
 from .problem import DesignProblem
-from .score import TOLERANCE, Learnt, Score, score_of, score_samples
+from .score import TOLERANCE, Learnt, Score, harder, kept_throughout, score_of, score_samples
 
 _MARGIN, _FLOOR_MARGIN = 0.01, 1e-3  # of a limit, between samples; the settling adapts it
 _ASTRAY = 0.1  # in the limits' units: what violates more after the first look seldom comes back
@@ -36,7 +34,6 @@ _ROOM = 5e-4  # of a limit: for what a motion does between the samples of the fi
 _BEYOND = 0.2  # of a limit: what misses it by more is not mended by going slower
 _EASES, _MORE = 14, 1.5  # each so many times as much as the last
 _FLOOR_ITERATIONS = 200  # of a round
-_TRIES = 100  # to find a pose that is clear
 _BUDGET = 300.0  # s of processor time; usual searches take 2 to 60
 _BEGINNING = 0.25  # of it: after that no further random start is begun
 
@@ -137,23 +134,6 @@ def solve_design(
     return Design(problem, plan, score, seed, begun_at, search.evaluations, cpu, stopped, run + rehearsal)
 
 
-class Effort(NamedTuple):
-    """Effort of a search: when it ends."""
-
-    first: int  # iterations from a start, shared by the surrogate's orders
-    refined: int  # iterations of each stage after that
-    settled: int  # iterations of each turn of settling
-    stages: int  # of refinement; the last has the fine sign
-    turns: int  # of settling at most
-    by_matrix: bool  # whether descents go on from the curvature that the last one has learnt, kept as a matrix
-    gain: float = -np.inf  # of the criterion: a stage that gains no more is the last of its kind
-
-
-_NEAR, _VIA = Effort(150, 50, 40, 3, 8, True, 2e-3), Effort(100, 100, 50, 2, 14, True)
-_FRESH = Effort(160, 150, 60, 4, 8, False)
-"""Effort where each descent learns the curvature anew: many numbers, many minima, or a changing surrogate."""
-
-
 @dataclass
 class _Search:
     problem: DesignProblem
@@ -165,22 +145,32 @@ class _Search:
     starts: int = 0
     best: tuple[Array, Score] | None = None
     interrupted: bool = False
+    # Effort where each descent learns the curvature anew: many numbers, many minima, or a changing surrogate.
+    first: int = 160  # iterations from a start, shared by the surrogate's orders
+    refined: int = 150  # iterations of each stage after that
+    settled: int = 60  # iterations of each turn of settling
+    stages: int = 4  # of refinement; the last has the fine sign
+    turns: int = 8  # of settling at most
+    by_matrix: bool = False  # whether descents go on from the curvature that the last one has learnt
+    gain: float = -np.inf  # of the criterion: a stage that gains no more is the last of its kind
+
+    def __post_init__(self) -> None:
+        family = self.problem.family
+        if family.size > _SMALL:
+            return
+        if isinstance(family, FreeRests) or (
+            isinstance(family, FreeSeries) and isinstance(family.shape, NearShape)
+        ):
+            self.first, self.refined, self.settled, self.stages = 150, 50, 40, 3
+            self.by_matrix, self.gain = True, 2e-3
+        elif isinstance(family, FreeViaPoints) and self.problem.criterion.weighted:
+            self.first, self.refined, self.settled, self.stages = 100, 100, 50, 2
+            self.by_matrix, self.turns = True, 14
 
     @property
     def found(self) -> tuple[Array, Score]:
         """Best motion and its score; a random start if the search was interrupted before its first look."""
         return self.best or self.consider(self._first(), "random start")
-
-    @cached_property
-    def effort(self) -> Effort:
-        family = self.problem.family
-        if family.size > _SMALL:
-            return _FRESH
-        if isinstance(family, FreeRests) or (
-            isinstance(family, FreeSeries) and isinstance(family.shape, NearShape)
-        ):
-            return _NEAR
-        return _VIA if isinstance(family, FreeViaPoints) and self.problem.criterion.weighted else _FRESH
 
     def run(self, starts: int) -> None:
         """Improve random starts, or the one that is given, for a while, the best to the end, unless interrupted."""
@@ -191,21 +181,21 @@ class _Search:
 
     def _finish(self, course: Lagrangian) -> None:
         """Refine a start, then settle it within its limits, or else by making it slower and smaller."""
-        effort, order, last = self.effort, self.problem.criterion.orders[-1], np.nan
+        order, last = self.problem.criterion.orders[-1], np.nan
 
         def gains(width: float, iterations: int, text: str) -> bool:
             """Improve; true if this motion or the last one misses a limit, or this one is clearly better."""
             nonlocal last
             score = self._improved(course, order, width, iterations, text)
             before, last = last, score.value if score.feasible else np.nan
-            return not before - last <= effort.gain
+            return not before - last <= self.gain
 
-        for stage in range(effort.stages - 1):
-            if not gains(WIDTH, effort.refined, f"refined {stage + 1}"):
+        for stage in range(self.stages - 1):
+            if not gains(WIDTH, self.refined, f"refined {stage + 1}"):
                 break
-        gains(FINE_WIDTH, effort.refined, f"refined {effort.stages}")
-        for turn in range(effort.turns):
-            if course.settle() or not gains(FINE_WIDTH, effort.settled, f"settled {turn + 1}"):
+        gains(FINE_WIDTH, self.refined, f"refined {self.stages}")
+        for turn in range(self.turns):
+            if course.settle() or not gains(FINE_WIDTH, self.settled, f"settled {turn + 1}"):
                 return
         for x in (course.x, self.found[0]):
             slower, smaller = _overstepped(score_of(self.problem, x))
@@ -215,7 +205,7 @@ class _Search:
 
     def _best_start(self, starts: int) -> Lagrangian:
         """Find the most promising of some random starts: all are improved, the best third of them further."""
-        orders, first = self.problem.criterion.orders, self.effort.first
+        orders, first = self.problem.criterion.orders, self.first
         courses = [(1, self._begun(1))]
         while len(courses) < starts and time.process_time() < self.begun + _BEGINNING * _BUDGET:
             courses.append((len(courses) + 1, self._begun(len(courses) + 1)))
@@ -225,7 +215,8 @@ class _Search:
 
         def promise(start: tuple[int, Lagrangian]) -> tuple[bool, float, int]:
             number, course = start
-            merit, _ = self.problem.evaluate(course.x, orders[-1], WIDTH, course)
+            criterion = partial(self.problem.criterion_term, order=orders[-1])
+            merit, _ = self.problem.evaluate(course.x, WIDTH, [criterion, course])
             return course.violation(self.problem.state(course.x, WIDTH)) > _ASTRAY, merit, number
 
         for of, order in ((1, orders[0]), (_OF, orders[:2][-1])):
@@ -246,7 +237,7 @@ class _Search:
             limits = Lagrangian(problem, x, 1.0, 2.0 * _MARGIN)
             if limits.violation(problem.state(x, WIDTH)) <= 0.0:
                 break
-            x, _ = self._descended(partial(problem.with_gradient, width=WIDTH, terms=[limits]), x, _NEARER)
+            x, _ = self._descended(x, WIDTH, [limits], _NEARER)
         self.consider(x, f"start {number}")
         return Lagrangian(problem, x, _STIFFNESS, _MARGIN)
 
@@ -263,27 +254,28 @@ class _Search:
             after = score_of(self.problem, eased)
             if after.max_violation <= max(score.max_violation, TOLERANCE):
                 x, score = eased, after
-        self.best = min(self.best or (x, score), (x, score), key=lambda found: rank(found[1]))
+        if self.best is None or rank(score) < rank(self.best[1]):
+            self.best = x, score
         best = self.best[1]
         self.progress(text, best.value if best.feasible else None, self.evaluations)
         return x, score
 
     def _improved(self, course: Lagrangian, order: float, width: float, iterations: int, text: str) -> Score:
-        function = partial(self.problem.evaluate, order=order, width=width, limits=course)
-        course.x, course.curvature = self._descended(function, course.x, iterations, course.curvature)
+        terms = partial(self.problem.criterion_term, order=order), course
+        course.x, course.curvature = self._descended(course.x, width, terms, iterations, course.curvature)
         course.update(width)
         return self.consider(course.x, text)[1]
 
     def _descended(
-        self, function: Smooth, x: Array, iterations: int, curvature: Array | None = None
+        self, x: Array, width: float, terms: Sequence[Penalty], iterations: int, curvature: Array | None = None
     ) -> tuple[Array, Array | None]:
         def counted(y: Array) -> tuple[float, Array]:
             self.evaluations += 1
             if time.process_time() > self.begun + _BUDGET:
                 raise TimeoutError("the search has used up its time")
-            return function(y)
+            return self.problem.evaluate(y, width, terms)
 
-        if self.effort.by_matrix:
+        if self.by_matrix:
             return by_matrix(counted, x, self.problem.family, iterations, curvature)
         return by_steps(counted, x, self.problem.family, iterations), None
 
@@ -298,53 +290,6 @@ def _overstepped(score: Score) -> tuple[float, float]:
         elif limit.name != "duration":
             slower = max(slower, over)
     return slower, smaller
-
-
-class FreeStates:
-    """A family whose members are weighted sets of states, each within the joints' limits by itself.
-
-    x holds q, qd and qdd of each state over their limits, then the logs of the weights, which share one second.
-    """
-
-    def __init__(self, bounds: JointBounds, count: int) -> None:
-        n = len(bounds.low)
-        self._middle, self.reach, self._shape = bounds.middle, (bounds.low, bounds.high), (3, count, n)
-        self._unit = np.stack([bounds.half, bounds.speed, bounds.acceleration])[:, None]
-        self._linear, self.size = 3 * count * n, 3 * count * n + count
-        self.low, self.high = -np.ones(self.size), np.ones(self.size)
-        self.low[self._linear :], self.high[self._linear :] = -8.0, 8.0
-
-    def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
-        """Draw random poses; speeds and accelerations mostly large."""
-        x = np.zeros(self.size)
-        states = x[: self._linear].reshape(self._shape)
-        states[...] = draw.uniform(-1.0, 1.0, states.shape)
-        states[1:] = np.sign(states[1:]) * np.sqrt(np.abs(states[1:]))
-        for pose in states[0]:
-            for _ in range(_TRIES):
-                if clear(self._middle + self._unit[0] * pose):
-                    break
-                pose[...] = draw.uniform(-1.0, 1.0, len(pose))
-        return x
-
-    def sample(self, x: Array, finer: int = 1) -> Samples:
-        """Take the states; there is nothing between them."""
-        (q, qd, qdd), logs = self._unit * x[: self._linear].reshape(self._shape), x[self._linear :]
-        weight = np.exp(logs - logs.max())
-        return Samples(weight / weight.sum(), self._middle + q, qd, qdd)
-
-    def pullback(self, x: Array, slope: Samples) -> Array:
-        """Apply the Jacobian transposed to the slopes."""
-        w = self.sample(x).weight
-        return np.concatenate([(np.stack(slope[1:]) * self._unit).ravel(), w * (slope.weight - w @ slope.weight)])
-
-    def plan(self, x: Array) -> Plan:
-        """Refuse a plan: states without order are no motion."""
-        raise TypeError("a set of states is no motion")
-
-    def eased(self, x: Array, slower: float, smaller: float) -> Array:
-        """Keep states as they are: each keeps its limits by itself."""
-        return x
 
 
 class Floor(Document, frozen=True):
@@ -385,44 +330,39 @@ def floor_under(
     course = Lagrangian(free, family.random(np.random.default_rng(seed), problem.clear), _STIFFNESS, _FLOOR_MARGIN)
     orders = problem.criterion.orders
     for order, width in [(p, WIDTH) for p in (*orders, *[orders[-1]] * effort)] + [(orders[-1], FINE_WIDTH)]:
-        function = partial(free.evaluate, order=order, width=width, limits=course)
-        course.x = by_steps(function, course.x, family, _FLOOR_ITERATIONS)
+        terms = partial(free.criterion_term, order=order), course
+        course.x = by_steps(partial(free.evaluate, width=width, terms=terms), course.x, family, _FLOOR_ITERATIONS)
         course.update(width)
     value = score_samples(free, family.sample(course.x)).value
-    dual = _dual(free, family, course.x, seed) if problem.criterion.weighted else None
-    return Floor(value, reached - (value if dual is None else dual), count, dual)
-
-
-def _dual(free: DesignProblem, family: FreeStates, x: Array, seed: int) -> float:
-    """Estimate a criterion's dual from weighted states that are nearly best.
-
-    C is convex in G and M its slope there: C(G') >= C(G) + tr M (G' - G), where G' is a mean over states of I: so
-    the dual needs the one state where tr M I is least.
-    """
-    exact = free.exact(family.sample(x))
-    G = free.information(exact.entries, free.row_weights(exact.samples, True))
-    value, M = free.criterion(G)
+    if not problem.criterion.weighted:
+        return Floor(value, reached - value, count, None)
+    # The dual: C is convex in G and M its slope there, so that C(G') >= C(G) + tr M (G' - G), where G' is a mean
+    # over states of I. It needs the one state where tr M I is least.
+    exact = free.kernel.state(family.sample(course.x))
+    G = free.information(exact.entries, free.row_weights(exact, True))
+    convex, M = free.criterion(G)
     wide = np.zeros((len(free.kernel.columns),) * 2)
     wide[np.ix_(free.places, free.places)] = M
 
-    def each(state: State, into: State) -> Array:
-        """Evaluate tr M I of each state as if it were all; slopes of the sum are added to ``into``."""
-        weights = free.row_weights(state.samples, True) * state.samples.weight.sum() / state.samples.weight
+    def each(state: Samples, into: Samples) -> Array:
+        """Evaluate tr M I of each state as if it were all, with slopes of the sum."""
+        weights = free.row_weights(state, True) * state.weight.sum() / state.weight
         return np.asarray(
             (weights * free.kernel.gram_slope(state.entries, weights, wide, into.entries)).sum(axis=0)
         )
 
     least = np.inf
-    for start in (x, family.random(np.random.default_rng([seed, 1]), free.clear)):
+    for start in (course.x, family.random(np.random.default_rng([seed, 1]), free.clear)):
         course = Lagrangian(free, start, _STIFFNESS, _FLOOR_MARGIN)
-        terms: list[Penalty] = [lambda state, into: float(each(state, into).sum()), course]
+        dual_terms: list[Penalty] = [lambda state, into: float(each(state, into).sum()), course]
         for _ in range(2):
-            function = partial(free.with_gradient, width=FINE_WIDTH, terms=terms)
+            function = partial(free.evaluate, width=FINE_WIDTH, terms=dual_terms)
             course.x = by_steps(function, course.x, family, _FLOOR_ITERATIONS // 2)
             course.update(FINE_WIDTH)
-        state = free.exact(family.sample(course.x))
-        found = each(state, State(Samples.zeros(state.samples), np.zeros_like(state.entries)))
+        state = free.kernel.state(family.sample(course.x))
+        found = each(state, Samples.zeros(state))
         for limit in free.limits:
             found = np.where(excess(limit, limit.values(state)).max(axis=1) <= _FLOOR_MARGIN, found, np.inf)
         least = min(least, float(found.min()))
-    return float(value + np.trace(M @ (free.earlier.T @ free.earlier - G)) + least)
+    dual = float(convex + np.trace(M @ (free.earlier.T @ free.earlier - G)) + least)
+    return Floor(value, reached - dual, count, dual)

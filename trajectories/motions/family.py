@@ -8,7 +8,7 @@ and their exact gradients.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,6 +22,7 @@ Grid = tuple[Array, Factors]
 """Samples of a piece: the fraction of its time that each stands for, shape (N,), and the basis there."""
 _END = 1e-12  # of the duration: what rounding may keep the last sample from falling on the end
 LONGEST = 3600.0  # longest duration of a motion that is designed [s]
+_TRIES = 100  # to find a pose that is clear
 _MOST = 10_000_000  # samples of a motion: eleven hours at 250 Hz; memory would not hold much more
 
 
@@ -125,15 +126,18 @@ def check_pose(pose: Array, robot: Robot, bounds: JointBounds) -> None:
 
 
 class Samples(NamedTuple):
-    """States with the time that each stands for.
+    """States with the time that each stands for, and a regressor there; or slopes of one number in all of them.
 
-    ``weight`` (N,) [s]; ``q``, ``qd``, ``qdd`` (N, n) [rad or m, per second, per second squared].
+    ``weight`` (N,) [s]; ``q``, ``qd``, ``qdd`` (N, n) [rad or m, per second, per second squared]; ``entries`` of
+    the regressor that are not zero, (entries, N), by a sign smoothed over ``width`` [rad/s or m/s], 0 for exact.
     """
 
     weight: Array
     q: Array
     qd: Array
     qdd: Array
+    entries: Array = np.zeros((0, 0))
+    width: Array = np.zeros(1)
 
     @staticmethod
     def zeros(like: "Samples") -> "Samples":
@@ -160,17 +164,6 @@ class Pieces(NamedTuple):
     durations: Array  # [s], shape (K,)
     basis: Callable[[Array], Factors]  # in unit time, zero in q at s = 0
 
-    def at(self, t: Array) -> tuple[Array, Array, Array]:
-        """Position, speed and acceleration at times [s], each (N, n); at rest before 0 and after the last one."""
-        knots = np.concatenate([[0.0], np.cumsum(self.durations)])
-        moves = ((t >= 0.0) & (t <= knots[-1]))[:, None]
-        inside = np.clip(t, 0.0, knots[-1])
-        k = np.clip(np.searchsorted(knots, inside, side="right") - 1, 0, len(self.durations) - 1)
-        T = self.durations[k]
-        factors = self.basis(np.clip((inside - knots[k]) / T, 0.0, 1.0))
-        q, qd, qdd = (np.einsum("Nm,Nmn->Nn", B, self.coefficients[k]) for B in factors)
-        return self.start[k] + q, qd / T[:, None] * moves, qdd / T[:, None] ** 2 * moves
-
     def sampled(self, grid: Grid) -> Samples:
         """Evaluate the states on the same grid in each piece."""
         weights, (B, Bd, Bdd) = grid
@@ -183,7 +176,7 @@ class Pieces(NamedTuple):
         """Gradient in start, coefficients and durations of a number whose gradient in the samples is ``slope``."""
         weights, (B, Bd, Bdd) = grid
         C, T = self.coefficients, self.durations[:, None, None]
-        q, qd, qdd = (x.reshape(len(T), len(weights), -1) for x in slope[1:])
+        q, qd, qdd = (x.reshape(len(T), len(weights), -1) for x in slope[1:4])
         by_speed, by_acceleration = Bd.T @ (qd / T), Bdd.T @ (qdd / T**2)
         by_duration = slope.weight.reshape(len(T), -1) @ weights
         by_duration -= np.einsum("kmn,kmn->k", by_speed + 2.0 * by_acceleration, C) / self.durations
@@ -205,7 +198,15 @@ class Plan:
 
     def at(self, t: Array) -> tuple[Array, Array, Array]:
         """Position, speed and acceleration at times [s], each (N, n); at rest before 0 and after ``duration``."""
-        return self.pieces.at(t)
+        pieces = self.pieces
+        knots = np.concatenate([[0.0], np.cumsum(pieces.durations)])
+        moves = ((t >= 0.0) & (t <= knots[-1]))[:, None]
+        inside = np.clip(t, 0.0, knots[-1])
+        k = np.clip(np.searchsorted(knots, inside, side="right") - 1, 0, len(pieces.durations) - 1)
+        T = pieces.durations[k]
+        factors = pieces.basis(np.clip((inside - knots[k]) / T, 0.0, 1.0))
+        q, qd, qdd = (np.einsum("Nm,Nmn->Nn", B, pieces.coefficients[k]) for B in factors)
+        return pieces.start[k] + q, qd / T[:, None] * moves, qdd / T[:, None] ** 2 * moves
 
     def motion(self, rate: float) -> Motion:
         """Sample the motion at ``rate`` [Hz], its end included where a sample falls on it."""
@@ -213,25 +214,48 @@ class Plan:
         return Motion(t, *self.at(t))
 
 
-class Family(Protocol):
-    """Family of motions that depend smoothly on a vector x whose entries are of the order of 1."""
+class FreeStates:
+    """A family whose members are weighted sets of states, each within the joints' limits by itself.
 
-    size: int
-    low: Array  # bounds of x, shape (size,)
-    high: Array
-    reach: tuple[Array, Array]  # lowest and highest positions, (n,), or (k, n) for k equal parts of the samples
+    x holds q, qd and qdd of each state over their limits, then the logs of the weights, which share one second.
+    """
+
+    def __init__(self, bounds: JointBounds, count: int) -> None:
+        n = len(bounds.low)
+        self._middle, self.reach, self._shape = bounds.middle, (bounds.low, bounds.high), (3, count, n)
+        self._unit = np.stack([bounds.half, bounds.speed, bounds.acceleration])[:, None]
+        self._linear, self.size = 3 * count * n, 3 * count * n + count
+        self.low, self.high = -np.ones(self.size), np.ones(self.size)
+        self.low[self._linear :], self.high[self._linear :] = -8.0, 8.0
 
     def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
-        """Draw a random x to start from, within position and speed limits, through ``clear`` poses if it can."""
+        """Draw random poses; speeds and accelerations mostly large."""
+        x = np.zeros(self.size)
+        states = x[: self._linear].reshape(self._shape)
+        states[...] = draw.uniform(-1.0, 1.0, states.shape)
+        states[1:] = np.sign(states[1:]) * np.sqrt(np.abs(states[1:]))
+        for pose in states[0]:
+            for _ in range(_TRIES):
+                if clear(self._middle + self._unit[0] * pose):
+                    break
+                pose[...] = draw.uniform(-1.0, 1.0, len(pose))
+        return x
 
     def sample(self, x: Array, finer: int = 1) -> Samples:
-        """Evaluate states on the grid of the optimisation, or on one ``finer`` times as dense."""
+        """Take the states; there is nothing between them."""
+        (q, qd, qdd), logs = self._unit * x[: self._linear].reshape(self._shape), x[self._linear :]
+        weight = np.exp(logs - logs.max())
+        return Samples(weight / weight.sum(), self._middle + q, qd, qdd)
 
     def pullback(self, x: Array, slope: Samples) -> Array:
-        """Gradient in x of a number whose gradient in the samples is ``slope``: the Jacobian transposed."""
+        """Apply the Jacobian transposed to the slopes."""
+        w = self.sample(x).weight
+        return np.concatenate([(np.stack(slope[1:4]) * self._unit).ravel(), w * (slope.weight - w @ slope.weight)])
 
     def plan(self, x: Array) -> Plan:
-        """Make the motion."""
+        """Refuse a plan: states without order are no motion."""
+        raise TypeError("a set of states is no motion")
 
     def eased(self, x: Array, slower: float, smaller: float) -> Array:
-        """Make a motion ``slower`` times slower, where the duration is free, and ``smaller`` times smaller."""
+        """Keep states as they are: each keeps its limits by itself."""
+        return x

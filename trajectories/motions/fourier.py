@@ -254,7 +254,7 @@ class FreeSeries:
         """Draw random weights, as large as a first motion may be; then a middle; smaller until it is clear."""
         weights, count = np.zeros(self.layout), self.functions.shape[1]
         weights[..., :count] = draw.standard_normal((*self.layout[:2], count))
-        _, q, qd, qdd = self.sample(weights.ravel())
+        _, q, qd, qdd, *_ = self.sample(weights.ravel())
         away = q.reshape(len(self.poses), -1, q.shape[1]) - self.poses[:, None]
         states = np.stack([away, qd.reshape(away.shape), qdd.reshape(away.shape)])[..., self.moving]
         most = [self.ranges, self.bounds.speed[self.moving], self.bounds.acceleration[self.moving]]

@@ -58,10 +58,12 @@ class PointToPoint(Plan, Brief):
         change = np.concatenate([speed, -speed])
         corners = np.array([0.0, self.smoothing, 1.0 - self.smoothing, 1.0])
         knots = np.unique(starts[:, None] + lengths[:, None] * corners)
-        x = (knots[:, None] - starts) / lengths
-        shapes = _ramp(x, self.smoothing)
-        q = self.points[0] + (shapes[0] * lengths) @ change
-        qd, qdd = shapes[1] @ change, (shapes[2] / lengths) @ change
+        # A ramp of unit time and height: its integral, itself, and its slope, a trapezoid of height 1 / (1 - s).
+        x, s = (knots[:, None] - starts) / lengths, self.smoothing
+        a, b, c = (np.maximum(np.clip(x, 0.0, 1.0) - corner, 0.0) for corner in (0.0, s, 1.0 - s))
+        integral, ramp, slope = ((a**m - b**m - c**m) / (s * (1.0 - s)) for m in (3, 2, 1))
+        q = self.points[0] + ((integral / 6.0 + np.maximum(x - 1.0, 0.0)) * lengths) @ change
+        qd, qdd = (ramp / 2.0) @ change, (slope / lengths) @ change
         T = np.diff(knots)
         step = T[:, None]
         coefficients = np.stack([step * qd[:-1], step**2 * qdd[:-1], step**2 * np.diff(qdd, axis=0)], axis=1)
@@ -73,13 +75,6 @@ def _cubic(s: Array) -> Factors:
     still, one = np.zeros_like(s), np.ones_like(s)
     powers = np.stack([still, one, s, s**2 / 2.0, s**3 / 6.0], axis=1)
     return powers[:, 2:], powers[:, 1:4], powers[:, :3]
-
-
-def _ramp(x: Array, s: float) -> tuple[Array, Array, Array]:
-    """Ramp of unit time and height: its integral, itself and its slope (a trapezoid of height 1 / (1 - s))."""
-    a, b, c = (np.maximum(np.clip(x, 0.0, 1.0) - corner, 0.0) for corner in (0.0, s, 1.0 - s))
-    integral, ramp, slope = ((a**m - b**m - c**m) / (s * (1.0 - s)) for m in (3, 2, 1))
-    return integral / 6.0 + np.maximum(x - 1.0, 0.0), ramp / 2.0, slope
 
 
 def plan_point_to_point(

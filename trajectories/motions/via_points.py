@@ -46,18 +46,15 @@ class Quintic:
     passes = True
     peak_speed = 15.0 / 8.0
     peak_acceleration = 10.0 / 3.0**0.5
+    phases = (0.0, 1.0)
 
-    def basis(self, s: Array) -> Factors:
+    def basis(self, s: Array, phase: Indices | None = None) -> Factors:
         """Evaluate the Hermite polynomials."""
         powers, k = s[:, None] ** np.arange(6), np.arange(1, 6)
         first, second = np.zeros_like(powers), np.zeros_like(powers)
         first[:, 1:] = k * powers[:, :5]
         second[:, 2:] = k[1:] * k[:4] * powers[:, :4]
         return powers @ _HERMITE.T, first @ _HERMITE.T, second @ _HERMITE.T
-
-    def grid(self, parts: int) -> Grid:
-        """Divide the segment into even parts."""
-        return _even(parts), self.basis(np.linspace(0.0, 1.0, parts + 1))
 
 
 QUINTIC = Quintic()
@@ -96,25 +93,20 @@ class Trapezoid:
         """Peak acceleration, held over the whole ramps."""
         return 1.0 / (self.ramp * (1.0 - self.ramp))
 
-    def basis(self, s: Array) -> Factors:
-        """Evaluate the basis: at a step of the acceleration its value after the step, at s = 1 that before."""
-        return self._in_phase(s, np.searchsorted([self.ramp, 1.0 - self.ramp], s, side="right"))
+    @property
+    def phases(self) -> tuple[float, ...]:
+        """Times at which the ramp up, the constant speed and the ramp down begin and end, where they last."""
+        return (0.0, self.ramp, 1.0 - self.ramp, 1.0) if self.ramp < 0.5 else (0.0, 0.5, 1.0)
 
-    def grid(self, parts: int) -> Grid:
-        """Divide each phase into even parts; both sides of every step of the acceleration are sampled."""
-        s, phase, weights = [], [], []
-        for k, (begin, end) in enumerate(pairwise((0.0, self.ramp, 1.0 - self.ramp, 1.0))):
-            if end > begin:
-                count = max(round(parts * (end - begin)), 2)
-                s.append(np.linspace(begin, end, count + 1))
-                phase.append(np.full(count + 1, k))
-                weights.append(_even(count) * (end - begin))
-        return np.concatenate(weights), self._in_phase(np.concatenate(s), np.concatenate(phase))
+    def basis(self, s: Array, phase: Indices | None = None) -> Factors:
+        """Evaluate the basis in the ``phases`` with these indices.
 
-    def _in_phase(self, s: Array, phase: Indices) -> Factors:
-        """Values f, f' and f'' in the ramp up (0), at constant speed (1) and in the ramp down (2)."""
+        Without them a step of the acceleration has its value after the step, and s = 1 that before.
+        """
+        if phase is None:
+            phase = np.searchsorted(self.phases[1:-1], s, side="right")
         v, a, left = self.peak_speed, self.peak_acceleration, 1.0 - s
-        up, down = phase == 0, phase == 2
+        up, down = phase == 0, phase == len(self.phases) - 2
         f = np.select([up, down], [0.5 * a * s**2, 1.0 - 0.5 * a * left**2], v * (s - 0.5 * self.ramp))
         slope = np.select([up, down], [a * s, a * left], v)
         curve = np.select([up, down], [a, -a], 0.0)
@@ -123,19 +115,22 @@ class Trapezoid:
 
 
 Segment = Quintic | Trapezoid
-"""Segment between points: its name, whether it ``passes`` points in motion, and the peak speed and acceleration
-of a step of 1 in unit time, at rest at both ends."""
-
-
-def _even(parts: int) -> Array:
-    weights = np.full(parts + 1, 1.0 / parts)
-    weights[[0, -1]] *= 0.5
-    return weights
+"""Segment between points: its name, whether it ``passes`` points in motion, the peak speed and acceleration of a
+step of 1 in unit time, at rest at both ends, and its ``phases`` of smooth acceleration."""
 
 
 @lru_cache(maxsize=64)
 def _grid(segment: Segment, parts: int) -> Grid:
-    return segment.grid(parts)
+    """Divide each phase into even parts; both sides of every step of the acceleration are sampled."""
+    s, phase, weights = [], [], []
+    for k, (begin, end) in enumerate(pairwise(segment.phases)):
+        count = max(round(parts * (end - begin)), 2)
+        s.append(np.linspace(begin, end, count + 1))
+        phase.append(np.full(count + 1, k))
+        even = np.full(count + 1, 1.0 / count)
+        even[[0, -1]] *= 0.5
+        weights.append(even * (end - begin))
+    return np.concatenate(weights), segment.basis(np.concatenate(s), np.concatenate(phase))
 
 
 def _segments(p: Array, v: Array, a: Array, T: Array, segment: Segment = QUINTIC) -> Pieces:
@@ -278,11 +273,12 @@ class FreeViaPoints:
 
     def sample(self, x: Array, finer: int = 1) -> Samples:
         """Evaluate states at times of each segment, its ends included: accelerations have corners there."""
-        return self._pieces(x).sampled(_grid(self.shape.segment, finer * _PARTS))
+        segment = self.shape.segment
+        return _segments(*self._unpacked(x), segment).sampled(_grid(segment, finer * _PARTS))
 
     def pullback(self, x: Array, slope: Samples) -> Array:
         """Apply the Jacobian transposed to the slopes."""
-        pieces, bounds = self._pieces(x), self._bounds
+        pieces, bounds = _segments(*self._unpacked(x), self.shape.segment), self._bounds
         by_start, by_C, by_T = pieces.pullback(_grid(self.shape.segment, _PARTS), slope)
         by_p = np.zeros((len(by_T) + 1, by_start.shape[1]))
         by_p[:-1] += by_start - by_C[:, 4]
@@ -302,9 +298,6 @@ class FreeViaPoints:
         """Make the motion."""
         p, v, a, T = self._unpacked(x)
         return ViaPoints(p, T, v, a) if self.shape.passing else ViaPoints(p, T, segment=self.shape.segment)
-
-    def _pieces(self, x: Array) -> Pieces:
-        return _segments(*self._unpacked(x), self.shape.segment)
 
     def _unpacked(self, x: Array) -> tuple[Array, Array, Array, Array]:
         """Unpack points, speeds and accelerations there (count, n), durations (count - 1,)."""

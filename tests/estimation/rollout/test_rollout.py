@@ -16,7 +16,7 @@ from dynident.model.stand_in import with_stand_in
 from dynident.tests.conftest import IN_FULL
 from dynident.trajectories import plan_point_to_point
 from dynident.trajectories.motions.via_points import random_points
-from dynident.trajectories.simulation.closed_loop import ClosedLoop, Task
+from dynident.trajectories.simulation import Task, no_disturbances, run_experiment
 
 STEP = 0.01
 PENDULUM = model.Robot(
@@ -70,7 +70,8 @@ def test_mujoco_moves_a_pendulum_alike(pendulum: IdentifiedArm, tmp_path: Path) 
 def recorded(robot: model.Robot) -> model.Recording:
     """A motion under a controller, without noise."""
     points = random_points(robot, 4, 3)
-    ((data, _),) = ClosedLoop(robot).run([Task("", plan_point_to_point(robot, points, 0.42, 0.5, 0.2))])
+    tasks, still = [Task("", plan_point_to_point(robot, points, 0.42, 0.5, 0.2))], no_disturbances(robot.n)
+    data = run_experiment(robot, tasks, still).runs[0].exact
     return model.Recording(data.motion.t, data.motion.q, data.torque, data.motion.qd, "simulated")
 
 
