@@ -136,8 +136,25 @@ class _Design(ViewOptions, motions.MotionFiles, _Learning, group=MOTION):
     """Random starts (default: 6 by d and a, else 3)."""
 
     def __call__(self) -> None:
-        limited = self.limited()
-        problem, reference, labels = self.request(limited, self.shape(limited))
+        limited, start = self.limited(), None
+        if self.start:
+            with about("--start"):
+                pose = motions.in_si(self.start, limited.robot)
+                check_pose(pose, limited.robot, limited.bounds)
+            start = tuple(pose.tolist())
+        times, trapezoid = self.segment_durations, self.segments == "trapezoid"
+        segment = trajectories.Trapezoid(self.ramp) if trapezoid else trajectories.Quintic()
+        shape: trajectories.ViaPointShape | trajectories.FourierShape = trajectories.ViaPointShape(
+            self.via_points,
+            passing=segment.passes and not self.rest,
+            fixed=times[0] if times is not None and len(times) == 1 else times,
+            segment=segment,
+            longest=self.max_duration,
+            start=start,
+        )
+        if self.fourier is not None:
+            shape = trajectories.FourierShape(self.fourier, self.duration, start=start)
+        problem, reference, labels = self.request(limited, shape)
         robot, kind = problem.robot, problem.criterion.kind
         self.check_robot(robot, not self.fourier)
 
@@ -168,27 +185,6 @@ class _Design(ViewOptions, motions.MotionFiles, _Learning, group=MOTION):
             for name in ("rest", "max_duration", "segments", "ramp", "segment_durations"):
                 self.refuse(name, "belongs to --via-points: --fourier takes --duration")
         super().check()
-
-    def shape(self, limited: motions.Limited) -> trajectories.ViaPointShape | trajectories.FourierShape:
-        """The shape of the motion."""
-        start: tuple[float, ...] | None = None
-        if self.start:
-            with about("--start"):
-                pose = motions.in_si(self.start, limited.robot)
-                check_pose(pose, limited.robot, limited.bounds)
-            start = tuple(pose.tolist())
-        if self.fourier is not None:
-            return trajectories.FourierShape(self.fourier, self.duration, start=start)
-        times, trapezoid = self.segment_durations, self.segments == "trapezoid"
-        segment = trajectories.Trapezoid(self.ramp) if trapezoid else trajectories.Quintic()
-        return trajectories.ViaPointShape(
-            self.via_points,
-            passing=segment.passes and not self.rest,
-            fixed=times[0] if times is not None and len(times) == 1 else times,
-            segment=segment,
-            longest=self.max_duration,
-            start=start,
-        )
 
 
 class _Score(ViewOptions, PageOptions, _Learning, group=MOTION):

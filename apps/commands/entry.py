@@ -17,7 +17,6 @@ from typing import Annotated, Any, ClassVar, Literal, dataclass_transform, get_a
 from cyclopts import UNSET, App, Argument, CoercionError, CycloptsError, Group, Parameter, Token
 from cyclopts import ArgumentCollection as Arguments
 from cyclopts.exceptions import MissingArgumentError, UnknownOptionError, UnusedCliTokensError
-from cyclopts.help import DefaultFormatter
 
 from ...common.errors import InputError, one_line
 from ...common.files import is_device, keeping, place_of
@@ -193,8 +192,7 @@ def application(calls: list[Call], words: Sequence[str]) -> App:
         name="dynident",
         help="Identifies the payload of a robot arm, and the arm itself, from joint recordings.",
         version=lambda: "\n".join(f"{name.lower()} {number}" for name, number in versions().items()),
-        help_format="plaintext",
-        help_formatter=_Help(),
+        help_format="markdown",  # whose texts may stand in several lines of the source
         version_format="plaintext",
         default_parameter=Parameter(negative=(), show_default=False, allow_repeating=True),
         group_parameters=Group("options", sort_key=-1),
@@ -306,18 +304,6 @@ def marks(hint: Any) -> Iterator[Any]:
     yield from getattr(hint, "__metadata__", ())
     for part in get_args(hint):
         yield from marks(part)
-
-
-class _Help(DefaultFormatter):
-    """The help, whose texts stand in several lines of the source."""
-
-    def __call__(self, console: Any, options: Any, panel: Any) -> None:
-        """Print one group of options."""
-        for entry in panel.entries:
-            told: Any = getattr(entry.description, "primary_renderable", None)
-            if hasattr(told, "plain"):
-                entry.description.primary_renderable = type(told)(" ".join(told.plain.split()))
-        super().__call__(console, options, panel)
 
 
 def _text(error: CycloptsError) -> str:
