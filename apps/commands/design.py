@@ -17,17 +17,13 @@ from ...common.errors import InputError
 from ...common.files import write_text
 from ...model.motion import Measurement
 from ...trajectories.motions.family import check_pose
-from .. import logs
-from .. import view as views
+from .. import logs, results, view
 from ..export.motion import WrittenMotion, design_head
 from ..export.motions import FORMATS
 from ..export.motions.val3 import val3_replay
-from ..logs.map import read_log_map
-from ..logs.read import read_recording
 from ..report import documents
 from ..report.blocks import Report
 from ..report.sections import motion as sections
-from ..results import read_earlier
 from . import motions, values
 from .entry import MOTION, SEARCH, SETTING, about, note, status
 from .options import PageOptions, ViewOptions
@@ -92,7 +88,7 @@ class _Learning(motions.GoalOptions, motions.LimitOptions, group=MOTION):
             rate=rate,
             noise_from=words,
             data_length=length,
-            earlier=read_earlier(self.data_from, noise, ten) if self.data_from else None,
+            earlier=results.read_earlier(self.data_from, noise, ten) if self.data_from else None,
         )
         return self.problem(limited, shape, goal, loads if counting else None, stood), reference, labels
 
@@ -173,7 +169,7 @@ class _Design(ViewOptions, motions.MotionFiles, _Learning, group=MOTION):
         self.check_replays(problem, written, *estimated)
         self.give(sections.design_report(judged), lambda: documents.design_document(judged), {})
         self.write_motion(written)
-        self.write_view(lambda: views.view_of(robot, judged.motion, problem=problem))
+        self.write_view(lambda: view.view_of(robot, judged.motion, problem=problem))
 
     def check(self) -> None:
         """Refuse options of the other shape."""
@@ -213,7 +209,7 @@ class _Score(ViewOptions, PageOptions, _Learning, group=MOTION):
             f"Motion of {self.data}", score, motion, learnt, reference, labels, floor=floor, source=self.data
         )
         self.give(sections.design_report(judged), lambda: documents.design_document(judged), {})
-        self.write_view(lambda: views.view_of(problem.robot, motion, problem=problem))
+        self.write_view(lambda: view.view_of(problem.robot, motion, problem=problem))
 
 
 def _logged_motion(
@@ -222,9 +218,9 @@ def _logged_motion(
     """The motion of a file, planned where it has accelerations; as a recording shows it; poses recorded."""
     measured_too = True
     if log_map:  # of currents the motion counts alone, whatever the gains
-        mapped = read_log_map(log_map)
+        mapped = logs.read_log_map(log_map)
         currents = logs.named(path, robot, mapped).holds_currents_only
-        recording = read_recording(path, robot, (1.0,) * robot.n if currents else None, mapped)
+        recording = logs.read_recording(path, robot, (1.0,) * robot.n if currents else None, mapped)
     else:
         t, q, qd, qdd = logs.read_trajectory(path, robot)
         if qd is not None and qdd is not None:
@@ -340,7 +336,7 @@ class _Near(ViewOptions, motions.MotionFiles, motions.NoiseOptions, group=MOTION
         self.give(shown, lambda: documents.near_document(result), {})
         self.write_motion(written)
         self.write_rehearsals(result, written)
-        self.write_view(lambda: views.view_of(robot, samples, problem=design.problem))
+        self.write_view(lambda: view.view_of(robot, samples, problem=design.problem))
 
     def shape(
         self, robot: model.Robot, bounds: trajectories.JointBounds, expected: model.InertialParameters

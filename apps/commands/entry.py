@@ -290,12 +290,12 @@ def check_paths(call: Call) -> None:
 
 
 @contextmanager
-def about(*options: str) -> Iterator[None]:
-    """Say of whatever is wrong within which options it is about."""
+def about(*options: str, fault: type[Exception] = ValueError) -> Iterator[None]:
+    """Say of whatever is wrong within which options it is about, if any; a ``fault`` is the user's to mend."""
     try:
         yield
-    except ValueError as error:
-        named = any(option in str(error) for option in options)
+    except fault as error:
+        named = not options or any(option in str(error) for option in options)
         raise InputError(str(error) if named else f"{', '.join(options)}: {error}") from None
 
 

@@ -22,7 +22,6 @@ from ..export.motion import WrittenMotion
 from ..export.motions.ros2 import check_joint_names
 from ..export.motions.urscript import CONTROLLER_RATE, check_urscript
 from ..export.motions.val3 import check_val3
-from ..results import shown_noise
 from . import values
 from .entry import FILES, GOAL, LIMITS, SETTING, Options, note, status
 from .options import PageOptions, RobotOptions
@@ -64,7 +63,7 @@ _Rate = Annotated[float, word(positive_number, "HZ")]
 class RehearsedRobotOptions(RobotOptions):
     """A robot to plan or simulate with, which may need a stand-in."""
 
-    arm_mass: values.Kilograms | None = None
+    arm_mass: Annotated[float | None, word(positive_number, "KG")] = None
     """Mass of the whole arm, if its file has neither a mass nor link bodies."""
 
     def load(self) -> model.Robot:
@@ -101,7 +100,7 @@ class NoiseOptions(Options, group=GOAL):
         """
         level, rate = self.torque_noise or (None, None)
         if like := self.like or (None if self.torque_noise else earlier):
-            sigma, rate, source = *shown_noise(like), f"as {like} shows"
+            sigma, rate, source = *results.shown_noise(like), f"as {like} shows"
         elif level is None:
             sigma, source = trajectories.assumed_noise(robot, assumed[0]), assumed[1]
             if not np.isfinite(sigma).all():

@@ -19,13 +19,13 @@ from ...common.errors import InputError
 from ...common.files import checksum, write_text
 from ...common.progress import Progress, each
 from ...common.schema import json_text, write_json
-from .. import logs, results
-from .. import view as views
+from .. import logs, results, view
 from ..logs.map import COMMAND_LINE
 from ..numbers import placed
 from ..report.blocks import Report
 from ..report.page import page_html, write_plots
 from ..report.terminal import print_report
+from ..view.moving import View
 from . import values
 from .entry import CALL, FILES, KNOWN, LOGS, SETTING, Options, about, note, status
 from .values import Reads, numbers, texts, word
@@ -66,7 +66,7 @@ class RobotOptions(Options):
 class FramedRobotOptions(RobotOptions):
     """A robot, and the frame in which a payload is taken or given."""
 
-    tool_frame: values.Frame | None = None
+    tool_frame: Annotated[model.Pose | None, word(values.frame, "X,Y,Z,R,P,Y")] = None
     """Frame of the payload, relative to the flange: metres, then roll, pitch, yaw in degrees (default: itself)."""
 
     def load(self) -> model.Robot:
@@ -209,7 +209,7 @@ class KnowledgeOptions(Options, group=KNOWN):
 
     mass: values.Weighed | None = None
     """Mass from a scale, and its standard deviation."""
-    mass_bounds: values.Bounds | None = None
+    mass_bounds: Annotated[tuple[float | None, float | None] | None, word(values.bounds, "LEAST,MOST")] = None
     """Least and largest mass; either may be omitted: ,3."""
     com_within: Annotated[tuple[float, ...] | None, _box] = None
     """Box that contains the centre of mass."""
@@ -307,7 +307,7 @@ class ResultOptions(Options, group=FILES):
 class PageOptions(ResultOptions, group=FILES):
     """The result as JSON, and as an HTML report with its figures."""
 
-    report: values.NewPage | None = None
+    report: Annotated[str | None, values.Named("file"), Parameter(metavar="F.html")] = None
     """Write a report as one HTML file, and F.run.toml, with which --config repeats the run."""
     plots: Annotated[values.NewFolder | None, SETTING] = None
     """Folder for the report's figures as PNG, SVG and PDF; made if missing."""
@@ -341,17 +341,17 @@ class ViewOptions(Options, group=FILES):
         """Refuse a view that could not be made, before any work is done."""
         super().check()
         if self.view:
-            views.require_viewer()
+            view.require_viewer()
 
-    def write_view(self, view: Callable[[], views.View]) -> None:
+    def write_view(self, made: Callable[[], View]) -> None:
         """Write or open the view; it is made only if it was asked for."""
         if self.view:
             page = ""
             with status("drawing the view"):
-                scene = view()
+                scene = made()
                 if self.view == "-":
-                    page = views.open_view(scene)
+                    page = view.open_view(scene)
                 else:
-                    write_text(self.view, views.html_of(scene))
+                    write_text(self.view, view.html_of(scene))
             for text in (*scene.notes, *([f"the view is open in the browser: {page}"] if page else [])):
                 note(text)

@@ -227,7 +227,6 @@ def numbers_or(ending: str, metavar: str) -> Parameter:
 
 
 Hertz = Annotated[float, word(number, "HZ")]
-Kilograms = Annotated[float, word(positive_number, "KG")]
 Seconds = Annotated[float, word(positive_number, "S")]
 Share = Annotated[float, word(share, "SHARE")]
 Count = Annotated[int, word(partial(whole, least=1, most=_COUNTS), "N")]
@@ -238,8 +237,6 @@ Positions = Annotated[tuple[float, ...], word(numbers, "Q1,Q2,..")]
 Joints = Annotated[tuple[int, ...], word(joint_list, "J1,J2,..")]
 Names = Annotated[tuple[str, ...], word(names_list, "A,B,..")]
 Weighed = Annotated[tuple[float, float | None], word(weighed, "KG+-KG")]
-Bounds = Annotated[tuple[float | None, float | None], word(bounds, "LEAST,MOST")]
-Frame = Annotated[model.Pose, word(frame, "X,Y,Z,R,P,Y")]
 FrameWords = Annotated[model.Pose, word(frame, "X Y Z RX RY RZ", 6)]
 FrictionTerms = Annotated[tuple[model.Friction, ...] | estimation.Candidates, word(friction, "auto|paper|TERMS")]
 Essential = Annotated[estimation.StopRule, word(stop_rule, "RATIO|PERCENT")]
@@ -257,5 +254,4 @@ PayloadResultFile = Annotated[str, Reads("payload"), Parameter(metavar="PAYLOAD.
 NewFile = Annotated[str, Named("file"), Parameter(metavar="F")]
 NewDrawing = Annotated[str, Named("file", endings=(".png", ".svg", ".pdf")), Parameter(metavar="F")]
 NewFolder = Annotated[str, Named("folder"), Parameter(metavar="DIR")]
-NewPage = Annotated[str, Named("file"), Parameter(metavar="F.html")]
 Stream = Annotated[str, Named("stream"), word(path_or_dash, "F")]
