@@ -44,12 +44,13 @@ class _Learning(motions.GoalOptions, motions.LimitOptions, group=MOTION):
 
     def request(
         self,
-        limited: motions.Limited,
+        robot: model.Robot,
+        bounds: trajectories.JointBounds,
+        loads: trajectories.Loads,
         shape: trajectories.ViaPointShape | trajectories.FourierShape,
         stood: Sequence[Array] = (),
     ) -> tuple[trajectories.DesignProblem, dict[str, float], dict[str, str]]:
         """The problem, values that sigma is relative to, labels of parameters; ``stood``: poses of the arm seen."""
-        robot, bounds, loads = limited
         payload, base, labels = loads.heaviest, model.base_parameters(robot), dict[str, str]()
         payload_only, identified = self.columns == ("payload",), loads.covariance is not None
         known = dict(loads.parameters) if identified else {}
@@ -90,7 +91,7 @@ class _Learning(motions.GoalOptions, motions.LimitOptions, group=MOTION):
             data_length=length,
             earlier=results.read_earlier(self.data_from, noise, ten) if self.data_from else None,
         )
-        return self.problem(limited, shape, goal, loads if counting else None, stood), reference, labels
+        return self.problem(robot, bounds, shape, goal, loads if counting else None, stood), reference, labels
 
     def floor(self, problem: trajectories.DesignProblem, score: float, seed: int) -> trajectories.Floor | None:
         """The floor under a motion's criterion, if it is asked for and not interrupted, which costs no motion."""
@@ -132,11 +133,11 @@ class _Design(ViewOptions, motions.MotionFiles, _Learning, group=MOTION):
     """Random starts (default: 6 by d and a, else 3)."""
 
     def __call__(self) -> None:
-        limited, start = self.limited(), None
+        (robot, bounds, loads), start = self.limited(), None
         if self.start:
             with about("--start"):
-                pose = motions.in_si(self.start, limited.robot)
-                check_pose(pose, limited.robot, limited.bounds)
+                pose = motions.in_si(self.start, robot)
+                check_pose(pose, robot, bounds)
             start = tuple(pose.tolist())
         times, trapezoid = self.segment_durations, self.segments == "trapezoid"
         segment = trajectories.Trapezoid(self.ramp) if trapezoid else trajectories.Quintic()
@@ -150,7 +151,7 @@ class _Design(ViewOptions, motions.MotionFiles, _Learning, group=MOTION):
         )
         if self.fourier is not None:
             shape = trajectories.FourierShape(self.fourier, self.duration, start=start)
-        problem, reference, labels = self.request(limited, shape)
+        problem, reference, labels = self.request(robot, bounds, loads, shape)
         robot, kind = problem.robot, problem.criterion.kind
         self.check_robot(robot, not self.fourier)
 
@@ -199,9 +200,9 @@ class _Score(ViewOptions, PageOptions, _Learning, group=MOTION):
 
     def __call__(self) -> None:
         shape = trajectories.ViaPointShape(longest=self.max_duration)
-        limited = self.limited()
-        motion, recorded, stood = _logged_motion(self.data, limited.robot, self.log_map, self.cutoff)
-        problem, reference, labels = self.request(limited, shape, stood)
+        robot, bounds, loads = self.limited()
+        motion, recorded, stood = _logged_motion(self.data, robot, self.log_map, self.cutoff)
+        problem, reference, labels = self.request(robot, bounds, loads, shape, stood)
         learnt = documents.as_recorded(problem, recorded)
         score = trajectories.score_motion(problem, motion)
         floor = self.floor(problem, score.value, self.seed)
@@ -269,8 +270,8 @@ class _Near(ViewOptions, motions.MotionFiles, motions.NoiseOptions, group=MOTION
     """File of the motion at a tenth of the speed; F_1.csv, .. with --ladder (default: beside --samples)."""
 
     def __call__(self) -> None:
-        limited = self.limited()
-        robot, bounds, payload = limited.robot, limited.bounds, limited.loads.heaviest
+        robot, bounds, known = self.limited()
+        payload = known.heaviest
         self.check_robot(robot, self.static)
         mass, scale = self.mass
         if isinstance(payload, trajectories.PayloadSet) and mass > payload.mass:
@@ -290,19 +291,19 @@ class _Near(ViewOptions, motions.MotionFiles, motions.NoiseOptions, group=MOTION
         except InputError:  # what joints show is printed all the same
             self.show(Report("", [sections.visibility_table(visibility)]))
             raise
-        heaviest, loads = payload, None
+        heaviest, loads, kept = payload, None, bounds
         if self.ladder:
             if not isinstance(payload, trajectories.PayloadSet):
                 raise InputError("--ladder needs --heaviest-payload and --within: what the first run must bear")
             heaviest = payload.lighter(_LEFT * mass)
-        if limited.loads.parameters and np.isfinite(bounds.torque).any():
-            loads = replace(limited.loads, heaviest=heaviest or expected)
-        elif payload is not None or limited.loads.margin > 0.0:
+        if known.parameters and np.isfinite(bounds.torque).any():
+            loads = replace(known, heaviest=heaviest or expected)
+        elif payload is not None or known.margin > 0.0:
             option = "--heaviest-payload" if payload is not None else "torque-margin"
             raise InputError(f"{option} needs --torque-limits, and --robot-parameters or --arm-mass")
         else:  # torques cannot be computed
-            limited = limited._replace(bounds=replace(bounds, torque=np.full(robot.n, np.inf)))
-        problem = self.problem(limited, shape, goal, loads)
+            kept = replace(bounds, torque=np.full(robot.n, np.inf))
+        problem = self.problem(robot, kept, shape, goal, loads)
         trajectories.check_held(problem, shape.poses)
         design = motions.best_motion(problem, self.seed, self.starts or (None if self.static else 1))
         samples = design.motion(documents.FIGURE_RATE)
@@ -315,7 +316,7 @@ class _Near(ViewOptions, motions.MotionFiles, motions.NoiseOptions, group=MOTION
             assert isinstance(payload, trajectories.PayloadSet)
             with status("looking for the speeds of the ladder"):
                 ladder = trajectories.speed_ladder(
-                    lambda payloads: self.problem(limited, shape, goal, replace(limited.loads, heaviest=payloads)),
+                    lambda payloads: self.problem(robot, bounds, shape, goal, replace(known, heaviest=payloads)),
                     payload,
                     design.plan,
                     mass,

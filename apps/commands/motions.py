@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from cyclopts import Parameter
@@ -134,14 +134,6 @@ class GoalOptions(NoiseOptions, group=GOAL):
     """Length of the planned recording [s]."""
 
 
-class Limited(NamedTuple):
-    """A robot with the limits that its motions keep."""
-
-    robot: model.Robot  # with its parameters, or a stand-in's
-    bounds: trajectories.JointBounds
-    loads: trajectories.Loads  # what torques are computed from; the payload in the last link's frame
-
-
 class LimitOptions(RehearsedRobotOptions, group=LIMITS):
     """Limits of the joints, the robot's parameters for its torques, and the scene."""
 
@@ -167,8 +159,8 @@ class LimitOptions(RehearsedRobotOptions, group=LIMITS):
     no_floor: bool = False
     """Ignore the floor at the height of the base (or the wall or ceiling it is mounted on)."""
 
-    def limited(self) -> Limited:
-        """The robot with these limits, its parameters from ``--robot-parameters``, or a stand-in."""
+    def limited(self) -> tuple[model.Robot, trajectories.JointBounds, trajectories.Loads]:
+        """The robot, its limits, and what torques are computed from, by ``--robot-parameters`` or a stand-in."""
         robot = self.load()
         covariance: Array | None = None
         if self.robot_parameters:
@@ -190,23 +182,24 @@ class LimitOptions(RehearsedRobotOptions, group=LIMITS):
             robot, override=self.speed_override, acceleration=acceleration, torque=torque
         )
         payload = self._payload(robot, np.isfinite(bounds.torque))
-        return Limited(robot, bounds, trajectories.Loads(known, payload, covariance, self.torque_margin))
+        return robot, bounds, trajectories.Loads(known, payload, covariance, self.torque_margin)
 
     def problem(
         self,
-        limited: Limited,
+        robot: model.Robot,
+        bounds: trajectories.JointBounds,
         shape: trajectories.Shape,
         goal: trajectories.Goal | trajectories.NearGoal,
         loads: trajectories.Loads | None,
         stood: Sequence[Array] = (),
     ) -> trajectories.DesignProblem:
         """The design of a motion within these limits; without loads torques have none; ``stood``: poses seen."""
-        robot, poses = limited.robot, shape.poses if isinstance(shape, trajectories.NearShape) else shape.start
+        poses = shape.poses if isinstance(shape, trajectories.NearShape) else shape.start
         # Unless a file tells: the arm itself, and with the floor what it is bolted to.
         there = np.vstack([np.reshape([] if poses is None else poses, (-1, robot.n)), *stood])
         usual = trajectories.usual_scene(robot, there, not self.no_floor)
         scene = trajectories.read_scene(self.scene) if self.scene else usual
-        return trajectories.build_design(robot, shape, goal, bounds=limited.bounds, loads=loads, scene=scene)
+        return trajectories.build_design(robot, shape, goal, bounds=bounds, loads=loads, scene=scene)
 
     def _payload(
         self, robot: model.Robot, limited: NDArray[np.bool_]

@@ -273,13 +273,17 @@ class GainOptions(Options, group=LOGS):
         return structs.replace(gains, recordings=source.recordings, mass=source.mass, notes=notes)
 
 
-class ResultOptions(Options, group=FILES):
-    """The result as JSON."""
+class PageOptions(Options, group=FILES):
+    """The result as JSON, and as an HTML report with its figures."""
 
     json: values.Stream | None = None
     """Write the result as JSON; - writes it to standard output instead of the screen."""
     details: bool = False
     """Also print everything the answer is based on."""
+    report: Annotated[str | None, values.Named("file"), Parameter(metavar="F.html")] = None
+    """Write a report as one HTML file, and F.run.toml, with which --config repeats the run."""
+    plots: Annotated[values.NewFolder | None, SETTING] = None
+    """Folder for the report's figures as PNG, SVG and PDF; made if missing."""
 
     @property
     def document(self) -> str | None:
@@ -297,24 +301,11 @@ class ResultOptions(Options, group=FILES):
             print_report(shown, self.details, sys.stderr if self.json == "-" else None)
 
     def write(self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str]) -> None:
-        """Write the document as far as it is asked for; it is made only then."""
+        """Write document, which is made only then, page and figures, as far as they are asked for."""
         if self.json == "-":
             sys.stdout.write(json_text(document()).decode())
         elif self.json:
             write_json(self.json, document())
-
-
-class PageOptions(ResultOptions, group=FILES):
-    """The result as JSON, and as an HTML report with its figures."""
-
-    report: Annotated[str | None, values.Named("file"), Parameter(metavar="F.html")] = None
-    """Write a report as one HTML file, and F.run.toml, with which --config repeats the run."""
-    plots: Annotated[values.NewFolder | None, SETTING] = None
-    """Folder for the report's figures as PNG, SVG and PDF; made if missing."""
-
-    def write(self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str]) -> None:
-        """Write document, page and figures, as far as they are asked for."""
-        super().write(shown, document, settings_text)
         if self.report:
             call = CALL.get()
             named = ((mark.role, path) for _, mark, path in call.named(reads=True) if mark.role != "options")
