@@ -94,10 +94,7 @@ class NoiseOptions(Options, group=GOAL):
         assumed: tuple[float, str] = (trajectories.ASSUMED_RATIO, trajectories.ASSUMED_NOISE),
         earlier: str | None = None,
     ) -> tuple[Array, float, str]:
-        """Sigma [N·m or N], independent samples a second, source.
-
-        ``assumed``: sigma over limits, and source; ``earlier``: data that show it, where nothing is said of it.
-        """
+        """Sigma [N·m or N], independent samples a second, source: told, ``earlier``, or ``assumed`` over limits."""
         level, rate = self.torque_noise or (None, None)
         if like := self.like or (None if self.torque_noise else earlier):
             sigma, rate, source = *results.shown_noise(like), f"as {like} shows"

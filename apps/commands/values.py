@@ -152,10 +152,7 @@ def levels(text: str) -> dict[str, float]:
 
 
 def gain_errors(text: str) -> tuple[tuple[float, ...], float]:
-    """Relative errors of each joint's gain, and of all together: 2%, 2,2,3% or 2%,common=1%.
-
-    A percent sign at the end stands for all of them.
-    """
+    """Relative errors of each joint's gain, and of all together: 2%, 2,2,3% (each in percent) or 2%,common=1%."""
     parts = texts(text)
     common = [part.removeprefix("common=") for part in parts if part.startswith("common=")]
     own = [part for part in parts if not part.startswith("common=")]
