@@ -116,7 +116,7 @@ class _Compare(_Screen, ProcessingOptions):
         self.give(compared_report(compared), lambda: compared, {})
 
 
-class _Reduce(_Screen, ProcessingOptions, GainOptions):
+class _Reduce(_Screen, GainOptions):
     data: Annotated[tuple[str, ...], LOG] = field(kw_only=False)
     """Logs without payload: files, folders, globs."""
     store: NewFolder

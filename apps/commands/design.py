@@ -25,7 +25,7 @@ from ..report import documents
 from ..report.blocks import Report
 from ..report.sections import motion as sections
 from . import motions, values
-from .entry import MOTION, SEARCH, SETTING, about, note, status
+from .entry import GOAL, MOTION, SEARCH, SETTING, about, note, status
 from .options import PageOptions, ViewOptions
 from .values import Count, NewFile, Positions, Reads, Seconds, Seed, number, numbers, positive_number, whole, word
 
@@ -38,7 +38,17 @@ _APPROACH, _SLIDE = 3.0, 0.02  # deg, m
 _LEFT = 1.25  # of the mass expected: what runs of the ladder leave possible, and the motion bears at full speed
 
 
-class _Learning(motions.GoalOptions, motions.LimitOptions, group=MOTION):
+class _Learning(motions.NoiseOptions, motions.LimitOptions, group=GOAL):
+    criterion: Annotated[Literal["d", "a", "cond", "cond-scaled"], Parameter(show_choices=False)] = "d"
+    """d: information (default); a: relative sigma; cond: condition number; cond-scaled: columns scaled."""
+    columns: Annotated[tuple[str, ...] | None, word(values.names_list, "NAME,..|payload")] = None
+    """Parameters to be identified: the robot's (base, default), or the payload's ten with a known robot."""
+    parameters: Annotated[values.Names | None, SETTING] = None
+    """Parameters that count in criteria d and a (default: all)."""
+    data_from: tuple[Annotated[str, Reads("earlier data"), Parameter(metavar="F")], ...] = ()
+    """Earlier data: --npz of identify or payload, or --json of identify (d and a); repeatable."""
+    data_length: Annotated[Seconds | None, SETTING] = None
+    """Length of the planned recording [s]."""
     bound: Annotated[bool, SETTING] = False
     """Estimate the best value that any motion could reach, and the gap to it."""
 

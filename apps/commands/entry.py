@@ -47,7 +47,7 @@ _ASKING = {"--help", "-h", "--version"}
 @dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(field,))
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """Options as a frozen value, fields named as they are; a command inherits those that it takes, and is called."""
+    """Options as a frozen value, fields named as they are; a command inherits what it takes, and is called."""
 
     needs: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     """Options, and those of which one must be given for them to have an effect."""

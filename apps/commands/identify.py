@@ -30,7 +30,7 @@ _TWO = word(partial(numbers, count=2), "LOW HIGH", 2)
 _POSSIBLE = Parameter(group=Group("a robot that can exist", "Beside the free estimate."))
 
 
-class _Identify(options.PageOptions, options.ProcessingOptions, options.GainOptions):
+class _Identify(options.PageOptions, options.GainOptions):
     needs: ClassVar = {"rollout": ("validate",)}  # it predicts recordings that were not fitted
     belongs: ClassVar = {
         "prior_mass": ("constrained", ("prior", None)),
@@ -207,14 +207,7 @@ class _Gains(options.PageOptions, options.ProcessingOptions):
         return [estimation.known_mass(mass, sigma) for mass in masses.values()]
 
 
-class _Compared(
-    options.ViewOptions,
-    options.PageOptions,
-    options.ProcessingOptions,
-    options.GainOptions,
-    options.KnowledgeOptions,
-    options.RobotOptions,
-):
+class _Compared(options.ViewOptions, options.PageOptions, options.GainOptions, options.KnowledgeOptions):
     friction_change: Share | None = None
     """How much friction may differ under load, 1 sigma; for methods 3 and 4, and for --robot-parameters (default:
     10%; 0: not at all)."""

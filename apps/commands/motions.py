@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar
 
 import numpy as np
 from cyclopts import Parameter
@@ -25,7 +25,7 @@ from ..export.motions.val3 import check_val3
 from . import values
 from .entry import FILES, GOAL, LIMITS, SETTING, Options, note, status
 from .options import PageOptions, RobotOptions
-from .values import Names, NewFile, Reads, Seconds, Share, checked, number, numbers, positive_number, share, word
+from .values import Names, NewFile, Reads, Share, checked, number, numbers, positive_number, share, word
 
 _REPLAY_RATE = 1000.0  # Hz: at which controllers' own curves are looked at, and at their turns
 
@@ -114,21 +114,6 @@ class NoiseOptions(Options, group=GOAL):
         if sigma.shape != (robot.n,) or not (sigma > 0.0).all():
             raise InputError(f"{like or '--torque-noise'}: robot {robot.name!r} needs {robot.n} positive numbers")
         return np.asarray(sigma), rate or trajectories.INDEPENDENT, source
-
-
-class GoalOptions(NoiseOptions, group=GOAL):
-    """Parameters to be learnt, the criterion, and data that are there already."""
-
-    criterion: Annotated[Literal["d", "a", "cond", "cond-scaled"], Parameter(show_choices=False)] = "d"
-    """d: information (default); a: relative sigma; cond: condition number; cond-scaled: columns scaled."""
-    columns: Annotated[tuple[str, ...] | None, word(values.names_list, "NAME,..|payload")] = None
-    """Parameters to be identified: the robot's (base, default), or the payload's ten with a known robot."""
-    parameters: Annotated[Names | None, SETTING] = None
-    """Parameters that count in criteria d and a (default: all)."""
-    data_from: tuple[Annotated[str, Reads("earlier data"), Parameter(metavar="F")], ...] = ()
-    """Earlier data: --npz of identify or payload, or --json of identify (d and a); repeatable."""
-    data_length: Annotated[Seconds | None, SETTING] = None
-    """Length of the planned recording [s]."""
 
 
 class LimitOptions(RehearsedRobotOptions, group=LIMITS):

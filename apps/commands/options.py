@@ -240,8 +240,8 @@ class KnowledgeOptions(Options, group=KNOWN):
         return constraints
 
 
-class GainOptions(Options, group=LOGS):
-    """Uncertainty of the drive gains."""
+class GainOptions(ProcessingOptions, group=LOGS):
+    """Logs and processing, and the uncertainty of the drive gains."""
 
     gain_sigma: Annotated[tuple[tuple[float, ...], float] | None, word(values.gain_errors, _ERRORS)] = None
     """Error of each joint's drive gain, 1 sigma, and one common to all joints: 2%,common=1% (default: what the
