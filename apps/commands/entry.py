@@ -66,7 +66,7 @@ class Options:
 
     def __init_subclass__(cls, group: Group | None = None) -> None:
         """Make the class a dataclass, the options that it adds a ``group`` of the help."""
-        own, hints = vars(cls).get("__annotations__", {}), get_type_hints(cls, include_extras=True)
+        own, hints = cls.__annotations__, get_type_hints(cls, include_extras=True)
         for name in own:
             kind, *marked = get_args(hints[name]) if get_origin(hints[name]) is Annotated else [hints[name]]
             grouped = group and kind is not ClassVar and not isinstance(vars(cls).get(name), Field)  # positional
