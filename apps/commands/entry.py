@@ -69,7 +69,7 @@ class Options:
         own, hints = cls.__annotations__, get_type_hints(cls, include_extras=True)
         for name in own:
             kind, *marked = get_args(hints[name]) if get_origin(hints[name]) is Annotated else [hints[name]]
-            grouped = group and kind is not ClassVar and not isinstance(vars(cls).get(name), Field)  # positional
+            grouped = group and kind is not ClassVar and not isinstance(vars(cls).get(name), Field)  # by position
             own[name] = Annotated[(kind, Parameter(group=group), *marked)] if grouped else hints[name]
         for rules in ("needs", "belongs", "instead"):
             setattr(cls, rules, ChainMap(*(vars(part).get(rules, {}) for part in cls.__mro__)))

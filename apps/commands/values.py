@@ -204,7 +204,7 @@ def frame(text: str) -> model.Pose:
 def word(read: Callable[[str], Any], metavar: str, count: int | None = 1) -> Parameter:
     """A value that is read from one word, which may begin with a minus, or from a ``count`` of words.
 
-    These, and a list in a file, are joined by commas. Without a count each word is a value, any number of them.
+    These, and a list in a file, are joined by commas. Without a count each option is a value, any number of them.
     """
 
     def converted(_: object, tokens: Sequence[Token]) -> Any:
