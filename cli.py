@@ -87,11 +87,10 @@ def _reported(fault: Exception, words: tuple[str, ...]) -> int:
     numbers = (f"{name.lower()} {number}" for name, number in versions().items())
     details = [f"dynident {shlex.join(words)}", *numbers, "", *traceback.format_exception(fault)]
     try:
-        with tempfile.NamedTemporaryFile(
-            "w", prefix="dynident-fault-", suffix=".txt", delete=False, encoding="utf-8", errors="replace"
-        ) as file:
+        handle, path = tempfile.mkstemp(".txt", "dynident-fault-")
+        with os.fdopen(handle, "w", encoding="utf-8", errors="replace") as file:
             file.write("\n".join(details))
-        where = f"with {file.name}"
+        where = f"with {path}"
     except OSError as error:
         where = f"(its details could not be written: {error.strerror})"
     message = one_line(f"{type(fault).__name__}: {fault}")[:_TOLD]

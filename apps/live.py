@@ -243,8 +243,7 @@ class Recorder:
     def dropped(self) -> int:
         """Samples that are missing between those that are there, by their time stamps."""
         step = self.step
-        missing = (count * (round(_TICK * ticks / step) - 1) for ticks, count in self._steps.items())
-        return sum(max(lost, 0) for lost in missing)
+        return sum(count * max(round(_TICK * ticks / step) - 1, 0) for ticks, count in self._steps.items())
 
     @property
     def moved(self) -> list[int]:

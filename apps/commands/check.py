@@ -24,7 +24,7 @@ from ..report.documents import Look, check_document
 from ..report.sections.check import check_report, fits_report, following_report, log_report
 from ..report.sections.fleet import compared_report, fleet_report, reduced_report
 from .entry import note, status
-from .options import GainOptions, LogOptions, PageOptions, ProcessingOptions, ResultOptions, RobotOptions
+from .options import GainOptions, LogOptions, PageOptions, ProcessingOptions, RobotOptions
 from .values import LOG, SEVERAL, Count, DataFiles, NewFolder, Reads, RobotFile
 
 
@@ -88,7 +88,12 @@ class _Verify(PageOptions, LogOptions, RobotOptions):
         return not (change.tells and change.total.clear == "rose")
 
 
-class _Compare(ResultOptions, ProcessingOptions):
+class _Screen(PageOptions):
+    report: Annotated[None, Parameter(parse=False)] = None
+    plots: Annotated[None, Parameter(parse=False)] = None
+
+
+class _Compare(_Screen, ProcessingOptions):
     data: DataFiles = field(kw_only=False)
     """Recordings of one robot without payload."""
 
@@ -111,7 +116,7 @@ class _Compare(ResultOptions, ProcessingOptions):
         self.give(compared_report(compared), lambda: compared, {})
 
 
-class _Reduce(ResultOptions, ProcessingOptions, GainOptions):
+class _Reduce(_Screen, GainOptions):
     data: Annotated[tuple[str, ...], LOG] = field(kw_only=False)
     """Logs without payload: files, folders, globs."""
     store: NewFolder

@@ -17,19 +17,15 @@ from ...common.errors import InputError
 from ...common.files import write_text
 from ...model.motion import Measurement
 from ...trajectories.motions.family import check_pose
-from .. import logs
-from .. import view as views
+from .. import logs, results, view
 from ..export.motion import WrittenMotion, design_head
 from ..export.motions import FORMATS
 from ..export.motions.val3 import val3_replay
-from ..logs.map import read_log_map
-from ..logs.read import read_recording
 from ..report import documents
 from ..report.blocks import Report
 from ..report.sections import motion as sections
-from ..results import read_earlier
 from . import motions, values
-from .entry import MOTION, SEARCH, SETTING, about, note, status
+from .entry import GOAL, MOTION, SEARCH, SETTING, about, note, status
 from .options import PageOptions, ViewOptions
 from .values import Count, NewFile, Positions, Reads, Seconds, Seed, number, numbers, positive_number, whole, word
 
@@ -42,18 +38,29 @@ _APPROACH, _SLIDE = 3.0, 0.02  # deg, m
 _LEFT = 1.25  # of the mass expected: what runs of the ladder leave possible, and the motion bears at full speed
 
 
-class _Learning(motions.GoalOptions, motions.LimitOptions, group=MOTION):
+class _Learning(motions.NoiseOptions, motions.LimitOptions, group=GOAL):
+    criterion: Annotated[Literal["d", "a", "cond", "cond-scaled"], Parameter(show_choices=False)] = "d"
+    """d: information (default); a: relative sigma; cond: condition number; cond-scaled: columns scaled."""
+    columns: Annotated[tuple[str, ...] | None, word(values.names_list, "NAME,..|payload")] = None
+    """Parameters to be identified: the robot's (base, default), or the payload's ten with a known robot."""
+    parameters: Annotated[values.Names | None, SETTING] = None
+    """Parameters that count in criteria d and a (default: all)."""
+    data_from: tuple[Annotated[str, Reads("earlier data"), Parameter(metavar="F")], ...] = ()
+    """Earlier data: --npz of identify or payload, or --json of identify (d and a); repeatable."""
+    data_length: Annotated[Seconds | None, SETTING] = None
+    """Length of the planned recording [s]."""
     bound: Annotated[bool, SETTING] = False
     """Estimate the best value that any motion could reach, and the gap to it."""
 
     def request(
         self,
-        limited: motions.Limited,
+        robot: model.Robot,
+        bounds: trajectories.JointBounds,
+        loads: trajectories.Loads,
         shape: trajectories.ViaPointShape | trajectories.FourierShape,
         stood: Sequence[Array] = (),
     ) -> tuple[trajectories.DesignProblem, dict[str, float], dict[str, str]]:
         """The problem, values that sigma is relative to, labels of parameters; ``stood``: poses of the arm seen."""
-        robot, bounds, loads = limited
         payload, base, labels = loads.heaviest, model.base_parameters(robot), dict[str, str]()
         payload_only, identified = self.columns == ("payload",), loads.covariance is not None
         known = dict(loads.parameters) if identified else {}
@@ -92,9 +99,9 @@ class _Learning(motions.GoalOptions, motions.LimitOptions, group=MOTION):
             rate=rate,
             noise_from=words,
             data_length=length,
-            earlier=read_earlier(self.data_from, noise, ten) if self.data_from else None,
+            earlier=results.read_earlier(self.data_from, noise, ten) if self.data_from else None,
         )
-        return self.problem(limited, shape, goal, loads if counting else None, stood), reference, labels
+        return self.problem(robot, bounds, shape, goal, loads if counting else None, stood), reference, labels
 
     def floor(self, problem: trajectories.DesignProblem, score: float, seed: int) -> trajectories.Floor | None:
         """The floor under a motion's criterion, if it is asked for and not interrupted, which costs no motion."""
@@ -136,8 +143,25 @@ class _Design(ViewOptions, motions.MotionFiles, _Learning, group=MOTION):
     """Random starts (default: 6 by d and a, else 3)."""
 
     def __call__(self) -> None:
-        limited = self.limited()
-        problem, reference, labels = self.request(limited, self.shape(limited))
+        (robot, bounds, loads), start = self.limited(), None
+        if self.start:
+            with about("--start"):
+                pose = motions.in_si(self.start, robot)
+                check_pose(pose, robot, bounds)
+            start = tuple(pose.tolist())
+        times, trapezoid = self.segment_durations, self.segments == "trapezoid"
+        segment = trajectories.Trapezoid(self.ramp) if trapezoid else trajectories.Quintic()
+        shape: trajectories.ViaPointShape | trajectories.FourierShape = trajectories.ViaPointShape(
+            self.via_points,
+            passing=segment.passes and not self.rest,
+            fixed=times[0] if times is not None and len(times) == 1 else times,
+            segment=segment,
+            longest=self.max_duration,
+            start=start,
+        )
+        if self.fourier is not None:
+            shape = trajectories.FourierShape(self.fourier, self.duration, start=start)
+        problem, reference, labels = self.request(robot, bounds, loads, shape)
         robot, kind = problem.robot, problem.criterion.kind
         self.check_robot(robot, not self.fourier)
 
@@ -156,7 +180,7 @@ class _Design(ViewOptions, motions.MotionFiles, _Learning, group=MOTION):
         self.check_replays(problem, written, *estimated)
         self.give(sections.design_report(judged), lambda: documents.design_document(judged), {})
         self.write_motion(written)
-        self.write_view(lambda: views.view_of(robot, judged.motion, problem=problem))
+        self.write_view(lambda: view.view_of(robot, judged.motion, problem=problem))
 
     def check(self) -> None:
         """Refuse options of the other shape."""
@@ -168,27 +192,6 @@ class _Design(ViewOptions, motions.MotionFiles, _Learning, group=MOTION):
             for name in ("rest", "max_duration", "segments", "ramp", "segment_durations"):
                 self.refuse(name, "belongs to --via-points: --fourier takes --duration")
         super().check()
-
-    def shape(self, limited: motions.Limited) -> trajectories.ViaPointShape | trajectories.FourierShape:
-        """The shape of the motion."""
-        start: tuple[float, ...] | None = None
-        if self.start:
-            with about("--start"):
-                pose = motions.in_si(self.start, limited.robot)
-                check_pose(pose, limited.robot, limited.bounds)
-            start = tuple(pose.tolist())
-        if self.fourier is not None:
-            return trajectories.FourierShape(self.fourier, self.duration, start=start)
-        times, trapezoid = self.segment_durations, self.segments == "trapezoid"
-        segment = trajectories.Trapezoid(self.ramp) if trapezoid else trajectories.Quintic()
-        return trajectories.ViaPointShape(
-            self.via_points,
-            passing=segment.passes and not self.rest,
-            fixed=times[0] if times is not None and len(times) == 1 else times,
-            segment=segment,
-            longest=self.max_duration,
-            start=start,
-        )
 
 
 class _Score(ViewOptions, PageOptions, _Learning, group=MOTION):
@@ -207,9 +210,9 @@ class _Score(ViewOptions, PageOptions, _Learning, group=MOTION):
 
     def __call__(self) -> None:
         shape = trajectories.ViaPointShape(longest=self.max_duration)
-        limited = self.limited()
-        motion, recorded, stood = _logged_motion(self.data, limited.robot, self.log_map, self.cutoff)
-        problem, reference, labels = self.request(limited, shape, stood)
+        robot, bounds, loads = self.limited()
+        motion, recorded, stood = _logged_motion(self.data, robot, self.log_map, self.cutoff)
+        problem, reference, labels = self.request(robot, bounds, loads, shape, stood)
         learnt = documents.as_recorded(problem, recorded)
         score = trajectories.score_motion(problem, motion)
         floor = self.floor(problem, score.value, self.seed)
@@ -217,7 +220,7 @@ class _Score(ViewOptions, PageOptions, _Learning, group=MOTION):
             f"Motion of {self.data}", score, motion, learnt, reference, labels, floor=floor, source=self.data
         )
         self.give(sections.design_report(judged), lambda: documents.design_document(judged), {})
-        self.write_view(lambda: views.view_of(problem.robot, motion, problem=problem))
+        self.write_view(lambda: view.view_of(problem.robot, motion, problem=problem))
 
 
 def _logged_motion(
@@ -226,9 +229,9 @@ def _logged_motion(
     """The motion of a file, planned where it has accelerations; as a recording shows it; poses recorded."""
     measured_too = True
     if log_map:  # of currents the motion counts alone, whatever the gains
-        mapped = read_log_map(log_map)
+        mapped = logs.read_log_map(log_map)
         currents = logs.named(path, robot, mapped).holds_currents_only
-        recording = read_recording(path, robot, (1.0,) * robot.n if currents else None, mapped)
+        recording = logs.read_recording(path, robot, (1.0,) * robot.n if currents else None, mapped)
     else:
         t, q, qd, qdd = logs.read_trajectory(path, robot)
         if qd is not None and qdd is not None:
@@ -277,8 +280,8 @@ class _Near(ViewOptions, motions.MotionFiles, motions.NoiseOptions, group=MOTION
     """File of the motion at a tenth of the speed; F_1.csv, .. with --ladder (default: beside --samples)."""
 
     def __call__(self) -> None:
-        limited = self.limited()
-        robot, bounds, payload = limited.robot, limited.bounds, limited.loads.heaviest
+        robot, bounds, known = self.limited()
+        payload = known.heaviest
         self.check_robot(robot, self.static)
         mass, scale = self.mass
         if isinstance(payload, trajectories.PayloadSet) and mass > payload.mass:
@@ -298,19 +301,19 @@ class _Near(ViewOptions, motions.MotionFiles, motions.NoiseOptions, group=MOTION
         except InputError:  # what joints show is printed all the same
             self.show(Report("", [sections.visibility_table(visibility)]))
             raise
-        heaviest, loads = payload, None
+        heaviest, loads, kept = payload, None, bounds
         if self.ladder:
             if not isinstance(payload, trajectories.PayloadSet):
                 raise InputError("--ladder needs --heaviest-payload and --within: what the first run must bear")
             heaviest = payload.lighter(_LEFT * mass)
-        if limited.loads.parameters and np.isfinite(bounds.torque).any():
-            loads = replace(limited.loads, heaviest=heaviest or expected)
-        elif payload is not None or limited.loads.margin > 0.0:
+        if known.parameters and np.isfinite(bounds.torque).any():
+            loads = replace(known, heaviest=heaviest or expected)
+        elif payload is not None or known.margin > 0.0:
             option = "--heaviest-payload" if payload is not None else "torque-margin"
             raise InputError(f"{option} needs --torque-limits, and --robot-parameters or --arm-mass")
         else:  # torques cannot be computed
-            limited = limited._replace(bounds=replace(bounds, torque=np.full(robot.n, np.inf)))
-        problem = self.problem(limited, shape, goal, loads)
+            kept = replace(bounds, torque=np.full(robot.n, np.inf))
+        problem = self.problem(robot, kept, shape, goal, loads)
         trajectories.check_held(problem, shape.poses)
         design = motions.best_motion(problem, self.seed, self.starts or (None if self.static else 1))
         samples = design.motion(documents.FIGURE_RATE)
@@ -323,7 +326,7 @@ class _Near(ViewOptions, motions.MotionFiles, motions.NoiseOptions, group=MOTION
             assert isinstance(payload, trajectories.PayloadSet)
             with status("looking for the speeds of the ladder"):
                 ladder = trajectories.speed_ladder(
-                    lambda payloads: self.problem(limited, shape, goal, replace(limited.loads, heaviest=payloads)),
+                    lambda payloads: self.problem(robot, bounds, shape, goal, replace(known, heaviest=payloads)),
                     payload,
                     design.plan,
                     mass,
@@ -344,7 +347,7 @@ class _Near(ViewOptions, motions.MotionFiles, motions.NoiseOptions, group=MOTION
         self.give(shown, lambda: documents.near_document(result), {})
         self.write_motion(written)
         self.write_rehearsals(result, written)
-        self.write_view(lambda: views.view_of(robot, samples, problem=design.problem))
+        self.write_view(lambda: view.view_of(robot, samples, problem=design.problem))
 
     def shape(
         self, robot: model.Robot, bounds: trajectories.JointBounds, expected: model.InertialParameters

@@ -17,7 +17,6 @@ from typing import Annotated, Any, ClassVar, Literal, dataclass_transform, get_a
 from cyclopts import UNSET, App, Argument, CoercionError, CycloptsError, Group, Parameter, Token
 from cyclopts import ArgumentCollection as Arguments
 from cyclopts.exceptions import MissingArgumentError, UnknownOptionError, UnusedCliTokensError
-from cyclopts.help import DefaultFormatter
 
 from ...common.errors import InputError, one_line
 from ...common.files import is_device, keeping, place_of
@@ -48,7 +47,7 @@ _ASKING = {"--help", "-h", "--version"}
 @dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(field,))
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """Options as a frozen value, its fields called as they are; a command is made of several, and called."""
+    """Options as a frozen value, fields named as they are; a command inherits what it takes, and is called."""
 
     needs: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     """Options, and those of which one must be given for them to have an effect."""
@@ -67,10 +66,10 @@ class Options:
 
     def __init_subclass__(cls, group: Group | None = None) -> None:
         """Make the class a dataclass, the options that it adds a ``group`` of the help."""
-        own, hints = vars(cls).get("__annotations__", {}), get_type_hints(cls, include_extras=True)
+        own, hints = cls.__annotations__, get_type_hints(cls, include_extras=True)
         for name in own:
             kind, *marked = get_args(hints[name]) if get_origin(hints[name]) is Annotated else [hints[name]]
-            grouped = group and kind is not ClassVar and not isinstance(vars(cls).get(name), Field)  # positional
+            grouped = group and kind is not ClassVar and not isinstance(vars(cls).get(name), Field)  # by position
             own[name] = Annotated[(kind, Parameter(group=group), *marked)] if grouped else hints[name]
         for rules in ("needs", "belongs", "instead"):
             setattr(cls, rules, ChainMap(*(vars(part).get(rules, {}) for part in cls.__mro__)))
@@ -193,8 +192,7 @@ def application(calls: list[Call], words: Sequence[str]) -> App:
         name="dynident",
         help="Identifies the payload of a robot arm, and the arm itself, from joint recordings.",
         version=lambda: "\n".join(f"{name.lower()} {number}" for name, number in versions().items()),
-        help_format="plaintext",
-        help_formatter=_Help(),
+        help_format="markdown",  # whose texts may stand in several lines of the source
         version_format="plaintext",
         default_parameter=Parameter(negative=(), show_default=False, allow_repeating=True),
         group_parameters=Group("options", sort_key=-1),
@@ -292,12 +290,12 @@ def check_paths(call: Call) -> None:
 
 
 @contextmanager
-def about(*options: str) -> Iterator[None]:
-    """Say of whatever is wrong within which options it is about."""
+def about(*options: str, fault: type[Exception] = ValueError) -> Iterator[None]:
+    """Say of whatever is wrong within which options it is about, if any; a ``fault`` is the user's to mend."""
     try:
         yield
-    except ValueError as error:
-        named = any(option in str(error) for option in options)
+    except fault as error:
+        named = not options or any(option in str(error) for option in options)
         raise InputError(str(error) if named else f"{', '.join(options)}: {error}") from None
 
 
@@ -306,18 +304,6 @@ def marks(hint: Any) -> Iterator[Any]:
     yield from getattr(hint, "__metadata__", ())
     for part in get_args(hint):
         yield from marks(part)
-
-
-class _Help(DefaultFormatter):
-    """The help, whose texts stand in several lines of the source."""
-
-    def __call__(self, console: Any, options: Any, panel: Any) -> None:
-        """Print one group of options."""
-        for entry in panel.entries:
-            told: Any = getattr(entry.description, "primary_renderable", None)
-            if hasattr(told, "plain"):
-                entry.description.primary_renderable = type(told)(" ".join(told.plain.split()))
-        super().__call__(console, options, panel)
 
 
 def _text(error: CycloptsError) -> str:

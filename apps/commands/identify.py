@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -14,15 +12,13 @@ from cyclopts import Group, Parameter
 from ... import estimation
 from ...common.errors import InputError
 from ...common.schema import read_toml
-from ...estimation.results.parts import Rollout as RolloutResult
-from .. import logs, results
-from .. import view as views
+from .. import logs, results, view
 from ..report.documents import RolloutsDocument
 from ..report.sections.payload import payload_report
 from ..report.sections.robot import gains_report, robot_report, rollout_report
 from ..rollout import HORIZONS, Predict, mujoco_arm, roll_out_all
 from . import options, values
-from .entry import SETTING, note, status
+from .entry import SETTING, about, note, status
 from .values import HeldOutFiles, Reads, Share, different, number, numbers, where, with_sigma, word
 
 _seconds = where(
@@ -34,7 +30,7 @@ _TWO = word(partial(numbers, count=2), "LOW HIGH", 2)
 _POSSIBLE = Parameter(group=Group("a robot that can exist", "Beside the free estimate."))
 
 
-class _Identify(options.PageOptions, options.ProcessingOptions, options.GainOptions):
+class _Identify(options.PageOptions, options.GainOptions):
     needs: ClassVar = {"rollout": ("validate",)}  # it predicts recordings that were not fitted
     belongs: ClassVar = {
         "prior_mass": ("constrained", ("prior", None)),
@@ -69,14 +65,12 @@ class _Identify(options.PageOptions, options.ProcessingOptions, options.GainOpti
         setup = self.setup()
         recordings, held_out = setup.read(self.data), setup.read(self.validate)
         gains = self.errors(setup, [], recordings)
-        rollouts: tuple[RolloutResult, ...] = ()
         with status("reading") as progress:
             settings = setup.settings(progress, gains=gains, essential=self.essential, friction=self.friction)
             result = estimation.identify(setup.robot, recordings, settings, held_out)
             possible = self.possible(result)
-            if self.rollout:
-                parameters = possible.values if possible is not None else result.estimate.values
-                rollouts = roll_out_all(result.robot, parameters, held_out, settings)
+            parameters = possible.values if possible is not None else result.estimate.values
+            rollouts = roll_out_all(result.robot, parameters, held_out, settings) if self.rollout else ()
         told = estimation.robot_result(result, possible, rollouts)
         self.give(robot_report(told, self.document), lambda: told, setup.in_words())
         if self.npz:
@@ -213,14 +207,7 @@ class _Gains(options.PageOptions, options.ProcessingOptions):
         return [estimation.known_mass(mass, sigma) for mass in masses.values()]
 
 
-class _Compared(
-    options.ViewOptions,
-    options.PageOptions,
-    options.ProcessingOptions,
-    options.GainOptions,
-    options.KnowledgeOptions,
-    options.RobotOptions,
-):
+class _Compared(options.ViewOptions, options.PageOptions, options.GainOptions, options.KnowledgeOptions):
     friction_change: Share | None = None
     """How much friction may differ under load, 1 sigma; for methods 3 and 4, and for --robot-parameters (default:
     10%; 0: not at all)."""
@@ -284,28 +271,22 @@ class _Payload(_Compared, options.FramedRobotOptions):
         setup = self.setup(stored)
         unloaded, loaded, held_out = map(setup.read, (self.unloaded, self.loaded, self.validate))
         gains = self.errors(setup, loaded, unloaded, stored)
-        with status("reading") as progress, _constraints_solved():
-            settings = setup.settings(
-                progress,
-                gains=gains,
-                methods=None if self.method == "all" else (int(self.method),),
-                friction=self.friction,
-                essential=self.essential,
-                friction_change=self.friction_change,
-                free_friction=self.free_friction,
-                scale_sigma=self.scale_sigma,
-            )
+        with status("reading") as progress, about(fault=estimation.SolverError):  # constraints may leave no body
+            names = ("friction", "essential", "friction_change", "free_friction", "scale_sigma")
+            asked = {name: getattr(self, name) for name in names}
+            methods = None if self.method == "all" else (int(self.method),)
+            settings = setup.settings(progress, gains=gains, methods=methods, **asked)
             known = stored.estimate if stored else None
             problem = estimation.payload_problem(setup.robot, loaded, unloaded, known, settings)
             progress("estimating")
-            if settings.methods is None and settings.scale_sigma:
+            if methods is None and self.scale_sigma:
                 note("--scale-sigma: methods 2 and 3 have no column for the scale of loaded torques: left out")
             answer = estimation.answer_payload(problem, held_out, constraints)
         result = answer.result
         self.give(payload_report(result, self.document), lambda: result, setup.in_words())
         if self.npz:
             results.write_npz(self.npz, estimation.payload_system(problem))
-        self.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], result))
+        self.write_view(lambda: view.view_of_answer(setup.robot, loaded[0], result))
         return answer.verdict.level != "do_not_use"
 
 
@@ -326,7 +307,7 @@ class _Weigh(_Compared):
         setup = self.setup(stored)
         loaded, unloaded = setup.read(self.loaded), setup.read(self.unloaded)
         gains = self.errors(setup, loaded, unloaded, stored)
-        with status("reading") as progress, _constraints_solved():
+        with status("reading") as progress, about(fault=estimation.SolverError):  # constraints may leave no body
             change, known = self.friction_change, stored.estimate if stored else None
             settings = setup.settings(progress, gains=gains, joints=self.moving, friction_change=change)
             if self.static:
@@ -338,14 +319,5 @@ class _Weigh(_Compared):
         measured = stand_in is not None and not result.assumed
         shown = payload_report(result, self.document, [spare] if measured else [])
         self.give(shown, lambda: result, setup.in_words())
-        self.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], result))
+        self.write_view(lambda: view.view_of_answer(setup.robot, loaded[0], result))
         return result.verdict.level != "do_not_use"
-
-
-@contextmanager
-def _constraints_solved() -> Iterator[None]:
-    """Constraints that leave no body are the user's to mend."""
-    try:
-        yield
-    except estimation.SolverError as error:
-        raise InputError(str(error)) from None

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal, NamedTuple
+from typing import Annotated, ClassVar
 
 import numpy as np
 from cyclopts import Parameter
@@ -22,11 +22,10 @@ from ..export.motion import WrittenMotion
 from ..export.motions.ros2 import check_joint_names
 from ..export.motions.urscript import CONTROLLER_RATE, check_urscript
 from ..export.motions.val3 import check_val3
-from ..results import shown_noise
 from . import values
 from .entry import FILES, GOAL, LIMITS, SETTING, Options, note, status
 from .options import PageOptions, RobotOptions
-from .values import Names, NewFile, Reads, Seconds, Share, checked, number, numbers, positive_number, share, word
+from .values import Names, NewFile, Reads, Share, checked, number, numbers, positive_number, share, word
 
 _REPLAY_RATE = 1000.0  # Hz: at which controllers' own curves are looked at, and at their turns
 
@@ -64,7 +63,7 @@ _Rate = Annotated[float, word(positive_number, "HZ")]
 class RehearsedRobotOptions(RobotOptions):
     """A robot to plan or simulate with, which may need a stand-in."""
 
-    arm_mass: values.Kilograms | None = None
+    arm_mass: Annotated[float | None, word(positive_number, "KG")] = None
     """Mass of the whole arm, if its file has neither a mass nor link bodies."""
 
     def load(self) -> model.Robot:
@@ -95,13 +94,10 @@ class NoiseOptions(Options, group=GOAL):
         assumed: tuple[float, str] = (trajectories.ASSUMED_RATIO, trajectories.ASSUMED_NOISE),
         earlier: str | None = None,
     ) -> tuple[Array, float, str]:
-        """Sigma [N·m or N], independent samples a second, source.
-
-        ``assumed``: sigma over limits, and source; ``earlier``: data that show it, where nothing is said of it.
-        """
+        """Sigma [N·m or N], independent samples a second, source: told, ``earlier``, or ``assumed`` over limits."""
         level, rate = self.torque_noise or (None, None)
         if like := self.like or (None if self.torque_noise else earlier):
-            sigma, rate, source = *shown_noise(like), f"as {like} shows"
+            sigma, rate, source = *results.shown_noise(like), f"as {like} shows"
         elif level is None:
             sigma, source = trajectories.assumed_noise(robot, assumed[0]), assumed[1]
             if not np.isfinite(sigma).all():
@@ -118,29 +114,6 @@ class NoiseOptions(Options, group=GOAL):
         if sigma.shape != (robot.n,) or not (sigma > 0.0).all():
             raise InputError(f"{like or '--torque-noise'}: robot {robot.name!r} needs {robot.n} positive numbers")
         return np.asarray(sigma), rate or trajectories.INDEPENDENT, source
-
-
-class GoalOptions(NoiseOptions, group=GOAL):
-    """Parameters to be learnt, the criterion, and data that are there already."""
-
-    criterion: Annotated[Literal["d", "a", "cond", "cond-scaled"], Parameter(show_choices=False)] = "d"
-    """d: information (default); a: relative sigma; cond: condition number; cond-scaled: columns scaled."""
-    columns: Annotated[tuple[str, ...] | None, word(values.names_list, "NAME,..|payload")] = None
-    """Parameters to be identified: the robot's (base, default), or the payload's ten with a known robot."""
-    parameters: Annotated[Names | None, SETTING] = None
-    """Parameters that count in criteria d and a (default: all)."""
-    data_from: tuple[Annotated[str, Reads("earlier data"), Parameter(metavar="F")], ...] = ()
-    """Earlier data: --npz of identify or payload, or --json of identify (d and a); repeatable."""
-    data_length: Annotated[Seconds | None, SETTING] = None
-    """Length of the planned recording [s]."""
-
-
-class Limited(NamedTuple):
-    """A robot with the limits that its motions keep."""
-
-    robot: model.Robot  # with its parameters, or a stand-in's
-    bounds: trajectories.JointBounds
-    loads: trajectories.Loads  # what torques are computed from; the payload in the last link's frame
 
 
 class LimitOptions(RehearsedRobotOptions, group=LIMITS):
@@ -168,8 +141,8 @@ class LimitOptions(RehearsedRobotOptions, group=LIMITS):
     no_floor: bool = False
     """Ignore the floor at the height of the base (or the wall or ceiling it is mounted on)."""
 
-    def limited(self) -> Limited:
-        """The robot with these limits, its parameters from ``--robot-parameters``, or a stand-in."""
+    def limited(self) -> tuple[model.Robot, trajectories.JointBounds, trajectories.Loads]:
+        """The robot, its limits, and what torques are computed from, by ``--robot-parameters`` or a stand-in."""
         robot = self.load()
         covariance: Array | None = None
         if self.robot_parameters:
@@ -191,23 +164,24 @@ class LimitOptions(RehearsedRobotOptions, group=LIMITS):
             robot, override=self.speed_override, acceleration=acceleration, torque=torque
         )
         payload = self._payload(robot, np.isfinite(bounds.torque))
-        return Limited(robot, bounds, trajectories.Loads(known, payload, covariance, self.torque_margin))
+        return robot, bounds, trajectories.Loads(known, payload, covariance, self.torque_margin)
 
     def problem(
         self,
-        limited: Limited,
+        robot: model.Robot,
+        bounds: trajectories.JointBounds,
         shape: trajectories.Shape,
         goal: trajectories.Goal | trajectories.NearGoal,
         loads: trajectories.Loads | None,
         stood: Sequence[Array] = (),
     ) -> trajectories.DesignProblem:
         """The design of a motion within these limits; without loads torques have none; ``stood``: poses seen."""
-        robot, poses = limited.robot, shape.poses if isinstance(shape, trajectories.NearShape) else shape.start
+        poses = shape.poses if isinstance(shape, trajectories.NearShape) else shape.start
         # Unless a file tells: the arm itself, and with the floor what it is bolted to.
         there = np.vstack([np.reshape([] if poses is None else poses, (-1, robot.n)), *stood])
         usual = trajectories.usual_scene(robot, there, not self.no_floor)
         scene = trajectories.read_scene(self.scene) if self.scene else usual
-        return trajectories.build_design(robot, shape, goal, bounds=limited.bounds, loads=loads, scene=scene)
+        return trajectories.build_design(robot, shape, goal, bounds=bounds, loads=loads, scene=scene)
 
     def _payload(
         self, robot: model.Robot, limited: NDArray[np.bool_]

@@ -19,13 +19,13 @@ from ...common.errors import InputError
 from ...common.files import checksum, write_text
 from ...common.progress import Progress, each
 from ...common.schema import json_text, write_json
-from .. import logs, results
-from .. import view as views
+from .. import logs, results, view
 from ..logs.map import COMMAND_LINE
 from ..numbers import placed
 from ..report.blocks import Report
 from ..report.page import page_html, write_plots
 from ..report.terminal import print_report
+from ..view.moving import View
 from . import values
 from .entry import CALL, FILES, KNOWN, LOGS, SETTING, Options, about, note, status
 from .values import Reads, numbers, texts, word
@@ -66,7 +66,7 @@ class RobotOptions(Options):
 class FramedRobotOptions(RobotOptions):
     """A robot, and the frame in which a payload is taken or given."""
 
-    tool_frame: values.Frame | None = None
+    tool_frame: Annotated[model.Pose | None, word(values.frame, "X,Y,Z,R,P,Y")] = None
     """Frame of the payload, relative to the flange: metres, then roll, pitch, yaw in degrees (default: itself)."""
 
     def load(self) -> model.Robot:
@@ -209,7 +209,7 @@ class KnowledgeOptions(Options, group=KNOWN):
 
     mass: values.Weighed | None = None
     """Mass from a scale, and its standard deviation."""
-    mass_bounds: values.Bounds | None = None
+    mass_bounds: Annotated[tuple[float | None, float | None] | None, word(values.bounds, "LEAST,MOST")] = None
     """Least and largest mass; either may be omitted: ,3."""
     com_within: Annotated[tuple[float, ...] | None, _box] = None
     """Box that contains the centre of mass."""
@@ -240,8 +240,8 @@ class KnowledgeOptions(Options, group=KNOWN):
         return constraints
 
 
-class GainOptions(Options, group=LOGS):
-    """Uncertainty of the drive gains."""
+class GainOptions(ProcessingOptions, group=LOGS):
+    """Logs and processing, and the uncertainty of the drive gains."""
 
     gain_sigma: Annotated[tuple[tuple[float, ...], float] | None, word(values.gain_errors, _ERRORS)] = None
     """Error of each joint's drive gain, 1 sigma, and one common to all joints: 2%,common=1% (default: what the
@@ -273,13 +273,17 @@ class GainOptions(Options, group=LOGS):
         return structs.replace(gains, recordings=source.recordings, mass=source.mass, notes=notes)
 
 
-class ResultOptions(Options, group=FILES):
-    """The result as JSON."""
+class PageOptions(Options, group=FILES):
+    """The result as JSON, and as an HTML report with its figures."""
 
     json: values.Stream | None = None
     """Write the result as JSON; - writes it to standard output instead of the screen."""
     details: bool = False
     """Also print everything the answer is based on."""
+    report: Annotated[str | None, values.Named("file"), Parameter(metavar="F.html")] = None
+    """Write a report as one HTML file, and F.run.toml, with which --config repeats the run."""
+    plots: Annotated[values.NewFolder | None, SETTING] = None
+    """Folder for the report's figures as PNG, SVG and PDF; made if missing."""
 
     @property
     def document(self) -> str | None:
@@ -297,24 +301,11 @@ class ResultOptions(Options, group=FILES):
             print_report(shown, self.details, sys.stderr if self.json == "-" else None)
 
     def write(self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str]) -> None:
-        """Write the document as far as it is asked for; it is made only then."""
+        """Write document, which is made only then, page and figures, as far as they are asked for."""
         if self.json == "-":
             sys.stdout.write(json_text(document()).decode())
         elif self.json:
             write_json(self.json, document())
-
-
-class PageOptions(ResultOptions, group=FILES):
-    """The result as JSON, and as an HTML report with its figures."""
-
-    report: values.NewPage | None = None
-    """Write a report as one HTML file, and F.run.toml, with which --config repeats the run."""
-    plots: Annotated[values.NewFolder | None, SETTING] = None
-    """Folder for the report's figures as PNG, SVG and PDF; made if missing."""
-
-    def write(self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str]) -> None:
-        """Write document, page and figures, as far as they are asked for."""
-        super().write(shown, document, settings_text)
         if self.report:
             call = CALL.get()
             named = ((mark.role, path) for _, mark, path in call.named(reads=True) if mark.role != "options")
@@ -341,17 +332,17 @@ class ViewOptions(Options, group=FILES):
         """Refuse a view that could not be made, before any work is done."""
         super().check()
         if self.view:
-            views.require_viewer()
+            view.require_viewer()
 
-    def write_view(self, view: Callable[[], views.View]) -> None:
+    def write_view(self, made: Callable[[], View]) -> None:
         """Write or open the view; it is made only if it was asked for."""
         if self.view:
             page = ""
             with status("drawing the view"):
-                scene = view()
+                scene = made()
                 if self.view == "-":
-                    page = views.open_view(scene)
+                    page = view.open_view(scene)
                 else:
-                    write_text(self.view, views.html_of(scene))
+                    write_text(self.view, view.html_of(scene))
             for text in (*scene.notes, *([f"the view is open in the browser: {page}"] if page else [])):
                 note(text)

@@ -14,8 +14,7 @@ from ... import estimation, model
 from ...common.errors import InputError, printable
 from ...common.files import write_text
 from ...common.schema import present
-from .. import logs, results
-from .. import view as views
+from .. import logs, results, view
 from ..export import simulators
 from ..export.own_model import into
 from ..export.robot import robot_notes, stored_whole_robot
@@ -60,7 +59,7 @@ class _Show(ViewOptions, FramedRobotOptions):
         if self.drawing:
             self.tell(draw(robot, self.drawing, at))
         still = model.Motion(np.zeros(1), q, np.zeros_like(q), np.zeros_like(q))
-        self.write_view(lambda: views.view_of(robot, still))
+        self.write_view(lambda: view.view_of(robot, still))
 
 
 def _direction(text: str) -> tuple[float, float, float]:
@@ -191,7 +190,7 @@ class _New(Options):
             for joint, q in zip(robot.joints, drawn_at, strict=True)
         ]
         slow_speed = model.motion.usual_slow_speed([axis.kind == "revolute" for axis in axes])
-        try:
+        with about():
             robot = replace(
                 robot,
                 name=name,
@@ -202,8 +201,6 @@ class _New(Options):
                 processing=model.Processing(cutoff=10.0, decimate=5, slow_speed=slow_speed),
                 title=name,
             )
-        except ValueError as error:
-            raise InputError(str(error)) from None
         return robot, drawn_at
 
 

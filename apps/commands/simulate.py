@@ -21,8 +21,7 @@ from ...common.errors import InputError
 from ...common.files import made_folder
 from ...common.progress import Progress, silent
 from ...common.schema import write_json
-from .. import logs
-from .. import view as views
+from .. import logs, view
 from ..recordings import SIMULATED, write_recording, write_truth
 from ..report.blocks import Notes
 from ..report.figures.canvas import save_figure
@@ -125,7 +124,7 @@ class _Simulate(ViewOptions, RehearsedRobotOptions):
         self.tell(*lines, *assumed_notes(experiment.robot, *SIMULATED))
 
         shown = (np.column_stack([payload.com] * 2), payload) if payload is not None else None  # known exactly
-        self.write_view(lambda: views.view_of(robot, experiment.runs[-1].exact.motion, payload=shown))
+        self.write_view(lambda: view.view_of(robot, experiment.runs[-1].exact.motion, payload=shown))
 
     def rubbing(self, robot: model.Robot) -> model.Robot:
         """The robot with further terms of friction."""

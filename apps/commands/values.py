@@ -152,10 +152,7 @@ def levels(text: str) -> dict[str, float]:
 
 
 def gain_errors(text: str) -> tuple[tuple[float, ...], float]:
-    """Relative errors of each joint's gain, and of all together: 2%, 2,2,3% or 2%,common=1%.
-
-    A percent sign at the end stands for all of them.
-    """
+    """Relative errors of each joint's gain, and of all together: 2%, 2,2,3% (each in percent) or 2%,common=1%."""
     parts = texts(text)
     common = [part.removeprefix("common=") for part in parts if part.startswith("common=")]
     own = [part for part in parts if not part.startswith("common=")]
@@ -207,7 +204,7 @@ def frame(text: str) -> model.Pose:
 def word(read: Callable[[str], Any], metavar: str, count: int | None = 1) -> Parameter:
     """A value that is read from one word, which may begin with a minus, or from a ``count`` of words.
 
-    These, and a list in a file, are joined by commas. Without a count each word is a value, any number of them.
+    These, and a list in a file, are joined by commas. Without a count each option is a value, any number of them.
     """
 
     def converted(_: object, tokens: Sequence[Token]) -> Any:
@@ -227,7 +224,6 @@ def numbers_or(ending: str, metavar: str) -> Parameter:
 
 
 Hertz = Annotated[float, word(number, "HZ")]
-Kilograms = Annotated[float, word(positive_number, "KG")]
 Seconds = Annotated[float, word(positive_number, "S")]
 Share = Annotated[float, word(share, "SHARE")]
 Count = Annotated[int, word(partial(whole, least=1, most=_COUNTS), "N")]
@@ -238,8 +234,6 @@ Positions = Annotated[tuple[float, ...], word(numbers, "Q1,Q2,..")]
 Joints = Annotated[tuple[int, ...], word(joint_list, "J1,J2,..")]
 Names = Annotated[tuple[str, ...], word(names_list, "A,B,..")]
 Weighed = Annotated[tuple[float, float | None], word(weighed, "KG+-KG")]
-Bounds = Annotated[tuple[float | None, float | None], word(bounds, "LEAST,MOST")]
-Frame = Annotated[model.Pose, word(frame, "X,Y,Z,R,P,Y")]
 FrameWords = Annotated[model.Pose, word(frame, "X Y Z RX RY RZ", 6)]
 FrictionTerms = Annotated[tuple[model.Friction, ...] | estimation.Candidates, word(friction, "auto|paper|TERMS")]
 Essential = Annotated[estimation.StopRule, word(stop_rule, "RATIO|PERCENT")]
@@ -257,5 +251,4 @@ PayloadResultFile = Annotated[str, Reads("payload"), Parameter(metavar="PAYLOAD.
 NewFile = Annotated[str, Named("file"), Parameter(metavar="F")]
 NewDrawing = Annotated[str, Named("file", endings=(".png", ".svg", ".pdf")), Parameter(metavar="F")]
 NewFolder = Annotated[str, Named("folder"), Parameter(metavar="DIR")]
-NewPage = Annotated[str, Named("file"), Parameter(metavar="F.html")]
 Stream = Annotated[str, Named("stream"), word(path_or_dash, "F")]
