@@ -23,8 +23,7 @@ from .. import logs, results
 from .. import view as views
 from ..numbers import placed
 from ..report.blocks import Notes, Report
-from ..report.page import page_html, write_plots
-from ..report.terminal import print_blocks, print_report
+from ..report.render import page_html, print_blocks, print_report, write_plots
 from . import values
 from .entry import CALL, FILES, KNOWN, LOGS, SETTING, Options, about
 from .progress import note, quiet, status

@@ -26,7 +26,7 @@ from .. import view as views
 from ..logs.map import LogMap
 from ..recordings import SIMULATED, write_recording, write_truth
 from ..report.blocks import Notes
-from ..report.figures.canvas import save_figure
+from ..report.figures import save_figure
 from ..report.sections.payload import payload_report
 from ..report.sections.robot import assumed_notes, robot_section
 from . import values

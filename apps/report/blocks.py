@@ -1,12 +1,11 @@
-"""Parts of a report as values: ``terminal`` prints them, ``page`` renders them by templates."""
+"""Parts of a report as values: ``render`` prints them, and makes pages of them by templates."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import chain
 from math import isfinite
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
@@ -140,17 +139,15 @@ class Report:
 
     def drawings(self) -> Iterator[Drawing]:
         """Every figure, in order."""
-        blocks = chain(self.first, *(section.blocks for section in self.sections))
-        return (block for block in _within(blocks) if isinstance(block, Drawing))
-
-
-def _within(blocks: Iterable[Block]) -> Iterator[Block]:
-    for block in blocks:
-        yield block
-        if isinstance(block, Pair):
-            yield from _within((*block.left, *block.right))
-        elif isinstance(block, OnPage):
-            yield from _within(block.blocks)
+        left = [*self.first, *(block for section in self.sections for block in section.blocks)]
+        while left:
+            block = left.pop(0)
+            if isinstance(block, Drawing):
+                yield block
+            elif isinstance(block, Pair):
+                left[:0] = [*block.left, *block.right]
+            elif isinstance(block, OnPage):
+                left[:0] = block.blocks
 
 
 def lines(*texts: str) -> list[str]:

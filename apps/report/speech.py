@@ -20,15 +20,14 @@ from ..export.controllers import FORMATS
 from ..export.load import load_of
 from ..logs.log_check import LogReport
 from ..numbers import SIX
-from . import page
 from .blocks import Report
 from .documents import JudgedMotion, check_document, design_document
-from .figures.canvas import Figure
+from .figures import Figure
+from .render import blocks_html, page_html, printed, screen_text
 from .sections.check import check_report, log_report
 from .sections.motion import design_report
 from .sections.payload import payload_report
 from .sections.robot import gains_report, robot_report
-from .terminal import printed, screen_text
 
 
 def _rows(result: Any) -> list[dict[str, Any]]:
@@ -85,7 +84,7 @@ def first_block(answer: object) -> str:
     """The first screen as HTML, with the first figure where there are recordings to draw."""
     report, result = _report(answer), _result(answer)
     drawings = [] if getattr(result, "working", result) is None else islice(report.drawings(), 1)
-    return f'<div style="max-width: 60em">{page.blocks_html([*printed(report.first), *drawings])}</div>'
+    return f'<div style="max-width: 60em">{blocks_html([*printed(report.first), *drawings])}</div>'
 
 
 def plain(answer: object) -> dict[str, Any]:
@@ -132,7 +131,7 @@ def write_report(answer: object, path: str | Path) -> None:
         recordings += getattr(of, kind, ())
     paths = dict.fromkeys(recording.source for recording in recordings)
     files = [("recording", name, checksum(name)) for name in paths if Path(name).is_file()]
-    write_text(path, page.page_html(report, f"python {sys.argv[0] or '(interactive)'}", files))
+    write_text(path, page_html(report, f"python {sys.argv[0] or '(interactive)'}", files))
 
 
 @one_thread()

@@ -3,7 +3,9 @@
 import math
 import re
 from collections.abc import Sequence
+from functools import partial
 from itertools import islice
+from pathlib import Path
 
 import numpy as np
 
@@ -11,10 +13,10 @@ from ....estimation.diagnosis.kinematics import PoseCheck, Readings
 from ....model import Pose, Robot
 from ...logs.following import FollowingChange
 from ...logs.log_check import LogReport, RobotFits
+from ...numbers import joined
 from ..blocks import Block, Drawing, Notes, OnPage, Report, Section, Table, Text
 from ..documents import Look
-from ..figures.canvas import BLUE, GREY, Figure, panels, plain
-from ..figures.signals import signals_figure
+from ..figures import BLUE, GREY, Figure, by_joint, panels, plain, signals
 from .robot import robot_description
 
 _MARKS = {"error": "ERROR", "warning": "warning", "note": "note"}
@@ -103,8 +105,15 @@ def check_report(looks: Sequence[Look]) -> Report:
         blocks += [block for report in reports for section in report.sections for block in section.blocks]
         if check:
             stem = re.sub(r"\W+", "_", path.replace("\\", "/").rstrip("/").rsplit("/", 1)[-1].split(".")[0])
-            unit = "A" if check.currents else "N·m"
-            blocks.append(signals_figure(check.working[1], unit, f"{number:02d}_{stem}"))
+            loads, unit = ("currents", "A") if check.currents else ("torques", "N·m")
+            recording, title = check.working[1], Path(check.working[1].source).name
+            columns = {
+                "positions [rad or m]": partial(signals, recording.t, {"": recording.q}),
+                f"{loads} [{unit}]": partial(signals, recording.t, {"": recording.torque}),
+            }
+            caption = f"Positions and {loads} of {title} as they were understood, joint side."
+            draw = partial(by_joint, recording.q.shape[1], columns, title)
+            blocks.append(Drawing(f"{number:02d}_{stem}", caption, draw))
         sections.append(Section(f"log_{number}", path, blocks))
         unusable += [] if check and check.usable else [path]
     text = f"Fix first: {', '.join(unusable)}." if unusable else "These logs can be used."
@@ -113,79 +122,65 @@ def check_report(looks: Sequence[Look]) -> Report:
 
 def readings_report(robot: Robot, poses: Sequence[PoseCheck], readings: Readings | None) -> Report:
     """Verdict on a robot's description by tool poses and torques; every reading; the description."""
+
+    def words(pose: Pose, axes: bool = True) -> str:
+        turn = joined((math.degrees(angle) + 0.0 for angle in pose.rpy), ".2f")
+        return f"({joined(pose.origin, '.4f')}) m{f', rpy ({turn}) deg' if axes else ', axes not logged'}"
+
+    lines, tables = list[str](), list[Block]()
+    for check, ranked in [*((check, check.readings) for check in poses), (None, readings)]:
+        if check:
+            axes = "" if check.rms_angle is None else f", orientation {math.degrees(check.rms_angle):.3g} deg"
+            verb = "reproduces" if check.reproduced else "does NOT reproduce"
+            lines += [
+                f"{check.source}: forward kinematics {verb} the tool pose of {check.samples} samples: rms "
+                f"{1e3 * check.rms:.3g} mm, at most {1e3 * check.largest:.3g} mm{axes}",
+                f"  with base and tool at the origin {1e3 * check.as_is:.4g} mm; best-fitting base and tool:",
+                f"  base of the robot in the log's frame: {words(check.base)}",
+                f"  tool in the payload's frame: {words(check.tool, check.rms_angle is not None)}",
+            ]
+            if not check.determined:
+                lines.append("  The motion does not determine base and tool: these are one choice of many.")
+            if check.wrong_unit:
+                farther = f"The tool moves {check.scale:.3g} times as far as the flange"
+                lines.append(f"  {farther}: positions in {check.wrong_unit}?")
+        elif not ranked:
+            lines.append("No torques or currents in the log: only the pose was compared.")
+        if not ranked:
+            continue
+        residuals, best = ranked.residuals, ranked.suggested
+        lines.append(f"Residual: {ranked.as_recorded:.4g} ({ranked.unit}); {len(residuals)} other readings tried.")
+        if best is None:
+            lines.append("No other order, sign or zero of the joints fits clearly better.")
+        else:
+            lines.append(f"Suggested, not applied: {best.described()} (residual {residuals[best]:.4g}).")
+            lines.append("Check it at the robot, then change the log's columns or the robot's file.")
+            for j, along in enumerate(best.along, 1):
+                if along:
+                    coupling = f"coupling = [{{ motor = {j}, joint = {j - 1}, ratio = {-along} }}]"
+                    sides = 'side = "motor" of position and velocity'
+                    lines.append(f"In a log map: {sides}, all gear_ratios 1, {coupling}.")
+        if others := [reading for reading in ranked.alike if reading.changes][:_SHOWN]:
+            lines.append("These fit equally well; the recording cannot tell them apart:")
+            lines += [f"  {residuals[reading]:.4g}  {reading.described()}" for reading in others]
+        rows = [(one.described(), f"{left:.4g}") for one, left in islice(residuals.items(), _RANKED)]
+        title = f"By {check.source if check else 'torques'}: the best of {len(residuals)} readings"
+        tables.append(Table(title, ("reading", f"residual, {ranked.unit}"), rows))
     faithful = readings_agree(poses, readings)
     text = "agrees with the recordings" if faithful else "does NOT agree with the recordings as they are read"
-    first: list[Block] = [
-        Text(f"The robot's description {text}.", level="use" if faithful else "do_not_use"),
-        Notes(_kinematics_lines(poses, readings), optional=True),
-    ]
-    tables: list[Block] = []
-    for source, ranked in [*((check.source, check.readings) for check in poses), ("torques", readings)]:
-        if ranked:
-            rows = [(one.described(), f"{left:.4g}") for one, left in islice(ranked.residuals.items(), _RANKED)]
-            headings = ("reading", f"residual, {ranked.unit}")
-            tables.append(Table(f"By {source}: the best of {len(ranked.residuals)} readings", headings, rows))
+    banner = Text(f"The robot's description {text}.", level="use" if faithful else "do_not_use")
     sections = [
         Section("readings", "Readings of the joint columns, best first", tables),
         Section("robot", "The robot as described", [OnPage(lambda: robot_description(robot))]),
     ]
     more = "the readings, best first" if tables else ""
+    first: list[Block] = [banner, Notes(lines, optional=True)]
     return Report(f"Kinematics of the {robot.title or robot.name}", first, sections, more)
 
 
 def readings_agree(poses: Sequence[PoseCheck], readings: Readings | None) -> bool:
     """Tell whether every tool pose is reproduced and no other reading of the columns does clearly better."""
     return all(check.reproduced for check in poses) and not (readings and readings.suggested)
-
-
-def _kinematics_lines(poses: Sequence[PoseCheck], readings: Readings | None) -> list[str]:
-    """Tool poses compared, and the best reading, which is never applied."""
-
-    def words(pose: Pose, axes: bool = True) -> str:
-        position = ", ".join(f"{value:.4f}" for value in pose.origin)
-        turn = ", ".join(f"{math.degrees(angle) + 0.0:.2f}" for angle in pose.rpy)
-        return f"({position}) m" + (f", rpy ({turn}) deg" if axes else ", axes not logged")
-
-    lines = []
-    for check in poses:
-        axes = "" if check.rms_angle is None else f", orientation {math.degrees(check.rms_angle):.3g} deg"
-        verb = "reproduces" if check.reproduced else "does NOT reproduce"
-        lines += [
-            f"{check.source}: forward kinematics {verb} the tool pose of {check.samples} samples: rms "
-            f"{1e3 * check.rms:.3g} mm, at most {1e3 * check.largest:.3g} mm{axes}",
-            f"  with base and tool at the origin {1e3 * check.as_is:.4g} mm; best-fitting base and tool:",
-            f"  base of the robot in the log's frame: {words(check.base)}",
-            f"  tool in the payload's frame: {words(check.tool, check.rms_angle is not None)}",
-        ]
-        if not check.determined:
-            lines.append("  The motion does not determine base and tool: these are one choice of many.")
-        if check.wrong_unit:
-            farther = f"The tool moves {check.scale:.3g} times as far as the flange"
-            lines.append(f"  {farther}: positions in {check.wrong_unit}?")
-        if check.readings:
-            lines += _reading_lines(check.readings)
-    alone = ["No torques or currents in the log: only the pose was compared."]
-    return lines + (_reading_lines(readings) if readings else alone)
-
-
-def _reading_lines(readings: Readings) -> list[str]:
-    residuals, best = readings.residuals, readings.suggested
-    lines = [f"Residual: {readings.as_recorded:.4g} ({readings.unit}); {len(residuals)} other readings tried."]
-    if best is None:
-        lines.append("No other order, sign or zero of the joints fits clearly better.")
-    else:
-        lines.append(f"Suggested, not applied: {best.described()} (residual {residuals[best]:.4g}).")
-        lines.append("Check it at the robot, then change the log's columns or the robot's file.")
-        for j, along in enumerate(best.along, 1):
-            if along:
-                coupling = f"coupling = [{{ motor = {j}, joint = {j - 1}, ratio = {-along} }}]"
-                sides = 'side = "motor" of position and velocity'
-                lines.append(f"In a log map: {sides}, all gear_ratios 1, {coupling}.")
-    others = [reading for reading in readings.alike if reading.changes][:_SHOWN]
-    if others:
-        lines.append("These fit equally well; the recording cannot tell them apart:")
-        lines += [f"  {residuals[reading]:.4g}  {reading.described()}" for reading in others]
-    return lines
 
 
 def following_report(change: FollowingChange, robot: Robot) -> Report:

@@ -1,6 +1,7 @@
 """Parts that several reports share: verdict, errors of the gains, torques, joints, and how well parameters show."""
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from msgspec import UnsetType
@@ -17,11 +18,14 @@ from ....estimation.results.parts import EliminationDocument, ProcessingDocument
 from ....estimation.results.payload import PayloadData, array
 from ....estimation.results.robot import RobotResult
 from ...numbers import percent, with_interval
-from ..blocks import Block, Notes, OnPage, Section, Table, Text, with_sigma
-from ..figures.parameters import GOOD, elimination_figure, excitation_figure
-from ..figures.payload import joints_figure
-from ..figures.signals import prediction_figure, words_of, worst_joint_figure
+from .. import figures
+from ..blocks import Block, Drawing, Notes, OnPage, Section, Table, Text, with_sigma
 
+_GOOD = 10.0  # ten times the noise: 10 % relative sigma
+_LEAST, _MOST = 1e-2, 1e9
+_MOST_RATIO = 1.15
+"""Above this ratio steps cancel what carries the arm; two of them are shown beyond where elimination ended."""
+_MOST_SHOWN = 1e12  # larger numbers are left out
 MEND = "Next: fix what the reasons name, run 'dynident check' on the logs, and record again."
 """It follows an answer that is not to be used."""
 VERDICTS = {
@@ -82,11 +86,6 @@ def friction_notes(terms: Sequence[TermChoice]) -> list[str]:
     )
 
 
-def jackknife(blocks: int, length: float) -> str:
-    """Say by which blocks of time, of a length [s], robust standard deviations were found."""
-    return f"jackknife over {blocks} blocks of {length:.2g} s or more"
-
-
 def residual_text(fit: Fit | ResidualDocument) -> str:
     """Relative residual in percent, of all joints and of each."""
     joints = " ".join(f"{100.0 * value:.1f}" for value in array(fit.relative_per_joint, 0))
@@ -109,7 +108,7 @@ def worst_torque(predictions: Predictions) -> OnPage:
 
     def drawn() -> list[Block]:
         shown = min(predictions(), key=lambda each: (not each.held_out, not each.loaded), default=None)
-        return [Text("The worst joint", heading=True), worst_joint_figure(shown)] if shown else []
+        return [Text("The worst joint", heading=True), figures.worst_joint_figure(shown)] if shown else []
 
     return OnPage(drawn)
 
@@ -129,10 +128,13 @@ def torques_section(predictions: Predictions, recordings: int = 0) -> Section:
             )
         if recordings > len(shown):
             text += f" {recordings - len(shown)} more recordings were used but are not drawn."
-        rows = [(words_of(each), *(percent(float(ratio)) for ratio in each.relative_per_joint)) for each in shown]
+        rows = [
+            (figures.words_of(each), *(percent(float(ratio)) for ratio in each.relative_per_joint))
+            for each in shown
+        ]
         joints = [f"joint {j}" for j in range(1, len(shown[0].t) + 1)] if shown else []
         headings = ("norm of the residual over norm of the torque", *joints)
-        drawings = [prediction_figure(each, f"torques_{k}") for k, each in enumerate(shown, 1)]
+        drawings = [figures.prediction_figure(each, f"torques_{k}") for k, each in enumerate(shown, 1)]
         return [Text(text), Table("Relative residual", headings, rows), *drawings]
 
     return Section("torques", "Measured and predicted torques", [OnPage(drawn)])
@@ -142,21 +144,50 @@ def joints_section(
     masses: Sequence[JointsMass], mass: float, interval: tuple[float, float], mounting: int | None = None
 ) -> Section:
     """Mass [kg] by groups of joints and each joint's share; ``mounting``: number of a known weight, if any."""
-    rows = []
-    for group in masses:
-        ends = array(group.interval95, 2).tolist()
-        cells = ("not visible", "-") if group.mass is None else with_interval(group.mass, *ends)
-        share = present(group.share)
-        ratio = "-" if share is None else with_sigma(share, float(array(group.share_sigma)))
+    ends, rows, told = np.array([array(group.interval95, 2) for group in masses]), [], list[str]()
+    for group, own in zip(masses, ends.tolist(), strict=True):
+        share, ratio = present(group.share), "-"
+        cells = with_interval(group.mass, *own) if group.mass is not None else ("not visible", "-")
+        told.append(f"{group.name} {'does not see it' if group.mass is None else f'{group.mass:.4g} kg'}")
+        if share is not None:
+            ratio = with_sigma(share, float(array(group.share_sigma)))
         rows.append((group.name, "kg", *cells, ratio))
+
+    def draw() -> figures.Figure:
+        figure, ((left, right),) = figures.panels((9.0, 0.32 * len(masses) + 1.2), 1, 2, width_ratios=(3, 2))
+        values = np.array([group.mass if group.interval95 is not None else None for group in masses], dtype=float)
+        figures.interval_rows(
+            left, [group.name for group in masses], values, ends, (mass, *interval), "not visible"
+        )
+        reaches = np.abs(ends - mass).max(axis=1)
+        reaches = reaches[np.isfinite(reaches)]
+        # One joint that hardly sees the mass must not squeeze the others to a line.
+        reach = 1.1 * min(float(reaches.max()), max(6.0 * float(np.median(reaches)), 0.1 * abs(mass)))
+        left.set_xlim(mass - reach, mass + reach)
+        joints = [group for group in masses if len(group.joints) == 1]
+        pairs = [[array(group.share), array(group.share_sigma)] for group in joints]
+        shares, sigmas = np.array(pairs, dtype=float).reshape(-1, 2).T
+        both, alike = np.stack([shares - 2.0 * sigmas, shares + 2.0 * sigmas], axis=1), (1.0, np.nan, np.nan)
+        figures.interval_rows(right, [group.name for group in joints], shares, both, alike, "not determined")
+        right.set_ylim(left.get_ylim())
+        left.set_title("mass [kg]", fontsize=10)
+        right.set_title("ratio to the others' payload", fontsize=10)
+        return figure
+
     text = (
         "Each joint weighs the payload with its own torque. Where they differ, a drive gain, the friction model or "
         "the robot's description is wrong. Ratio: the joint's payload torque over what the other joints predict."
     )
+    caption = (
+        "Left: the mass by the torques of some joints alone, with 95 % intervals; the dashed line and the band are "
+        "the recommended mass. Right: the torque of each joint over what the payload seen by all others demands "
+        "there, with two standard deviations; 1 where drive gain and friction are right."
+    )
     number = "" if mounting is None else f"_{mounting}"
     headings = ("", "unit", "mass", "95 % interval", "ratio")
-    drawn = joints_figure(masses, mass, interval, f"by_joints{number}")
-    blocks: list[Block] = [Text(text), Table("Mass by joints", headings, rows), *drawn]
+    blocks: list[Block] = [Text(text), Table("Mass by joints", headings, rows)]
+    if any(group.mass is not None for group in masses):
+        blocks.append(Drawing(f"by_joints{number}", caption, draw, f"{caption} {'; '.join(told)}."))
     return Section(f"joints{number}", "The payload as each joint sees it", blocks)
 
 
@@ -176,28 +207,93 @@ def excitation_section(make: Callable[[], Excitation | None], labels: Mapping[st
         for name, signal, own, ratio in columns:
             relative = percent(1.0 / float(own) if own else float("inf"))
             rows.append((name, f"{signal:.3g}", f"{own:.3g}", percent(float(ratio)), relative))
-            weak += [name] if own < GOOD else []
+            weak += [name] if own < _GOOD else []
         text = (
             "A parameter is well determined where its torque is large compared with the noise and no combination "
             "of others can imitate it. Sigmas here are the formula's, for white noise; they are relative, so a "
             "small parameter has a large one."
         )
+        caption = (
+            "Norm of each parameter's torque over all equations, in units of the noise: whole (dash) and without "
+            "what other parameters can imitate (dot). One over the dot is the relative standard deviation by (20), "
+            "(21)."
+        )
+
+        def draw() -> figures.Figure:
+            figure, (axis,) = figures.named_panels(len(names), 1)
+            whole, alone = (np.clip(x, _LEAST, _MOST) for x in (excitation.signal, excitation.independent))
+            x = np.arange(len(names))
+            axis.vlines(x, alone, whole, color="0.6", linewidth=1.0)
+            axis.plot(x, whole, "_", color="black", markersize=8, label="its torque")
+            axis.plot(x, alone, "o", color=figures.BLUE, markersize=4, label="what no other parameter imitates")
+            _limit(axis, _GOOD, "relative sigma 10 %")
+            axis.set_ylabel("torque over noise")
+            figures.log_scale(axis)
+            figures.named(axis, names)
+            figures.legend(figure, [axis])
+            return figure
+
         known = f"Relative sigma above 10 %: {', '.join(weak)}." if weak else "All relative sigmas are below 10 %."
         headings = ("", "torque over noise", "its own part", "share", "relative sigma")
         numbers = OnPage(lambda: [Table("Excitation", headings, rows)], "Numbers")
-        return [Text(text), excitation_figure(excitation, names, known), numbers]
+        return [Text(text), Drawing("excitation", caption, draw, f"{caption} {known}"), numbers]
 
     return Section("excitation", "Excitation of each parameter", [OnPage(shown)])
 
 
 def essential_section(elimination: EliminationDocument | None, title: str) -> Section:
-    """The path of the elimination as a figure, the parameters by name, and what speaks against them."""
+    """The path of the elimination as a figure, the parameters by name, and what speaks against them.
+
+    The figure has the error's ratio and the largest relative sigma against the parameters, in their order.
+    """
     heading = "Essential parameters"
     if elimination is None:
         text = "Parameters are eliminated in method 4 only, for robot and payload together; it was not used here."
         return Section("essential", heading, [OnPage(lambda: [Text(text)])])
+    path, essential, limit = elimination.path, elimination.essential, present(elimination.limit)
+    count = len(path) - 1
+
+    def draw() -> figures.Figure:
+        gone = count - essential
+        ratios = np.array([step.sigma_ratio for step in path], dtype=float)
+        percents = np.array([step.largest_relative_sigma_percent for step in path], dtype=float)
+        shown = min(max(int(np.sum(ratios <= _MOST_RATIO)), gone + 2), count)
+        figure, (above, below) = figures.named_panels(shown, 2, sharex=True)
+        for axis, values, label in (
+            (above, ratios[:shown], "error sigma, ratio\nto all parameters"),
+            (below, percents[:shown], "largest relative\nsigma [%]"),
+        ):
+            # Data without noise reach any number: what no axis can show is left out.
+            finite = np.where((values > 0.0) & (values < _MOST_SHOWN), values, np.nan)
+            visible, steps = finite[np.isfinite(finite)], np.arange(len(values))
+            if len(visible) and np.ptp(visible) == 0.0:
+                axis.set_ylim(0.5 * visible[0], 2.0 * visible[0])
+            # Filled markers and open ones: legible without colour.
+            axis.plot(steps, finite, color="0.5", linewidth=1.0)
+            look: dict[str, Any] = {"color": "black", "markersize": 4}
+            axis.plot(steps[: gone + 1], finite[: gone + 1], "o", label="taken", **look)
+            look["markerfacecolor"] = "white"
+            axis.plot(steps[gone + 1 :], finite[gone + 1 :], "o", label="not taken", **look)
+            axis.axvline(gone + 0.5, color="black", linestyle=":", linewidth=1.2)
+            axis.set_ylabel(label)
+        if limit is not None and elimination.rule == "ratio":
+            _limit(above, limit, f"limit {limit:g}")
+        elif limit is not None:
+            _limit(below, 100.0 * limit, f"limit {100.0 * limit:g} %")
+        above.legend(loc="upper left")
+        figures.log_scale(below)
+        for axis in (above, below):
+            figures.named(axis, ["none", *(str(step.eliminated) for step in path[1:shown])])
+        below.set_xlabel("eliminated, in this order")
+        figure.suptitle(f"{title}: {essential} of {count} parameters essential")
+        return figure
+
+    caption = (
+        "Parameters are eliminated from left to right, each time the one with the largest relative standard "
+        "deviation. Filled marks are steps that were taken."
+    )
     text = (
-        f"{elimination.essential} of {len(elimination.path) - 1} parameters are essential "
+        f"{essential} of {count} parameters are essential "
         f"({elimination.description}): error's sigma {elimination.sigma_ratio:.4f} times, largest relative sigma "
         f"{elimination.largest_relative_sigma_percent:.3g} %."
     )
@@ -207,4 +303,10 @@ def essential_section(elimination: EliminationDocument | None, title: str) -> Se
         "Setting the others to zero biases these values, so the intervals above come from the full model.",
         *(f"  - {warning}" for warning in elimination.warnings),
     ]
-    return Section("essential", heading, [Notes(lines), elimination_figure(elimination, title, text)])
+    return Section("essential", heading, [Notes(lines), Drawing("essential_path", caption, draw, text)])
+
+
+def _limit(axis: figures.Axes, value: float, label: str) -> None:
+    axis.axhline(value, color="black", linestyle="--", linewidth=1.0)
+    look: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points", "fontsize": 8}
+    axis.annotate(label, (1.0, value), xytext=(-4, 3), ha="right", **look)

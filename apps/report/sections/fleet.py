@@ -11,7 +11,7 @@ from ...fleet.comparing import CHANCE, CHANGED, FEWEST, Arm, Compared, Drift, Fl
 from ...fleet.reduction import ReducedDocument
 from ...fleet.store import Log
 from ..blocks import Block, Drawing, Notes, OnPage, Report, Section, Table, Text, lines
-from ..figures.canvas import BLUE, GREY, ORANGE, Figure, panels
+from ..figures import BLUE, GREY, ORANGE, Figure, panels
 
 _WORDS = (
     "z is the last night's value minus the median of the nights before, divided by their spread (1.4826 median "

@@ -17,9 +17,7 @@ from ....trajectories.design.score import Learnt, holding_torques, load_torques
 from ...export.motion import assumed_line, rests_on
 from ..blocks import Block, Drawing, Notes, OnPage, Report, Section, Table, Text, lines
 from ..documents import JudgedMotion, NearResult
-from ..figures.canvas import Figure, log_scale, named
-from ..figures.parameters import named_panels
-from ..figures.signals import by_joint, signals
+from ..figures import Figure, by_joint, log_scale, named, named_panels, signals
 from .robot import assumed_notes
 
 _MOST_SHOWN = 12
@@ -358,9 +356,9 @@ def motion_figure(problem: DesignProblem, motion: Motion, title: str) -> Drawing
         bounds, torques = problem.bounds, load_torques(problem, motion)
         turning = sorted({joint.revolute for joint in problem.robot.joints}, reverse=True)
         columns = {
-            "position": partial(signals, motion.t, {"position": motion.q}, bounds.low, bounds.high),
-            "speed": partial(signals, motion.t, {"speed": motion.qd}, -bounds.speed, bounds.speed),
-            "torque": partial(signals, motion.t, torques, -bounds.torque, bounds.torque),
+            "position": partial(signals, motion.t, {"position": motion.q}, limits=(bounds.low, bounds.high)),
+            "speed": partial(signals, motion.t, {"speed": motion.qd}, limits=(-bounds.speed, bounds.speed)),
+            "torque": partial(signals, motion.t, torques, limits=(-bounds.torque, bounds.torque)),
         }
         units = {name: " or ".join(_UNITS[name][kind] for kind in turning) for name in columns}
         shown = {f"{name} [{units[name]}]": draw for name, draw in columns.items() if torques or name != "torque"}

@@ -21,7 +21,7 @@ from ....model.robot import SOURCED
 from ...numbers import percent
 from ...rollout import CONSTANT, GROWTH_TIME, IDENTIFIED
 from ..blocks import Block, Drawing, Notes, Report, Section, Table, Text, lines, with_sigma
-from ..figures.canvas import BLUE, GREY, ORANGE, Figure, log_scale, panels, plain
+from ..figures import BLUE, GREY, ORANGE, Figure, log_scale, panels, plain
 from . import evidence
 
 _HEADINGS = ("joint", "kind", "alpha", "d", "theta", "r", "from", "to", "speed", "accel.", "torque")
@@ -178,7 +178,7 @@ def _sigma_notes(estimate: Estimate, why_not: str | None) -> list[str]:
         formula = f"± by the formula alone: {why_not}" if why_not else ""
         return lines("± one standard deviation by (17)-(19), for white torque noise.", formula)
     low, middle, high = np.quantile(robust.sigma / np.maximum(estimate.sigma, 1e-300), (0.0, 0.5, 1.0))
-    blocks = evidence.jackknife(robust.blocks, robust.block_length)
+    blocks = f"jackknife over {robust.blocks} blocks of {robust.block_length:.2g} s or more"
     return lines(
         "± and % by the larger of the formula's (17)-(19) and the block jackknife's standard deviation; what is "
         "essential goes by the formula's.",
@@ -224,43 +224,38 @@ def robot_section(result: RobotResult) -> Section:
         ]  # fmt: skip
         headings = ("", "error falls by, %", "its standard error, %", "")
         tables.append(Table("Terms of friction, on blocks of time that were held out", headings, rows))
-    return Section("parameters", "Base parameters of the robot", [*tables, Notes(_constrained_notes(result))])
-
-
-def _constrained_notes(result: RobotResult) -> list[str]:
-    """Lines on the robot that can exist; none where none was asked for."""
-    nearest = result.constrained
-    if nearest is None:
-        return []
-    p_value = f"p {array(nearest.p_value):.2g} for {len(result.columns)} parameters"
-    smallest = min((present(nearest.min_eigenvalues) or {"": float("nan")}).values())
-    active, hidden = present(nearest.active) or (), present(nearest.unidentifiable) or ()
-    held = [f"{holding.description} ({holding.multiplier:.2g})" for holding in active[:_MOST_NAMED]]
-    more = f" and {len(active) - len(held)} more" if len(active) > len(held) else ""
-    single = [text for text in hidden if " " not in text]
-    prior = ""
-    if nearest.prior:
-        least = float(array(nearest.prior.nearest_chi2_rise))
-        prior = (
-            f"Prior: {nearest.source}; chi2 {nearest.chi2_rise - least:.3g} above the constrained minimum of "
-            f"{least:.3g}. What the prior decides is not identified."
+    notes = list[str]()
+    if nearest is not None:
+        p_value = f"p {array(nearest.p_value):.2g} for {len(result.columns)} parameters"
+        smallest = min((nearest.min_eigenvalues or {"": float("nan")}).values())
+        active, hidden = nearest.active or (), nearest.unidentifiable or ()
+        held = [f"{holding.description} ({holding.multiplier:.2g})" for holding in active[:_MOST_NAMED]]
+        unnamed = f" and {len(active) - len(held)} more" if len(active) > len(held) else ""
+        single = [text for text in hidden if " " not in text]
+        prior = ""
+        if nearest.prior:
+            least = float(array(nearest.prior.nearest_chi2_rise))
+            prior = (
+                f"Prior: {nearest.source}; chi2 {nearest.chi2_rise - least:.3g} above the constrained minimum of "
+                f"{least:.3g}. What the prior decides is not identified."
+            )
+        notes = lines(
+            f"Constrained: the nearest robot that can exist; chi2 rises by {nearest.chi2_rise:.3g} ({p_value}); "
+            f"smallest eigenvalue of a link {smallest:.2g}; {nearest.status}.",
+            prior,
+            f"Held back by (multiplier): {', '.join(held)}{unnamed}." if held else "",
+            f"No motion shows {', '.join(single)}{' and ' * bool(single)}{len(hidden) - len(single)} "
+            "combinations of standard parameters (the JSON lists them).",
         )
-    return lines(
-        f"Constrained: the nearest robot that can exist; chi2 rises by {nearest.chi2_rise:.3g} ({p_value}); "
-        f"smallest eigenvalue of a link {smallest:.2g}; {nearest.status}.",
-        prior,
-        f"Held back by (multiplier): {', '.join(held)}{more}." if held else "",
-        f"No motion shows {', '.join(single)}{' and ' * bool(single)}{len(hidden) - len(single)} combinations of "
-        "standard parameters (the JSON lists them).",
-    )
+    return Section("parameters", "Base parameters of the robot", [*tables, Notes(notes)])
 
 
 def gains_report(gains: GainsResult, document: str | None = None) -> Report:
     """Gains and verdict, the weight as each joint sees it, the torques; ``document``: the JSON file."""
-    level, made, mounted = gains.judged.level, gains.working, bool(gains.load and gains.load.mountings)
+    level, made, load, robust = gains.judged.level, gains.working, gains.load, gains.robust
+    mounted, drives, residual = bool(load and load.mountings), gains.drive_gains, gains.relative_residual
     ask = "" if document or not made else "add --json gains.json, then "
     after = f"Next: {ask}give --drive-gains {document or 'gains.json'} to 'dynident payload'."
-    drives, residual = gains.drive_gains, present(gains.relative_residual)
     sigma, n = np.sqrt(np.diag(drives.relative_covariance)), len(drives.values)
     unexplained = array(residual.relative_per_joint if residual else None, n)
     parts = zip(drives.values, sigma, unexplained, drives.rests_on or ("",) * n, strict=True)
@@ -279,48 +274,40 @@ def gains_report(gains: GainsResult, document: str | None = None) -> Report:
     ]
     sections = []
     of_joints = zip(made.mountings, made.loads, made.by_joints, strict=True) if made else ()
-    for name, load, by_joints in of_joints:
-        section = evidence.joints_section(by_joints.masses, load.mass, (load.mass, load.mass), name)
+    for name, known, by_joints in of_joints:
+        section = evidence.joints_section(by_joints.masses, known.mass, (known.mass, known.mass), name)
         title = f"The known weight as each joint sees it{f', mounting {name}' if mounted else ''}"
         sections.append(section._replace(title=title))
     sections.append(evidence.torques_section(lambda: made.predictions))
-    title = f"Drive gains of the {gains.robot_title or gains.robot}"
-    subtitle = "Identified from recordings of motor currents with a known weight"
-    more = "the payload, residuals, origin of sigma"
-    return Report(title, first, sections, more, subtitle, _gains_notes(gains, mounted))
-
-
-def _gains_notes(gains: GainsResult, mounted: bool) -> list[str]:
-    robust, residual, load = present(gains.robust), present(gains.relative_residual), gains.load
-    lines = list[str]()
+    notes = list[str]()
     if load:
-        known, sigma = present(load.known) or {}, float(array(load.mass_sigma))
-        mountings = load.mountings or (MountingDocument(1, present(load.identified) or {}),)
-        for k, mounting in enumerate(mountings, start=1):
+        given, error = load.known or {}, float(array(load.mass_sigma))
+        for k, mounting in enumerate(load.mountings or (MountingDocument(1, load.identified or {}),), start=1):
             number, ten = str(k) if k > 1 else "", numbers(mounting.identified)
             com = " ".join(f"{x:.4f}" for x in ten[6:9] / ten[9])
-            lines.append(
+            notes.append(
                 f"Payload{f', mounting {mounting.mounting}' if mounted else ''}: "
-                f"{known.get(f'M_L{number}', np.nan):.4g} kg as given (sigma {sigma:.2g} kg), centre of mass {com} "
-                f"m, {'as given' if f'MX_L{number}' in known else 'estimated'}."
+                f"{given.get(f'M_L{number}', np.nan):.4g} kg as given (sigma {error:.2g} kg), centre of mass {com} "
+                f"m, {'as given' if f'MX_L{number}' in given else 'estimated'}."
             )
-    unconstrained = " ".join(f"{value:.3f}" for value in array(gains.drive_gains.without_constraints, 0))
-    lines += [
+    unconstrained = " ".join(f"{value:.3f}" for value in array(drives.without_constraints, 0))
+    widened = gains.disagreement or 1.0
+    source = f"sigma comes from the formula for white noise: {(robust and robust.unavailable) or ''}"
+    if robust and robust.blocks is not None:
+        blocks = f"{robust.blocks} blocks of {float(array(robust.block_length)):.2g} s or more"
+        source = f"sigma: the larger of the formula's and that of a jackknife over {blocks}."
+    notes += [
         "Every gain scales with the mass given: an error of 1 % in it is 1 % in each gain, and shows nowhere"
         + (" unless weights differ." if mounted else "."),
         f"Relative residual of the currents: {100 * array(residual.relative if residual else None):.2f} %.",
         f"Without the constraint that robot and payload can exist: {unconstrained}.",
+        *([f"Every sigma is {widened:.2g} times larger because the joints disagree."] if widened > 1.0 else []),
+        source,
+        *([robust.warning] if robust and robust.warning and robust.blocks is not None else []),
     ]
-    if (ratio := present(gains.disagreement) or 1.0) > 1.0:
-        lines.append(f"Every sigma is {ratio:.2g} times larger because the joints disagree.")
-    if robust is None or robust.blocks is None:
-        return [*lines, f"sigma comes from the formula for white noise: {(robust and robust.unavailable) or ''}"]
-    by = evidence.jackknife(robust.blocks, float(array(robust.block_length)))
-    return [
-        *lines,
-        f"sigma: the larger of the formula's and that of a {by}.",
-        *([robust.warning] if robust.warning else []),
-    ]
+    title = f"Drive gains of the {gains.robot_title or gains.robot}"
+    subtitle = "Identified from recordings of motor currents with a known weight"
+    return Report(title, first, sections, "the payload, residuals, origin of sigma", subtitle, notes)
 
 
 def rollout_report(rollouts: Sequence[Rollout], robot: str) -> Report:
@@ -351,7 +338,21 @@ def _rollout_section(rollouts: Sequence[Rollout], number: int, before: Sequence[
 def _parts(rollout: Rollout, number: int) -> list[Block]:
     """Errors by horizon, of starts in motion and at rest; a figure; the replay, and whether open loop can judge."""
     (unit, size), moving, resting = _unit(rollout), rollout.starts_in_motion, rollout.starts_at_rest
-    headings = ("after", *(heading for by in rollout.working.by for heading in (by, f"{by}, 90 %")))
+    errors = rollout.working
+
+    def draw() -> Figure:
+        figure, ((axis,),) = panels((5.8, 3.2))
+        for by, (colour, line) in zip(errors.by, _STYLES, strict=False):
+            low, high = np.array([errors.spread(by, seconds, not moving) for seconds in errors.times]).T / size
+            axis.plot(errors.times, low, color=colour, linestyle=line, label=by)
+            axis.fill_between(errors.times, low, high, color=colour, alpha=0.2, linewidth=0)
+        log_scale(axis)
+        axis.set(xlabel="time after the start [s]", ylabel=f"error [{unit}]")
+        axis.legend(fontsize=9, frameon=False)
+        plain(axis)
+        return figure
+
+    headings = ("after", *(heading for by in errors.by for heading in (by, f"{by}, 90 %")))
     blocks: list[Block] = []
     for how, count in (("in motion", moving), ("at rest", resting)):
         rows = []
@@ -366,7 +367,7 @@ def _parts(rollout: Rollout, number: int) -> list[Block]:
         f"Distance of predicted from measured motion on {rollout.source}, root mean square over the joints: median "
         "of the starts, shaded up to 90 %."
     )
-    blocks.append(Drawing(f"rollout_{number}", caption, lambda: _draw(rollout)))
+    blocks.append(Drawing(f"rollout_{number}", caption, draw))
     joints = " ".join(f"{100.0 * ratio:.1f}" for ratio in rollout.replay_joints)
     lines = [
         f"Replay: torque {100.0 * rollout.replay_relative:.2g} % from the measured one (joints {joints} %), path "
@@ -379,21 +380,6 @@ def _parts(rollout: Rollout, number: int) -> list[Block]:
     if rollout.diverged:
         lines.append(f"{rollout.diverged} of {moving + resting} starts of the identified robot diverged.")
     return [*blocks, Notes(lines, optional=True)]
-
-
-def _draw(rollout: Rollout) -> Figure:
-    figure, ((axis,),) = panels((5.8, 3.2))
-    (unit, size), errors = _unit(rollout), rollout.working
-    for by, (colour, line) in zip(errors.by, _STYLES, strict=False):
-        spreads = [errors.spread(by, seconds, not rollout.starts_in_motion) for seconds in errors.times]
-        low, high = np.array(spreads).T / size
-        axis.plot(errors.times, low, color=colour, linestyle=line, label=by)
-        axis.fill_between(errors.times, low, high, color=colour, alpha=0.2, linewidth=0)
-    log_scale(axis)
-    axis.set(xlabel="time after the start [s]", ylabel=f"error [{unit}]")
-    axis.legend(fontsize=9, frameon=False)
-    plain(axis)
-    return figure
 
 
 def _unit(rollout: Rollout) -> tuple[str, float]:

@@ -12,8 +12,8 @@ import pytest
 from dynident.apps.logs.read import read_recording
 from dynident.apps.numbers import with_interval
 from dynident.apps.report.blocks import Code, Notes, Report, Section, Table, Text
-from dynident.apps.report.figures.signals import prediction_figure, worst_joint_figure
-from dynident.apps.report.page import blocks_html, page_html
+from dynident.apps.report.figures import prediction_figure, worst_joint_figure
+from dynident.apps.report.render import blocks_html, page_html
 from dynident.apps.report.sections.payload import controller_line, payload_report
 from dynident.cli import main
 from dynident.estimation import PayloadAnswer, Settings, Verdict, answer_payload, payload_problem
