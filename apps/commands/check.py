@@ -13,7 +13,7 @@ from .. import logs
 from ..logs.following import following_change, read_following
 from ..logs.log_check import check_log, longest, robot_fits
 from ..report.documents import Look, check_document
-from ..report.sections.check import check_report, fits_report, following_report, log_report
+from ..report.sections.recordings import check_report, fits_report, following_report, log_report
 from .entry import command
 from .options import ArmOptions, LogOptions, PageOptions, ProcessingOptions, RobotOptions, Setup
 from .values import LOG, SEVERAL, DataFiles, Reads, RobotFile

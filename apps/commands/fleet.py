@@ -18,7 +18,7 @@ from .. import logs
 from ..fleet.comparing import arm_of, excess, fleet_of, side_by_side, widened
 from ..fleet.reduction import dask_executor, reduce_fleet
 from ..fleet.store import Recipe, Store, catalog, found_logs
-from ..report.sections.fleet import compared_report, fleet_report, reduced_report
+from ..report.sections.recordings import compared_report, fleet_report, reduced_report
 from .entry import command
 from .options import GainOptions, PageOptions, ProcessingOptions, ResultOptions, RobotOptions
 from .progress import note, status

@@ -22,7 +22,7 @@ from ..export.robot import robot_notes, stored_whole_robot
 from ..report.documents import robot_check_document
 from ..report.figures import save_drawing
 from ..report.render import print_blocks
-from ..report.sections.check import readings_agree, readings_report
+from ..report.sections.recordings import readings_agree, readings_report
 from ..report.sections.robot import base_description, robot_description
 from . import values
 from .entry import SETTING, Options, about, command
