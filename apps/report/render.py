@@ -10,7 +10,7 @@ import os
 import re
 import sys
 import textwrap
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
@@ -103,24 +103,25 @@ def printed(blocks: Sequence[Block]) -> Iterator[Table | Text | Notes]:
 
 
 def _lines(block: Table | Text | Notes, width: int, first: bool = False) -> list[str]:
-    """Lines of a block; on the ``first`` screen without spare rows and what is shown there as far as it fits."""
-    if isinstance(block, Table):
-        return _table_lines(block, width, block.spare if first else ())
-    lines = block.lines if isinstance(block, Notes) else (block.words,)
-    optional = isinstance(block, Notes) and block.optional and first
-    return [part for line in lines for part in _wrapped(line, width)] if not optional else []
+    """Lines of a block; on the ``first`` screen without spare rows and what is shown there as far as it fits.
 
-
-def _wrapped(line: str, width: int) -> list[str]:
-    """A line as wide as the terminal; an item of a list stays to the right of its dash."""
-    indent = " " * (len(line) - len(line.lstrip(" -")))
-    return textwrap.wrap(line, width, subsequent_indent=indent, break_on_hyphens=False) or [""]
-
-
-def _table_lines(table: Table, width: int, spare: Collection[str]) -> list[str]:
-    """Title and rows, in parts that repeat the names of the rows where the table is too wide."""
-    parted = table.sections(spare)
-    rows = [row for section in parted for row in (_merged(section) if table.merged else section)]
+    A table has its title and its rows, in parts that repeat the names of the rows where it is too wide.
+    """
+    if isinstance(block, Notes):
+        return [part for line in block.lines for part in _wrapped(line, width) if not (block.optional and first)]
+    if isinstance(block, Text):
+        return _wrapped(block.words, width)
+    table, rows = block, list[tuple[str, ...]]()
+    for section in table.sections(table.spare if first else ()):
+        count = len(section)
+        if not table.merged or count == 1:
+            rows += section
+            continue
+        # The last words stand beside all rows, behind a bracket.
+        words = textwrap.wrap(section[0][-1], _MERGED) or [""]
+        words = [*words[: count - 1], " ".join(words[count - 1 :])] + [""] * (count - len(words))
+        marks = ["┐", *["│"] * (count - 2), "┘"]
+        rows += [(*row[:-1], f"{mark} {text}") for row, mark, text in zip(section, marks, words, strict=False)]
     names = next((k for k, look in enumerate(table.looks) if look == "number"), len(table.headings))
     names = min(max(names, 1), len(table.headings) - 1) if len(table.headings) > 1 else 1
     parts: list[list[int]] = [[*range(names)]]
@@ -156,6 +157,12 @@ def _merged(section: Sequence[tuple[str, ...]]) -> list[tuple[str, ...]]:
     words = [*words[: count - 1], " ".join(words[count - 1 :])] + [""] * (count - len(words))
     marks = ["┐", *["│"] * (count - 2), "┘"]
     return [(*row[:-1], f"{mark} {text}") for row, mark, text in zip(section, marks, words, strict=False)]
+
+
+def _wrapped(line: str, width: int) -> list[str]:
+    """A line as wide as the terminal; an item of a list stays to the right of its dash."""
+    indent = " " * (len(line) - len(line.lstrip(" -")))
+    return textwrap.wrap(line, width, subsequent_indent=indent, break_on_hyphens=False) or [""]
 
 
 def _width(table: Table, rows: Sequence[tuple[str, ...]], part: Sequence[int]) -> int:
@@ -213,9 +220,8 @@ def blocks_html(blocks: Sequence[Block]) -> str:
 def _environment() -> "Environment":
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    loader = PackageLoader(str(__package__))
     environment = Environment(
-        loader=loader,
+        loader=PackageLoader(str(__package__)),
         autoescape=True,
         trim_blocks=True,
         lstrip_blocks=True,
@@ -223,7 +229,6 @@ def _environment() -> "Environment":
     )
     environment.filters["kind"] = lambda block: type(block).__name__
     environment.filters["svg"] = _inline_svg
-    environment.filters["content"] = lambda name: loader.get_source(environment, name)[0]
     environment.tests["wide"] = lambda drawing: drawing.figure.get_figwidth() > _WIDE
     return environment
 

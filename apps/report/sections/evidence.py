@@ -1,6 +1,6 @@
 """Parts that several reports share: verdict, errors of the gains, torques, joints, and how well parameters show."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from ....estimation.payload.by_joints import JointsMass
 from ....estimation.results.parts import EliminationDocument, ProcessingDocument, ResidualDocument
 from ....estimation.results.payload import PayloadData, array
 from ....estimation.results.robot import RobotResult
-from ...numbers import percent, with_interval
+from ...numbers import joined, percent, with_interval
 from .. import figures
 from ..blocks import Block, Drawing, Notes, OnPage, Section, Table, Text, with_sigma
 
@@ -58,10 +58,10 @@ def gain_error_notes(processing: ProcessingDocument, gains: Gains | None) -> lis
         return [f"{scales.capitalize()} are taken as exact; errors in them would not show in any residual."]
     if gains.identified:
         sigmas = np.sqrt(np.diag(gains.covariance(len(gains.identified))))
-        percents = ", ".join(f"{100.0 * sigma:.2g}" for sigma in sigmas)
+        percents = joined(100.0 * sigmas, ".2g")
         line = f"The intervals allow for the errors of the identified drive gains: {percents} % per {each}."
     else:
-        percents = ", ".join(f"{100.0 * sigma:g}" for sigma in gains.per_joint)
+        percents = joined((100.0 * sigma for sigma in gains.per_joint), "g")
         common = f" and {100.0 * gains.common:g} % common to all joints" if gains.common else ""
         source = ", the default (--gain-sigma changes it)" if gains.assumed else ""
         line = f"The intervals allow for errors of the {scales}: {percents} % per {each}{common}{source}."
@@ -88,7 +88,7 @@ def friction_notes(terms: Sequence[TermChoice]) -> list[str]:
 
 def residual_text(fit: Fit | ResidualDocument) -> str:
     """Relative residual in percent, of all joints and of each."""
-    joints = " ".join(f"{100.0 * value:.1f}" for value in array(fit.relative_per_joint, 0))
+    joints = joined(100.0 * array(fit.relative_per_joint, 0), ".1f", " ")
     return f"{100.0 * float(array(fit.relative)):.2f} % (joints {joints} %)"
 
 
@@ -99,25 +99,21 @@ def conditioning(equations: int | UnsetType, parameters: int | UnsetType, of: Pa
     return f"{size}; condition number {raw:.4g} (SI units, unweighted), {scaled:.3g} with columns scaled."
 
 
-Predictions = Callable[[], Sequence[TorquePrediction]]
-"""Recordings to draw, computed when a page asks for them."""
+def torques(made: Any, recordings: int = 0) -> tuple[OnPage, Section]:
+    """The worst joint's torque, for the first page; residuals of some recordings as a table, and a figure of each.
 
+    Args:
+        made: whose ``predictions`` are computed when a page asks for them.
+        recordings: so many were used.
+    """
 
-def worst_torque(predictions: Predictions) -> OnPage:
-    """The worst joint's torque, for the first page: held out before fitted, with payload before without."""
-
-    def drawn() -> list[Block]:
-        shown = min(predictions(), key=lambda each: (not each.held_out, not each.loaded), default=None)
+    def worst() -> list[Block]:
+        # Held out before fitted, with payload before without.
+        shown = min(made.predictions, key=lambda each: (not each.held_out, not each.loaded), default=None)
         return [Text("The worst joint", heading=True), figures.worst_joint_figure(shown)] if shown else []
 
-    return OnPage(drawn)
-
-
-def torques_section(predictions: Predictions, recordings: int = 0) -> Section:
-    """Residuals of some recordings as a table, and a figure of each; ``recordings``: so many were used."""
-
     def drawn() -> list[Block]:
-        shown = predictions()
+        shown: Sequence[TorquePrediction] = made.predictions
         text = (
             "Residual: measured minus predicted torque. A residual that repeats or persists shows up in the "
             "autocorrelation and is an error of the model; white noise would stay within the dashed lines."
@@ -128,16 +124,13 @@ def torques_section(predictions: Predictions, recordings: int = 0) -> Section:
             )
         if recordings > len(shown):
             text += f" {recordings - len(shown)} more recordings were used but are not drawn."
-        rows = [
-            (figures.words_of(each), *(percent(float(ratio)) for ratio in each.relative_per_joint))
-            for each in shown
-        ]
+        rows = [(figures.words_of(each), *map(percent, each.relative_per_joint.tolist())) for each in shown]
         joints = [f"joint {j}" for j in range(1, len(shown[0].t) + 1)] if shown else []
         headings = ("norm of the residual over norm of the torque", *joints)
         drawings = [figures.prediction_figure(each, f"torques_{k}") for k, each in enumerate(shown, 1)]
         return [Text(text), Table("Relative residual", headings, rows), *drawings]
 
-    return Section("torques", "Measured and predicted torques", [OnPage(drawn)])
+    return OnPage(worst), Section("torques", "Measured and predicted torques", [OnPage(drawn)])
 
 
 def joints_section(
@@ -191,11 +184,11 @@ def joints_section(
     return Section(f"joints{number}", "The payload as each joint sees it", blocks)
 
 
-def excitation_section(make: Callable[[], Excitation | None], labels: Mapping[str, str]) -> Section:
+def excitation_section(made: Any, labels: Mapping[str, str]) -> Section:
     """A figure, and the numbers to be opened; ``labels`` are shown in the place of parameters' names."""
 
     def shown() -> list[Block]:
-        excitation = make()
+        excitation: Excitation | None = made.excitation
         if excitation is None:
             text = (
                 "The robot's parameters were read from a file, without their equations. The report of that "

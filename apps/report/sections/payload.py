@@ -56,7 +56,7 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
     best, made, method, level = result.best, result.working, result.method, result.verdict.level
     mass, interval = float(result.mass), tuple(result.mass.interval95.tolist())
     sections = [methods_section(result), evidence.joints_section(result.mass_by_joints or (), mass, interval)]
-    subtitle, worst = "Identified from recordings of joint positions and torques", list[Block]()
+    subtitle, worst = "Identified from recordings of joint positions and torques", None
     if joints := result.joints:
         subtitle = f"Weighed by a motion of joint{'s' * (len(joints) > 1)} {', '.join(map(str, joints))}"
     if result.standing:
@@ -67,12 +67,9 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
         base, source = (made.problem.base, made.problem.source) if made else (None, None)
         count = (len(source.loaded) if source else 0) + (len(made.held_out) if made else 0)
         labels = dict(zip(base.columns, base.names, strict=True)) if base else {}
-        sections += [
-            evidence.torques_section(lambda: made.predictions, count),
-            evidence.excitation_section(lambda: made.excitation, labels),
-            evidence.essential_section(result.essential or None, result.title),
-        ]
-        worst = [evidence.worst_torque(lambda: made.predictions)]
+        worst, torques = evidence.torques(made, count)
+        essential = evidence.essential_section(result.essential or None, result.title)
+        sections += [torques, evidence.excitation_section(made, labels), essential]
     to_do = [evidence.MEND]
     if level != "do_not_use":
         export = f"'dynident export {document or 'P.json'} --to ur' (abb, kuka, fanuc, ...)"
@@ -89,7 +86,7 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
         Pair(controller, [quantities_table(result)]),
         *evidence.reason_blocks(result.verdict),
         Notes([*answer_notes(result), *notes], optional=True),
-        *worst,
+        *([worst] if worst else []),
     ]
     more = "every method, all parameters, joints, residuals"
     return Report(f"Payload on the {result.title}", first, sections, more, subtitle, data_notes(result))
@@ -97,19 +94,16 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
 
 def quantities_table(result: PayloadResult) -> Table:
     """Value, 95 % interval and use of mass, centre of mass and inertia there."""
-    mass, com, inertia = result.mass, result.com, result.inertia
-    numbers = [("mass", "kg", mass.value, mass.interval95, mass.use)]
-    for axis, x, ends in zip("xyz", com.value, com.interval95, strict=True):
-        numbers.append((f"centre of mass {axis}", "mm", 1e3 * x, 1e3 * ends, com.use))
-    names = [f"inertia {name}" for name in _MOMENTS]
-    for name, x, ends in zip(names, six(inertia.value), six(inertia.interval95), strict=True):
-        numbers.append((name, "kg m²", x, ends, inertia.use))
-    rows = [
-        (name, unit, *with_interval(float(x), *ends.tolist()), _COVERS.get((name[:7], use), _USES.get(use, use)))
-        for name, unit, x, ends, use in numbers
-    ]
-    headings, parts = ("", "unit", "value", "95 % interval", "use it?"), ("mass", "centre of mass z")
-    return Table(f"Payload in {result.frame}", headings, rows, parts, merged=True, spare=names[3:])
+    mass, com, inertia, rows = result.mass, result.com, result.inertia, []
+    parts = [("mass", "kg", mass, 1.0, ()), *((f"centre of mass {'xyz'[k]}", "mm", com, 1e3, k) for k in range(3))]
+    parts += [(f"inertia {name}", "kg m²", inertia, 1.0, at) for name, at in zip(_MOMENTS, SIX, strict=True)]
+    for name, unit, of, scale, at in parts:
+        shown = with_interval(float(scale * of.value[at]), *(scale * of.interval95[at]).tolist())
+        rows.append((name, unit, *shown, _COVERS.get((name[:7], of.use), _USES.get(of.use, of.use))))
+    headings, spare = ("", "unit", "value", "95 % interval", "use it?"), [row[0] for row in rows[7:]]
+    return Table(
+        f"Payload in {result.frame}", headings, rows, ("mass", "centre of mass z"), merged=True, spare=spare
+    )
 
 
 def repeats_section(repeats: Repeats, mass: float, interval: tuple[float, float]) -> Section:
@@ -373,36 +367,26 @@ def method_notes(result: PayloadResult) -> list[str]:
     for text, methods in against.items():
         numbers_of = ", ".join(map(str, methods))
         lines.append(f"Contradicted by method {numbers_of}: {text} (p {max(methods.values()):.1g}).")
-    left_out = [f"Method {method} left out: {why}" for method, why in (result.left_out or {}).items()]
-    return [*lines, *sigma_notes(result.free), *left_out]
-
-
-def sigma_notes(estimates: Sequence[FreeEstimate]) -> list[str]:
-    """Say where the standard deviations of free estimates come from, and what speaks against them."""
-    robust = [(e, e.robust) for e in estimates if e.robust and e.robust.blocks is not None]
-    lines = ["± one standard deviation by (17)-(19), for white torque noise and an exact torque scale."]
-    if robust:
-        first = robust[0][1]
-        other, source = "that from the errors' autocorrelation", "autocorrelation"
+    # Then where the standard deviations of the free estimates come from.
+    robusts = [(e, e.robust) for e in result.free if e.robust and e.robust.blocks is not None]
+    if robusts:
+        first, other, source = robusts[0][1], "that from the errors' autocorrelation", "autocorrelation"
         if not first.by_memory:
-            length = array(first.block_length)
-            other = "the block jackknife's standard deviation"
-            blocks = f"blocks of {length:.2g} s or more" if length else "poses"
-            source = f"jackknife over {first.blocks} {blocks}"
-        lines = [f"± the larger of the formula's (17)-(19) and {other}."]
-        ratios = [
-            f"method {e.method} {numbers(e.sigma_robust)[-1] / numbers(e.sigma)[-1]:.2f}"
-            for e, _ in robust
-            if not e.from_scale
-        ]
+            length, other = array(first.block_length), "the block jackknife's standard deviation"
+            parts = f"blocks of {length:.2g} s or more" if length else "poses"
+            source = f"jackknife over {first.blocks} {parts}"
+        lines.append(f"± the larger of the formula's (17)-(19) and {other}.")
+        measured = [e for e, _ in robusts if not e.from_scale]
+        ratios = [f"method {e.method} {numbers(e.sigma_robust)[-1] / numbers(e.sigma)[-1]:.2f}" for e in measured]
         if ratios:
             lines.append(f"Mass, sigma_robust/sigma ({source} to formula): {', '.join(ratios)}.")
-    by_formula: dict[str, list[str]] = {}
-    for e in estimates:
-        if e.unavailable:
-            by_formula.setdefault(e.unavailable, []).append(str(e.method))
-    formula = [f"± of method {', '.join(each)} by the formula alone: {why}" for why, each in by_formula.items()]
-    return [*lines, *sorted({str(r.warning) for _, r in robust if r.warning}), *formula]
+    else:
+        lines.append("± one standard deviation by (17)-(19), for white torque noise and an exact torque scale.")
+    lines += sorted({str(own.warning) for _, own in robusts if own.warning})
+    for why in dict.fromkeys(e.unavailable for e in result.free if e.unavailable):
+        alone = ", ".join(str(e.method) for e in result.free if e.unavailable == why)
+        lines.append(f"± of method {alone} by the formula alone: {why}")
+    return [*lines, *(f"Method {method} left out: {why}" for method, why in (result.left_out or {}).items())]
 
 
 def data_notes(result: PayloadResult) -> list[str]:

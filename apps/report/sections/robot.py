@@ -8,7 +8,6 @@ import numpy as np
 from msgspec import UnsetType
 
 from ....common.schema import present
-from ....estimation.fit.estimate import Estimate
 from ....estimation.possible.payload import CONFLICT
 from ....estimation.results.parts import Rollout
 from ....estimation.results.payload import array, numbers
@@ -18,7 +17,7 @@ from ....model.drives import parameter_kind
 from ....model.frames import frames_at
 from ....model.friction import PAPER, term_names
 from ....model.robot import SOURCED
-from ...numbers import percent
+from ...numbers import joined, percent
 from ...rollout import CONSTANT, GROWTH_TIME, IDENTIFIED
 from ..blocks import Block, Drawing, Notes, Report, Section, Table, Text, lines, with_sigma
 from ..figures import BLUE, GREY, ORANGE, Figure, log_scale, panels, plain
@@ -48,6 +47,8 @@ def robot_description(robot: Robot) -> list[Block]:
         cells = (f"{x:.5g}" if math.isfinite(x) else "" for x in (*motion, limits.torque))
         rows.append((name, joint.kind, *(f"{value:.6g}" for value in geometry), *cells))
     flange, drives = frames_at(robot, [0.0] * robot.n)[-1], robot.drives
+    vectors = (flange.p, flange.R[:, 2], flange.R[:, 0], np.array(robot.gravity))
+    place, along_z, along_x, gravity = (joined(vector + 0.0, ".5g") for vector in vectors)
     sources = {part: source for part, source in robot.sources.items() if part in SOURCED}
     terms = "" if drives.friction == PAPER else f" ({', '.join(term_names(drives.friction))})"
     modelled = {
@@ -60,9 +61,9 @@ def robot_description(robot: Robot) -> list[Block]:
     known = ", ".join(word for word, there in modelled.items() if there) or "none of their parameters"
     lines = [
         f"Payloads are given in {robot.payload_frame}.",
-        f"With all joints at zero, that frame is at {_vector(flange.p.tolist())} m from the base, "
-        f"z along {_vector(flange.R[:, 2].tolist())}, x along {_vector(flange.R[:, 0].tolist())}.",
-        f"Gravity in frame 0: {_vector(list(robot.gravity))} m/s^2.",
+        f"With all joints at zero, that frame is at ({place}) m from the base, z along ({along_z}), x along "
+        f"({along_x}).",
+        f"Gravity in frame 0: ({gravity}) m/s^2.",
         f"Drives: {known}{'; torque sensors on the link side' if drives.side == 'link' else ''}.",
     ]
     if math.isfinite(robot.rated_payload):
@@ -72,8 +73,8 @@ def robot_description(robot: Robot) -> list[Block]:
     if robot.mass is not None:
         lines.append(f"Mass of the arm, including its base: {robot.mass:g} kg.")
     if robot.flange_pose is not None:
-        position = ", ".join(f"{1e3 * value:g}" for value in robot.flange_pose.origin)
-        turn = ", ".join(f"{math.degrees(angle) + 0.0:g}" for angle in robot.flange_pose.rpy)
+        position = joined((1e3 * value for value in robot.flange_pose.origin), "g")
+        turn = joined((math.degrees(angle) + 0.0 for angle in robot.flange_pose.rpy), "g")
         lines.append(f"The maker's flange is at ({position}) mm, rpy ({turn}) deg in the payload's frame.")
     lines += [f"Joint names in logs: {', '.join(names)}." for names in robot.joint_names]
     lines += [f"{names[0].upper()}{names[1:]}: {source}." for source, names in _grouped(sources).items()]
@@ -88,8 +89,8 @@ def base_description(robot: Robot) -> list[Block]:
     rows = [tuple(line.split(" = ", 1)) for line in base.groupings()]
     counted = f"{len(base.columns)} base parameters of {len(base.standard)} standard ones"
     hidden = ", ".join(base.unidentifiable)
-    notes = lines(f"Without effect on any torque: {hidden}." if hidden else "")
-    return [Table(f"{robot.title or robot.name}: {counted}", ("", "grouping"), rows), Notes(notes)]
+    notes = Notes([f"Without effect on any torque: {hidden}."] if hidden else [])
+    return [Table(f"{robot.title or robot.name}: {counted}", ("", "grouping"), rows), notes]
 
 
 def assumed_notes(robot: Robot, *parts: str) -> list[str]:
@@ -105,14 +106,10 @@ def _grouped(parts: Mapping[str, str]) -> dict[str, str]:
     return {text: ", ".join(names) for text, names in said.items()}
 
 
-def _vector(values: list[float]) -> str:
-    return "(" + ", ".join(f"{value + 0.0:.5g}" for value in values) + ")"
-
-
 def robot_report(result: RobotResult, document: str | None = None) -> Report:
     """Verdict, residual and friction of each joint; every parameter, torques; ``document``: its JSON file."""
     # What was read from a file has no errors to draw.
-    rollouts = [rollout for rollout in present(result.rollouts) or () if rollout.working]
+    rollouts = [rollout for rollout in result.rollouts or () if rollout.working]
     verdict, made, estimate, held_out = result.judged, result.working, result.estimate, result.validation
     after = f"'dynident payload --robot-parameters {document or 'robot.json'} --loaded LOG'"
     ask = "" if document or not made else "add --json robot.json, then "
@@ -133,67 +130,65 @@ def robot_report(result: RobotResult, document: str | None = None) -> Report:
     )
     notes = [
         *evidence.verdict_notes(verdict),
-        *evidence.friction_notes(present(result.friction) or ()),
+        *evidence.friction_notes(result.friction or ()),
         *evidence.gain_error_notes(result.processing, result.gains),
     ]
     # What of each joint's torque is not explained, and its friction as far as it was identified.
-    residuals = [estimate.fit.relative_per_joint, *([array(held_out.relative_per_joint, 0)] if held_out else [])]
+    residuals = {"unexplained": estimate.fit.relative_per_joint}
+    residuals |= {"held out": array(held_out.relative_per_joint, 0)} if held_out else {}
     rows, sigmas = list[tuple[str, ...]](), map(with_sigma, estimate.values, estimate.total_sigma)
     friction = dict(zip(estimate.names, sigmas, strict=True))
-    for j, kind in enumerate(present(result.joints) or ("revolute",) * len(estimate.fit.rows), 1):
+    for j, kind in enumerate(result.joints or ("revolute",) * len(estimate.fit.rows), 1):
         unit = "N·m" if kind == "revolute" else "N"
-        ratios = [percent(float(relative[j - 1])) for relative in residuals]
+        ratios = [percent(float(relative[j - 1])) for relative in residuals.values()]
         coulomb, viscous = friction.get(f"FS{j}", "-"), friction.get(f"FV{j}", "-")
         rows.append((f"joint {j}", *ratios, coulomb, unit, viscous, f"{unit}·s"))
-    fits = ("unexplained", *(["held out"] if held_out else []))
-    headings = ("", *fits, "Coulomb friction", "unit", "viscous friction", "unit")
+    headings = ("", *residuals, "Coulomb friction", "unit", "viscous friction", "unit")
+    worst, torques = evidence.torques(made, len(made.held_out or made.recordings) if made else 0)
     first = [
         Text(f"Verdict: {_BAD if verdict.reasons else _GOOD}", level="do_not_use" if verdict.reasons else "use"),
         *evidence.reason_blocks(verdict),
         Table(f"Torques of {result.title}", headings, rows),
         Notes(told),
         Notes([*map(rollout_line, rollouts), *notes], optional=True),
-        evidence.worst_torque(lambda: made.predictions),
+        worst,
     ]
     sections = (
         robot_section(result),
         *([_rollout_section(rollouts, 1)] if rollouts else []),
-        evidence.torques_section(lambda: made.predictions, len(made.held_out or made.recordings) if made else 0),
-        evidence.excitation_section(lambda: made.excitation, labels),
-        evidence.essential_section(present(result.elimination), result.title),
+        torques,
+        evidence.excitation_section(made, labels),
+        evidence.essential_section(result.elimination or None, result.title),
     )
+    robust = estimate.robust
+    if robust is None:
+        why_not = result.robust.unavailable if result.robust else None
+        formula = f"± by the formula alone: {why_not}" if why_not else ""
+        source = ["± one standard deviation by (17)-(19), for white torque noise.", formula]
+    else:
+        low, middle, high = np.quantile(robust.sigma / np.maximum(estimate.sigma, 1e-300), (0.0, 0.5, 1.0))
+        blocks = f"jackknife over {robust.blocks} blocks of {robust.block_length:.2g} s or more"
+        source = [
+            "± and % by the larger of the formula's (17)-(19) and the block jackknife's standard deviation; what "
+            "is essential goes by the formula's.",
+            f"sigma_robust/sigma ({blocks} to formula): median {middle:.2f}, {low:.2f} to {high:.2f}; above 1 "
+            "where errors of the torque last longer than a sample. chi2 and p by the jackknife's.",
+            robust.warning,
+        ]
     data = lines(
         evidence.conditioning(result.data.equations, len(result.columns), result),
         f"Relative residual: {evidence.residual_text(estimate.fit)}",
         f"On the validation recording: {evidence.residual_text(held_out)}" if held_out else "",
-        *_sigma_notes(estimate, present(result.robust.unavailable) if result.robust else None),
+        *source,
     )
     title, more = f"Dynamic parameters of the {result.title}", "all base parameters, residuals, essential ones"
     return Report(title, first, sections, more, "Identified from recordings without payload", data)
 
 
-def _sigma_notes(estimate: Estimate, why_not: str | None) -> list[str]:
-    """Say where the standard deviations of the robot's table come from; ``why_not``: from the formula alone."""
-    if (robust := estimate.robust) is None:
-        formula = f"± by the formula alone: {why_not}" if why_not else ""
-        return lines("± one standard deviation by (17)-(19), for white torque noise.", formula)
-    low, middle, high = np.quantile(robust.sigma / np.maximum(estimate.sigma, 1e-300), (0.0, 0.5, 1.0))
-    blocks = f"jackknife over {robust.blocks} blocks of {robust.block_length:.2g} s or more"
-    return lines(
-        "± and % by the larger of the formula's (17)-(19) and the block jackknife's standard deviation; what is "
-        "essential goes by the formula's.",
-        f"sigma_robust/sigma ({blocks} to formula): median {middle:.2f}, "
-        f"{low:.2f} to {high:.2f}; above 1 where errors of the torque last longer than a sample. chi2 and p by the "
-        "jackknife's.",
-        robust.warning,
-    )
-
-
 def robot_section(result: RobotResult) -> Section:
     """Base parameters with the larger sigma, beside those of a robot that can exist; friction that was tried."""
     estimate, nearest = result.estimate, result.constrained
-    constrained = nearest and present(nearest.base_parameters)
-    moved = [parameter.value for parameter in constrained] if constrained else None
+    moved = [each.value for each in nearest.base_parameters] if nearest and nearest.base_parameters else None
     further = [("by gains", estimate.sigma_by_gains, ".2g"), ("constrained", moved, ".4g")]
     shown = [(heading, values, form) for heading, values, form in further if values is not None]
     rows: list[tuple[str, ...]] = []
@@ -263,34 +258,32 @@ def gains_report(gains: GainsResult, document: str | None = None) -> Report:
         (str(j), f"{value:.3f}", f"{value * ratio:.2g}", f"{100 * ratio:.2g}", f"{100 * left:.1f}", word)
         for j, (value, ratio, left, word) in enumerate(parts, start=1)
     ]
-    headings = ("motor", "N·m/A", "sigma", "%", "residual %", "rests on")
+    worst, torques = evidence.torques(made)
     first = [
         Text(f"Verdict: {'use every gain' if level == 'use' else evidence.VERDICTS[level]}.", level=level),
-        Table(f"Drive gains of {gains.robot}", headings, rows),
+        Table(f"Drive gains of {gains.robot}", ("motor", "N·m/A", "sigma", "%", "residual %", "rests on"), rows),
         Notes([after if level != "do_not_use" else evidence.MEND]),
         *evidence.reason_blocks(gains.judged),
         Notes(evidence.verdict_notes(gains.judged), optional=True),
-        evidence.worst_torque(lambda: made.predictions),
+        worst,
     ]
     sections = []
-    of_joints = zip(made.mountings, made.loads, made.by_joints, strict=True) if made else ()
-    for name, known, by_joints in of_joints:
+    for name, known, by_joints in zip(made.mountings, made.loads, made.by_joints, strict=True) if made else ():
         section = evidence.joints_section(by_joints.masses, known.mass, (known.mass, known.mass), name)
         title = f"The known weight as each joint sees it{f', mounting {name}' if mounted else ''}"
         sections.append(section._replace(title=title))
-    sections.append(evidence.torques_section(lambda: made.predictions))
     notes = list[str]()
     if load:
         given, error = load.known or {}, float(array(load.mass_sigma))
         for k, mounting in enumerate(load.mountings or (MountingDocument(1, load.identified or {}),), start=1):
             number, ten = str(k) if k > 1 else "", numbers(mounting.identified)
-            com = " ".join(f"{x:.4f}" for x in ten[6:9] / ten[9])
             notes.append(
                 f"Payload{f', mounting {mounting.mounting}' if mounted else ''}: "
-                f"{given.get(f'M_L{number}', np.nan):.4g} kg as given (sigma {error:.2g} kg), centre of mass {com} "
-                f"m, {'as given' if f'MX_L{number}' in given else 'estimated'}."
+                f"{given.get(f'M_L{number}', np.nan):.4g} kg as given (sigma {error:.2g} kg), centre of mass "
+                f"{joined(ten[6:9] / ten[9], '.4f', ' ')} m, "
+                f"{'as given' if f'MX_L{number}' in given else 'estimated'}."
             )
-    unconstrained = " ".join(f"{value:.3f}" for value in array(drives.without_constraints, 0))
+    unconstrained = joined(array(drives.without_constraints, 0), ".3f", " ")
     widened = gains.disagreement or 1.0
     source = f"sigma comes from the formula for white noise: {(robust and robust.unavailable) or ''}"
     if robust and robust.blocks is not None:
@@ -307,7 +300,7 @@ def gains_report(gains: GainsResult, document: str | None = None) -> Report:
     ]
     title = f"Drive gains of the {gains.robot_title or gains.robot}"
     subtitle = "Identified from recordings of motor currents with a known weight"
-    return Report(title, first, sections, "the payload, residuals, origin of sigma", subtitle, notes)
+    return Report(title, first, [*sections, torques], "the payload, residuals, origin of sigma", subtitle, notes)
 
 
 def rollout_report(rollouts: Sequence[Rollout], robot: str) -> Report:
@@ -360,15 +353,14 @@ def _parts(rollout: Rollout, number: int) -> list[Block]:
             spreads = (horizon.at_rest if how == "at rest" else horizon.in_motion) or {}
             cells = (f"{error / size:.3g}" for spread in spreads.values() for error in spread)
             rows.append((f"{horizon.seconds:g} s", *cells))
-        starts = f"{count} starts {how}"
-        title = f"{PurePath(rollout.source).name}: error [{unit}], median and 90 % of {starts}"
+        title = f"{PurePath(rollout.source).name}: error [{unit}], median and 90 % of {count} starts {how}"
         blocks += [Table(title, headings, rows)] if count else []
     caption = (
         f"Distance of predicted from measured motion on {rollout.source}, root mean square over the joints: median "
         "of the starts, shaded up to 90 %."
     )
     blocks.append(Drawing(f"rollout_{number}", caption, draw))
-    joints = " ".join(f"{100.0 * ratio:.1f}" for ratio in rollout.replay_joints)
+    joints = joined(100.0 * np.array(rollout.replay_joints), ".1f", " ")
     lines = [
         f"Replay: torque {100.0 * rollout.replay_relative:.2g} % from the measured one (joints {joints} %), path "
         f"kept to {rollout.replay_strayed / size:.2g} {unit}."
