@@ -117,8 +117,7 @@ def interval_rows(
 
 def by_joint(n: int, columns: Mapping[str, _Draw], title: str = "", **options: Any) -> Figure:
     """A row a joint, a column a quantity."""
-    size = (10.2, min(1.25 * n + 1.0, _TALLEST))
-    figure, axes = panels(size, n, len(columns), sharex="col", **options)
+    figure, axes = panels((10.2, min(1.25 * n + 1.0, _TALLEST)), n, len(columns), sharex="col", **options)
     for column, (heading, draw) in zip(axes.T, columns.items(), strict=True):
         for j, axis in enumerate(column):
             draw(axis, j)
@@ -138,7 +137,13 @@ def signals(
 ) -> None:
     """Curves (N, n) by name, between hatched limits where there are any that are finite."""
     for line, (label, values) in zip(cycle(("-", "--", ":", "-.")), curves.items(), strict=False):
-        axis.plot(*_extremes(t, values[:, j]), line, color="black", linewidth=0.9, label=label)
+        x, y, size = t, values[:, j], len(t) // _STRETCHES
+        if size >= 4:  # smallest and largest value of each of some thousand stretches, in the order of time
+            parts = y[: len(t) // size * size].reshape(-1, size)
+            within = np.sort(np.stack([parts.argmin(axis=1), parts.argmax(axis=1)], axis=1), axis=1)
+            chosen = (within + size * np.arange(len(parts))[:, None]).ravel()
+            x, y = t[chosen], y[chosen]
+        axis.plot(x, y, line, color="black", linewidth=0.9, label=label)
     low, high = (x[j] for x in limits) if limits else (np.nan, np.nan)
     if not np.isfinite([low, high]).all():
         return
@@ -150,50 +155,38 @@ def signals(
     axis.set_ylim(low - room, high + room)
 
 
-def _extremes(t: Array, values: Array) -> tuple[Array, Array]:
-    """Smallest and largest value of each of some thousand stretches, in the order of time."""
-    size = len(t) // _STRETCHES
-    if size < 4:
-        return t, values
-    parts = values[: len(t) // size * size].reshape(-1, size)
-    within = np.sort(np.stack([parts.argmin(axis=1), parts.argmax(axis=1)], axis=1), axis=1)
-    chosen = (within + size * np.arange(len(parts))[:, None]).ravel()
-    return t[chosen], values[chosen]
+def prediction_figures(prediction: TorquePrediction, name: str) -> tuple[Drawing, Drawing]:
+    """The joint that the model explains worst, torques above, residual below; and every joint, a row each.
 
-
-def worst_joint_figure(prediction: TorquePrediction) -> Drawing:
-    """The joint that the model explains worst: torques above, residual below."""
-    j = int(np.argmax(np.nan_to_num(prediction.relative_per_joint, nan=-1.0)))
-
-    def draw() -> Figure:
-        figure, ((above,), (below,)) = panels((5.8, 3.2), 2, sharex=True, height_ratios=(2, 1))
-        _torques(prediction, above, j)
-        _residual(prediction, below, j)
-        plain(above)
-        plain(below)
-        above.set_ylabel(f"joint {j + 1} [N·m]")
-        legend(figure, [above])
-        below.set(xlabel="time [s]", ylabel="residual")
-        return figure
-
-    caption = (
-        f"Joint {j + 1}, the one that the model explains worst: residual "
-        f"{100.0 * prediction.relative_per_joint[j]:.1f} % of its torque, on {words_of(prediction)}. Pauses and "
-        "slow rows are left out."
+    The latter, called ``name``, has the autocorrelation of the residual too.
+    """
+    n, relative, step = len(prediction.t), prediction.relative_per_joint, prediction.step
+    worst, percents = (
+        int(np.argmax(np.nan_to_num(relative, nan=-1.0))),
+        [f"{100.0 * ratio:.1f}" for ratio in relative],
     )
-    return Drawing("worst_joint", caption, draw)
 
+    def parted(j: int, values: Array) -> tuple[Array, Array]:
+        # Of long curves every so many points, with gaps where rows are missing.
+        every = prediction.thinning(j)
+        t, values = prediction.t[j][::every], values[::every]
+        breaks = np.flatnonzero(np.diff(t) > _GAP * every * step) + 1
+        return np.insert(t, breaks, np.nan), np.insert(values, breaks, np.nan)
 
-def prediction_figure(prediction: TorquePrediction, name: str) -> Drawing:
-    """Torques, residual and its autocorrelation of every joint, a row each."""
-    n, percents = len(prediction.t), [f"{100.0 * ratio:.1f}" for ratio in prediction.relative_per_joint]
-    caption = (
-        f"Every joint on {words_of(prediction)}: torque, residual, and the residual's autocorrelation; the dashed "
-        "lines hold 95 % of it if the noise were white."
-    )
+    def torques(axis: Axes, j: int) -> None:
+        axis.plot(*parted(j, prediction.measured[j]), "-", label="measured", color=GREY, linewidth=2.6)
+        for (label, values), (colour, line, width) in zip(prediction.curves.items(), cycle(_CURVES), strict=False):
+            axis.plot(*parted(j, values[j]), line, label=label, color=colour, linewidth=width)
 
     def residual(axis: Axes, j: int) -> None:
-        _residual(prediction, axis, j)
+        values = prediction.residual(j)
+        largest = 1.15 * float(np.abs(values).max(initial=0.0)) or 1.0
+        axis.set_ylim(-largest, largest)
+        axis.axhline(0.0, color="0.4", linewidth=0.6)
+        axis.plot(*parted(j, values), color="black", linewidth=0.8)
+
+    def noted(axis: Axes, j: int) -> None:
+        residual(axis, j)
         axis.annotate(f"{percents[j]} %", (0.99, 0.95), xycoords="axes fraction", ha="right", va="top", fontsize=8)
 
     def autocorrelation(axis: Axes, j: int) -> None:
@@ -203,43 +196,36 @@ def prediction_figure(prediction: TorquePrediction, name: str) -> Drawing:
             band = level / np.sqrt(max(len(prediction.t[j]), 1))
             axis.axhline(band, color="0.4", linestyle="--", linewidth=0.8)
 
-    columns: dict[str, _Draw] = {
-        "torque [N·m]": partial(_torques, prediction),
-        "residual [N·m]": residual,
-        LAG: autocorrelation,
-    }
-    text = f"{caption} Relative residuals of the joints in percent: {', '.join(percents)}."
-    return Drawing(name, caption, lambda: by_joint(n, columns, width_ratios=(5, 3, 2)), text)
+    def draw() -> Figure:
+        figure, ((above,), (below,)) = panels((5.8, 3.2), 2, sharex=True, height_ratios=(2, 1))
+        torques(above, worst)
+        residual(below, worst)
+        plain(above)
+        plain(below)
+        above.set_ylabel(f"joint {worst + 1} [N·m]")
+        legend(figure, [above])
+        below.set(xlabel="time [s]", ylabel="residual")
+        return figure
+
+    of_one = (
+        f"Joint {worst + 1}, the one that the model explains worst: residual {percents[worst]} % of its torque, on "
+        f"{words_of(prediction)}. Pauses and slow rows are left out."
+    )
+    of_all = (
+        f"Every joint on {words_of(prediction)}: torque, residual, and the residual's autocorrelation; the dashed "
+        "lines hold 95 % of it if the noise were white."
+    )
+    columns: dict[str, _Draw] = {"torque [N·m]": torques, "residual [N·m]": noted, LAG: autocorrelation}
+    every = partial(by_joint, n, columns, width_ratios=(5, 3, 2))
+    text = f"{of_all} Relative residuals of the joints in percent: {', '.join(percents)}."
+    return Drawing("worst_joint", of_one, draw), Drawing(name, of_all, every, text)
 
 
 def words_of(prediction: TorquePrediction) -> str:
     """Name the recording, and say whether it was used."""
     load = "with payload" if prediction.loaded else "without payload"
     used = "held out of identification" if prediction.held_out else "the data that were fitted, not held out"
-    source = prediction.source if load in prediction.source else f"{prediction.source} {load}"
-    return f"{source} ({used})"
-
-
-def _torques(prediction: TorquePrediction, axis: Axes, j: int) -> None:
-    curves: list[tuple[Any, Any]] = list(zip(prediction.curves.items(), cycle(_CURVES), strict=False))
-    for (label, torques), (colour, line, width) in [(("measured", prediction.measured), (GREY, "-", 2.6)), *curves]:
-        axis.plot(*_parted(prediction, j, torques[j]), line, label=label, color=colour, linewidth=width)
-
-
-def _residual(prediction: TorquePrediction, axis: Axes, j: int) -> None:
-    values = prediction.residual(j)
-    largest = 1.15 * float(np.abs(values).max(initial=0.0)) or 1.0
-    axis.set_ylim(-largest, largest)
-    axis.axhline(0.0, color="0.4", linewidth=0.6)
-    axis.plot(*_parted(prediction, j, values), color="black", linewidth=0.8)
-
-
-def _parted(prediction: TorquePrediction, j: int, values: Array) -> tuple[Array, Array]:
-    """A joint's curve, of long ones every so many points, with gaps where rows are missing."""
-    every = prediction.thinning(j)
-    t, values = prediction.t[j][::every], values[::every]
-    breaks = np.flatnonzero(np.diff(t) > _GAP * every * prediction.step) + 1
-    return np.insert(t, breaks, np.nan), np.insert(values, breaks, np.nan)
+    return f"{prediction.source}{'' if load in prediction.source else f' {load}'} ({used})"
 
 
 def flange_figure(payload: PossibleEstimate, inertia: bool, flange: bool) -> Drawing:
@@ -306,8 +292,7 @@ def flange_figure(payload: PossibleEstimate, inertia: bool, flange: bool) -> Dra
 
 def save_drawing(path: str | Path, robot: Robot, q: Sequence[float], title: str) -> None:
     """Draw the arm at a pose [rad or m] from three sides with its joint axes [mm], as PNG, SVG or PDF."""
-    figure, (axes,) = panels((15.0, 5.6), 1, 3)
-    frames = frames_at(robot, q)
+    (figure, (axes,)), frames = panels((15.0, 5.6), 1, 3), frames_at(robot, q)
     bends = [np.zeros(3), frames[0].p]
     for before, frame, joint, position in zip(frames, frames[1:], robot.joints, q, strict=False):
         bends += [(before @ step(joint, position)[0]).p, frame.p]
@@ -318,7 +303,7 @@ def save_drawing(path: str | Path, robot: Robot, q: Sequence[float], title: str)
         for number, frame in enumerate(frames[1:-1], start=1):
             start, end = 1e3 * frame.p, 1e3 * frame.p + 0.12 * size * frame.R[:, 2]
             arrow = {"arrowstyle": "->", "color": "C0"}
-            axis.annotate("", xy=(end[a], end[b]), xytext=(start[a], start[b]), arrowprops=arrow)
+            axis.annotate("", (end[a], end[b]), (start[a], start[b]), arrowprops=arrow)
             axis.plot(start[a], start[b], "o", color="C0", markersize=5)
             beside = 0.03 * size * (1 + number % 3)
             axis.text(start[a] + beside, start[b] + 0.02 * size, str(number), color="C0")
@@ -339,8 +324,7 @@ def save_figure(figure: Figure, path: str | Path, dpi: int = 130) -> None:
     """Write a figure as PNG, SVG or PDF by the path's ending; the same figure gives the same bytes."""
     ending = Path(path).suffix.lower()
     metadata = {_DATED[ending]: None} if ending in _DATED else None
-    content = _saved(figure, {"svg.hashsalt": "dynident"}, format=ending[1:], dpi=dpi, metadata=metadata)
-    write_bytes(path, content)
+    write_bytes(path, _saved(figure, {"svg.hashsalt": "dynident"}, format=ending[1:], dpi=dpi, metadata=metadata))
 
 
 def svg_text(figure: Figure, name: str) -> str:

@@ -1,8 +1,7 @@
 """A report on a terminal, as one self-contained HTML file that says where it comes from, and its figures as files.
 
-On a terminal rich sets the tables, and nothing is wider than it; no letter is taken for markup. The page is what
-``templates/`` makes of the report: ``page.html`` is its layout, ``blocks.html`` the look of each kind of block,
-``style.css`` colours and widths. Every text is escaped where it enters.
+The page is what ``templates/`` makes of it: ``page.html`` is its layout, ``blocks.html`` the look of each kind of
+block, ``style.css`` colours and widths. Texts are escaped where they enter; on a terminal none is taken for markup.
 """
 
 import html
@@ -123,15 +122,18 @@ def _lines(block: Table | Text | Notes, width: int, first: bool = False) -> list
         marks = ["┐", *["│"] * (count - 2), "┘"]
         rows += [(*row[:-1], f"{mark} {text}") for row, mark, text in zip(section, marks, words, strict=False)]
     names = next((k for k, look in enumerate(table.looks) if look == "number"), len(table.headings))
-    names = min(max(names, 1), len(table.headings) - 1) if len(table.headings) > 1 else 1
+    names, widths = max(min(names, len(table.headings) - 1), 1), list[int]()
+    for k, (heading, look) in enumerate(zip(table.headings, table.looks, strict=True)):
+        widest = max(map(cell_len, (heading, *(row[k] for row in rows))))
+        widths.append(1 + (min(widest, _NARROWEST) if look == "words" else widest))
     parts: list[list[int]] = [[*range(names)]]
     for k in range(names, len(table.headings)):
-        if len(parts[-1]) > names and _width(table, rows, [*parts[-1], k]) > width:
+        if len(parts[-1]) > names and sum(widths[part] for part in (*parts[-1], k)) >= width:
             parts.append([*range(names)])
         parts[-1].append(k)
     lines, console = textwrap.wrap(printable(table.title), width), Console(width=width, color_system=None)
     for part in parts:
-        folds = _width(table, rows, part) > width  # even a part of the columns is too wide
+        folds = sum(widths[k] for k in part) >= width  # even a part of the columns is too wide
         grid = Grid(box=None, padding=(0, 1, 0, 0), show_header=any(table.headings[k] for k in part))
         for k in part:
             grid.add_column(
@@ -148,29 +150,10 @@ def _lines(block: Table | Text | Notes, width: int, first: bool = False) -> list
     return lines
 
 
-def _merged(section: Sequence[tuple[str, ...]]) -> list[tuple[str, ...]]:
-    """Rows whose last words stand beside all of them, behind a bracket."""
-    if len(section) == 1:
-        return list(section)
-    count = len(section)
-    words = textwrap.wrap(section[0][-1], _MERGED) or [""]
-    words = [*words[: count - 1], " ".join(words[count - 1 :])] + [""] * (count - len(words))
-    marks = ["┐", *["│"] * (count - 2), "┘"]
-    return [(*row[:-1], f"{mark} {text}") for row, mark, text in zip(section, marks, words, strict=False)]
-
-
 def _wrapped(line: str, width: int) -> list[str]:
     """A line as wide as the terminal; an item of a list stays to the right of its dash."""
     indent = " " * (len(line) - len(line.lstrip(" -")))
     return textwrap.wrap(line, width, subsequent_indent=indent, break_on_hyphens=False) or [""]
-
-
-def _width(table: Table, rows: Sequence[tuple[str, ...]], part: Sequence[int]) -> int:
-    needed = 1
-    for k in part:
-        widest = max(cell_len(text) for text in (table.headings[k], *(row[k] for row in rows)))
-        needed += (min(widest, _NARROWEST) if table.looks[k] == "words" else widest) + 1
-    return needed
 
 
 def write_plots(folder: str | Path, report: Report) -> None:
@@ -227,7 +210,6 @@ def _environment() -> "Environment":
         lstrip_blocks=True,
         undefined=StrictUndefined,
     )
-    environment.filters["kind"] = lambda block: type(block).__name__
     environment.filters["svg"] = _inline_svg
     environment.tests["wide"] = lambda drawing: drawing.figure.get_figwidth() > _WIDE
     return environment

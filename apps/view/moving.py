@@ -116,8 +116,7 @@ def view_of(
             shapes.append(Shape(f"at limit {j + 1}", j + 1, marked, _NEAR, 0.6, touched[:, j]))
     scene = (problem.scene if problem is not None else None) or Scene()
     for surface in scene.surfaces:
-        flat = plane(surface.normal, surface.offset, 12.0 * radius)
-        shapes.append(Shape(surface.name, 0, flat, _FLOOR, 0.6))
+        shapes.append(Shape(surface.name, 0, plane(surface.normal, surface.offset, 12.0 * radius), _FLOOR, 0.6))
     for obstacle in scene.bodies:
         start, end = np.array(obstacle.start), np.array(obstacle.start if obstacle.end is None else obstacle.end)
         shapes.append(Shape(obstacle.name, obstacle.link, capsule(start, end, obstacle.radius), _BODY, 0.4))
@@ -134,8 +133,7 @@ def view_of(
     height, foot = ground_of(robot, frames, scene)
     shapes += foot
     drawn = _picked(motion, _FINER)
-    position = point_at(robot, robot.flange.p, motion.q[drawn])[0].T
-    path = (position - robot.base.p) @ robot.base.R
+    path = (point_at(robot, robot.flange.p, motion.q[drawn])[0].T - robot.base.p) @ robot.base.R
     moves = len(path) > 1
     colours = np.tile(np.array(_PATH, dtype=np.uint8), (len(path) - 1, 1))
     if problem is not None and moves:  # pale where a second teaches little, red where it teaches most

@@ -39,9 +39,8 @@ VERDICTS = {
 
 def reason_blocks(verdict: Verdict) -> list[Block]:
     """The reasons for the verdict."""
-    reasons = [f"  - {reason}" for reason in verdict.reasons]
-    nothing = Notes(["All checks passed."], optional=True)
-    return [Text("Reasons for the verdict", heading=True), Notes(reasons, optional=True) if reasons else nothing]
+    reasons = [f"  - {reason}" for reason in verdict.reasons] or ["All checks passed."]
+    return [Text("Reasons for the verdict", heading=True), Notes(reasons, optional=True)]
 
 
 def verdict_notes(verdict: Verdict) -> list[str]:
@@ -49,41 +48,38 @@ def verdict_notes(verdict: Verdict) -> list[str]:
     return [f"Note: {text}." for text in verdict.notes]
 
 
-def gain_error_notes(processing: ProcessingDocument, gains: Gains | None) -> list[str]:
-    """Lines on the errors of the drive gains that intervals allow for, and on the gains themselves."""
+def model_notes(terms: Sequence[TermChoice], processing: ProcessingDocument, gains: Gains | None) -> list[str]:
+    """Lines on friction beside Coulomb and viscous, and on the errors of the drive gains that intervals allow for.
+
+    By how much friction lowers the error, or why none was tried; then what is known of the gains themselves.
+    """
+    kept = [
+        f"{t.name} ({100 * t.fall:.0f} ± {100 * array(t.error):.0f} %)"
+        for t in terms
+        if t.kept and t.fall is not None
+    ]
+    told = [
+        f"Load-dependent and root-of-speed friction were not tried: {present(term.why_not)}."
+        for term in terms
+        if term.fall is None
+    ][:1]
+    if kept:
+        falls = "in brackets, how much each lowers the squared error on held-out data (--friction)"
+        told = [f"Friction terms beyond Coulomb and viscous: {', '.join(kept)}; {falls}."]
     # Torque sensors on the link side have scales, motors have gains.
     scales = "scales of the torque sensors" if processing.torque_side == "link" else "drive gains"
     each = "motor" if processing.coulomb else "joint"
     if gains is None or not (gains.identified or any((*gains.per_joint, gains.common))):
-        return [f"{scales.capitalize()} are taken as exact; errors in them would not show in any residual."]
+        return [*told, f"{scales.capitalize()} are taken as exact; errors in them would not show in any residual."]
     if gains.identified:
-        sigmas = np.sqrt(np.diag(gains.covariance(len(gains.identified))))
-        percents = joined(100.0 * sigmas, ".2g")
+        percents = joined(100.0 * np.sqrt(np.diag(gains.covariance(len(gains.identified)))), ".2g")
         line = f"The intervals allow for the errors of the identified drive gains: {percents} % per {each}."
     else:
         percents = joined((100.0 * sigma for sigma in gains.per_joint), "g")
         common = f" and {100.0 * gains.common:g} % common to all joints" if gains.common else ""
         source = ", the default (--gain-sigma changes it)" if gains.assumed else ""
         line = f"The intervals allow for errors of the {scales}: {percents} % per {each}{common}{source}."
-    return [line, *gains.notes]
-
-
-def friction_notes(terms: Sequence[TermChoice]) -> list[str]:
-    """Line on friction beside Coulomb and viscous and by how much it lowers the error, or why none was tried."""
-    kept = [
-        f"{term.name} ({100.0 * term.fall:.0f} ± {100.0 * term.error:.0f} %)"
-        for term in terms
-        if term.kept and term.fall is not None and term.error is not None
-    ]
-    if kept:
-        falls = "in brackets, how much each lowers the squared error on held-out data (--friction)"
-        return [f"Friction terms beyond Coulomb and viscous: {', '.join(kept)}; {falls}."]
-    untried = [term for term in terms if term.fall is None]
-    return (
-        [f"Load-dependent and root-of-speed friction were not tried: {present(untried[0].why_not)}."]
-        if untried
-        else []
-    )
+    return [*told, line, *gains.notes]
 
 
 def residual_text(fit: Fit | ResidualDocument) -> str:
@@ -102,15 +98,13 @@ def conditioning(equations: int | UnsetType, parameters: int | UnsetType, of: Pa
 def torques(made: Any, recordings: int = 0) -> tuple[OnPage, Section]:
     """The worst joint's torque, for the first page; residuals of some recordings as a table, and a figure of each.
 
-    Args:
-        made: whose ``predictions`` are computed when a page asks for them.
-        recordings: so many were used.
+    ``made`` predicts when a page asks for it; ``recordings``: so many were used.
     """
 
     def worst() -> list[Block]:
         # Held out before fitted, with payload before without.
         shown = min(made.predictions, key=lambda each: (not each.held_out, not each.loaded), default=None)
-        return [Text("The worst joint", heading=True), figures.worst_joint_figure(shown)] if shown else []
+        return [Text("The worst joint", heading=True), figures.prediction_figures(shown, "")[0]] if shown else []
 
     def drawn() -> list[Block]:
         shown: Sequence[TorquePrediction] = made.predictions
@@ -127,7 +121,7 @@ def torques(made: Any, recordings: int = 0) -> tuple[OnPage, Section]:
         rows = [(figures.words_of(each), *map(percent, each.relative_per_joint.tolist())) for each in shown]
         joints = [f"joint {j}" for j in range(1, len(shown[0].t) + 1)] if shown else []
         headings = ("norm of the residual over norm of the torque", *joints)
-        drawings = [figures.prediction_figure(each, f"torques_{k}") for k, each in enumerate(shown, 1)]
+        drawings = [figures.prediction_figures(each, f"torques_{k}")[1] for k, each in enumerate(shown, 1)]
         return [Text(text), Table("Relative residual", headings, rows), *drawings]
 
     return OnPage(worst), Section("torques", "Measured and predicted torques", [OnPage(drawn)])
@@ -243,8 +237,8 @@ def essential_section(elimination: EliminationDocument | None, title: str) -> Se
     if elimination is None:
         text = "Parameters are eliminated in method 4 only, for robot and payload together; it was not used here."
         return Section("essential", heading, [OnPage(lambda: [Text(text)])])
-    path, essential, limit = elimination.path, elimination.essential, present(elimination.limit)
-    count = len(path) - 1
+    path, limit = elimination.path, present(elimination.limit)
+    essential, count = elimination.essential, len(path) - 1
 
     def draw() -> figures.Figure:
         gone = count - essential
@@ -252,31 +246,31 @@ def essential_section(elimination: EliminationDocument | None, title: str) -> Se
         percents = np.array([step.largest_relative_sigma_percent for step in path], dtype=float)
         shown = min(max(int(np.sum(ratios <= _MOST_RATIO)), gone + 2), count)
         figure, (above, below) = figures.named_panels(shown, 2, sharex=True)
-        for axis, values, label in (
-            (above, ratios[:shown], "error sigma, ratio\nto all parameters"),
-            (below, percents[:shown], "largest relative\nsigma [%]"),
+        for axis, values, label, rule, scale, unit in (
+            (above, ratios[:shown], "error sigma, ratio\nto all parameters", "ratio", 1.0, ""),
+            (below, percents[:shown], "largest relative\nsigma [%]", "sigma", 100.0, " %"),
         ):
             # Data without noise reach any number: what no axis can show is left out.
             finite = np.where((values > 0.0) & (values < _MOST_SHOWN), values, np.nan)
             visible, steps = finite[np.isfinite(finite)], np.arange(len(values))
             if len(visible) and np.ptp(visible) == 0.0:
                 axis.set_ylim(0.5 * visible[0], 2.0 * visible[0])
-            # Filled markers and open ones: legible without colour.
             axis.plot(steps, finite, color="0.5", linewidth=1.0)
-            look: dict[str, Any] = {"color": "black", "markersize": 4}
-            axis.plot(steps[: gone + 1], finite[: gone + 1], "o", label="taken", **look)
-            look["markerfacecolor"] = "white"
-            axis.plot(steps[gone + 1 :], finite[gone + 1 :], "o", label="not taken", **look)
+            # Filled markers and open ones: legible without colour.
+            for part, taken, face in (
+                (slice(gone + 1), "taken", "black"),
+                (slice(gone + 1, None), "not taken", "white"),
+            ):
+                axis.plot(
+                    steps[part], finite[part], "o", color="black", markersize=4, label=taken, markerfacecolor=face
+                )
             axis.axvline(gone + 0.5, color="black", linestyle=":", linewidth=1.2)
             axis.set_ylabel(label)
-        if limit is not None and elimination.rule == "ratio":
-            _limit(above, limit, f"limit {limit:g}")
-        elif limit is not None:
-            _limit(below, 100.0 * limit, f"limit {100.0 * limit:g} %")
+            if limit is not None and elimination.rule == rule:
+                _limit(axis, scale * limit, f"limit {scale * limit:g}{unit}")
+            figures.named(axis, ["none", *(str(step.eliminated) for step in path[1:shown])])
         above.legend(loc="upper left")
         figures.log_scale(below)
-        for axis in (above, below):
-            figures.named(axis, ["none", *(str(step.eliminated) for step in path[1:shown])])
         below.set_xlabel("eliminated, in this order")
         figure.suptitle(f"{title}: {essential} of {count} parameters essential")
         return figure

@@ -135,9 +135,9 @@ def design_report(judged: JudgedMotion) -> Report:
 
 def near_report(result: NearResult, expected: InertialParameters, hints: Sequence[str], motion: Motion) -> Report:
     """Predicted sigma of an expected payload, what to do next, other ``hints``; visibility, poses, motion."""
-    robot, problem, score, shape = result.robot, result.design.problem, result.design.score, result.shape
-    plan, title, joints = result.design.plan, robot.title or robot.name, ", ".join(map(str, shape.joints))
-    writers, command, mass = "--samples, --ros2 or --urscript", "weigh", expected.mass
+    problem, score, plan, shape = result.design.problem, result.design.score, result.design.plan, result.shape
+    robot, joints, mass = problem.robot, ", ".join(map(str, shape.joints)), expected.mass
+    title, writers, command = robot.title or robot.name, "--samples, --ros2 or --urscript", "weigh"
     if isinstance(shape, StaticShape):
         kind, writers, command = (
             f"{shape.count} poses at rest",
@@ -330,10 +330,9 @@ def visibility_table(visibility: PayloadVisibility) -> Table:
 
 def near_head(result: NearResult, speed: float) -> tuple[str, ...]:
     """Lines of plain ASCII at the head of a motion's file."""
-    shape, plan = result.shape, result.design.plan
+    shape, plan, problem = result.shape, result.design.plan, result.design.problem
     kind = "Motion that weighs a payload" if speed == 1.0 else f"REHEARSAL at {100 * speed:g} % of the speed"
-    name = (result.robot.title or result.robot.name).encode("ascii", "replace").decode("ascii")
-    unchecked = [] if result.design.problem.torque_limited else ["Torque limits were not checked."]
+    name = (problem.robot.title or problem.robot.name).encode("ascii", "replace").decode("ascii")
     if isinstance(shape, StaticShape):
         moves = f"Each held {shape.hold:g} s, after moves from below and from above [rad or m]", shape.approach
     else:
@@ -346,8 +345,8 @@ def near_head(result: NearResult, speed: float) -> tuple[str, ...]:
         *(f"Pose {k} [rad or m]: {joined(q, '.5f')}." for k, q in enumerate(result.poses, 1)),
         f"{moves[0]}: {joined(moves[1], '.5f')}.",
         f"Duration {plan.duration:.6g} s; seed {result.design.seed}.",
-        *unchecked,
-        *assumed_line(result.design.problem),
+        *([] if problem.torque_limited else ["Torque limits were not checked."]),
+        *assumed_line(problem),
     )
 
 

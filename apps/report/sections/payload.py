@@ -171,8 +171,7 @@ def answer_notes(result: PayloadResult) -> list[str]:
         if drift := standing.drift:
             told = f"drift of {array(drift.mass):+.2g} kg per recording removed ({drift.ratio:.0%} of the variance)"
         noted.append(f"{standing.poses} poses at rest, {standing.order}: {told}.")
-    noted += evidence.friction_notes(result.friction or ())
-    noted += evidence.gain_error_notes(result.settings, result.gains)
+    noted += evidence.model_notes(result.friction or (), result.settings, result.gains)
     if not result.short and not (residual and residual.validation):
         noted.append("To test the model, keep one recording without payload out of the fit (--validate).")
     if robust and robust.unavailable:

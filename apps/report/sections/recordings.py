@@ -85,7 +85,7 @@ def log_report(check: LogReport) -> Report:
             f"The robot's model leaves {100 * check.relative_residual:.2f} % of the torque unexplained; condition "
             f"number (columns scaled) {check.condition_number_scaled:.3g}"
         )
-    worst = [f.text for severity in ("error", "warning") for f in check.findings if f.severity == severity]
+    worst = [one.text for one in check.findings if one.severity != "note"]
     found = [f"{_MARKS[one.severity]}: {one.text}" for one in check.findings if one.text not in worst[:1]]
     good = f"Good: nothing {'needs fixing' if check.findings else 'looks wrong'}."
     motion, steps = list[tuple[str, ...]](), list[tuple[str, ...]]()
@@ -279,13 +279,10 @@ def _refused(logs: Sequence[Log]) -> list[Section]:
 
 def fleet_report(fleet: Fleet) -> Report:
     """Changes of the last night, the clearest first; then a line an arm, and small multiples."""
-    arms: Sequence[Arm]
-    twins: Compared | None
     (arms, twins), refused = fleet.working, fleet.refused
     few = [arm.name for arm in arms if len(arm.days) <= FEWEST]
-    more = " and more" if len(few) > 6 else ""
     notes = lines(
-        f"Too few nights to tell a change yet: {', '.join(few[:6])}{more}." if few else "",
+        f"Too few nights to tell a change yet: {', '.join(few[:6])}{' and more' * (len(few) > 6)}." if few else "",
         f"{len(refused)} logs were refused; see logs.parquet of the store." if refused else "",
     )
     rows = []

@@ -2,12 +2,12 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import count
 from pathlib import PurePath
 
 import numpy as np
 from msgspec import UnsetType
 
-from ....common.schema import present
 from ....estimation.possible.payload import CONFLICT
 from ....estimation.results.parts import Rollout
 from ....estimation.results.payload import array, numbers
@@ -59,28 +59,27 @@ def robot_description(robot: Robot) -> list[Block]:
         "a gravity spring": drives.spring is not None,
     }
     known = ", ".join(word for word, there in modelled.items() if there) or "none of their parameters"
-    lines = [
+    flange_text, links = "", robot.links
+    if robot.flange_pose is not None:
+        position = joined((1e3 * value for value in robot.flange_pose.origin), "g")
+        turn = joined((math.degrees(angle) + 0.0 for angle in robot.flange_pose.rpy), "g")
+        flange_text = f"The maker's flange is at ({position}) mm, rpy ({turn}) deg in the payload's frame."
+    told = lines(
         f"Payloads are given in {robot.payload_frame}.",
         f"With all joints at zero, that frame is at ({place}) m from the base, z along ({along_z}), x along "
         f"({along_x}).",
         f"Gravity in frame 0: ({gravity}) m/s^2.",
         f"Drives: {known}{'; torque sensors on the link side' if drives.side == 'link' else ''}.",
-    ]
-    if math.isfinite(robot.rated_payload):
-        lines.append(f"Rated payload: {robot.rated_payload:g} kg.")
-    if robot.links is not None:
-        lines.append(f"Links of the file: {robot.links.base}, {', '.join(robot.links.names)}; {robot.links.tip}.")
-    if robot.mass is not None:
-        lines.append(f"Mass of the arm, including its base: {robot.mass:g} kg.")
-    if robot.flange_pose is not None:
-        position = joined((1e3 * value for value in robot.flange_pose.origin), "g")
-        turn = joined((math.degrees(angle) + 0.0 for angle in robot.flange_pose.rpy), "g")
-        lines.append(f"The maker's flange is at ({position}) mm, rpy ({turn}) deg in the payload's frame.")
-    lines += [f"Joint names in logs: {', '.join(names)}." for names in robot.joint_names]
-    lines += [f"{names[0].upper()}{names[1:]}: {source}." for source, names in _grouped(sources).items()]
-    lines += [f"Note: {note}" for note in robot.snapped]
+        f"Rated payload: {robot.rated_payload:g} kg." if math.isfinite(robot.rated_payload) else "",
+        f"Links of the file: {links.base}, {', '.join(links.names)}; {links.tip}." if links is not None else "",
+        f"Mass of the arm, including its base: {robot.mass:g} kg." if robot.mass is not None else "",
+        flange_text,
+        *(f"Joint names in logs: {', '.join(names)}." for names in robot.joint_names),
+        *(f"{names[0].upper()}{names[1:]}: {source}." for source, names in _grouped(sources).items()),
+        *(f"Note: {note}" for note in robot.snapped),
+    )
     title = f"{robot.title or robot.name}: modified DH (Khalil-Kleinfinger), degrees and m"
-    return [Table(title, _HEADINGS, rows), Notes(lines)]
+    return [Table(title, _HEADINGS, rows), Notes(told)]
 
 
 def base_description(robot: Robot) -> list[Block]:
@@ -109,7 +108,7 @@ def _grouped(parts: Mapping[str, str]) -> dict[str, str]:
 def robot_report(result: RobotResult, document: str | None = None) -> Report:
     """Verdict, residual and friction of each joint; every parameter, torques; ``document``: its JSON file."""
     # What was read from a file has no errors to draw.
-    rollouts = [rollout for rollout in result.rollouts or () if rollout.working]
+    rolled = list(map(_rolled, [rollout for rollout in result.rollouts or () if rollout.working], count(1)))
     verdict, made, estimate, held_out = result.judged, result.working, result.estimate, result.validation
     after = f"'dynident payload --robot-parameters {document or 'robot.json'} --loaded LOG'"
     ask = "" if document or not made else "add --json robot.json, then "
@@ -128,11 +127,8 @@ def robot_report(result: RobotResult, document: str | None = None) -> Report:
         possible,
         evidence.MEND if verdict.reasons else f"Next: {ask}{after}.",
     )
-    notes = [
-        *evidence.verdict_notes(verdict),
-        *evidence.friction_notes(result.friction or ()),
-        *evidence.gain_error_notes(result.processing, result.gains),
-    ]
+    notes = evidence.verdict_notes(verdict)
+    notes += evidence.model_notes(result.friction or (), result.processing, result.gains)
     # What of each joint's torque is not explained, and its friction as far as it was identified.
     residuals = {"unexplained": estimate.fit.relative_per_joint}
     residuals |= {"held out": array(held_out.relative_per_joint, 0)} if held_out else {}
@@ -150,12 +146,13 @@ def robot_report(result: RobotResult, document: str | None = None) -> Report:
         *evidence.reason_blocks(verdict),
         Table(f"Torques of {result.title}", headings, rows),
         Notes(told),
-        Notes([*map(rollout_line, rollouts), *notes], optional=True),
+        Notes([*(line for line, _ in rolled), *notes], optional=True),
         worst,
     ]
+    predicted = [Text(_WORDS), *(block for _, blocks in rolled for block in blocks)]
     sections = (
         robot_section(result),
-        *([_rollout_section(rollouts, 1)] if rollouts else []),
+        *([Section("rollout", "Predicted motion", predicted)] if rolled else []),
         torques,
         evidence.excitation_section(made, labels),
         evidence.essential_section(result.elimination or None, result.title),
@@ -211,10 +208,10 @@ def robot_section(result: RobotResult) -> Section:
         ends = [each.name for each in nearest.parameters if parameter_kind(each.name) == INERTIAL[-1]]
         title = f"Standard parameters of {result.title}, SI units"
         tables.append(Table(title, ("", "value", "prior", "data", "decided by"), rows, ends))
-    if terms := present(result.friction) or ():
+    if terms := result.friction:
         rows = [
             (term.name, f"{100 * float(array(term.fall)):.1f}", f"{100 * float(array(term.error)):.1f}",
-             "kept" if term.kept else present(term.why_not) or "")
+             "kept" if term.kept else term.why_not or "")
             for term in terms
         ]  # fmt: skip
         headings = ("", "error falls by, %", "its standard error, %", "")
@@ -305,39 +302,35 @@ def gains_report(gains: GainsResult, document: str | None = None) -> Report:
 
 def rollout_report(rollouts: Sequence[Rollout], robot: str) -> Report:
     """Errors by horizon and the replay of the first recording, a line of each other; then all of them."""
-    table, *more, notes = _parts(rollouts[0], 1)
-    first = [table, notes, Notes([rollout_line(rollout) for rollout in rollouts[1:]], optional=True)]
-    section = _rollout_section(rollouts[1:], 2, more)
-    title, details = f"Predicted motion of the {robot}", "every recording, starts at rest"
-    return Report(title, first, [section], details, "Of recordings that were not fitted")
-
-
-def rollout_line(rollout: Rollout) -> str:
-    """Error after the longest horizon and the replay, in one line."""
-    last, (unit, size) = rollout.horizons[-1], _unit(rollout)
-    spreads = last.in_motion or last.at_rest or {}
-    ours, constant = (f"{spreads[by][0] / size:.2g}" for by in (IDENTIFIED, CONSTANT))
-    return (
-        f"Motion of {PurePath(rollout.source).name}: {ours} {unit} off after {last.seconds:g} s (constant speed "
-        f"{constant}); replayed, torques {100.0 * rollout.replay_relative:.2g} % off."
+    (_, (table, *more, notes)), *others = map(_rolled, rollouts, count(1))
+    blocks = [Text(_WORDS), *more, *(block for _, parts in others for block in parts)]
+    first = [table, notes, Notes([line for line, _ in others], optional=True)]
+    section, details = Section("rollout", "Predicted motion", blocks), "every recording, starts at rest"
+    return Report(
+        f"Predicted motion of the {robot}", first, [section], details, "Of recordings that were not fitted"
     )
 
 
-def _rollout_section(rollouts: Sequence[Rollout], number: int, before: Sequence[Block] = ()) -> Section:
-    blocks = [block for k, rollout in enumerate(rollouts, number) for block in _parts(rollout, k)]
-    return Section("rollout", "Predicted motion", [Text(_WORDS), *before, *blocks])
+def _rolled(rollout: Rollout, number: int) -> tuple[str, list[Block]]:
+    """Error after the longest horizon and the replay, in one line; and in whole.
 
-
-def _parts(rollout: Rollout, number: int) -> list[Block]:
-    """Errors by horizon, of starts in motion and at rest; a figure; the replay, and whether open loop can judge."""
-    (unit, size), moving, resting = _unit(rollout), rollout.starts_in_motion, rollout.starts_at_rest
-    errors = rollout.working
+    Errors by horizon, of starts in motion and at rest; a figure; the replay, and whether open loop can judge.
+    """
+    errors, moving, resting = rollout.working, rollout.starts_in_motion, rollout.starts_at_rest
+    unit, size = ("deg", math.pi / 180.0) if errors.turning else ("rad or m", 1.0)
+    last, name, replayed = rollout.horizons[-1], PurePath(rollout.source).name, 100.0 * rollout.replay_relative
+    longest = last.in_motion or last.at_rest or {}
+    ours, constant = (f"{longest[by][0] / size:.2g}" for by in (IDENTIFIED, CONSTANT))
+    line = (
+        f"Motion of {name}: {ours} {unit} off after {last.seconds:g} s (constant speed {constant}); replayed, "
+        f"torques {replayed:.2g} % off."
+    )
 
     def draw() -> Figure:
         figure, ((axis,),) = panels((5.8, 3.2))
-        for by, (colour, line) in zip(errors.by, _STYLES, strict=False):
+        for by, (colour, style) in zip(errors.by, _STYLES, strict=False):
             low, high = np.array([errors.spread(by, seconds, not moving) for seconds in errors.times]).T / size
-            axis.plot(errors.times, low, color=colour, linestyle=line, label=by)
+            axis.plot(errors.times, low, color=colour, linestyle=style, label=by)
             axis.fill_between(errors.times, low, high, color=colour, alpha=0.2, linewidth=0)
         log_scale(axis)
         axis.set(xlabel="time after the start [s]", ylabel=f"error [{unit}]")
@@ -347,32 +340,26 @@ def _parts(rollout: Rollout, number: int) -> list[Block]:
 
     headings = ("after", *(heading for by in errors.by for heading in (by, f"{by}, 90 %")))
     blocks: list[Block] = []
-    for how, count in (("in motion", moving), ("at rest", resting)):
+    for how, starts in (("in motion", moving), ("at rest", resting)):
         rows = []
         for horizon in rollout.horizons:
             spreads = (horizon.at_rest if how == "at rest" else horizon.in_motion) or {}
             cells = (f"{error / size:.3g}" for spread in spreads.values() for error in spread)
             rows.append((f"{horizon.seconds:g} s", *cells))
-        title = f"{PurePath(rollout.source).name}: error [{unit}], median and 90 % of {count} starts {how}"
-        blocks += [Table(title, headings, rows)] if count else []
+        title = f"{name}: error [{unit}], median and 90 % of {starts} starts {how}"
+        blocks += [Table(title, headings, rows)] if starts else []
     caption = (
         f"Distance of predicted from measured motion on {rollout.source}, root mean square over the joints: median "
         "of the starts, shaded up to 90 %."
     )
-    blocks.append(Drawing(f"rollout_{number}", caption, draw))
     joints = joined(100.0 * np.array(rollout.replay_joints), ".1f", " ")
-    lines = [
-        f"Replay: torque {100.0 * rollout.replay_relative:.2g} % from the measured one (joints {joints} %), path "
-        f"kept to {rollout.replay_strayed / size:.2g} {unit}."
-    ]
-    if rollout.growth == rollout.growth:
-        hides = ": open loop says nothing here, whatever the parameters; go by the replay"
-        grows = f"An error of the start grows {rollout.growth:.2g}-fold within {GROWTH_TIME:g} s"
-        lines.append(f"{grows}{hides * (rollout.growth > _GROWS)}.")
-    if rollout.diverged:
-        lines.append(f"{rollout.diverged} of {moving + resting} starts of the identified robot diverged.")
-    return [*blocks, Notes(lines, optional=True)]
-
-
-def _unit(rollout: Rollout) -> tuple[str, float]:
-    return ("deg", math.pi / 180.0) if rollout.working.turning else ("rad or m", 1.0)
+    hides = ": open loop says nothing here, whatever the parameters; go by the replay" * (rollout.growth > _GROWS)
+    grows = f"An error of the start grows {rollout.growth:.2g}-fold within {GROWTH_TIME:g} s{hides}."
+    diverged = f"{rollout.diverged} of {moving + resting} starts of the identified robot diverged."
+    told = lines(
+        f"Replay: torque {replayed:.2g} % from the measured one (joints {joints} %), path kept to "
+        f"{rollout.replay_strayed / size:.2g} {unit}.",
+        grows if rollout.growth == rollout.growth else "",
+        diverged if rollout.diverged else "",
+    )
+    return line, [*blocks, Drawing(f"rollout_{number}", caption, draw), Notes(told, optional=True)]

@@ -12,7 +12,7 @@ import pytest
 from dynident.apps.logs.read import read_recording
 from dynident.apps.numbers import with_interval
 from dynident.apps.report.blocks import Code, Notes, Report, Section, Table, Text
-from dynident.apps.report.figures import prediction_figure, worst_joint_figure
+from dynident.apps.report.figures import prediction_figures
 from dynident.apps.report.render import blocks_html, page_html
 from dynident.apps.report.sections.payload import controller_line, payload_report
 from dynident.cli import main
@@ -179,7 +179,7 @@ def test_files_named_like_scripts_are_harmless() -> None:
     """In tables, captions, descriptions of figures, the command and the title."""
     files = (("with payload", EVIL, "0" * 64),)
     shown = Table("plain", ("", EVIL), [(EVIL, EVIL)])
-    drawings = [worst_joint_figure(evil_prediction()), prediction_figure(evil_prediction(), "torques_1")]
+    drawings = prediction_figures(evil_prediction(), "torques_1")
     section = Section("one", EVIL, [shown, Notes([EVIL]), *drawings])
     report = Report(EVIL, [Text(EVIL)], [section])
     text = page_html(report, f"dynident payload --loaded {EVIL}", files, {EVIL: EVIL})
