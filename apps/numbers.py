@@ -79,7 +79,7 @@ def principal_axes(inertia: Array) -> tuple[Array, Array]:
         return np.diag(inertia).copy(), np.eye(3)
     moments, axes = np.linalg.eigh(inertia)
     turned = product(map(list, permutations(range(3))), product((1.0, -1.0), repeat=3))
-    choices = [(order, np.array(signs) * axes[:, order]) for order, signs in turned]
+    choices = ((order, np.array(signs) * axes[:, order]) for order, signs in turned)
     right_handed = [(order, R) for order, R in choices if np.linalg.det(R) > 0.0]
     order, R = max(right_handed, key=lambda choice: float(np.trace(choice[1])))
     return moments[order], R

@@ -38,15 +38,12 @@ class Table:
     @cached_property
     def looks(self) -> list[Literal["number", "words", "name"]]:
         """The look of each column: of numbers, of words that fold, of short texts."""
-        cells = [[row[k] for row in self.rows if row[k]] for k in range(len(self.headings))]
-        return [
-            "number"
-            if k and texts and all(map(_NUMBER.match, texts))
-            else "words"
-            if any(len(text) > _WORDS for text in texts)
-            else "name"
-            for k, texts in enumerate(cells)
-        ]
+        looks = list[Literal["number", "words", "name"]]()
+        for k in range(len(self.headings)):
+            texts = [row[k] for row in self.rows if row[k]]
+            number, long = k and texts and all(map(_NUMBER.match, texts)), any(len(text) > _WORDS for text in texts)
+            looks.append("number" if number else "words" if long else "name")
+        return looks
 
     def sections(self, spare: Collection[str] = ()) -> list[list[tuple[str, ...]]]:
         """The rows without ``spare`` ones, parted where sections end."""

@@ -320,11 +320,10 @@ def design_document(judged: JudgedMotion) -> DesignDocument:
     elif isinstance(plan, Fourier):
         motion = MotionDocument.of(plan, kind="fourier", offset=plan.offset[0], a=plan.a[0], b=plan.b[0])
     return DesignDocument.made(
-        *(problem, score, score, learnt, design),
+        *(problem, score, score, learnt, design, judged),
         robot_fingerprint=problem.robot.fingerprint,
         predicted_sigma_percent=percent,
         limits=LimitsDocument.of(score, nearest=score.limits),
-        floor=judged.floor,
         evaluated=judged.source,
         val3_replay=ReplayDocument.of(replay, replay.learnt) if replay else None,
         version=__version__,

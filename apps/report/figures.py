@@ -1,7 +1,4 @@
-"""Figures, each drawn when it is looked at: panels, what they show of joints and bodies, and their files.
-
-Nothing else imports matplotlib.
-"""
+"""Figures, drawn when they are looked at: of joints, of bodies, and as files; nothing else imports matplotlib."""
 
 import io
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -82,17 +79,15 @@ def plain(axis: Axes) -> None:
     axis.spines[["top", "right"]].set_visible(False)
 
 
-def named(axis: Axes, names: Sequence[str]) -> None:
-    """Upright names below the whole numbers from 0 on."""
-    axis.set_xticks(range(len(names)), names, rotation=90, fontsize=7)
-    axis.tick_params(axis="x", length=0)
-    axis.set_xlim(-0.8, len(names) - 0.2)
-    plain(axis)
-
-
-def named_panels(names: int, rows: int, **options: Any) -> tuple[Figure, list[Axes]]:
-    """Panels one below the other, wide enough for so many names."""
-    figure, axes = panels((max(0.18 * names + 1.2, 6.0), 2.5 * rows + 0.5), rows, **options)
+def named_panels(rows: Sequence[Sequence[str]], **options: Any) -> tuple[Figure, list[Axes]]:
+    """Panels one below the other, each with upright names below the whole numbers from 0 on."""
+    size = (max(0.18 * max(map(len, rows)) + 1.2, 6.0), 2.5 * len(rows) + 0.5)
+    figure, axes = panels(size, len(rows), **options)
+    for axis, names in zip(axes[:, 0], rows, strict=True):
+        axis.set_xticks(range(len(names)), names, rotation=90, fontsize=7)
+        axis.tick_params(axis="x", length=0)
+        axis.set_xlim(-0.8, len(names) - 0.2)
+        plain(axis)
     return figure, list(axes[:, 0])
 
 
@@ -132,9 +127,7 @@ def by_joint(n: int, columns: Mapping[str, _Draw], title: str = "", **options: A
     return figure
 
 
-def signals(
-    t: Array, curves: Mapping[str, Array], axis: Axes, j: int, limits: tuple[Array, Array] | None = None
-) -> None:
+def signals(t: Array, curves: Mapping[str, Array], axis: Axes, j: int, limits: Sequence[Array] = ()) -> None:
     """Curves (N, n) by name, between hatched limits where there are any that are finite."""
     for line, (label, values) in zip(cycle(("-", "--", ":", "-.")), curves.items(), strict=False):
         x, y, size = t, values[:, j], len(t) // _STRETCHES
@@ -156,15 +149,10 @@ def signals(
 
 
 def prediction_figures(prediction: TorquePrediction, name: str) -> tuple[Drawing, Drawing]:
-    """The joint that the model explains worst, torques above, residual below; and every joint, a row each.
-
-    The latter, called ``name``, has the autocorrelation of the residual too.
-    """
+    """The joint that the model explains worst, and every joint, a row each, called ``name``: torques, residuals."""
     n, relative, step = len(prediction.t), prediction.relative_per_joint, prediction.step
-    worst, percents = (
-        int(np.argmax(np.nan_to_num(relative, nan=-1.0))),
-        [f"{100.0 * ratio:.1f}" for ratio in relative],
-    )
+    worst = int(np.argmax(np.nan_to_num(relative, nan=-1.0)))
+    percents = [f"{100.0 * ratio:.1f}" for ratio in relative]
 
     def parted(j: int, values: Array) -> tuple[Array, Array]:
         # Of long curves every so many points, with gaps where rows are missing.

@@ -37,9 +37,6 @@ _FEWEST = 20  # columns of the narrowest terminal that is laid out
 _NARROWEST = 14  # letters that a column of words needs at least
 _MERGED = 24  # letters of words that stand beside several rows
 _WIDE = 7.5  # inches: a wider figure scrolls where the screen is narrow
-_HEAD = re.compile(r"^.*?(?=<svg\b)", re.DOTALL)
-_METADATA = re.compile(r"<metadata>.*?</metadata>\s*", re.DOTALL)
-_FONTS = re.compile(r"(font: [^;\"]*?)'DejaVu Sans'[^;\"]*")
 
 
 def print_blocks(blocks: Sequence[Block], stream: IO[str] | None = None) -> None:
@@ -48,15 +45,12 @@ def print_blocks(blocks: Sequence[Block], stream: IO[str] | None = None) -> None
 
 
 def print_report(report: Report, details: bool = False, stream: IO[str] | None = None) -> None:
-    """Print what fits on a screen of 25 lines and how much is left out, or all of it, with ``details``.
-
-    As long as somebody reads: `| head` has seen enough, files are still written.
-    """
+    """Print what fits on a screen of 25 lines and how much is left out, or all of it, with ``details``."""
     width, stream = max(get_terminal_size((COLUMNS, LINES)).columns, _FEWEST), stream or sys.stdout
     try:
         stream.writelines(f"{printable(line)}\n" for line in _screen(report, details, width))
         stream.flush()
-    except BrokenPipeError:
+    except BrokenPipeError:  # `| head` has seen enough, files are still written
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
@@ -102,10 +96,7 @@ def printed(blocks: Sequence[Block]) -> Iterator[Table | Text | Notes]:
 
 
 def _lines(block: Table | Text | Notes, width: int, first: bool = False) -> list[str]:
-    """Lines of a block; on the ``first`` screen without spare rows and what is shown there as far as it fits.
-
-    A table has its title and its rows, in parts that repeat the names of the rows where it is too wide.
-    """
+    """Lines of a block; on the ``first`` screen without spare rows and what is shown there as far as it fits."""
     if isinstance(block, Notes):
         return [part for line in block.lines for part in _wrapped(line, width) if not (block.optional and first)]
     if isinstance(block, Text):
@@ -126,6 +117,7 @@ def _lines(block: Table | Text | Notes, width: int, first: bool = False) -> list
     for k, (heading, look) in enumerate(zip(table.headings, table.looks, strict=True)):
         widest = max(map(cell_len, (heading, *(row[k] for row in rows))))
         widths.append(1 + (min(widest, _NARROWEST) if look == "words" else widest))
+    # Columns in parts, one below the other, that repeat the names of the rows where the table is too wide.
     parts: list[list[int]] = [[*range(names)]]
     for k in range(names, len(table.headings)):
         if len(parts[-1]) > names and sum(widths[part] for part in (*parts[-1], k)) >= width:
@@ -168,10 +160,7 @@ def write_plots(folder: str | Path, report: Report) -> None:
 
 
 def page_html(
-    report: Report,
-    command: str,
-    files: Sequence[tuple[str, str, str]] = (),
-    settings: Mapping[str, str] | None = None,
+    report: Report, command: str, files: Sequence[tuple[str, str, str]] = (), settings: Mapping[str, str] = {}
 ) -> str:
     """The file's text, with all that repeats it: the command as typed, files that were read, settings, versions.
 
@@ -184,7 +173,7 @@ def page_html(
         raise InputError(f"SOURCE_DATE_EPOCH {fixed!r} is not a time: give seconds since 1970") from None
     parts = (
         ("Files that were read", ("", "file", "SHA-256"), files),
-        ("Settings", ("", "value"), list((settings or {}).items())),
+        ("Settings", ("", "value"), list(settings.items())),
         ("Versions", ("", "version"), list(versions().items())),
     )
     tables = [Table(title, headings, rows) for title, headings, rows in parts if rows]
@@ -203,13 +192,8 @@ def blocks_html(blocks: Sequence[Block]) -> str:
 def _environment() -> "Environment":
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    environment = Environment(
-        loader=PackageLoader(str(__package__)),
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        undefined=StrictUndefined,
-    )
+    environment = Environment(loader=PackageLoader(str(__package__)), autoescape=True, undefined=StrictUndefined)
+    environment.trim_blocks = environment.lstrip_blocks = True
     environment.filters["svg"] = _inline_svg
     environment.tests["wide"] = lambda drawing: drawing.figure.get_figwidth() > _WIDE
     return environment
@@ -217,9 +201,10 @@ def _environment() -> "Environment":
 
 def _inline_svg(drawing: Drawing) -> str:
     """The drawing alone, its text as text in the reader's fonts, with a description for those who do not see it."""
-    text = _HEAD.sub("", svg_text(drawing.figure, drawing.name))
+    drawn = svg_text(drawing.figure, drawing.name)
+    text = re.sub(r"^.*?(?=<svg\b)|<metadata>.*?</metadata>\s*", "", drawn, flags=re.DOTALL)
     text = re.sub(r' xmlns(?::xlink)?="[^"]*"', "", text).replace("xlink:href", "href")  # HTML needs no address
-    text = _FONTS.sub(r"\1sans-serif", _METADATA.sub("", text))
+    text = re.sub(r"(font: [^;\"]*?)'DejaVu Sans'[^;\"]*", r"\1sans-serif", text)
     # Identifiers are hashes that only one figure has; those that nothing refers to go.
     used = set(re.findall(r'(?:href="#|url\(#)([^")]+)', text))
     text = re.sub(r' id="([^"]+)"', lambda m: m[0] if m[1] in used else "", text)

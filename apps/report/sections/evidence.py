@@ -43,26 +43,14 @@ def reason_blocks(verdict: Verdict) -> list[Block]:
     return [Text("Reasons for the verdict", heading=True), Notes(reasons, optional=True)]
 
 
-def verdict_notes(verdict: Verdict) -> list[str]:
-    """The notes of a verdict."""
-    return [f"Note: {text}." for text in verdict.notes]
-
-
 def model_notes(terms: Sequence[TermChoice], processing: ProcessingDocument, gains: Gains | None) -> list[str]:
-    """Lines on friction beside Coulomb and viscous, and on the errors of the drive gains that intervals allow for.
-
-    By how much friction lowers the error, or why none was tried; then what is known of the gains themselves.
-    """
-    kept = [
-        f"{t.name} ({100 * t.fall:.0f} ± {100 * array(t.error):.0f} %)"
-        for t in terms
-        if t.kept and t.fall is not None
-    ]
-    told = [
-        f"Load-dependent and root-of-speed friction were not tried: {present(term.why_not)}."
-        for term in terms
-        if term.fall is None
-    ][:1]
+    """Lines on friction beside Coulomb and viscous, and on errors of the drive gains that intervals allow for."""
+    kept, tried = [], [term for term in terms if term.fall is not None]
+    for term in tried:
+        share, error = (100 * array(x) for x in (term.fall, term.error))
+        kept += [f"{term.name} ({share:.0f} ± {error:.0f} %)"] if term.kept else []
+    untried = [str(present(term.why_not)) for term in terms if term.fall is None]
+    told = [f"Load-dependent and root-of-speed friction were not tried: {why}." for why in untried[:1]]
     if kept:
         falls = "in brackets, how much each lowers the squared error on held-out data (--friction)"
         told = [f"Friction terms beyond Coulomb and viscous: {', '.join(kept)}; {falls}."]
@@ -96,10 +84,7 @@ def conditioning(equations: int | UnsetType, parameters: int | UnsetType, of: Pa
 
 
 def torques(made: Any, recordings: int = 0) -> tuple[OnPage, Section]:
-    """The worst joint's torque, for the first page; residuals of some recordings as a table, and a figure of each.
-
-    ``made`` predicts when a page asks for it; ``recordings``: so many were used.
-    """
+    """The worst joint's torque for the first page; all torques of some of ``recordings``; made when a page asks."""
 
     def worst() -> list[Block]:
         # Held out before fitted, with payload before without.
@@ -127,10 +112,8 @@ def torques(made: Any, recordings: int = 0) -> tuple[OnPage, Section]:
     return OnPage(worst), Section("torques", "Measured and predicted torques", [OnPage(drawn)])
 
 
-def joints_section(
-    masses: Sequence[JointsMass], mass: float, interval: tuple[float, float], mounting: int | None = None
-) -> Section:
-    """Mass [kg] by groups of joints and each joint's share; ``mounting``: number of a known weight, if any."""
+def joints_section(masses: Sequence[JointsMass], mass: float, interval: Sequence[float], name: str = "") -> Section:
+    """Mass [kg] by groups of joints and each joint's share; ``name``: of a known weight among several."""
     ends, rows, told = np.array([array(group.interval95, 2) for group in masses]), [], list[str]()
     for group, own in zip(masses, ends.tolist(), strict=True):
         share, ratio = present(group.share), "-"
@@ -143,9 +126,8 @@ def joints_section(
     def draw() -> figures.Figure:
         figure, ((left, right),) = figures.panels((9.0, 0.32 * len(masses) + 1.2), 1, 2, width_ratios=(3, 2))
         values = np.array([group.mass if group.interval95 is not None else None for group in masses], dtype=float)
-        figures.interval_rows(
-            left, [group.name for group in masses], values, ends, (mass, *interval), "not visible"
-        )
+        names = [group.name for group in masses]
+        figures.interval_rows(left, names, values, ends, (mass, *interval), "not visible")
         reaches = np.abs(ends - mass).max(axis=1)
         reaches = reaches[np.isfinite(reaches)]
         # One joint that hardly sees the mass must not squeeze the others to a line.
@@ -170,12 +152,11 @@ def joints_section(
         "the recommended mass. Right: the torque of each joint over what the payload seen by all others demands "
         "there, with two standard deviations; 1 where drive gain and friction are right."
     )
-    number = "" if mounting is None else f"_{mounting}"
     headings = ("", "unit", "mass", "95 % interval", "ratio")
     blocks: list[Block] = [Text(text), Table("Mass by joints", headings, rows)]
     if any(group.mass is not None for group in masses):
-        blocks.append(Drawing(f"by_joints{number}", caption, draw, f"{caption} {'; '.join(told)}."))
-    return Section(f"joints{number}", "The payload as each joint sees it", blocks)
+        blocks.append(Drawing(f"by_joints{name}", caption, draw, f"{caption} {'; '.join(told)}."))
+    return Section(f"joints{name}", "The payload as each joint sees it", blocks)
 
 
 def excitation_section(made: Any, labels: Mapping[str, str]) -> Section:
@@ -207,7 +188,7 @@ def excitation_section(made: Any, labels: Mapping[str, str]) -> Section:
         )
 
         def draw() -> figures.Figure:
-            figure, (axis,) = figures.named_panels(len(names), 1)
+            figure, (axis,) = figures.named_panels([names])
             whole, alone = (np.clip(x, _LEAST, _MOST) for x in (excitation.signal, excitation.independent))
             x = np.arange(len(names))
             axis.vlines(x, alone, whole, color="0.6", linewidth=1.0)
@@ -216,7 +197,6 @@ def excitation_section(made: Any, labels: Mapping[str, str]) -> Section:
             _limit(axis, _GOOD, "relative sigma 10 %")
             axis.set_ylabel("torque over noise")
             figures.log_scale(axis)
-            figures.named(axis, names)
             figures.legend(figure, [axis])
             return figure
 
@@ -229,10 +209,7 @@ def excitation_section(made: Any, labels: Mapping[str, str]) -> Section:
 
 
 def essential_section(elimination: EliminationDocument | None, title: str) -> Section:
-    """The path of the elimination as a figure, the parameters by name, and what speaks against them.
-
-    The figure has the error's ratio and the largest relative sigma against the parameters, in their order.
-    """
+    """The path of the elimination as a figure, the parameters by name, and what speaks against them."""
     heading = "Essential parameters"
     if elimination is None:
         text = "Parameters are eliminated in method 4 only, for robot and payload together; it was not used here."
@@ -245,7 +222,8 @@ def essential_section(elimination: EliminationDocument | None, title: str) -> Se
         ratios = np.array([step.sigma_ratio for step in path], dtype=float)
         percents = np.array([step.largest_relative_sigma_percent for step in path], dtype=float)
         shown = min(max(int(np.sum(ratios <= _MOST_RATIO)), gone + 2), count)
-        figure, (above, below) = figures.named_panels(shown, 2, sharex=True)
+        names = ["none", *(str(step.eliminated) for step in path[1:shown])]
+        figure, (above, below) = figures.named_panels([names] * 2, sharex=True)
         for axis, values, label, rule, scale, unit in (
             (above, ratios[:shown], "error sigma, ratio\nto all parameters", "ratio", 1.0, ""),
             (below, percents[:shown], "largest relative\nsigma [%]", "sigma", 100.0, " %"),
@@ -261,14 +239,12 @@ def essential_section(elimination: EliminationDocument | None, title: str) -> Se
                 (slice(gone + 1), "taken", "black"),
                 (slice(gone + 1, None), "not taken", "white"),
             ):
-                axis.plot(
-                    steps[part], finite[part], "o", color="black", markersize=4, label=taken, markerfacecolor=face
-                )
+                look: dict[str, Any] = {"label": taken, "color": "black", "markerfacecolor": face}
+                axis.plot(steps[part], finite[part], "o", markersize=4, **look)
             axis.axvline(gone + 0.5, color="black", linestyle=":", linewidth=1.2)
             axis.set_ylabel(label)
             if limit is not None and elimination.rule == rule:
                 _limit(axis, scale * limit, f"limit {scale * limit:g}{unit}")
-            figures.named(axis, ["none", *(str(step.eliminated) for step in path[1:shown])])
         above.legend(loc="upper left")
         figures.log_scale(below)
         below.set_xlabel("eliminated, in this order")

@@ -18,7 +18,7 @@ from ...export.motion import assumed_line, rests_on
 from ...numbers import joined
 from ..blocks import Block, Drawing, Notes, OnPage, Report, Section, Table, Text, lines
 from ..documents import JudgedMotion, NearResult
-from ..figures import Figure, by_joint, log_scale, named, named_panels, signals
+from ..figures import Figure, by_joint, log_scale, named_panels, signals
 from .robot import assumed_notes
 
 _MOST_SHOWN = 12
@@ -72,14 +72,13 @@ def design_report(judged: JudgedMotion) -> Report:
     conditions = {"cond": learnt.condition_number, "cond-scaled": learnt.condition_number_scaled}
     reached = float(np.log(conditions[kind])) if kind in conditions else score.value
     after = [f"Next: add {writers}, run it, then 'dynident check LOG'."] if judged.design is not None else []
+    assumed = assumed_notes(problem.robot, *rests_on(problem))
     first: list[Block] = [
         banner,
         limits,
         _taught_table(problem, learnt),
         Notes([noise_line(problem), f"Criterion {criterion_text(kind, reached)}.", *after]),
-        Notes(
-            lines(replayed, *brakes_note, *assumed_notes(problem.robot, *rests_on(problem)), floored), optional=True
-        ),
+        Notes(lines(replayed, *brakes_note, *assumed, floored), optional=True),
         *([_how_to_run(score.duration, writers, "payload")] if after else []),
     ]
     recorded = f"{length:g} s of data, the motion repeated" if length else "recorded once"
@@ -105,16 +104,16 @@ def design_report(judged: JudgedMotion) -> Report:
         percent = {labels.get(name, name): 100.0 * x for name, x in relative.items()}
         absolute = {labels.get(name, name): x for name, x in sigma.items() if name not in relative}
         parts = [pair for pair in (("relative to its value [%]", percent), ("in SI units", absolute)) if pair[1]]
-        figure, axes = named_panels(max(len(values) for _, values in parts), len(parts))
+        figure, axes = named_panels([list(values) for _, values in parts])
         for axis, (unit, values) in zip(axes, parts, strict=True):
             heights = np.array(list(values.values()))
             axis.bar(np.arange(len(heights)), heights, color="0.75", edgecolor="black", linewidth=0.6)
             axis.set_ylim(0.5 * heights.min(), 6.0 * heights.max())
             log_scale(axis)
-            for k in np.argsort(-heights, kind="stable")[:_FEW_NAMED]:  # the least known with their number
-                position: tuple[float, float] = (k, heights[k])
-                axis.annotate(f"{heights[k]:.2g}", position, ha="center", va="bottom", fontsize=7, rotation=90)
-            named(axis, list(values))
+            for k in np.argsort(-heights, kind="stable")[:_FEW_NAMED].tolist():  # the least known, numbered
+                axis.annotate(
+                    f"{heights[k]:.2g}", (k, heights[k]), ha="center", va="bottom", fontsize=7, rotation=90
+                )
             axis.set_ylabel(f"predicted sigma\n{unit}", fontsize=9)
         figure.suptitle(f"{title}: predicted standard deviations")
         return figure
@@ -139,11 +138,8 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
     robot, joints, mass = problem.robot, ", ".join(map(str, shape.joints)), expected.mass
     title, writers, command = robot.title or robot.name, "--samples, --ros2 or --urscript", "weigh"
     if isinstance(shape, StaticShape):
-        kind, writers, command = (
-            f"{shape.count} poses at rest",
-            "--samples, --ros2, --urscript or --val3",
-            "weigh --static",
-        )
+        kind, command = f"{shape.count} poses at rest", "weigh --static"
+        writers = "--samples, --ros2, --urscript or --val3"
         ratio = result.spread.mass / mass
         advice = f" Above {100 * _STATIC_MOST:g} % a motion is better: omit --static." * (ratio > _STATIC_MOST)
         scatter = joined(problem.noise[np.isfinite(problem.noise)], ".2g")
@@ -160,26 +156,21 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
         periods = "one period" if plan.repeats == 1 else f"{plan.repeats} periods"
         two = f", at {len(plan.poses)} poses, {plan.transfer:.1f} s apart" * bool(plan.transfer)
         slower = joined((rung.duration for rung in result.ladder if rung.speed < 1.0), ".0f")
-        before = f"the rehearsal, one period at a tenth of the speed, takes {plan.slowed(0.1).duration:.0f} s"
-        if result.ladder:
-            before = (
-                f"the slower runs before it take {slower} s" if slower else "the first run may be at full speed"
-            )
+        before = f"the slower runs before it take {slower} s" if slower else "the first run may be at full speed"
+        if not result.ladder:
+            before = f"the rehearsal, one period at a tenth of the speed, takes {plan.slowed(0.1).duration:.0f} s"
         course = f"{plan.duration:.1f} s: {periods} of {plan.period:.2f} s{two}; {before}."
-    (banner, limits), (brakes_note, brakes) = (
-        _limits(f"{kind} of joints {joints} of {title}", score),
-        _brakes(problem, score),
-    )
+    banner, limits = _limits(f"{kind} of joints {joints} of {title}", score)
+    brakes_note, brakes = _brakes(problem, score)
     unchecked = (
         "Torque limits are NOT checked: the description lacks torque limits or parameters (--robot-parameters or "
         "--arm-mass). A slow run does not reveal them either."
     )
     remarks = [f"Duration {course}", "" if problem.torque_limited else unchecked, *brakes_note]
     notes = lines(*hints, *remarks, *assumed_notes(robot, *rests_on(problem)))
-    rungs = [
-        (f"run {k}", f"{100.0 * rung.speed:.0f}", f"{rung.mass:.2f}", f"{rung.bound:.2f}")
-        for k, rung in enumerate(result.ladder, 1)
-    ]
+    rungs = []
+    for k, rung in enumerate(result.ladder, 1):
+        rungs.append((f"run {k}", f"{100.0 * rung.speed:.0f}", f"{rung.mass:.2f}", f"{rung.bound:.2f}"))
     ladder = "Ladder: go on only if the last run showed no more than the next one allows"
     headings = ("step", "speed %", "safe up to kg", "then known to be below kg")
     payload = f"{mass:g} kg at ({joined(1e3 * expected.com, 'g')}) mm"
@@ -213,10 +204,8 @@ def _limits(title: str, score: Score) -> tuple[Text, Table]:
         if str(limit) in score.violations:
             kept, missed[limit.name] = f"violated by {limit.violation:.4g}", None
         rows.append((limit.name, f"{limit.value:.4g}", f"{limit.limit:.4g}", limit.worst, kept))
-    scene, unseen = (
-        score.problem.scene or Scene(),
-        [kind for kind in _KINDS if not any(row[0].startswith(kind) for row in rows)],
-    )
+    scene = score.problem.scene or Scene()
+    unseen = [kind for kind in _KINDS if not any(row[0].startswith(kind) for row in rows)]
     level, keeps = ("mass_and_com_only", "within all checked limits") if unseen else ("use", "within all limits")
     if not score.feasible:
         level, keeps = "do_not_use", f"NOT within its limits of {', '.join(missed)}"

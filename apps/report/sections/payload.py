@@ -1,6 +1,6 @@
 """A payload, by a long motion or a short one: first what to use and what to type in; then what it rests on."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -81,29 +81,27 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
         OnPage(lambda: controller_blocks(result)),
         *([flange_figure(best, result.inertia.use == "use", is_flange(result.frame))] if best else []),
     ]
+    rows, com, inertia = [], result.com, result.inertia
+    parts = [
+        ("mass", "kg", result.mass, 1.0, ()),
+        *((f"centre of mass {'xyz'[k]}", "mm", com, 1e3, k) for k in range(3)),
+    ]
+    parts += [(f"inertia {name}", "kg m²", inertia, 1.0, at) for name, at in zip(_MOMENTS, SIX, strict=True)]
+    for name, unit, of, scale, at in parts:
+        shown = with_interval(float(scale * of.value[at]), *(scale * of.interval95[at]).tolist())
+        rows.append((name, unit, *shown, _COVERS.get((name[:7], of.use), _USES.get(of.use, of.use))))
+    headings, spare = ("", "unit", "value", "95 % interval", "use it?"), [row[0] for row in rows[7:]]
+    ends = ("mass", "centre of mass z")
+    quantities = Table(f"Payload in {result.frame}", headings, rows, ends, merged=True, spare=spare)
     first: list[Block] = [
         Text(f"Verdict: {evidence.VERDICTS[level]} (method {method}, {METHOD_NAMES[method]}).", level=level),
-        Pair(controller, [quantities_table(result)]),
+        Pair(controller, [quantities]),
         *evidence.reason_blocks(result.verdict),
         Notes([*answer_notes(result), *notes], optional=True),
         *([worst] if worst else []),
     ]
     more = "every method, all parameters, joints, residuals"
     return Report(f"Payload on the {result.title}", first, sections, more, subtitle, data_notes(result))
-
-
-def quantities_table(result: PayloadResult) -> Table:
-    """Value, 95 % interval and use of mass, centre of mass and inertia there."""
-    mass, com, inertia, rows = result.mass, result.com, result.inertia, []
-    parts = [("mass", "kg", mass, 1.0, ()), *((f"centre of mass {'xyz'[k]}", "mm", com, 1e3, k) for k in range(3))]
-    parts += [(f"inertia {name}", "kg m²", inertia, 1.0, at) for name, at in zip(_MOMENTS, SIX, strict=True)]
-    for name, unit, of, scale, at in parts:
-        shown = with_interval(float(scale * of.value[at]), *(scale * of.interval95[at]).tolist())
-        rows.append((name, unit, *shown, _COVERS.get((name[:7], of.use), _USES.get(of.use, of.use))))
-    headings, spare = ("", "unit", "value", "95 % interval", "use it?"), [row[0] for row in rows[7:]]
-    return Table(
-        f"Payload in {result.frame}", headings, rows, ("mass", "centre of mass z"), merged=True, spare=spare
-    )
 
 
 def repeats_section(repeats: Repeats, mass: float, interval: tuple[float, float]) -> Section:
@@ -148,7 +146,7 @@ def answer_notes(result: PayloadResult) -> list[str]:
         f"Largest disagreement: {worst}." if worst else "No joint can be compared with the others.",
         f"Mass by method: {each} kg." if len(masses) > 1 else "",
         f"Method {chosen.method} is recommended: {chosen.reason}." if chosen is not None and chosen.reason else "",
-        *evidence.verdict_notes(result.verdict),
+        *(f"Note: {text}." for text in result.verdict.notes),
         *(scale or ["If you can weigh the payload, --mass KG+-KG checks the torques and sharpens the result."]),
     )
     for way in result.agreement or ():
@@ -240,21 +238,19 @@ def methods_section(result: PayloadResult) -> Section:
     """Every method's payload, with constraints and without, whether it can exist, and where sigma comes from."""
     free, possible, best = {estimate.method: estimate for estimate in result.free}, result.possible, result.best
 
-    def values(estimates: Iterable[FreeEstimate | PossibleEstimate]) -> Array:
-        return np.array([[each.ten[9], *1e3 * array(each.com, 3)] for each in estimates])
-
     def draw() -> Figure:
-        filled, opened = values(possible), values(free[each.method] for each in possible)
+        pairs = (possible, [free[each.method] for each in possible])
+        filled, opened = (np.array([[e.ten[9], *1e3 * array(e.com, 3)] for e in own]) for own in pairs)
         coms = (1e3 * array(each.com_interval95, 3, 2) for each in possible)
         ends = np.array([[bounds(each.interval95)[9], *com] for each, com in zip(possible, coms, strict=True)])
+        agreed = np.full((4, 3), np.nan)
+        if best is not None:
+            agreed = np.concatenate([filled[..., None], ends], axis=2)[possible.index(best)]
         figure, (axes,) = panels((9.0, 0.42 * len(filled) + 1.35), 1, 4, sharey=True)
         names = [f"method {each.method}" for each in possible]
         titles = ("mass [kg]", *(f"centre of mass {axis} [mm]" for axis in "xyz"))
         for k, (axis, title) in enumerate(zip(axes, titles, strict=True)):
-            agreed = [np.nan] * 3
-            if best is not None:
-                agreed = [filled[possible.index(best), k], *ends[possible.index(best), k]]
-            interval_rows(axis, names, filled[:, k], ends[:, k], agreed)
+            interval_rows(axis, names, filled[:, k], ends[:, k], agreed[k])
             look: dict[str, Any] = {"color": "black", "fillstyle": "none", "markersize": 5, "linestyle": "none"}
             axis.plot(opened[:, k], np.arange(len(opened)) + _FREE, "D", label="least squares alone", **look)
             axis.set_title(title, fontsize=10)
@@ -263,9 +259,8 @@ def methods_section(result: PayloadResult) -> Section:
         legend(figure, [axes[0]])
         return figure
 
-    blocks: list[Block] = [
-        Notes([f"Method {number}, {METHOD_NAMES[number]}: {_METHODS[number]}." for number in sorted(free)])
-    ]
+    told = [f"Method {number}, {METHOD_NAMES[number]}: {_METHODS[number]}." for number in sorted(free)]
+    blocks: list[Block] = [Notes(told)]
     if possible:
         masses = ", ".join(f"method {each.method} {each.ten[9]:.4g} kg" for each in possible)
         caption = (
@@ -444,8 +439,6 @@ def data_notes(result: PayloadResult) -> list[str]:
         ends = dict.fromkeys(f"{round(lag, 4) + 0.0:.4f}" for lag in (min(data.lags_s), max(data.lags_s)))
         pairs = f"{len(data.lags_s)} pair{'s' * (len(data.lags_s) > 1)}"
         largest, rms = (1e3 * array(x) for x in (data.max_position_mismatch_rad, data.rms_position_mismatch_rad))
-        lines.append(
-            f"{pairs} aligned by {' to '.join(ends)} s; positions then differ by at most {largest:.2f} mrad (rms "
-            f"{rms:.3f})."
-        )
+        apart = f"positions then differ by at most {largest:.2f} mrad (rms {rms:.3f})."
+        lines.append(f"{pairs} aligned by {' to '.join(ends)} s; {apart}")
     return lines

@@ -1,7 +1,4 @@
-"""Recordings: a look at one, at its joint columns beside the kinematics, at two around a payload's entry.
-
-And many of them: of one robot side by side, and a fleet's, night by night.
-"""
+"""Recordings: a look at one, at two around a payload's entry, at several side by side, and at a fleet's."""
 
 import math
 import re
@@ -76,10 +73,8 @@ def log_report(check: LogReport) -> Report:
         even = max(time.steps[1] - 1.0 / time.rate, 1.0 / time.rate - time.steps[0]) < _UNEVEN / time.rate
         spacing = "even" if even else f"steps {1e3 * time.steps[0]:.3g} to {1e3 * time.steps[1]:.3g} ms"
         moving = f"moves from {time.moving[0]:.4g} to {time.moving[1]:.4g} s" if time.moving else "never moves"
-        reading.append(
-            f"{time.samples} samples, {time.duration:.4g} s at {time.rate:.5g} Hz ({spacing}, jitter "
-            f"{100 * time.jitter:.1f} %); {moving}"
-        )
+        rate = f"{time.rate:.5g} Hz ({spacing}, jitter {100 * time.jitter:.1f} %)"
+        reading.append(f"{time.samples} samples, {time.duration:.4g} s at {rate}; {moving}")
     if check.relative_residual is not None:
         reading.append(
             f"The robot's model leaves {100 * check.relative_residual:.2f} % of the torque unexplained; condition "
@@ -253,12 +248,10 @@ def following_report(change: FollowingChange, robot: Robot) -> Report:
         return figure
 
     caption = f"Root mean square of the {change.kind} before and after the number was entered, with 95 % intervals."
-    return Report(
-        f"Before and after a payload was entered: {robot.title or robot.name}",
-        [Text(text, level=level), Notes(others), table],
-        [Section("joints", "Joint by joint", [Drawing("following", caption, draw), Notes(compared)])],
-        "how both recordings were compared",
-    )
+    sections = [Section("joints", "Joint by joint", [Drawing("following", caption, draw), Notes(compared)])]
+    first: list[Block] = [Text(text, level=level), Notes(others), table]
+    name, more = robot.title or robot.name, "how both recordings were compared"
+    return Report(f"Before and after a payload was entered: {name}", first, sections, more)
 
 
 def reduced_report(reduced: ReducedDocument) -> Report:

@@ -127,7 +127,7 @@ def robot_report(result: RobotResult, document: str | None = None) -> Report:
         possible,
         evidence.MEND if verdict.reasons else f"Next: {ask}{after}.",
     )
-    notes = evidence.verdict_notes(verdict)
+    notes = [f"Note: {text}." for text in verdict.notes]
     notes += evidence.model_notes(result.friction or (), result.processing, result.gains)
     # What of each joint's torque is not explained, and its friction as far as it was identified.
     residuals = {"unexplained": estimate.fit.relative_per_joint}
@@ -203,17 +203,16 @@ def robot_section(result: RobotResult) -> Section:
         rows = []
         for each in nearest.parameters:
             prior = "" if isinstance(each.prior, UnsetType) else f"{each.prior + 0.0:.4g}"
-            rows.append((each.name, f"{each.value:.4g}", prior, f"{100.0 * array(each.share):.0f} %",
-                         each.decided_by or ""))  # fmt: skip
+            ratio = f"{100.0 * array(each.share):.0f} %"
+            rows.append((each.name, f"{each.value:.4g}", prior, ratio, each.decided_by or ""))
         ends = [each.name for each in nearest.parameters if parameter_kind(each.name) == INERTIAL[-1]]
         title = f"Standard parameters of {result.title}, SI units"
         tables.append(Table(title, ("", "value", "prior", "data", "decided by"), rows, ends))
     if terms := result.friction:
-        rows = [
-            (term.name, f"{100 * float(array(term.fall)):.1f}", f"{100 * float(array(term.error)):.1f}",
-             "kept" if term.kept else term.why_not or "")
-            for term in terms
-        ]  # fmt: skip
+        rows = []
+        for term in terms:
+            falls, error = (f"{100 * array(x):.1f}" for x in (term.fall, term.error))
+            rows.append((term.name, falls, error, "kept" if term.kept else term.why_not or ""))
         headings = ("", "error falls by, %", "its standard error, %", "")
         tables.append(Table("Terms of friction, on blocks of time that were held out", headings, rows))
     notes = list[str]()
@@ -261,12 +260,12 @@ def gains_report(gains: GainsResult, document: str | None = None) -> Report:
         Table(f"Drive gains of {gains.robot}", ("motor", "N·m/A", "sigma", "%", "residual %", "rests on"), rows),
         Notes([after if level != "do_not_use" else evidence.MEND]),
         *evidence.reason_blocks(gains.judged),
-        Notes(evidence.verdict_notes(gains.judged), optional=True),
+        Notes([f"Note: {text}." for text in gains.judged.notes], optional=True),
         worst,
     ]
     sections = []
     for name, known, by_joints in zip(made.mountings, made.loads, made.by_joints, strict=True) if made else ():
-        section = evidence.joints_section(by_joints.masses, known.mass, (known.mass, known.mass), name)
+        section = evidence.joints_section(by_joints.masses, known.mass, (known.mass, known.mass), f"_{name}")
         title = f"The known weight as each joint sees it{f', mounting {name}' if mounted else ''}"
         sections.append(section._replace(title=title))
     notes = list[str]()
@@ -306,25 +305,19 @@ def rollout_report(rollouts: Sequence[Rollout], robot: str) -> Report:
     blocks = [Text(_WORDS), *more, *(block for _, parts in others for block in parts)]
     first = [table, notes, Notes([line for line, _ in others], optional=True)]
     section, details = Section("rollout", "Predicted motion", blocks), "every recording, starts at rest"
-    return Report(
-        f"Predicted motion of the {robot}", first, [section], details, "Of recordings that were not fitted"
-    )
+    title, subtitle = f"Predicted motion of the {robot}", "Of recordings that were not fitted"
+    return Report(title, first, [section], details, subtitle)
 
 
 def _rolled(rollout: Rollout, number: int) -> tuple[str, list[Block]]:
-    """Error after the longest horizon and the replay, in one line; and in whole.
-
-    Errors by horizon, of starts in motion and at rest; a figure; the replay, and whether open loop can judge.
-    """
+    """Error after the longest horizon and the replay in one line; errors by horizon, a figure and the replay."""
     errors, moving, resting = rollout.working, rollout.starts_in_motion, rollout.starts_at_rest
     unit, size = ("deg", math.pi / 180.0) if errors.turning else ("rad or m", 1.0)
     last, name, replayed = rollout.horizons[-1], PurePath(rollout.source).name, 100.0 * rollout.replay_relative
     longest = last.in_motion or last.at_rest or {}
     ours, constant = (f"{longest[by][0] / size:.2g}" for by in (IDENTIFIED, CONSTANT))
-    line = (
-        f"Motion of {name}: {ours} {unit} off after {last.seconds:g} s (constant speed {constant}); replayed, "
-        f"torques {replayed:.2g} % off."
-    )
+    replay = f"replayed, torques {replayed:.2g} % off."
+    line = f"Motion of {name}: {ours} {unit} off after {last.seconds:g} s (constant speed {constant}); {replay}"
 
     def draw() -> Figure:
         figure, ((axis,),) = panels((5.8, 3.2))
