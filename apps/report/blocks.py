@@ -55,11 +55,12 @@ class Table:
 
 
 class Text(NamedTuple):
-    """A paragraph; a heading within a section, which pages alone have; or a verdict, by its ``level``."""
+    """A paragraph, or a verdict by its ``level``; on pages a heading, or text to be ``copied``, by its id there."""
 
     words: str
     heading: bool = False
     level: str = ""
+    copied: str = ""
 
 
 class Notes(NamedTuple):
@@ -74,13 +75,6 @@ class Pair(NamedTuple):
 
     left: Sequence[Block]
     right: Sequence[Block]
-
-
-class Code(NamedTuple):
-    """Text of a page that is to be copied; ``name``: its identifier there."""
-
-    name: str
-    text: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +106,7 @@ class Drawing:
         return self.draw()
 
 
-Block = Table | Text | Notes | Pair | Code | OnPage | Drawing
+Block = Table | Text | Notes | Pair | OnPage | Drawing
 
 
 class Section(NamedTuple):

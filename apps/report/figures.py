@@ -37,8 +37,6 @@ _CURVES = ((BLUE, "--", 1.3), (ORANGE, ":", 1.3), ("black", "-.", 1.0))
 _PLATE = 31.5  # mm: half of the plate of ISO 9409-1-50, to compare sizes with
 _VIEWS = {"from the side": (0, 2), "from the front": (1, 2), "from above": (0, 1)}
 """Axes to the right and upwards."""
-_Draw: TypeAlias = Callable[[Axes, int], None]
-"""Draws a joint, counted from 0, into its panel."""
 
 
 def matplotlib() -> Any:
@@ -110,8 +108,8 @@ def interval_rows(
     plain(axis)
 
 
-def by_joint(n: int, columns: Mapping[str, _Draw], title: str = "", **options: Any) -> Figure:
-    """A row a joint, a column a quantity."""
+def by_joint(n: int, columns: Mapping[str, Callable[[Axes, int], None]], title: str = "", **options: Any) -> Figure:
+    """A row a joint, a column a quantity, which draws a joint, counted from 0, into its panel."""
     figure, axes = panels((10.2, min(1.25 * n + 1.0, _TALLEST)), n, len(columns), sharex="col", **options)
     for column, (heading, draw) in zip(axes.T, columns.items(), strict=True):
         for j, axis in enumerate(column):
@@ -203,7 +201,7 @@ def prediction_figures(prediction: TorquePrediction, name: str) -> tuple[Drawing
         f"Every joint on {words_of(prediction)}: torque, residual, and the residual's autocorrelation; the dashed "
         "lines hold 95 % of it if the noise were white."
     )
-    columns: dict[str, _Draw] = {"torque [N·m]": torques, "residual [N·m]": noted, LAG: autocorrelation}
+    columns = {"torque [N·m]": torques, "residual [N·m]": noted, LAG: autocorrelation}
     every = partial(by_joint, n, columns, width_ratios=(5, 3, 2))
     text = f"{of_all} Relative residuals of the joints in percent: {', '.join(percents)}."
     return Drawing("worst_joint", of_one, draw), Drawing(name, of_all, every, text)
