@@ -111,9 +111,7 @@ def design_report(judged: JudgedMotion) -> Report:
             axis.set_ylim(0.5 * heights.min(), 6.0 * heights.max())
             log_scale(axis)
             for k in np.argsort(-heights, kind="stable")[:_FEW_NAMED].tolist():  # the least known, numbered
-                axis.annotate(
-                    f"{heights[k]:.2g}", (k, heights[k]), ha="center", va="bottom", fontsize=7, rotation=90
-                )
+                axis.annotate(f"{heights[k]:.2g}", (k, heights[k]), ha="center", va="bottom", size=7, rotation=90)
             axis.set_ylabel(f"predicted sigma\n{unit}", fontsize=9)
         figure.suptitle(f"{title}: predicted standard deviations")
         return figure

@@ -82,12 +82,9 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
         *([flange_figure(best, result.inertia.use == "use", is_flange(result.frame))] if best else []),
     ]
     rows, com, inertia = [], result.com, result.inertia
-    parts = [
-        ("mass", "kg", result.mass, 1.0, ()),
-        *((f"centre of mass {'xyz'[k]}", "mm", com, 1e3, k) for k in range(3)),
-    ]
-    parts += [(f"inertia {name}", "kg m²", inertia, 1.0, at) for name, at in zip(_MOMENTS, SIX, strict=True)]
-    for name, unit, of, scale, at in parts:
+    centres = ((f"centre of mass {'xyz'[k]}", "mm", com, 1e3, k) for k in range(3))
+    moments = ((f"inertia {name}", "kg m²", inertia, 1.0, at) for name, at in zip(_MOMENTS, SIX, strict=True))
+    for name, unit, of, scale, at in (("mass", "kg", result.mass, 1.0, ()), *centres, *moments):
         shown = with_interval(float(scale * of.value[at]), *(scale * of.interval95[at]).tolist())
         rows.append((name, unit, *shown, _COVERS.get((name[:7], of.use), _USES.get(of.use, of.use))))
     headings, spare = ("", "unit", "value", "95 % interval", "use it?"), [row[0] for row in rows[7:]]
