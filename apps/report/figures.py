@@ -179,8 +179,7 @@ def prediction_figures(prediction: TorquePrediction, name: str) -> tuple[Drawing
         axis.plot(*prediction.autocorrelation(j), color="black", linewidth=1.0)
         axis.axhline(0.0, color="0.4", linewidth=0.6)
         for level in (-NORMAL95, NORMAL95):
-            band = level / np.sqrt(max(len(prediction.t[j]), 1))
-            axis.axhline(band, color="0.4", linestyle="--", linewidth=0.8)
+            axis.axhline(level / np.sqrt(max(len(prediction.t[j]), 1)), color="0.4", linestyle="--", linewidth=0.8)
 
     def draw() -> Figure:
         figure, ((above,), (below,)) = panels((5.8, 3.2), 2, sharex=True, height_ratios=(2, 1))

@@ -165,12 +165,11 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
         "--arm-mass). A slow run does not reveal them either."
     )
     remarks = [f"Duration {course}", "" if problem.torque_limited else unchecked, *brakes_note]
-    notes = lines(*hints, *remarks, *assumed_notes(robot, *rests_on(problem)))
     rungs = []
     for k, rung in enumerate(result.ladder, 1):
         rungs.append((f"run {k}", f"{100.0 * rung.speed:.0f}", f"{rung.mass:.2f}", f"{rung.bound:.2f}"))
-    ladder = "Ladder: go on only if the last run showed no more than the next one allows"
     headings = ("step", "speed %", "safe up to kg", "then known to be below kg")
+    ladder = "Ladder: go on only if the last run showed no more than the next one allows"
     payload = f"{mass:g} kg at ({joined(1e3 * expected.com, 'g')}) mm"
     after = f"Next: add {writers}, run the motion without and with the payload, then 'dynident {command}'."
     first: list[Block] = [
@@ -178,7 +177,7 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
         _spread_table(f"Predicted accuracy for {payload}", result.spread),
         *([Table(ladder, headings, rungs)] if rungs else []),
         Notes([*noted, after]),
-        Notes(notes, optional=True),
+        Notes(lines(*hints, *remarks, *assumed_notes(robot, *rests_on(problem))), optional=True),
         OnPage(lambda: [limits]),
         _how_to_run(plan.duration, writers, command),
     ]

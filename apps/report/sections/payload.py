@@ -225,10 +225,9 @@ def controller_blocks(result: PayloadResult) -> list[Block]:
             return [Text(f"This controller would refuse it: {error}.")]
 
     every = {form: OnPage(partial(written, form), FORMATS[form].title, form == maker) for form in _SHOWN}
-    own = [every.pop(maker)] if maker else []
     more = Text(f"'dynident export --to' also writes {', '.join(form for form in FORMATS if form not in _SHOWN)}.")
     title = "Other controllers and files" if maker else "Controllers and files"
-    return [*own, OnPage(lambda: [*every.values(), more], title)]
+    return [*([every.pop(maker)] if maker else []), OnPage(lambda: [*every.values(), more], title)]
 
 
 def methods_section(result: PayloadResult) -> Section:
