@@ -1,6 +1,7 @@
 """Numbers as they are written: with as many digits as their uncertainty allows or all, entries, axes and turns."""
 
 import math
+from collections.abc import Iterable
 from itertools import permutations, product
 
 import numpy as np
@@ -33,6 +34,11 @@ def with_interval(value: float, low: float, high: float) -> tuple[str, str]:
     return rounded(value, digits), f"{rounded(low, digits)} to {rounded(high, digits)}"
 
 
+def joined(values: Iterable[float], form: str, separator: str = ", ") -> str:
+    """Numbers in a format, one after the other."""
+    return separator.join(format(value, form) for value in values)
+
+
 def percent(share: float) -> str:
     """A share in percent, three digits; a dash where there is none."""
     return f"{100.0 * share:.3g} %" if np.isfinite(share) else "-"
@@ -40,9 +46,8 @@ def percent(share: float) -> str:
 
 def placed(pose: Pose) -> str:
     """Origin and roll, pitch, yaw of a frame as they are typed: metres and degrees."""
-    turns = (math.degrees(angle) for angle in pose.rpy)
-    position, turn = (", ".join(f"{x + 0.0:g}" for x in part) for part in (pose.origin, turns))
-    return f"({position}) m, ({turn}) deg"
+    turn = joined((math.degrees(angle) + 0.0 for angle in pose.rpy), "g")
+    return f"({joined((x + 0.0 for x in pose.origin), 'g')}) m, ({turn}) deg"
 
 
 def exact(values: ArrayLike, separator: str = " ") -> str:
@@ -74,7 +79,7 @@ def principal_axes(inertia: Array) -> tuple[Array, Array]:
         return np.diag(inertia).copy(), np.eye(3)
     moments, axes = np.linalg.eigh(inertia)
     turned = product(map(list, permutations(range(3))), product((1.0, -1.0), repeat=3))
-    choices = [(order, np.array(signs) * axes[:, order]) for order, signs in turned]
+    choices = ((order, np.array(signs) * axes[:, order]) for order, signs in turned)
     right_handed = [(order, R) for order, R in choices if np.linalg.det(R) > 0.0]
     order, R = max(right_handed, key=lambda choice: float(np.trace(choice[1])))
     return moments[order], R

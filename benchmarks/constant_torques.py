@@ -4,7 +4,7 @@ Run: DYNIDENT_DATA=.. python benchmarks/constant_torques.py. Windows of unloaded
 parameters of the robot; constant torque and Coulomb friction are each window's own. Printed is the scatter beyond
 the noise of the windows' estimates (Paule and Mandel, with a 90 % interval), as a share of the Coulomb friction and
 of the torque. Recordings with payload, by which weighing is judged, take no part;
-``estimation.payload.nuisance`` uses the result.
+``estimation.payload.short_motion`` uses the result.
 """
 
 from collections.abc import Callable, Sequence

@@ -16,7 +16,7 @@ from dynident import (
     load_robot,
     random_via_points,
 )
-from dynident.apps.report.figures.canvas import save_figure
+from dynident.apps.report.figures import save_figure
 from dynident.common.files import write_text
 from dynident.trajectories import Goal, ViaPointShape, build_design, solve_design
 

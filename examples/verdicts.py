@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 from dynident import InertialParameters, Simulator, identify_payload, load_robot
-from dynident.apps.report.figures.canvas import save_figure
+from dynident.apps.report.figures import save_figure
 from dynident.common.files import write_text
 from dynident.estimation import GainsResult, PayloadResult, answer_gains
 from dynident.estimation.gains.problem import gain_problem, known_mass

@@ -58,8 +58,8 @@ WITHOUT_IMPORTS: dict[str, tuple[str, set[str]]] = {
     "from dynident.estimation import Identification, PayloadAnswer, answer_payload": (
         "numpy", {"cvxpy", "matplotlib", "scipy.signal", "scipy.interpolate", "rich", "dynident.apps.report"}
     ),
-    "import dynident.apps.report.sections.payload, dynident.apps.report.page": (
-        "dynident.apps.report.figures.payload", {"matplotlib", "jinja2"}
+    "import dynident.apps.report.sections.payload, dynident.apps.report.render": (
+        "dynident.apps.report.figures", {"matplotlib", "jinja2"}
     ),
 }  # fmt: skip
 """Code, a module that it loads, and those that it can wait for."""

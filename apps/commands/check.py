@@ -21,8 +21,15 @@ from ..fleet.store import Recipe, Store, catalog, found_logs
 from ..logs.following import following_change, read_following
 from ..logs.log_check import check_log, longest, robot_fits
 from ..report.documents import Look, check_document
-from ..report.sections.check import check_report, fits_report, following_report, log_report
-from ..report.sections.fleet import compared_report, fleet_report, reduced_report
+from ..report.sections.recordings import (
+    check_report,
+    compared_report,
+    fits_report,
+    fleet_report,
+    following_report,
+    log_report,
+    reduced_report,
+)
 from .entry import note, status
 from .options import GainOptions, LogOptions, PageOptions, ProcessingOptions, RobotOptions
 from .values import LOG, SEVERAL, Count, DataFiles, NewFolder, Reads, RobotFile

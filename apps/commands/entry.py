@@ -95,7 +95,7 @@ class Options:
     def tell(self, *lines: str) -> None:
         """Print lines no wider than the terminal, unless the run is quiet."""
         from ..report.blocks import Notes
-        from ..report.terminal import print_blocks
+        from ..report.render import print_blocks
 
         if not self.quiet:
             print_blocks([Notes(lines)])

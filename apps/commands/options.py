@@ -23,8 +23,7 @@ from .. import logs, results, view
 from ..logs.map import COMMAND_LINE
 from ..numbers import placed
 from ..report.blocks import Report
-from ..report.page import page_html, write_plots
-from ..report.terminal import print_report
+from ..report.render import page_html, print_report, write_plots
 from ..view.moving import View
 from . import values
 from .entry import CALL, FILES, KNOWN, LOGS, SETTING, Options, about, note, status

@@ -19,10 +19,10 @@ from ..export import simulators
 from ..export.own_model import into
 from ..export.robot import robot_notes, stored_whole_robot
 from ..report.documents import robot_check_document
-from ..report.figures.payload import save_drawing
-from ..report.sections.check import readings_agree, readings_report
+from ..report.figures import save_drawing
+from ..report.render import print_blocks
+from ..report.sections.recordings import readings_agree, readings_report
 from ..report.sections.robot import base_description, robot_description
-from ..report.terminal import print_blocks
 from . import values
 from .entry import SETTING, Options, about, note, status, withheld
 from .motions import in_si

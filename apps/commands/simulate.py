@@ -24,7 +24,7 @@ from ...common.schema import write_json
 from .. import logs, view
 from ..recordings import SIMULATED, write_recording, write_truth
 from ..report.blocks import Notes
-from ..report.figures.canvas import save_figure
+from ..report.figures import save_figure
 from ..report.sections.payload import payload_report
 from ..report.sections.robot import assumed_notes, robot_section
 from . import values

@@ -1,12 +1,11 @@
-"""Parts of a report as values: ``terminal`` prints them, ``page`` renders them by templates."""
+"""Parts of a report as values: ``render`` prints them, and makes pages of them by templates."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import chain
 from math import isfinite
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
@@ -39,15 +38,12 @@ class Table:
     @cached_property
     def looks(self) -> list[Literal["number", "words", "name"]]:
         """The look of each column: of numbers, of words that fold, of short texts."""
-        cells = [[row[k] for row in self.rows if row[k]] for k in range(len(self.headings))]
-        return [
-            "number"
-            if k and texts and all(map(_NUMBER.match, texts))
-            else "words"
-            if any(len(text) > _WORDS for text in texts)
-            else "name"
-            for k, texts in enumerate(cells)
-        ]
+        looks = list[Literal["number", "words", "name"]]()
+        for k in range(len(self.headings)):
+            texts = [row[k] for row in self.rows if row[k]]
+            number, long = k and texts and all(map(_NUMBER.match, texts)), any(len(text) > _WORDS for text in texts)
+            looks.append("number" if number else "words" if long else "name")
+        return looks
 
     def sections(self, spare: Collection[str] = ()) -> list[list[tuple[str, ...]]]:
         """The rows without ``spare`` ones, parted where sections end."""
@@ -59,11 +55,12 @@ class Table:
 
 
 class Text(NamedTuple):
-    """A paragraph; a heading within a section, which pages alone have; or a verdict, by its ``level``."""
+    """A paragraph, or a verdict by its ``level``; on pages a heading, or text to be ``copied``, by its id there."""
 
     words: str
     heading: bool = False
     level: str = ""
+    copied: str = ""
 
 
 class Notes(NamedTuple):
@@ -78,13 +75,6 @@ class Pair(NamedTuple):
 
     left: Sequence[Block]
     right: Sequence[Block]
-
-
-class Code(NamedTuple):
-    """Text of a page that is to be copied; ``name``: its identifier there."""
-
-    name: str
-    text: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +106,7 @@ class Drawing:
         return self.draw()
 
 
-Block = Table | Text | Notes | Pair | Code | OnPage | Drawing
+Block = Table | Text | Notes | Pair | OnPage | Drawing
 
 
 class Section(NamedTuple):
@@ -140,17 +130,15 @@ class Report:
 
     def drawings(self) -> Iterator[Drawing]:
         """Every figure, in order."""
-        blocks = chain(self.first, *(section.blocks for section in self.sections))
-        return (block for block in _within(blocks) if isinstance(block, Drawing))
-
-
-def _within(blocks: Iterable[Block]) -> Iterator[Block]:
-    for block in blocks:
-        yield block
-        if isinstance(block, Pair):
-            yield from _within((*block.left, *block.right))
-        elif isinstance(block, OnPage):
-            yield from _within(block.blocks)
+        left = [*self.first, *(block for section in self.sections for block in section.blocks)]
+        while left:
+            block = left.pop(0)
+            if isinstance(block, Drawing):
+                yield block
+            elif isinstance(block, Pair):
+                left[:0] = [*block.left, *block.right]
+            elif isinstance(block, OnPage):
+                left[:0] = block.blocks
 
 
 def lines(*texts: str) -> list[str]:

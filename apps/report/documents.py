@@ -120,9 +120,8 @@ def robot_check_document(robot: Robot, poses: Sequence[PoseCheck], readings: Rea
             return None
         best = []
         for reading, residual in islice(readings.residuals.items(), 20):
-            order, zeros = (column + 1 for column in reading.order), (90 * quarter for quarter in reading.quarters)
-            columns = tuple(order), reading.sign, tuple(zeros), reading.torque, reading.along
-            best.append(ReadingDocument(residual, *columns))
+            order, zeros = tuple(k + 1 for k in reading.order), tuple(90 * quarter for quarter in reading.quarters)
+            best.append(ReadingDocument(residual, order, reading.sign, zeros, reading.torque, reading.along))
         suggested = readings.suggested.described() if readings.suggested else None
         return ReadingsDocument(readings.unit, readings.as_recorded, suggested, tuple(best))
 
@@ -194,6 +193,15 @@ class _MotionAnswer(Document, frozen=True, kw_only=True):
     noise: Vector = field(name="torque_noise")
     rate: Number = field(name="independent_rate_hz")
     noise_from: str = field(name="torque_noise_from")
+
+    @classmethod
+    def made(cls, problem: DesignProblem, score: Score, *sources: Any, **more: Any) -> Self:
+        """Take fields from the sources and from the problem; payloads and assumptions are the problem's."""
+        robot, bounds = problem.robot, None
+        if problem.payloads is not None:
+            bounds = PayloadBoundsDocument.of(problem.payloads, holding=holding_torques(problem, score.samples.q))
+        more |= {"robot": robot.name, "payload_bounds": bounds, "assumed": robot.assumed(*rests_on(problem))}
+        return cls.of(*sources, problem, problem.goal, problem.criterion, **more)
 
 
 class DesignDocument(_MotionAnswer, frozen=True, kw_only=True):
@@ -270,11 +278,6 @@ class NearResult(NamedTuple):
     ladder: tuple[Rung, ...] = ()
 
     @property
-    def robot(self) -> Robot:
-        """The robot."""
-        return self.design.problem.robot
-
-    @property
     def poses(self) -> Array:
         """Poses about which it moves, or in which it rests [rad or m], K x n."""
         plan = self.design.plan
@@ -315,13 +318,11 @@ def design_document(judged: JudgedMotion) -> DesignDocument:
         motion = MotionDocument.of(plan, kind="via points", segments=plan.segment.name, ramp=ramp)
     elif isinstance(plan, Fourier):
         motion = MotionDocument.of(plan, kind="fourier", offset=plan.offset[0], a=plan.a[0], b=plan.b[0])
-    return DesignDocument.of(
-        *(score, learnt, problem, problem.goal, problem.criterion, design),
-        **_of_motion(problem, score),
+    return DesignDocument.made(
+        *(problem, score, score, learnt, design, judged),
         robot_fingerprint=problem.robot.fingerprint,
         predicted_sigma_percent=percent,
         limits=LimitsDocument.of(score, nearest=score.limits),
-        floor=judged.floor,
         evaluated=judged.source,
         val3_replay=ReplayDocument.of(replay, replay.learnt) if replay else None,
         version=__version__,
@@ -330,32 +331,18 @@ def design_document(judged: JudgedMotion) -> DesignDocument:
     )
 
 
-def _of_motion(problem: DesignProblem, score: Score) -> dict[str, Any]:
-    """Robot, payloads and assumptions of a motion."""
-    bounds, robot = None, problem.robot
-    if problem.payloads is not None:
-        bounds = PayloadBoundsDocument.of(problem.payloads, holding=holding_torques(problem, score.samples.q))
-    return {
-        "robot": robot.name,
-        "payload_bounds": bounds,
-        "assumed": robot.assumed(*rests_on(problem)),
-        "noise_from": problem.noise_from,
-    }
-
-
 def near_document(result: NearResult) -> NearDocument:
     """Make the document of ``dynident near --json``."""
-    design, shape, problem = result.design, result.shape, result.design.problem
-    plan, score = design.plan, design.score
+    design, shape, plan = result.design, result.shape, result.design.plan
+    problem, score = design.problem, design.score
     if isinstance(plan, Fourier):
-        learnt = as_recorded(problem, planned(result.robot, design.motion(RECORDED)))
+        learnt = as_recorded(problem, planned(problem.robot, design.motion(RECORDED)))
         kind: dict[str, Any] = {"near": NearMotion.of(shape, plan), "rehearsal_s": plan.slowed(0.1).duration}
     else:
         learnt = score_samples(problem, Samples.at_rest(result.poses)).learnt
         kind = {"static": NearMotion.of(result, shape)}
-    return NearDocument.of(
-        *(learnt, plan, design, problem.criterion, problem, problem.goal),
-        **_of_motion(problem, score),
+    return NearDocument.made(
+        *(problem, score, learnt, plan, design),
         **kind,
         visibility=VisibilityDocument.of(result.visibility),
         predicted_sigma=result.spread,

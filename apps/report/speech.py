@@ -20,42 +20,15 @@ from ..export.controllers import FORMATS
 from ..export.load import load_of
 from ..logs.log_check import LogReport
 from ..numbers import SIX
-from . import page
 from .blocks import Report
 from .documents import JudgedMotion, check_document, design_document
-from .figures.canvas import Figure
-from .sections.check import check_report, log_report
+from .figures import Figure
+from .render import blocks_html, page_html, printed, screen_text
 from .sections.motion import design_report
 from .sections.payload import payload_report
+from .sections.recordings import check_report, log_report
 from .sections.robot import gains_report, robot_report
-from .terminal import printed, screen_text
 
-
-def _rows(result: Any) -> list[dict[str, Any]]:
-    """Rows of a result's data frame, named like the document's keys."""
-    match result:
-        case PayloadResult():
-            parts: list[tuple[str, str, Any, Any]] = [("mass", "kg", result.mass, ())]
-            parts += [(f"com {axis}", "m", result.com, k) for k, axis in enumerate("xyz")]
-            parts += [(f"inertia {'xyz'[i]}{'xyz'[j]}", "kg m^2", result.inertia, (i, j)) for i, j in SIX]
-            numbers = [{key: float(getattr(of, key)[at]) for key in _ENDS} for _, _, of, at in parts]
-            return [
-                {"quantity": name, **own, "unit": unit, "use": of.use}
-                for (name, unit, of, _), own in zip(parts, numbers, strict=True)
-            ]
-        case RobotResult():
-            return list(plain(result)["base_parameters"])
-        case GainsResult():
-            table, keys = plain(result)["drive_gains"], ("values", "sigma", "identified", "rests_on")
-            columns = {key: table[key] for key in keys if table.get(key)}
-            rows = enumerate(zip(*columns.values(), strict=True), 1)
-            return [{"motor": motor, **dict(zip(columns, row, strict=True))} for motor, row in rows]
-        case JudgedMotion():
-            return [{"parameter": name, "sigma": sigma} for name, sigma in result.learnt.sigma.items()]
-    return [{"joint": j, **facts} for j, facts in enumerate(plain(result)["logs"][0]["joints"], 1)]
-
-
-_ENDS = ("value", "low", "high")
 _REPORTS: dict[type, Callable[[Any], Report]] = {
     PayloadResult: payload_report,
     RobotResult: robot_report,
@@ -69,8 +42,13 @@ def _result(answer: object) -> Any:
     return JudgedMotion.of(answer) if isinstance(answer, Design) else getattr(answer, "result", answer)
 
 
-def _report(answer: object) -> Report:
+def _report(answer: object, drawn: bool = False) -> Report:
+    """Make the report; ``drawn``: with its figures, which a result that was read from a file cannot have."""
     result = _result(answer)
+    if drawn and getattr(result, "working", result) is None:
+        raise InputError("a result that was read from a file has no recordings to draw: identify again")
+    if drawn and isinstance(result, LogReport):
+        return check_report([(result, None)])
     return _REPORTS[type(result)](result)
 
 
@@ -85,7 +63,7 @@ def first_block(answer: object) -> str:
     """The first screen as HTML, with the first figure where there are recordings to draw."""
     report, result = _report(answer), _result(answer)
     drawings = [] if getattr(result, "working", result) is None else islice(report.drawings(), 1)
-    return f'<div style="max-width: 60em">{page.blocks_html([*printed(report.first), *drawings])}</div>'
+    return f'<div style="max-width: 60em">{blocks_html([*printed(report.first), *drawings])}</div>'
 
 
 def plain(answer: object) -> dict[str, Any]:
@@ -101,30 +79,38 @@ def plain(answer: object) -> dict[str, Any]:
 
 @one_thread()
 def frame(answer: object) -> Any:
-    """The rows as a data frame."""
+    """The first screen's table as a data frame, its columns named like the document's keys."""
     try:
         import pandas
     except ModuleNotFoundError:
         raise ImportError("to_frame() needs pandas: pip install pandas; to_dict() does without") from None
-    result = _result(answer)
-    rows = _rows(result)
+    rows: list[dict[str, Any]] = []
+    match result := _result(answer):
+        case PayloadResult():
+            parts: list[tuple[str, str, Any, Any]] = [("mass", "kg", result.mass, ())]
+            parts += [(f"com {axis}", "m", result.com, k) for k, axis in enumerate("xyz")]
+            parts += [(f"inertia {'xyz'[i]}{'xyz'[j]}", "kg m^2", result.inertia, (i, j)) for i, j in SIX]
+            for name, unit, of, at in parts:
+                numbers = {key: float(getattr(of, key)[at]) for key in ("value", "low", "high")}
+                rows.append({"quantity": name, **numbers, "unit": unit, "use": of.use})
+        case RobotResult():
+            rows = plain(result)["base_parameters"]
+        case GainsResult():
+            table, keys = plain(result)["drive_gains"], ("values", "sigma", "identified", "rests_on")
+            columns = {key: table[key] for key in keys if table.get(key)}
+            for motor, row in enumerate(zip(*columns.values(), strict=True), 1):
+                rows.append({"motor": motor, **dict(zip(columns, row, strict=True))})
+        case JudgedMotion():
+            rows = [{"parameter": name, "sigma": sigma} for name, sigma in result.learnt.sigma.items()]
+        case LogReport():
+            rows = [{"joint": j, **facts} for j, facts in enumerate(plain(result)["logs"][0]["joints"], 1)]
     return pandas.DataFrame(rows).set_index(next(iter(rows[0]))) if rows else pandas.DataFrame()
-
-
-def _drawn(answer: object) -> Report:
-    """The report with its figures, which a result that was read from a file cannot have."""
-    result = _result(answer)
-    if getattr(result, "working", result) is None:
-        raise InputError("a result that was read from a file has no recordings to draw: identify again")
-    if isinstance(result, LogReport):
-        return check_report([(result, None)])
-    return _report(result)
 
 
 @one_thread()
 def write_report(answer: object, path: str | Path) -> None:
     """Write the page, made by the program that runs from the recordings' files."""
-    report, result = _drawn(answer), _result(answer)
+    report, result = _report(answer, drawn=True), _result(answer)
     working: Any = getattr(result, "working", None)
     source = getattr(working, "source", None) or getattr(getattr(working, "problem", None), "source", None)
     recordings: list[Recording] = [working[1]] if isinstance(result, LogReport) else []
@@ -132,13 +118,13 @@ def write_report(answer: object, path: str | Path) -> None:
         recordings += getattr(of, kind, ())
     paths = dict.fromkeys(recording.source for recording in recordings)
     files = [("recording", name, checksum(name)) for name in paths if Path(name).is_file()]
-    write_text(path, page.page_html(report, f"python {sys.argv[0] or '(interactive)'}", files))
+    write_text(path, page_html(report, f"python {sys.argv[0] or '(interactive)'}", files))
 
 
 @one_thread()
 def figure(answer: object, name: str | None) -> Figure:
     """A figure of the page."""
-    drawings = {drawing.name: drawing for drawing in _drawn(answer).drawings()}
+    drawings = {drawing.name: drawing for drawing in _report(answer, drawn=True).drawings()}
     name = next(iter(drawings), None) if name is None else name
     if name not in drawings:
         raise InputError(f"there is no figure {name!r}: there are {', '.join(drawings) or 'none'}")

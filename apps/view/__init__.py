@@ -1,4 +1,4 @@
-"""Three dimensions: an arm in motion as plain values (``moving``), its shapes (``shapes``), and one HTML file."""
+"""Three dimensions: an arm in motion as plain values (``moving``), and one HTML file."""
 
 from ...common.lazy import attach
 

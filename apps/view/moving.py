@@ -1,22 +1,34 @@
-"""An arm in motion as a view: what is where at each time, without any viewer."""
+"""An arm in motion as a view: what is where at each time, as triangles fixed to frames, without any viewer.
 
+Links look as the meshes that a URDF names, coarse enough for one page; these need the extra ``view``.
+"""
+
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
+import trimesh
 from numpy.typing import NDArray
+from trimesh import Trimesh
 
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...estimation import PayloadResult
 from ...model import InertialParameters, Motion, Pose, Recording, Robot
 from ...model.frames import frames_at, point_at
+from ...model.robot import Mesh
 from ...model.stand_in import cylinder_radius
 from ...trajectories import DesignProblem, Scene
 from ...trajectories.design.scene import tubes
 from ...trajectories.design.score import room_over_time, taught_over_time
-from .shapes import Colour, Shape, box, capsule, ellipsoid, inertia_axes, looks_of, plane
 
+_FACES = 24_000  # triangles of all links together: some 0.5 MB of the page
+_LARGEST = 100_000_000  # bytes of a file
+_CELLS = (256, 192, 128, 96, 64, 48, 32, 24, 16, 12, 8)  # along the longest side of a mesh, finest first
+_CORNERS = (20, 16)  # of a capsule around its axis, and from pole to pole
+_HALVED = 2  # times that an icosahedron's edges are halved for a sphere
 _RATE, _MOST = 20.0, 450  # times a second, and in all
 _FINER = 5  # points of the path, than times: at a pose every .05 s a fast path has corners
 _THICK = 0.35  # radius of a drawn link, of the stand-in's cylinder
@@ -25,8 +37,27 @@ _BALL, _CENTRE, _INERTIA, _PATH = (240, 180, 60), (220, 40, 30), (60, 160, 90), 
 _LITTLE, _MUCH, _FOOT = (200, 210, 230), (200, 30, 60), (150, 150, 150)
 _LEVEL = 1e-6  # of a unit normal: what a floor may lie off the base's plane
 _TOUCHED = 0.02  # of a limit: a joint nearer to one is marked
+Colour = tuple[int, int, int]
 ShownPayload = tuple[Array, InertialParameters | None]
 """Of a payload in its frame the 95 % interval of its centre of mass [m], 3 x 2, and it itself where it is known."""
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """Triangles in a frame [m]; its name is unique in a view.
+
+    Attributes:
+        frame: number of the frame it is fixed to; 0 is the base's.
+        colour: red, green, blue, 0 to 255.
+        shown: at which of the view's times; always if None.
+    """
+
+    name: str
+    frame: int
+    mesh: Trimesh
+    colour: Colour
+    opacity: float = 1.0
+    shown: NDArray[np.bool_] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,13 +100,28 @@ def view_of(
     touched = np.zeros((len(picked), robot.n), dtype=bool)  # joints at a limit between the shown times
     if problem is not None:
         touched = np.logical_or.reduceat(room_over_time(problem, motion) < _TOUCHED, picked, axis=0)
-    stand_ins = [
+    radius = cylinder_radius(robot)
+    shapes = [
         Shape(tube.name, tube.link, capsule(np.array(tube.start), np.array(tube.end), tube.radius), _LINK)
-        for tube in tubes(robot, _THICK * cylinder_radius(robot))
+        for tube in tubes(robot, _THICK * radius)
         if tube.link not in drawn_links
     ]
-    height, foot = ground_of(robot, frames, problem.scene if problem is not None else None)
-    shapes = [*stand_ins, *meshes, *_axes(robot, touched), *(_surroundings(problem, robot) if problem else ())]
+    shapes += meshes
+    ends = np.array([0.0, 0.0, 1.2 * radius])
+    for j in range(robot.n):  # joint axes; a red one over it while the joint is at a limit
+        shapes.append(Shape(f"axis {j + 1}", j + 1, capsule(-ends, ends, 0.12 * radius), _AXIS))
+        if touched[:, j].any():
+            marked = capsule(-ends, ends, 0.5 * radius)
+            shapes.append(Shape(f"at limit {j + 1}", j + 1, marked, _NEAR, 0.6, touched[:, j]))
+    scene = (problem.scene if problem is not None else None) or Scene()
+    for surface in scene.surfaces:
+        shapes.append(Shape(surface.name, 0, plane(surface.normal, surface.offset, 12.0 * radius), _FLOOR, 0.6))
+    for obstacle in scene.bodies:
+        start, end = np.array(obstacle.start), np.array(obstacle.start if obstacle.end is None else obstacle.end)
+        shapes.append(Shape(obstacle.name, obstacle.link, capsule(start, end, obstacle.radius), _BODY, 0.4))
+    if problem is not None and (payloads := problem.payloads) is not None:
+        mesh = (box if payloads.region == "cube" else ellipsoid)(payloads.centre, payloads.axes)
+        shapes.append(Shape("payloads within bounds", robot.n, mesh, _BALL, 0.25))
     interval, body = payload if payload is not None else (np.full((3, 2), np.nan), None)
     if np.isfinite(interval).all():
         ball = ellipsoid(interval.mean(axis=1), np.diag(0.5 * np.ptp(interval, axis=1)))
@@ -83,10 +129,10 @@ def view_of(
     if body is not None:
         solid = ellipsoid(body.com, inertia_axes(body.mass, body.inertia_com))
         shapes.append(Shape("ellipsoid of inertia", robot.n + 1, solid, _INERTIA, 0.3))
+    height, foot = ground_of(robot, frames, scene)
     shapes += foot
     drawn = _picked(motion, _FINER)
-    position = point_at(robot, robot.flange.p, motion.q[drawn])[0].T
-    path = (position - robot.base.p) @ robot.base.R
+    path = (point_at(robot, robot.flange.p, motion.q[drawn])[0].T - robot.base.p) @ robot.base.R
     moves = len(path) > 1
     colours = np.tile(np.array(_PATH, dtype=np.uint8), (len(path) - 1, 1))
     if problem is not None and moves:  # pale where a second teaches little, red where it teaches most
@@ -111,7 +157,7 @@ def view_of_answer(robot: Robot, recording: Recording, result: PayloadResult) ->
     return view_of(robot, Motion(recording.t, recording.q, still, still), payload=(result.com.interval95, body))
 
 
-def ground_of(robot: Robot, frames: Sequence[tuple[Pose, ...]], scene: Scene | None) -> tuple[float, list[Shape]]:
+def ground_of(robot: Robot, frames: Sequence[tuple[Pose, ...]], scene: Scene) -> tuple[float, list[Shape]]:
     """Height of the scene's floor, and what the arm stands on there, in frame 0.
 
     Without a floor it is the base's own plane, or the lowest place of the arm that is below it; no description says
@@ -120,7 +166,7 @@ def ground_of(robot: Robot, frames: Sequence[tuple[Pose, ...]], scene: Scene | N
     first, radius = frames[0][0], cylinder_radius(robot)
     lowest = min(float(pose.p[2]) for poses in frames for pose in poses)
     levels = []
-    for surface in scene.surfaces if scene is not None else ():
+    for surface in scene.surfaces:
         up = first.R @ surface.normal / np.linalg.norm(surface.normal)
         levels += [surface.offset + float(up @ first.p)] if up[2] > 1.0 - _LEVEL else []
     floor = max((level for level in levels if level <= 0.0), default=None)  # under the base's origin
@@ -139,26 +185,98 @@ def _picked(motion: Motion, finer: int = 1) -> NDArray[np.intp]:
     return np.unique(np.linspace(0, len(motion.t) - 1, count).round().astype(np.intp))
 
 
-def _axes(robot: Robot, touched: NDArray[np.bool_]) -> list[Shape]:
-    """Joint axes; a red one over it while the joint is at a limit."""
-    radius, shapes = cylinder_radius(robot), []
-    ends = np.array([0.0, 0.0, 1.2 * radius])
-    for j in range(robot.n):
-        shapes.append(Shape(f"axis {j + 1}", j + 1, capsule(-ends, ends, 0.12 * radius), _AXIS))
-        if touched[:, j].any():
-            marked = capsule(-ends, ends, 0.5 * radius)
-            shapes.append(Shape(f"at limit {j + 1}", j + 1, marked, _NEAR, 0.6, touched[:, j]))
-    return shapes
+def capsule(start: Array, end: Array, radius: float) -> Trimesh:
+    """Points within ``radius`` of a line [m]."""
+    axis = np.asarray(end, dtype=float) - start
+    pose = _affine(_along(axis if axis.any() else [0.0, 0.0, 1.0]), start + 0.5 * axis)
+    return trimesh.creation.capsule(float(np.linalg.norm(axis)), radius, _CORNERS, pose)
 
 
-def _surroundings(problem: DesignProblem, robot: Robot) -> list[Shape]:
-    half, payloads, shapes, scene = 12.0 * cylinder_radius(robot), problem.payloads, list[Shape](), problem.scene
-    for surface in scene.surfaces if scene is not None else ():
-        shapes.append(Shape(surface.name, 0, plane(surface.normal, surface.offset, half), _FLOOR, 0.6))
-    for body in scene.bodies if scene is not None else ():
-        ends = np.array(body.start), np.array(body.start if body.end is None else body.end)
-        shapes.append(Shape(body.name, body.link, capsule(*ends, body.radius), _BODY, 0.4))
-    if payloads is not None:
-        mesh = (box if payloads.region == "cube" else ellipsoid)(payloads.centre, payloads.axes)
-        shapes.append(Shape("payloads within bounds", robot.n, mesh, _BALL, 0.25))
-    return shapes
+def ellipsoid(centre: Array, axes: Array) -> Trimesh:
+    """An ellipsoid whose half axes are the columns of ``axes`` [m]."""
+    return trimesh.creation.icosphere(_HALVED).apply_transform(_affine(axes, centre))
+
+
+def box(centre: Array, axes: Array) -> Trimesh:
+    """A box whose half edges are the columns of ``axes`` [m]."""
+    return trimesh.creation.box((2.0, 2.0, 2.0), _affine(axes, centre))
+
+
+def plane(normal: Sequence[float], offset: float, half: float) -> Trimesh:
+    """A square of a floor or a wall, thin, below the point of the surface that is nearest to the base [m]."""
+    R, thin = _along(normal), 1e-3 * half
+    return box((offset - thin) * R[:, 2], R * [half, half, thin])
+
+
+def inertia_axes(mass: float, inertia: Array) -> Array:
+    """Half axes of the homogeneous ellipsoid of a mass [kg] and an inertia about its centre [kg m^2], 3 x 3 [m].
+
+    Second moments of an ellipsoid are m a^2 / 5; those of a body tr(I)/2 - I. Negative ones, which no body has,
+    count as zero.
+    """
+    moments, directions = np.linalg.eigh(0.5 * np.trace(inertia) * np.eye(3) - inertia)
+    return np.asarray(directions * np.sqrt(5.0 * np.maximum(moments, 0.0) / mass))
+
+
+def _along(z: Array | Sequence[float]) -> Array:
+    return np.asarray(trimesh.geometry.align_vectors([0.0, 0.0, 1.0], z)[:3, :3])
+
+
+def _affine(axes: Array, origin: Array) -> Array:
+    return np.vstack([np.column_stack([axes, origin]), [0.0, 0.0, 0.0, 1.0]])
+
+
+def looks_of(robot: Robot, colour: Colour) -> tuple[list[Shape], set[int], list[str]]:
+    """Meshes of a robot's links, the numbers of the links that have them, and what could not be drawn."""
+    links = robot.links.meshes if robot.links is not None else ()
+    most = _FACES // max(sum(map(len, links)), 1)
+    shapes, failures = list[Shape](), dict[str, str]()
+    for number, meshes in enumerate(links):
+        own: list[Shape] = []
+        try:
+            for mesh in meshes:
+                name = f"link {number}/mesh {len(own) + 1}"
+                own.append(Shape(name, number, coarse(_placed(mesh), most), colour))
+            shapes += own
+        except InputError as failure:
+            failures.setdefault(str(failure), mesh.file)
+    notes = [f"links are capsules where a mesh {reason} (such as {file})" for reason, file in failures.items()]
+    return shapes, {shape.frame for shape in shapes}, notes
+
+
+def _placed(mesh: Mesh) -> Trimesh:
+    path = Path(mesh.file)
+    if not path.is_file():
+        raise InputError("is not there: put the description's package beside it, or name it by ROS_PACKAGE_PATH")
+    if path.stat().st_size > _LARGEST:
+        raise InputError(f"is larger than {_LARGEST // 1_000_000} MB")
+    try:
+        scene = trimesh.load_scene(path, process=False)
+        # A file of Collada says its unit, others are in metres.
+        unit = re.fullmatch(r"([\d.eE+-]+) \* meters", str(scene.units or ""))
+        axes = (float(unit[1]) if unit else 1.0) * mesh.pose.R * mesh.scale
+        solid = scene.to_mesh().apply_transform(_affine(axes, mesh.pose.p))
+    except Exception as fault:  # readers of many formats, each with errors of its own
+        raise InputError(f"cannot be read ({type(fault).__name__})") from None
+    if not len(solid.faces) or not np.isfinite(solid.vertices).all():
+        raise InputError("has no triangles")
+    return solid
+
+
+def coarse(mesh: Trimesh, most: int) -> Trimesh:
+    """At most so many triangles: corners that share a cell of a grid become one (Rossignac 1993).
+
+    The coarsest grid may leave more.
+    """
+    fewer = mesh
+    for cells in _CELLS:
+        if len(fewer.faces) <= most:
+            break
+        scale = cells / max(float(mesh.extents.max()), 1e-12)
+        fewer = mesh.copy()
+        fewer.vertices *= scale
+        fewer.merge_vertices(merge_tex=True, merge_norm=True, digits_vertex=0)
+        fewer.update_faces(fewer.unique_faces() & fewer.nondegenerate_faces())
+        fewer.vertices /= scale
+    fewer.remove_unreferenced_vertices()
+    return fewer

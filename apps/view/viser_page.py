@@ -47,9 +47,8 @@ def html_of(view: View) -> str:
             page = _played(server, view)
         finally:
             server.stop()
-    rows = "".join(
-        f'<div><span style="color:rgb{colour}">&#9632;</span> {escape(text)}</div>' for colour, text in view.legend
-    )
+    mark = '<div><span style="color:rgb{}">&#9632;</span> {}</div>'
+    rows = "".join(mark.format(colour, escape(text)) for colour, text in view.legend)
     style = "position:fixed;left:8px;bottom:52px;padding:6px 10px;background:#fffd;color:#222;font:12px sans-serif;"
     summary = f"<summary>{escape(view.title)}</summary>"  # a click closes it on a narrow page
     legend = f'<details open style="{style}border-radius:6px">{summary}{rows}</details>'

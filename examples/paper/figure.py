@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from dynident.apps.report.figures.canvas import legend, panels, save_figure
+from dynident.apps.report.figures import legend, panels, save_figure
 
 from .repetition import Repetition
 

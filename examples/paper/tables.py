@@ -20,8 +20,8 @@ from dynident.apps.commands.simulate import (
 )
 from dynident.apps.commands.values import share, whole
 from dynident.apps.report.blocks import Notes, Table
+from dynident.apps.report.render import print_blocks
 from dynident.apps.report.sections.evidence import residual_text
-from dynident.apps.report.terminal import print_blocks
 from dynident.common.progress import Progress
 from dynident.estimation import PAYLOAD as TEN
 from dynident.estimation import Estimate, Identification, PayloadAnswer, Settings, answer_payload, identify

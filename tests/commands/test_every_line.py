@@ -19,8 +19,8 @@ from cyclopts import CycloptsError
 from dynident.apps.commands import BROKEN_PIPE, COMMANDS, entry
 from dynident.apps.commands.entry import application
 from dynident.apps.report.blocks import Notes
-from dynident.apps.report.terminal import COLUMNS, print_blocks
-from dynident.apps.report.terminal import LINES as LINES_OF_SCREEN
+from dynident.apps.report.render import COLUMNS, print_blocks
+from dynident.apps.report.render import LINES as LINES_OF_SCREEN
 from dynident.common.errors import InputError
 from dynident.model import load_robot
 from dynident.tests.commands.lines import LINES, log

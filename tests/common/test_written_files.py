@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from dynident.apps.report.figures.canvas import save_figure
+from dynident.apps.report.figures import save_figure
 from dynident.common.errors import InputError
 from dynident.common.files import keeping, write_bytes, write_text
 from matplotlib.figure import Figure

@@ -9,8 +9,8 @@ import pytest
 from dynident.apps.fleet.comparing import CHANGED, FEWEST, MASS, Fleet, Series, arm_of, fleet_of, side_by_side
 from dynident.apps.fleet.store import Log, Stored
 from dynident.apps.logs.read import read_recording
-from dynident.apps.report.page import page_html
-from dynident.apps.report.sections.fleet import fleet_report
+from dynident.apps.report.render import page_html
+from dynident.apps.report.sections.recordings import fleet_report
 from dynident.estimation import Estimate, identify
 from dynident.estimation.fit.linear_problem import weighted
 from dynident.model import load_robot

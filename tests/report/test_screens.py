@@ -9,9 +9,9 @@ import pytest
 from dynident import trajectories
 from dynident.apps.report.blocks import Block, Notes, Report, Section, Table, with_sigma
 from dynident.apps.report.documents import DOCUMENTS, schema_text
-from dynident.apps.report.figures.canvas import log_scale, svg_text
+from dynident.apps.report.figures import log_scale, svg_text
+from dynident.apps.report.render import COLUMNS, LINES, screen_text
 from dynident.apps.report.sections.motion import motion_figure
-from dynident.apps.report.terminal import COLUMNS, LINES, screen_text
 from dynident.common.schema import write_json
 from dynident.model import load_robot
 from matplotlib.figure import Figure

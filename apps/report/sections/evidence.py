@@ -1,6 +1,7 @@
 """Parts that several reports share: verdict, errors of the gains, torques, joints, and how well parameters show."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from msgspec import UnsetType
@@ -16,12 +17,15 @@ from ....estimation.payload.by_joints import JointsMass
 from ....estimation.results.parts import EliminationDocument, ProcessingDocument, ResidualDocument
 from ....estimation.results.payload import PayloadData, array
 from ....estimation.results.robot import RobotResult
-from ...numbers import percent, with_interval
-from ..blocks import Block, Notes, OnPage, Section, Table, Text, with_sigma
-from ..figures.parameters import GOOD, elimination_figure, excitation_figure
-from ..figures.payload import joints_figure
-from ..figures.signals import prediction_figure, words_of, worst_joint_figure
+from ...numbers import joined, percent, with_interval
+from .. import figures
+from ..blocks import Block, Drawing, Notes, OnPage, Section, Table, Text, with_sigma
 
+_GOOD = 10.0  # ten times the noise: 10 % relative sigma
+_LEAST, _MOST = 1e-2, 1e9
+_MOST_RATIO = 1.15
+"""Above this ratio steps cancel what carries the arm; two of them are shown beyond where elimination ended."""
+_MOST_SHOWN = 1e12  # larger numbers are left out
 MEND = "Next: fix what the reasons name, run 'dynident check' on the logs, and record again."
 """It follows an answer that is not to be used."""
 VERDICTS = {
@@ -35,61 +39,40 @@ VERDICTS = {
 
 def reason_blocks(verdict: Verdict) -> list[Block]:
     """The reasons for the verdict."""
-    reasons = [f"  - {reason}" for reason in verdict.reasons]
-    nothing = Notes(["All checks passed."], optional=True)
-    return [Text("Reasons for the verdict", heading=True), Notes(reasons, optional=True) if reasons else nothing]
+    reasons = [f"  - {reason}" for reason in verdict.reasons] or ["All checks passed."]
+    return [Text("Reasons for the verdict", heading=True), Notes(reasons, optional=True)]
 
 
-def verdict_notes(verdict: Verdict) -> list[str]:
-    """The notes of a verdict."""
-    return [f"Note: {text}." for text in verdict.notes]
-
-
-def gain_error_notes(processing: ProcessingDocument, gains: Gains | None) -> list[str]:
-    """Lines on the errors of the drive gains that intervals allow for, and on the gains themselves."""
+def model_notes(terms: Sequence[TermChoice], processing: ProcessingDocument, gains: Gains | None) -> list[str]:
+    """Lines on friction beside Coulomb and viscous, and on errors of the drive gains that intervals allow for."""
+    kept, tried = [], [term for term in terms if term.fall is not None]
+    for term in tried:
+        share, error = (100 * array(x) for x in (term.fall, term.error))
+        kept += [f"{term.name} ({share:.0f} ± {error:.0f} %)"] if term.kept else []
+    untried = [str(present(term.why_not)) for term in terms if term.fall is None]
+    told = [f"Load-dependent and root-of-speed friction were not tried: {why}." for why in untried[:1]]
+    if kept:
+        falls = "in brackets, how much each lowers the squared error on held-out data (--friction)"
+        told = [f"Friction terms beyond Coulomb and viscous: {', '.join(kept)}; {falls}."]
     # Torque sensors on the link side have scales, motors have gains.
     scales = "scales of the torque sensors" if processing.torque_side == "link" else "drive gains"
     each = "motor" if processing.coulomb else "joint"
     if gains is None or not (gains.identified or any((*gains.per_joint, gains.common))):
-        return [f"{scales.capitalize()} are taken as exact; errors in them would not show in any residual."]
+        return [*told, f"{scales.capitalize()} are taken as exact; errors in them would not show in any residual."]
     if gains.identified:
-        sigmas = np.sqrt(np.diag(gains.covariance(len(gains.identified))))
-        percents = ", ".join(f"{100.0 * sigma:.2g}" for sigma in sigmas)
+        percents = joined(100.0 * np.sqrt(np.diag(gains.covariance(len(gains.identified)))), ".2g")
         line = f"The intervals allow for the errors of the identified drive gains: {percents} % per {each}."
     else:
-        percents = ", ".join(f"{100.0 * sigma:g}" for sigma in gains.per_joint)
+        percents = joined((100.0 * sigma for sigma in gains.per_joint), "g")
         common = f" and {100.0 * gains.common:g} % common to all joints" if gains.common else ""
         source = ", the default (--gain-sigma changes it)" if gains.assumed else ""
         line = f"The intervals allow for errors of the {scales}: {percents} % per {each}{common}{source}."
-    return [line, *gains.notes]
-
-
-def friction_notes(terms: Sequence[TermChoice]) -> list[str]:
-    """Line on friction beside Coulomb and viscous and by how much it lowers the error, or why none was tried."""
-    kept = [
-        f"{term.name} ({100.0 * term.fall:.0f} ± {100.0 * term.error:.0f} %)"
-        for term in terms
-        if term.kept and term.fall is not None and term.error is not None
-    ]
-    if kept:
-        falls = "in brackets, how much each lowers the squared error on held-out data (--friction)"
-        return [f"Friction terms beyond Coulomb and viscous: {', '.join(kept)}; {falls}."]
-    untried = [term for term in terms if term.fall is None]
-    return (
-        [f"Load-dependent and root-of-speed friction were not tried: {present(untried[0].why_not)}."]
-        if untried
-        else []
-    )
-
-
-def jackknife(blocks: int, length: float) -> str:
-    """Say by which blocks of time, of a length [s], robust standard deviations were found."""
-    return f"jackknife over {blocks} blocks of {length:.2g} s or more"
+    return [*told, line, *gains.notes]
 
 
 def residual_text(fit: Fit | ResidualDocument) -> str:
     """Relative residual in percent, of all joints and of each."""
-    joints = " ".join(f"{100.0 * value:.1f}" for value in array(fit.relative_per_joint, 0))
+    joints = joined(100.0 * array(fit.relative_per_joint, 0), ".1f", " ")
     return f"{100.0 * float(array(fit.relative)):.2f} % (joints {joints} %)"
 
 
@@ -100,25 +83,16 @@ def conditioning(equations: int | UnsetType, parameters: int | UnsetType, of: Pa
     return f"{size}; condition number {raw:.4g} (SI units, unweighted), {scaled:.3g} with columns scaled."
 
 
-Predictions = Callable[[], Sequence[TorquePrediction]]
-"""Recordings to draw, computed when a page asks for them."""
+def torques(made: Any, recordings: int = 0) -> tuple[OnPage, Section]:
+    """The worst joint's torque for the first page; all torques of some of ``recordings``; made when a page asks."""
 
-
-def worst_torque(predictions: Predictions) -> OnPage:
-    """The worst joint's torque, for the first page: held out before fitted, with payload before without."""
-
-    def drawn() -> list[Block]:
-        shown = min(predictions(), key=lambda each: (not each.held_out, not each.loaded), default=None)
-        return [Text("The worst joint", heading=True), worst_joint_figure(shown)] if shown else []
-
-    return OnPage(drawn)
-
-
-def torques_section(predictions: Predictions, recordings: int = 0) -> Section:
-    """Residuals of some recordings as a table, and a figure of each; ``recordings``: so many were used."""
+    def worst() -> list[Block]:
+        # Held out before fitted, with payload before without.
+        shown = min(made.predictions, key=lambda each: (not each.held_out, not each.loaded), default=None)
+        return [Text("The worst joint", heading=True), figures.prediction_figures(shown, "")[0]] if shown else []
 
     def drawn() -> list[Block]:
-        shown = predictions()
+        shown: Sequence[TorquePrediction] = made.predictions
         text = (
             "Residual: measured minus predicted torque. A residual that repeats or persists shows up in the "
             "autocorrelation and is an error of the model; white noise would stay within the dashed lines."
@@ -129,42 +103,67 @@ def torques_section(predictions: Predictions, recordings: int = 0) -> Section:
             )
         if recordings > len(shown):
             text += f" {recordings - len(shown)} more recordings were used but are not drawn."
-        rows = [(words_of(each), *(percent(float(ratio)) for ratio in each.relative_per_joint)) for each in shown]
+        rows = [(figures.words_of(each), *map(percent, each.relative_per_joint.tolist())) for each in shown]
         joints = [f"joint {j}" for j in range(1, len(shown[0].t) + 1)] if shown else []
         headings = ("norm of the residual over norm of the torque", *joints)
-        drawings = [prediction_figure(each, f"torques_{k}") for k, each in enumerate(shown, 1)]
+        drawings = [figures.prediction_figures(each, f"torques_{k}")[1] for k, each in enumerate(shown, 1)]
         return [Text(text), Table("Relative residual", headings, rows), *drawings]
 
-    return Section("torques", "Measured and predicted torques", [OnPage(drawn)])
+    return OnPage(worst), Section("torques", "Measured and predicted torques", [OnPage(drawn)])
 
 
-def joints_section(
-    masses: Sequence[JointsMass], mass: float, interval: tuple[float, float], mounting: int | None = None
-) -> Section:
-    """Mass [kg] by groups of joints and each joint's share; ``mounting``: number of a known weight, if any."""
-    rows = []
-    for group in masses:
-        ends = array(group.interval95, 2).tolist()
-        cells = ("not visible", "-") if group.mass is None else with_interval(group.mass, *ends)
-        share = present(group.share)
-        ratio = "-" if share is None else with_sigma(share, float(array(group.share_sigma)))
+def joints_section(masses: Sequence[JointsMass], mass: float, interval: Sequence[float], name: str = "") -> Section:
+    """Mass [kg] by groups of joints and each joint's share; ``name``: of a known weight among several."""
+    ends, rows, told = np.array([array(group.interval95, 2) for group in masses]), [], list[str]()
+    for group, own in zip(masses, ends.tolist(), strict=True):
+        share, ratio = present(group.share), "-"
+        cells = with_interval(group.mass, *own) if group.mass is not None else ("not visible", "-")
+        told.append(f"{group.name} {'does not see it' if group.mass is None else f'{group.mass:.4g} kg'}")
+        if share is not None:
+            ratio = with_sigma(share, float(array(group.share_sigma)))
         rows.append((group.name, "kg", *cells, ratio))
+
+    def draw() -> figures.Figure:
+        figure, ((left, right),) = figures.panels((9.0, 0.32 * len(masses) + 1.2), 1, 2, width_ratios=(3, 2))
+        values = np.array([group.mass if group.interval95 is not None else None for group in masses], dtype=float)
+        names = [group.name for group in masses]
+        figures.interval_rows(left, names, values, ends, (mass, *interval), "not visible")
+        reaches = np.abs(ends - mass).max(axis=1)
+        reaches = reaches[np.isfinite(reaches)]
+        # One joint that hardly sees the mass must not squeeze the others to a line.
+        reach = 1.1 * min(float(reaches.max()), max(6.0 * float(np.median(reaches)), 0.1 * abs(mass)))
+        left.set_xlim(mass - reach, mass + reach)
+        joints = [group for group in masses if len(group.joints) == 1]
+        pairs = [[array(group.share), array(group.share_sigma)] for group in joints]
+        shares, sigmas = np.array(pairs, dtype=float).reshape(-1, 2).T
+        both, alike = np.stack([shares - 2.0 * sigmas, shares + 2.0 * sigmas], axis=1), (1.0, np.nan, np.nan)
+        figures.interval_rows(right, [group.name for group in joints], shares, both, alike, "not determined")
+        right.set_ylim(left.get_ylim())
+        left.set_title("mass [kg]", fontsize=10)
+        right.set_title("ratio to the others' payload", fontsize=10)
+        return figure
+
     text = (
         "Each joint weighs the payload with its own torque. Where they differ, a drive gain, the friction model or "
         "the robot's description is wrong. Ratio: the joint's payload torque over what the other joints predict."
     )
-    number = "" if mounting is None else f"_{mounting}"
+    caption = (
+        "Left: the mass by the torques of some joints alone, with 95 % intervals; the dashed line and the band are "
+        "the recommended mass. Right: the torque of each joint over what the payload seen by all others demands "
+        "there, with two standard deviations; 1 where drive gain and friction are right."
+    )
     headings = ("", "unit", "mass", "95 % interval", "ratio")
-    drawn = joints_figure(masses, mass, interval, f"by_joints{number}")
-    blocks: list[Block] = [Text(text), Table("Mass by joints", headings, rows), *drawn]
-    return Section(f"joints{number}", "The payload as each joint sees it", blocks)
+    blocks: list[Block] = [Text(text), Table("Mass by joints", headings, rows)]
+    if any(group.mass is not None for group in masses):
+        blocks.append(Drawing(f"by_joints{name}", caption, draw, f"{caption} {'; '.join(told)}."))
+    return Section(f"joints{name}", "The payload as each joint sees it", blocks)
 
 
-def excitation_section(make: Callable[[], Excitation | None], labels: Mapping[str, str]) -> Section:
+def excitation_section(made: Any, labels: Mapping[str, str]) -> Section:
     """A figure, and the numbers to be opened; ``labels`` are shown in the place of parameters' names."""
 
     def shown() -> list[Block]:
-        excitation = make()
+        excitation: Excitation | None = made.excitation
         if excitation is None:
             text = (
                 "The robot's parameters were read from a file, without their equations. The report of that "
@@ -176,16 +175,35 @@ def excitation_section(make: Callable[[], Excitation | None], labels: Mapping[st
         for name, signal, own, ratio in columns:
             relative = percent(1.0 / float(own) if own else float("inf"))
             rows.append((name, f"{signal:.3g}", f"{own:.3g}", percent(float(ratio)), relative))
-            weak += [name] if own < GOOD else []
+            weak += [name] if own < _GOOD else []
         text = (
             "A parameter is well determined where its torque is large compared with the noise and no combination "
             "of others can imitate it. Sigmas here are the formula's, for white noise; they are relative, so a "
             "small parameter has a large one."
         )
+        caption = (
+            "Norm of each parameter's torque over all equations, in units of the noise: whole (dash) and without "
+            "what other parameters can imitate (dot). One over the dot is the relative standard deviation by (20), "
+            "(21)."
+        )
+
+        def draw() -> figures.Figure:
+            figure, (axis,) = figures.named_panels([names])
+            whole, alone = (np.clip(x, _LEAST, _MOST) for x in (excitation.signal, excitation.independent))
+            x = np.arange(len(names))
+            axis.vlines(x, alone, whole, color="0.6", linewidth=1.0)
+            axis.plot(x, whole, "_", color="black", markersize=8, label="its torque")
+            axis.plot(x, alone, "o", color=figures.BLUE, markersize=4, label="what no other parameter imitates")
+            _limit(axis, _GOOD, "relative sigma 10 %")
+            axis.set_ylabel("torque over noise")
+            figures.log_scale(axis)
+            figures.legend(figure, [axis])
+            return figure
+
         known = f"Relative sigma above 10 %: {', '.join(weak)}." if weak else "All relative sigmas are below 10 %."
         headings = ("", "torque over noise", "its own part", "share", "relative sigma")
         numbers = OnPage(lambda: [Table("Excitation", headings, rows)], "Numbers")
-        return [Text(text), excitation_figure(excitation, names, known), numbers]
+        return [Text(text), Drawing("excitation", caption, draw, f"{caption} {known}"), numbers]
 
     return Section("excitation", "Excitation of each parameter", [OnPage(shown)])
 
@@ -196,8 +214,49 @@ def essential_section(elimination: EliminationDocument | None, title: str) -> Se
     if elimination is None:
         text = "Parameters are eliminated in method 4 only, for robot and payload together; it was not used here."
         return Section("essential", heading, [OnPage(lambda: [Text(text)])])
+    path, limit = elimination.path, present(elimination.limit)
+    essential, count = elimination.essential, len(path) - 1
+
+    def draw() -> figures.Figure:
+        gone = count - essential
+        ratios = np.array([step.sigma_ratio for step in path], dtype=float)
+        percents = np.array([step.largest_relative_sigma_percent for step in path], dtype=float)
+        shown = min(max(int(np.sum(ratios <= _MOST_RATIO)), gone + 2), count)
+        names = ["none", *(str(step.eliminated) for step in path[1:shown])]
+        figure, (above, below) = figures.named_panels([names] * 2, sharex=True)
+        for axis, values, label, rule, scale, unit in (
+            (above, ratios[:shown], "error sigma, ratio\nto all parameters", "ratio", 1.0, ""),
+            (below, percents[:shown], "largest relative\nsigma [%]", "sigma", 100.0, " %"),
+        ):
+            # Data without noise reach any number: what no axis can show is left out.
+            finite = np.where((values > 0.0) & (values < _MOST_SHOWN), values, np.nan)
+            visible, steps = finite[np.isfinite(finite)], np.arange(len(values))
+            if len(visible) and np.ptp(visible) == 0.0:
+                axis.set_ylim(0.5 * visible[0], 2.0 * visible[0])
+            axis.plot(steps, finite, color="0.5", linewidth=1.0)
+            # Filled markers and open ones: legible without colour.
+            for part, taken, face in (
+                (slice(gone + 1), "taken", "black"),
+                (slice(gone + 1, None), "not taken", "white"),
+            ):
+                look: dict[str, Any] = {"label": taken, "color": "black", "markerfacecolor": face}
+                axis.plot(steps[part], finite[part], "o", markersize=4, **look)
+            axis.axvline(gone + 0.5, color="black", linestyle=":", linewidth=1.2)
+            axis.set_ylabel(label)
+            if limit is not None and elimination.rule == rule:
+                _limit(axis, scale * limit, f"limit {scale * limit:g}{unit}")
+        above.legend(loc="upper left")
+        figures.log_scale(below)
+        below.set_xlabel("eliminated, in this order")
+        figure.suptitle(f"{title}: {essential} of {count} parameters essential")
+        return figure
+
+    caption = (
+        "Parameters are eliminated from left to right, each time the one with the largest relative standard "
+        "deviation. Filled marks are steps that were taken."
+    )
     text = (
-        f"{elimination.essential} of {len(elimination.path) - 1} parameters are essential "
+        f"{essential} of {count} parameters are essential "
         f"({elimination.description}): error's sigma {elimination.sigma_ratio:.4f} times, largest relative sigma "
         f"{elimination.largest_relative_sigma_percent:.3g} %."
     )
@@ -207,4 +266,10 @@ def essential_section(elimination: EliminationDocument | None, title: str) -> Se
         "Setting the others to zero biases these values, so the intervals above come from the full model.",
         *(f"  - {warning}" for warning in elimination.warnings),
     ]
-    return Section("essential", heading, [Notes(lines), elimination_figure(elimination, title, text)])
+    return Section("essential", heading, [Notes(lines), Drawing("essential_path", caption, draw, text)])
+
+
+def _limit(axis: figures.Axes, value: float, label: str) -> None:
+    axis.axhline(value, color="black", linestyle="--", linewidth=1.0)
+    look: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points", "fontsize": 8}
+    axis.annotate(label, (1.0, value), xytext=(-4, 3), ha="right", **look)

@@ -3,30 +3,24 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from ....common.arrays import Array
 from ....common.errors import InputError
-from ....common.schema import present
+from ....estimation.fit.covariance import NORMAL95
 from ....estimation.fit.settings import METHOD_NAMES
+from ....estimation.payload.by_joints import Repeats
 from ....estimation.payload.short_motion import OFFSET_SHARE, RIPPLE_CHANCE
 from ....estimation.possible.payload import CONFLICT
-from ....estimation.results.payload import (
-    FreeEstimate,
-    PayloadData,
-    PayloadResult,
-    PossibleEstimate,
-    array,
-    bounds,
-    numbers,
-)
+from ....estimation.results.payload import FreeEstimate, PayloadResult, PossibleEstimate, array, bounds, numbers
 from ....model import INERTIAL
 from ...export.controllers import FORMATS
 from ...export.load import is_flange, load_of
 from ...numbers import SIX, interval_digits, rounded, six, with_interval
-from ..blocks import Block, Code, Notes, OnPage, Pair, Report, Section, Table, Text, lines, with_sigma
-from ..figures.payload import flange_figure, methods_figure, repeats_figure, seen
+from ..blocks import Block, Drawing, Notes, OnPage, Pair, Report, Section, Table, Text, lines, with_sigma
+from ..figures import BLUE, Figure, flange_figure, interval_rows, legend, panels
 from . import evidence
 
 _SHOWN = ("abb", "kuka", "ur", "fanuc", "yaskawa", "staubli", "franka", "urdf")
@@ -38,14 +32,17 @@ _COVERS = {("centre ", "use"): "yes, all three", ("inertia", "use"): "yes, all s
 _MAKERS = {"abb": "abb", "kuka": "kuka", "universal robots": "ur", "fanuc": "fanuc", "yaskawa": "yaskawa",
            "motoman": "yaskawa", "stäubli": "staubli", "staubli": "staubli", "franka": "franka"}  # fmt: skip
 """Word in a robot's title -> its format."""
-_UNITS = dict.fromkeys(INERTIAL[:6], "kg m²") | dict.fromkeys(INERTIAL[6:9], "kg m") | {"M": "kg"}
-_ROWS = (
-    *((kind, _UNITS[kind]) for kind in INERTIAL),
-    *((f"com {axis}", "m") for axis in "xyz"),
-    *((f"{'XYZ'[i]}{'XYZ'[j]} at com", "kg m²") for i, j in SIX),
-    *((f"{which} moment", "kg m²") for which in ("smallest", "middle", "largest")),
-)
+_MOMENTS = [f"{'XYZ'[i]}{'XYZ'[j]} at com" for i, j in SIX]
+_UNITS = {
+    **dict.fromkeys(INERTIAL[:6], "kg m²"),
+    **dict.fromkeys(INERTIAL[6:9], "kg m"),
+    "M": "kg",
+    **dict.fromkeys((f"com {axis}" for axis in "xyz"), "m"),
+    **dict.fromkeys((*_MOMENTS, "smallest moment", "middle moment", "largest moment"), "kg m²"),
+}
 """The ten parameters, the centre of mass, the inertia and its principal moments there, with units."""
+_NAME = 24  # letters of a recording's name
+_FREE = 0.22  # the free estimate stands this much below the constrained one
 _METHODS = {
     1: "from the loaded torques minus those of the robot identified without payload",
     2: "from the change of the robot's base parameters",
@@ -58,29 +55,21 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
     """Verdict, what to enter, quantities, reasons; what it rests on; ``document``: its JSON file."""
     best, made, method, level = result.best, result.working, result.method, result.verdict.level
     mass, interval = float(result.mass), tuple(result.mass.interval95.tolist())
-    sections = [
-        methods_section(result),
-        evidence.joints_section(present(result.mass_by_joints) or (), mass, interval),
-    ]
-    subtitle, worst = "Identified from recordings of joint positions and torques", list[Block]()
-    if joints := present(result.joints):
+    sections = [methods_section(result), evidence.joints_section(result.mass_by_joints or (), mass, interval)]
+    subtitle, worst = "Identified from recordings of joint positions and torques", None
+    if joints := result.joints:
         subtitle = f"Weighed by a motion of joint{'s' * (len(joints) > 1)} {', '.join(map(str, joints))}"
-    if standing := present(result.standing):
-        subtitle = f"Weighed at rest in {standing.poses} poses"
-    if (repeats := present(result.repeats)) is not None:
-        text = "Each recording was also weighed on its own: their scatter shows what no single one can."
-        blocks: list[Block] = [Text(text), *repeats_figure(repeats, mass, interval)]
-        sections.insert(0, Section("repeats", "From recording to recording", blocks))
+    if result.standing:
+        subtitle = f"Weighed at rest in {result.standing.poses} poses"
+    if result.repeats:
+        sections.insert(0, repeats_section(result.repeats, mass, interval))
     if not result.short:
         base, source = (made.problem.base, made.problem.source) if made else (None, None)
         count = (len(source.loaded) if source else 0) + (len(made.held_out) if made else 0)
         labels = dict(zip(base.columns, base.names, strict=True)) if base else {}
-        sections += [
-            evidence.torques_section(lambda: made.predictions, count),
-            evidence.excitation_section(lambda: made.excitation, labels),
-            evidence.essential_section(present(result.essential), result.title),
-        ]
-        worst = [evidence.worst_torque(lambda: made.predictions)]
+        worst, torques = evidence.torques(made, count)
+        essential = evidence.essential_section(result.essential or None, result.title)
+        sections += [torques, evidence.excitation_section(made, labels), essential]
     to_do = [evidence.MEND]
     if level != "do_not_use":
         export = f"'dynident export {document or 'P.json'} --to ur' (abb, kuka, fanuc, ...)"
@@ -92,45 +81,59 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
         OnPage(lambda: controller_blocks(result)),
         *([flange_figure(best, result.inertia.use == "use", is_flange(result.frame))] if best else []),
     ]
+    rows, com, inertia = [], result.com, result.inertia
+    centres = ((f"centre of mass {'xyz'[k]}", "mm", com, 1e3, k) for k in range(3))
+    moments = ((f"inertia {name}", "kg m²", inertia, 1.0, at) for name, at in zip(_MOMENTS, SIX, strict=True))
+    for name, unit, of, scale, at in (("mass", "kg", result.mass, 1.0, ()), *centres, *moments):
+        shown = with_interval(float(scale * of.value[at]), *(scale * of.interval95[at]).tolist())
+        rows.append((name, unit, *shown, _COVERS.get((name[:7], of.use), _USES.get(of.use, of.use))))
+    headings, spare = ("", "unit", "value", "95 % interval", "use it?"), [row[0] for row in rows[7:]]
+    ends = ("mass", "centre of mass z")
+    quantities = Table(f"Payload in {result.frame}", headings, rows, ends, merged=True, spare=spare)
     first: list[Block] = [
         Text(f"Verdict: {evidence.VERDICTS[level]} (method {method}, {METHOD_NAMES[method]}).", level=level),
-        Pair(controller, [quantities_table(result)]),
+        Pair(controller, [quantities]),
         *evidence.reason_blocks(result.verdict),
         Notes([*answer_notes(result), *notes], optional=True),
-        *worst,
+        *([worst] if worst else []),
     ]
     more = "every method, all parameters, joints, residuals"
     return Report(f"Payload on the {result.title}", first, sections, more, subtitle, data_notes(result))
 
 
-def quantities_table(result: PayloadResult) -> Table:
-    """Value, 95 % interval and use of mass, centre of mass and inertia there."""
-    mass, com, inertia = result.mass, result.com, result.inertia
-    numbers = [("mass", "kg", mass.value, mass.interval95, mass.use)]
-    for axis, x, ends in zip("xyz", com.value, com.interval95, strict=True):
-        numbers.append((f"centre of mass {axis}", "mm", 1e3 * x, 1e3 * ends, com.use))
-    names = [f"inertia {'XYZ'[i]}{'XYZ'[j]} at com" for i, j in SIX]
-    for name, at in zip(names, SIX, strict=True):
-        numbers.append((name, "kg m²", inertia.value[at], inertia.interval95[at], inertia.use))
-    rows = [
-        (name, unit, *with_interval(float(x), *ends.tolist()), _COVERS.get((name[:7], use), _USES.get(use, use)))
-        for name, unit, x, ends, use in numbers
-    ]
-    headings = ("", "unit", "value", "95 % interval", "use it?")
-    ends_at = ("mass", "centre of mass z")
-    return Table(f"Payload in {result.frame}", headings, rows, ends_at, merged=True, spare=names[3:])
+def repeats_section(repeats: Repeats, mass: float, interval: tuple[float, float]) -> Section:
+    """Mass [kg] by each recording in the order they were given; drawn where two or more show it."""
+    masses, sigmas = (np.array(x, dtype=float) for x in (repeats.masses, repeats.sigmas))
+    shown = np.flatnonzero(np.isfinite(masses)).tolist()
+
+    def draw() -> Figure:
+        names = [f"{k}: {source[-_NAME:]}" for k, source in enumerate(repeats.sources, 1)]
+        figure, ((axis,),) = panels((7.0, 0.32 * len(names) + 1.0))
+        ends = masses[:, None] + NORMAL95 * sigmas[:, None] * [-1.0, 1.0]
+        interval_rows(axis, names, masses, ends, (mass, *interval))
+        axis.set_xlabel("mass [kg]")
+        return figure
+
+    text = "Each recording was also weighed on its own: their scatter shows what no single one can."
+    caption = (
+        "The mass by each recording alone, in order, with two standard deviations; the dashed line and the band "
+        "are the answer by all of them."
+    )
+    told = f"{caption} {'; '.join(f'recording {k + 1} {masses[k]:.4g} kg' for k in shown)}."
+    drawn = [Drawing("repeats", caption, draw, told)] * (len(shown) > 1)
+    return Section("repeats", "From recording to recording", [Text(text), *drawn])
 
 
 def answer_notes(result: PayloadResult) -> list[str]:
     """Worst joint, methods side by side, an assumed inertia, scale, other ways to the mass, repeats, gains."""
-    worst, chosen, robust = result.joint_that_agrees_least, result.recommended, present(result.best_free.robust)
-    residual, masses = present(result.relative_residual), {each.method: each.ten[9] for each in result.estimates}
+    worst, chosen, robust = result.joint_that_agrees_least, result.recommended, result.best_free.robust
+    residual, masses = result.relative_residual, {each.method: each.ten[9] for each in result.estimates}
     each = ", ".join(f"({method}) {x:.4g}" for method, x in sorted(masses.items()) if np.isfinite(x))
     scale = [
         f"The scale says {weighing.mass:g} ± {weighing.sigma:.2g} kg, the torques {weighing.identified:.4g} ± "
         f"{weighing.identified_sigma:.2g} kg: {abs(array(weighing.z)):.1f} sigma apart, so they "
         f"{'contradict each other' if array(weighing.p_value) < CONFLICT else 'agree'}."
-        for weighing in present((result.best or result.best_free).weighed) or ()
+        for weighing in (result.best or result.best_free).weighed or ()
     ]
     if result.mass_from_scale and result.scale:
         known, sigma = result.scale
@@ -140,15 +143,15 @@ def answer_notes(result: PayloadResult) -> list[str]:
         f"Largest disagreement: {worst}." if worst else "No joint can be compared with the others.",
         f"Mass by method: {each} kg." if len(masses) > 1 else "",
         f"Method {chosen.method} is recommended: {chosen.reason}." if chosen is not None and chosen.reason else "",
-        *evidence.verdict_notes(result.verdict),
+        *(f"Note: {text}." for text in result.verdict.notes),
         *(scale or ["If you can weigh the payload, --mass KG+-KG checks the torques and sharpens the result."]),
     )
-    for way in present(result.agreement) or ():
+    for way in result.agreement or ():
         com = ", ".join("-" if not np.isfinite(x) else f"{1e3 * x:.1f}" for x in way.com)
         noted.append(f"Cross-check, {way.name}: {array(way.mass):.4g} kg, centre of mass ({com}) mm.")
-    if repeats := present(result.repeats):
-        _, alone, sigmas = seen(repeats)
-        texts = ", ".join(f"{m:.4g} ± {s:.2g}" for m, s in zip(alone, sigmas, strict=True))
+    if repeats := result.repeats:
+        alone = zip(map(array, repeats.masses), map(array, repeats.sigmas), strict=True)
+        texts = ", ".join(f"{m:.4g} ± {s:.2g}" for m, s in alone if np.isfinite(m))
         spread = f"spread {array(repeats.spread):.2g} kg"
         noted.append(f"The {len(repeats.masses)} recordings on their own [kg]: {texts}; {spread}.")
         if repeats.drift_per_recording is not None:
@@ -158,13 +161,12 @@ def answer_notes(result: PayloadResult) -> list[str]:
             noted.append(f"Change from one recording to the next: {step} kg, {trend}.")
         if repeats.excess is not None and repeats.excess > 1.0:
             noted.append(f"They scatter {repeats.excess:.2g} times more than expected; all intervals are widened.")
-    if standing := present(result.standing):
+    if standing := result.standing:
         told = "this order cannot show drift; record unloaded, loaded, loaded, unloaded"
         if drift := standing.drift:
             told = f"drift of {array(drift.mass):+.2g} kg per recording removed ({drift.ratio:.0%} of the variance)"
         noted.append(f"{standing.poses} poses at rest, {standing.order}: {told}.")
-    noted += evidence.friction_notes(present(result.friction) or ())
-    noted += evidence.gain_error_notes(result.settings, result.gains)
+    noted += evidence.model_notes(result.friction or (), result.settings, result.gains)
     if not result.short and not (residual and residual.validation):
         noted.append("To test the model, keep one recording without payload out of the fit (--validate).")
     if robust and robust.unavailable:
@@ -176,27 +178,25 @@ def answer_notes(result: PayloadResult) -> list[str]:
 
 def controller_line(result: PayloadResult) -> str:
     """Mass, centre of mass and, where it may be used, inertia, at the flange; digits as the intervals allow."""
-    pose = result.flange
+    pose, inertia = result.flange, result.inertia
     turn, origin = (pose.R, pose.p) if pose is not None else (np.eye(3), np.zeros(3))
+
+    def listed(values: Array, intervals: Array) -> str:
+        # As many digits as the widest interval allows.
+        digits = interval_digits(float(np.nanmax(np.diff(intervals, axis=1), initial=0.0)))
+        return ", ".join(rounded(x, digits, "unknown") for x in values.tolist())
+
     where = "" if is_flange(result.frame) else f" in {result.frame}"
     where = " at the flange" if pose is not None else where
-    com = _numbers(1e3 * (turn.T @ (result.com.value - origin)), 1e3 * result.com.interval95)
+    com = listed(1e3 * (turn.T @ (result.com.value - origin)), 1e3 * result.com.interval95)
     mass = with_interval(float(result.mass), *result.mass.interval95.tolist())[0]
-    line, inertia = f"mass {mass} kg, centre of mass ({com}) mm{where}", result.inertia
-    moved = turn.T @ inertia.value @ turn
+    line, moved = f"mass {mass} kg, centre of mass ({com}) mm{where}", turn.T @ inertia.value @ turn
     if result.assumed:
         return f"{line}, inertia about it ({', '.join(f'{x:.4f}' for x in np.diag(moved))}) kg m², ASSUMED"
     if inertia.use == "use" and result.best is not None:
-        numbers = _numbers(six(moved), inertia.interval95.reshape(9, 2))
-        return f"{line}, inertia about it XX YY ZZ XY XZ YZ ({numbers}) kg m²"
+        moments = listed(six(moved), inertia.interval95.reshape(9, 2))
+        return f"{line}, inertia about it XX YY ZZ XY XZ YZ ({moments}) kg m²"
     return f"{line}, inertia zero"
-
-
-def _numbers(values: Array, intervals: Array) -> str:
-    """Numbers with as many digits as the widest of their intervals allows; what is not known is said."""
-    widths = np.diff(intervals, axis=1)
-    digits = interval_digits(float(np.nanmax(widths, initial=0.0)))
-    return ", ".join(rounded(x, digits, "unknown") for x in values.tolist())
 
 
 def controller_blocks(result: PayloadResult) -> list[Block]:
@@ -214,39 +214,66 @@ def controller_blocks(result: PayloadResult) -> list[Block]:
             "payload.json --to NAME --flange-frame X Y Z RX RY RZ' converts it, given the pose of the flange in "
             "that frame. The numbers as identified:"
         )
-        return [Text(where), Code("controller-plain", controller_line(result))]
+        return [Text(where), Text(controller_line(result), copied="controller-plain")]
     load = replace(at_flange, reasons=())  # which stand beside it
     maker = next((form for word, form in _MAKERS.items() if word in result.title.lower()), "")
 
     def written(form: str) -> list[Block]:
         try:
-            return [Code(f"controller-{form}", FORMATS[form].text(load).rstrip("\n"))]
+            return [Text(FORMATS[form].text(load).rstrip("\n"), copied=f"controller-{form}")]
         except InputError as error:
             return [Text(f"This controller would refuse it: {error}.")]
 
     every = {form: OnPage(partial(written, form), FORMATS[form].title, form == maker) for form in _SHOWN}
-    own = [every.pop(maker)] if maker else []
     more = Text(f"'dynident export --to' also writes {', '.join(form for form in FORMATS if form not in _SHOWN)}.")
     title = "Other controllers and files" if maker else "Controllers and files"
-    return [*own, OnPage(lambda: [*every.values(), more], title)]
+    return [*([every.pop(maker)] if maker else []), OnPage(lambda: [*every.values(), more], title)]
 
 
 def methods_section(result: PayloadResult) -> Section:
     """Every method's payload, with constraints and without, whether it can exist, and where sigma comes from."""
-    free = {estimate.method: estimate for estimate in result.free}
-    blocks: list[Block] = [
-        Notes([f"Method {number}, {METHOD_NAMES[number]}: {_METHODS[number]}." for number in sorted(free)]),
-        *([methods_figure(result)] if result.possible else []),
-        parameters_table(result),
-        Text(
-            "XY is the entry of the inertia matrix, minus the integral of x y dm. On the same trajectories methods "
-            "3 and 4 use the same equations, so their agreement confirms nothing. Methods 1 and 2 use the robot's "
-            "identified parameters."
-        ),
-    ]
-    if result.best is not None:
+    free, possible, best = {estimate.method: estimate for estimate in result.free}, result.possible, result.best
+
+    def draw() -> Figure:
+        pairs = (possible, [free[each.method] for each in possible])
+        filled, opened = (np.array([[e.ten[9], *1e3 * array(e.com, 3)] for e in own]) for own in pairs)
+        coms = (1e3 * array(each.com_interval95, 3, 2) for each in possible)
+        ends = np.array([[bounds(each.interval95)[9], *com] for each, com in zip(possible, coms, strict=True)])
+        agreed = np.full((4, 3), np.nan)
+        if best is not None:
+            agreed = np.concatenate([filled[..., None], ends], axis=2)[possible.index(best)]
+        figure, (axes,) = panels((9.0, 0.42 * len(filled) + 1.35), 1, 4, sharey=True)
+        names = [f"method {each.method}" for each in possible]
+        titles = ("mass [kg]", *(f"centre of mass {axis} [mm]" for axis in "xyz"))
+        for k, (axis, title) in enumerate(zip(axes, titles, strict=True)):
+            interval_rows(axis, names, filled[:, k], ends[:, k], agreed[k])
+            look: dict[str, Any] = {"color": "black", "fillstyle": "none", "markersize": 5, "linestyle": "none"}
+            axis.plot(opened[:, k], np.arange(len(opened)) + _FREE, "D", label="least squares alone", **look)
+            axis.set_title(title, fontsize=10)
+            axis.locator_params(axis="x", nbins=4)
+        axes[0].plot([], [], "o-", color=BLUE, label="with constraints, 95 %")
+        legend(figure, [axes[0]])
+        return figure
+
+    told = [f"Method {number}, {METHOD_NAMES[number]}: {_METHODS[number]}." for number in sorted(free)]
+    blocks: list[Block] = [Notes(told)]
+    if possible:
+        masses = ", ".join(f"method {each.method} {each.ten[9]:.4g} kg" for each in possible)
+        caption = (
+            "Filled: payload that can exist, with its 95 % interval. Open: least squares alone, which may be a "
+            "body that cannot exist. The dashed line and the band are the recommended payload (method "
+            f"{result.method})."
+        )
+        blocks.append(Drawing("methods", caption, draw, f"{caption} Masses: {masses}."))
+    text = (
+        "XY is the entry of the inertia matrix, minus the integral of x y dm. On the same trajectories methods "
+        "3 and 4 use the same equations, so their agreement confirms nothing. Methods 1 and 2 use the robot's "
+        "identified parameters."
+    )
+    blocks += [parameters_table(result), Text(text)]
+    if best is not None:
         rows = []
-        for each in result.possible:
+        for each in possible:
             own = free[each.method]
             numbers_of = [f"{array(of.min_pseudo_inertia_eigenvalue):.2g}" for of in (own, each)]
             numbers_of += [f"{array(each.chi2_rise):.3g}", f"{array(each.p_value):.2g}"]
@@ -257,7 +284,7 @@ def methods_section(result: PayloadResult) -> Section:
             "A body can exist if the 4 x 4 pseudo-inertia has no negative eigenvalue; positive moments alone are "
             "not enough. A small p says that the data contradict the constraints."
         )
-        constraints = f"Constraints: {'; '.join(present(result.best.constraints) or ())}."
+        constraints = f"Constraints: {'; '.join(best.constraints or ())}."
         blocks += [Table("Physical consistency", headings, rows), Notes([text, constraints])]
     blocks.append(Notes(method_notes(result)))
     return Section("methods", "Every parameter, and the methods side by side", blocks)
@@ -266,53 +293,50 @@ def methods_section(result: PayloadResult) -> Section:
 def parameters_table(result: PayloadResult) -> Table:
     """One row a number: value and 95 % interval, other methods, least squares with the larger sigma."""
     best = result.best or result.best_free
-    ends = np.full((len(_ROWS), 2), np.nan)
-    ends[9:13] = np.vstack([result.mass.interval95, result.com.interval95])
+
+    def column(ten: Array, com: Any, inertia: Any, moments: Any = None) -> Array:
+        # Numbers or intervals of the rows, nan where not determined.
+        end = ten.shape[1:]
+        return np.concatenate([ten, array(com, 3, *end), six(array(inertia, 3, 3, *end)), array(moments, 3, *end)])
+
+    def values(estimate: FreeEstimate | PossibleEstimate) -> list[float]:
+        moments = getattr(estimate, "principal_moments", None)
+        return list(column(estimate.ten, estimate.com, estimate.inertia_com, moments).tolist())
+
+    ends = column(np.vstack([np.full((9, 2), np.nan), result.mass.interval95]), result.com.interval95, None)
     if isinstance(best, PossibleEstimate):
-        ends[:13] = np.vstack([bounds(best.interval95), array(best.com_interval95, 3, 2)])
-        ends[13:19] = [array(best.inertia_com_interval95, 3, 3, 2)[pair] for pair in SIX]
-        ends[19:] = array(best.principal_moments_interval95, 3, 2)
-    names, units = zip(*_ROWS, strict=True)
-    values = zip(_values(best).tolist(), ends.tolist(), strict=True)
-    shown = [with_interval(x, *end) for x, end in values]
-    columns: dict[str, Sequence[str]] = {"": names, "unit": units}
+        intervals = (best.com_interval95, best.inertia_com_interval95, best.principal_moments_interval95)
+        ends = column(bounds(best.interval95), *intervals)
+    shown = [with_interval(x, *end) for x, end in zip(values(best), ends.tolist(), strict=True)]
+    columns: dict[str, Sequence[str]] = {"": [*_UNITS], "unit": [*_UNITS.values()]}
     columns[f"method {result.method}"], columns["95 % interval"] = zip(*shown, strict=True)
     digits = [interval_digits(high - low) for low, high in ends]
     for each in result.possible:
         if each is not result.best:
-            pairs = zip(_values(each).tolist(), digits, strict=True)
-            columns[f"method {each.method}"] = [rounded(x, most) for x, most in pairs]
+            columns[f"method {each.method}"] = list(map(rounded, values(each), digits))
     for own in result.free:
         coms = np.fmax(array(own.com_sigma, 3), array(own.com_sigma_robust, 3))
         inertias = np.fmax(array(own.inertia_com_sigma, 3, 3), array(own.inertia_com_sigma_robust, 3, 3))
-        sigma = np.concatenate([own.larger_sigma, coms, six(inertias), np.full(3, np.nan)])
-        with_sigmas = zip(_values(own).tolist(), sigma.tolist(), strict=True)
+        with_sigmas = zip(values(own), column(own.larger_sigma, coms, inertias).tolist(), strict=True)
         columns[f"method {own.method} free"] = [with_sigma(x, s) if np.isfinite(x) else "-" for x, s in with_sigmas]
     if result.gain_sigma:
         by_gains = [f"{x:.2g}" if np.isfinite(x) else "" for x in numbers(best.sigma_with_gains)]
-        columns["sigma with gains"] = [*by_gains, *[""] * (len(_ROWS) - len(by_gains))]
-    if (visibility := present(result.visibility)) is not None:
-        columns["by these joints"] = [visibility.parameters.get(name, "") for name in names]
+        columns["sigma with gains"] = [*by_gains, *[""] * (len(_UNITS) - len(by_gains))]
+    if result.visibility:
+        columns["by these joints"] = [result.visibility.parameters.get(name, "") for name in _UNITS]
     rows = list(zip(*columns.values(), strict=True))
     return Table(f"Every parameter in {result.frame}", list(columns), rows, ("M", "com z", "YZ at com"))
 
 
-def _values(estimate: FreeEstimate | PossibleEstimate) -> Array:
-    """Numbers of the table's rows, nan where not determined."""
-    moments = estimate.principal_moments if isinstance(estimate, PossibleEstimate) else None
-    inertia = six(array(estimate.inertia_com, 3, 3))
-    return np.concatenate([estimate.ten, array(estimate.com, 3), inertia, array(moments, 3)])
-
-
 def method_notes(result: PayloadResult) -> list[str]:
     """Say where intervals and sigma come from, what constraints cost and which methods contradict them."""
-    best, robust, lines = result.best, present(result.best_free.robust), list[str]()
+    best, robust, lines = result.best, result.best_free.robust, list[str]()
     if best is not None:
         source = (
             "from the formula (17)-(19) for white torque noise; on real robots they are too short by a factor of "
             "about 1.5 to 4"
         )
-        if robust is not None and robust.blocks is not None:
+        if robust and robust.blocks is not None:
             by = f": {robust.warning}" if robust.by_memory else f", by the jackknife ({robust.blocks} blocks)"
             source = f"over all bodies that satisfy the constraints{by}"
         if np.isnan(bounds(best.interval95)).any():
@@ -333,52 +357,74 @@ def method_notes(result: PayloadResult) -> list[str]:
     for text, methods in against.items():
         numbers_of = ", ".join(map(str, methods))
         lines.append(f"Contradicted by method {numbers_of}: {text} (p {max(methods.values()):.1g}).")
-    left_out = (present(result.left_out) or {}).items()
-    return [*lines, *sigma_notes(result.free), *(f"Method {method} left out: {why}" for method, why in left_out)]
-
-
-def sigma_notes(estimates: Sequence[FreeEstimate]) -> list[str]:
-    """Say where the standard deviations of free estimates come from, and what speaks against them."""
-    robust = [(e, e.robust) for e in estimates if e.robust and e.robust.blocks is not None]
-    lines = ["± one standard deviation by (17)-(19), for white torque noise and an exact torque scale."]
-    if robust:
-        first = robust[0][1]
-        other, source = "that from the errors' autocorrelation", "autocorrelation"
+    # Then where the standard deviations of the free estimates come from.
+    robusts = [(e, e.robust) for e in result.free if e.robust and e.robust.blocks is not None]
+    if robusts:
+        first, other, source = robusts[0][1], "that from the errors' autocorrelation", "autocorrelation"
         if not first.by_memory:
-            length = array(present(first.block_length))
-            other = "the block jackknife's standard deviation"
-            blocks = f"blocks of {length:.2g} s or more" if length else "poses"
-            source = f"jackknife over {first.blocks} {blocks}"
-        lines = [f"± the larger of the formula's (17)-(19) and {other}."]
-        ratios = [
-            f"method {e.method} {numbers(e.sigma_robust)[-1] / numbers(e.sigma)[-1]:.2f}"
-            for e, _ in robust
-            if not e.from_scale
-        ]
+            length, other = array(first.block_length), "the block jackknife's standard deviation"
+            parts = f"blocks of {length:.2g} s or more" if length else "poses"
+            source = f"jackknife over {first.blocks} {parts}"
+        lines.append(f"± the larger of the formula's (17)-(19) and {other}.")
+        measured = [e for e, _ in robusts if not e.from_scale]
+        ratios = [f"method {e.method} {numbers(e.sigma_robust)[-1] / numbers(e.sigma)[-1]:.2f}" for e in measured]
         if ratios:
             lines.append(f"Mass, sigma_robust/sigma ({source} to formula): {', '.join(ratios)}.")
-    by_formula: dict[str, list[str]] = {}
-    for e in estimates:
-        if e.unavailable:
-            by_formula.setdefault(e.unavailable, []).append(str(e.method))
-    formula = [f"± of method {', '.join(each)} by the formula alone: {why}" for why, each in by_formula.items()]
-    return [*lines, *sorted({str(r.warning) for _, r in robust if r.warning}), *formula]
+    else:
+        lines.append("± one standard deviation by (17)-(19), for white torque noise and an exact torque scale.")
+    lines += sorted({str(own.warning) for _, own in robusts if own.warning})
+    for why in dict.fromkeys(e.unavailable for e in result.free if e.unavailable):
+        alone = ", ".join(str(e.method) for e in result.free if e.unavailable == why)
+        lines.append(f"± of method {alone} by the formula alone: {why}")
+    return [*lines, *(f"Method {method} left out: {why}" for method, why in (result.left_out or {}).items())]
 
 
 def data_notes(result: PayloadResult) -> list[str]:
     """Equations, condition numbers, residuals, friction and the alignment of recordings."""
-    data, residual = present(result.data), present(result.relative_residual)
-    if data is None:
+    data, residual = result.data, result.relative_residual
+    if not data:
         return []
     lines = list[str]()
     if data.condition_number is not None:
         moving = f"Joints {', '.join(map(str, result.joints))} move" if result.joints else "Without payload"
         lines.append(f"{moving}: {evidence.conditioning(data.equations, data.base_parameters, data)}")
     if result.short:
-        lines += _short_notes(result, data)
-    elif residual is not None and residual.relative is not None:
+        unexplained = array(residual.relative_per_joint, 0) if residual else np.zeros(0)
+        joints = " ".join(rounded(100.0 * ratio, 1) for ratio in unexplained.tolist())
+        own = 100.0 * array(residual.relative if residual else None)
+        lines.append(f"Unexplained: {joints} % of each joint's torque, {own:.1f} % of the payload's torque.")
+        friction = "Friction is that of the stored robot."
+        if data.friction == "may differ":
+            friction = (
+                "Friction may differ from the stored robot's (--friction-change), and the robot from its stored "
+                "parameters within their covariance; the intervals allow for both."
+            )
+        elif data.friction == "free":
+            offsets = "so are the constant torques."
+            if (constant := result.constant_torques) and constant.joints:
+                sigmas = ", ".join(f"{constant.sigma[j - 1]:.2g}" for j in constant.joints)
+                offsets = (
+                    f"the constant torques of joint {', '.join(map(str, constant.joints))} may change by {sigmas} "
+                    f"N·m or N (1 sigma, {100 * OFFSET_SHARE:.1f} % of Coulomb friction); the intervals allow for "
+                    "it."
+                )
+            friction = f"Coulomb friction is estimated anew in each recording; {offsets}"
+        lines.append(friction)
+        if waves := dict.fromkeys((wave.joint, round(wave.waves)) for wave in result.ripple or ()):
+            counts = ", ".join(f"joint {joint} {count}" for joint, count in waves)
+            recordings = max(1, len(result.repeats.sources if result.repeats else ()), len(data.lags_s))
+            by_noise = 1.0 - (1.0 - RIPPLE_CHANCE) ** (len(result.joints or ()) * recordings)
+            lines.append(
+                f"Ripple that comes with the payload, in waves per turn (or per 2 pi m): {counts}. It may be "
+                f"chance: noise alone shows such a wave in {100 * RIPPLE_CHANCE:.0f} % of joints and recordings, "
+                f"here in at least one with a probability of {100 * by_noise:.0f} %. It is estimated too, which "
+                "widens the intervals."
+            )
+        sums = result.visibility.combinations if result.visibility else ()
+        lines += [f"Only this sum is visible: {names}." for names in sums]
+    elif residual and residual.relative is not None:
         lines.append(f"Relative residual of the robot's model: {evidence.residual_text(residual)}")
-    if residual is not None and residual.validation:
+    if residual and residual.validation:
         lines.append(f"On the validation recording: {evidence.residual_text(residual.validation)}")
     if data.friction == "may differ" and not result.short:
         lines.append(
@@ -389,46 +435,6 @@ def data_notes(result: PayloadResult) -> list[str]:
         ends = dict.fromkeys(f"{round(lag, 4) + 0.0:.4f}" for lag in (min(data.lags_s), max(data.lags_s)))
         pairs = f"{len(data.lags_s)} pair{'s' * (len(data.lags_s) > 1)}"
         largest, rms = (1e3 * array(x) for x in (data.max_position_mismatch_rad, data.rms_position_mismatch_rad))
-        lines.append(
-            f"{pairs} aligned by {' to '.join(ends)} s; positions then differ by at most {largest:.2f} mrad (rms "
-            f"{rms:.3f})."
-        )
+        apart = f"positions then differ by at most {largest:.2f} mrad (rms {rms:.3f})."
+        lines.append(f"{pairs} aligned by {' to '.join(ends)} s; {apart}")
     return lines
-
-
-def _short_notes(result: PayloadResult, data: PayloadData) -> list[str]:
-    residual, visibility = present(result.relative_residual), present(result.visibility)
-    unexplained = array(residual.relative_per_joint, 0) if residual else np.zeros(0)
-    own = array(residual.relative if residual else None)
-    joints = " ".join(rounded(100.0 * ratio, 1) for ratio in unexplained.tolist())
-    friction, constant = "Friction is that of the stored robot.", present(result.constant_torques)
-    if data.friction == "free":
-        offsets = "so are the constant torques."
-        if constant is not None and constant.joints:
-            sigmas = ", ".join(f"{constant.sigma[j - 1]:.2g}" for j in constant.joints)
-            offsets = (
-                f"the constant torques of joint {', '.join(map(str, constant.joints))} may change by {sigmas} N·m "
-                f"or N (1 sigma, {100 * OFFSET_SHARE:.1f} % of Coulomb friction); the intervals allow for it."
-            )
-        friction = f"Coulomb friction is estimated anew in each recording; {offsets}"
-    elif data.friction == "may differ":
-        friction = (
-            "Friction may differ from the stored robot's (--friction-change), and the robot from its stored "
-            "parameters within their covariance; the intervals allow for both."
-        )
-    lines = [
-        f"Unexplained: {joints} % of each joint's torque, {100 * own:.1f} % of the payload's torque.",
-        friction,
-    ]
-    if waves := dict.fromkeys((wave.joint, round(wave.waves)) for wave in result.ripple or ()):
-        counts = ", ".join(f"joint {joint} {count}" for joint, count in waves)
-        recordings = max(1, len(result.repeats.sources if result.repeats else ()), len(data.lags_s))
-        by_noise = 1.0 - (1.0 - RIPPLE_CHANCE) ** (len(result.joints or ()) * recordings)
-        lines.append(
-            f"Ripple that comes with the payload, in waves per turn (or per 2 pi m): {counts}. It may be chance: "
-            f"noise alone shows such a wave in {100 * RIPPLE_CHANCE:.0f} % of joints and recordings, here in at "
-            f"least one with a probability of {100 * by_noise:.0f} %. It is estimated too, which widens the "
-            "intervals."
-        )
-    sums = visibility.combinations if visibility else ()
-    return [*lines, *(f"Only this sum is visible: {names}." for names in sums)]

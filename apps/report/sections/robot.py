@@ -2,13 +2,12 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import count
 from pathlib import PurePath
 
 import numpy as np
 from msgspec import UnsetType
 
-from ....common.schema import present
-from ....estimation.fit.estimate import Estimate
 from ....estimation.possible.payload import CONFLICT
 from ....estimation.results.parts import Rollout
 from ....estimation.results.payload import array, numbers
@@ -18,10 +17,10 @@ from ....model.drives import parameter_kind
 from ....model.frames import frames_at
 from ....model.friction import PAPER, term_names
 from ....model.robot import SOURCED
-from ...numbers import percent
+from ...numbers import joined, percent
 from ...rollout import CONSTANT, GROWTH_TIME, IDENTIFIED
 from ..blocks import Block, Drawing, Notes, Report, Section, Table, Text, lines, with_sigma
-from ..figures.canvas import BLUE, GREY, ORANGE, Figure, log_scale, panels, plain
+from ..figures import BLUE, GREY, ORANGE, Figure, log_scale, panels, plain
 from . import evidence
 
 _HEADINGS = ("joint", "kind", "alpha", "d", "theta", "r", "from", "to", "speed", "accel.", "torque")
@@ -48,6 +47,8 @@ def robot_description(robot: Robot) -> list[Block]:
         cells = (f"{x:.5g}" if math.isfinite(x) else "" for x in (*motion, limits.torque))
         rows.append((name, joint.kind, *(f"{value:.6g}" for value in geometry), *cells))
     flange, drives = frames_at(robot, [0.0] * robot.n)[-1], robot.drives
+    vectors = (flange.p, flange.R[:, 2], flange.R[:, 0], np.array(robot.gravity))
+    place, along_z, along_x, gravity = (joined(vector + 0.0, ".5g") for vector in vectors)
     sources = {part: source for part, source in robot.sources.items() if part in SOURCED}
     terms = "" if drives.friction == PAPER else f" ({', '.join(term_names(drives.friction))})"
     modelled = {
@@ -58,28 +59,27 @@ def robot_description(robot: Robot) -> list[Block]:
         "a gravity spring": drives.spring is not None,
     }
     known = ", ".join(word for word, there in modelled.items() if there) or "none of their parameters"
-    lines = [
-        f"Payloads are given in {robot.payload_frame}.",
-        f"With all joints at zero, that frame is at {_vector(flange.p.tolist())} m from the base, "
-        f"z along {_vector(flange.R[:, 2].tolist())}, x along {_vector(flange.R[:, 0].tolist())}.",
-        f"Gravity in frame 0: {_vector(list(robot.gravity))} m/s^2.",
-        f"Drives: {known}{'; torque sensors on the link side' if drives.side == 'link' else ''}.",
-    ]
-    if math.isfinite(robot.rated_payload):
-        lines.append(f"Rated payload: {robot.rated_payload:g} kg.")
-    if robot.links is not None:
-        lines.append(f"Links of the file: {robot.links.base}, {', '.join(robot.links.names)}; {robot.links.tip}.")
-    if robot.mass is not None:
-        lines.append(f"Mass of the arm, including its base: {robot.mass:g} kg.")
+    flange_text, links = "", robot.links
     if robot.flange_pose is not None:
-        position = ", ".join(f"{1e3 * value:g}" for value in robot.flange_pose.origin)
-        turn = ", ".join(f"{math.degrees(angle) + 0.0:g}" for angle in robot.flange_pose.rpy)
-        lines.append(f"The maker's flange is at ({position}) mm, rpy ({turn}) deg in the payload's frame.")
-    lines += [f"Joint names in logs: {', '.join(names)}." for names in robot.joint_names]
-    lines += [f"{names[0].upper()}{names[1:]}: {source}." for source, names in _grouped(sources).items()]
-    lines += [f"Note: {note}" for note in robot.snapped]
+        position = joined((1e3 * value for value in robot.flange_pose.origin), "g")
+        turn = joined((math.degrees(angle) + 0.0 for angle in robot.flange_pose.rpy), "g")
+        flange_text = f"The maker's flange is at ({position}) mm, rpy ({turn}) deg in the payload's frame."
+    told = lines(
+        f"Payloads are given in {robot.payload_frame}.",
+        f"With all joints at zero, that frame is at ({place}) m from the base, z along ({along_z}), x along "
+        f"({along_x}).",
+        f"Gravity in frame 0: ({gravity}) m/s^2.",
+        f"Drives: {known}{'; torque sensors on the link side' if drives.side == 'link' else ''}.",
+        f"Rated payload: {robot.rated_payload:g} kg." if math.isfinite(robot.rated_payload) else "",
+        f"Links of the file: {links.base}, {', '.join(links.names)}; {links.tip}." if links is not None else "",
+        f"Mass of the arm, including its base: {robot.mass:g} kg." if robot.mass is not None else "",
+        flange_text,
+        *(f"Joint names in logs: {', '.join(names)}." for names in robot.joint_names),
+        *(f"{names[0].upper()}{names[1:]}: {source}." for source, names in _grouped(sources).items()),
+        *(f"Note: {note}" for note in robot.snapped),
+    )
     title = f"{robot.title or robot.name}: modified DH (Khalil-Kleinfinger), degrees and m"
-    return [Table(title, _HEADINGS, rows), Notes(lines)]
+    return [Table(title, _HEADINGS, rows), Notes(told)]
 
 
 def base_description(robot: Robot) -> list[Block]:
@@ -88,8 +88,8 @@ def base_description(robot: Robot) -> list[Block]:
     rows = [tuple(line.split(" = ", 1)) for line in base.groupings()]
     counted = f"{len(base.columns)} base parameters of {len(base.standard)} standard ones"
     hidden = ", ".join(base.unidentifiable)
-    notes = lines(f"Without effect on any torque: {hidden}." if hidden else "")
-    return [Table(f"{robot.title or robot.name}: {counted}", ("", "grouping"), rows), Notes(notes)]
+    notes = Notes([f"Without effect on any torque: {hidden}."] if hidden else [])
+    return [Table(f"{robot.title or robot.name}: {counted}", ("", "grouping"), rows), notes]
 
 
 def assumed_notes(robot: Robot, *parts: str) -> list[str]:
@@ -105,14 +105,10 @@ def _grouped(parts: Mapping[str, str]) -> dict[str, str]:
     return {text: ", ".join(names) for text, names in said.items()}
 
 
-def _vector(values: list[float]) -> str:
-    return "(" + ", ".join(f"{value + 0.0:.5g}" for value in values) + ")"
-
-
 def robot_report(result: RobotResult, document: str | None = None) -> Report:
     """Verdict, residual and friction of each joint; every parameter, torques; ``document``: its JSON file."""
     # What was read from a file has no errors to draw.
-    rollouts = [rollout for rollout in present(result.rollouts) or () if rollout.working]
+    rolled = list(map(_rolled, [rollout for rollout in result.rollouts or () if rollout.working], count(1)))
     verdict, made, estimate, held_out = result.judged, result.working, result.estimate, result.validation
     after = f"'dynident payload --robot-parameters {document or 'robot.json'} --loaded LOG'"
     ask = "" if document or not made else "add --json robot.json, then "
@@ -131,69 +127,65 @@ def robot_report(result: RobotResult, document: str | None = None) -> Report:
         possible,
         evidence.MEND if verdict.reasons else f"Next: {ask}{after}.",
     )
-    notes = [
-        *evidence.verdict_notes(verdict),
-        *evidence.friction_notes(present(result.friction) or ()),
-        *evidence.gain_error_notes(result.processing, result.gains),
-    ]
+    notes = [f"Note: {text}." for text in verdict.notes]
+    notes += evidence.model_notes(result.friction or (), result.processing, result.gains)
     # What of each joint's torque is not explained, and its friction as far as it was identified.
-    residuals = [estimate.fit.relative_per_joint, *([array(held_out.relative_per_joint, 0)] if held_out else [])]
+    residuals = {"unexplained": estimate.fit.relative_per_joint}
+    residuals |= {"held out": array(held_out.relative_per_joint, 0)} if held_out else {}
     rows, sigmas = list[tuple[str, ...]](), map(with_sigma, estimate.values, estimate.total_sigma)
     friction = dict(zip(estimate.names, sigmas, strict=True))
-    for j, kind in enumerate(present(result.joints) or ("revolute",) * len(estimate.fit.rows), 1):
+    for j, kind in enumerate(result.joints or ("revolute",) * len(estimate.fit.rows), 1):
         unit = "N·m" if kind == "revolute" else "N"
-        ratios = [percent(float(relative[j - 1])) for relative in residuals]
+        ratios = [percent(float(relative[j - 1])) for relative in residuals.values()]
         coulomb, viscous = friction.get(f"FS{j}", "-"), friction.get(f"FV{j}", "-")
         rows.append((f"joint {j}", *ratios, coulomb, unit, viscous, f"{unit}·s"))
-    fits = ("unexplained", *(["held out"] if held_out else []))
-    headings = ("", *fits, "Coulomb friction", "unit", "viscous friction", "unit")
+    headings = ("", *residuals, "Coulomb friction", "unit", "viscous friction", "unit")
+    worst, torques = evidence.torques(made, len(made.held_out or made.recordings) if made else 0)
     first = [
         Text(f"Verdict: {_BAD if verdict.reasons else _GOOD}", level="do_not_use" if verdict.reasons else "use"),
         *evidence.reason_blocks(verdict),
         Table(f"Torques of {result.title}", headings, rows),
         Notes(told),
-        Notes([*map(rollout_line, rollouts), *notes], optional=True),
-        evidence.worst_torque(lambda: made.predictions),
+        Notes([*(line for line, _ in rolled), *notes], optional=True),
+        worst,
     ]
+    predicted = [Text(_WORDS), *(block for _, blocks in rolled for block in blocks)]
     sections = (
         robot_section(result),
-        *([_rollout_section(rollouts, 1)] if rollouts else []),
-        evidence.torques_section(lambda: made.predictions, len(made.held_out or made.recordings) if made else 0),
-        evidence.excitation_section(lambda: made.excitation, labels),
-        evidence.essential_section(present(result.elimination), result.title),
+        *([Section("rollout", "Predicted motion", predicted)] if rolled else []),
+        torques,
+        evidence.excitation_section(made, labels),
+        evidence.essential_section(result.elimination or None, result.title),
     )
+    robust = estimate.robust
+    if robust is None:
+        why_not = result.robust.unavailable if result.robust else None
+        formula = f"± by the formula alone: {why_not}" if why_not else ""
+        source = ["± one standard deviation by (17)-(19), for white torque noise.", formula]
+    else:
+        low, middle, high = np.quantile(robust.sigma / np.maximum(estimate.sigma, 1e-300), (0.0, 0.5, 1.0))
+        blocks = f"jackknife over {robust.blocks} blocks of {robust.block_length:.2g} s or more"
+        source = [
+            "± and % by the larger of the formula's (17)-(19) and the block jackknife's standard deviation; what "
+            "is essential goes by the formula's.",
+            f"sigma_robust/sigma ({blocks} to formula): median {middle:.2f}, {low:.2f} to {high:.2f}; above 1 "
+            "where errors of the torque last longer than a sample. chi2 and p by the jackknife's.",
+            robust.warning,
+        ]
     data = lines(
         evidence.conditioning(result.data.equations, len(result.columns), result),
         f"Relative residual: {evidence.residual_text(estimate.fit)}",
         f"On the validation recording: {evidence.residual_text(held_out)}" if held_out else "",
-        *_sigma_notes(estimate, present(result.robust.unavailable) if result.robust else None),
+        *source,
     )
     title, more = f"Dynamic parameters of the {result.title}", "all base parameters, residuals, essential ones"
     return Report(title, first, sections, more, "Identified from recordings without payload", data)
 
 
-def _sigma_notes(estimate: Estimate, why_not: str | None) -> list[str]:
-    """Say where the standard deviations of the robot's table come from; ``why_not``: from the formula alone."""
-    if (robust := estimate.robust) is None:
-        formula = f"± by the formula alone: {why_not}" if why_not else ""
-        return lines("± one standard deviation by (17)-(19), for white torque noise.", formula)
-    low, middle, high = np.quantile(robust.sigma / np.maximum(estimate.sigma, 1e-300), (0.0, 0.5, 1.0))
-    blocks = evidence.jackknife(robust.blocks, robust.block_length)
-    return lines(
-        "± and % by the larger of the formula's (17)-(19) and the block jackknife's standard deviation; what is "
-        "essential goes by the formula's.",
-        f"sigma_robust/sigma ({blocks} to formula): median {middle:.2f}, "
-        f"{low:.2f} to {high:.2f}; above 1 where errors of the torque last longer than a sample. chi2 and p by the "
-        "jackknife's.",
-        robust.warning,
-    )
-
-
 def robot_section(result: RobotResult) -> Section:
     """Base parameters with the larger sigma, beside those of a robot that can exist; friction that was tried."""
     estimate, nearest = result.estimate, result.constrained
-    constrained = nearest and present(nearest.base_parameters)
-    moved = [parameter.value for parameter in constrained] if constrained else None
+    moved = [each.value for each in nearest.base_parameters] if nearest and nearest.base_parameters else None
     further = [("by gains", estimate.sigma_by_gains, ".2g"), ("constrained", moved, ".4g")]
     shown = [(heading, values, form) for heading, values, form in further if values is not None]
     rows: list[tuple[str, ...]] = []
@@ -211,56 +203,50 @@ def robot_section(result: RobotResult) -> Section:
         rows = []
         for each in nearest.parameters:
             prior = "" if isinstance(each.prior, UnsetType) else f"{each.prior + 0.0:.4g}"
-            rows.append((each.name, f"{each.value:.4g}", prior, f"{100.0 * array(each.share):.0f} %",
-                         each.decided_by or ""))  # fmt: skip
+            ratio = f"{100.0 * array(each.share):.0f} %"
+            rows.append((each.name, f"{each.value:.4g}", prior, ratio, each.decided_by or ""))
         ends = [each.name for each in nearest.parameters if parameter_kind(each.name) == INERTIAL[-1]]
         title = f"Standard parameters of {result.title}, SI units"
         tables.append(Table(title, ("", "value", "prior", "data", "decided by"), rows, ends))
-    if terms := present(result.friction) or ():
-        rows = [
-            (term.name, f"{100 * float(array(term.fall)):.1f}", f"{100 * float(array(term.error)):.1f}",
-             "kept" if term.kept else present(term.why_not) or "")
-            for term in terms
-        ]  # fmt: skip
+    if terms := result.friction:
+        rows = []
+        for term in terms:
+            falls, error = (f"{100 * array(x):.1f}" for x in (term.fall, term.error))
+            rows.append((term.name, falls, error, "kept" if term.kept else term.why_not or ""))
         headings = ("", "error falls by, %", "its standard error, %", "")
         tables.append(Table("Terms of friction, on blocks of time that were held out", headings, rows))
-    return Section("parameters", "Base parameters of the robot", [*tables, Notes(_constrained_notes(result))])
-
-
-def _constrained_notes(result: RobotResult) -> list[str]:
-    """Lines on the robot that can exist; none where none was asked for."""
-    nearest = result.constrained
-    if nearest is None:
-        return []
-    p_value = f"p {array(nearest.p_value):.2g} for {len(result.columns)} parameters"
-    smallest = min((present(nearest.min_eigenvalues) or {"": float("nan")}).values())
-    active, hidden = present(nearest.active) or (), present(nearest.unidentifiable) or ()
-    held = [f"{holding.description} ({holding.multiplier:.2g})" for holding in active[:_MOST_NAMED]]
-    more = f" and {len(active) - len(held)} more" if len(active) > len(held) else ""
-    single = [text for text in hidden if " " not in text]
-    prior = ""
-    if nearest.prior:
-        least = float(array(nearest.prior.nearest_chi2_rise))
-        prior = (
-            f"Prior: {nearest.source}; chi2 {nearest.chi2_rise - least:.3g} above the constrained minimum of "
-            f"{least:.3g}. What the prior decides is not identified."
+    notes = list[str]()
+    if nearest is not None:
+        p_value = f"p {array(nearest.p_value):.2g} for {len(result.columns)} parameters"
+        smallest = min((nearest.min_eigenvalues or {"": float("nan")}).values())
+        active, hidden = nearest.active or (), nearest.unidentifiable or ()
+        held = [f"{holding.description} ({holding.multiplier:.2g})" for holding in active[:_MOST_NAMED]]
+        unnamed = f" and {len(active) - len(held)} more" if len(active) > len(held) else ""
+        single = [text for text in hidden if " " not in text]
+        prior = ""
+        if nearest.prior:
+            least = float(array(nearest.prior.nearest_chi2_rise))
+            prior = (
+                f"Prior: {nearest.source}; chi2 {nearest.chi2_rise - least:.3g} above the constrained minimum of "
+                f"{least:.3g}. What the prior decides is not identified."
+            )
+        notes = lines(
+            f"Constrained: the nearest robot that can exist; chi2 rises by {nearest.chi2_rise:.3g} ({p_value}); "
+            f"smallest eigenvalue of a link {smallest:.2g}; {nearest.status}.",
+            prior,
+            f"Held back by (multiplier): {', '.join(held)}{unnamed}." if held else "",
+            f"No motion shows {', '.join(single)}{' and ' * bool(single)}{len(hidden) - len(single)} "
+            "combinations of standard parameters (the JSON lists them).",
         )
-    return lines(
-        f"Constrained: the nearest robot that can exist; chi2 rises by {nearest.chi2_rise:.3g} ({p_value}); "
-        f"smallest eigenvalue of a link {smallest:.2g}; {nearest.status}.",
-        prior,
-        f"Held back by (multiplier): {', '.join(held)}{more}." if held else "",
-        f"No motion shows {', '.join(single)}{' and ' * bool(single)}{len(hidden) - len(single)} combinations of "
-        "standard parameters (the JSON lists them).",
-    )
+    return Section("parameters", "Base parameters of the robot", [*tables, Notes(notes)])
 
 
 def gains_report(gains: GainsResult, document: str | None = None) -> Report:
     """Gains and verdict, the weight as each joint sees it, the torques; ``document``: the JSON file."""
-    level, made, mounted = gains.judged.level, gains.working, bool(gains.load and gains.load.mountings)
+    level, made, load, robust = gains.judged.level, gains.working, gains.load, gains.robust
+    mounted, drives, residual = bool(load and load.mountings), gains.drive_gains, gains.relative_residual
     ask = "" if document or not made else "add --json gains.json, then "
     after = f"Next: {ask}give --drive-gains {document or 'gains.json'} to 'dynident payload'."
-    drives, residual = gains.drive_gains, present(gains.relative_residual)
     sigma, n = np.sqrt(np.diag(drives.relative_covariance)), len(drives.values)
     unexplained = array(residual.relative_per_joint if residual else None, n)
     parts = zip(drives.values, sigma, unexplained, drives.rests_on or ("",) * n, strict=True)
@@ -268,133 +254,105 @@ def gains_report(gains: GainsResult, document: str | None = None) -> Report:
         (str(j), f"{value:.3f}", f"{value * ratio:.2g}", f"{100 * ratio:.2g}", f"{100 * left:.1f}", word)
         for j, (value, ratio, left, word) in enumerate(parts, start=1)
     ]
-    headings = ("motor", "N·m/A", "sigma", "%", "residual %", "rests on")
+    worst, torques = evidence.torques(made)
     first = [
         Text(f"Verdict: {'use every gain' if level == 'use' else evidence.VERDICTS[level]}.", level=level),
-        Table(f"Drive gains of {gains.robot}", headings, rows),
+        Table(f"Drive gains of {gains.robot}", ("motor", "N·m/A", "sigma", "%", "residual %", "rests on"), rows),
         Notes([after if level != "do_not_use" else evidence.MEND]),
         *evidence.reason_blocks(gains.judged),
-        Notes(evidence.verdict_notes(gains.judged), optional=True),
-        evidence.worst_torque(lambda: made.predictions),
+        Notes([f"Note: {text}." for text in gains.judged.notes], optional=True),
+        worst,
     ]
     sections = []
-    of_joints = zip(made.mountings, made.loads, made.by_joints, strict=True) if made else ()
-    for name, load, by_joints in of_joints:
-        section = evidence.joints_section(by_joints.masses, load.mass, (load.mass, load.mass), name)
+    for name, known, by_joints in zip(made.mountings, made.loads, made.by_joints, strict=True) if made else ():
+        section = evidence.joints_section(by_joints.masses, known.mass, (known.mass, known.mass), f"_{name}")
         title = f"The known weight as each joint sees it{f', mounting {name}' if mounted else ''}"
         sections.append(section._replace(title=title))
-    sections.append(evidence.torques_section(lambda: made.predictions))
-    title = f"Drive gains of the {gains.robot_title or gains.robot}"
-    subtitle = "Identified from recordings of motor currents with a known weight"
-    more = "the payload, residuals, origin of sigma"
-    return Report(title, first, sections, more, subtitle, _gains_notes(gains, mounted))
-
-
-def _gains_notes(gains: GainsResult, mounted: bool) -> list[str]:
-    robust, residual, load = present(gains.robust), present(gains.relative_residual), gains.load
-    lines = list[str]()
+    notes = list[str]()
     if load:
-        known, sigma = present(load.known) or {}, float(array(load.mass_sigma))
-        mountings = load.mountings or (MountingDocument(1, present(load.identified) or {}),)
-        for k, mounting in enumerate(mountings, start=1):
+        given, error = load.known or {}, float(array(load.mass_sigma))
+        for k, mounting in enumerate(load.mountings or (MountingDocument(1, load.identified or {}),), start=1):
             number, ten = str(k) if k > 1 else "", numbers(mounting.identified)
-            com = " ".join(f"{x:.4f}" for x in ten[6:9] / ten[9])
-            lines.append(
+            notes.append(
                 f"Payload{f', mounting {mounting.mounting}' if mounted else ''}: "
-                f"{known.get(f'M_L{number}', np.nan):.4g} kg as given (sigma {sigma:.2g} kg), centre of mass {com} "
-                f"m, {'as given' if f'MX_L{number}' in known else 'estimated'}."
+                f"{given.get(f'M_L{number}', np.nan):.4g} kg as given (sigma {error:.2g} kg), centre of mass "
+                f"{joined(ten[6:9] / ten[9], '.4f', ' ')} m, "
+                f"{'as given' if f'MX_L{number}' in given else 'estimated'}."
             )
-    unconstrained = " ".join(f"{value:.3f}" for value in array(gains.drive_gains.without_constraints, 0))
-    lines += [
+    unconstrained = joined(array(drives.without_constraints, 0), ".3f", " ")
+    widened = gains.disagreement or 1.0
+    source = f"sigma comes from the formula for white noise: {(robust and robust.unavailable) or ''}"
+    if robust and robust.blocks is not None:
+        blocks = f"{robust.blocks} blocks of {float(array(robust.block_length)):.2g} s or more"
+        source = f"sigma: the larger of the formula's and that of a jackknife over {blocks}."
+    notes += [
         "Every gain scales with the mass given: an error of 1 % in it is 1 % in each gain, and shows nowhere"
         + (" unless weights differ." if mounted else "."),
         f"Relative residual of the currents: {100 * array(residual.relative if residual else None):.2f} %.",
         f"Without the constraint that robot and payload can exist: {unconstrained}.",
+        *([f"Every sigma is {widened:.2g} times larger because the joints disagree."] if widened > 1.0 else []),
+        source,
+        *([robust.warning] if robust and robust.warning and robust.blocks is not None else []),
     ]
-    if (ratio := present(gains.disagreement) or 1.0) > 1.0:
-        lines.append(f"Every sigma is {ratio:.2g} times larger because the joints disagree.")
-    if robust is None or robust.blocks is None:
-        return [*lines, f"sigma comes from the formula for white noise: {(robust and robust.unavailable) or ''}"]
-    by = evidence.jackknife(robust.blocks, float(array(robust.block_length)))
-    return [
-        *lines,
-        f"sigma: the larger of the formula's and that of a {by}.",
-        *([robust.warning] if robust.warning else []),
-    ]
+    title = f"Drive gains of the {gains.robot_title or gains.robot}"
+    subtitle = "Identified from recordings of motor currents with a known weight"
+    return Report(title, first, [*sections, torques], "the payload, residuals, origin of sigma", subtitle, notes)
 
 
 def rollout_report(rollouts: Sequence[Rollout], robot: str) -> Report:
     """Errors by horizon and the replay of the first recording, a line of each other; then all of them."""
-    table, *more, notes = _parts(rollouts[0], 1)
-    first = [table, notes, Notes([rollout_line(rollout) for rollout in rollouts[1:]], optional=True)]
-    section = _rollout_section(rollouts[1:], 2, more)
-    title, details = f"Predicted motion of the {robot}", "every recording, starts at rest"
-    return Report(title, first, [section], details, "Of recordings that were not fitted")
+    (_, (table, *more, notes)), *others = map(_rolled, rollouts, count(1))
+    blocks = [Text(_WORDS), *more, *(block for _, parts in others for block in parts)]
+    first = [table, notes, Notes([line for line, _ in others], optional=True)]
+    section, details = Section("rollout", "Predicted motion", blocks), "every recording, starts at rest"
+    title, subtitle = f"Predicted motion of the {robot}", "Of recordings that were not fitted"
+    return Report(title, first, [section], details, subtitle)
 
 
-def rollout_line(rollout: Rollout) -> str:
-    """Error after the longest horizon and the replay, in one line."""
-    last, (unit, size) = rollout.horizons[-1], _unit(rollout)
-    spreads = last.in_motion or last.at_rest or {}
-    ours, constant = (f"{spreads[by][0] / size:.2g}" for by in (IDENTIFIED, CONSTANT))
-    return (
-        f"Motion of {PurePath(rollout.source).name}: {ours} {unit} off after {last.seconds:g} s (constant speed "
-        f"{constant}); replayed, torques {100.0 * rollout.replay_relative:.2g} % off."
-    )
+def _rolled(rollout: Rollout, number: int) -> tuple[str, list[Block]]:
+    """Error after the longest horizon and the replay in one line; errors by horizon, a figure and the replay."""
+    errors, moving, resting = rollout.working, rollout.starts_in_motion, rollout.starts_at_rest
+    unit, size = ("deg", math.pi / 180.0) if errors.turning else ("rad or m", 1.0)
+    last, name, replayed = rollout.horizons[-1], PurePath(rollout.source).name, 100.0 * rollout.replay_relative
+    longest = last.in_motion or last.at_rest or {}
+    ours, constant = (f"{longest[by][0] / size:.2g}" for by in (IDENTIFIED, CONSTANT))
+    replay = f"replayed, torques {replayed:.2g} % off."
+    line = f"Motion of {name}: {ours} {unit} off after {last.seconds:g} s (constant speed {constant}); {replay}"
 
+    def draw() -> Figure:
+        figure, ((axis,),) = panels((5.8, 3.2))
+        for by, (colour, style) in zip(errors.by, _STYLES, strict=False):
+            low, high = np.array([errors.spread(by, seconds, not moving) for seconds in errors.times]).T / size
+            axis.plot(errors.times, low, color=colour, linestyle=style, label=by)
+            axis.fill_between(errors.times, low, high, color=colour, alpha=0.2, linewidth=0)
+        log_scale(axis)
+        axis.set(xlabel="time after the start [s]", ylabel=f"error [{unit}]")
+        axis.legend(fontsize=9, frameon=False)
+        plain(axis)
+        return figure
 
-def _rollout_section(rollouts: Sequence[Rollout], number: int, before: Sequence[Block] = ()) -> Section:
-    blocks = [block for k, rollout in enumerate(rollouts, number) for block in _parts(rollout, k)]
-    return Section("rollout", "Predicted motion", [Text(_WORDS), *before, *blocks])
-
-
-def _parts(rollout: Rollout, number: int) -> list[Block]:
-    """Errors by horizon, of starts in motion and at rest; a figure; the replay, and whether open loop can judge."""
-    (unit, size), moving, resting = _unit(rollout), rollout.starts_in_motion, rollout.starts_at_rest
-    headings = ("after", *(heading for by in rollout.working.by for heading in (by, f"{by}, 90 %")))
+    headings = ("after", *(heading for by in errors.by for heading in (by, f"{by}, 90 %")))
     blocks: list[Block] = []
-    for how, count in (("in motion", moving), ("at rest", resting)):
+    for how, starts in (("in motion", moving), ("at rest", resting)):
         rows = []
         for horizon in rollout.horizons:
             spreads = (horizon.at_rest if how == "at rest" else horizon.in_motion) or {}
             cells = (f"{error / size:.3g}" for spread in spreads.values() for error in spread)
             rows.append((f"{horizon.seconds:g} s", *cells))
-        starts = f"{count} starts {how}"
-        title = f"{PurePath(rollout.source).name}: error [{unit}], median and 90 % of {starts}"
-        blocks += [Table(title, headings, rows)] if count else []
+        title = f"{name}: error [{unit}], median and 90 % of {starts} starts {how}"
+        blocks += [Table(title, headings, rows)] if starts else []
     caption = (
         f"Distance of predicted from measured motion on {rollout.source}, root mean square over the joints: median "
         "of the starts, shaded up to 90 %."
     )
-    blocks.append(Drawing(f"rollout_{number}", caption, lambda: _draw(rollout)))
-    joints = " ".join(f"{100.0 * ratio:.1f}" for ratio in rollout.replay_joints)
-    lines = [
-        f"Replay: torque {100.0 * rollout.replay_relative:.2g} % from the measured one (joints {joints} %), path "
-        f"kept to {rollout.replay_strayed / size:.2g} {unit}."
-    ]
-    if rollout.growth == rollout.growth:
-        hides = ": open loop says nothing here, whatever the parameters; go by the replay"
-        grows = f"An error of the start grows {rollout.growth:.2g}-fold within {GROWTH_TIME:g} s"
-        lines.append(f"{grows}{hides * (rollout.growth > _GROWS)}.")
-    if rollout.diverged:
-        lines.append(f"{rollout.diverged} of {moving + resting} starts of the identified robot diverged.")
-    return [*blocks, Notes(lines, optional=True)]
-
-
-def _draw(rollout: Rollout) -> Figure:
-    figure, ((axis,),) = panels((5.8, 3.2))
-    (unit, size), errors = _unit(rollout), rollout.working
-    for by, (colour, line) in zip(errors.by, _STYLES, strict=False):
-        spreads = [errors.spreads(seconds, not rollout.starts_in_motion)[by] for seconds in errors.times]
-        low, high = np.array(spreads).T / size
-        axis.plot(errors.times, low, color=colour, linestyle=line, label=by)
-        axis.fill_between(errors.times, low, high, color=colour, alpha=0.2, linewidth=0)
-    log_scale(axis)
-    axis.set(xlabel="time after the start [s]", ylabel=f"error [{unit}]")
-    axis.legend(fontsize=9, frameon=False)
-    plain(axis)
-    return figure
-
-
-def _unit(rollout: Rollout) -> tuple[str, float]:
-    return ("deg", math.pi / 180.0) if rollout.working.turning else ("rad or m", 1.0)
+    joints = joined(100.0 * np.array(rollout.replay_joints), ".1f", " ")
+    hides = ": open loop says nothing here, whatever the parameters; go by the replay" * (rollout.growth > _GROWS)
+    grows = f"An error of the start grows {rollout.growth:.2g}-fold within {GROWTH_TIME:g} s{hides}."
+    diverged = f"{rollout.diverged} of {moving + resting} starts of the identified robot diverged."
+    told = lines(
+        f"Replay: torque {replayed:.2g} % from the measured one (joints {joints} %), path kept to "
+        f"{rollout.replay_strayed / size:.2g} {unit}.",
+        grows if rollout.growth == rollout.growth else "",
+        diverged if rollout.diverged else "",
+    )
+    return line, [*blocks, Drawing(f"rollout_{number}", caption, draw), Notes(told, optional=True)]

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from dynident.apps.logs.read import read_recording
 from dynident.apps.numbers import with_interval
-from dynident.apps.report.blocks import Code, Notes, Report, Section, Table, Text
-from dynident.apps.report.figures.signals import prediction_figure, worst_joint_figure
-from dynident.apps.report.page import blocks_html, page_html
+from dynident.apps.report.blocks import Notes, Report, Section, Table, Text
+from dynident.apps.report.figures import prediction_figures
+from dynident.apps.report.render import blocks_html, page_html
 from dynident.apps.report.sections.payload import controller_line, payload_report
 from dynident.cli import main
 from dynident.estimation import PayloadAnswer, Settings, Verdict, answer_payload, payload_problem
@@ -162,7 +162,7 @@ EVIL = "<script>alert(1)</script>\"'&lt;</code></pre>"
 @given(st.text(st.characters(exclude_categories=["Cs", "Cc"])))
 def test_text_comes_back(text: str) -> None:
     """Whatever it holds, it is escaped once, in content and in attributes."""
-    page = read(blocks_html([Text(text), Code(text, text)]))
+    page = read(blocks_html([Text(text), Text(text, copied=text)]))
     assert page.texts["p"] == page.texts["code"] == [text]
     assert ("code", "id", text) in page.attributes
     assert blocks_html([Notes([])]).strip() == ""
@@ -178,7 +178,7 @@ def test_files_named_like_scripts_are_harmless() -> None:
     """In tables, captions, descriptions of figures, the command and the title."""
     files = (("with payload", EVIL, "0" * 64),)
     shown = Table("plain", ("", EVIL), [(EVIL, EVIL)])
-    drawings = [worst_joint_figure(evil_prediction()), prediction_figure(evil_prediction(), "torques_1")]
+    drawings = prediction_figures(evil_prediction(), "torques_1")
     section = Section("one", EVIL, [shown, Notes([EVIL]), *drawings])
     report = Report(EVIL, [Text(EVIL)], [section])
     text = page_html(report, f"dynident payload --loaded {EVIL}", files, {EVIL: EVIL})

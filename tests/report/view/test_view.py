@@ -8,8 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-from dynident.apps.view.moving import view_of
-from dynident.apps.view.shapes import Shape, box, capsule, coarse, ellipsoid, inertia_axes, plane
+from dynident.apps.view.moving import Shape, box, capsule, coarse, ellipsoid, inertia_axes, plane, view_of
 from dynident.apps.view.viser_page import html_of
 from dynident.cli import main
 from dynident.common.arrays import Array

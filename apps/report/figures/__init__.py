@@ -1,1 +1,0 @@
-"""Figures of results, one kind a file: a function each, drawn when looked at."""

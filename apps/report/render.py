@@ -1,0 +1,215 @@
+"""A report on a terminal, as one self-contained HTML file that says where it comes from, and its figures as files.
+
+The page is what ``templates/`` makes of it: ``page.html`` is its layout, ``blocks.html`` the look of each kind of
+block, ``style.css`` colours and widths. Texts are escaped where they enter; on a terminal none is taken for markup.
+"""
+
+import html
+import os
+import re
+import sys
+import textwrap
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import UTC, datetime
+from functools import cache
+from pathlib import Path
+from shutil import get_terminal_size
+from typing import IO, TYPE_CHECKING, Any
+
+from rich.cells import cell_len
+from rich.console import Console
+from rich.table import Table as Grid
+from rich.text import Text as Line
+
+from ... import __version__
+from ...common.errors import InputError, printable
+from ...common.files import made_folder
+from ...common.versions import versions
+from .blocks import Block, Drawing, Notes, Pair, Report, Table, Text
+from .figures import save_figure, svg_text
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+LINES, COLUMNS = 25, 80
+"""A screen."""
+_FEWEST = 20  # columns of the narrowest terminal that is laid out
+_NARROWEST = 14  # letters that a column of words needs at least
+_MERGED = 24  # letters of words that stand beside several rows
+_WIDE = 7.5  # inches: a wider figure scrolls where the screen is narrow
+
+
+def print_blocks(blocks: Sequence[Block], stream: IO[str] | None = None) -> None:
+    """Print tables and lines; a table wider than the terminal is printed in parts, one below the other."""
+    print_report(Report("", blocks), details=True, stream=stream)
+
+
+def print_report(report: Report, details: bool = False, stream: IO[str] | None = None) -> None:
+    """Print what fits on a screen of 25 lines and how much is left out, or all of it, with ``details``."""
+    width, stream = max(get_terminal_size((COLUMNS, LINES)).columns, _FEWEST), stream or sys.stdout
+    try:
+        stream.writelines(f"{printable(line)}\n" for line in _screen(report, details, width))
+        stream.flush()
+    except BrokenPipeError:  # `| head` has seen enough, files are still written
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def screen_text(report: Report, details: bool = False) -> str:
+    """The screen as text, 80 columns wide."""
+    return "\n".join(map(printable, _screen(report, details, COLUMNS))).rstrip("\n")
+
+
+def _screen(report: Report, details: bool, width: int) -> list[str]:
+    blocks = list(printed(report.first))
+    if details:
+        for section in report.sections:
+            if inside := list(printed(section.blocks)):
+                blocks += [Notes(["", section.title.upper()]), *inside]
+        blocks += [Notes(["", *report.notes])] if report.notes else []
+        return [line for block in blocks for line in _lines(block, width)]
+    shown = [_lines(block, width, first=True) for block in blocks]
+    room, left_out, said = LINES - 1 - sum(map(len, shown)), 0, set[str]()
+    for lines, block in zip(shown, blocks, strict=True):
+        for line in block.lines if isinstance(block, Notes) and block.optional else ():
+            wrapped = _wrapped(line, width)
+            if line in said:
+                continue
+            said.add(line)
+            if len(wrapped) > room:
+                left_out += 1
+                continue
+            room -= len(wrapped)
+            lines += wrapped
+    notes = [f"{left_out} more note{'s' * (left_out > 1)}"] if left_out else []
+    if notes or report.more:
+        shown.append(_wrapped(f"--details: {'; '.join([*notes, *filter(None, [report.more])])}", width)[:1])
+    return [line for lines in shown for line in lines]
+
+
+def printed(blocks: Sequence[Block]) -> Iterator[Table | Text | Notes]:
+    """Blocks that are text; figures, headings and what is to be copied are for pages."""
+    for block in blocks:
+        if isinstance(block, Pair):
+            yield from printed((*block.left, *block.right))
+        elif isinstance(block, Table | Notes) or (isinstance(block, Text) and not (block.heading or block.copied)):
+            yield block
+
+
+def _lines(block: Table | Text | Notes, width: int, first: bool = False) -> list[str]:
+    """Lines of a block; on the ``first`` screen without spare rows and what is shown there as far as it fits."""
+    if isinstance(block, Notes):
+        return [part for line in block.lines for part in _wrapped(line, width) if not (block.optional and first)]
+    if isinstance(block, Text):
+        return _wrapped(block.words, width)
+    table, rows = block, list[tuple[str, ...]]()
+    for section in table.sections(table.spare if first else ()):
+        count = len(section)
+        if not table.merged or count == 1:
+            rows += section
+            continue
+        # The last words stand beside all rows, behind a bracket.
+        words = textwrap.wrap(section[0][-1], _MERGED) or [""]
+        words = [*words[: count - 1], " ".join(words[count - 1 :])] + [""] * (count - len(words))
+        marks = ["┐", *["│"] * (count - 2), "┘"]
+        rows += [(*row[:-1], f"{mark} {text}") for row, mark, text in zip(section, marks, words, strict=False)]
+    names = next((k for k, look in enumerate(table.looks) if look == "number"), len(table.headings))
+    names, widths = max(min(names, len(table.headings) - 1), 1), list[int]()
+    for k, (heading, look) in enumerate(zip(table.headings, table.looks, strict=True)):
+        widest = max(map(cell_len, (heading, *(row[k] for row in rows))))
+        widths.append(1 + (min(widest, _NARROWEST) if look == "words" else widest))
+    # Columns in parts, one below the other, that repeat the names of the rows where the table is too wide.
+    parts: list[list[int]] = [[*range(names)]]
+    for k in range(names, len(table.headings)):
+        if len(parts[-1]) > names and sum(widths[part] for part in (*parts[-1], k)) >= width:
+            parts.append([*range(names)])
+        parts[-1].append(k)
+    lines, console = textwrap.wrap(printable(table.title), width), Console(width=width, color_system=None)
+    for part in parts:
+        folds = sum(widths[k] for k in part) >= width  # even a part of the columns is too wide
+        grid = Grid(box=None, padding=(0, 1, 0, 0), show_header=any(table.headings[k] for k in part))
+        for k in part:
+            grid.add_column(
+                Line(printable(table.headings[k])),
+                justify="right" if table.looks[k] == "number" else "left",
+                no_wrap=not (table.looks[k] == "words" or folds),
+                overflow="fold",
+            )
+        for row in rows:
+            grid.add_row(*(Line(printable(row[k])) for k in part))
+            if row[0] in table.ends and row is not rows[-1] and not table.merged:
+                grid.add_row()
+        lines += ["".join(piece.text for piece in line).rstrip() for line in console.render_lines(grid, pad=False)]
+    return lines
+
+
+def _wrapped(line: str, width: int) -> list[str]:
+    """A line as wide as the terminal; an item of a list stays to the right of its dash."""
+    indent = " " * (len(line) - len(line.lstrip(" -")))
+    return textwrap.wrap(line, width, subsequent_indent=indent, break_on_hyphens=False) or [""]
+
+
+def write_plots(folder: str | Path, report: Report) -> None:
+    """Write the figures as PNG, SVG and PDF; the folder is made if missing, a report without figures refused."""
+    drawings = list(report.drawings())
+    if not drawings:
+        raise InputError("plots: there is nothing to draw")
+    folder = made_folder(folder)
+    for drawing in drawings:
+        for ending in ("png", "svg", "pdf"):
+            save_figure(drawing.figure, folder / f"{drawing.name}.{ending}")
+
+
+def page_html(
+    report: Report, command: str, files: Sequence[tuple[str, str, str]] = (), settings: Mapping[str, str] = {}
+) -> str:
+    """The file's text, with all that repeats it: the command as typed, files that were read, settings, versions.
+
+    ``files``: role, name and SHA-256 checksum of each. By SOURCE_DATE_EPOCH the same input gives the same file.
+    """
+    fixed = os.environ.get("SOURCE_DATE_EPOCH")
+    try:
+        date = datetime.fromtimestamp(int(fixed), UTC) if fixed else datetime.now(UTC)
+    except (ValueError, OverflowError, OSError):
+        raise InputError(f"SOURCE_DATE_EPOCH {fixed!r} is not a time: give seconds since 1970") from None
+    parts = (
+        ("Files that were read", ("", "file", "SHA-256"), files),
+        ("Settings", ("", "value"), list(settings.items())),
+        ("Versions", ("", "version"), list(versions().items())),
+    )
+    tables = [Table(title, headings, rows) for title, headings, rows in parts if rows]
+    day = date.strftime("%Y-%m-%d %H:%M UTC")
+    page = _environment().get_template("page.html")
+    return page.render(report=report, command=command, tables=tables, day=day, version=__version__)
+
+
+def blocks_html(blocks: Sequence[Block]) -> str:
+    """Some blocks alone."""
+    templates: Any = _environment().get_template("blocks.html").module
+    return str(templates.show(blocks))
+
+
+@cache
+def _environment() -> "Environment":
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(loader=PackageLoader(str(__package__)), autoescape=True, undefined=StrictUndefined)
+    environment.trim_blocks = environment.lstrip_blocks = True
+    environment.filters["svg"] = _inline_svg
+    environment.tests["wide"] = lambda drawing: drawing.figure.get_figwidth() > _WIDE
+    return environment
+
+
+def _inline_svg(drawing: Drawing) -> str:
+    """The drawing alone, its text as text in the reader's fonts, with a description for those who do not see it."""
+    drawn = svg_text(drawing.figure, drawing.name)
+    text = re.sub(r"^.*?(?=<svg\b)|<metadata>.*?</metadata>\s*", "", drawn, flags=re.DOTALL)
+    text = re.sub(r' xmlns(?::xlink)?="[^"]*"', "", text).replace("xlink:href", "href")  # HTML needs no address
+    text = re.sub(r"(font: [^;\"]*?)'DejaVu Sans'[^;\"]*", r"\1sans-serif", text)
+    # Identifiers are hashes that only one figure has; those that nothing refers to go.
+    used = set(re.findall(r'(?:href="#|url\(#)([^")]+)', text))
+    text = re.sub(r' id="([^"]+)"', lambda m: m[0] if m[1] in used else "", text)
+    text = re.sub(r' (?:width|height)="[\d.]+pt"', "", text, count=2)
+    text = text.replace("<svg ", f'<svg role="img" aria-labelledby="{drawing.name}-text" ', 1)
+    head, _, rest = text.partition(">")
+    title = f'<title id="{drawing.name}-text">{html.escape(drawing.text or drawing.caption)}</title>'
+    return f"{head}>{title}{rest}"  # whose names of files matplotlib has escaped
