@@ -292,7 +292,7 @@ def run_export(*, arm: RobotOptions, bodies: _Bodies) -> bool:
     against += whole.heavier_than_the_arm()
     if against and not bodies.despite_verdict:
         return withheld("written", f"{'; '.join(against)} (--despite-verdict writes it all the same)")
-    notes = robot_notes(form, whole)
+    notes = list(robot_notes(form, whole))
     if bodies.into is None:
         write_text(bodies.out, form.text(whole))
     else:

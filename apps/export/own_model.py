@@ -9,9 +9,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import unescape
 from itertools import combinations
-from typing import Any, NamedTuple
+from typing import NamedTuple
 from xml.etree import ElementTree
-from xml.etree.ElementTree import Comment
+from xml.etree.ElementTree import Comment, Element
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -25,7 +25,7 @@ from ...model.files.urdf import read_urdf
 from ...model.frames import frames_at
 from ..extras import mujoco_model
 from .format import element, mjcf_inertial, plain, urdf_inertial, xml_text
-from .robot import drive_attributes, link_marks, mark_comment, moved_links
+from .robot import drive_attributes, mark_comment, moved_links
 from .simulators import mjcf
 
 _TOKEN = re.compile(
@@ -94,25 +94,19 @@ class XmlEdits:
             tag = f"{tag[:start]}{blank}{name}={quoteattr(values[name])}{tag[stop:]}"
         self._changes.append((spot.begin, spot.inside, tag))
 
-    def put(self, above: Spot, elements: "Sequence[ElementTree.Element[Any]]", old: Spot | None = None) -> None:
-        """Put elements into another one, each on lines of its own: in the place of one in it, or first."""
-        text = self._lines(above, elements)
-        if old is not None:
-            self._changes.append((old.begin, old.end, text.lstrip()))
-        elif above.inside < above.end:
-            self._changes.append((above.inside, above.inside, text))
-        else:
-            self._changes.append((above.inside - 2, above.inside, f">{text}</{above.tag}>"))
-
-    def add(self, above: Spot, elements: "Sequence[ElementTree.Element[Any]]") -> None:
-        """Put elements last into one that is not empty."""
-        position = len(self._text[: self._text.rindex("<", above.begin, above.end)].rstrip())
-        self._changes.append((position, position, self._lines(above, elements)))
-
-    def _lines(self, above: Spot, elements: "Sequence[ElementTree.Element[Any]]") -> str:
+    def put(self, above: Spot, elements: Sequence[Element], old: Spot | None = None, last: bool = False) -> None:
+        """Put elements into another one, each on lines of its own: in the place of one in it, first, or last."""
         before = self._text[: above.begin].rpartition("\n")[2]
         margin = f"\n{before if before.isspace() else ''}  "
-        return "".join(margin + xml_text(each).replace("\n", margin) for each in elements)
+        text = "".join(margin + xml_text(each).replace("\n", margin) for each in elements)
+        begin = end = above.inside
+        if old is not None:
+            begin, end, text = old.begin, old.end, text.lstrip()
+        elif above.inside == above.end:
+            begin, text = above.inside - 2, f">{text}</{above.tag}>"
+        elif last:
+            begin = end = len(self._text[: self._text.rindex("<", above.begin, above.end)].rstrip())
+        self._changes.append((begin, end, text))
 
     def text(self) -> str:
         """The text with all changes."""
@@ -181,18 +175,18 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[
     names, moved = _matched(whole, placed, path)
     coupled = whole.robot.coupling
     both = of_mujoco and coupled is not None and {joint - 1 for joint in coupled.joints} <= names.keys()
-    drives = whole.drives if both else whole.apart
+    links = moved_links(whole, apart=not both)
     for j, name in names.items():
-        body, joint = moved[j], model.named("joint", name)
-        marks = mark_comment(link_marks(whole.links[j], drives[j]))
+        body, joint, drive = moved[j], model.named("joint", name), links[j].drive
+        marks = mark_comment(links[j].marks)
         if of_mujoco:
             link = joint.above
             if link is None or link.tag != "body":
                 raise InputError(f"{path}: joint {name!r} is in no body")
-            model.set(joint, drive_attributes(drives[j], mjcf.DRIVE))
+            model.set(joint, drive_attributes(drive, mjcf.DRIVE))
             inertial = mjcf_inertial(body.mass, body.com, body.inertia_com)
         else:
-            link, values = model.named("link", placed[name].body), drive_attributes(drives[j])
+            link, values = model.named("link", placed[name].body), drive_attributes(drive)
             inertial = urdf_inertial(body.mass, body.com, body.inertia_com)
             if dynamics := model.within(joint, "dynamics"):
                 model.set(dynamics, values)
@@ -201,17 +195,16 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[
         model.put(link, [marks, inertial], model.within(link, "inertial"))
     joints = tuple(names.get(j, "") for j in range(whole.robot.n))
     tendon = [element("tendon", {}, *mjcf.coupled_tendon(whole, joints))] if both else []
-    comments = [Comment(f" {plain(line)} ") for line in head]
-    model.put(model.spots[0], comments)
-    model.add(model.spots[0], [*([mjcf.custom(whole)] if of_mujoco else []), *tendon])
+    model.put(model.spots[0], [Comment(f" {plain(line)} ") for line in head])
+    model.put(model.spots[0], [*([mjcf.custom(whole)] if of_mujoco else []), *tendon], last=True)
     notes = list[str]()
     if missing := [joint for j, joint in enumerate(whole.joint_names) if j not in names]:
         notes.append(f"Joints of {whole.robot.name} that are not in {path}: {', '.join(missing)}.")
     if others := [name for name in placed if name not in names.values()]:
         notes.append(f"Joints of {path} that are left alone: {', '.join(others)}.")
-    links = {placed[name].body for name in names.values()}
+    bodies = {placed[name].body for name in names.values()}
     for name, (fixed, mass) in extra.items():
-        if fixed not in links or mass <= 0.0:
+        if fixed not in bodies or mass <= 0.0:
             continue
         nothing = [mjcf_inertial(0.0, np.zeros(3), np.zeros((3, 3)))] if of_mujoco else []
         link = model.named("body" if of_mujoco else "link", name)
