@@ -10,8 +10,7 @@ from cyclopts import Parameter
 from ... import estimation, model
 from ...common.errors import InputError
 from .. import logs
-from ..logs.following import following_change, read_following
-from ..logs.log_check import check_log, longest, robot_fits
+from ..logs.log_check import check_log, following_change, longest, read_following, robot_fits
 from ..report.documents import Look, check_document
 from ..report.sections.check import check_report, fits_report, following_report, log_report
 from .entry import command

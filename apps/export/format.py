@@ -77,7 +77,7 @@ def element(tag: str, values: Mapping[str, str] = _NONE, *inside: Element | str)
 
 def texts(values: Mapping[str, str]) -> list[Element]:
     """Elements that hold a text each, by their tags."""
-    return [element(tag, _NONE, text) for tag, text in values.items()]
+    return [element(tag, {}, text) for tag, text in values.items()]
 
 
 def xml_text(root: Element) -> str:
@@ -88,18 +88,14 @@ def xml_text(root: Element) -> str:
 
 def urdf_inertial(mass: float, com: Array, inertia: Array) -> Element:
     """A body in URDF [kg, m, kg m^2]: entries of the matrix about the centre of mass, in the axes of the link."""
-    return element(
-        "inertial", _NONE,
-        element("origin", {"xyz": exact(com), "rpy": "0 0 0"}),
-        element("mass", {"value": exact(mass)}),
-        element("inertia", inertia_entries(inertia)),
-    )  # fmt: skip
+    origin, entries = element("origin", {"xyz": exact(com), "rpy": "0 0 0"}), inertia_entries(inertia)
+    return element("inertial", {}, origin, element("mass", {"value": exact(mass)}), element("inertia", entries))
 
 
 def sdf_inertial(mass: float, com: Array, inertia: Array) -> Element:
     """A body in SDFormat; the pose of its inertial frame is not turned."""
     pose = texts({"pose": f"{exact(com)} 0 0 0", "mass": exact(mass)})
-    return element("inertial", _NONE, *pose, element("inertia", _NONE, *texts(inertia_entries(inertia))))
+    return element("inertial", {}, *pose, element("inertia", {}, *texts(inertia_entries(inertia))))
 
 
 def mjcf_inertial(mass: float, com: Array, inertia: Array) -> Element:

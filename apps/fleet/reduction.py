@@ -5,6 +5,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
+from datetime import UTC, datetime, timedelta
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -23,6 +24,9 @@ from .store import Log, Recipe, Store, Stored, same_time
 
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 _AHEAD = 3  # logs that wait for each worker
+_CLOCKS = (9.0e8, 4.1e9)  # s since 1970: 1998 to 2099
+_NIGHT = timedelta(days=2)
+"""Time that a log's clock may be beside the day told: a day without time, zones, a night's two days."""
 KILLS = "ends whatever process reads it, alone too: look at this log, and report it if it is a good one"
 """Why a log is refused that no worker survives."""
 
@@ -122,8 +126,13 @@ def reduce_log(robot: Robot, recipe: Recipe, log: Log) -> _Done:
         if checksum(log.file) != log.sha256:
             return replace(log, reason="changed while it was reduced: run it again"), b""
         pieces = read_recordings(log.file, robot, recipe.drive_gains, recipe.log_map, recipe.processing)
-        if wrong := log.other_day(pieces[0].origin):
-            return replace(log, reason=wrong), b""
+        # Only times since 1970 tell a day: those from a log's own start, or by a clock that was never set, do not.
+        if log.day is not None and _CLOCKS[0] <= pieces[0].origin <= _CLOCKS[1]:
+            stated, own = datetime.fromisoformat(log.day), datetime.fromtimestamp(pieces[0].origin, UTC)
+            if abs(stated.replace(tzinfo=stated.tzinfo or UTC) - own) >= _NIGHT:
+                fault = f"its clock starts on {own:%Y-%m-%d} but it is said to be of {log.day}"
+                advice = "correct the path, or the log's times (from 0 on, they state no day)"
+                return replace(log, reason=f"{fault}: {advice}"), b""
         # Nights are compared parameter by parameter: the terms of friction are the same in all.
         settings = Settings(recipe.processing, friction=robot.drives.friction, gains=recipe.gains)
         result = identify(robot, pieces, settings)

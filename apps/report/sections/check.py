@@ -9,8 +9,7 @@ import numpy as np
 
 from ....estimation.diagnosis.kinematics import PoseCheck, Readings
 from ....model import Pose, Robot
-from ...logs.following import FollowingChange
-from ...logs.log_check import LogReport, RobotFits
+from ...logs.log_check import FollowingChange, LogReport, RobotFits
 from ..blocks import Block, Drawing, Notes, OnPage, Report, Section, Table, Text
 from ..documents import Look
 from ..figures.canvas import BLUE, GREY, Figure, panels, plain
