@@ -64,7 +64,7 @@ def formats(package: str, folders: Iterable[str], constant: str = "FORMAT") -> d
     return {name: replace(getattr(module, constant), name=name) for name, module in found}
 
 
-def element(tag: str, values: Mapping[str, str] = _NONE, *inside: Element | str) -> Element:
+def element(tag: str, values: Mapping[str, str] = _NONE, *inside: "Element[Any] | str") -> Element:
     """An element, its attributes, and what stands in it."""
     made = Element(tag, dict(values))
     for part in inside:

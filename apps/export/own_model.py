@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import unescape
 from itertools import combinations
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Comment, Element
 from xml.sax.saxutils import quoteattr
@@ -94,7 +94,9 @@ class XmlEdits:
             tag = f"{tag[:start]}{blank}{name}={quoteattr(values[name])}{tag[stop:]}"
         self._changes.append((spot.begin, spot.inside, tag))
 
-    def put(self, above: Spot, elements: Sequence[Element], old: Spot | None = None, last: bool = False) -> None:
+    def put(
+        self, above: Spot, elements: "Sequence[Element[Any]]", old: Spot | None = None, last: bool = False
+    ) -> None:
         """Put elements into another one, each on lines of its own: in the place of one in it, first, or last."""
         before = self._text[: above.begin].rpartition("\n")[2]
         margin = f"\n{before if before.isspace() else ''}  "

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from xml.etree.ElementTree import Comment, Element
 
 from ... import __version__
@@ -116,7 +116,7 @@ def fields(label: Labelled) -> dict[str, str]:
     return {"value": exact(label.value), "mark": label.mark, "share": share, **texts, "within": within}
 
 
-def mark_comment(numbers: Mapping[str, Labelled]) -> Element:
+def mark_comment(numbers: Mapping[str, Labelled]) -> "Element[Any]":
     """One comment of a link, a line a number: name, value, mark, share of the data, sigma, low, high, base."""
     lines = (" ".join([name, *fields(label).values()]) for name, label in numbers.items())
     return Comment("".join(f"\n        {plain(line)}" for line in lines) + "\n      ")
@@ -153,7 +153,7 @@ class MovedLink(NamedTuple):
         """Numbers of the link and of the drive before it, then its standard parameters."""
         return {**self.link.numbers, **self.drive, **self.link.parameters}
 
-    def marked(self, inertial: Callable[[float, Array, Array], Element]) -> list[Element]:
+    def marked(self, inertial: Callable[[float, Array, Array], Element]) -> "list[Element[Any]]":
         """The body after a comment of its marks; then marks as elements of their own, which SDFormat keeps."""
         body, marks = self.link.body, self.marks.items()
         bodies = [inertial(body.mass, body.com, body.inertia_com)] if body.mass else []

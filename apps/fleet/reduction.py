@@ -20,7 +20,7 @@ from ...estimation.answers.identification import identify
 from ...model import Robot
 from ..extras import extra
 from ..logs.read import read_recordings
-from .store import Log, Recipe, Store, Stored, same_time
+from .store import Log, Recipe, Store, Stored
 
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 _AHEAD = 3  # logs that wait for each worker
@@ -108,9 +108,12 @@ def _keyed(logs: Sequence[Log | str], recipe: Recipe, held: Mapping[str, Log]) -
     given.sort(key=lambda log: log.file)
     files = {log.file for log in given}
     earlier = [log for log in held.values() if not log.reason and log.file not in files]
-    twice, first_files = same_time([*earlier, *given]), {log.sha256: log.file for log in earlier}
+    first_files = {log.sha256: log.file for log in earlier}
+    nights = {(log.arm, log.day): log.file for log in earlier}  # an arm has one log of a time
     for log in given:
-        name, wrong, digest = log.file, log.reason or twice.get(log.file, ""), ""
+        name, wrong, digest, night = log.file, log.reason, "", (log.arm, log.day)
+        if not wrong and None not in night and (owner := nights.setdefault(night, name)) != name:
+            wrong = f"{owner} is of arm {log.arm!r} at {log.day} too: give times, or another name"
         try:
             if not wrong and (first := first_files.setdefault(digest := checksum(name), name)) != name:
                 wrong = f"holds the same bytes as {first}: a recording counts once"

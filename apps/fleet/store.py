@@ -93,16 +93,6 @@ def catalog(logs: Sequence[str], pattern: str = "") -> tuple[Log, ...]:
     return tuple(found)
 
 
-def same_time(logs: Iterable[Log]) -> dict[str, str]:
-    """Find logs of one arm at one time: path -> what is wrong with it."""
-    owners, wrong = dict[object, str](), dict[str, str]()
-    for log in logs:
-        known = not log.reason and log.arm is not None and log.day is not None
-        if known and (owner := owners.setdefault((log.arm, log.day), log.file)) != log.file:
-            wrong[log.file] = f"{owner} is of arm {log.arm!r} at {log.day} too: give times, or another name"
-    return wrong
-
-
 @dataclass(frozen=True)
 class Recipe:
     """Settings that make equations of logs."""
