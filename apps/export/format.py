@@ -31,8 +31,9 @@ class Format(Generic[T]):
 
     title: str  # whose format it is
     source: str  # where it is documented
-    head: Callable[["Format[T]", T], Iterable[str]]  # what must be said beside the numbers, a line each
     write: Callable[[T], str]  # the text below the head
+    # What must be said beside the numbers, a line each: alike for all formats of a kind.
+    head: Callable[["Format[T]", T], Iterable[str]] = lambda form, value: form.remarks
     ready: Callable[[T], T] = lambda value: value  # what is written in a value's place; refuses what has no place
     holds: frozenset[str] = frozenset()  # what it has a place for beside what each format of its kind has
     remarks: tuple[str, ...] = ()  # what must be known of its numbers, a line each
@@ -58,10 +59,13 @@ def plain(line: str) -> str:
     return text.replace("--", "- -").replace("--", "- -").replace("*/", "* /").rstrip("\\")
 
 
-def formats(package: str, folders: Iterable[str], constant: str = "FORMAT") -> dict[str, Format[Any]]:
-    """Formats by name: each is a constant of one file of a package, whose ``__path__`` is given."""
+def formats(package: str, folders: Iterable[str], constant: str = "FORMAT", **alike: Any) -> dict[str, Format[Any]]:
+    """Formats by name: each is a constant of one file of a package, whose ``__path__`` is given.
+
+    ``alike``: what all of them have.
+    """
     found = modules(package, folders).items()
-    return {name: replace(getattr(module, constant), name=name) for name, module in found}
+    return {name: replace(getattr(module, constant), name=name, **alike) for name, module in found}
 
 
 def element(tag: str, values: Mapping[str, str] = _NONE, *inside: "Element[Any] | str") -> Element:

@@ -282,9 +282,5 @@ def _opened(path: Path, encoding: str) -> Iterator[IO[str]]:
             packed = path.suffix.lower() == ".gz" or stream.read(2) == b"\x1f\x8b"
         with (gzip.open if packed else open)(path, "rt", encoding=encoding, errors=errors, newline="") as text:
             yield text
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file: check the path") from None
-    except UnicodeError:
-        raise InputError(f"{path}: not UTF-8 text: save it as UTF-8") from None
     except (OSError, EOFError, zlib.error) as error:
         raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None

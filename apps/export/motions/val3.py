@@ -17,7 +17,7 @@ from ....model import Robot, forward_kinematics
 from ....trajectories import PointToPoint, Trapezoid, ViaPoints, plan_point_to_point
 from ....trajectories.motions.point_to_point import plan_stops
 from ..format import COMMENT, FIRST, Format, element, plain, xml_text
-from ..motion import WrittenMotion, motion_head, require_six_turning
+from ..motion import WrittenMotion, require_six_turning
 
 _BLEND = 1.0 / 3.0  # of the distance to the nearer neighbour: where a passing quintic's point is left and rejoined
 
@@ -129,7 +129,7 @@ def _beside(motion: WrittenMotion) -> dict[str, str]:
     count, hold = len(held), ["    waitEndMove()", "    delay(nHold[nIndex])"] * bool(held.any())
     start = [
         "begin",
-        *(f"  // {plain(line)}".replace("]]>", "]] >") for line in motion_head(FORMAT, motion)),
+        *(f"  // {plain(line)}".replace("]]>", "]] >") for line in (*motion.head, *_WARNING)),
         f"  // Slowly to the first point ({_APPROACH} % speed), then all {count} points.",
         "  movej(jPoint[0], tFlange, mMotion[0])",
         "  waitEndMove()",
@@ -169,7 +169,6 @@ def _program(name: str, access: str, code: list[str]) -> str:
 FORMAT = Format(
     title="VAL3 application of Staubli",
     source="VAL3 Reference Manual (D28062804A)",
-    head=motion_head,
     write=_write,
     remarks=_WARNING,
     first_line=FIRST,

@@ -17,7 +17,7 @@ from ....model import Pose
 from ...numbers import exact, principal_axes, quaternion
 from ..format import COMMENT, FIRST, Format, element, mjcf_inertial, xml_text
 from ..load import ControllerLoad, load_format
-from ..robot import drive_attributes, fields, flange_of, gravity_of, mark_comment, moved_links, robot_head
+from ..robot import drive_attributes, fields, flange_of, gravity_of, mark_comment, moved_links
 
 _LEAST = 1e-15  # MuJoCo's mjMINVAL: no moment of inertia may be smaller
 DRIVE = {"armature": "armature", "damping": "damping", "friction": "frictionloss"}
@@ -109,7 +109,6 @@ def coupled_tendon(whole: WholeRobot, joints: tuple[str, ...]) -> list[Element]:
 FORMAT = Format(
     title="MJCF (MuJoCo 3.3 or newer)",
     source="MuJoCo XML reference",
-    head=robot_head,
     write=_write,
     holds=frozenset({"armature", "damping", "friction", "offset", "coupled", "spring", "torque", "gravity"}),
     remarks=(

@@ -14,7 +14,7 @@ from ....model import Pose
 from ...numbers import exact
 from ..format import COMMENT, DYNIDENT, FIRST, Format, element, sdf_inertial, texts, xml_text
 from ..load import ControllerLoad, load_format
-from ..robot import drive_attributes, drive_value, flange_of, moved_links, robot_head
+from ..robot import drive_attributes, drive_value, flange_of, moved_links
 
 
 def _write(whole: WholeRobot) -> str:
@@ -56,7 +56,6 @@ def _pose(pose: Pose) -> Element:
 FORMAT = Format(
     title="SDFormat 1.9 (Gazebo, Drake)",
     source="sdformat.org/spec; Drake's elements: drake.mit.edu, Parsing models",
-    head=robot_head,
     write=_write,
     holds=frozenset({"armature", "damping", "friction", "speed", "acceleration", "torque"}),
     remarks=(

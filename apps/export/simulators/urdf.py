@@ -14,7 +14,7 @@ from ....model import Pose
 from ...numbers import exact
 from ..format import COMMENT, DYNIDENT, FIRST, Format, element, urdf_inertial, xml_text
 from ..load import ControllerLoad, load_format
-from ..robot import drive_attributes, drive_value, flange_of, moved_links, robot_head
+from ..robot import drive_attributes, drive_value, flange_of, moved_links
 
 _UNKNOWN = 1e6  # URDF demands numbers for limits: this stands for none
 
@@ -65,7 +65,6 @@ def _place(parent: str, child: str, pose: Pose) -> list[Element]:
 FORMAT = Format(
     title="URDF",
     source="wiki.ros.org/urdf/XML; Drake's elements: drake.mit.edu, Parsing models",
-    head=robot_head,
     write=_write,
     holds=frozenset({"armature", "damping", "friction", "speed", "acceleration", "torque"}),
     remarks=(

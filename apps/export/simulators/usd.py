@@ -19,7 +19,7 @@ from ....model import Pose
 from ...numbers import exact, principal_axes, quaternion
 from ..format import Format
 from ..load import ControllerLoad, listed, load_format, number
-from ..robot import MovedLink, drive_value, fields, flange_of, gravity_of, moved_links, robot_head
+from ..robot import MovedLink, drive_value, fields, flange_of, gravity_of, moved_links
 
 
 def _write(whole: WholeRobot) -> str:
@@ -132,7 +132,6 @@ def _identifier(name: str) -> str:
 FORMAT = Format(
     title="USD with the physics schema of PhysX (Isaac Sim 5 or newer)",
     source="OpenUSD, UsdPhysics; PhysX, PhysxJointAxisAPI",
-    head=robot_head,
     write=_write,
     holds=frozenset({"armature", "damping", "friction", "speed", "torque", "gravity"}),
     remarks=(
