@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from ... import __version__
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...common.schema import present
 from ...estimation.results.payload import FreeEstimate, PayloadResult, PossibleEstimate, array, bounds, numbers
 from ...model import INERTIAL, InertialParameters, Pose

@@ -5,13 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ... import __version__
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...model import Motion, Robot
 from ...model.robot import SOURCED
-from ...trajectories import Design, DesignProblem, JointBounds, Trapezoid, ViaPoints
+from ...trajectories import Design, DesignProblem, JointBounds, Plan, Trapezoid, ViaPoints
 from ...trajectories.design.score import Learnt
-from ...trajectories.motions.family import Plan
 
 DIGITS = 9  # decimals of positions, speeds and accelerations: a nanoradian
 DENSER = "write more of them a second, or leave more room by the setting torque-margin"

@@ -16,8 +16,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...common.schema import read_text
 from ...estimation.possible.whole_robot import WholeRobot
 from ...model import InertialParameters, Pose

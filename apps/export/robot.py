@@ -7,14 +7,12 @@ from typing import Any, NamedTuple
 from xml.etree.ElementTree import Comment, Element
 
 from ... import __version__
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...estimation.possible.whole_robot import Labelled, LinkNumbers, WholeRobot, whole_robot
 from ...estimation.results.robot import RobotResult
-from ...model import Joint, Pose, Robot, base_parameters
+from ...model import PAPER, Joint, Pose, Robot, base_parameters
 from ...model.drives import parameter_kind
 from ...model.frames import step
-from ...model.friction import PAPER
 from ..numbers import exact
 from .format import Format, element, plain
 

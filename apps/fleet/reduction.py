@@ -15,8 +15,7 @@ from msgspec.structs import replace
 from ...common.errors import InputError, encodable
 from ...common.files import checksum, write_bytes
 from ...common.schema import Document
-from ...estimation import Settings
-from ...estimation.answers.identification import identify
+from ...estimation import Settings, identify
 from ...model import Robot
 from ..extras import extra
 from ..logs.read import read_recordings

@@ -15,8 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...model import Robot
 from .map import LONGEST_NAME, QUANTITIES, LogMap, listed, repeated, standard_pose
 

@@ -14,8 +14,7 @@ from typing import IO, Any
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from .columns import RawLog
 from .map import DELIMITERS, Layout, known_unit, with_unit
 
@@ -58,7 +57,17 @@ class _Text:
             lines = text.read(_SAMPLE).splitlines()
         if len(lines) > 1 and len("\n".join(lines)) >= _SAMPLE - 1:
             lines.pop()  # perhaps the beginning of one
-        self._before, remarks, stated = (layout.skip, [], "") if layout.skip else _preamble(lines)
+        # Lines before the header, the remarks among them, and the delimiter that a line "sep=;" tells.
+        self._before, remarks, stated = layout.skip, list[str](), ""
+        for line in [] if layout.skip else lines:
+            separator = _SEPARATOR.fullmatch(line.strip(" \r"))
+            if separator or line.strip() == "sep=\t":
+                stated = separator[1] if separator else "\t"
+            elif line.startswith(_MARK):
+                remarks.append(line)
+            elif line.strip():
+                break
+            self._before += 1
         header = lines[self._before] if self._before < len(lines) else ""
         below = lines[self._before + (not layout.names) :]
         usual, self._decimal = "\t" if ".tsv" in path.suffixes else ",", layout.decimal or "."
@@ -243,20 +252,6 @@ def _encoding(path: Path) -> str:
     except UnicodeDecodeError:
         return "latin-1"
     return "utf-8"
-
-
-def _preamble(lines: Sequence[str]) -> tuple[int, list[str], str]:
-    """Lines before the header, the remarks among them, and the delimiter that a line "sep=;" tells."""
-    remarks, delimiter = [], ""
-    for number, line in enumerate(lines):
-        separator = _SEPARATOR.fullmatch(line.strip(" \r"))
-        if separator or line.strip() == "sep=\t":
-            delimiter = separator[1] if separator else "\t"
-        elif line.startswith(_MARK):
-            remarks.append(line)
-        elif line.strip():
-            return number, remarks, delimiter
-    return len(lines), remarks, delimiter
 
 
 def _delimiter(usual: str, header: str, below: Sequence[str]) -> str | None:

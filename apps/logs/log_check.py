@@ -13,24 +13,19 @@ import numpy as np
 from msgspec import field
 from msgspec.structs import replace
 
-from ...common.arrays import Array
-from ...common.errors import InputError
-from ...common.schema import Document
+from ...common import Array, Document, InputError
+from ...estimation import Equations, Settings, measurement, weighted
 from ...estimation.diagnosis.engine import relative_scales
 from ...estimation.diagnosis.evidence import Evidence
 from ...estimation.diagnosis.finding import Finding, Severity, error, note, warning
 from ...estimation.diagnosis.nominal import nominal_gravity
 from ...estimation.diagnosis.states import BLOCKS, States, states_of
 from ...estimation.diagnosis.verdict import robot_verdict
-from ...estimation.equations.equations import Equations
 from ...estimation.fit.covariance import student95
-from ...estimation.fit.linear_problem import weighted
 from ...estimation.fit.own_equations import base_problem, with_friction
-from ...estimation.fit.settings import Settings
 from ...estimation.payload.long_motion import Source
 from ...estimation.results.parts import Number, ParameterDocument, Result
 from ...estimation.signals.alignment import aligned
-from ...estimation.signals.filtering import measurement
 from ...estimation.signals.plausibility import implausible, out_of_range, still_joints
 from ...estimation.signals.rows import cut, moving_parts, pieces
 from ...model import Motion, Processing, Recording, Robot, base_parameters, load_robot, robot_names
@@ -47,6 +42,7 @@ _GAIN = 10.0  # N·m/A: a usual gain makes a current a torque of about the right
 _BLOCK = 1.0  # s: errors of neighbouring samples are alike
 _FEWEST = 4  # blocks
 _MOVES = 1e-2  # rad or m: a joint that spans less is held
+_MISMATCH = 0.05  # rad or m: by more positions of one and the same motion do not differ
 
 
 class TimeFacts(Document, frozen=True):
@@ -349,18 +345,16 @@ def read_following(
     return "torque", read_recording(path, robot, drive_gains, log_map)
 
 
-def following_change(
-    before: Following, after: Following, still_speed: float = 2e-3, max_mismatch: float = 0.05
-) -> FollowingChange:
+def following_change(before: Following, after: Following, still_speed: float = 2e-3) -> FollowingChange:
     """Compare what was missed on one and the same motion, with the old number in the controller and the new one.
 
-    A joint below ``still_speed`` [rad/s or m/s] stands still; positions may differ by ``max_mismatch`` [rad or m].
+    A joint below ``still_speed`` [rad/s or m/s] stands still.
     """
     (kind, old), (new_kind, new) = before, after
     if kind != new_kind:
         held = f"{old.source} holds the {kind}, {new.source} the {new_kind}"
         raise InputError(f"{held}: log the same columns in both")
-    pair = aligned(old, new, None, max_mismatch)
+    pair = aligned(old, new, None, _MISMATCH)
     t, q, joints, block = pair.loaded.t, pair.loaded.q, list[int](), np.zeros(0, dtype=np.int_)
     if len(t) > 1:
         qd: Array = np.gradient(q, t, axis=0)

@@ -10,8 +10,7 @@ import numpy as np
 from msgspec import Meta, field
 from msgspec.structs import force_setattr, replace
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...common.schema import Real, Table, WrongKeyError, at, read_toml
 
 Texts = str | tuple[str, ...]  # one text stands for a list of it

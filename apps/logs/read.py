@@ -67,12 +67,11 @@ def open_log(path: LogPath, log_map: LogMap) -> RawLog:
         if not path.is_dir():
             raise InputError(f"{path}: {log_map.source} needs the folder that holds {files[0].name}")
         return _side_by_side(path, [path / part.name for part in files], files)
+    if not path.exists():
+        raise InputError(f"{path}: no such file: check the path and the current folder")
     if not is_bag and not path.is_file():
         kind = "is a folder, but not a ROS 2 bag" if path.is_dir() else "is not a regular file"
-        fault = f"{kind}: give the path of a log file or of a ROS 2 bag"
-        raise InputError(
-            f"{path}: {fault if path.exists() else 'no such file: check the path and the current folder'}"
-        )
+        raise InputError(f"{path}: {kind}: give the path of a log file or of a ROS 2 bag")
     return reader(path, log_map.layout)
 
 
@@ -194,11 +193,7 @@ def read_recording(
 
 
 def read_beside(
-    path: LogPath,
-    robot: Robot,
-    drive_gains: Sequence[float] | None = None,
-    log_map: LogMap | None = None,
-    reference: str = "",
+    path: LogPath, robot: Robot, drive_gains: Sequence[float] | None, log_map: LogMap | None, reference: str = ""
 ) -> tuple[Recording, Array]:
     """Read one log whole, gaps in it, with one of ``REFERENCES`` [rad, m, N·m or N], N x n, or N x 0 without."""
     naming = named(path, robot, log_map)

@@ -11,14 +11,20 @@ import re
 
 import numpy as np
 
-from ....common.arrays import Array
-from ....common.errors import InputError
+from ....common import Array, InputError
 from ....model import Robot, forward_kinematics
 from ....trajectories import PointToPoint, Trapezoid, ViaPoints, plan_point_to_point
 from ....trajectories.motions.point_to_point import plan_stops
 from ..format import COMMENT, FIRST, Format, element, plain, xml_text
 from ..motion import WrittenMotion, require_six_turning
 
+_XSI = "http://www.w3.org/2001/XMLSchema-instance"
+_SPACE = "http://www.staubli.com/robotics/VAL3"
+_APPROACH = 10  # % of the speed, to the first point
+_WARNING = (
+    "The controller plans its own way between these points: torques and obstacles were checked for the designed",
+    "motion, not for that. Run it slowly first, and score its log by dynident score.",
+)
 _BLEND = 1.0 / 3.0  # of the distance to the nearer neighbour: where a passing quintic's point is left and rejoined
 
 
@@ -80,15 +86,6 @@ def _moves(motion: WrittenMotion, plan: ViaPoints) -> tuple[Array, Array, Array]
 
 def _percent(fraction: Array) -> Array:
     return np.maximum(np.floor(100.0 * fraction + 1e-9), 1.0)
-
-
-_XSI = "http://www.w3.org/2001/XMLSchema-instance"
-_SPACE = "http://www.staubli.com/robotics/VAL3"
-_APPROACH = 10  # % of the speed, to the first point
-_WARNING = (
-    "The controller plans its own way between these points: torques and obstacles were checked for the designed",
-    "motion, not for that. Run it slowly first, and score its log by dynident score.",
-)
 
 
 def check_val3(robot: Robot, via_points: bool, name: str) -> None:
