@@ -2,7 +2,7 @@
 
 import hashlib
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
@@ -227,7 +227,26 @@ def read_beside(
         few = f"has {len(t)} rows of numbers, which is no recording"
         raise InputError(f"{raw.path}: {few}: record again, or give the file with the rows")
     columns.pop("time", None)
-    t, values = _once(raw, t, values[:, bool(naming.time) :], columns, notes)
+    values, names = values[:, bool(naming.time) :], list(chain.from_iterable(columns.values()))
+    # What a logger wrote more than once is taken out: freezes, and samples that are held.
+    frozen = frozen_rows(values, values[:, : robot.n])
+    if count := int(np.sum(frozen[1:] & ~frozen[:-1])):
+        share = 100.0 * float(frozen.mean())
+        text = f"all columns stand still and then jump {count} time{'s' * (count > 1)} ({share:.2g} % of the rows)"
+        if share > _MOST_FROZEN:
+            first = raw.place(int(np.argmax(frozen)))
+            raise InputError(f"{raw.path}: {text}, first at {first}: the logger froze; record without losing rows")
+        notes.append(f"{text}: cut out")
+        t, values = t[~frozen], values[~frozen]
+    slowest = columns["current" if "current" in columns else "torque"]
+    periods, rows, values = without_held(t, values, np.array([name in slowest for name in names]))
+    if there := {name for name, period in zip(names, periods, strict=True) if period}:
+        taken = f"thinned to {len(rows)} rows" if len(rows) < len(t) else "interpolated between these"
+        kinds = [(kind, own, [name for name in own if name in there]) for kind, own in columns.items()]
+        those = ", ".join(kind if len(held) == len(own) else in_a_row(held) for kind, own, held in kinds if held)
+        rate = 1.0 / typical_step(t)
+        notes.append(f"held samples: {those} change once in {periods.max():.2g} rows ({rate:.4g} Hz): {taken}")
+    t = t[rows]
     parts = np.split(values, np.cumsum([len(names) for names in columns.values()])[:-1], axis=1)
     si = {kind: log_map.si(kind, part) for kind, part in zip(columns, parts, strict=True)}
     q, qd, load = si["position"], si.get("velocity"), si["current" if "current" in si else "torque"]
@@ -285,31 +304,6 @@ def _clock(raw: RawLog, column: str, unit: str, values: Array, notes: list[str])
     if (typical := typical_step(t[later])) > _SLOWEST["s"]:
         raise InputError(f"{where}: {typical:g} s from row to row: t must be in s; is it in ms? (--units t=ms)")
     return t[later], later, origin * scale
-
-
-def _once(
-    raw: RawLog, t: Array, values: Array, columns: Mapping[str, Sequence[str]], notes: list[str]
-) -> tuple[Array, Array]:
-    """Take out what a logger wrote more than once, and say so: freezes, and samples that are held."""
-    names = list(chain.from_iterable(columns.values()))
-    frozen = frozen_rows(values, values[:, : len(columns["position"])])
-    if count := int(np.sum(frozen[1:] & ~frozen[:-1])):
-        share = 100.0 * float(frozen.mean())
-        text = f"all columns stand still and then jump {count} time{'s' * (count > 1)} ({share:.2g} % of the rows)"
-        if share > _MOST_FROZEN:
-            first = raw.place(int(np.argmax(frozen)))
-            raise InputError(f"{raw.path}: {text}, first at {first}: the logger froze; record without losing rows")
-        notes.append(f"{text}: cut out")
-        t, values = t[~frozen], values[~frozen]
-    load = columns["current" if "current" in columns else "torque"]
-    periods, rows, left = without_held(t, values, np.array([name in load for name in names]))
-    if there := {name for name, period in zip(names, periods, strict=True) if period}:
-        taken = f"thinned to {len(rows)} rows" if len(rows) < len(t) else "interpolated between these"
-        kinds = [(kind, own, [name for name in own if name in there]) for kind, own in columns.items()]
-        those = ", ".join(kind if len(held) == len(own) else in_a_row(held) for kind, own, held in kinds if held)
-        rate = 1.0 / typical_step(t)
-        notes.append(f"held samples: {those} change once in {periods.max():.2g} rows ({rate:.4g} Hz): {taken}")
-    return t[rows], left
 
 
 def read_tool_poses(path: LogPath, robot: Robot, log_map: LogMap | None = None) -> ToolPoses | None:
