@@ -27,6 +27,8 @@ from .format import element, mjcf_inertial, plain, urdf_inertial, xml_text
 from .robot import drive_attributes, mark_comment, moved_links
 from .simulators import mjcf
 
+FAR = 0.005  # m: how far a joint's axis may lie beside the robot's own; descriptions round lengths to a millimetre
+TURNED = math.radians(0.5)  # by how much it may be turned
 _TOKEN = re.compile(
     r"<!--.*?-->|<\?.*?\?>|<!\[CDATA\[.*?\]\]>|"
     r"<(?P<close>/?)(?P<tag>[^\s/>!?]+)(?P<values>(?:[^\"'>]|\"[^\"]*\"|'[^']*')*?)(?P<alone>/?)>",
@@ -157,10 +159,6 @@ def _read_urdf(path: str) -> tuple[dict[str, Placed], Extra]:
         on_it = ((name, tree.links[name]) for name, _ in tree.fixed_to(joint.child, there) if name != joint.child)
         fixed |= {name: (joint.child, body.mass) for name, body in on_it if body is not None}
     return placed, fixed
-
-
-FAR = 0.005  # m: how far a joint's axis may lie beside the robot's own; descriptions round lengths to a millimetre
-TURNED = math.radians(0.5)  # by how much it may be turned
 
 
 def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[str, list[str]]:

@@ -2,7 +2,7 @@
 
 import multiprocessing
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
 from datetime import UTC, datetime, timedelta
@@ -70,7 +70,26 @@ def reduce_fleet(
     recipe = recipe or Recipe(robot.processing)
     target, reduced = Store.made(store, robot, recipe), partial(reduce_log, robot, recipe)
     before = {log.file: log for log in target.logs()}
-    now = {log.file: log for log in _keyed(logs, recipe, before)}
+    given = [log if isinstance(log, Log) else Log(log) for log in logs]
+    for k, log in enumerate(given):  # a store can hold no other path
+        if (name := encodable(log.file)) != log.file:
+            given[k] = Log(name, reason="its path is not UTF-8: rename the file or folder")
+    now, files = dict[str, Log](), {log.file for log in given}
+    # A recording counts once, and an arm has one at a time.
+    earlier = [log for log in before.values() if not log.reason and log.file not in files]
+    first_files = {log.sha256: log.file for log in earlier}
+    nights = {(log.arm, log.day): log.file for log in earlier}
+    for log in sorted(given, key=lambda log: log.file):
+        name, wrong, digest, night = log.file, log.reason, "", (log.arm, log.day)
+        if not wrong and None not in night and (owner := nights.setdefault(night, name)) != name:
+            wrong = f"{owner} is of arm {log.arm!r} at {log.day} too: give times, or another name"
+        try:
+            if not wrong and (first := first_files.setdefault(digest := checksum(name), name)) != name:
+                wrong = f"holds the same bytes as {first}: a recording counts once"
+        except (InputError, OSError) as error:
+            wrong = getattr(error, "strerror", None) or str(error)
+        known = replace(log, reason=wrong, sha256=digest)
+        now[name] = known if wrong else replace(known, key=recipe.key(known))
     missing = [log for log in now.values() if not log.reason and not target.path(log.key).exists()]
     results: Iterator[_Done | None] = map(reduced, missing)
     if isinstance(workers, tuple):
@@ -96,30 +115,6 @@ def reduce_fleet(
     refused = tuple(log for log in now.values() if log.reason)
     new = sum(not now[log.file].reason for log in missing)
     return ReducedDocument(str(target.root), new, len(now) - len(refused) - new, refused, lost)
-
-
-def _keyed(logs: Sequence[Log | str], recipe: Recipe, held: Mapping[str, Log]) -> Iterator[Log]:
-    """Logs with the names of their equations, or with what speaks against them; ``held``: what the store has."""
-    given = [log if isinstance(log, Log) else Log(log) for log in logs]
-    for k, log in enumerate(given):  # a store can hold no other path
-        if (name := encodable(log.file)) != log.file:
-            given[k] = Log(name, reason="its path is not UTF-8: rename the file or folder")
-    given.sort(key=lambda log: log.file)
-    files = {log.file for log in given}
-    earlier = [log for log in held.values() if not log.reason and log.file not in files]
-    first_files = {log.sha256: log.file for log in earlier}
-    nights = {(log.arm, log.day): log.file for log in earlier}  # an arm has one log of a time
-    for log in given:
-        name, wrong, digest, night = log.file, log.reason, "", (log.arm, log.day)
-        if not wrong and None not in night and (owner := nights.setdefault(night, name)) != name:
-            wrong = f"{owner} is of arm {log.arm!r} at {log.day} too: give times, or another name"
-        try:
-            if not wrong and (first := first_files.setdefault(digest := checksum(name), name)) != name:
-                wrong = f"holds the same bytes as {first}: a recording counts once"
-        except (InputError, OSError) as error:
-            wrong = getattr(error, "strerror", None) or str(error)
-        known = replace(log, reason=wrong, sha256=digest)
-        yield known if wrong else replace(known, key=recipe.key(known))
 
 
 def reduce_log(robot: Robot, recipe: Recipe, log: Log) -> _Done:

@@ -5,7 +5,7 @@ following error falls. The torque itself does not tell: the same motion needs th
 """
 
 import dataclasses
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from typing import Any, Literal
 
@@ -43,6 +43,12 @@ _BLOCK = 1.0  # s: errors of neighbouring samples are alike
 _FEWEST = 4  # blocks
 _MOVES = 1e-2  # rad or m: a joint that spans less is held
 _MISMATCH = 0.05  # rad or m: by more positions of one and the same motion do not differ
+Missed = Literal["following error", "unpredicted torque", "torque"]
+"""Commanded less measured position; measured torque less that which the controller predicted; the torque itself,
+where the log holds neither."""
+_Clear = Literal["fell", "rose", "no clear change"]
+Following = tuple[Missed, Recording]
+"""Errors that a controller left, in the place of torques [rad or m, N·m or N], and which."""
 
 
 class TimeFacts(Document, frozen=True):
@@ -133,7 +139,22 @@ def check_log(
         )
         for j, (q, torque, speed) in enumerate(zip(recording.q.T, recording.torque.T, motion.qd.T, strict=True), 1)
     )
-    check = check.completed(_signals(time, joints, currents), time=time, joints=joints)
+    found = list[Finding]()
+    if span is None:
+        found.append(error("No joint ever moves: record a motion of every joint"))
+    if time.jitter > _JITTER:
+        between = "from {:.3g} to {:.3g} ms".format(*(1e3 * step for step in time.steps))
+        found.append(note(f"Time steps vary {between}: the log is resampled to an even rate before filtering"))
+    if 0 < len(still) < robot.n:
+        resting = ", ".join(map(str, still))
+        found.append(warning(f"Joint {resting} never moves: its parameters cannot be identified"))
+    quantity, unit = ("current", "A") if currents else ("torque", "N·m")
+    for j, joint in enumerate(joints, 1):
+        width = joint.torque[1] - joint.torque[0]
+        if width > 0.0 and joint.torque_step > _COARSE * width:
+            coarse = f"{joint.torque_step:.3g} {unit}, {100 * joint.torque_step / width:.0f} % of its range"
+            found.append(warning(f"The {quantity} of joint {j} has a resolution of only {coarse}"))
+    check = check.completed(found, time=time, joints=joints)
     if check.usable and (mistake := _mistake(robot, recording, currents)):
         check = check.completed([error(mistake)])
     if not check.usable:
@@ -169,24 +190,6 @@ def check_log(
         relative_residual=estimate.fit.relative,
         condition_number_scaled=equations.condition_numbers()[1],
     )
-
-
-def _signals(time: TimeFacts, joints: Sequence[JointFacts], currents: bool) -> Iterator[Finding]:
-    """Say what is wrong with the time stamps, with joints that rest, and with coarse torques."""
-    if time.moving is None:
-        yield error("No joint ever moves: record a motion of every joint")
-    if time.jitter > _JITTER:
-        steps = "from {:.3g} to {:.3g} ms".format(*(1e3 * step for step in time.steps))
-        yield note(f"Time steps vary {steps}: the log is resampled to an even rate before filtering")
-    still = [str(j) for j, joint in enumerate(joints, 1) if not joint.moves]
-    if 0 < len(still) < len(joints):
-        yield warning(f"Joint {', '.join(still)} never moves: its parameters cannot be identified")
-    quantity, unit = ("current", "A") if currents else ("torque", "N·m")
-    for j, joint in enumerate(joints, 1):
-        span = joint.torque[1] - joint.torque[0]
-        if span > 0.0 and joint.torque_step > _COARSE * span:
-            coarse = f"{joint.torque_step:.3g} {unit}, {100 * joint.torque_step / span:.0f} % of its range"
-            yield warning(f"The {quantity} of joint {j} has a resolution of only {coarse}")
 
 
 def _range(values: Array) -> tuple[float, float]:
@@ -282,14 +285,6 @@ def robot_fits(path: LogPath, log_map: LogMap | None = None) -> RobotFits:
         # What most robots' columns meet; faults of the file come before those of the number of joints.
         fault = min(faults, key=lambda text: ("missing" in text or "joints" in text, -faults.count(text)))
     return RobotFits(str(raw.path), raw.names, tuple(fitting), tuple(others), fault)
-
-
-Missed = Literal["following error", "unpredicted torque", "torque"]
-"""Commanded less measured position; measured torque less that which the controller predicted; the torque itself,
-where the log holds neither."""
-_Clear = Literal["fell", "rose", "no clear change"]
-Following = tuple[Missed, Recording]
-"""Errors that a controller left, in the place of torques [rad or m, N·m or N], and which."""
 
 
 class Change(Document, frozen=True):

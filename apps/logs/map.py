@@ -21,6 +21,9 @@ QUANTITIES = ("position", "velocity", "torque", "current")  # quantities that ar
 REFERENCES = {"position_reference": "position", "torque_reference": "torque"}
 """What the controller wanted of each joint, and the quantities it belongs to; ``read_following`` reads it."""
 FORMS = {"rotation_vector": 3, "rpy": 3, "quaternion": 4}  # ways to write axes, and their number of columns
+LONGEST_NAME = 1000  # letters of a column's name; what looks for numbers and units in longer ones would take hours
+COMMAND_LINE = "command line"  # source of a map that no file gives
+_TYPED = {"sign": "signs", "joints": "--joints"}  # keys of a map as they are typed
 _ANGLE = {"rad": 1.0, "deg": math.pi / 180.0, "rev": 2.0 * math.pi, "m": 1.0, "mm": 1e-3}
 _CURRENT = {"A": 1.0, "mA": 1e-3, "raw": 1.0, "percent": 0.01}
 _UNITS = {
@@ -55,9 +58,6 @@ def _spelt(unit: str) -> str:
 def known_unit(text: str) -> bool:
     """Tell whether a text is a unit of time or of anything that a log holds of a joint."""
     return any(_spelt(text) in units for units in _UNITS.values())
-
-
-LONGEST_NAME = 1000  # letters of a column's name; what looks for numbers and units in longer ones would take hours
 
 
 def with_unit(name: str) -> tuple[str, str]:
@@ -330,10 +330,6 @@ def read_log_map(path: str | Path) -> LogMap:
         InputError: names the file and the key.
     """
     return replace(read_toml(path, LogMap), source=str(path))
-
-
-COMMAND_LINE = "command line"  # source of a map that no file gives
-_TYPED = {"sign": "signs", "joints": "--joints"}  # keys of a map as they are typed
 
 
 def with_flags(
