@@ -53,7 +53,6 @@ class ControllerLoad:
     added: float = 0.0  # to each moment before, so that the rounded body can exist [kg m^2]
 
     def __post_init__(self) -> None:
-        """Refuse a load that no controller takes."""
         mass, body, fault, units = self.mass, self.body, "", "kg and metres are needed"
         if not self.meters_per_unit > 0.0:
             raise InputError(f"metres per unit must be positive, not {self.meters_per_unit:g}")

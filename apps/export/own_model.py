@@ -53,7 +53,6 @@ class XmlEdits:
     """Elements of a text, in the order of their first tags, and what is to stand in their places."""
 
     def __init__(self, path: str) -> None:
-        """Read a file, which must be XML without entities of its own."""
         text = read_text(path)
         if "<!DOCTYPE" in text or "<!ENTITY" in text:
             raise InputError(f"{path}: <!DOCTYPE and <!ENTITY are not accepted in a model: remove them")
@@ -177,21 +176,20 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[
     links = moved_links(whole, apart=not both)
     for j, name in names.items():
         body, joint, drive = moved[j], model.named("joint", name), links[j].drive
-        marks = mark_comment(links[j].marks)
+        write_inertial = mjcf_inertial if of_mujoco else urdf_inertial
+        inertial = write_inertial(body.mass, body.com, body.inertia_com)
         if of_mujoco:
             link = joint.above
             if link is None or link.tag != "body":
                 raise InputError(f"{path}: joint {name!r} is in no body")
             model.set(joint, drive_attributes(drive, mjcf.DRIVE))
-            inertial = mjcf_inertial(body.mass, body.com, body.inertia_com)
         else:
             link, values = model.named("link", placed[name].body), drive_attributes(drive)
-            inertial = urdf_inertial(body.mass, body.com, body.inertia_com)
             if dynamics := model.within(joint, "dynamics"):
                 model.set(dynamics, values)
             elif values:
                 model.put(joint, [element("dynamics", values)])
-        model.put(link, [marks, inertial], model.within(link, "inertial"))
+        model.put(link, [mark_comment(links[j].marks), inertial], model.within(link, "inertial"))
     joints = tuple(names.get(j, "") for j in range(whole.robot.n))
     tendon = [element("tendon", {}, *mjcf.coupled_tendon(whole, joints))] if both else []
     model.put(model.spots[0], [Comment(f" {plain(line)} ") for line in head])

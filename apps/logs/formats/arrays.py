@@ -83,10 +83,7 @@ def _version_5(path: Path, arrays: dict[str, Any], objects: dict[str, str]) -> N
 
 
 def _check_tags(content: memoryview, order: str, depth: int) -> None:
-    """Check a row of elements, matrices within each other up to a hundred deep.
-
-    The reader of scipy would end the process at a wrong one.
-    """
+    """Check elements, matrices within each other up to a hundred deep: a wrong one makes scipy end the process."""
     at = 0
     while at < len(content):
         kind, size = struct.unpack_from(f"{order}II", content, at)
