@@ -60,7 +60,7 @@ def plain(line: str) -> str:
 
 
 def formats(package: str, folders: Iterable[str], constant: str = "FORMAT", **alike: Any) -> dict[str, Format[Any]]:
-    """Formats by name, each a constant of one file of a package, by its ``__path__``; all have what is ``alike``."""
+    """Formats by name, each a constant of one file of a package (its ``__path__``); all have what is ``alike``."""
     found = modules(package, folders).items()
     return {name: replace(getattr(module, constant), name=name, **alike) for name, module in found}
 

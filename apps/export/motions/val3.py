@@ -52,8 +52,8 @@ def val3_replay(motion: WrittenMotion) -> PointToPoint:
 def _moves(motion: WrittenMotion, plan: ViaPoints) -> tuple[Array, Array, Array]:
     """Acceleration and speed of each move [%]; its second point is left and reached again at so many mm, 0: a stop.
 
-    Acceleration: of trapezoidal segments by the ramp, of quintic ones as large as the limits allow. Speeds so that a
-    trapezoidal profile takes the segment's time. Whole percentages of the nominal values, those of trapezoidal
+    Acceleration: of trapezoidal segments by the ramp, of quintic ones as large as the limits allow. Speeds so that
+    a trapezoidal profile takes the segment's time. Whole percentages of the nominal values, those of trapezoidal
     segments rounded within the limits, the others rounded down.
     """
     limits = [joint.limits for joint in motion.described.joints]
