@@ -24,7 +24,7 @@ from ...model.files.urdf import read_urdf
 from ...model.frames import frames_at
 from ..extras import mujoco_model
 from .format import element, mjcf_inertial, plain, urdf_inertial, xml_text
-from .robot import drive_attributes, mark_comment, moved_links
+from .robot import drive_attributes, moved_links
 from .simulators import mjcf
 
 FAR = 0.005  # m: how far a joint's axis may lie beside the robot's own; descriptions round lengths to a millimetre
@@ -189,7 +189,7 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[
                 model.set(dynamics, values)
             elif values:
                 model.put(joint, [element("dynamics", values)])
-        model.put(link, [mark_comment(links[j].marks), inertial], model.within(link, "inertial"))
+        model.put(link, [links[j].comment(), inertial], model.within(link, "inertial"))
     joints = tuple(names.get(j, "") for j in range(whole.robot.n))
     tendon = [element("tendon", {}, *mjcf.coupled_tendon(whole, joints))] if both else []
     model.put(model.spots[0], [Comment(f" {plain(line)} ") for line in head])

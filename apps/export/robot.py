@@ -114,12 +114,6 @@ def fields(label: Labelled) -> dict[str, str]:
     return {"value": exact(label.value), "mark": label.mark, "share": share, **texts, "within": within}
 
 
-def mark_comment(numbers: Mapping[str, Labelled]) -> "Element[Any]":
-    """One comment of a link, a line a number: name, value, mark, share of the data, sigma, low, high, base."""
-    lines = (" ".join([name, *fields(label).values()]) for name, label in numbers.items())
-    return Comment("".join(f"\n        {plain(line)}" for line in lines) + "\n      ")
-
-
 def drive_attributes(drive: Mapping[str, Labelled], names: Mapping[str, str] = _DYNAMICS) -> dict[str, str]:
     """Numbers of a drive as attributes, as far as they are known; ``names``: of each quantity in a format."""
     return {name: exact(drive_value(drive, quantity)) for quantity, name in names.items() if quantity in drive}
@@ -132,7 +126,7 @@ class MovedLink(NamedTuple):
     joint: Joint
     parent: str  # name of the link before, at first the base
     link: LinkNumbers
-    drive: Mapping[str, Labelled]  # what drives the joint, with its share of a coupled drive in ``apart``
+    drive: Mapping[str, Labelled]  # of the joint; where formats cannot couple joints, its share of both drives
     frame: Pose  # modified DH frame of the joint, whose z is its axis, in the link before
     own: Pose  # the link in that frame
 
@@ -151,12 +145,17 @@ class MovedLink(NamedTuple):
         """Numbers of the link and of the drive before it, then its standard parameters."""
         return {**self.link.numbers, **self.drive, **self.link.parameters}
 
+    def comment(self) -> "Element[Any]":
+        """One comment, a line a number: name, value, mark, share of the data, sigma, low, high, base."""
+        lines = (" ".join([name, *fields(label).values()]) for name, label in self.marks.items())
+        return Comment("".join(f"\n        {plain(line)}" for line in lines) + "\n      ")
+
     def marked(self, inertial: Callable[[float, Array, Array], Element]) -> "list[Element[Any]]":
-        """The body after a comment of its marks; then marks as elements of their own, which SDFormat keeps."""
+        """The body after the comment; then marks as elements of their own, which SDFormat keeps."""
         body, marks = self.link.body, self.marks.items()
         bodies = [inertial(body.mass, body.com, body.inertia_com)] if body.mass else []
         every = (element("dynident:number", {"name": name} | fields(label)) for name, label in marks)
-        return [mark_comment(self.marks), *bodies, *every]
+        return [self.comment(), *bodies, *every]
 
 
 def moved_links(whole: WholeRobot, apart: bool = True) -> list[MovedLink]:

@@ -17,7 +17,7 @@ from ....model import Pose
 from ...numbers import exact, principal_axes, quaternion
 from ..format import COMMENT, FIRST, Format, element, mjcf_inertial, xml_text
 from ..load import ControllerLoad, load_format
-from ..robot import drive_attributes, fields, flange_of, gravity_of, mark_comment, moved_links
+from ..robot import drive_attributes, fields, flange_of, gravity_of, moved_links
 
 _LEAST = 1e-15  # MuJoCo's mjMINVAL: no moment of inertia may be smaller
 DRIVE = {"armature": "armature", "damping": "damping", "friction": "frictionloss"}
@@ -49,7 +49,7 @@ def _write(whole: WholeRobot) -> str:
             joint["range"] = exact(limits.position)
         inner = element(
             "body", {"name": each.link.link} | _pose(each.pose),
-            mark_comment(each.marks),
+            each.comment(),
             mjcf_inertial(body.mass, body.com, body.inertia_com),
             element("joint", joint | drive_attributes(drive, DRIVE)),
             *sites[j],
