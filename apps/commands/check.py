@@ -18,8 +18,7 @@ from .. import logs
 from ..fleet.comparing import arm_of, excess, fleet_of, side_by_side, widened
 from ..fleet.reduction import dask_executor, reduce_fleet
 from ..fleet.store import Recipe, Store, catalog, found_logs
-from ..logs.following import following_change, read_following
-from ..logs.log_check import check_log, longest, robot_fits
+from ..logs.log_check import check_log, following_change, longest, read_following, robot_fits
 from ..report.documents import Look, check_document
 from ..report.sections.recordings import (
     check_report,

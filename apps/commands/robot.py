@@ -271,7 +271,7 @@ class _Export(RobotOptions):
         against += whole.heavier_than_the_arm()
         if against and not self.despite_verdict:
             return withheld("written", f"{'; '.join(against)} (--despite-verdict writes it all the same)")
-        notes = robot_notes(form, whole)
+        notes = list(robot_notes(form, whole))
         if self.into is None:
             write_text(self.out, form.text(whole))
         else:

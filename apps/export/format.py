@@ -31,8 +31,9 @@ class Format(Generic[T]):
 
     title: str  # whose format it is
     source: str  # where it is documented
-    head: Callable[["Format[T]", T], Iterable[str]]  # what must be said beside the numbers, a line each
     write: Callable[[T], str]  # the text below the head
+    # What must be said beside the numbers, a line each: alike for all formats of a kind.
+    head: Callable[["Format[T]", T], Iterable[str]] = lambda form, value: form.remarks
     ready: Callable[[T], T] = lambda value: value  # what is written in a value's place; refuses what has no place
     holds: frozenset[str] = frozenset()  # what it has a place for beside what each format of its kind has
     remarks: tuple[str, ...] = ()  # what must be known of its numbers, a line each
@@ -58,10 +59,10 @@ def plain(line: str) -> str:
     return text.replace("--", "- -").replace("--", "- -").replace("*/", "* /").rstrip("\\")
 
 
-def formats(package: str, folders: Iterable[str], constant: str = "FORMAT") -> dict[str, Format[Any]]:
-    """Formats by name: each is a constant of one file of a package, whose ``__path__`` is given."""
+def formats(package: str, folders: Iterable[str], constant: str = "FORMAT", **alike: Any) -> dict[str, Format[Any]]:
+    """Formats by name, each a constant of one file of a package (its ``__path__``); all have what is ``alike``."""
     found = modules(package, folders).items()
-    return {name: replace(getattr(module, constant), name=name) for name, module in found}
+    return {name: replace(getattr(module, constant), name=name, **alike) for name, module in found}
 
 
 def element(tag: str, values: Mapping[str, str] = _NONE, *inside: "Element[Any] | str") -> Element:
@@ -77,7 +78,7 @@ def element(tag: str, values: Mapping[str, str] = _NONE, *inside: "Element[Any] 
 
 def texts(values: Mapping[str, str]) -> list[Element]:
     """Elements that hold a text each, by their tags."""
-    return [element(tag, _NONE, text) for tag, text in values.items()]
+    return [element(tag, {}, text) for tag, text in values.items()]
 
 
 def xml_text(root: Element) -> str:
@@ -88,18 +89,14 @@ def xml_text(root: Element) -> str:
 
 def urdf_inertial(mass: float, com: Array, inertia: Array) -> Element:
     """A body in URDF [kg, m, kg m^2]: entries of the matrix about the centre of mass, in the axes of the link."""
-    return element(
-        "inertial", _NONE,
-        element("origin", {"xyz": exact(com), "rpy": "0 0 0"}),
-        element("mass", {"value": exact(mass)}),
-        element("inertia", inertia_entries(inertia)),
-    )  # fmt: skip
+    origin, entries = element("origin", {"xyz": exact(com), "rpy": "0 0 0"}), inertia_entries(inertia)
+    return element("inertial", {}, origin, element("mass", {"value": exact(mass)}), element("inertia", entries))
 
 
 def sdf_inertial(mass: float, com: Array, inertia: Array) -> Element:
     """A body in SDFormat; the pose of its inertial frame is not turned."""
     pose = texts({"pose": f"{exact(com)} 0 0 0", "mass": exact(mass)})
-    return element("inertial", _NONE, *pose, element("inertia", _NONE, *texts(inertia_entries(inertia))))
+    return element("inertial", {}, *pose, element("inertia", {}, *texts(inertia_entries(inertia))))
 
 
 def mjcf_inertial(mass: float, com: Array, inertia: Array) -> Element:

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from ... import __version__
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...common.schema import present
 from ...estimation.results.payload import FreeEstimate, PayloadResult, PossibleEstimate, array, bounds, numbers
 from ...model import INERTIAL, InertialParameters, Pose
@@ -54,7 +53,6 @@ class ControllerLoad:
     added: float = 0.0  # to each moment before, so that the rounded body can exist [kg m^2]
 
     def __post_init__(self) -> None:
-        """Refuse a load that no controller takes."""
         mass, body, fault, units = self.mass, self.body, "", "kg and metres are needed"
         if not self.meters_per_unit > 0.0:
             raise InputError(f"metres per unit must be positive, not {self.meters_per_unit:g}")
@@ -116,8 +114,12 @@ class ControllerLoad:
         """The load with as many digits as its intervals support: two of each half-width."""
         if self.half_widths is None:
             return self
-        values = (np.array(self.mass), self.com, self.inertia)
-        places = [_digits(value, half) for value, half in zip(values, self.half_widths, strict=True)]
+        values, places = (np.array(self.mass), self.com, self.inertia), []
+        for value, half in zip(values, self.half_widths, strict=True):
+            # Two digits of the half-width, or four of the largest number where there is none.
+            largest = float(np.abs(value).max())
+            four = 3 - int(np.floor(np.log10(largest))) if largest > 0.0 else 4
+            places.append(interval_digits(2.0 * half) if 0.0 < half < math.inf else four)
         mass, com, inertia = (np.round(value, digits) for value, digits in zip(values, places, strict=True))
         added, unit, digits = self.widened, 10.0 ** -places[2], None if self.point_mass else places[2] + 1
         # Rounding can make a thin body impossible; one unit is left for the rounding of principal moments.
@@ -139,14 +141,6 @@ class ControllerLoad:
             return None
         frame = f"flange, at {placed(self.flange)} in {self.frame} ({self.flange_source or 'no source'})"
         return self.seen_from(self.flange, frame)
-
-
-def _digits(values: Array, half_width: float) -> int:
-    """Decimals: two digits of the half-width, or four of the largest number where there is none."""
-    if np.isfinite(half_width) and half_width > 0.0:
-        return interval_digits(2.0 * half_width)
-    largest = float(np.abs(values).max())
-    return 3 - int(np.floor(np.log10(largest))) if largest > 0.0 else 4
 
 
 def _excess(inertia: Array) -> float:
@@ -179,10 +173,10 @@ def load_of(
     Raises:
         InputError: if the estimate is not of a body that can exist.
     """
-    there = sorted({estimate.method for estimate in result.estimates})
+    there, verdict = sorted({estimate.method for estimate in result.estimates}), result.verdict
     number = method if method is not None or not there else result.method
     estimates: tuple[FreeEstimate | PossibleEstimate, ...] = (*result.possible, *result.free)
-    estimate, verdict = next((each for each in estimates if each.method == number), None), result.verdict
+    estimate = next((each for each in estimates if each.method == number), None)
     if estimate is None:
         raise InputError(f"{name}: no estimate of method {number}; there are {str(there)[1:-1] or 'none'}")
     if isinstance(estimate, PossibleEstimate):
@@ -211,11 +205,9 @@ def load_of(
     else:
         body = InertialParameters(ten)
     flange, rated = present(result.flange_in_payload_frame), result.rated_payload_kg or math.inf
+    half_widths, told = widths if math.isfinite(widths[0]) else None, flange.source if flange else ""
     load = ControllerLoad(body, result.frame, source, verdict.level, reasons, point_mass, rated=rated)
-    half_widths = widths if math.isfinite(widths[0]) else None
-    return replace(
-        load, half_widths=half_widths, flange=result.flange, flange_source=flange.source if flange else ""
-    )
+    return replace(load, half_widths=half_widths, flange=result.flange, flange_source=told)
 
 
 def load_head(form: Format[ControllerLoad], load: ControllerLoad) -> list[str]:

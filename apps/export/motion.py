@@ -5,14 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ... import __version__
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...model import Motion, Robot
 from ...model.robot import SOURCED
-from ...trajectories import Design, DesignProblem, JointBounds, Trapezoid, ViaPoints
+from ...trajectories import Design, DesignProblem, JointBounds, Plan, Trapezoid, ViaPoints
 from ...trajectories.design.score import Learnt
-from ...trajectories.motions.family import Plan
-from .format import Format
 
 DIGITS = 9  # decimals of positions, speeds and accelerations: a nanoradian
 DENSER = "write more of them a second, or leave more room by the setting torque-margin"
@@ -52,11 +49,6 @@ class WrittenMotion:
     def cycles(self) -> Array:
         """Positions in each cycle of a controller, the last one at rest where the motion ends."""
         return self.plan.at(np.arange(int(np.ceil(self.plan.duration * self.rate - 1e-9)) + 1) / self.rate)[0]
-
-
-def motion_head(form: Format[WrittenMotion], motion: WrittenMotion) -> tuple[str, ...]:
-    """Lines before the samples."""
-    return (*motion.head, *form.remarks)
 
 
 def listed(values: Array) -> str:

@@ -11,13 +11,12 @@ from html import unescape
 from itertools import combinations
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
-from xml.etree.ElementTree import Comment
+from xml.etree.ElementTree import Comment, Element
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...common.schema import read_text
 from ...estimation.possible.whole_robot import WholeRobot
 from ...model import InertialParameters, Pose
@@ -25,9 +24,11 @@ from ...model.files.urdf import read_urdf
 from ...model.frames import frames_at
 from ..extras import mujoco_model
 from .format import element, mjcf_inertial, plain, urdf_inertial, xml_text
-from .robot import drive_attributes, link_marks, mark_comment, moved_links
+from .robot import drive_attributes, moved_links
 from .simulators import mjcf
 
+FAR = 0.005  # m: how far a joint's axis may lie beside the robot's own; descriptions round lengths to a millimetre
+TURNED = math.radians(0.5)  # by how much it may be turned
 _TOKEN = re.compile(
     r"<!--.*?-->|<\?.*?\?>|<!\[CDATA\[.*?\]\]>|"
     r"<(?P<close>/?)(?P<tag>[^\s/>!?]+)(?P<values>(?:[^\"'>]|\"[^\"]*\"|'[^']*')*?)(?P<alone>/?)>",
@@ -52,7 +53,6 @@ class XmlEdits:
     """Elements of a text, in the order of their first tags, and what is to stand in their places."""
 
     def __init__(self, path: str) -> None:
-        """Read a file, which must be XML without entities of its own."""
         text = read_text(path)
         if "<!DOCTYPE" in text or "<!ENTITY" in text:
             raise InputError(f"{path}: <!DOCTYPE and <!ENTITY are not accepted in a model: remove them")
@@ -94,25 +94,21 @@ class XmlEdits:
             tag = f"{tag[:start]}{blank}{name}={quoteattr(values[name])}{tag[stop:]}"
         self._changes.append((spot.begin, spot.inside, tag))
 
-    def put(self, above: Spot, elements: "Sequence[ElementTree.Element[Any]]", old: Spot | None = None) -> None:
-        """Put elements into another one, each on lines of its own: in the place of one in it, or first."""
-        text = self._lines(above, elements)
-        if old is not None:
-            self._changes.append((old.begin, old.end, text.lstrip()))
-        elif above.inside < above.end:
-            self._changes.append((above.inside, above.inside, text))
-        else:
-            self._changes.append((above.inside - 2, above.inside, f">{text}</{above.tag}>"))
-
-    def add(self, above: Spot, elements: "Sequence[ElementTree.Element[Any]]") -> None:
-        """Put elements last into one that is not empty."""
-        position = len(self._text[: self._text.rindex("<", above.begin, above.end)].rstrip())
-        self._changes.append((position, position, self._lines(above, elements)))
-
-    def _lines(self, above: Spot, elements: "Sequence[ElementTree.Element[Any]]") -> str:
+    def put(
+        self, above: Spot, elements: "Sequence[Element[Any]]", old: Spot | None = None, last: bool = False
+    ) -> None:
+        """Put elements into another one, each on lines of its own: in the place of one in it, first, or last."""
         before = self._text[: above.begin].rpartition("\n")[2]
         margin = f"\n{before if before.isspace() else ''}  "
-        return "".join(margin + xml_text(each).replace("\n", margin) for each in elements)
+        text = "".join(margin + xml_text(each).replace("\n", margin) for each in elements)
+        begin = end = above.inside
+        if old is not None:
+            begin, end, text = old.begin, old.end, text.lstrip()
+        elif above.inside == above.end:
+            begin, text = above.inside - 2, f">{text}</{above.tag}>"
+        elif last:
+            begin = end = len(self._text[: self._text.rindex("<", above.begin, above.end)].rstrip())
+        self._changes.append((begin, end, text))
 
     def text(self) -> str:
         """The text with all changes."""
@@ -164,10 +160,6 @@ def _read_urdf(path: str) -> tuple[dict[str, Placed], Extra]:
     return placed, fixed
 
 
-FAR = 0.005  # m: how far a joint's axis may lie beside the robot's own; descriptions round lengths to a millimetre
-TURNED = math.radians(0.5)  # by how much it may be turned
-
-
 def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[str, list[str]]:
     """Put a robot's numbers, below lines at the head, into an MJCF or URDF file ("mjcf" or "urdf").
 
@@ -181,37 +173,35 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[
     names, moved = _matched(whole, placed, path)
     coupled = whole.robot.coupling
     both = of_mujoco and coupled is not None and {joint - 1 for joint in coupled.joints} <= names.keys()
-    drives = whole.drives if both else whole.apart
+    links = moved_links(whole, apart=not both)
     for j, name in names.items():
-        body, joint = moved[j], model.named("joint", name)
-        marks = mark_comment(link_marks(whole.links[j], drives[j]))
+        body, joint, drive = moved[j], model.named("joint", name), links[j].drive
+        write_inertial = mjcf_inertial if of_mujoco else urdf_inertial
+        inertial = write_inertial(body.mass, body.com, body.inertia_com)
         if of_mujoco:
             link = joint.above
             if link is None or link.tag != "body":
                 raise InputError(f"{path}: joint {name!r} is in no body")
-            model.set(joint, drive_attributes(drives[j], mjcf.DRIVE))
-            inertial = mjcf_inertial(body.mass, body.com, body.inertia_com)
+            model.set(joint, drive_attributes(drive, mjcf.DRIVE))
         else:
-            link, values = model.named("link", placed[name].body), drive_attributes(drives[j])
-            inertial = urdf_inertial(body.mass, body.com, body.inertia_com)
+            link, values = model.named("link", placed[name].body), drive_attributes(drive)
             if dynamics := model.within(joint, "dynamics"):
                 model.set(dynamics, values)
             elif values:
                 model.put(joint, [element("dynamics", values)])
-        model.put(link, [marks, inertial], model.within(link, "inertial"))
+        model.put(link, [links[j].comment(), inertial], model.within(link, "inertial"))
     joints = tuple(names.get(j, "") for j in range(whole.robot.n))
     tendon = [element("tendon", {}, *mjcf.coupled_tendon(whole, joints))] if both else []
-    comments = [Comment(f" {plain(line)} ") for line in head]
-    model.put(model.spots[0], comments)
-    model.add(model.spots[0], [*([mjcf.custom(whole)] if of_mujoco else []), *tendon])
+    model.put(model.spots[0], [Comment(f" {plain(line)} ") for line in head])
+    model.put(model.spots[0], [*([mjcf.custom(whole)] if of_mujoco else []), *tendon], last=True)
     notes = list[str]()
     if missing := [joint for j, joint in enumerate(whole.joint_names) if j not in names]:
         notes.append(f"Joints of {whole.robot.name} that are not in {path}: {', '.join(missing)}.")
     if others := [name for name in placed if name not in names.values()]:
         notes.append(f"Joints of {path} that are left alone: {', '.join(others)}.")
-    links = {placed[name].body for name in names.values()}
+    bodies = {placed[name].body for name in names.values()}
     for name, (fixed, mass) in extra.items():
-        if fixed not in links or mass <= 0.0:
+        if fixed not in bodies or mass <= 0.0:
             continue
         nothing = [mjcf_inertial(0.0, np.zeros(3), np.zeros((3, 3)))] if of_mujoco else []
         link = model.named("body" if of_mujoco else "link", name)

@@ -1,19 +1,18 @@
 """Common parts of whole robots' formats: the head, marks of numbers, drives, and frames of links."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple
 from xml.etree.ElementTree import Comment, Element
 
 from ... import __version__
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...estimation.possible.whole_robot import Labelled, LinkNumbers, WholeRobot, whole_robot
 from ...estimation.results.robot import RobotResult
-from ...model import Joint, Pose, Robot, base_parameters
+from ...model import PAPER, Joint, Pose, Robot, base_parameters
 from ...model.drives import parameter_kind
 from ...model.frames import step
-from ...model.friction import PAPER
 from ..numbers import exact
 from .format import Format, element, plain
 
@@ -40,12 +39,8 @@ def robot_head(form: Format[WholeRobot], whole: WholeRobot) -> list[str]:
     ]
 
 
-def robot_notes(form: Format[WholeRobot], whole: WholeRobot) -> list[str]:
+def robot_notes(form: Format[WholeRobot], whole: WholeRobot) -> Iterator[str]:
     """Masses, drives that are not to be believed or not known, and all that the format has no place for."""
-    return [*_numbers_notes(whole), *_lost(form.holds, whole), *form.remarks]
-
-
-def _numbers_notes(whole: WholeRobot) -> Iterator[str]:
     arm, drives = whole.robot.mass, whole.robot.drives
     maker = f"; the maker's mass of the arm, with its base, is {arm:g} kg" if arm is not None else ""
     yield f"The moving links weigh {whole.mass:.4g} kg in total{maker}."
@@ -66,6 +61,8 @@ def _numbers_notes(whole: WholeRobot) -> Iterator[str]:
         yield f"Rotor inertias (armature) are left out: {why}. Enter the maker's, or joints accelerate too easily."
     if without := [name for name, d in zip(whole.joint_names, whole.drives, strict=True) if "damping" not in d]:
         yield f"Friction is left out because it is unknown: {', '.join(without)}."
+    yield from _lost(form.holds, whole)
+    yield from form.remarks
 
 
 def _lost(holds: frozenset[str], whole: WholeRobot) -> Iterator[str]:
@@ -117,23 +114,6 @@ def fields(label: Labelled) -> dict[str, str]:
     return {"value": exact(label.value), "mark": label.mark, "share": share, **texts, "within": within}
 
 
-def link_marks(link: LinkNumbers, drive: Mapping[str, Labelled]) -> dict[str, Labelled]:
-    """Numbers of a link and of the drive before it, then its standard parameters."""
-    return {**link.numbers, **drive, **link.parameters}
-
-
-def mark_comment(numbers: Mapping[str, Labelled]) -> "Element[Any]":
-    """One comment of a link, a line a number: name, value, mark, share of the data, sigma, low, high, base."""
-    lines = (" ".join([name, *fields(label).values()]) for name, label in numbers.items())
-    return Comment("".join(f"\n        {plain(line)}" for line in lines) + "\n      ")
-
-
-def marked(numbers: Mapping[str, Labelled], body: "list[Element[Any]]") -> "list[Element[Any]]":
-    """A body after a comment of its marks; then marks as elements of their own, which SDFormat keeps."""
-    marks = (element("dynident:number", {"name": name} | fields(label)) for name, label in numbers.items())
-    return [mark_comment(numbers), *body, *marks]
-
-
 def drive_attributes(drive: Mapping[str, Labelled], names: Mapping[str, str] = _DYNAMICS) -> dict[str, str]:
     """Numbers of a drive as attributes, as far as they are known; ``names``: of each quantity in a format."""
     return {name: exact(drive_value(drive, quantity)) for quantity, name in names.items() if quantity in drive}
@@ -146,7 +126,7 @@ class MovedLink(NamedTuple):
     joint: Joint
     parent: str  # name of the link before, at first the base
     link: LinkNumbers
-    drive: Mapping[str, Labelled]  # the joint's own share of what drives it, where formats cannot couple joints
+    drive: Mapping[str, Labelled]  # of the joint; where formats cannot couple joints, its share of both drives
     frame: Pose  # modified DH frame of the joint, whose z is its axis, in the link before
     own: Pose  # the link in that frame
 
@@ -160,12 +140,30 @@ class MovedLink(NamedTuple):
         """Direction of the joint's axis in the link, which stands on it."""
         return exact(self.own.R[2])
 
+    @property
+    def marks(self) -> dict[str, Labelled]:
+        """Numbers of the link and of the drive before it, then its standard parameters."""
+        return {**self.link.numbers, **self.drive, **self.link.parameters}
 
-def moved_links(whole: WholeRobot) -> list[MovedLink]:
-    """Each link with its joint, base to tip."""
+    def comment(self) -> "Element[Any]":
+        """One comment, a line a number: name, value, mark, share of the data, sigma, low, high, base."""
+        lines = (" ".join([name, *fields(label).values()]) for name, label in self.marks.items())
+        return Comment("".join(f"\n        {plain(line)}" for line in lines) + "\n      ")
+
+    def marked(self, inertial: Callable[[float, Array, Array], Element]) -> "list[Element[Any]]":
+        """The body after the comment; then marks as elements of their own, which SDFormat keeps."""
+        body, marks = self.link.body, self.marks.items()
+        bodies = [inertial(body.mass, body.com, body.inertia_com)] if body.mass else []
+        every = (element("dynident:number", {"name": name} | fields(label)) for name, label in marks)
+        return [self.comment(), *bodies, *every]
+
+
+def moved_links(whole: WholeRobot, apart: bool = True) -> list[MovedLink]:
+    """Each link with its joint, base to tip; ``apart``: for formats that cannot couple joints."""
     robot, before, moved = whole.robot, whole.robot.base, list[MovedLink]()
     poses = robot.links.poses if robot.links is not None else (Pose(),) * robot.n
-    parts = zip(whole.joint_names, robot.joints, whole.link_names, whole.links, whole.apart, poses, strict=False)
+    drives = whole.apart if apart else whole.drives
+    parts = zip(whole.joint_names, robot.joints, whole.link_names, whole.links, drives, poses, strict=False)
     for name, joint, parent, link, drive, own in parts:
         along_x, along_z = step(joint, 0.0)
         moved.append(MovedLink(name, joint, parent, link, drive, before.inverse() @ along_x @ along_z, own))

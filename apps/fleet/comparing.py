@@ -15,8 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import stdtrit
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...common.schema import Document, Matrix, Vector, Worked
 from ...estimation.equations.equations import PAYLOAD, Equations, merged
 from ...estimation.fit.covariance import student95

@@ -2,9 +2,10 @@
 
 import multiprocessing
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
+from datetime import UTC, datetime, timedelta
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -14,15 +15,17 @@ from msgspec.structs import replace
 from ...common.errors import InputError, encodable
 from ...common.files import checksum, write_bytes
 from ...common.schema import Document
-from ...estimation import Settings
-from ...estimation.answers.identification import identify
+from ...estimation import Settings, identify
 from ...model import Robot
 from ..extras import extra
 from ..logs.read import read_recordings
-from .store import Log, Recipe, Store, Stored, same_time
+from .store import Log, Recipe, Store, Stored
 
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 _AHEAD = 3  # logs that wait for each worker
+_CLOCKS = (9.0e8, 4.1e9)  # s since 1970: 1998 to 2099
+_NIGHT = timedelta(days=2)
+"""Time that a log's clock may be beside the day told: a day without time, zones, a night's two days."""
 KILLS = "ends whatever process reads it, alone too: look at this log, and report it if it is a good one"
 """Why a log is refused that no worker survives."""
 
@@ -67,7 +70,26 @@ def reduce_fleet(
     recipe = recipe or Recipe(robot.processing)
     target, reduced = Store.made(store, robot, recipe), partial(reduce_log, robot, recipe)
     before = {log.file: log for log in target.logs()}
-    now = {log.file: log for log in _keyed(logs, recipe, before)}
+    given = [log if isinstance(log, Log) else Log(log) for log in logs]
+    for k, log in enumerate(given):  # a store can hold no other path
+        if (name := encodable(log.file)) != log.file:
+            given[k] = Log(name, reason="its path is not UTF-8: rename the file or folder")
+    now, files = dict[str, Log](), {log.file for log in given}
+    # A recording counts once, and an arm has one at a time.
+    earlier = [log for log in before.values() if not log.reason and log.file not in files]
+    first_files = {log.sha256: log.file for log in earlier}
+    nights = {(log.arm, log.day): log.file for log in earlier}
+    for log in sorted(given, key=lambda log: log.file):
+        name, wrong, digest, night = log.file, log.reason, "", (log.arm, log.day)
+        if not wrong and None not in night and (owner := nights.setdefault(night, name)) != name:
+            wrong = f"{owner} is of arm {log.arm!r} at {log.day} too: give times, or another name"
+        try:
+            if not wrong and (first := first_files.setdefault(digest := checksum(name), name)) != name:
+                wrong = f"holds the same bytes as {first}: a recording counts once"
+        except (InputError, OSError) as error:
+            wrong = getattr(error, "strerror", None) or str(error)
+        known = replace(log, reason=wrong, sha256=digest)
+        now[name] = known if wrong else replace(known, key=recipe.key(known))
     missing = [log for log in now.values() if not log.reason and not target.path(log.key).exists()]
     results: Iterator[_Done | None] = map(reduced, missing)
     if isinstance(workers, tuple):
@@ -95,35 +117,19 @@ def reduce_fleet(
     return ReducedDocument(str(target.root), new, len(now) - len(refused) - new, refused, lost)
 
 
-def _keyed(logs: Sequence[Log | str], recipe: Recipe, held: Mapping[str, Log]) -> Iterator[Log]:
-    """Logs with the names of their equations, or with what speaks against them; ``held``: what the store has."""
-    given = [log if isinstance(log, Log) else Log(log) for log in logs]
-    for k, log in enumerate(given):  # a store can hold no other path
-        if (name := encodable(log.file)) != log.file:
-            given[k] = Log(name, reason="its path is not UTF-8: rename the file or folder")
-    given.sort(key=lambda log: log.file)
-    files = {log.file for log in given}
-    earlier = [log for log in held.values() if not log.reason and log.file not in files]
-    twice, first_files = same_time([*earlier, *given]), {log.sha256: log.file for log in earlier}
-    for log in given:
-        name, wrong, digest = log.file, log.reason or twice.get(log.file, ""), ""
-        try:
-            if not wrong and (first := first_files.setdefault(digest := checksum(name), name)) != name:
-                wrong = f"holds the same bytes as {first}: a recording counts once"
-        except (InputError, OSError) as error:
-            wrong = getattr(error, "strerror", None) or str(error)
-        known = replace(log, reason=wrong, sha256=digest)
-        yield known if wrong else replace(known, key=recipe.key(known))
-
-
 def reduce_log(robot: Robot, recipe: Recipe, log: Log) -> _Done:
     """Reduce a recording to the bytes of its equations, or tell why there is none; workers do this."""
     try:
         if checksum(log.file) != log.sha256:
             return replace(log, reason="changed while it was reduced: run it again"), b""
         pieces = read_recordings(log.file, robot, recipe.drive_gains, recipe.log_map, recipe.processing)
-        if wrong := log.other_day(pieces[0].origin):
-            return replace(log, reason=wrong), b""
+        # Only times since 1970 tell a day: those from a log's own start, or by a clock that was never set, do not.
+        if log.day is not None and _CLOCKS[0] <= pieces[0].origin <= _CLOCKS[1]:
+            stated, own = datetime.fromisoformat(log.day), datetime.fromtimestamp(pieces[0].origin, UTC)
+            if abs(stated.replace(tzinfo=stated.tzinfo or UTC) - own) >= _NIGHT:
+                fault = f"its clock starts on {own:%Y-%m-%d} but it is said to be of {log.day}"
+                advice = "correct the path, or the log's times (from 0 on, they state no day)"
+                return replace(log, reason=f"{fault}: {advice}"), b""
         # Nights are compared parameter by parameter: the terms of friction are the same in all.
         settings = Settings(recipe.processing, friction=robot.drives.friction, gains=recipe.gains)
         result = identify(robot, pieces, settings)

@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from datetime import UTC, datetime, timedelta
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +15,7 @@ import numpy as np
 from ...common.errors import InputError
 from ...common.files import made_folder, write_bytes
 from ...common.schema import Document, convert, naming, read_json, write_json
-from ...estimation.equations.equations import Equations
-from ...estimation.fit.drive_gains import Gains
-from ...estimation.fit.estimate import Estimate
+from ...estimation import Equations, Estimate, Gains
 from ...model import BaseParameters, Processing, Robot
 from ..extras import parquet_bytes, parquet_rows
 from ..logs.map import LogMap
@@ -25,9 +23,7 @@ from ..logs.read import SUFFIXES
 
 KNOWN = ("arm", "day", "payload")
 """Facts that may be known of a log: the arm's own name, ISO day or time, and kg that the controller was told."""
-_CLOCKS = (9.0e8, 4.1e9)  # s since 1970: 1998 to 2099
 _YEARS = (1970, 2100)
-_NIGHT = 2.0  # days that a log's clock may be beside the day told: a day without time, zones, a night's two days
 _AGAIN = "run 'dynident fleet reduce' again, what is done is kept"
 _REMEDY = f"delete it and {_AGAIN}"
 
@@ -45,21 +41,6 @@ class Log(Document, frozen=True, omit_defaults=True):
     reason: str = ""
     sha256: str = ""
     key: str = ""
-
-    def other_day(self, start: float) -> str:
-        """Fault of a log whose clock, at ``start`` [s], tells another day than it is said to be of; empty if none.
-
-        Only times since 1970 tell a day: a log that counts from its own start, or by a clock that was never set,
-        has none.
-        """
-        if self.day is None or not _CLOCKS[0] <= start <= _CLOCKS[1]:
-            return ""
-        stated, own = datetime.fromisoformat(self.day), datetime.fromtimestamp(start, UTC)
-        apart = abs(stated.replace(tzinfo=stated.tzinfo or UTC) - own)
-        if apart < timedelta(days=_NIGHT):
-            return ""
-        fault = f"its clock starts on {own:%Y-%m-%d} but it is said to be of {self.day}"
-        return f"{fault}: correct the path, or the log's times (from 0 on, they state no day)"
 
 
 def found_logs(paths: Sequence[str]) -> tuple[str, ...]:
@@ -108,16 +89,6 @@ def catalog(logs: Sequence[str], pattern: str = "") -> tuple[Log, ...]:
     if all(log.reason for log in found):
         raise InputError(f"--pattern {pattern!r}: no log's path ends so; {logs[0]}: {found[0].reason}")
     return tuple(found)
-
-
-def same_time(logs: Iterable[Log]) -> dict[str, str]:
-    """Find logs of one arm at one time: path -> what is wrong with it."""
-    owners, wrong = dict[object, str](), dict[str, str]()
-    for log in logs:
-        known = not log.reason and log.arm is not None and log.day is not None
-        if known and (owner := owners.setdefault((log.arm, log.day), log.file)) != log.file:
-            wrong[log.file] = f"{owner} is of arm {log.arm!r} at {log.day} too: give times, or another name"
-    return wrong
 
 
 @dataclass(frozen=True)

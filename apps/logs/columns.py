@@ -15,8 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...model import Robot
 from .map import LONGEST_NAME, QUANTITIES, LogMap, listed, repeated, standard_pose
 
@@ -43,7 +42,6 @@ class RawLog:
     gain_sigma: float | None = None  # relative error of its torques' scale, where the file tells it
 
     def __post_init__(self) -> None:
-        """Refuse names that no recorder writes."""
         if longest := next((name for name in self.names if len(name) > LONGEST_NAME), ""):
             where = f"{self.path}: the column name that begins {longest[:20]!r} has {len(longest)} characters"
             raise InputError(f"{where}: is the first line a header? give short names")
@@ -201,8 +199,15 @@ class Naming:
         named = listed(self.log_map.quantity(kind).columns)
         if named and (len(named) > 1 or "{" not in named[0]):
             return named
-        patterns = named or self.known.columns.get(kind) or PLAIN.columns[kind]
-        candidates = [self._expanded(pattern) for pattern in patterns]
+        prefixes, candidates = self.known.prefixes, []
+        for pattern in named or self.known.columns.get(kind) or PLAIN.columns[kind]:
+            joints = self.joints if "{joint}" in pattern else ()
+            if "{joint}" in pattern and not joints:
+                raise InputError(f"{self.log_map.source}: {pattern!r}: name the joints: joints = [...], --joints")
+            if "*" in pattern and len(prefixes) > 1:
+                several = f"has several arms or topics ({', '.join(prefixes)})"
+                raise InputError(f"{self.raw.path}: {several}: name one's columns in a log map")
+            candidates.append(self.known.expanded(pattern, joints, self.robot.n))
         return next((names for names in candidates if set(names) & set(self.raw.names)), candidates[0])
 
     @property
@@ -250,16 +255,6 @@ class Naming:
             return tuple(numbers[k] for k in sorted(numbers))
         advice = f"give the {n} of the robot from base to tip by --joints"
         raise InputError(f"{self.raw.path}: names joints {', '.join(names)}: {advice}")
-
-    def _expanded(self, pattern: str) -> tuple[str, ...]:
-        joints = self.joints if "{joint}" in pattern else ()
-        if "{joint}" in pattern and not joints:
-            raise InputError(f"{self.log_map.source}: {pattern!r}: name the joints: joints = [...], --joints")
-        prefixes = self.known.prefixes
-        if "*" in pattern and len(prefixes) > 1:
-            several = f"has several arms or topics ({', '.join(prefixes)})"
-            raise InputError(f"{self.raw.path}: {several}: name one's columns in a log map")
-        return self.known.expanded(pattern, joints, self.robot.n)
 
 
 def choose(naming: Naming, gains: Sequence[float] | None) -> tuple[dict[str, tuple[str, ...]], list[str]]:

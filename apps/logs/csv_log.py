@@ -14,8 +14,7 @@ from typing import IO, Any
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from .columns import RawLog
 from .map import DELIMITERS, Layout, known_unit, with_unit
 
@@ -51,7 +50,6 @@ class _Text:
     """A text file: the way in which it writes its table, and what reading its rows showed."""
 
     def __init__(self, path: Path, layout: Layout) -> None:
-        """Find out how it writes its table; what the layout says is taken as said."""
         self._path, self._per_row, self._encoding = path, layout.per_row, _encoding(path)
         self._passed: list[int] = []  # rows before which a line without numbers was passed over
         self._cut = ""
@@ -59,22 +57,30 @@ class _Text:
             lines = text.read(_SAMPLE).splitlines()
         if len(lines) > 1 and len("\n".join(lines)) >= _SAMPLE - 1:
             lines.pop()  # perhaps the beginning of one
-        self._before, remarks, stated = (layout.skip, [], "") if layout.skip else _preamble(lines)
+        # Lines before the header, the remarks among them, and the delimiter that a line "sep=;" tells.
+        self._before, remarks, stated = layout.skip, list[str](), ""
+        for line in [] if layout.skip else lines:
+            separator = _SEPARATOR.fullmatch(line.strip(" \r"))
+            if separator or line.strip() == "sep=\t":
+                stated = separator[1] if separator else "\t"
+            elif line.startswith(_MARK):
+                remarks.append(line)
+            elif line.strip():
+                break
+            self._before += 1
         header = lines[self._before] if self._before < len(lines) else ""
         below = lines[self._before + (not layout.names) :]
         usual, self._decimal = "\t" if ".tsv" in path.suffixes else ",", layout.decimal or "."
-        self._delimiter = stated or _delimiter(usual, header, below)
-        if layout.delimiter:
-            self._delimiter = DELIMITERS[layout.delimiter]
+        found = stated or _delimiter(usual, header, below)
+        self._delimiter = DELIMITERS[layout.delimiter] if layout.delimiter else found
         if not layout.decimal and self._delimiter != ",":
             # A comma where numbers have one and none has a point.
-            cells = [cell for line in below if not line.startswith(_MARK) for cell in self._cells(line)]
+            rows = (_cells(line, self._delimiter) for line in below if not line.startswith(_MARK))
+            cells = list(chain.from_iterable(rows))
             points = any("." in cell and self._is_number(cell) for cell in cells)
             if not points and any(map(_DECIMAL_COMMA.fullmatch, cells)):
                 self._decimal = ","
-        names, units = list(layout.names), list[str]()
-        if not names:
-            names, units = self._header(header, remarks, below)
+        names, units = (list(layout.names), []) if layout.names else self._header(header, remarks, below)
         self.gain_sigma: float | None = None
         for remark in [line for line in remarks if _GAIN_SIGMA.fullmatch(line)]:
             fraction = remark.partition("=")[2].strip()
@@ -98,12 +104,12 @@ class _Text:
 
     def _header(self, line: str, remarks: Sequence[str], below: Sequence[str]) -> tuple[list[str], list[str]]:
         """Names of the columns, by the last remark of a file of numbers, and the row of units below them."""
-        names = self._cells(line)
+        names = _cells(line, self._delimiter)
         while len(names) > 1 and not names[-1]:
             names.pop()
         numbers = all(map(self._is_number, names))
         if remarks and names and numbers:
-            named = self._cells(remarks[-1].lstrip("".join(_MARK)).strip())
+            named = _cells(remarks[-1].lstrip("".join(_MARK)).strip(), self._delimiter)
             if len(named) == len(names):
                 return named, []
         self._before += 1
@@ -115,15 +121,12 @@ class _Text:
         if numbers:
             raise InputError(f"{self._path}: line {self._before} has numbers: add a header with column names")
         first = next((line for line in below if line.strip()), "")
-        units = self._cells(first)[: len(names)]
+        units = _cells(first, self._delimiter)[: len(names)]
         # A row of units holds no number, and some unit that is known.
         if any(map(self._is_number, units)) or not any(known_unit(unit.strip("[]()")) for unit in units):
             return names, []
         self._before += below.index(first) + 1
         return names, units
-
-    def _cells(self, line: str) -> list[str]:
-        return _cells(line, self._delimiter)
 
     def _plain(self, cell: str) -> str:
         """A number as Python writes it."""
@@ -194,7 +197,7 @@ class _Text:
             whole = line.endswith(("\n", "\r"))
             # The quick way to count cells serves nearly every row.
             if self._delimiter is None or not whole or line.count(self._delimiter) != width - 1 or '"' in line:
-                cells = self._cells(line)
+                cells = _cells(line, self._delimiter)
                 if len(cells) == width + 1 and not cells[-1]:
                     cells.pop()
                 inside = width - 1 in indices and len(cells) == width and not self._is_number(cells[-1])
@@ -235,12 +238,10 @@ def _encoding(path: Path) -> str:
         raise InputError(f"{path}: a spreadsheet: save it as CSV (Excel: Save As, 'CSV UTF-8') and give that file")
     with _opened(path, "latin-1") as text:
         sample = text.read(_SAMPLE).encode("latin-1")
-    for magic, advice in _NOT_TEXT.items():
-        if sample.startswith(magic):
-            raise InputError(f"{path}: {advice}")
-    for mark, encoding in _BOMS.items():
-        if sample.startswith(mark):
-            return encoding
+    if advice := next((advice for magic, advice in _NOT_TEXT.items() if sample.startswith(magic)), ""):
+        raise InputError(f"{path}: {advice}")
+    if marked := next((encoding for mark, encoding in _BOMS.items() if sample.startswith(mark)), ""):
+        return marked
     for first, encoding in ((1, "utf-16-le"), (0, "utf-16-be")):
         if sample[first::2].count(0) > len(sample) // 4:
             return encoding
@@ -251,20 +252,6 @@ def _encoding(path: Path) -> str:
     except UnicodeDecodeError:
         return "latin-1"
     return "utf-8"
-
-
-def _preamble(lines: Sequence[str]) -> tuple[int, list[str], str]:
-    """Lines before the header, the remarks among them, and the delimiter that a line "sep=;" tells."""
-    remarks, delimiter = [], ""
-    for number, line in enumerate(lines):
-        separator = _SEPARATOR.fullmatch(line.strip(" \r"))
-        if separator or line.strip() == "sep=\t":
-            delimiter = separator[1] if separator else "\t"
-        elif line.startswith(_MARK):
-            remarks.append(line)
-        elif line.strip():
-            return number, remarks, delimiter
-    return len(lines), remarks, delimiter
 
 
 def _delimiter(usual: str, header: str, below: Sequence[str]) -> str | None:
@@ -290,9 +277,5 @@ def _opened(path: Path, encoding: str) -> Iterator[IO[str]]:
             packed = path.suffix.lower() == ".gz" or stream.read(2) == b"\x1f\x8b"
         with (gzip.open if packed else open)(path, "rt", encoding=encoding, errors=errors, newline="") as text:
             yield text
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file: check the path") from None
-    except UnicodeError:
-        raise InputError(f"{path}: not UTF-8 text: save it as UTF-8") from None
     except (OSError, EOFError, zlib.error) as error:
         raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None

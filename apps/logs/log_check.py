@@ -1,34 +1,35 @@
-"""A look at one log before anything is identified from it, and which of the shipped robots it can be of."""
+"""A look at logs: what one holds, which of the shipped robots it can be of, what a controller missed in two.
+
+A payload that is right lets the controller predict more of the torque, so that less is left to its feedback: the
+following error falls. The torque itself does not tell: the same motion needs the same one.
+"""
 
 import dataclasses
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from msgspec import field
 from msgspec.structs import replace
 
-from ...common.arrays import Array
-from ...common.errors import InputError
-from ...common.schema import Document
+from ...common import Array, Document, InputError
+from ...estimation import Equations, Settings, measurement, weighted
 from ...estimation.diagnosis.engine import BLOCKS, States, relative_scales, states_of
 from ...estimation.diagnosis.evidence import Evidence, Finding, Severity, error, note, warning
 from ...estimation.diagnosis.scales import nominal_gravity
 from ...estimation.diagnosis.verdict import robot_verdict
-from ...estimation.equations.equations import Equations
-from ...estimation.fit.linear_problem import weighted
+from ...estimation.fit.covariance import student95
 from ...estimation.fit.own_equations import base_problem, with_friction
-from ...estimation.fit.settings import Settings
 from ...estimation.payload.long_motion import Source
 from ...estimation.results.parts import Number, ParameterDocument, Result
-from ...estimation.signals.filtering import measurement
+from ...estimation.signals.alignment import aligned
 from ...estimation.signals.plausibility import implausible, out_of_range, still_joints
-from ...estimation.signals.rows import moving_parts
-from ...model import Processing, Recording, Robot, base_parameters, load_robot, robot_names
+from ...estimation.signals.rows import cut, moving_parts, pieces
+from ...model import Motion, Processing, Recording, Robot, base_parameters, load_robot, robot_names
 from .columns import Naming, choose
 from .map import LogMap
-from .read import LogPath, open_log, read_recordings
+from .read import LogPath, named, open_log, read_beside, read_recording, read_recordings
 
 _JITTER = 0.02  # of the mean step
 _COARSE = 0.02  # torque step over the torque's range
@@ -36,6 +37,16 @@ _UNSURE = 30.0  # percent: relative sigma of a parameter that is hardly seen
 _WHOLE = 0.05  # of a step: closer differences are whole multiples of it
 _MOST_LEVELS = 200_000  # distinct values that are sorted to find a step
 _GAIN = 10.0  # N·m/A: a usual gain makes a current a torque of about the right size
+_BLOCK = 1.0  # s: errors of neighbouring samples are alike
+_FEWEST = 4  # blocks
+_MOVES = 1e-2  # rad or m: a joint that spans less is held
+_MISMATCH = 0.05  # rad or m: by more positions of one and the same motion do not differ
+Missed = Literal["following error", "unpredicted torque", "torque"]
+"""Commanded less measured position; measured torque less that which the controller predicted; the torque itself,
+where the log holds neither."""
+_Clear = Literal["fell", "rose", "no clear change"]
+Following = tuple[Missed, Recording]
+"""Errors that a controller left, in the place of torques [rad or m, N·m or N], and which."""
 
 
 class TimeFacts(Document, frozen=True):
@@ -126,7 +137,22 @@ def check_log(
         )
         for j, (q, torque, speed) in enumerate(zip(recording.q.T, recording.torque.T, motion.qd.T, strict=True), 1)
     )
-    check = check.completed(_signals(time, joints, currents), time=time, joints=joints)
+    found = list[Finding]()
+    if span is None:
+        found.append(error("No joint ever moves: record a motion of every joint"))
+    if time.jitter > _JITTER:
+        between = "from {:.3g} to {:.3g} ms".format(*(1e3 * step for step in time.steps))
+        found.append(note(f"Time steps vary {between}: the log is resampled to an even rate before filtering"))
+    if 0 < len(still) < robot.n:
+        resting = ", ".join(map(str, still))
+        found.append(warning(f"Joint {resting} never moves: its parameters cannot be identified"))
+    quantity, unit = ("current", "A") if currents else ("torque", "N·m")
+    for j, joint in enumerate(joints, 1):
+        width = joint.torque[1] - joint.torque[0]
+        if width > 0.0 and joint.torque_step > _COARSE * width:
+            coarse = f"{joint.torque_step:.3g} {unit}, {100 * joint.torque_step / width:.0f} % of its range"
+            found.append(warning(f"The {quantity} of joint {j} has a resolution of only {coarse}"))
+    check = check.completed(found, time=time, joints=joints)
     if check.usable and (mistake := _mistake(robot, recording, currents)):
         check = check.completed([error(mistake)])
     if not check.usable:
@@ -162,24 +188,6 @@ def check_log(
         relative_residual=estimate.fit.relative,
         condition_number_scaled=equations.condition_numbers()[1],
     )
-
-
-def _signals(time: TimeFacts, joints: Sequence[JointFacts], currents: bool) -> Iterator[Finding]:
-    """Say what is wrong with the time stamps, with joints that rest, and with coarse torques."""
-    if time.moving is None:
-        yield error("No joint ever moves: record a motion of every joint")
-    if time.jitter > _JITTER:
-        steps = "from {:.3g} to {:.3g} ms".format(*(1e3 * step for step in time.steps))
-        yield note(f"Time steps vary {steps}: the log is resampled to an even rate before filtering")
-    still = [str(j) for j, joint in enumerate(joints, 1) if not joint.moves]
-    if 0 < len(still) < len(joints):
-        yield warning(f"Joint {', '.join(still)} never moves: its parameters cannot be identified")
-    quantity, unit = ("current", "A") if currents else ("torque", "N·m")
-    for j, joint in enumerate(joints, 1):
-        span = joint.torque[1] - joint.torque[0]
-        if span > 0.0 and joint.torque_step > _COARSE * span:
-            coarse = f"{joint.torque_step:.3g} {unit}, {100 * joint.torque_step / span:.0f} % of its range"
-            yield warning(f"The {quantity} of joint {j} has a resolution of only {coarse}")
 
 
 def _range(values: Array) -> tuple[float, float]:
@@ -275,3 +283,94 @@ def robot_fits(path: LogPath, log_map: LogMap | None = None) -> RobotFits:
         # What most robots' columns meet; faults of the file come before those of the number of joints.
         fault = min(faults, key=lambda text: ("missing" in text or "joints" in text, -faults.count(text)))
     return RobotFits(str(raw.path), raw.names, tuple(fitting), tuple(others), fault)
+
+
+class Change(Document, frozen=True):
+    """Root mean square of a joint, or of all, before and after, and by what share it fell, with 95 % interval.
+
+    ``clear`` tells on which side of zero the interval lies.
+    """
+
+    name: str
+    before: float
+    after: float
+    fall: float
+    interval: tuple[float, float]
+    clear: _Clear
+
+
+class FollowingChange(Document, frozen=True):
+    """Following errors before and after a payload was entered: the document of ``verify --json``."""
+
+    kind: Missed = field(name="compared")
+    tells: bool  # it shows anything of the number entered
+    lag: float = field(name="lag_s")  # what the second recording's clock shows more [s]
+    joints: tuple[Change, ...]  # those that move
+    total: Change = field(name="all")  # all of them
+
+
+def read_following(
+    path: LogPath, robot: Robot, drive_gains: Sequence[float] | None = None, log_map: LogMap | None = None
+) -> Following:
+    """Read a log with what the controller wanted beside the usual columns.
+
+    By standard names: ``qref1..n`` in the unit of the positions, or ``tauref1..n`` in N·m or N; else those that the
+    log map names by ``position_reference`` or ``torque_reference``.
+    """
+    naming = named(path, robot, log_map)
+    kinds: dict[str, Missed]
+    kinds = {"position_reference": "following error", "torque_reference": "unpredicted torque"}
+    for quantity, kind in kinds.items():
+        names = naming.columns(quantity)
+        there = [name for name in names if name in naming.raw.names]
+        if not there and not getattr(naming.log_map, quantity):
+            continue
+        if missing := [name for name in names if name not in there]:
+            beside = f", but {there[0]} is there: record it for every joint" if there else ""
+            raise InputError(f"{naming.raw.path}: no column {', '.join(missing)}{beside}")
+        recording, wanted = read_beside(path, robot, drive_gains, log_map, quantity)
+        missed = wanted - recording.q if quantity == "position_reference" else recording.torque - wanted
+        recording = dataclasses.replace(recording, torque=missed, qd=None, fingerprint="")
+        rows, notes = pieces(recording.t, robot.processing.cutoff, recording.source)
+        if len(rows) > 1:
+            raise InputError(f"{naming.raw.path}: {notes[-1]}: give a log without gaps")
+        return kind, next(cut(recording, rows, notes))
+    return "torque", read_recording(path, robot, drive_gains, log_map)
+
+
+def following_change(before: Following, after: Following, still_speed: float = 2e-3) -> FollowingChange:
+    """Compare what was missed on one and the same motion, with the old number in the controller and the new one.
+
+    A joint below ``still_speed`` [rad/s or m/s] stands still.
+    """
+    (kind, old), (new_kind, new) = before, after
+    if kind != new_kind:
+        held = f"{old.source} holds the {kind}, {new.source} the {new_kind}"
+        raise InputError(f"{held}: log the same columns in both")
+    pair = aligned(old, new, None, _MISMATCH)
+    t, q, joints, block = pair.loaded.t, pair.loaded.q, list[int](), np.zeros(0, dtype=np.int_)
+    if len(t) > 1:
+        qd: Array = np.gradient(q, t, axis=0)
+        moving = moving_parts(Motion(t, q, qd, np.zeros_like(qd)), still_speed)
+        spans = q[moving].max(axis=0, initial=-np.inf) - q[moving].min(axis=0, initial=np.inf)
+        joints = np.flatnonzero(spans > _MOVES).tolist()
+        block = np.searchsorted(np.arange(t[0], t[-1], _BLOCK), t[moving], side="right")
+    if not joints or len(np.unique(block)) < _FEWEST:
+        raise InputError(f"{new.source}: less than {_FEWEST} s of common motion: give the whole recordings")
+    squares = [np.square(recording.torque[moving]) for recording in (pair.unloaded, pair.loaded)]
+
+    def change(name: str, joints: list[int]) -> Change:
+        """Share by which the root mean square fell; the interval by leaving out blocks of time."""
+        sums = np.array([[own[:, joints][block == b].sum() for own in squares] for b in np.unique(block)])
+        total, count = sums.sum(axis=0), len(sums)
+        if not (total > 0.0).all():
+            raise InputError(f"{name}: nothing was missed at all: the reference is the measurement itself")
+        logs = 0.5 * np.diff(np.log(np.vstack([total, total - sums])))[:, 0]
+        half = student95(count - 1) * np.sqrt((count - 1.0) * np.var(logs[1:]))
+        low, fall, high = (1.0 - np.exp(logs[0] + half * np.array([1.0, 0.0, -1.0]))).tolist()
+        clear: _Clear = "fell" if low > 0.0 else "rose" if high < 0.0 else "no clear change"
+        old_rms, new_rms = np.sqrt(total / (len(block) * len(joints))).tolist()
+        return Change(name, old_rms, new_rms, fall, (low, high), clear)
+
+    each = tuple(change(f"joint {j + 1}", [j]) for j in joints)
+    return FollowingChange(kind, kind != "torque", pair.lag, each, change("all joints", joints))

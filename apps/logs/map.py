@@ -10,8 +10,7 @@ import numpy as np
 from msgspec import Meta, field
 from msgspec.structs import force_setattr, replace
 
-from ...common.arrays import Array
-from ...common.errors import InputError
+from ...common import Array, InputError
 from ...common.schema import Real, Table, WrongKeyError, at, read_toml
 
 Texts = str | tuple[str, ...]  # one text stands for a list of it
@@ -22,15 +21,18 @@ QUANTITIES = ("position", "velocity", "torque", "current")  # quantities that ar
 REFERENCES = {"position_reference": "position", "torque_reference": "torque"}
 """What the controller wanted of each joint, and the quantities it belongs to; ``read_following`` reads it."""
 FORMS = {"rotation_vector": 3, "rpy": 3, "quaternion": 4}  # ways to write axes, and their number of columns
+LONGEST_NAME = 1000  # letters of a column's name; what looks for numbers and units in longer ones would take hours
+COMMAND_LINE = "command line"  # source of a map that no file gives
+_TYPED = {"sign": "signs", "joints": "--joints"}  # keys of a map as they are typed
 _ANGLE = {"rad": 1.0, "deg": math.pi / 180.0, "rev": 2.0 * math.pi, "m": 1.0, "mm": 1e-3}
+_CURRENT = {"A": 1.0, "mA": 1e-3, "raw": 1.0, "percent": 0.01}
 _UNITS = {
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
     "position": _ANGLE,
     "velocity": {f"{unit}/s": factor for unit, factor in _ANGLE.items()} | {"rpm": 2.0 * math.pi / 60.0},
-    "torque": {"N·m": 1.0, "mN·m": 1e-3, "N": 1.0},
-    "current": {"A": 1.0, "mA": 1e-3, "raw": 1.0, "percent": 0.01},
+    "torque": {"N·m": 1.0, "mN·m": 1e-3, "N": 1.0, **_CURRENT},  # columns called torques may hold something else
+    "current": _CURRENT,
 }
-_UNITS["torque"] |= _UNITS["current"]  # of columns called torques that hold something else
 _SPELLINGS = {
     "Nm": "N·m", "N*m": "N·m", "N m": "N·m", "N.m": "N·m", "N-m": "N·m", "mNm": "mN·m", "%": "percent", "µs": "us",
     "sec": "s", "seconds": "s", "msec": "ms", "revolution": "rev", "degree": "deg", "degrees": "deg", "°": "deg",
@@ -56,9 +58,6 @@ def _spelt(unit: str) -> str:
 def known_unit(text: str) -> bool:
     """Tell whether a text is a unit of time or of anything that a log holds of a joint."""
     return any(_spelt(text) in units for units in _UNITS.values())
-
-
-LONGEST_NAME = 1000  # letters of a column's name; what looks for numbers and units in longer ones would take hours
 
 
 def with_unit(name: str) -> tuple[str, str]:
@@ -96,7 +95,6 @@ class Layout(Table, frozen=True):
     name: str = ""  # of the file within a log that is a folder
 
     def __post_init__(self) -> None:
-        """Refuse layouts without a meaning."""
         force_setattr(self, "names", listed(self.names))
         if self.decimal == "," and self.delimiter == "comma":
             raise ValueError("decimal ',' needs a delimiter other than comma")
@@ -117,7 +115,6 @@ class Time(Table, frozen=True):
     rate: Real | None = field(default=None, name="rate_hz")
 
     def __post_init__(self) -> None:
-        """Refuse unknown units and rates without meaning."""
         if self.rate is None:
             if self.unit:
                 factor("time", self.unit)
@@ -140,7 +137,6 @@ class Gears(Table, frozen=True):
     coupling: tuple[_Coupling, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse motors that do not turn with their joints."""
         if self.gear_ratios and abs(np.linalg.det(self.matrix())) < 1e-9:
             raise ValueError("gear ratios: a motor does not turn with its joint (ratio 0)")
 
@@ -172,7 +168,6 @@ class Quantity(Table, frozen=True):
     rated: _Numbers = ()  # what 100 percent is, in N·m, N or A on the column's own side
 
     def __post_init__(self) -> None:
-        """Write names and units as lists."""
         force_setattr(self, "columns", listed(self.columns))
         force_setattr(self, "unit", listed(self.unit))
 
@@ -206,7 +201,7 @@ class Quantity(Table, frozen=True):
     def of_unknown_gain(self) -> bool:
         """True where the unit is that of a current, of counts, or percent of an unknown torque."""
         units = {_spelt(unit) for unit in self.unit}
-        return bool(units & _UNITS["current"].keys()) and not self.rated
+        return bool(units & _CURRENT.keys()) and not self.rated
 
 
 class ToolColumns(Table, frozen=True):
@@ -223,7 +218,6 @@ class ToolColumns(Table, frozen=True):
     rotation_unit: Literal["rad", "deg"] = "rad"  # of a rotation vector and of rpy
 
     def __post_init__(self) -> None:
-        """Refuse what contradicts itself."""
         force_setattr(self, "columns", listed(self.columns))
         force_setattr(self, "rotation", listed(self.rotation))
         turns = len(self.rotation)
@@ -278,7 +272,6 @@ class LogMap(Table, frozen=True):
     torque_reference: Quantity | None = None
 
     def __post_init__(self) -> None:
-        """Refuse motor sides without gears, joints that are named twice, and what no quantity of a kind has."""
         force_setattr(self, "joints", listed(self.joints))
         for kind in (*QUANTITIES, *REFERENCES):
             with at(kind):
@@ -337,10 +330,6 @@ def read_log_map(path: str | Path) -> LogMap:
         InputError: names the file and the key.
     """
     return replace(read_toml(path, LogMap), source=str(path))
-
-
-COMMAND_LINE = "command line"  # source of a map that no file gives
-_TYPED = {"sign": "signs", "joints": "--joints"}  # keys of a map as they are typed
 
 
 def with_flags(

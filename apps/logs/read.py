@@ -2,7 +2,7 @@
 
 import hashlib
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
@@ -10,9 +10,8 @@ from typing import Literal
 
 import numpy as np
 from msgspec import structs
-from numpy.typing import NDArray
 
-from ...common.arrays import Array
+from ...common.arrays import Array, Mask
 from ...common.errors import InputError, encodable
 from ...common.schema import WrongKeyError
 from ...estimation.diagnosis.kinematics import ToolPoses
@@ -68,12 +67,11 @@ def open_log(path: LogPath, log_map: LogMap) -> RawLog:
         if not path.is_dir():
             raise InputError(f"{path}: {log_map.source} needs the folder that holds {files[0].name}")
         return _side_by_side(path, [path / part.name for part in files], files)
+    if not path.exists():
+        raise InputError(f"{path}: no such file: check the path and the current folder")
     if not is_bag and not path.is_file():
         kind = "is a folder, but not a ROS 2 bag" if path.is_dir() else "is not a regular file"
-        fault = f"{kind}: give the path of a log file or of a ROS 2 bag"
-        raise InputError(
-            f"{path}: {fault if path.exists() else 'no such file: check the path and the current folder'}"
-        )
+        raise InputError(f"{path}: {kind}: give the path of a log file or of a ROS 2 bag")
     return reader(path, log_map.layout)
 
 
@@ -195,29 +193,60 @@ def read_recording(
 
 
 def read_beside(
-    path: LogPath,
-    robot: Robot,
-    drive_gains: Sequence[float] | None = None,
-    log_map: LogMap | None = None,
-    reference: str = "",
+    path: LogPath, robot: Robot, drive_gains: Sequence[float] | None, log_map: LogMap | None, reference: str = ""
 ) -> tuple[Recording, Array]:
     """Read one log whole, gaps in it, with one of ``REFERENCES`` [rad, m, N·m or N], N x n, or N x 0 without."""
     naming = named(path, robot, log_map)
-    raw = naming.raw
+    raw, log_map, told = naming.raw, naming.log_map, list[str]()
     columns, chosen = choose(naming, drive_gains)
-    log_map, units = _stated(raw, columns, naming.log_map)
+    # Units that the file itself tells, where the map says none.
+    for option, kind in ((option, kind) for option, kind in SHORT.items() if kind in columns and kind in SI):
+        stated, own = [raw.units.get(name, "") for name in columns[kind]], log_map.quantity(kind)
+        if not any(stated) or own.unit:
+            continue
+        units = tuple(unit or SI[kind] for unit in stated)
+        try:
+            log_map = structs.replace(log_map, **{kind: structs.replace(own, unit=units)})
+        except WrongKeyError as error:
+            fault = f"column {columns[kind][0]!r}: {error.problem}"
+            raise InputError(f"{raw.path}: {fault} (or --units {option}={SI[kind]})") from None
+        told.append(f"{kind} {', '.join(dict.fromkeys(units))}")
+    notes = [f"units as the file tells them: {'; '.join(told)}"] if told else []
+    asked = _OTHER_NAMES.search(columns.get("torque", ("",))[0]) if not log_map.torque.unit else None
+    unit: Literal["named", "given", "unknown"] = "given" if log_map.torque.unit else "unknown" if asked else "named"
+    if asked:
+        notes.append(f"nothing tells the unit of {asked[0]}: N·m (or N) is taken; --units tau=.. says which it is")
     if reference:
         columns[reference] = naming.columns(reference)
     values = raw.whole(list(chain.from_iterable(columns.values())))
-    t, since, about_time = np.arange(len(values)) / (log_map.time.rate or 1.0), 0.0, list[str]()
+    t, since = np.arange(len(values)) / (log_map.time.rate or 1.0), 0.0
     if naming.time:
-        t, later, since, about_time = _clock(raw, naming.time, naming.time_unit, values[:, 0])
+        t, later, since = _clock(raw, naming.time, naming.time_unit, values[:, 0], notes)
         values = values if later.all() else values[later]
     if len(t) < 2:
         few = f"has {len(t)} rows of numbers, which is no recording"
         raise InputError(f"{raw.path}: {few}: record again, or give the file with the rows")
     columns.pop("time", None)
-    t, values, about_rows = _once(raw, t, values[:, bool(naming.time) :], columns)
+    values, names = values[:, bool(naming.time) :], list(chain.from_iterable(columns.values()))
+    # What a logger wrote more than once is taken out: freezes, and samples that are held.
+    frozen = frozen_rows(values, values[:, : robot.n])
+    if count := int(np.sum(frozen[1:] & ~frozen[:-1])):
+        share = 100.0 * float(frozen.mean())
+        text = f"all columns stand still and then jump {count} time{'s' * (count > 1)} ({share:.2g} % of the rows)"
+        if share > _MOST_FROZEN:
+            first = raw.place(int(np.argmax(frozen)))
+            raise InputError(f"{raw.path}: {text}, first at {first}: the logger froze; record without losing rows")
+        notes.append(f"{text}: cut out")
+        t, values = t[~frozen], values[~frozen]
+    slowest = columns["current" if "current" in columns else "torque"]
+    periods, rows, values = without_held(t, values, np.array([name in slowest for name in names]))
+    if there := {name for name, period in zip(names, periods, strict=True) if period}:
+        taken = f"thinned to {len(rows)} rows" if len(rows) < len(t) else "interpolated between these"
+        kinds = [(kind, own, [name for name in own if name in there]) for kind, own in columns.items()]
+        those = ", ".join(kind if len(held) == len(own) else in_a_row(held) for kind, own, held in kinds if held)
+        rate = 1.0 / typical_step(t)
+        notes.append(f"held samples: {those} change once in {periods.max():.2g} rows ({rate:.4g} Hz): {taken}")
+    t = t[rows]
     parts = np.split(values, np.cumsum([len(names) for names in columns.values()])[:-1], axis=1)
     si = {kind: log_map.si(kind, part) for kind, part in zip(columns, parts, strict=True)}
     q, qd, load = si["position"], si.get("velocity"), si["current" if "current" in si else "torque"]
@@ -226,11 +255,7 @@ def read_beside(
     if gains:
         torque = load * np.array(gains, dtype=float)
         torque = robot.coupling.joint_torques(torque) if robot.coupling else torque
-    asked = _OTHER_NAMES.search(columns.get("torque", ("",))[0]) if not log_map.torque.unit else None
-    unit: Literal["named", "given", "unknown"] = "given" if log_map.torque.unit else "unknown" if asked else "named"
-    if asked:
-        units.append(f"nothing tells the unit of {asked[0]}: N·m (or N) is taken; --units tau=.. says which it is")
-    notes = [*raw.notes(), *units, *about_time, *about_rows, *chosen]
+    notes = [*raw.notes(), *notes, *chosen]
     unmoved = ~qd.any(axis=0) & (np.ptp(q, axis=0) > _MOVES) if qd is not None else np.zeros(robot.n, dtype=bool)
     if joints := ", ".join(str(j + 1) for j in np.flatnonzero(unmoved)):
         qd = None
@@ -242,32 +267,15 @@ def read_beside(
     return recording, si.get(reference, q[:, :0])
 
 
-def _stated(raw: RawLog, columns: Mapping[str, Sequence[str]], log_map: LogMap) -> tuple[LogMap, list[str]]:
-    """A log map with the units that the file itself tells, where the map says none, and what to say of these."""
-    texts = []
-    for option, kind in ((option, kind) for option, kind in SHORT.items() if kind in columns and kind in SI):
-        stated, own = [raw.units.get(name, "") for name in columns[kind]], log_map.quantity(kind)
-        if not any(stated) or own.unit:
-            continue
-        units = tuple(unit or SI[kind] for unit in stated)
-        try:
-            log_map = structs.replace(log_map, **{kind: structs.replace(own, unit=units)})
-        except WrongKeyError as error:
-            fault = f"column {columns[kind][0]!r}: {error.problem}"
-            raise InputError(f"{raw.path}: {fault} (or --units {option}={SI[kind]})") from None
-        texts.append(f"{kind} {', '.join(dict.fromkeys(units))}")
-    return log_map, [f"units as the file tells them: {'; '.join(texts)}"] if texts else []
-
-
-def _clock(raw: RawLog, column: str, unit: str, values: Array) -> tuple[Array, NDArray[np.bool_], float, list[str]]:
+def _clock(raw: RawLog, column: str, unit: str, values: Array, notes: list[str]) -> tuple[Array, Mask, float]:
     """Seconds of a log's column of time, in ``unit`` or, where that is empty, in the one that is found out.
 
-    Only of rows that come later than the row before; then which rows those are, what the column holds where seconds
-    are 0 [s], and what is to be said of it.
+    Only of rows that come later than the row before; then which rows those are, and what the column holds where
+    seconds are 0 [s]. What is to be said of it joins ``notes``.
     """
     if not len(values):
-        return values, np.zeros(0, dtype=bool), 0.0, []
-    where, steps, notes = f"{raw.path}: column {column!r}", np.diff(values), list[str]()
+        return values, np.zeros(0, dtype=bool), 0.0
+    where, steps = f"{raw.path}: column {column!r}", np.diff(values)
     if (still := np.count_nonzero(steps == 0.0) / max(len(steps), 1)) > _MOST_REPEATED:
         raise InputError(f"{where}: time does not advance in {100 * still:.0f} % of the rows: write more digits")
     if not unit:
@@ -295,32 +303,7 @@ def _clock(raw: RawLog, column: str, unit: str, values: Array) -> tuple[Array, N
         notes.append(f"{rows} the time of the row before ({100 * repeated / len(t):.2g} %): left out")
     if (typical := typical_step(t[later])) > _SLOWEST["s"]:
         raise InputError(f"{where}: {typical:g} s from row to row: t must be in s; is it in ms? (--units t=ms)")
-    return t[later], later, origin * scale, notes
-
-
-def _once(
-    raw: RawLog, t: Array, values: Array, columns: Mapping[str, Sequence[str]]
-) -> tuple[Array, Array, list[str]]:
-    """Take out what a logger wrote more than once, and say so: freezes, and samples that are held."""
-    names, notes = list(chain.from_iterable(columns.values())), list[str]()
-    frozen = frozen_rows(values, values[:, : len(columns["position"])])
-    if count := int(np.sum(frozen[1:] & ~frozen[:-1])):
-        share = 100.0 * float(frozen.mean())
-        text = f"all columns stand still and then jump {count} time{'s' * (count > 1)} ({share:.2g} % of the rows)"
-        if share > _MOST_FROZEN:
-            first = raw.place(int(np.argmax(frozen)))
-            raise InputError(f"{raw.path}: {text}, first at {first}: the logger froze; record without losing rows")
-        notes.append(f"{text}: cut out")
-        t, values = t[~frozen], values[~frozen]
-    load = columns["current" if "current" in columns else "torque"]
-    periods, rows, left = without_held(t, values, np.array([name in load for name in names]))
-    if there := {name for name, period in zip(names, periods, strict=True) if period}:
-        taken = f"thinned to {len(rows)} rows" if len(rows) < len(t) else "interpolated between these"
-        kinds = [(kind, own, [name for name in own if name in there]) for kind, own in columns.items()]
-        those = ", ".join(kind if len(held) == len(own) else in_a_row(held) for kind, own, held in kinds if held)
-        rate = 1.0 / typical_step(t)
-        notes.append(f"held samples: {those} change once in {periods.max():.2g} rows ({rate:.4g} Hz): {taken}")
-    return t[rows], left, notes
+    return t[later], later, origin * scale
 
 
 def read_tool_poses(path: LogPath, robot: Robot, log_map: LogMap | None = None) -> ToolPoses | None:
@@ -378,7 +361,7 @@ def read_trajectory(path: str | Path, robot: Robot) -> tuple[Array, Array, Array
         raise InputError(f"{path}: {len(values)} rows of numbers: a trajectory needs more")
     t, q, qd, qdd = np.split(values, [1, 1 + n, 1 + 2 * n], axis=1)
     t = t[:, 0]
-    _, later, _, _ = _clock(raw, "t", "s", t)
+    _, later, _ = _clock(raw, "t", "s", t, [])
     if not later.all():
         where = raw.place(int(np.argmin(later)))
         raise InputError(f"{raw.path}: {where}, column 't': time does not advance: remove the repeated rows")

@@ -34,8 +34,7 @@ from ...trajectories.motions.family import Samples
 from ..export.motion import rests_on
 from ..fleet.comparing import Compared, Fleet
 from ..fleet.reduction import ReducedDocument
-from ..logs.following import FollowingChange
-from ..logs.log_check import LogReport, RobotFits
+from ..logs.log_check import FollowingChange, LogReport, RobotFits
 
 RECORDED, FIGURE_RATE = 250.0, 100.0
 """Hz: samples of a recording that is still to be made, and of a motion in figures."""

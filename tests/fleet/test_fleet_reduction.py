@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from dynident.apps.fleet import reduction
 from dynident.apps.fleet.reduction import reduce_fleet
-from dynident.apps.fleet.store import Log, Recipe, Store, catalog, same_time
+from dynident.apps.fleet.store import Log, Recipe, Store, catalog
 from dynident.apps.logs.map import LogMap
 from dynident.apps.logs.read import read_recordings
 from dynident.cli import main
@@ -106,9 +106,11 @@ def test_another_robot_or_recipe_needs_another_store(store: Path) -> None:
         reduce_fleet([GOOD[0]], ROBOT, store, recipe)
 
 
-def test_logs_of_one_arm_at_one_time_are_named() -> None:
+def test_logs_of_one_arm_at_one_time_are_named(tmp_path: Path) -> None:
     logs = [Log(f"{name}.csv", "a", "2026-01-01") for name in "xy"]
-    assert same_time(logs) == {"y.csv": "x.csv is of arm 'a' at 2026-01-01 too: give times, or another name"}
+    _, second = reduce_fleet(logs, ROBOT, tmp_path / "s").refused
+    assert second.file == "y.csv"
+    assert second.reason == "x.csv is of arm 'a' at 2026-01-01 too: give times, or another name"
     (laden,) = [log for log in catalog(["a/2.csv", "a/much.csv"], "{arm}/{payload}.csv") if log.reason]
     assert laden.reason == "payload 'much' is no number"
 

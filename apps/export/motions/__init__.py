@@ -2,4 +2,5 @@
 
 from ..format import formats
 
-FORMATS = formats(__name__, __path__)  # every format by its name
+FORMATS = formats(__name__, __path__, head=lambda form, motion: (*motion.head, *form.remarks))
+"""Every format by its name."""

@@ -2,7 +2,7 @@
 
 from ...recordings import csv_text
 from ..format import Format
-from ..motion import DIGITS, WrittenMotion, motion_head
+from ..motion import DIGITS, WrittenMotion
 
 
 def _write(motion: WrittenMotion) -> str:
@@ -13,7 +13,6 @@ def _write(motion: WrittenMotion) -> str:
 FORMAT = Format(
     title="CSV",
     source="the columns' names",
-    head=motion_head,
     write=_write,
     remarks=("Columns: t [s], positions [rad or m], speeds, accelerations.",),
 )

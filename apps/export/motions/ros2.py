@@ -13,7 +13,7 @@ from dataclasses import replace
 from ....common.errors import InputError
 from ....trajectories import SampledTrajectory
 from ..format import Format
-from ..motion import DENSER, WrittenMotion, listed, motion_head
+from ..motion import DENSER, WrittenMotion, listed
 
 _SECOND = 1_000_000_000
 
@@ -53,7 +53,6 @@ def _replay(motion: WrittenMotion) -> SampledTrajectory:
 FORMAT = Format(
     title="JointTrajectory of ROS 2",
     source="trajectory_msgs/msg/JointTrajectory",
-    head=motion_head,
     write=_write,
     ready=lambda motion: replace(motion, joint_names=check_joint_names(motion.joint_names, motion.robot.n)),
     remarks=("trajectory_msgs/msg/JointTrajectory; be at the first point before it starts.",),

@@ -13,7 +13,7 @@ from ....common.errors import InputError
 from ....model import Robot
 from ....trajectories import SampledTrajectory
 from ..format import Format
-from ..motion import DENSER, WrittenMotion, listed, motion_head, require_six_turning
+from ..motion import DENSER, WrittenMotion, listed, require_six_turning
 
 CONTROLLER_RATE = 500.0  # Hz: e-Series. A CB3 has 125
 _LOOKAHEAD, _GAIN = 0.1, 300  # the manual's example
@@ -77,7 +77,6 @@ def _check(label: str, limit: float, message: str) -> list[str]:
 FORMAT = Format(
     title="URScript of Universal Robots",
     source="URScript manual, servoj",
-    head=motion_head,
     write=_write,
     ready=_ready,
     replay=_replay,

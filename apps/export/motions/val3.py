@@ -11,14 +11,20 @@ import re
 
 import numpy as np
 
-from ....common.arrays import Array
-from ....common.errors import InputError
+from ....common import Array, InputError
 from ....model import Robot, forward_kinematics
 from ....trajectories import PointToPoint, Trapezoid, ViaPoints, plan_point_to_point
 from ....trajectories.motions.point_to_point import plan_stops
 from ..format import COMMENT, FIRST, Format, element, plain, xml_text
-from ..motion import WrittenMotion, motion_head, require_six_turning
+from ..motion import WrittenMotion, require_six_turning
 
+_XSI = "http://www.w3.org/2001/XMLSchema-instance"
+_SPACE = "http://www.staubli.com/robotics/VAL3"
+_APPROACH = 10  # % of the speed, to the first point
+_WARNING = (
+    "The controller plans its own way between these points: torques and obstacles were checked for the designed",
+    "motion, not for that. Run it slowly first, and score its log by dynident score.",
+)
 _BLEND = 1.0 / 3.0  # of the distance to the nearer neighbour: where a passing quintic's point is left and rejoined
 
 
@@ -46,10 +52,9 @@ def val3_replay(motion: WrittenMotion) -> PointToPoint:
 def _moves(motion: WrittenMotion, plan: ViaPoints) -> tuple[Array, Array, Array]:
     """Acceleration and speed of each move [%]; its second point is left and reached again at so many mm, 0: a stop.
 
-    Acceleration of a move: of trapezoidal segments by the ramp, of quintic ones as large as the limits allow.
-
-    Speeds so that a trapezoidal profile takes the segment's time. Whole percentages of the nominal values, those of
-    trapezoidal segments rounded within the limits, the others rounded down.
+    Acceleration: of trapezoidal segments by the ramp, of quintic ones as large as the limits allow. Speeds so that
+    a trapezoidal profile takes the segment's time. Whole percentages of the nominal values, those of trapezoidal
+    segments rounded within the limits, the others rounded down.
     """
     limits = [joint.limits for joint in motion.described.joints]
     nominal, strong = (np.array([getattr(limit, kind) for limit in limits]) for kind in ("speed", "acceleration"))
@@ -80,15 +85,6 @@ def _moves(motion: WrittenMotion, plan: ViaPoints) -> tuple[Array, Array, Array]
 
 def _percent(fraction: Array) -> Array:
     return np.maximum(np.floor(100.0 * fraction + 1e-9), 1.0)
-
-
-_XSI = "http://www.w3.org/2001/XMLSchema-instance"
-_SPACE = "http://www.staubli.com/robotics/VAL3"
-_APPROACH = 10  # % of the speed, to the first point
-_WARNING = (
-    "The controller plans its own way between these points: torques and obstacles were checked for the designed",
-    "motion, not for that. Run it slowly first, and score its log by dynident score.",
-)
 
 
 def check_val3(robot: Robot, via_points: bool, name: str) -> None:
@@ -129,7 +125,7 @@ def _beside(motion: WrittenMotion) -> dict[str, str]:
     count, hold = len(held), ["    waitEndMove()", "    delay(nHold[nIndex])"] * bool(held.any())
     start = [
         "begin",
-        *(f"  // {plain(line)}".replace("]]>", "]] >") for line in motion_head(FORMAT, motion)),
+        *(f"  // {plain(line)}".replace("]]>", "]] >") for line in (*motion.head, *_WARNING)),
         f"  // Slowly to the first point ({_APPROACH} % speed), then all {count} points.",
         "  movej(jPoint[0], tFlange, mMotion[0])",
         "  waitEndMove()",
@@ -169,7 +165,6 @@ def _program(name: str, access: str, code: list[str]) -> str:
 FORMAT = Format(
     title="VAL3 application of Staubli",
     source="VAL3 Reference Manual (D28062804A)",
-    head=motion_head,
     write=_write,
     remarks=_WARNING,
     first_line=FIRST,

@@ -5,5 +5,6 @@ simulator keeps when it writes the model again; what a format has no place for i
 """
 
 from ..format import formats
+from ..robot import robot_head
 
-FORMATS = formats(__name__, __path__)  # every format of a robot by its name
+FORMATS = formats(__name__, __path__, head=robot_head)  # every format of a robot by its name

@@ -8,6 +8,7 @@ of the body, positive definite with principal moments that fulfil A + B >= C. A 
 """
 
 import math
+from collections import defaultdict
 from xml.etree.ElementTree import Element
 
 from ....common.errors import InputError
@@ -16,16 +17,7 @@ from ....model import Pose
 from ...numbers import exact, principal_axes, quaternion
 from ..format import COMMENT, FIRST, Format, element, mjcf_inertial, xml_text
 from ..load import ControllerLoad, load_format
-from ..robot import (
-    drive_attributes,
-    fields,
-    flange_of,
-    gravity_of,
-    link_marks,
-    mark_comment,
-    moved_links,
-    robot_head,
-)
+from ..robot import drive_attributes, fields, flange_of, gravity_of, moved_links
 
 _LEAST = 1e-15  # MuJoCo's mjMINVAL: no moment of inertia may be smaller
 DRIVE = {"armature": "armature", "damping": "damping", "friction": "frictionloss"}
@@ -35,23 +27,32 @@ DRIVE = {"armature": "armature", "damping": "damping", "friction": "frictionloss
 def _write(whole: WholeRobot) -> str:
     spring, flange = whole.robot.spring, flange_of(whole.robot)
     tendons, motors = coupled_tendon(whole, whole.joint_names), list[Element]()
+    moved, sites = moved_links(whole, apart=False), defaultdict[int, list[Element]](list)  # of links, 0: the base
     if spring is not None and not spring.table:
         values = {"name": "spring", "stiffness": exact(spring.stiffness), "springlength": exact(spring.length)}
         ends = (element("site", {"site": f"spring_{end}"}) for end in ("fixed", "moving"))
         tendons.append(element("spatial", values, *ends))
-    sites = _spring_sites(whole)
-    base = outer = element("body", {"name": whole.link_names[0]}, *sites.get(0, []))
-    for j, (each, drive) in enumerate(zip(moved_links(whole), whole.drives, strict=True), 1):
-        body, limits = each.link.body, each.joint.limits
+        # The moving pivot stands in the joint's frame, the fixed one in that frame at q = 0. Their angle about the
+        # axis is q - zero - pi, so that L^2 = a^2 + b^2 + 2 a b cos(q - zero).
+        (a, b), each = spring.arms, moved[spring.joint - 1]
+        pivots = (
+            ("spring_fixed", each.frame, [-b * math.cos(spring.zero), -b * math.sin(spring.zero), 0.0]),
+            ("spring_moving", each.own.inverse(), [a, 0.0, 0.0]),
+        )
+        for link, (name, pose, pivot) in enumerate(pivots, spring.joint - 1):
+            sites[link].append(element("site", {"name": name, "pos": exact(pose.R @ pivot + pose.p)}))
+    base = outer = element("body", {"name": whole.link_names[0]}, *sites[0])
+    for j, each in enumerate(moved, 1):
+        body, limits, drive = each.link.body, each.joint.limits, each.drive
         joint = {"name": each.name, "type": "hinge" if each.joint.revolute else "slide", "axis": each.axis}
         if all(map(math.isfinite, limits.position)):
             joint["range"] = exact(limits.position)
         inner = element(
             "body", {"name": each.link.link} | _pose(each.pose),
-            mark_comment(link_marks(each.link, drive)),
+            each.comment(),
             mjcf_inertial(body.mass, body.com, body.inertia_com),
             element("joint", joint | drive_attributes(drive, DRIVE)),
-            *sites.get(j, []),
+            *sites[j],
         )  # fmt: skip
         outer.append(inner)
         outer = inner
@@ -105,30 +106,9 @@ def coupled_tendon(whole: WholeRobot, joints: tuple[str, ...]) -> list[Element]:
     return [element("fixed", {"name": "coupled_drive"} | drive_attributes(drive, DRIVE), *both)]
 
 
-def _spring_sites(whole: WholeRobot) -> dict[int, list[Element]]:
-    """Pivots of the spring as elements of the links that they stand on, 0 being the base.
-
-    The moving pivot stands in the joint's frame, the fixed one in that frame at q = 0. Their angle about the axis
-    is q - zero - pi, so that L^2 = a^2 + b^2 + 2 a b cos(q - zero).
-    """
-    spring = whole.robot.spring
-    if spring is None or spring.table:
-        return {}
-    (a, b), moved = spring.arms, moved_links(whole)[spring.joint - 1]
-    pivots = (
-        ("spring_fixed", moved.frame, [-b * math.cos(spring.zero), -b * math.sin(spring.zero), 0.0]),
-        ("spring_moving", moved.own.inverse(), [a, 0.0, 0.0]),
-    )
-    return {
-        link: [element("site", {"name": name, "pos": exact(pose.R @ pivot + pose.p)})]
-        for link, (name, pose, pivot) in enumerate(pivots, spring.joint - 1)
-    }
-
-
 FORMAT = Format(
     title="MJCF (MuJoCo 3.3 or newer)",
     source="MuJoCo XML reference",
-    head=robot_head,
     write=_write,
     holds=frozenset({"armature", "damping", "friction", "offset", "coupled", "spring", "torque", "gravity"}),
     remarks=(

@@ -14,7 +14,7 @@ from ....model import Pose
 from ...numbers import exact
 from ..format import COMMENT, DYNIDENT, FIRST, Format, element, sdf_inertial, texts, xml_text
 from ..load import ControllerLoad, load_format
-from ..robot import drive_attributes, drive_value, flange_of, link_marks, marked, moved_links, robot_head
+from ..robot import drive_attributes, drive_value, flange_of, moved_links
 
 
 def _write(whole: WholeRobot) -> str:
@@ -25,10 +25,9 @@ def _write(whole: WholeRobot) -> str:
         element("joint", {"name": f"world-{base}", "type": "fixed"}, *texts({"parent": "world", "child": base})),
     )  # fmt: skip
     for each in moved_links(whole):
-        pose, name, body = _pose(each.pose), each.link.link, each.link.body
+        pose, name = _pose(each.pose), each.link.link
         pose.set("relative_to", each.parent)
-        mass = [sdf_inertial(body.mass, body.com, body.inertia_com)] if body.mass else []
-        model.append(element("link", {"name": name}, pose, *marked(link_marks(each.link, each.drive), mass)))
+        model.append(element("link", {"name": name}, pose, *each.marked(sdf_inertial)))
         limits, kind = each.joint.limits, "revolute" if each.joint.revolute else "prismatic"
         bounds = {"lower": limits.position[0], "upper": limits.position[1], "effort": limits.torque}
         bounds |= {"velocity": limits.speed, "drake:acceleration": limits.acceleration}
@@ -57,7 +56,6 @@ def _pose(pose: Pose) -> Element:
 FORMAT = Format(
     title="SDFormat 1.9 (Gazebo, Drake)",
     source="sdformat.org/spec; Drake's elements: drake.mit.edu, Parsing models",
-    head=robot_head,
     write=_write,
     holds=frozenset({"armature", "damping", "friction", "speed", "acceleration", "torque"}),
     remarks=(

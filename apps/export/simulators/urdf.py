@@ -14,7 +14,7 @@ from ....model import Pose
 from ...numbers import exact
 from ..format import COMMENT, DYNIDENT, FIRST, Format, element, urdf_inertial, xml_text
 from ..load import ControllerLoad, load_format
-from ..robot import drive_attributes, drive_value, flange_of, link_marks, marked, moved_links, robot_head
+from ..robot import drive_attributes, drive_value, flange_of, moved_links
 
 _UNKNOWN = 1e6  # URDF demands numbers for limits: this stands for none
 
@@ -24,10 +24,8 @@ def _write(whole: WholeRobot) -> str:
     spaces = {"xmlns:drake": "http://drake.mit.edu", "xmlns:dynident": DYNIDENT}
     root = element("robot", {"name": whole.robot.name} | spaces, element("link", {"name": base}))
     for each in links:
-        body, limits, dynamics = each.link.body, each.joint.limits, drive_attributes(each.drive)
-        mass = [urdf_inertial(body.mass, body.com, body.inertia_com)] if body.mass else []
-        marks = link_marks(each.link, each.drive)
-        root.append(element("link", {"name": each.link.link}, *marked(marks, mass)))
+        limits, dynamics = each.joint.limits, drive_attributes(each.drive)
+        root.append(element("link", {"name": each.link.link}, *each.marked(urdf_inertial)))
         bounded = all(map(math.isfinite, limits.position))
         kind = "prismatic" if not each.joint.revolute else "revolute" if bounded else "continuous"
         low, high = limits.position if bounded else (-_UNKNOWN, _UNKNOWN)
@@ -67,7 +65,6 @@ def _place(parent: str, child: str, pose: Pose) -> list[Element]:
 FORMAT = Format(
     title="URDF",
     source="wiki.ros.org/urdf/XML; Drake's elements: drake.mit.edu, Parsing models",
-    head=robot_head,
     write=_write,
     holds=frozenset({"armature", "damping", "friction", "speed", "acceleration", "torque"}),
     remarks=(

@@ -19,7 +19,7 @@ from ....model import Pose
 from ...numbers import exact, principal_axes, quaternion
 from ..format import Format
 from ..load import ControllerLoad, listed, load_format, number
-from ..robot import MovedLink, drive_value, fields, flange_of, gravity_of, link_marks, moved_links, robot_head
+from ..robot import MovedLink, drive_value, fields, flange_of, gravity_of, moved_links
 
 
 def _write(whole: WholeRobot) -> str:
@@ -34,8 +34,8 @@ def _write(whole: WholeRobot) -> str:
     links = _prim(f'Xform "{base}"', [], [_schemas("PhysicsRigidBodyAPI")])
     pose = Pose()
     for each in moved:
-        inside, pose, name = list[str](), pose @ each.pose, each.link.link
-        if (body := each.link.body).mass != 0.0:
+        inside, pose, link = list[str](), pose @ each.pose, each.link
+        if (body := link.body).mass != 0.0:
             moments, axes = principal_axes(body.inertia_com)
             inside += [
                 f"float physics:mass = {exact(body.mass)}",
@@ -46,8 +46,9 @@ def _write(whole: WholeRobot) -> str:
         inside += _placed(pose)
         if each is moved[-1] and flange not in whole.link_names:
             inside += _prim(f'Xform "{_identifier(flange)}"', _placed(pose_of_flange))
-        marks = [_schemas("PhysicsRigidBodyAPI", "PhysicsMassAPI"), *_custom_data(name, link_marks(each.link, {}))]
-        links += _prim(f'Xform "{_identifier(name)}"', inside, marks)
+        marks = [_schemas("PhysicsRigidBodyAPI", "PhysicsMassAPI")]
+        marks += _custom_data(link.link, link.numbers | link.parameters)
+        links += _prim(f'Xform "{_identifier(link.link)}"', inside, marks)
     held = _prim('PhysicsFixedJoint "world"', [f"rel physics:body1 = </{root}/{base}>"])
     joints = _prim('Scope "joints"', [*held, *(line for each in moved for line in _joint(each, root))])
     arm = _prim(f'Xform "{root}"', [*links, *joints], [_schemas("PhysicsArticulationRootAPI")])
@@ -81,9 +82,8 @@ def _placed(pose: Pose) -> list[str]:
 
 def _joint(moved: MovedLink, root: str) -> list[str]:
     joint, limits, drive = moved.joint, moved.joint.limits, moved.drive
-    kind, axis, unit = ("Prismatic", "linear", 1.0)
-    if joint.revolute:
-        kind, axis, unit = ("Revolute", "angular", math.degrees(1.0))
+    turning, sliding = ("Revolute", "angular", math.degrees(1.0)), ("Prismatic", "linear", 1.0)
+    kind, axis, unit = turning if joint.revolute else sliding
     lines = ['uniform token physics:axis = "Z"']
     ends = ((moved.parent, moved.frame), (moved.link.link, moved.own.inverse()))
     for k, (link, pose) in enumerate(ends):
@@ -132,7 +132,6 @@ def _identifier(name: str) -> str:
 FORMAT = Format(
     title="USD with the physics schema of PhysX (Isaac Sim 5 or newer)",
     source="OpenUSD, UsdPhysics; PhysX, PhysxJointAxisAPI",
-    head=robot_head,
     write=_write,
     holds=frozenset({"armature", "damping", "friction", "speed", "torque", "gravity"}),
     remarks=(

@@ -5,13 +5,11 @@ import warnings
 import zlib
 from collections.abc import Mapping
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from ....common.arrays import Array
-from ....common.errors import InputError
+from ....common import Array, InputError
 from ...extras import extra, reading
 from ..columns import RawLog
 from ..map import Layout
@@ -40,21 +38,22 @@ def npz_log(path: Path, layout: Layout) -> RawLog:
                     raise
         if other := next((name for name, array in arrays.items() if not isinstance(array, np.ndarray)), ""):
             raise ValueError(f"{other} is not an array")
-    return _arrays_log(path, arrays)
+    return _arrays_log(path, arrays, {})
 
 
 def mat_log(path: Path, layout: Layout) -> RawLog:
     """Open a MAT file; fields of structures are named as in MATLAB, ``log.q``."""
+    arrays, objects = dict[str, Any](), dict[str, str]()
     with path.open("rb") as stream:
         head = stream.read(1024)
-    return _version_7(path) if _HDF5 in (head[:8], head[512:520]) else _version_5(path)
+    collect = _version_7 if _HDF5 in (head[:8], head[512:520]) else _version_5
+    with reading(path, "a MAT file"):
+        collect(path, arrays, objects)
+    return _arrays_log(path, arrays, objects)
 
 
-def _version_5(path: Path) -> RawLog:
+def _version_5(path: Path, arrays: dict[str, Any], objects: dict[str, str]) -> None:
     import scipy.io
-
-    arrays: dict[str, Any] = {}
-    objects: dict[str, str] = {}
 
     def visit(name: str, value: Any) -> None:
         """Take numeric arrays within a variable, sparse ones too, by their full name."""
@@ -73,22 +72,18 @@ def _version_5(path: Path) -> RawLog:
         else:
             arrays[name] = value
 
-    with reading(path, "a MAT file"), warnings.catch_warnings():
+    content = path.read_bytes()
+    order = {b"IM": "<", b"MI": ">"}.get(content[126:128])
+    if order is not None and 0 not in content[:4]:
+        _check_tags(memoryview(content)[128:], order, 0)
+    with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # several objects have one and the same name
-        content = path.read_bytes()
-        order = {b"IM": "<", b"MI": ">"}.get(content[126:128])
-        if order is not None and 0 not in content[:4]:
-            _check_tags(memoryview(content)[128:], order, 0)
         for name, value in scipy.io.loadmat(path, squeeze_me=False, struct_as_record=True).items():
             visit(name, value)
-    return _arrays_log(path, arrays, objects)
 
 
 def _check_tags(content: memoryview, order: str, depth: int) -> None:
-    """Check a row of elements, matrices within each other up to a hundred deep.
-
-    The reader of scipy would end the process at a wrong one.
-    """
+    """Check elements, matrices within each other up to a hundred deep: a wrong one makes scipy end the process."""
     at = 0
     while at < len(content):
         kind, size = struct.unpack_from(f"{order}II", content, at)
@@ -102,10 +97,8 @@ def _check_tags(content: memoryview, order: str, depth: int) -> None:
         at = at + 8 if small else begin + size + (0 if kind == _COMPRESSED else -size % 8)
 
 
-def _version_7(path: Path) -> RawLog:
+def _version_7(path: Path, arrays: dict[str, Any], objects: dict[str, str]) -> None:
     h5py = extra("h5py", "reading a MAT file of version 7.3 needs h5py: install dynident[logs]")
-    arrays: dict[str, Any] = {}
-    objects: dict[str, str] = {}
 
     def visit(name: str, entry: Any) -> None:
         label = entry.attrs.get("MATLAB_class", b"")
@@ -117,9 +110,8 @@ def _version_7(path: Path) -> RawLog:
         elif isinstance(entry, h5py.Dataset) and entry.dtype.kind in "fiub" and len(entry.shape) <= 2:
             arrays[name.replace("/", ".")] = np.asarray(entry)
 
-    with reading(path, "a MAT file"), h5py.File(path, "r") as data:
+    with h5py.File(path, "r") as data:
         data.visititems(visit)
-    return _arrays_log(path, arrays, objects)
 
 
 def parquet_log(path: Path, layout: Layout) -> RawLog:
@@ -131,13 +123,11 @@ def parquet_log(path: Path, layout: Layout) -> RawLog:
     def is_list(kind: Any) -> bool:
         return bool(types.is_list(kind) or types.is_large_list(kind) or types.is_fixed_size_list(kind))
 
-    def is_numeric(kind: Any) -> bool:
-        kind = kind.value_type if is_list(kind) else kind
-        return bool(types.is_integer(kind) or types.is_floating(kind) or types.is_decimal(kind))
-
     columns: dict[str, Array] = {}
     with reading(path, "a Parquet file"), parquet.ParquetFile(path) as data:
-        names = [entry.name for entry in data.schema_arrow if is_numeric(entry.type)]
+        kinds = [(one.name, one.type.value_type if is_list(one.type) else one.type) for one in data.schema_arrow]
+        numeric = types.is_integer, types.is_floating, types.is_decimal
+        names = [name for name, kind in kinds if any(is_kind(kind) for is_kind in numeric)]
         table = data.read(columns=names)
         for name in names:
             column = table.column(name).combine_chunks()
@@ -151,7 +141,7 @@ def parquet_log(path: Path, layout: Layout) -> RawLog:
     return RawLog(path, tuple(columns), lambda names: np.column_stack([columns[name] for name in names]))
 
 
-def _arrays_log(path: Path, arrays: Mapping[str, Any], objects: Mapping[str, str] = MappingProxyType({})) -> RawLog:
+def _arrays_log(path: Path, arrays: Mapping[str, Any], objects: Mapping[str, str]) -> RawLog:
     """A log of arrays: a vector ``t`` is the column t, a matrix ``q`` the columns q1, q2, ...
 
     Samples run along the axis that is as long as the longest of all arrays, which must be one and the same. Arrays

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ....common.arrays import Array
-from ....common.errors import InputError
+from ....common import Array, InputError
 from ...extras import extra, reading
 from ..columns import RawLog
 from ..map import Layout

@@ -15,8 +15,7 @@ from ....model import Pose, Robot
 from ...fleet.comparing import CHANCE, CHANGED, FEWEST, Arm, Compared, Drift, Fleet, farness
 from ...fleet.reduction import ReducedDocument
 from ...fleet.store import Log
-from ...logs.following import FollowingChange
-from ...logs.log_check import LogReport, RobotFits
+from ...logs.log_check import FollowingChange, LogReport, RobotFits
 from ...numbers import joined, percent
 from ..blocks import Block, Drawing, Notes, OnPage, Report, Section, Table, Text, lines
 from ..documents import Look

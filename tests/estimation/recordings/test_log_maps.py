@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from dynident.apps.logs import Gears, Layout, Quantity, Time, with_flags
 from dynident.apps.logs.columns import Naming, RawLog
-from dynident.apps.logs.following import following_change, read_following
+from dynident.apps.logs.log_check import following_change, read_following
 from dynident.apps.logs.map import LogMap, read_log_map
 from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
