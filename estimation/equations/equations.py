@@ -148,13 +148,10 @@ class Equations(Brief):
             factors.append(left)
             shared |= zip(others, parts.T, strict=True)
             ranks.append(decomposed(factor[:, gone]).rank)
-        return Equations(
-            (*(self.columns[k] for k in rest), *(f"{LEVEL}{name}" for name in anchors)),
-            tuple(factors),
-            tuple(max(rows - gone, 0) for rows, gone in zip(self.rows, ranks, strict=True)),
-            tuple(max(rows - gone, 0.0) for rows, gone in zip(self.effective_rows, ranks, strict=True)),
-            shared,
-        )
+        names = (*(self.columns[k] for k in rest), *(f"{LEVEL}{name}" for name in anchors))
+        counts = tuple(max(own - rank, 0) for own, rank in zip(self.rows, ranks, strict=True))
+        effective = tuple(max(own - rank, 0.0) for own, rank in zip(self.effective_rows, ranks, strict=True))
+        return Equations(names, tuple(factors), counts, effective, shared)
 
     @property
     def whole(self) -> "Equations":
@@ -322,12 +319,8 @@ def merged(parts: Iterable[Equations]) -> Equations:
         factor, others = compressed(rows, len(keys))
         factors.append(factor)
         shared |= zip(keys, others.T, strict=True)
-    return Equations(
-        first.columns,
-        tuple(factors),
-        tuple(np.sum([part.rows for part in parts], axis=0).tolist()),
-        tuple(np.sum([part.effective_rows for part in parts], axis=0).tolist()),
-        shared,
-        tuple(chain.from_iterable(p.blocks for p in parts)) if all(p.blocks for p in parts) else (),
-        max(p.block_length for p in parts),
-    )
+    counts = tuple(np.sum([part.rows for part in parts], axis=0).tolist())
+    effective = tuple(np.sum([part.effective_rows for part in parts], axis=0).tolist())
+    blocks = tuple(chain.from_iterable(p.blocks for p in parts)) if all(p.blocks for p in parts) else ()
+    length = max(part.block_length for part in parts)
+    return Equations(first.columns, tuple(factors), counts, effective, shared, blocks, length)

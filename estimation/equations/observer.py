@@ -19,6 +19,9 @@ from ..signals.filtering import Decimator, noise_bandwidth
 from ..signals.rows import used_rows
 from .equations import FREE, NO_MOTOR, Equations, compressed, merged
 
+Arrays = Sequence[Array]
+Motors = tuple[tuple[int, ...], ...]
+"""Per joint, whose parts of its torque stand apart: motors (from 0), ``NO_MOTOR`` for a spring."""
 PATH = "path"  # name of the column of a difference's torque that is taken off because the paths differ
 
 
@@ -30,7 +33,7 @@ class Observation:
     index: Indices  # of each among the distinct ones, for columns may repeat, shape (c,)
     distinct: int  # number of those
     touched: tuple[Indices, ...]  # per joint, the distinct columns that are not zero
-    motors: tuple[tuple[int, ...], ...]  # per joint, whose parts follow: motors (from 0), ``NO_MOTOR`` for a spring
+    motors: Motors  # whose parts follow the torque
     # Per joint, entries of W that are not zero, torque [N·m or N] (known torques, such as a spring's, are already
     # moved there), and parts of it that are not of its own motor; numbers of an equation x r_j.
     rows: tuple[Array, ...] = ()
@@ -39,12 +42,7 @@ class Observation:
 
     @staticmethod
     def of(
-        columns: Sequence[str],
-        W: Sequence[Array],
-        torques: Sequence[Array],
-        t: Sequence[Array],
-        bandwidth: float,
-        motors: tuple[tuple[int, ...], ...] | None = None,
+        columns: Sequence[str], W: Arrays, torques: Arrays, t: Arrays, bandwidth: float, motors: Motors = ()
     ) -> "Observation":
         """Make equations of whole matrices, per joint r_j x c, and torques, (r_j,), or as by ``torques``."""
         touched = tuple(np.flatnonzero(own.any(axis=0)) for own in W)
@@ -106,9 +104,7 @@ def known_spring(robot: Robot) -> Spring | None:
 
 
 @functools.lru_cache(maxsize=16)
-def equation_code(
-    robot: Robot, columns: tuple[str, ...]
-) -> tuple[Kernel, tuple[Indices, ...], tuple[tuple[int, ...], ...]]:
+def equation_code(robot: Robot, columns: tuple[str, ...]) -> tuple[Kernel, tuple[Indices, ...], Motors]:
     """Kernel of q, qd, qdd, torque to each joint's entries and torques; the entries' columns and torques' motors.
 
     Further inputs: a known spring's torque in the recording that was subtracted; values of the column ``PATH``,

@@ -214,18 +214,10 @@ class Repeats(Document, frozen=True):
             left = float(np.sum((seen / own - A @ slope) ** 2)) / max(len(k) - 2, 1)
             taken_off = slope[1] * at if text else taken_off
             step, sigma = float(slope[1]), float(np.sqrt((parts.covariance * max(left, 1.0))[1, 1]))
-        return cls(
-            tuple(sources),
-            tuple(masses),
-            tuple(sigmas),
-            spread=float(np.std(seen, ddof=1)) if len(k) > 1 else float("nan"),
-            excess=birge(seen - taken_off, own),
-            drift_per_recording=step,
-            drift_sigma=sigma,
-            drifts=not text
-            and bool(sigma and step and rise_p_value((step / sigma) ** 2, 1, float(len(k) - 2)) < _DRIFTS),
-            order=text or UNSET,
-        )
+        drifts = bool(sigma and step and rise_p_value((step / sigma) ** 2, 1, float(len(k) - 2)) < _DRIFTS)
+        spread, excess = float(np.std(seen, ddof=1)) if len(k) > 1 else float("nan"), birge(seen - taken_off, own)
+        given = tuple(sources), tuple(masses), tuple(sigmas)
+        return cls(*given, spread, excess, step, sigma, drifts and not text, text or UNSET)
 
 
 def repeats_of(problem: PayloadProblem) -> Repeats | None:
