@@ -143,14 +143,12 @@ def equation_code(robot: Robot, columns: tuple[str, ...]) -> tuple[Kernel, tuple
             phi[j, :] -= phi[k, :]
             left[j] -= left[k]
             phi = ca.sparsify(phi)
-    touched = [phi[j, :].sparsity().get_triplet()[1] for j in range(robot.n)]
-    rows = [
-        part
-        for j, (there, others) in enumerate(zip(touched, motors, strict=True))
-        for part in (*(phi[j, k] for k in there), left[j], *(apart[motor] for motor in others))
-    ]
-    kernel = Kernel(ca.Function("equations", inputs, [ca.cse(ca.vertcat(*rows))]))
-    return kernel, tuple(np.array(there, dtype=int) for there in touched), tuple(motors)
+    rows, touched = [], list[Indices]()
+    for j, others in enumerate(motors):
+        there = phi[j, :].sparsity().get_triplet()[1]
+        touched.append(np.array(there, dtype=int))
+        rows += [*(phi[j, k] for k in there), left[j], *(apart[motor] for motor in others)]
+    return Kernel(ca.Function("equations", inputs, [ca.cse(ca.vertcat(*rows))])), tuple(touched), tuple(motors)
 
 
 _PART = 1024  # samples evaluated at once
@@ -189,12 +187,8 @@ class Observer:
         ends = np.cumsum([0, *map(np.count_nonzero, wanted)]).tolist()
         self._wanted, self._rows = np.concatenate(wanted), [slice(*pair) for pair in itertools.pairwise(ends)]
         touched = tuple(own[chosen] for own, chosen in zip(self._entries, there, strict=True))
-        self.empty = Observation(tuple(names or columns), index, len(self._code), touched, self._motors)
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """Names of the columns."""
-        return self.empty.columns
+        self.columns = tuple(names or columns)
+        self.empty = Observation(self.columns, index, len(self._code), touched, self._motors)
 
     def at(self, values: Array) -> "Observer":
         """Make the observer whose friction is that under the load which these values of the first columns cause."""
