@@ -13,17 +13,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import lapack
 
-from ...common import Array, Brief, InputError, decomposed, without
+from ...common import Array, Brief, InputError, decomposed
 from ...common.files import write_bytes
 from ...common.linear import condition_numbers
 from ...model import INERTIAL
-from ...model.drives import joint_of
 
 SHARED = "shared"  # beginning of the names of shared torques
 PAYLOAD = tuple(f"{kind}_L" for kind in INERTIAL)
 """Names of the payload's ten parameters chi_L, in the order of (6)."""
 FREE = "free "  # beginning of the names of what is estimated anew in each recording, besides the payload
-LEVEL = "level of "  # beginning of the names of what free columns are near
 NO_MOTOR = -1  # index that stands for a motor where a known spring makes the torque
 _NOISE_FLOOR = 1e-12
 """Standard deviation of the error over the torque, at least: data without noise still need finite weights."""
@@ -123,38 +121,6 @@ class Equations(Brief):
         rest, shift = [k for k in range(c) if k not in known], np.zeros(c)
         shift[known] = values
         return self.transformed(np.eye(c)[:, rest], [self.columns[k] for k in rest], shift)
-
-    def eliminate(self, anchors: Mapping[str, float]) -> "Equations":
-        """Take away all that ``FREE`` columns can explain, joint by joint.
-
-        Each joint must have parameters of its own there, such as friction: this is then exact, what is left are the
-        equations of the least-squares problem after those unknowns were solved for. Blocks of time are not kept:
-        what remains of each depends on the others. ``anchors``: of some of them, the weight of one more equation in
-        their joint, by which they are near a level: a new last column, left out where it is meant to be zero.
-        """
-        free = np.array([name.startswith(FREE) for name in self.columns], dtype=bool)
-        gone, rest = np.flatnonzero(free).tolist(), np.flatnonzero(~free).tolist()
-        factors, ranks, shared = [], [], dict[tuple[int, int], Array]()
-        for j, factor in enumerate(self.factors):
-            others, levels = [key for key in self.shared if key[0] == j], np.zeros((len(factor), len(anchors)))
-            apart = [self.shared[key] for key in others]
-            rows = np.column_stack([factor[:, [*gone, *rest]], levels, factor[:, -1], *apart])
-            for k, (name, stiffness) in enumerate(anchors.items(), start=len(self.columns)):
-                if joint_of(name) == j:  # stiffness (parameter - level) = 0
-                    near = np.zeros(rows.shape[1])
-                    near[[gone.index(self.columns.index(name)), k]] = stiffness, -stiffness
-                    rows = np.vstack([rows, near])
-            left, parts = compressed(without(rows[:, len(gone) :], rows[:, : len(gone)]), len(others))
-            factors.append(left)
-            shared |= zip(others, parts.T, strict=True)
-            ranks.append(decomposed(factor[:, gone]).rank)
-        return Equations(
-            (*(self.columns[k] for k in rest), *(f"{LEVEL}{name}" for name in anchors)),
-            tuple(factors),
-            tuple(max(rows - gone, 0) for rows, gone in zip(self.rows, ranks, strict=True)),
-            tuple(max(rows - gone, 0.0) for rows, gone in zip(self.effective_rows, ranks, strict=True)),
-            shared,
-        )
 
     @property
     def whole(self) -> "Equations":
@@ -322,12 +288,8 @@ def merged(parts: Iterable[Equations]) -> Equations:
         factor, others = compressed(rows, len(keys))
         factors.append(factor)
         shared |= zip(keys, others.T, strict=True)
-    return Equations(
-        first.columns,
-        tuple(factors),
-        tuple(np.sum([part.rows for part in parts], axis=0).tolist()),
-        tuple(np.sum([part.effective_rows for part in parts], axis=0).tolist()),
-        shared,
-        tuple(chain.from_iterable(p.blocks for p in parts)) if all(p.blocks for p in parts) else (),
-        max(p.block_length for p in parts),
-    )
+    counts = tuple(np.sum([part.rows for part in parts], axis=0).tolist())
+    effective = tuple(np.sum([part.effective_rows for part in parts], axis=0).tolist())
+    blocks = tuple(chain.from_iterable(p.blocks for p in parts)) if all(p.blocks for p in parts) else ()
+    length = max(part.block_length for part in parts)
+    return Equations(first.columns, tuple(factors), counts, effective, shared, blocks, length)

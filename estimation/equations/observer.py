@@ -19,6 +19,9 @@ from ..signals.filtering import Decimator, noise_bandwidth
 from ..signals.rows import used_rows
 from .equations import FREE, NO_MOTOR, Equations, compressed, merged
 
+Arrays = Sequence[Array]
+Motors = tuple[tuple[int, ...], ...]
+"""Per joint, whose parts of its torque stand apart: motors (from 0), ``NO_MOTOR`` for a spring."""
 PATH = "path"  # name of the column of a difference's torque that is taken off because the paths differ
 
 
@@ -30,7 +33,7 @@ class Observation:
     index: Indices  # of each among the distinct ones, for columns may repeat, shape (c,)
     distinct: int  # number of those
     touched: tuple[Indices, ...]  # per joint, the distinct columns that are not zero
-    motors: tuple[tuple[int, ...], ...]  # per joint, whose parts follow: motors (from 0), ``NO_MOTOR`` for a spring
+    motors: Motors  # whose parts follow the torque
     # Per joint, entries of W that are not zero, torque [N·m or N] (known torques, such as a spring's, are already
     # moved there), and parts of it that are not of its own motor; numbers of an equation x r_j.
     rows: tuple[Array, ...] = ()
@@ -39,12 +42,7 @@ class Observation:
 
     @staticmethod
     def of(
-        columns: Sequence[str],
-        W: Sequence[Array],
-        torques: Sequence[Array],
-        t: Sequence[Array],
-        bandwidth: float,
-        motors: tuple[tuple[int, ...], ...] | None = None,
+        columns: Sequence[str], W: Arrays, torques: Arrays, t: Arrays, bandwidth: float, motors: Motors = ()
     ) -> "Observation":
         """Make equations of whole matrices, per joint r_j x c, and torques, (r_j,), or as by ``torques``."""
         touched = tuple(np.flatnonzero(own.any(axis=0)) for own in W)
@@ -106,9 +104,7 @@ def known_spring(robot: Robot) -> Spring | None:
 
 
 @functools.lru_cache(maxsize=16)
-def equation_code(
-    robot: Robot, columns: tuple[str, ...]
-) -> tuple[Kernel, tuple[Indices, ...], tuple[tuple[int, ...], ...]]:
+def equation_code(robot: Robot, columns: tuple[str, ...]) -> tuple[Kernel, tuple[Indices, ...], Motors]:
     """Kernel of q, qd, qdd, torque to each joint's entries and torques; the entries' columns and torques' motors.
 
     Further inputs: a known spring's torque in the recording that was subtracted; values of the column ``PATH``,
@@ -147,14 +143,12 @@ def equation_code(
             phi[j, :] -= phi[k, :]
             left[j] -= left[k]
             phi = ca.sparsify(phi)
-    touched = [phi[j, :].sparsity().get_triplet()[1] for j in range(robot.n)]
-    rows = [
-        part
-        for j, (there, others) in enumerate(zip(touched, motors, strict=True))
-        for part in (*(phi[j, k] for k in there), left[j], *(apart[motor] for motor in others))
-    ]
-    kernel = Kernel(ca.Function("equations", inputs, [ca.cse(ca.vertcat(*rows))]))
-    return kernel, tuple(np.array(there, dtype=int) for there in touched), tuple(motors)
+    rows, touched = [], list[Indices]()
+    for j, others in enumerate(motors):
+        there = phi[j, :].sparsity().get_triplet()[1]
+        touched.append(np.array(there, dtype=int))
+        rows += [*(phi[j, k] for k in there), left[j], *(apart[motor] for motor in others)]
+    return Kernel(ca.Function("equations", inputs, [ca.cse(ca.vertcat(*rows))])), tuple(touched), tuple(motors)
 
 
 _PART = 1024  # samples evaluated at once
@@ -193,12 +187,8 @@ class Observer:
         ends = np.cumsum([0, *map(np.count_nonzero, wanted)]).tolist()
         self._wanted, self._rows = np.concatenate(wanted), [slice(*pair) for pair in itertools.pairwise(ends)]
         touched = tuple(own[chosen] for own, chosen in zip(self._entries, there, strict=True))
-        self.empty = Observation(tuple(names or columns), index, len(self._code), touched, self._motors)
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """Names of the columns."""
-        return self.empty.columns
+        self.columns = tuple(names or columns)
+        self.empty = Observation(self.columns, index, len(self._code), touched, self._motors)
 
     def at(self, values: Array) -> "Observer":
         """Make the observer whose friction is that under the load which these values of the first columns cause."""

@@ -28,6 +28,7 @@ from ...model.drives import SPRING, parameter_kind
 from ...model.files.robot_file import BodyTable
 from ...model.regressors import regressor_at
 from ..equations.equations import PAYLOAD, Equations, check_blocks, merged, triangular
+from ..equations.observer import Arrays
 from ..fit.settings import DEFAULTS, Candidates, Settings
 from ..payload.long_motion import LongMotion, Source, payload_problem
 from ..payload.result import in_payload_frame
@@ -116,9 +117,7 @@ def gauss_newton(equations: Equations, weights: Array, free: Sequence[int], know
     return CurrentFit(k, x, float(error @ error) / dof * parts.covariance[c:, c:] / np.outer(k, k), dof)
 
 
-def linearised(
-    factors: Sequence[Array], weights: Array, k: Array, x: Array, free: Sequence[int]
-) -> tuple[Array, Array]:
+def linearised(factors: Arrays, weights: Array, k: Array, x: Array, free: Sequence[int]) -> tuple[Array, Array]:
     """Jacobian of the predicted currents by the free x and k, and the currents' errors, both weighted."""
     torques = [factor[:, :-1] @ x for factor in factors]
     by_x = [w * own * factor[:, free] for factor, w, own in zip(factors, weights, k, strict=True)]
@@ -256,13 +255,9 @@ class GainProblem(Brief):
                 tuple(_with_gains(self.robot, one, ratio, currents=False) for one in part)
                 for part in (source.loaded, source.unloaded)
             )
-            return replace(
-                problem,
-                loaded=_times(problem.loaded, ratio),
-                unloaded=problem.unloaded and _times(problem.unloaded, ratio),
-                difference=problem.difference and _times(problem.difference, ratio),
-                source=source._replace(loaded=loaded, unloaded=unloaded),
-            )
+            source, load = source._replace(loaded=loaded, unloaded=unloaded), _times(problem.loaded, ratio)
+            bare, change = (part and _times(part, ratio) for part in (problem.unloaded, problem.difference))
+            return replace(problem, loaded=load, unloaded=bare, difference=change, source=source)
 
         return tuple(map(changed, self.posed))
 
@@ -302,9 +297,8 @@ def gain_problem(
         with_load, without = ([_with_gains(robot, one, K) for one in some] for some in (loaded, unloaded))
         for group, names in zip(groups.values(), payloads, strict=True):
             bare = [without[k] for k in group] if paired else without
-            problem = payload_problem(
-                robot, [with_load[k] for k in group], bare, settings=replace(settings, robust=robust)
-            )
+            asked = replace(settings, robust=robust)
+            problem = payload_problem(robot, [with_load[k] for k in group], bare, settings=asked)
             part = problem.loaded if together and not paired else problem.both
             part, base = in_payload_frame(problem.robot, part), problem.base.columns
             named = part.transformed(np.eye(len(part.columns)), (*base, *names))

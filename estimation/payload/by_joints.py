@@ -122,9 +122,10 @@ def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
         parts = [whole.without_each()]
         for k, known in enumerate(whole.fixed):
             if known.left_out is not None:
-                before, after = whole.fixed[:k], whole.fixed[k + 1 :]
-                left = (known._replace(values=x) for x in known.left_out())
-                parts.append([replace(whole, fixed=(*before, one, *after)) for one in left])
+                left = (
+                    (*whole.fixed[:k], known._replace(values=x), *whole.fixed[k + 1 :]) for x in known.left_out()
+                )
+                parts.append([replace(whole, fixed=fixed) for fixed in left])
         robust = jackknife([map(again, part) for part in parts], np.nan_to_num(values), 0.0)
         variance = np.maximum(variance, np.diag(robust.covariance) + lasting)
         dof = max(float(robust.degrees_of_freedom), 1.0)
@@ -141,15 +142,13 @@ def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
     return ByJoints(masses[: len(listed)], masses[len(listed) :], dof)
 
 
-def _numbers(
-    problem: LinearProblem, weights: Array, groups: Sequence[Sequence[int]], joints: Sequence[int]
-) -> Array:
+def _numbers(posed: LinearProblem, weights: Array, groups: Sequence[Sequence[int]], joints: Sequence[int]) -> Array:
     """Estimate the mass by groups of joints, then the payload ratio of joints, all from 1.
 
     A row a number: value, variance by the formula, and its between-session part; nan where undetermined.
     """
-    unknown, given = problem.unknown.select(problem.wanted), problem.fixed
-    taken = problem.equations.whole.select([name for group in given for name in group.names]).factors
+    unknown, given = posed.unknown.select(posed.wanted), posed.fixed
+    taken = posed.equations.whole.select([name for group in given for name in group.names]).factors
     W_L = [w * factor for w, factor in zip(weights, unknown.factors, strict=True)]
     W = [w * factor[:, :-1] for w, factor in zip(weights, taken, strict=True)]
     # What an earlier identification's jackknife says counts instead of its formula.
@@ -159,7 +158,7 @@ def _numbers(
     for k, group in enumerate(groups):
         factor = np.vstack([W_L[j - 1] for j in group])
         parts, Y = decomposed(factor[:, :-1]), factor[:, -1]
-        if problem.wanted[-1] != PAYLOAD[-1] or parts.hidden[-1] > _HIDDEN:  # the mass
+        if posed.wanted[-1] != PAYLOAD[-1] or parts.hidden[-1] > _HIDDEN:  # the mass
             continue
         row, error = parts.inverse[-1], Y - factor[:, :-1] @ parts.solution(Y)
         spare = max(sum(unknown.effective_rows[j - 1] for j in group) - parts.rank, 1.0)
@@ -214,18 +213,10 @@ class Repeats(Document, frozen=True):
             left = float(np.sum((seen / own - A @ slope) ** 2)) / max(len(k) - 2, 1)
             taken_off = slope[1] * at if text else taken_off
             step, sigma = float(slope[1]), float(np.sqrt((parts.covariance * max(left, 1.0))[1, 1]))
-        return cls(
-            tuple(sources),
-            tuple(masses),
-            tuple(sigmas),
-            spread=float(np.std(seen, ddof=1)) if len(k) > 1 else float("nan"),
-            excess=birge(seen - taken_off, own),
-            drift_per_recording=step,
-            drift_sigma=sigma,
-            drifts=not text
-            and bool(sigma and step and rise_p_value((step / sigma) ** 2, 1, float(len(k) - 2)) < _DRIFTS),
-            order=text or UNSET,
-        )
+        trend = not text and sigma and step and rise_p_value((step / sigma) ** 2, 1, float(len(k) - 2)) < _DRIFTS
+        spread, excess = float(np.std(seen, ddof=1)) if len(k) > 1 else float("nan"), birge(seen - taken_off, own)
+        given = tuple(sources), tuple(masses), tuple(sigmas)
+        return cls(*given, spread, excess, step, sigma, bool(trend), text or UNSET)
 
 
 def repeats_of(problem: PayloadProblem) -> Repeats | None:

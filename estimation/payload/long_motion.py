@@ -399,11 +399,8 @@ def friction_changes(robot: Estimate, inflation: Sequence[float], ratio: float) 
     sigmas = {name: ratio * abs(robot[name]) for name, kind in kinds.items() if kind in ("FS", "FV", "FSM", "FVM")}
     if ratio > 0.0:
         sigmas |= {name: _OFFSETS * largest for name, kind in kinds.items() if kind == "OFF"}
-    return {
-        name: SoftPrior(sigma, inflation[joint_of(name)])
-        for name, sigma in sigmas.items()
-        if sigma > _NONE * largest
-    }
+    least = _NONE * largest
+    return {name: SoftPrior(sigma, inflation[joint_of(name)]) for name, sigma in sigmas.items() if sigma > least}
 
 
 def with_scale(loaded: Equations, robot: Known, role: SoftPrior) -> tuple[Equations, dict[str, SoftPrior]]:

@@ -83,15 +83,9 @@ class ChangeOfParameters(Brief):
             every = zip(errors, estimate.weights, equations.by_motor(), strict=True)
             grown = 2.0 * sum(error @ (w * torques) for error, w, torques in every) / size
             by_gains -= np.outer(estimate.covariance[np.ix_(k, k)] @ weighted_rest, grown)
-        return Estimate(
-            PAYLOAD,
-            x,
-            covariance,
-            degrees_of_freedom=min(self.before.degrees_of_freedom, after.degrees_of_freedom),
-            fit=fit(self.both, np.concatenate([self.before.values, x])),
-            weights=after.weights,
-            gain_sensitivity=inverse @ by_gains,
-        )
+        dof = min(self.before.degrees_of_freedom, after.degrees_of_freedom)
+        shown = fit(self.both, np.concatenate([self.before.values, x]))
+        return Estimate(PAYLOAD, x, covariance, dof, shown, after.weights, gain_sensitivity=inverse @ by_gains)
 
     def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
         """Estimate the ten without a block of the loaded and one of the unloaded recordings, -1 for none."""
@@ -200,9 +194,7 @@ def usable_methods(problem: PayloadProblem) -> tuple[int, ...]:
 
 @one_thread()
 def payload_estimate(problem: PayloadProblem, method: int, covariance: Rule | None = None) -> PayloadEstimate:
-    """Estimate the payload by one method; with robust standard deviations if the problem has blocks of time.
-
-    Of a short motion what it determines, and nothing filled in.
+    """Estimate the payload by one method, robustly where there are blocks; of a short motion what it determines.
 
     Args:
         method: 1 robot known (22)-(23), 2 change of the base parameters (24)-(28), 3 torque difference (29),

@@ -27,7 +27,7 @@ from ...model.drives import joint_of, parameter_kind
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
 from ...model.visibility import PayloadVisibility, check_mass_visible, friction_columns, visibility_of
-from ..equations.equations import FREE, LEVEL, PAYLOAD, Equations, check_blocks, merged
+from ..equations.equations import FREE, PAYLOAD, Equations, check_blocks, compressed, merged
 from ..equations.observer import PATH, Observation, Observer, Used, reduced, used
 from ..fit.blocks import block_edges, block_length, in_blocks, inflation, remembered, weighted_solution
 from ..fit.estimate import Estimate
@@ -80,17 +80,36 @@ class HeldFriction(Brief):
         """Values of the prior: zero, as far as sigma says; alike in all recordings, to be safe."""
         k, n = len(self.held), len(self.noise)
         lasting = np.diag([role.sigma**2 for role in self.held.values()])
-        names = tuple(f"{LEVEL}{FREE}{name}" for name in self.held)
+        names = tuple(f"level of {name}" for name in self.held)
         return Known(names, np.zeros(k), np.zeros((k, k)), lasting, gain_sensitivity=np.zeros((k, n)))
 
     def friction_free(self, equations: Equations) -> Equations:
-        """Take off all that constant torques, friction and ripple of one recording can explain.
+        """Take off all that constant torques, friction and ripple of one recording can explain, joint by joint.
 
-        Each prior is one more equation: the friction is its own ``known`` value, as sure as noise and memory allow.
+        This is exact where joints have ``FREE`` columns of their own: left are the equations of the least-squares
+        problem after those were solved for. Each prior is one more equation: the friction is its own ``known``
+        value, as sure as noise and memory allow. Blocks of time are not kept: their rests hang together.
         """
-        held = self.held.items()
-        near = {f"{FREE}{name}": float(self.noise[joint_of(name)]) * role.weight for name, role in held}
-        return equations.eliminate(near)
+        names, levels = equations.columns, self.known.names
+        free = np.array([name.startswith(FREE) for name in names], dtype=bool)
+        gone, rest = np.flatnonzero(free).tolist(), np.flatnonzero(~free).tolist()
+        factors, ranks, shared = [], [], dict[tuple[int, int], Array]()
+        for j, factor in enumerate(equations.factors):
+            others, none = [key for key in equations.shared if key[0] == j], np.zeros((len(factor), len(levels)))
+            apart = [equations.shared[key] for key in others]
+            rows = np.column_stack([factor[:, [*gone, *rest]], none, factor[:, -1], *apart])
+            for k, (name, role) in enumerate(self.held.items(), start=len(names)):
+                if joint_of(name) == j:  # weight (friction - level) = 0
+                    near, weight = np.zeros(rows.shape[1]), float(self.noise[j]) * role.weight
+                    near[[gone.index(names.index(f"{FREE}{name}")), k]] = weight, -weight
+                    rows = np.vstack([rows, near])
+            left, parts = compressed(without(rows[:, len(gone) :], rows[:, : len(gone)]), len(others))
+            factors.append(left)
+            shared |= zip(others, parts.T, strict=True)
+            ranks.append(decomposed(factor[:, gone]).rank)
+        counts = tuple(max(own - rank, 0) for own, rank in zip(equations.rows, ranks, strict=True))
+        effective = tuple(max(own - rank, 0.0) for own, rank in zip(equations.effective_rows, ranks, strict=True))
+        return Equations((*(names[k] for k in rest), *levels), tuple(factors), counts, effective, shared)
 
 
 def friction_prior(observations: Sequence[Observation], sigmas: Mapping[str, float]) -> HeldFriction:
@@ -107,11 +126,8 @@ def friction_prior(observations: Sequence[Observation], sigmas: Mapping[str, flo
         spare -= [int(W[:, free].any(axis=0).sum()) for W in one.W]
     noise[spare < _FEWEST_LEFT] = 0.0  # too few rows, beyond the free columns that act on them, to tell it
     memory = np.array(remembered(left, values).inflation)
-    roles = {
-        name: SoftPrior(sigma, float(memory[joint_of(name)]))
-        for name, sigma in sigmas.items()
-        if sigma > 0.0 and noise[joint_of(name)] > 0.0
-    }
+    told = {name: sigma for name, sigma in sigmas.items() if sigma > 0.0 and noise[joint_of(name)] > 0.0}
+    roles = {name: SoftPrior(sigma, float(memory[joint_of(name)])) for name, sigma in told.items()}
     return HeldFriction(roles, noise, memory)
 
 
@@ -354,8 +370,7 @@ def known_robot_weighing(
     robot = without_dead(robot.of_parameters(known.names), loaded)
     check_recordings(robot, loaded)
     progress("base parameters")
-    known = measured_part(known, robot)
-    base = base_parameters(robot)
+    known, base = measured_part(known, robot), base_parameters(robot)
     measured = filtered(loaded, processing, progress)
     moving, rows, rms = used_near(robot, loaded, [[data] for data in measured], settings)
     observer = observer_of(robot, base, settings.friction_change > 0.0)

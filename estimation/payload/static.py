@@ -185,18 +185,13 @@ def static_weighing(
     W_seen = [A * seen for A in change.W]
     change = Observation.of(change.columns, W_seen, change.torques, change.t, change.bandwidth, change.motors)
     ends = np.concatenate([[-np.inf], np.flatnonzero(np.diff(poses)) + 0.5, [np.inf]])
-    problem = StaticMotion(
-        robot,
-        base_parameters(robot),
-        Source(tuple(loaded), tuple(unloaded), processing, rate=every[-1].rate),
-        joints=tuple((np.flatnonzero(keep.any(axis=0)) + 1).tolist()),
-        runs=(in_blocks(reduced(change), [change], [ends], 0.0),),
-        held=offset_prior([change], np.abs((each * side[0] * without.torque).sum(axis=0))),
-        torque_rms=np.sqrt(np.mean(under_load.torque**2, axis=0)),
-        settings=settings,
-        rests=tuple(every),
-        one_sided=tuple(sorted(one_sided)),
-    )
+    coulomb = np.abs((each * side[0] * without.torque).sum(axis=0))
+    source = Source(tuple(loaded), tuple(unloaded), processing, rate=every[-1].rate)
+    joints, rms = np.flatnonzero(keep.any(axis=0)) + 1, np.sqrt(np.mean(under_load.torque**2, axis=0))
+    runs, prior = in_blocks(reduced(change), [change], [ends], 0.0), offset_prior([change], coulomb)
+    posed = robot, base_parameters(robot), source, tuple(joints.tolist()), (runs,), prior, rms
+    alone = tuple(sorted(one_sided))
+    problem = StaticMotion(*posed, settings=settings, rests=tuple(every), one_sided=alone)
     weights = problem.posed().weights()
     scatter, drift = keep.any(axis=0) / weights / np.linalg.norm(difference), None
     if drifting.any():
