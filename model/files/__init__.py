@@ -1,1 +1,1 @@
-"""Robots and bodies read and written: TOML files, URDF, other frames."""
+"""Robots and bodies read and written: TOML files, URDF, and descriptions that others give."""
