@@ -55,12 +55,11 @@ class Table:
 
 
 class Text(NamedTuple):
-    """A paragraph, or a verdict by its ``level``; on pages a heading, or text to be ``copied``, by its id there."""
+    """A paragraph; a heading within a section, which pages alone have; or a verdict, by its ``level``."""
 
     words: str
     heading: bool = False
     level: str = ""
-    copied: str = ""
 
 
 class Notes(NamedTuple):
@@ -75,6 +74,13 @@ class Pair(NamedTuple):
 
     left: Sequence[Block]
     right: Sequence[Block]
+
+
+class Code(NamedTuple):
+    """Text of a page that is to be copied; ``name``: its identifier there."""
+
+    name: str
+    text: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +112,7 @@ class Drawing:
         return self.draw()
 
 
-Block = Table | Text | Notes | Pair | OnPage | Drawing
+Block = Table | Text | Notes | Pair | Code | OnPage | Drawing
 
 
 class Section(NamedTuple):

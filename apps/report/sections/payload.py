@@ -19,7 +19,7 @@ from ....model import INERTIAL
 from ...export.controllers import FORMATS
 from ...export.load import is_flange, load_of
 from ...numbers import SIX, interval_digits, rounded, six, with_interval
-from ..blocks import Block, Drawing, Notes, OnPage, Pair, Report, Section, Table, Text, lines, with_sigma
+from ..blocks import Block, Code, Drawing, Notes, OnPage, Pair, Report, Section, Table, Text, lines, with_sigma
 from ..figures import BLUE, Figure, flange_figure, interval_rows, legend, panels
 from . import evidence
 
@@ -214,13 +214,13 @@ def controller_blocks(result: PayloadResult) -> list[Block]:
             "payload.json --to NAME --flange-frame X Y Z RX RY RZ' converts it, given the pose of the flange in "
             "that frame. The numbers as identified:"
         )
-        return [Text(where), Text(controller_line(result), copied="controller-plain")]
+        return [Text(where), Code("controller-plain", controller_line(result))]
     load = replace(at_flange, reasons=())  # which stand beside it
     maker = next((form for word, form in _MAKERS.items() if word in result.title.lower()), "")
 
     def written(form: str) -> list[Block]:
         try:
-            return [Text(FORMATS[form].text(load).rstrip("\n"), copied=f"controller-{form}")]
+            return [Code(f"controller-{form}", FORMATS[form].text(load).rstrip("\n"))]
         except InputError as error:
             return [Text(f"This controller would refuse it: {error}.")]
 
