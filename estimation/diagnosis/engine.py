@@ -22,7 +22,7 @@ from ...model.regressors import own_columns, payload_columns, regressor_at
 from ..fit.linear_problem import Known
 from ..payload.long_motion import Source
 from ..payload.result import frame_change
-from ..signals.filtering import lowpass, measurement
+from ..signals.filtering import lowpass, measurement, taken
 from ..signals.rows import used_rows
 
 BLOCKS = 20  # number of blocks of time that are left out in turn
@@ -163,12 +163,11 @@ def states_of(source: Source | None, fewest: int = _FEWEST) -> States | None:
         return None
     parts, recordings = [], [(recording, 0.0) for recording in source.unloaded]
     for recording, loaded in [*recordings, *((recording, 1.0) for recording in source.loaded)]:
-        t, qd = recording.t, recording.qd
+        t = recording.t
         middle = 0.5 * (t[0] + t[-1]) + 0.5 * _LONGEST * np.array([-1.0, 1.0])
         own = slice(*map(int, np.searchsorted(t, middle)))
         if len(t[own]) < len(t) - 1:
-            speeds = None if qd is None else qd[own]
-            recording = replace(recording, t=t[own], q=recording.q[own], torque=recording.torque[own], qd=speeds)
+            recording = taken(recording, own)
         count = min(_MOST, int(_RATE * float(recording.t[-1] - recording.t[0])) + 1)
         parts.append(States.of(recording, source.processing, count, loaded))
     return States.joined(parts) if sum(len(part.t) for part in parts) >= fewest else None
