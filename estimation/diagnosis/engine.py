@@ -424,16 +424,17 @@ class Added(NamedTuple):
         squares, k = np.diag(self.whole), len(index)
         free = [i for i in free if squares[i] > _RANK * squares[list(index)].max()]
         every = [*index, *free]
-        inverse, right = _inverse(self.whole[np.ix_(every, every)]), self.whole[every, -1]
+        left, right = self.left[:, every], self.whole[every, -1]
+        grams = self.whole[np.ix_(every, every)], self.whole[np.ix_(free, free)], left[:, :, every]
+        roots = (_root(gram, 1e-12) for gram in grams)
+        inverse, without, without_block = (root @ root.swapaxes(-1, -2) for root in roots)
         values = (inverse @ right)[:k]
-        left = self.left[:, every]
-        each = np.einsum("bij,bj->bi", _inverse(left[:, :, every]), left[:, :, -1])[:, :k] - values
+        each = np.einsum("bij,bj->bi", without_block, left[:, :, -1])[:, :k] - values
         # The jackknife, and the formula where that says more.
         covariance = (1.0 - 1.0 / len(each)) * each.T @ each
         variance = self.inflation * np.diag(inverse)[:k]
         jackknife, formula = np.sqrt(np.diag(covariance)), np.sqrt(np.where(variance > 0.0, variance, np.nan))
         wider = np.maximum(1.0, formula / np.maximum(jackknife, 1e-300))
-        without = _inverse(self.whole[np.ix_(free, free)])
         effect = self.payload[:, free] @ without @ self.whole[np.ix_(free, index)] - self.payload[:, list(index)]
         explained = right @ inverse @ right - right[k:] @ without @ right[k:]
         fall = float(explained) / max(float(self.whole[-1, -1]), 1e-300)
@@ -452,8 +453,3 @@ def _root(gram: Array, least: float = _RANK) -> Array:
     eigenvalues, V = np.linalg.eigh(gram / (size[..., :, None] * size[..., None, :]))
     size = size[..., :, None] * np.sqrt(np.maximum(eigenvalues, 1e-300))[..., None, :]
     return np.where((eigenvalues > least * eigenvalues[..., -1:])[..., None, :], V / size, 0.0)
-
-
-def _inverse(gram: Array) -> Array:
-    root = _root(gram, 1e-12)
-    return np.asarray(root @ root.swapaxes(-1, -2))

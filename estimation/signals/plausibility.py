@@ -107,8 +107,8 @@ def _torques(robot: Robot, recording: Recording) -> Iterator[str]:
         most = min(_OVER_LIMIT * joint.limits.torque, _MOST_TORQUE) if published else _MOST_TORQUE
         if worst[j] > most:
             yield (
-                f"the torque of joint {j + 1} reaches {worst[j]:.4g} N·m, more than a joint of {robot.name} can give: "
-                "state the unit of the torques, such as --units tau=mN·m for N·mm (--drive-gains are in N·m/A)"
+                f"the torque of joint {j + 1} reaches {worst[j]:.4g} N·m, more than a joint of {robot.name} can "
+                "give: state the unit of the torques, such as --units tau=mN·m for N·mm (--drive-gains are in N·m/A)"
             )
         if lows[j] == highs[j] and j + 1 not in robot.drives.unmeasured:
             yield f"the torque of joint {j + 1} is {lows[j]:g} throughout: the channel is dead"
@@ -123,8 +123,8 @@ def _torques(robot: Robot, recording: Recording) -> Iterator[str]:
         if worst.max() > _STRONGEST * reach**3:
             yield (
                 f"the torque of joint {int(np.argmax(worst)) + 1} reaches {worst.max():.4g}, too much for an arm "
-                f"of {reach:.2g} m reach, and looks like mN·m or mA: state the unit of the torques, such as --units "
-                "tau=mN·m; drive gains are in N·m/A"
+                f"of {reach:.2g} m reach, and looks like mN·m or mA: state the unit of the torques, such as "
+                "--units tau=mN·m; drive gains are in N·m/A"
             )
     # No torque stays at its very extreme while the arm moves: it was cut off; at rest it is held.
     speed = np.abs(np.gradient(recording.q, recording.t, axis=0))
