@@ -108,7 +108,8 @@ def _torques(robot: Robot, recording: Recording) -> Iterator[str]:
         if worst[j] > most:
             yield (
                 f"the torque of joint {j + 1} reaches {worst[j]:.4g} N·m, more than a joint of {robot.name} can "
-                "give: state the unit of the torques, such as --units tau=mN·m for N·mm (--drive-gains are in N·m/A)"
+                "give: state the unit of the torques, such as --units tau=mN·m for N·mm (--drive-gains are in "
+                "N·m/A)"
             )
         if lows[j] == highs[j] and j + 1 not in robot.drives.unmeasured:
             yield f"the torque of joint {j + 1} is {lows[j]:g} throughout: the channel is dead"
