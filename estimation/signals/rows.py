@@ -211,10 +211,10 @@ def without_held(t: Array, values: Array, slowest: Mask) -> tuple[Array, Indices
     if alive.all() and len(alive):
         rows = _sampled(changes[:, slowest].any(axis=1), alive.min())
     left = values[rows]
-    for k in np.flatnonzero(periods):
-        own = _sampled(changes[:, k], periods[k])
+    for held in np.flatnonzero(periods):
+        own = _sampled(changes[:, held], periods[held])
         times = np.clip(t[rows], t[own[0]], t[own[-1]])
-        left[:, k] = monotone_cubic(t[own], values[own, k])(times)
+        left[:, held] = monotone_cubic(t[own], values[own, held])(times)
     return periods, rows, left
 
 
