@@ -20,7 +20,7 @@ from ..common.errors import InputError
 from ..common.progress import each
 from ..estimation.fit.settings import DEFAULTS, Settings
 from ..estimation.results.parts import Horizon, Rollout
-from ..estimation.signals.filtering import lowpass, measurement, slopes
+from ..estimation.signals.filtering import lowpass, measurement
 from ..estimation.signals.rows import least_speed
 from ..model import BaseParameters, Processing, Recording, Robot, base_parameters, forward_dynamics_base
 from ..model.dynamics import SMOOTHING, dry_friction_names, smooth_dry_friction, stable_steps
@@ -283,7 +283,7 @@ def _replay(
     pieces = max(1, (size - lead) // length)
     windows = length * np.arange(pieces)[:, None] + np.arange(lead + length)
     # A stiff controller would feel speeds that are not the slopes of the positions.
-    q, torque = arm.followed(motion.q[windows], slopes(motion.q, step)[windows], step)
+    q, torque = arm.followed(motion.q[windows], np.gradient(motion.q, step, axis=0)[windows], step)
     joined = slice(lead, lead + pieces * length)
     n = motion.q.shape[1]
     predicted = torque[:, lead:].reshape(-1, n)

@@ -22,7 +22,7 @@ from ...model.regressors import own_columns, payload_columns, regressor_at
 from ..fit.linear_problem import Known
 from ..payload.long_motion import Source
 from ..payload.result import frame_change
-from ..signals.filtering import lowpass, measurement
+from ..signals.filtering import lowpass, measurement, taken
 from ..signals.rows import used_rows
 
 BLOCKS = 20  # number of blocks of time that are left out in turn
@@ -163,12 +163,11 @@ def states_of(source: Source | None, fewest: int = _FEWEST) -> States | None:
         return None
     parts, recordings = [], [(recording, 0.0) for recording in source.unloaded]
     for recording, loaded in [*recordings, *((recording, 1.0) for recording in source.loaded)]:
-        t, qd = recording.t, recording.qd
+        t = recording.t
         middle = 0.5 * (t[0] + t[-1]) + 0.5 * _LONGEST * np.array([-1.0, 1.0])
         own = slice(*map(int, np.searchsorted(t, middle)))
         if len(t[own]) < len(t) - 1:
-            speeds = None if qd is None else qd[own]
-            recording = replace(recording, t=t[own], q=recording.q[own], torque=recording.torque[own], qd=speeds)
+            recording = taken(recording, own)
         count = min(_MOST, int(_RATE * float(recording.t[-1] - recording.t[0])) + 1)
         parts.append(States.of(recording, source.processing, count, loaded))
     return States.joined(parts) if sum(len(part.t) for part in parts) >= fewest else None
@@ -425,16 +424,17 @@ class Added(NamedTuple):
         squares, k = np.diag(self.whole), len(index)
         free = [i for i in free if squares[i] > _RANK * squares[list(index)].max()]
         every = [*index, *free]
-        inverse, right = _inverse(self.whole[np.ix_(every, every)]), self.whole[every, -1]
+        left, right = self.left[:, every], self.whole[every, -1]
+        grams = self.whole[np.ix_(every, every)], self.whole[np.ix_(free, free)], left[:, :, every]
+        roots = (_root(gram, 1e-12) for gram in grams)
+        inverse, without, without_block = (root @ root.swapaxes(-1, -2) for root in roots)
         values = (inverse @ right)[:k]
-        left = self.left[:, every]
-        each = np.einsum("bij,bj->bi", _inverse(left[:, :, every]), left[:, :, -1])[:, :k] - values
+        each = np.einsum("bij,bj->bi", without_block, left[:, :, -1])[:, :k] - values
         # The jackknife, and the formula where that says more.
         covariance = (1.0 - 1.0 / len(each)) * each.T @ each
         variance = self.inflation * np.diag(inverse)[:k]
         jackknife, formula = np.sqrt(np.diag(covariance)), np.sqrt(np.where(variance > 0.0, variance, np.nan))
         wider = np.maximum(1.0, formula / np.maximum(jackknife, 1e-300))
-        without = _inverse(self.whole[np.ix_(free, free)])
         effect = self.payload[:, free] @ without @ self.whole[np.ix_(free, index)] - self.payload[:, list(index)]
         explained = right @ inverse @ right - right[k:] @ without @ right[k:]
         fall = float(explained) / max(float(self.whole[-1, -1]), 1e-300)
@@ -453,8 +453,3 @@ def _root(gram: Array, least: float = _RANK) -> Array:
     eigenvalues, V = np.linalg.eigh(gram / (size[..., :, None] * size[..., None, :]))
     size = size[..., :, None] * np.sqrt(np.maximum(eigenvalues, 1e-300))[..., None, :]
     return np.where((eigenvalues > least * eigenvalues[..., -1:])[..., None, :], V / size, 0.0)
-
-
-def _inverse(gram: Array) -> Array:
-    root = _root(gram, 1e-12)
-    return np.asarray(root @ root.swapaxes(-1, -2))

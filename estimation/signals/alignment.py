@@ -8,7 +8,7 @@ import numpy as np
 
 from ...common import Array, InputError
 from ...model import Recording
-from .filtering import monotone_cubic, on_grid, resampled
+from .filtering import monotone_cubic, on_grid, resampled, taken
 
 _NEIGHBOURS = 3  # samples on either side of an interval that decide its cubic
 _FINE = 50  # steps per sample in the search for the best lag
@@ -78,17 +78,25 @@ def best_aligned(
     reference = resampled(unloaded, 1.0 / step)
     every = 1 + max(len(reference.t), len(loaded.t)) // _MOST
     if near is None:
-        near = every * step * _coarse_lag(reference.q[::every], loaded.q[::every])
-        near += loaded.t[0] - reference.t[0]
+        # The largest cross-correlation of all joints; one at rest is exactly zero.
+        early, late = (own.q[::every] - own.q[0] for own in (reference, loaded))
+        lags = len(early) + len(late) - 1
+        length = 1 << (lags - 1).bit_length()  # of the transforms: at least as many as there are lags
+        spectrum = np.zeros(length // 2 + 1, dtype=complex)
+        for x, y in zip((early - early.mean(axis=0)).T, (late - late.mean(axis=0)).T, strict=True):
+            if (size := float(np.linalg.norm(x) * np.linalg.norm(y))) > 0.0:
+                spectrum += np.fft.rfft(x, length).conj() * np.fft.rfft(y, length) / size
+        # Lags below zero stand at the end.
+        correlation = np.roll(np.fft.irfft(spectrum, length), len(early) - 1)[:lags]
+        near = every * step * (int(np.argmax(correlation)) - len(early) + 1) + loaded.t[0] - reference.t[0]
     lag = _fine_lag(unloaded, loaded, near, step, every)
     low = max(loaded.t[0], unloaded.t[0] + lag)
     high = min(loaded.t[-1], unloaded.t[-1] + lag)
     inside = slice(*np.searchsorted(loaded.t, [low, np.nextafter(high, np.inf)]))
     if inside.stop - inside.start < 0.5 * min(len(loaded.t), len(reference.t)):
         raise _different(unloaded, loaded, "they overlap by less than half")
-    t, qd = loaded.t[inside], None if loaded.qd is None else loaded.qd[inside]
-    a = replace(on_grid(unloaded, t - lag), t=t)
-    b = replace(loaded, t=t, q=loaded.q[inside], torque=loaded.torque[inside], qd=qd)
+    b = taken(loaded, inside)
+    a = replace(on_grid(unloaded, b.t - lag), t=b.t)
     difference = b.q - a.q
     return AlignedPair(
         a,
@@ -106,19 +114,6 @@ def _different(unloaded: Recording, loaded: Recording, why: str, or_else: str = 
         f"{unloaded.source} and {loaded.source} are not the same trajectory: {why}: run the same motion without "
         f"and with the payload{or_else}"
     )
-
-
-def _coarse_lag(a: Array, b: Array) -> int:
-    """Count the samples by which ``b`` is later than ``a``, by the largest cross-correlation of all joints."""
-    lags = len(a) + len(b) - 1
-    length = 1 << (lags - 1).bit_length()  # of the transforms: at least as many as there are lags
-    spectrum = np.zeros(length // 2 + 1, dtype=complex)
-    a, b = a - a[0], b - b[0]  # a joint at rest is exactly zero
-    for x, y in zip((a - a.mean(axis=0)).T, (b - b.mean(axis=0)).T, strict=True):
-        if (size := float(np.linalg.norm(x) * np.linalg.norm(y))) > 0.0:
-            spectrum += np.fft.rfft(x, length).conj() * np.fft.rfft(y, length) / size
-    # Lags below zero stand at the end.
-    return int(np.argmax(np.roll(np.fft.irfft(spectrum, length), len(a) - 1)[:lags])) - (len(a) - 1)
 
 
 def _fine_lag(unloaded: Recording, loaded: Recording, coarse: float, step: float, every: int) -> float:

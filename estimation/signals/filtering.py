@@ -13,15 +13,6 @@ from ...common.recursion import butterworth, filtered
 from ...model import Motion, Processing, Recording
 from ...model.motion import Measurement
 
-
-def monotone_cubic(t: Array, values: Array) -> Callable[[Array], Array]:
-    """Interpolate values (N, k) between rising times (N,) without overshoot (PCHIP); nan beyond the ends."""
-    from scipy.interpolate import PchipInterpolator  # takes its time to import
-
-    interpolated: Callable[[Array], Array] = PchipInterpolator(t, values, extrapolate=False)
-    return interpolated
-
-
 _ORDER = 4  # of the Butterworth filter on positions and speeds
 _MOST_OVERSAMPLING = 1.25  # of the mean recorded rate: interpolated samples are not measurements
 _FEWEST = 30  # samples
@@ -33,6 +24,17 @@ _ENDS = 1.5  # periods of the cut-off by which an end is mirrored where a motion
 _WINDOW = 0.1  # periods, over which the speed at an end is taken
 _FULL_MOTION = 0.1  # of a joint's largest speed
 _EVEN = 1e-2  # time steps that differ by less than this fraction count as even
+_HALF = 10  # decimated samples that the filter reaches to either side
+_CUTOFF = 0.8  # of the new Nyquist frequency
+_GROUP = 8  # decimated samples computed by one matrix product: few zeros in it, few products
+
+
+def monotone_cubic(t: Array, values: Array) -> Callable[[Array], Array]:
+    """Interpolate values (N, k) between rising times (N,) without overshoot (PCHIP); nan beyond the ends."""
+    from scipy.interpolate import PchipInterpolator  # takes its time to import
+
+    interpolated: Callable[[Array], Array] = PchipInterpolator(t, values, extrapolate=False)
+    return interpolated
 
 
 _made: dict[tuple[int, float | None, float | None], Measurement] = {}  # by a recording's identity, rate and cut-off
@@ -49,7 +51,12 @@ def measurement(recording: Recording, processing: Processing) -> Measurement:
     if key in _made:
         return _made[key]
     even = resampled(recording, key[1])
-    step, ends = float(even.t[1] - even.t[0]), _cut_ends(even, processing.cutoff)
+    step, ends = float(even.t[1] - even.t[0]), (0, 0)
+    window, mirrored = (int(periods * even.rate / (processing.cutoff or np.inf)) for periods in (_WINDOW, _ENDS))
+    if window and len(even.t) >= 3 * mirrored:  # an end where a motion was cut is mirrored, as if it went on
+        moves = np.abs(even.q[window:] - even.q[:-window])[:, even.q.std(axis=0) > _MOVES]
+        full = _FULL_MOTION * moves.max(axis=0, initial=0.0)
+        ends = mirrored * bool((moves[0] > full).any()), mirrored * bool((moves[-1] > full).any())
     q = lowpass(even.q, step, processing.cutoff, recording.source, ends)
     # A filter that changes the positions themselves is too low for the motion.
     spread, inner = even.q.std(axis=0), slice(ends[0], len(q) - ends[1])
@@ -64,8 +71,9 @@ def measurement(recording: Recording, processing: Processing) -> Measurement:
             f"{recording.source}: a cut-off of {processing.cutoff:g} Hz removes {100 * ratio[j]:.1f} % of the "
             f"motion of joint {j + 1}: {reason}"
         )
-    qd = slopes(q, step) if even.qd is None else lowpass(even.qd, step, processing.cutoff, recording.source, ends)
-    _made[key] = Measurement(Motion(even.t, q, qd, slopes(qd, step)), even.torque)
+    qd = lowpass(even.qd, step, processing.cutoff, recording.source, ends) if even.qd is not None else None
+    qd = np.gradient(q, step, axis=0) if qd is None else qd
+    _made[key] = Measurement(Motion(even.t, q, qd, np.gradient(qd, step, axis=0)), even.torque)
     finalize(recording, _made.pop, key, None)
     return _made[key]
 
@@ -105,15 +113,10 @@ def on_grid(recording: Recording, t: Array) -> Recording:
     return replace(recording, t=t, q=there(recording.q), torque=there(recording.torque), qd=speeds)
 
 
-def _cut_ends(even: Recording, cutoff: float | None) -> tuple[int, int]:
-    """Samples by which an end must be mirrored for the filter to go on as a motion does that was cut; 0 at rest."""
-    window, ends = (int(periods * even.rate / cutoff) if cutoff else 0 for periods in (_WINDOW, _ENDS))
-    if not window or len(even.t) < 3 * ends:
-        return 0, 0
-    moves = np.abs(even.q[window:] - even.q[:-window])[:, even.q.std(axis=0) > _MOVES]
-    full = _FULL_MOTION * moves.max(axis=0, initial=0.0)
-    first, last = (ends * bool((end > full).any()) for end in (moves[0], moves[-1]))
-    return first, last
+def taken(recording: Recording, rows: slice) -> Recording:
+    """Take some rows of a recording."""
+    qd = None if recording.qd is None else recording.qd[rows]
+    return replace(recording, t=recording.t[rows], q=recording.q[rows], torque=recording.torque[rows], qd=qd)
 
 
 def lowpass(
@@ -146,29 +149,12 @@ def lowpass(
     return np.ascontiguousarray(filtered(sections, forward[::-1], forward[-1])[::-1][first:-last])
 
 
-def slopes(values: Array, step: float) -> Array:
-    """Central differences of values (N, k) that are ``step`` [s] apart, one-sided at the ends."""
-    return np.asarray(np.gradient(values, step, axis=0))
-
-
-_HALF = 10  # decimated samples that the filter reaches to either side
-_CUTOFF = 0.8  # of the new Nyquist frequency
-_GROUP = 8  # decimated samples computed by one matrix product: few zeros in it, few products
-
-
 @cache
 def _taps(factor: int) -> Array:
     """Coefficients of the low-pass filter, 20 * factor + 1, symmetric, sum 1 (Hamming window)."""
     lags = np.arange(-_HALF * factor, _HALF * factor + 1) if factor > 1 else np.zeros(1)
     taps = np.sinc(_CUTOFF / factor * lags) * np.hamming(len(lags))
     return np.asarray(taps / taps.sum())
-
-
-@cache
-def _band(factor: int) -> Array:
-    """Matrix that turns a stretch of samples into _GROUP decimated ones: one product instead of many filters."""
-    taps = np.pad(_taps(factor), (0, (_GROUP - 1) * factor))
-    return np.column_stack([np.roll(taps, k * factor) for k in range(_GROUP)])
 
 
 def noise_bandwidth(factor: int) -> float:
@@ -191,6 +177,9 @@ class Decimator:
         """Prepare for ``rows`` signals; ``factor`` 1 passes them through."""
         self._factor, self._reach = factor, _HALF * factor if factor > 1 else 0
         self._held = np.zeros((rows, self._reach))
+        taps = np.pad(_taps(factor), (0, (_GROUP - 1) * factor))
+        # It turns a stretch of samples into _GROUP decimated ones: one product instead of many filters.
+        self._band = np.column_stack([np.roll(taps, k * factor) for k in range(_GROUP)])
 
     def push(self, signals: Array) -> Array:
         """Take the next samples, rows x N; give the decimated samples that are complete, rows x M."""
@@ -204,7 +193,7 @@ class Decimator:
         for start in range(0, count, _GROUP):
             outputs = min(_GROUP, count - start)
             used = waiting[:, start * self._factor : (start + outputs - 1) * self._factor + width]
-            result[:, start : start + outputs] = used @ _band(self._factor)[: used.shape[1], :outputs]
+            result[:, start : start + outputs] = used @ self._band[: used.shape[1], :outputs]
         return result
 
     def finish(self) -> Array:

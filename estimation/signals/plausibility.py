@@ -67,7 +67,7 @@ def without_dead(robot: Robot, recordings: Sequence[Recording]) -> Robot:
 
 def implausible(robot: Robot, recording: Recording) -> Iterator[str]:
     """Name everything that cannot be right with one recording, in text."""
-    for check in (out_of_range, _steps, _torques, _reach, _saturation, _speeds):
+    for check in (out_of_range, _steps, _torques, _speeds):
         yield from check(robot, recording)
 
 
@@ -102,17 +102,46 @@ def out_of_range(robot: Robot, recording: Recording) -> Iterator[str]:
 
 def _torques(robot: Robot, recording: Recording) -> Iterator[str]:
     lows, highs = recording.torque.min(axis=0), recording.torque.max(axis=0)
-    published = not robot.assumed("torque")
+    worst, published = np.maximum(-lows, highs), not robot.assumed("torque")
     for j, joint in enumerate(robot.joints):
         most = min(_OVER_LIMIT * joint.limits.torque, _MOST_TORQUE) if published else _MOST_TORQUE
-        worst = float(max(-lows[j], highs[j]))
-        if worst > most:
+        if worst[j] > most:
             yield (
-                f"the torque of joint {j + 1} reaches {worst:.4g} N·m, more than a joint of {robot.name} can give: "
-                "state the unit of the torques, such as --units tau=mN·m for N·mm (--drive-gains are in N·m/A)"
+                f"the torque of joint {j + 1} reaches {worst[j]:.4g} N·m, more than a joint of {robot.name} can "
+                "give: state the unit of the torques, such as --units tau=mN·m for N·mm (--drive-gains are in "
+                "N·m/A)"
             )
         if lows[j] == highs[j] and j + 1 not in robot.drives.unmeasured:
             yield f"the torque of joint {j + 1} is {lows[j]:g} throughout: the channel is dead"
+    # Torques lie between the arm's own weight and what any arm of its size can give.
+    if robot.n >= 5 and all(joint.revolute for joint in robot.joints) and any(robot.gravity):
+        reach = sum(abs(one.d) + abs(one.r) for one in robot.joints[1:])
+        if 0.0 < worst.max() < _WEAKEST * reach**3:
+            yield (
+                f"no torque exceeds {worst.max():.3g}, too little for an arm of {reach:.2g} m reach to move its "
+                "own weight: looks like kN·m or motor-side torque; torques must be in N·m at the joint"
+            )
+        if worst.max() > _STRONGEST * reach**3:
+            yield (
+                f"the torque of joint {int(np.argmax(worst)) + 1} reaches {worst.max():.4g}, too much for an arm "
+                f"of {reach:.2g} m reach, and looks like mN·m or mA: state the unit of the torques, such as "
+                "--units tau=mN·m; drive gains are in N·m/A"
+            )
+    # No torque stays at its very extreme while the arm moves: it was cut off; at rest it is held.
+    speed = np.abs(np.gradient(recording.q, recording.t, axis=0))
+    moves = (speed > robot.processing.still_speed).any(axis=1)
+    for extreme in (lows, highs):
+        for j, torque in enumerate(recording.torque.T):
+            there = moves & (torque == extreme[j])
+            fraction = float(np.mean(there))
+            edges = np.flatnonzero(np.diff(np.concatenate([[False], there, [False]]).astype(int)))
+            longest = (edges[1::2] - edges[::2]).max(initial=0)  # run of rows
+            if fraction < max(_PLATEAU_SHARE, _PLATEAU_EXCESS / len(np.unique(torque))) or longest < _PLATEAU:
+                continue
+            yield (
+                f"the torque of joint {j + 1} stays at its extreme {extreme[j]:.4g} for "
+                f"{100 * fraction:.0f} % of the recording: it is saturated; record a gentler motion"
+            )
 
 
 def _steps(robot: Robot, recording: Recording) -> Iterator[str]:
@@ -137,43 +166,6 @@ def _slopes(recording: Recording, seconds: float) -> tuple[int, Array]:
     t, q = recording.t, recording.q
     window = max(1, int(seconds * (len(t) - 1) / (t[-1] - t[0])))
     return window, (q[window:] - q[:-window]) / (t[window:] - t[:-window])[:, None]
-
-
-def _reach(robot: Robot, recording: Recording) -> Iterator[str]:
-    """Check that torques lie between the arm's own weight and what any arm of its size can give."""
-    if robot.n < 5 or not all(joint.revolute for joint in robot.joints) or not any(robot.gravity):
-        return
-    reach, worst = sum(abs(one.d) + abs(one.r) for one in robot.joints[1:]), np.abs(recording.torque).max(axis=0)
-    if 0.0 < worst.max() < _WEAKEST * reach**3:
-        yield (
-            f"no torque exceeds {worst.max():.3g}, too little for an arm of {reach:.2g} m reach to move its own "
-            "weight: looks like kN·m or motor-side torque; torques must be in N·m at the joint"
-        )
-    if worst.max() > _STRONGEST * reach**3:
-        joint = int(np.argmax(worst)) + 1
-        yield (
-            f"the torque of joint {joint} reaches {worst.max():.4g}, too much for an arm of "
-            f"{reach:.2g} m reach, and looks like mN·m or mA: state the unit of the torques, such as --units "
-            "tau=mN·m; drive gains are in N·m/A"
-        )
-
-
-def _saturation(robot: Robot, recording: Recording) -> Iterator[str]:
-    """Check that no torque stays at its very extreme while the arm moves: it was cut off; at rest it is held."""
-    speed = np.abs(np.gradient(recording.q, recording.t, axis=0))
-    moves = (speed > robot.processing.still_speed).any(axis=1)
-    for extreme in (recording.torque.min(axis=0), recording.torque.max(axis=0)):
-        for j, torque in enumerate(recording.torque.T):
-            there = moves & (torque == extreme[j])
-            fraction = float(np.mean(there))
-            edges = np.flatnonzero(np.diff(np.concatenate([[False], there, [False]]).astype(int)))
-            longest = (edges[1::2] - edges[::2]).max(initial=0)  # run of rows
-            if fraction < max(_PLATEAU_SHARE, _PLATEAU_EXCESS / len(np.unique(torque))) or longest < _PLATEAU:
-                continue
-            yield (
-                f"the torque of joint {j + 1} stays at its extreme {extreme[j]:.4g} for "
-                f"{100 * fraction:.0f} % of the recording: it is saturated; record a gentler motion"
-            )
 
 
 def _speeds(_: Robot, recording: Recording) -> Iterator[str]:

@@ -19,13 +19,22 @@ import numpy as np
 
 from ...common import Array, Indices, InputError, Mask
 from ...model import Motion, Processing, Recording
-from .filtering import monotone_cubic
+from .filtering import monotone_cubic, taken
 
 _BRIDGE = 0.3  # s: a pause shorter than this does not end a moving stretch
 _STRETCH = 1.0  # s: a moving stretch shorter than this is left out
 _SETTLES = 3.0  # periods of the cut-off after which the filter has forgotten that the motion was cut: to 1e-3
 _FULL_MOTION = 0.1  # of a joint's largest speed
 _MOST_LOST = 0.05  # of a recording, at either end
+_PIECE = re.compile(r"( \(\S+ to \S+ s\))+$")  # pattern of the name that ``cut`` gives to a piece of a file
+_GAP = 5.0  # median steps
+_LOST = 1.5  # median steps: a longer one lacks rows
+_SHORTEST = 2.0  # s
+_FORGETS = 5.0  # time constants of the filter
+_FEWEST = 20  # changes of a column that tell how often it changes
+_REGULAR = 0.8  # of the spaces between changes that lie near the usual one
+_QUANTUM = 0.5  # of the changes as large as the one before: more are steps of coarse numbers
+_FROZEN = 3  # rows, and usual steps of a position after them
 
 
 def used_rows(motion: Motion, processing: Processing) -> Mask:
@@ -82,18 +91,6 @@ def moving_parts(motion: Motion, still_speed: float) -> Mask:
     return mask
 
 
-_PIECE = re.compile(r"( \(\S+ to \S+ s\))+$")  # pattern of the name that ``cut`` gives to a piece of a file
-_GAP = 5.0  # median steps
-_LOST = 1.5  # median steps: a longer one lacks rows
-_SHORTEST = 2.0  # s
-_FORGETS = 5.0  # time constants of the filter
-
-
-def longest_step(t: Array, cutoff: float | None) -> float:
-    """Longest time between rows [s] that is no gap: five median steps, or half a period of the cut-off [Hz]."""
-    return max(_GAP * typical_step(t), 0.5 / cutoff if cutoff else 0.0)
-
-
 def shortest_piece(cutoff: float | None) -> float:
     """Shortest piece that is kept [s]: 2 s, or five time constants of the filter of a cut-off [Hz]."""
     return max(_SHORTEST, _FORGETS / (2.0 * math.pi * cutoff) if cutoff else 0.0)
@@ -107,13 +104,15 @@ def origin(recording: Recording) -> str:
 def pieces(t: Array, cutoff: float | None, source: str) -> tuple[list[slice], list[str]]:
     """Split a recording at its gaps, by its times [s]: stretches without one, and what to report of the gaps.
 
+    A gap is longer than five median steps, and than half a period of the cut-off.
+
     ``cutoff``: of the filter that it will pass [Hz]; None without one.
 
     Raises:
         InputError: if gaps leave no stretch that is long enough to be filtered.
     """
-    longest, typical = longest_step(t, cutoff), typical_step(t)
-    steps = np.diff(t)
+    steps, typical = np.diff(t), typical_step(t)
+    longest = max(_GAP * typical, 0.5 / cutoff if cutoff else 0.0)
     gaps, notes = np.flatnonzero(steps > longest), []
     lacking = steps[(steps > _LOST * typical) & (steps <= longest)].tolist()
     if lacking:
@@ -152,14 +151,10 @@ def cut(recording: Recording, rows: Sequence[slice], notes: Sequence[str]) -> It
         if piece == slice(0, len(recording.t)):
             yield recording
             continue
-        t, mark = recording.t[piece], f"{recording.fingerprint} {piece.start} {piece.stop}".encode()
+        part, mark = taken(recording, piece), f"{recording.fingerprint} {piece.start} {piece.stop}".encode()
         yield replace(
-            recording,
-            t=t,
-            q=recording.q[piece],
-            torque=recording.torque[piece],
-            qd=None if recording.qd is None else recording.qd[piece],
-            source=f"{recording.source} ({t[0]:.4g} to {t[-1]:.4g} s)",
+            part,
+            source=f"{recording.source} ({part.t[0]:.4g} to {part.t[-1]:.4g} s)",
             fingerprint=hashlib.blake2b(mark, digest_size=16).hexdigest() if recording.fingerprint else "",
         )
 
@@ -167,12 +162,6 @@ def cut(recording: Recording, rows: Sequence[slice], notes: Sequence[str]) -> It
 def typical_step(t: Array) -> float:
     """Median time between rows [s]."""
     return float(np.median(np.diff(t))) if len(t) > 1 else 0.0
-
-
-_FEWEST = 20  # changes of a column that tell how often it changes
-_REGULAR = 0.8  # of the spaces between changes that lie near the usual one
-_QUANTUM = 0.5  # of the changes as large as the one before: more are steps of coarse numbers
-_FROZEN = 3  # rows, and usual steps of a position after them
 
 
 def frozen_rows(values: Array, positions: Array) -> Mask:
@@ -208,28 +197,25 @@ def without_held(t: Array, values: Array, slowest: Mask) -> tuple[Array, Indices
         Rows of the log to a sample of each column, 0 where it is not held; rows that are left; all values there.
     """
     changes = values[1:] != values[:-1]
-    periods = np.array([_period(values[:, k], np.flatnonzero(changes[:, k]) + 1) for k in range(values.shape[1])])
+    periods = np.zeros(values.shape[1])
+    for k, column in enumerate(values.T):
+        changed = np.flatnonzero(changes[:, k]) + 1
+        # Coarse numbers repeat too, but change by one quantum at a time, and a joint at rest changes seldom.
+        spaces, jumps = np.diff(changed), np.abs(column[changed] - column[changed - 1])
+        usual = float(np.median(spaces)) if len(spaces) >= _FEWEST else 0.0
+        near = (spaces >= 0.5 * usual) & (spaces <= 2.0 * usual)
+        alike = np.abs(np.diff(jumps)) <= 1e-6 * jumps[1:]
+        if usual >= 2.0 and near.mean() >= _REGULAR and alike.mean() <= _QUANTUM:
+            periods[k] = spaces[near & (spaces < 1.5 * usual)].mean()
     rows, alive = np.arange(len(t)), periods[slowest][changes[:, slowest].any(axis=0)]
     if alive.all() and len(alive):
         rows = _sampled(changes[:, slowest].any(axis=1), alive.min())
     left = values[rows]
-    for k in np.flatnonzero(periods):
-        own = _sampled(changes[:, k], periods[k])
+    for held in np.flatnonzero(periods):
+        own = _sampled(changes[:, held], periods[held])
         times = np.clip(t[rows], t[own[0]], t[own[-1]])
-        left[:, k] = monotone_cubic(t[own], values[own, k])(times)
+        left[:, held] = monotone_cubic(t[own], values[own, held])(times)
     return periods, rows, left
-
-
-def _period(column: Array, changed: Indices) -> float:
-    """Rows from one sample to the next of a column that is held; 0 of another one."""
-    # Coarse numbers repeat too, but change by one quantum at a time, and a joint at rest changes seldom.
-    spaces, jumps = np.diff(changed), np.abs(column[changed] - column[changed - 1])
-    usual = float(np.median(spaces)) if len(spaces) >= _FEWEST else 0.0
-    near = (spaces >= 0.5 * usual) & (spaces <= 2.0 * usual)
-    alike = np.abs(np.diff(jumps)) <= 1e-6 * jumps[1:]
-    if usual < 2.0 or near.mean() < _REGULAR or alike.mean() > _QUANTUM:
-        return 0.0
-    return float(spaces[near & (spaces < 1.5 * usual)].mean())
 
 
 def _sampled(changes: Mask, period: float) -> Indices:
