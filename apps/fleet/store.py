@@ -16,8 +16,7 @@ from ...common.errors import InputError
 from ...common.files import made_folder, write_bytes
 from ...common.schema import Document, convert, naming, read_json, write_json
 from ...estimation.equations.equations import Equations
-from ...estimation.fit.drive_gains import Gains
-from ...estimation.fit.estimate import Estimate
+from ...estimation.fit.estimate import Estimate, Gains
 from ...model import BaseParameters, Processing, Robot
 from ..extras import parquet_bytes, parquet_rows
 from ..logs.map import LogMap

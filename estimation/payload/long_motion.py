@@ -25,7 +25,7 @@ from ...model.motion import Measurement
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations, merged
 from ..equations.observer import PATH, Observation, Observer, Used, recorded, reduced, used
-from ..fit.blocks import (
+from ..fit.covariance import (
     FEWEST,
     SHORTEST,
     block_edges,

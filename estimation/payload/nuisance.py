@@ -24,7 +24,7 @@ from ...common import Array, Brief, Document, decomposed, without
 from ...model.drives import joint_of
 from ..equations.equations import PAYLOAD, Anchor, Equations, merged
 from ..equations.observer import Observation, Used, reduced
-from ..fit.blocks import inflation, remembered, weighted_solution
+from ..fit.covariance import inflation, remembered, weighted_solution
 from ..fit.linear_problem import Known, SoftPrior
 from ..signals.filtering import decimated
 

@@ -12,7 +12,7 @@ from ...common.schema import Matrix, Triple, present
 from ...model import INERTIAL, InertialParameters, Pose
 from ..diagnosis.evidence import Agreement
 from ..diagnosis.finding import Verdict
-from ..fit.drive_gains import Gains
+from ..fit.estimate import Gains
 from ..fit.own_equations import TermChoice
 from ..payload.by_joints import JointsMass
 from ..payload.methods import PREFERRED
