@@ -17,7 +17,7 @@ from dynident.apps.logs.read import read_recording
 from dynident.benchmarks.shared import UR10E_GAINS, recordings_folder, rms, show
 from dynident.common.arrays import Array
 from dynident.estimation.equations.observer import Observation, Observer
-from dynident.estimation.fit.blocks import autocorrelation_time
+from dynident.estimation.fit.covariance import autocorrelation_time
 from dynident.estimation.payload.short_motion import SLOW
 from dynident.estimation.signals.filtering import measurement
 from dynident.estimation.signals.rows import used_rows

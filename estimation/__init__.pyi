@@ -18,8 +18,8 @@ from .diagnosis.kinematics import check_pose as check_pose
 from .diagnosis.kinematics import rank_readings as rank_readings
 from .equations.equations import PAYLOAD as PAYLOAD
 from .equations.equations import Equations as Equations
-from .fit.drive_gains import Gains as Gains
 from .fit.estimate import Estimate as Estimate
+from .fit.estimate import Gains as Gains
 from .fit.estimate import Parameter as Parameter
 from .fit.linear_problem import SigmaBound as SigmaBound
 from .fit.linear_problem import SigmaRatio as SigmaRatio

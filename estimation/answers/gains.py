@@ -16,8 +16,7 @@ from ..diagnosis.evidence import KNOWN_WELL, Evidence
 from ..diagnosis.verdict import diagnose, judge
 from ..equations.equations import PAYLOAD
 from ..fit.covariance import NORMAL95, RobustCovariance, jackknife
-from ..fit.drive_gains import fingerprints
-from ..fit.estimate import Estimate, Fit
+from ..fit.estimate import Estimate, Fit, fingerprints
 from ..fit.settings import DEFAULTS, Settings
 from ..gains.problem import GainProblem, KnownLoad, free_gains, gain_problem, known_values, possible_gains, rests_on
 from ..payload.by_joints import ByJoints

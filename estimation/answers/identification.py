@@ -22,9 +22,8 @@ from ..diagnosis.evidence import Evidence, Verdict
 from ..diagnosis.verdict import robot_verdict
 from ..equations.equations import PAYLOAD, Equations, check_blocks
 from ..equations.observer import Observer
-from ..fit.blocks import weighted_solution
-from ..fit.drive_gains import Gains, usual_gains
-from ..fit.estimate import Estimate, Fit, Parameter, error_model, fit
+from ..fit.covariance import weighted_solution
+from ..fit.estimate import Estimate, Fit, Gains, Parameter, error_model, fit, usual_gains
 from ..fit.linear_problem import Elimination, Excitation, Known, LinearProblem, eliminate, excitation
 from ..fit.own_equations import TermChoice, base_problem, with_friction
 from ..fit.settings import DEFAULTS, Settings

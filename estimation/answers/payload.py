@@ -22,8 +22,7 @@ from ..diagnosis.verdict import allowing, diagnose, judge
 from ..equations.equations import PAYLOAD, merged
 from ..equations.observer import Observer
 from ..fit.covariance import NORMAL95, few_blocks, student95
-from ..fit.drive_gains import Gains, usual_gains
-from ..fit.estimate import Estimate, error_model
+from ..fit.estimate import Estimate, Gains, error_model, usual_gains
 from ..fit.linear_problem import Elimination, Excitation, excitation, weighted
 from ..fit.settings import DEFAULTS, Settings
 from ..payload import methods

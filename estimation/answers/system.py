@@ -10,7 +10,7 @@ from ...model import InertialParameters, Processing, Recording
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import Observer, used
-from ..fit.blocks import autocorrelation
+from ..fit.covariance import autocorrelation
 from ..payload.long_motion import LongMotion
 from ..payload.methods import PayloadProblem, combined, from_robot
 from ..signals.filtering import measurement

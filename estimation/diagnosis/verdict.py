@@ -12,8 +12,7 @@ import numpy as np
 from ...model import Robot
 from ...model.visibility import friction_columns
 from ..fit.covariance import NORMAL95
-from ..fit.drive_gains import Gains
-from ..fit.estimate import error_model
+from ..fit.estimate import Gains, error_model
 from ..payload.by_joints import payload_by_joints
 from ..payload.long_motion import prior_of
 from ..payload.methods import PayloadProblem

@@ -2,19 +2,23 @@
 
 ``formula``: (17)-(19), for white errors. ``jackknife``: whatever their memory, if shorter than a block of time, of
 which each is left out in turn. ``sandwich``: by how much each joint's errors remember, for too few blocks.
-``birge`` comes on top, where results scatter by more than their own standard deviations say.
+``birge`` comes on top, where results scatter by more than their own standard deviations say. Then the memory of
+residuals, and blocks of time that are long against it.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
+from itertools import pairwise
+from typing import Literal, NamedTuple
 
 import numpy as np
 from scipy.special import stdtrit
 
-from ...common import Array, Brief, InputError, freeze_fields
+from ...common import Array, Brief, InputError, decomposed, freeze_fields
+from ..equations.equations import Equations
+from ..equations.observer import Observation, reduced
 
 Rule = Literal["formula", "jackknife", "sandwich"]
 FEW = 10  # number of blocks below which the intervals are wide and uncertain themselves
@@ -120,3 +124,110 @@ def naming_blocks(block_length: float) -> Iterator[None]:
         raise InputError(
             f"no robust standard deviations: without one block of {block_length:.2g} s, {error}"
         ) from None
+
+
+_WINDOW = 5.0  # lags summed, in autocorrelation times
+_TIMES = 5.0  # autocorrelation times a block holds
+SHORTEST = 1.0  # shortest block [s]
+FEWEST = 6  # number of blocks below which the jackknife of a payload's recordings alone is not trusted
+_MOST = 100  # blocks: more hardly narrow an interval, but each costs a solution
+
+
+def autocorrelation(series: Sequence[tuple[Array, Array]], step: float) -> Array:
+    """Autocorrelation rho_0 = 1, rho_1, ... at all lags of the longest of some series; 0 without power.
+
+    Rows that were left out form no pairs; each rho_k divides by the number of pairs that are there.
+
+    ``series``: times on a grid of ``step`` [s] and values, (r,) each; recordings of one process.
+    """
+    series = [(t, values) for t, values in series if len(t)]
+    indices = [np.rint((t - t[0]) / step).astype(int) for t, _ in series]
+    size = max((int(index[-1]) + 1 for index in indices), default=1)
+    # Zeros where rows are missing, ones where they are not; as many zeros again, so that the ends do not meet.
+    grids = np.zeros((2, len(series), 2 * size))
+    for own, index, (_, values) in zip(grids.transpose(1, 0, 2), indices, series, strict=True):
+        own[:, index] = values, np.ones(len(values))
+    products, pairs = np.fft.irfft(np.sum(np.abs(np.fft.rfft(grids)) ** 2, axis=1))[:, :size]
+    means = products / np.maximum(np.rint(pairs), 1.0)
+    return np.asarray(means / means[0] if means[0] > 0.0 else np.eye(1, size)[0])
+
+
+def autocorrelation_time(series: Sequence[tuple[Array, Array]], step: float) -> float:
+    """Integrated autocorrelation time tau = step (1/2 + rho_1 + ... + rho_M) [s], at least step / 2.
+
+    The window is Sokal's, consistent with itself: the smallest M with M step >= 5 tau (Sokal, Monte Carlo methods
+    in statistical mechanics, 1997, section 3). White noise has step / 2; noise that forgets as exp(-t / T), T.
+
+    ``series``, ``step``: as of ``autocorrelation``.
+    """
+    rho = autocorrelation(series, step)
+    taus = np.cumsum(np.append(0.5, rho[1 : len(rho) // 2]))
+    ends = np.flatnonzero(np.arange(len(taus)) >= _WINDOW * taus)
+    return step * max(float(taus[ends[0] if ends.size else -1]), 0.5)
+
+
+def inflation(series: Sequence[tuple[Array, Array]]) -> float:
+    """Factor by which the memory of errors raises the variance of their mean, 1 + 2 (rho_1 + ...), at least 1."""
+    there = [(t, values) for t, values in series if len(t) > 1]
+    if not there:
+        return 1.0
+    step = min(float(np.diff(t).min()) for t, _ in there)
+    return max(1.0, 2.0 * autocorrelation_time(there, step) / step)
+
+
+class Remembered(NamedTuple):
+    """Memory of the recordings of one load."""
+
+    memory: float  # longest autocorrelation time among the joints' residuals [s]
+    spans: tuple[Array, ...]  # times of the first and the last row of each recording [s], shape (2,)
+    inflation: tuple[float, ...]  # of each joint's errors, by their memory
+
+
+def remembered(recordings: Sequence[Observation], by: Equations | Array) -> Remembered:
+    """Measure the memory of what values of the first columns, or the weighted fit, leave of one load."""
+    values = weighted_solution(by) if isinstance(by, Equations) else by
+    each = [zip(recording.t, recording.errors(values), strict=True) for recording in recordings]
+    by_joint = list(zip(*each, strict=True))
+    step = min((float(np.diff(t).min()) for own in by_joint for t, _ in own if len(t) > 1), default=SHORTEST)
+    memory = max(autocorrelation_time(series, step) for series in by_joint)
+    return Remembered(memory, tuple(map(span, recordings)), tuple(map(inflation, by_joint)))
+
+
+def block_length(loads: Sequence[Remembered]) -> float:
+    """Length of a block [s]: the longest of 5 autocorrelation times of a joint, 1 s, and a hundredth of a load."""
+    duration = max(sum(float(np.ptp(ends)) for ends in load.spans) for load in loads)
+    return max(_TIMES * max(load.memory for load in loads), SHORTEST, duration / _MOST)
+
+
+def span(recording: Observation) -> Array:
+    """Times of the first and the last row [s], shape (2,)."""
+    t = np.concatenate(recording.t)
+    return np.array([t.min(), t.max()]) if t.size else np.zeros(2)
+
+
+def block_edges(recording: Observation | Array, length: float) -> Array:
+    """Times between as many equal blocks of at least ``length`` [s] as fit; infinite at the ends.
+
+    ``recording``: what is cut, or the times of its first and last row.
+    """
+    start, stop = recording if isinstance(recording, np.ndarray) else span(recording)
+    count = max(1, int((stop - start) / length * (1.0 + 1e-9)))
+    edges = np.linspace(start, stop, count + 1)
+    edges[[0, -1]] = -np.inf, np.inf
+    return edges
+
+
+def in_blocks(
+    equations: Equations, recordings: Sequence[Observation], edges: Sequence[Array], length: float
+) -> Equations:
+    """Add blocks of time to equations, between their recordings' edges."""
+    pairs = zip(recordings, edges, strict=True)
+    blocks = (reduced(recording.between(*between)) for recording, ends in pairs for between in pairwise(ends))
+    return replace(equations, blocks=tuple(replace(block, shared={}) for block in blocks), block_length=length)
+
+
+def weighted_solution(equations: Equations) -> Array:
+    """Solve the weighted fit; of dependent columns the shortest solution."""
+    factor = equations.stacked()
+    factor = equations.stacked(equations.joint_weights(decomposed(factor[:, :-1]).solution(factor[:, -1])))
+    return decomposed(factor[:, :-1]).solution(factor[:, -1])

@@ -10,8 +10,7 @@ from ...common import Brief, InputError
 from ...common.progress import Progress, silent
 from ...model import Processing, Robot
 from ...model.friction import Friction
-from .drive_gains import Gains
-from .estimate import Estimate
+from .estimate import Estimate, Gains
 from .linear_problem import StopRule
 
 METHOD_NAMES = {1: "known-robot", 2: "change", 3: "difference", 4: "global"}

@@ -26,8 +26,8 @@ from ...model.motion import Measurement
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations, check_blocks, merged
 from ..equations.observer import PATH, Observation, Observer, Used, recorded, reduced, used
-from ..fit import blocks
-from ..fit.blocks import weighted_solution
+from ..fit import covariance
+from ..fit.covariance import weighted_solution
 from ..fit.estimate import Estimate, Fit, error_model
 from ..fit.linear_problem import Known, LinearProblem, SoftPrior, left_out, weighted
 from ..fit.own_equations import TermChoice, check_moving, filtered, under_own_load, with_friction
@@ -329,21 +329,21 @@ def long_motion(
     if not settings.robust:
         return motion
     # Memory is judged by what W alone leaves; of a difference, by what is left without friction.
-    judged, memory = {"difference": (*PAYLOAD, PATH)}, dict[str, blocks.Remembered]()
+    judged, memory = {"difference": (*PAYLOAD, PATH)}, dict[str, covariance.Remembered]()
     for name, (equations, recordings) in loads.items():
-        memory[name] = blocks.remembered(recordings, equations.select(judged.get(name, base.columns)))
-    spans, length = memory["loaded"].spans, blocks.block_length(list(memory.values()))
+        memory[name] = covariance.remembered(recordings, equations.select(judged.get(name, base.columns)))
+    spans, length = memory["loaded"].spans, covariance.block_length(list(memory.values()))
     # Where blocks that are as long as memory asks for are too few under load, shorter ones are cut.
-    few = sum(len(blocks.block_edges(ends, length)) - 1 for ends in spans) < blocks.FEWEST
-    length = blocks.SHORTEST if few else length
-    edges = {name: [blocks.block_edges(ends, length) for ends in load.spans] for name, load in memory.items()}
+    few = sum(len(covariance.block_edges(ends, length)) - 1 for ends in spans) < covariance.FEWEST
+    length = covariance.SHORTEST if few else length
+    edges = {name: [covariance.block_edges(ends, length) for ends in load.spans] for name, load in memory.items()}
     if pairs:  # where their partners are, on the clock without payload
         edges["difference"] = edges["loaded"]
         edges["unloaded"] = [ends - pair.lag for ends, pair in zip(edges["loaded"], pairs, strict=True)]
-    parts = {name: blocks.in_blocks(*load, edges[name], length) for name, load in loads.items()}
+    parts = {name: covariance.in_blocks(*load, edges[name], length) for name, load in loads.items()}
     if len(pairs) > 1:
         each = zip(loads["difference"][1], edges["difference"], strict=True)
-        parts["runs"] = tuple(blocks.in_blocks(reduced(own), [own], [ends], length) for own, ends in each)
+        parts["runs"] = tuple(covariance.in_blocks(reduced(own), [own], [ends], length) for own, ends in each)
     inflation = memory["loaded"].inflation
     if known is not None and not unloaded:
         # By what a known robot leaves of the loaded recordings, payload and friction found with it: all of its
@@ -353,7 +353,7 @@ def long_motion(
         rest = equations.minus([known.names[k] for k in rigid], known.values[rigid])
         chi = np.append(known.values, np.zeros(len(PAYLOAD)))
         chi[[equations.columns.index(name) for name in rest.columns]] = weighted_solution(rest)
-        inflation = blocks.remembered(recordings, chi).inflation
+        inflation = covariance.remembered(recordings, chi).inflation
         if known.robust is not None:  # a few seconds of load show less memory than its own recordings did
             before = float(np.median((known.robust.sigma / np.maximum(known.sigma, 1e-300)) ** 2))
             inflation = tuple(max(factor, before) for factor in inflation)

@@ -11,8 +11,7 @@ from ...common import Array, Brief, InputError, frozen_array
 from ...model import InertialParameters, Pose, Robot
 from ...model.inertia import PayloadSpread, payload_spread
 from ..equations.equations import PAYLOAD, Equations
-from ..fit.drive_gains import Gains
-from ..fit.estimate import Estimate, error_model
+from ..fit.estimate import Estimate, Gains, error_model
 from ..possible.constraints import Constraint
 from ..possible.intervals import NO_INTERVALS, Intervals, profile_intervals
 from ..possible.payload import CONFLICT, POSSIBLE, Active, Possible, solve_constrained, tested

@@ -29,7 +29,7 @@ from ...model.regressors import payload_columns
 from ...model.visibility import PayloadVisibility, check_mass_visible, friction_columns, visibility_of
 from ..equations.equations import FREE, PAYLOAD, Equations, check_blocks, compressed, merged
 from ..equations.observer import PATH, Observation, Observer, Used, reduced, used
-from ..fit.blocks import block_edges, block_length, in_blocks, inflation, remembered, weighted_solution
+from ..fit.covariance import block_edges, block_length, in_blocks, inflation, remembered, weighted_solution
 from ..fit.estimate import Estimate
 from ..fit.linear_problem import Known, LinearProblem, SoftPrior
 from ..fit.own_equations import check_lengths, filtered, under_own_load

@@ -18,7 +18,7 @@ from ...model.motion import Measurement
 from ...model.regressors import payload_columns, regressor_at
 from ..equations.equations import PAYLOAD
 from ..equations.observer import Observation, Observer, reduced
-from ..fit.blocks import in_blocks
+from ..fit.covariance import in_blocks
 from ..fit.settings import DEFAULTS, Settings
 from ..signals.filtering import measurement
 from ..signals.plausibility import check_apart, check_recordings, without_dead

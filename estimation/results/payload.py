@@ -11,7 +11,7 @@ from ...common import Array, Document, InputError, Speaks, Vector
 from ...common.schema import Matrix, Triple, present
 from ...model import INERTIAL, InertialParameters, Pose
 from ..diagnosis.evidence import Agreement, Verdict
-from ..fit.drive_gains import Gains
+from ..fit.estimate import Gains
 from ..fit.own_equations import TermChoice
 from ..payload.by_joints import JointsMass, Repeats
 from ..payload.methods import PREFERRED

@@ -12,8 +12,7 @@ from ...model import Robot
 from ...model.friction import friction_terms
 from ..diagnosis.evidence import Verdict
 from ..fit.covariance import RobustCovariance
-from ..fit.drive_gains import Fingerprints, Gains
-from ..fit.estimate import Estimate, Fit, Parameter
+from ..fit.estimate import Estimate, Fingerprints, Fit, Gains, Parameter
 from ..fit.own_equations import TermChoice
 from . import parts
 

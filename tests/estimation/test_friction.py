@@ -22,8 +22,7 @@ from dynident.estimation import (
     payload_problem,
 )
 from dynident.estimation.equations.equations import PAYLOAD
-from dynident.estimation.fit.blocks import FEWEST
-from dynident.estimation.fit.covariance import student95
+from dynident.estimation.fit.covariance import FEWEST, student95
 from dynident.estimation.fit.estimate import Fit, fit
 from dynident.estimation.fit.linear_problem import SoftPrior
 from dynident.estimation.fit.own_equations import base_problem

@@ -23,8 +23,7 @@ from dynident.estimation.diagnosis.evidence import Diagnosis
 from dynident.estimation.diagnosis.verdict import allowing
 from dynident.estimation.equations.equations import Equations, merged
 from dynident.estimation.equations.observer import PATH
-from dynident.estimation.fit.drive_gains import usual_gains
-from dynident.estimation.fit.estimate import error_model
+from dynident.estimation.fit.estimate import error_model, usual_gains
 from dynident.estimation.fit.linear_problem import weighted
 from dynident.estimation.payload.long_motion import Source
 from dynident.estimation.payload.methods import METHODS as SOLVERS

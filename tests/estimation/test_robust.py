@@ -13,9 +13,8 @@ from dynident.common.errors import InputError
 from dynident.estimation import Identification, LongMotion, Settings, identify, payload_estimate, payload_problem
 from dynident.estimation.equations.equations import Equations, merged
 from dynident.estimation.equations.observer import Observation, Observer, reduced, used
-from dynident.estimation.fit import blocks
-from dynident.estimation.fit.blocks import autocorrelation_time, block_edges
-from dynident.estimation.fit.covariance import Rule, jackknife, student95
+from dynident.estimation.fit import covariance
+from dynident.estimation.fit.covariance import Rule, autocorrelation_time, block_edges, jackknife, student95
 from dynident.estimation.fit.linear_problem import weighted
 from dynident.estimation.payload.long_motion import long_motion
 from dynident.estimation.payload.methods import METHODS
@@ -70,11 +69,11 @@ def same_equations(first: Equations, second: Equations) -> None:
 
 def block_length(groups: list[list[Observation]]) -> float:
     """Block length [s] of recordings of one load each."""
-    return blocks.block_length([blocks.remembered(group, merged(map(reduced, group))) for group in groups])
+    return covariance.block_length([covariance.remembered(group, merged(map(reduced, group))) for group in groups])
 
 
 def cut(recording: Observation, edges: Array) -> Equations:
-    return blocks.in_blocks(reduced(recording), [recording], [edges], 1.0)
+    return covariance.in_blocks(reduced(recording), [recording], [edges], 1.0)
 
 
 def remembering(size: int, memory: float, seed: int) -> Array:
@@ -349,9 +348,9 @@ def test_essential_parameters_have_their_own(exact: list[Recording], results: li
     observer, processing = Observer(result.robot, result.base.columns), result.robot.processing
     whole = [observer.observe(*used(measurement(log, processing), processing)) for log in with_noise(exact, 0)]
     equations = merged(reduced(recording) for recording in whole)
-    length = blocks.block_length([blocks.remembered(whole, equations)])
-    edges = [blocks.block_edges(recording, length) for recording in whole]
-    parts = blocks.in_blocks(equations, whole, edges, length).without_each()
+    length = covariance.block_length([covariance.remembered(whole, equations)])
+    edges = [covariance.block_edges(recording, length) for recording in whole]
+    parts = covariance.in_blocks(equations, whole, edges, length).without_each()
     estimate = result.elimination.estimate
     assert len(estimate.names) < 54
     values = [weighted(part.select(estimate.names), estimate.weights).values for part in parts]
