@@ -20,9 +20,13 @@ def experiments() -> dict[str, Any]:
 def hasty(monkeypatch: pytest.MonkeyPatch, experiments: dict[str, Any]) -> None:
     """Laws on options and files hold whatever is found: searches of a few steps, one answer to all experiments."""
     monkeypatch.setattr(search, "_FLOOR_ITERATIONS", 10)
-    for name in ("_NEAR", "_VIA", "_FRESH"):
-        effort = getattr(search, name)
-        monkeypatch.setattr(search, name, effort._replace(first=8, refined=4, settled=4, stages=1, turns=1))
+    choose_effort = search._Search.__post_init__
+
+    def few_steps(own: Any) -> None:
+        choose_effort(own)
+        own.first, own.refined, own.settled, own.stages, own.turns = 8, 4, 4, 1, 1
+
+    monkeypatch.setattr(search._Search, "__post_init__", few_steps)
     for name in ("_GLANCES", "_LOOKS", "_FEW"):
         monkeypatch.setattr(goal, name, 1)
     simulate, identify = demo.simulate_paper, demo.identified
