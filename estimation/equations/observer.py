@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
+from scipy.linalg import lapack
 
 from ...common import Array, Indices, InputError, Mask, without
 from ...model import Motion, Processing, Robot, Spring
@@ -17,7 +18,7 @@ from ...model.motion import Measurement
 from ...model.regressors import load_expression, regressor_expression
 from ..signals.filtering import Decimator, noise_bandwidth
 from ..signals.rows import used_rows
-from .equations import FREE, NO_MOTOR, Equations, compressed, merged
+from .equations import FREE, NO_MOTOR, Equations, merged
 
 Arrays = Sequence[Array]
 Motors = tuple[tuple[int, ...], ...]
@@ -213,8 +214,8 @@ class Observer:
         def made(equations: Array) -> Observation:
             nonlocal waiting
             (t, *keep), waiting = waiting[:, : equations.shape[1]], waiting[:, equations.shape[1] :]
-            used = [row > 0.0 for row in keep]
-            rows = tuple(equations[own][:, there] for own, there in zip(self._rows, used, strict=True))
+            used = [np.flatnonzero(row) for row in keep]
+            rows = tuple(equations[own].take(there, axis=1) for own, there in zip(self._rows, used, strict=True))
             times = tuple(t[there] for there in used)
             return replace(self.empty, rows=rows, t=times, bandwidth=bandwidth)
 
@@ -275,7 +276,8 @@ def _parts(samples: int, factor: int) -> Iterator[slice]:
     return (slice(start, start + size) for start in range(0, samples, size))
 
 
-_ROWS = 1024  # per QR: the rows stay in the processor's cache
+_ROWS, _PANEL = 1024, 8
+"""Rows and columns that a QR takes at once: they and the factor stay in the processor's cache."""
 
 
 def recorded(observer: Observer, recordings: Iterable[Used]) -> tuple[Equations, list[Observation]]:
@@ -285,21 +287,8 @@ def recorded(observer: Observer, recordings: Iterable[Used]) -> tuple[Equations,
 
 
 def reduced(observation: Observation) -> Equations:
-    """Reduce the equations of one recording: of each joint's rows the columns that they touch, then spread out."""
-    factors, shared = list[Array](), dict[tuple[int, int], Array]()
-    parts = zip(observation.rows, observation.touched, observation.motors, strict=True)
-    for j, (rows, touched, motors) in enumerate(parts):
-        both = np.zeros((0, len(rows)))
-        for k in range(0, rows.shape[1], _ROWS):
-            both = np.hstack(compressed(np.vstack([both, rows[:, k : k + _ROWS].T]), len(motors)))
-        R, others = np.split(both, [len(touched) + 1], axis=1)
-        wide = np.zeros((len(R), observation.distinct + 1))
-        wide[:, touched], wide[:, -1] = R[:, :-1], R[:, -1]
-        factors.append(wide[:, [*observation.index, -1]])
-        shared |= zip(((j, motor) for motor in motors), others.T, strict=True)
-    counts = tuple(rows.shape[1] for rows in observation.rows)
-    effective = tuple(observation.bandwidth * count for count in counts)
-    return Equations(observation.columns, tuple(factors), counts, effective, shared)
+    """Reduce the equations of one recording."""
+    return _reduced([observation])
 
 
 def reduced_pieces(observer: Observer, pieces: Iterable[tuple[Measurement, Mask]], decimate: int = 1) -> Equations:
@@ -308,7 +297,28 @@ def reduced_pieces(observer: Observer, pieces: Iterable[tuple[Measurement, Mask]
     ``pieces``: consecutive pieces, even in time if they are to be decimated, each with its rows to use, N x n;
     ``decimate``: parallel decimation of Y and W.
     """
-    parts = map(reduced, observer.stream(pieces, decimate))
-    if (first := next(parts, None)) is None:
+    return _reduced(observer.stream(pieces, decimate))
+
+
+def _reduced(stretches: Iterable[Observation]) -> Equations:
+    """Reduce stretches of one recording: of each joint's rows the columns that they touch, then spread out."""
+    triangles, counts = list[Array](), np.zeros(1, dtype=int)
+    for one in stretches:
+        triangles = triangles or [np.zeros((len(rows), len(rows)), order="F") for rows in one.rows]
+        counts = counts + [rows.shape[1] for rows in one.rows]
+        for j, rows in enumerate(one.rows):
+            for k in range(0, rows.shape[1], _ROWS):
+                # LAPACK's QR of a triangle above a rectangle: faster than of both as one matrix.
+                below, panel = rows[:, k : k + _ROWS].T, min(_PANEL, len(rows))
+                triangles[j] = lapack.dtpqrt(0, panel, triangles[j], below, overwrite_a=1)[0]
+    if not triangles:
         raise InputError("no piece of a recording is given")
-    return functools.reduce(lambda done, part: merged([done, part]), parts, first)
+    factors, shared = list[Array](), dict[tuple[int, int], Array]()
+    for j, (triangle, touched, motors) in enumerate(zip(triangles, one.touched, one.motors, strict=True)):
+        own = np.triu(triangle)[: len(touched) + 1]  # what stands below is of the others' torques alone
+        wide = np.zeros((len(own), one.distinct + 1))
+        wide[:, touched], wide[:, -1] = own[:, : len(touched)], own[:, len(touched)]
+        factors.append(wide[:, [*one.index, -1]])
+        shared |= zip(((j, motor) for motor in motors), own[:, len(touched) + 1 :].T, strict=True)
+    effective = tuple((one.bandwidth * counts).tolist())
+    return Equations(one.columns, tuple(factors), tuple(counts.tolist()), effective, shared)
