@@ -5,12 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Annotated, Any, Literal, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypeVar
 
 from cyclopts import Parameter, Token
 
 from ... import estimation, model
 from ...common.errors import InputError
+
+if TYPE_CHECKING:
+    from ...estimation import Candidates, StopRule
+    from ...model import Friction, Pose
+
+else:  # --help names options without importing what they become
+    Candidates = Friction = StopRule = Pose = object
 
 _LEAST, _MOST = 1e-12, 1e9
 """Size of a number that is not 0: no length, time, mass or torque of an arm lies outside, and no sum of squares
@@ -129,7 +136,7 @@ def weighed(text: str) -> tuple[float, float | None]:
     return masses[0], sigma
 
 
-def friction(text: str) -> tuple[model.Friction, ...] | estimation.Candidates:
+def friction(text: str) -> tuple[Friction, ...] | Candidates:
     """Terms of friction: those that the data show, the paper's, or a list such as FS,FV,FL2."""
     if text == "auto":
         return estimation.Candidates()
@@ -163,7 +170,7 @@ def gain_errors(text: str) -> tuple[tuple[float, ...], float]:
     return tuple(map(share, own)) or (0.0,), share(common[0]) if common else 0.0
 
 
-def stop_rule(text: str) -> estimation.StopRule:
+def stop_rule(text: str) -> StopRule:
     """When elimination ends: growth of the error's standard deviation, 1.02, or largest relative sigma, 10%."""
     return estimation.SigmaBound(share(text)) if text.endswith("%") else estimation.SigmaRatio(number(text))
 
@@ -195,7 +202,7 @@ def chain(text: str) -> tuple[str | None, str | None]:
     return base or None, tip or None
 
 
-def frame(text: str) -> model.Pose:
+def frame(text: str) -> Pose:
     """A frame by three lengths in m and three angles in degrees."""
     values = numbers(text, 6)
     return model.Pose.from_rpy(values[:3], [math.radians(angle) for angle in values[3:]])
@@ -234,9 +241,9 @@ Positions = Annotated[tuple[float, ...], word(numbers, "Q1,Q2,..")]
 Joints = Annotated[tuple[int, ...], word(joint_list, "J1,J2,..")]
 Names = Annotated[tuple[str, ...], word(names_list, "A,B,..")]
 Weighed = Annotated[tuple[float, float | None], word(weighed, "KG+-KG")]
-FrameWords = Annotated[model.Pose, word(frame, "X Y Z RX RY RZ", 6)]
-FrictionTerms = Annotated[tuple[model.Friction, ...] | estimation.Candidates, word(friction, "auto|paper|TERMS")]
-Essential = Annotated[estimation.StopRule, word(stop_rule, "RATIO|PERCENT")]
+FrameWords = Annotated[Pose, word(frame, "X Y Z RX RY RZ", 6)]
+FrictionTerms = Annotated[tuple[Friction, ...] | Candidates, word(friction, "auto|paper|TERMS")]
+Essential = Annotated[StopRule, word(stop_rule, "RATIO|PERCENT")]
 
 LOG = Parameter(metavar="LOG")
 SEVERAL = Parameter(consume_multiple=True)
