@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from .. import trajectories  # its rooms are loaded where a next motion is asked for
 from ..common.arrays import Array
 from ..common.errors import InputError
 from ..common.files import write_bytes
@@ -16,8 +17,6 @@ from ..estimation.answers.system import ObservationSystem
 from ..estimation.equations.equations import PAYLOAD, Equations, triangular
 from ..estimation.results.payload import PayloadResult
 from ..estimation.results.robot import GainsResult, RobotResult
-from ..trajectories import INDEPENDENT, Earlier
-from ..trajectories.design.goal import MEMORY
 
 _OF_GAINS = "give the file that --json of 'dynident gains' wrote"
 _OF_ROBOT = "give the file that --json of 'dynident identify' wrote"
@@ -86,7 +85,7 @@ def shown_noise(path: str | Path) -> tuple[Array, float]:
         with np.load(path, allow_pickle=False) as data:
             if "weights" not in data:
                 raise InputError(f"{path}: has no weights: give --torque-noise, or --like JSON")
-            return MEMORY / np.asarray(data["weights"]), INDEPENDENT
+            return trajectories.MEMORY / np.asarray(data["weights"]), trajectories.INDEPENDENT
     if read_json(path, dict[str, Any], _OF_BOTH).get("kind") == "payload":
         shown = present(read_stored_payload(path).data)
         sigma, rate = (present(shown.torque_noise), present(shown.independent)) if shown else (None, None)
@@ -96,11 +95,13 @@ def shown_noise(path: str | Path) -> tuple[Array, float]:
     own = read_stored_robot(path).data
     sigma, rate = present(own.torque_noise), present(own.independent)
     if sigma is None or rate is None:  # without robust standard deviations
-        return MEMORY / np.asarray(own.weights), INDEPENDENT
+        return trajectories.MEMORY / np.asarray(own.weights), trajectories.INDEPENDENT
     return np.asarray(sigma), rate
 
 
-def read_earlier(paths: Sequence[str | Path], noise: Array | None, payload: Sequence[str] = ()) -> Earlier:
+def read_earlier(
+    paths: Sequence[str | Path], noise: Array | None, payload: Sequence[str] = ()
+) -> "trajectories.Earlier":
     """Read R of the observation matrix, rows counted as often as their noise is independent.
 
     Args:
@@ -135,7 +136,7 @@ def read_earlier(paths: Sequence[str | Path], noise: Array | None, payload: Sequ
         if payload and not {*PAYLOAD} <= {*columns}:
             raise InputError("earlier recordings have no payload: give the --npz of 'dynident payload', or none")
         rows.append(triangular(factor[:, [names.index(name) for name in (PAYLOAD if payload else columns)]]))
-    return Earlier(tuple(payload) or columns, np.vstack(rows))
+    return trajectories.Earlier(tuple(payload) or columns, np.vstack(rows))
 
 
 def _is_npz(path: str | Path) -> bool:

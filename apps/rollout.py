@@ -26,7 +26,6 @@ from ..model import BaseParameters, Processing, Recording, Robot, base_parameter
 from ..model.dynamics import SMOOTHING, dry_friction_names, smooth_dry_friction, stable_steps
 from ..model.kernel.kernel import Kernel
 from ..model.motion import Measurement
-from ..trajectories.simulation import integration_step
 from .extras import mujoco_model
 
 HORIZONS = (0.1, 0.5, 1.0, 2.0)  # s: after which times the error is stated, unless others are asked for
@@ -61,6 +60,8 @@ class IdentifiedArm:
 
     def __init__(self, robot: Robot, base: BaseParameters, values: Array) -> None:
         """Prepare the integration; ``values``: of ``base.columns``."""
+        from ..trajectories.simulation import integration_step  # loads what simulations need
+
         self.robot, self._chi = robot, values
         known = dict(zip(base.columns, values, strict=True))
         self._level = np.array([known.get(name, 0.0) for name in dry_friction_names(robot)])
@@ -179,12 +180,16 @@ class Errors:
     by: Mapping[str, Array]  # model -> root mean square over the joints of each start at each time, S x K
     resting: NDArray[np.bool_]  # starts at which no joint moved, shape (S,)
 
+    def spread(self, model: str, seconds: float, resting: bool = False) -> tuple[float, float] | None:
+        """Error of a model after one of ``times``, median and 90 % of the starts; None without such starts."""
+        errors = np.sort(self.by[model][self.resting == resting, int(np.argmin(np.abs(self.times - seconds)))])
+        last = len(errors) - 1
+        return (float(errors[int(0.5 * last)]), float(errors[int(0.9 * last)])) if len(errors) else None
+
     def spreads(self, seconds: float, resting: bool = False) -> dict[str, tuple[float, float]]:
-        """Errors by model after one of ``times``, median and 90 % of the starts; empty without such starts."""
-        k, starts = int(np.argmin(np.abs(self.times - seconds))), self.resting == resting
-        last = int(starts.sum()) - 1
-        ordered = {model: np.sort(errors[starts, k]).tolist() for model, errors in self.by.items() if last >= 0}
-        return {model: (errors[int(0.5 * last)], errors[int(0.9 * last)]) for model, errors in ordered.items()}
+        """Errors of every model by its name; empty without such starts."""
+        every = {model: self.spread(model, seconds, resting) for model in self.by}
+        return {model: spread for model, spread in every.items() if spread is not None}
 
 
 def roll_out_all(

@@ -31,7 +31,7 @@ def filtered(sections: Sequence[Section], signals: Array, before: Array) -> Arra
         driven[1:] += b1 * signals[:-1]
         driven[2:] += b2 * signals[:-2]
         # What earlier samples add to the first two.
-        level = (b0 + b1 + b2) / (1.0 + a1 + a2)
+        level = (b0 + b1 + b2) / (1.0 + a1 + a2) if before.any() else 0.0
         last = b2 - a2 * level
         driven[:2] += np.outer([b1 - a1 * level + last, last], before)[: len(driven)]
         band = np.empty((3, len(signals)), order="F")

@@ -3,6 +3,7 @@ from .design.goal import ASSUMED_NOISE as ASSUMED_NOISE
 from .design.goal import ASSUMED_RATIO as ASSUMED_RATIO
 from .design.goal import ASSUMED_STICTION as ASSUMED_STICTION
 from .design.goal import INDEPENDENT as INDEPENDENT
+from .design.goal import MEMORY as MEMORY
 from .design.goal import Earlier, Goal, NearGoal
 from .design.goal import Shape as Shape
 from .design.goal import assumed_noise as assumed_noise

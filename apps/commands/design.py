@@ -247,7 +247,9 @@ def _logged_motion(
 
 
 class _Near(ViewOptions, motions.MotionFiles, motions.NoiseOptions, group=MOTION):
-    needs: ClassVar = dict.fromkeys(("poses", "hold", "approach"), ("static",))
+    needs: ClassVar = dict.fromkeys(("poses", "hold", "approach"), ("static",)) | {
+        "sample_rate": ("samples", "ros2", "rehearsal")
+    }
     instead: ClassVar = dict.fromkeys(("second_pose", "duration", "ladder"), "static")
 
     pose: Positions

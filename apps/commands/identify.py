@@ -13,7 +13,6 @@ from ... import estimation
 from ...common.errors import InputError
 from ...common.schema import read_toml
 from .. import logs, results, view
-from ..report.documents import RolloutsDocument
 from ..report.sections.payload import payload_report
 from ..report.sections.robot import gains_report, robot_report, rollout_report
 from ..rollout import HORIZONS, Predict, mujoco_arm, roll_out_all
@@ -131,6 +130,8 @@ class _Rollout(options.PageOptions, options.ProcessingOptions):
     """Times after the start [s] (default: 0.1,0.5,1,2)."""
 
     def __call__(self) -> None:
+        from ..report.documents import RolloutsDocument  # loads what designs need
+
         stored = results.read_stored_robot(self.robot_parameters)
         setup = self.setup(stored)
         recordings = setup.read(self.data)

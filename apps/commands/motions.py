@@ -96,7 +96,8 @@ class NoiseOptions(Options, group=GOAL):
     ) -> tuple[Array, float, str]:
         """Sigma [N·m or N], independent samples a second, source: told, ``earlier``, or ``assumed`` over limits."""
         level, rate = self.torque_noise or (None, None)
-        if like := self.like or (None if self.torque_noise else earlier):
+        like = earlier if self.like is None and self.torque_noise is None else self.like
+        if like is not None:
             sigma, rate, source = *results.shown_noise(like), f"as {like} shows"
         elif level is None:
             sigma, source = trajectories.assumed_noise(robot, assumed[0]), assumed[1]
@@ -112,7 +113,8 @@ class NoiseOptions(Options, group=GOAL):
         else:
             sigma, source = np.array(values.each_joint(level, robot.n, "--torque-noise")), "as given"
         if sigma.shape != (robot.n,) or not (sigma > 0.0).all():
-            raise InputError(f"{like or '--torque-noise'}: robot {robot.name!r} needs {robot.n} positive numbers")
+            option = "--torque-noise" if like is None else like
+            raise InputError(f"{option}: robot {robot.name!r} needs {robot.n} positive numbers")
         return np.asarray(sigma), rate or trajectories.INDEPENDENT, source
 
 
@@ -179,7 +181,7 @@ class LimitOptions(RehearsedRobotOptions, group=LIMITS):
         poses = shape.poses if isinstance(shape, trajectories.NearShape) else shape.start
         # Unless a file tells: the arm itself, and with the floor what it is bolted to.
         there = np.vstack([np.reshape([] if poses is None else poses, (-1, robot.n)), *stood])
-        usual = trajectories.usual_scene(robot, there, not self.no_floor)
+        usual = None if self.scene else trajectories.usual_scene(robot, there, not self.no_floor)
         scene = trajectories.read_scene(self.scene) if self.scene else usual
         return trajectories.build_design(robot, shape, goal, bounds=bounds, loads=loads, scene=scene)
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 from msgspec import structs
@@ -24,10 +24,12 @@ from ..logs.map import COMMAND_LINE
 from ..numbers import placed
 from ..report.blocks import Report
 from ..report.render import page_html, print_report, write_plots
-from ..view.moving import View
 from . import values
 from .entry import CALL, FILES, KNOWN, LOGS, SETTING, Options, about, note, status
 from .values import Reads, numbers, texts, word
+
+if TYPE_CHECKING:
+    from ..view.moving import View
 
 _FROM_ROBOT = "These are the errors with which the robot was identified; the drives are the same."
 _INSTEAD = (

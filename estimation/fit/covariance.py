@@ -144,10 +144,12 @@ def autocorrelation(series: Sequence[tuple[Array, Array]], step: float) -> Array
     indices = [np.rint((t - t[0]) / step).astype(int) for t, _ in series]
     size = max((int(index[-1]) + 1 for index in indices), default=1)
     # Zeros where rows are missing, ones where they are not; as many zeros again, so that the ends do not meet.
-    grids = np.zeros((2, len(series), 2 * size))
-    for own, index, (_, values) in zip(grids.transpose(1, 0, 2), indices, series, strict=True):
-        own[:, index] = values, np.ones(len(values))
-    products, pairs = np.fft.irfft(np.sum(np.abs(np.fft.rfft(grids)) ** 2, axis=1))[:, :size]
+    power = np.zeros((2, size + 1))
+    for index, (_, values) in zip(indices, series, strict=True):
+        grid = np.zeros((2, 2 * size))
+        grid[:, index] = values, np.ones(len(values))
+        power += np.abs(np.fft.rfft(grid)) ** 2
+    products, pairs = np.fft.irfft(power)[:, :size]
     means = products / np.maximum(np.rint(pairs), 1.0)
     return np.asarray(means / means[0] if means[0] > 0.0 else np.eye(1, size)[0])
 

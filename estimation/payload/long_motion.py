@@ -77,7 +77,8 @@ class LongMotion(Brief):
     few: bool = False  # blocks as long as that memory asks for would be too few, so that shorter ones were cut
 
     def __post_init__(self) -> None:
-        """Refuse blocks of one motion that are not as many."""
+        """Refuse another model's robot, and blocks of one motion that are not as many."""
+        check_known(self.robot, self.base, self.known)
         counts = {len(part.blocks) for part in (self.loaded, self.unloaded, self.difference) if part}
         if self.paired and self.loaded.blocks and len(counts) > 1:
             raise ValueError("paired blocks must be as many without and with payload")
@@ -174,20 +175,24 @@ class LongMotion(Brief):
         return tuple(filter(None, groups))
 
 
+def check_known(robot: Robot, base: BaseParameters, known: Estimate | None) -> None:
+    """Refuse a robot known earlier whose parameters are not those of this model."""
+    if known is not None and known.names != base.columns:
+        missing = sorted(set(known.names) ^ set(base.columns)) or ["their order"]
+        raise InputError(
+            f"the stored robot parameters are of another model of {robot.name}: they differ in "
+            f"{', '.join(missing[:8])}: identify the robot again with the same options"
+        )
+
+
 def measured_part(known: Estimate, robot: Robot) -> Estimate:
-    """Take a robot known earlier in the base parameters that measured torques leave; refuse another model's."""
+    """Take a robot known earlier in the base parameters that are left where joints' torques are not measured."""
     if not known.fit.rows:  # values of the user's own owe nothing to the errors of any joint's gain
         S, none = np.zeros((len(known.values), robot.n)), np.zeros(robot.n)
         known = replace(known, fit=Fit(none, none, (0,) * robot.n), gain_sensitivity=S)
     base = base_parameters(robot)
     if robot.drives.unmeasured and set(known.names) <= set(base.standard):
         return known.mapped(base.effect_of(known.names), base.columns)
-    if known.names != base.columns:
-        missing = sorted(set(known.names) ^ set(base.columns)) or ["their order"]
-        raise InputError(
-            f"the stored robot parameters are of another model of {robot.name}: they differ in "
-            f"{', '.join(missing[:8])}: identify the robot again with the same options"
-        )
     return known
 
 

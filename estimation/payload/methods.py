@@ -140,7 +140,8 @@ def from_difference(motion: LongMotion) -> LinearProblem:
         raise InputError(f"method 3 cannot be used: {motion.why_no_pair}")
     there = [name for name in motion.difference.columns if name in (*PAYLOAD, PATH, *motion.friction)]
     difference = in_payload_frame(motion.robot, motion.difference.select(there))
-    return LinearProblem(difference, PAYLOAD, (known_path(motion.robot.n),), soft=motion.friction)
+    path = (known_path(motion.robot.n),) if PATH in there else ()
+    return LinearProblem(difference, PAYLOAD, path, soft=motion.friction)
 
 
 def global_fit(motion: LongMotion) -> LinearProblem:

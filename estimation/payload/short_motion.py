@@ -39,7 +39,16 @@ from ..signals.alignment import aligned
 from ..signals.filtering import decimated, grid_rate, measurement
 from ..signals.plausibility import check_apart, check_recordings, without_dead
 from ..signals.rows import moving_parts
-from .long_motion import Source, friction_changes, known_path, measured_part, prior_of, robot_of, stored_robot
+from .long_motion import (
+    Source,
+    check_known,
+    friction_changes,
+    known_path,
+    measured_part,
+    prior_of,
+    robot_of,
+    stored_robot,
+)
 from .pairs import torque_change
 from .result import in_payload_frame
 
@@ -266,6 +275,10 @@ class ShortMotion(Brief):
     settings: Settings = DEFAULTS
     scale: KnownMass | None = None  # the payload was weighed; counts only where torques do not show the mass
     ripple: tuple[Wave, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse another model's robot."""
+        check_known(self.robot, self.base, self.known)
 
     @cached_property
     def loaded(self) -> Equations:

@@ -172,15 +172,15 @@ class RobotResult(parts.Result, frozen=True, kw_only=True, dict=True):
     def estimate(self) -> Estimate:
         """Values and covariance; a robust one where the recordings allowed it."""
         data, gains, C, stored, robust = self.data, self.gains, self.covariance_robust, self.robust, None
-        if C is not None:
-            blocks, length = (stored.blocks, present(stored.block_length)) if stored else (None, None)
-            degrees = present(stored.degrees_of_freedom) if stored else None
-            if blocks is None or length is None or degrees is None:
-                raise WrongKeyError("robust", "must hold blocks, degrees_of_freedom and block_length_s")
-            if not (np.diag(C) >= 0.0).all():
-                raise WrongKeyError("covariance_robust", "variances must not be negative")
-            robust = RobustCovariance(C, blocks, degrees, length)
         with at("base_parameters"):
+            if C is not None:
+                blocks, length = (stored.blocks, present(stored.block_length)) if stored else (None, None)
+                degrees = present(stored.degrees_of_freedom) if stored else None
+                if blocks is None or length is None or degrees is None:
+                    raise WrongKeyError("robust", "must hold blocks, degrees_of_freedom and block_length_s")
+                if not (np.diag(C) >= 0.0).all():
+                    raise WrongKeyError("covariance_robust", "variances must not be negative")
+                robust = RobustCovariance(C, blocks, degrees, length)
             return Estimate(
                 names=self.columns,
                 values=np.array([parameter.value for parameter in self.base_parameters]),

@@ -75,8 +75,11 @@ def load_urdf(path: str | Path | Source, base: str | None = None, tip: str | Non
     """Read a serial robot from a URDF or xacro file.
 
     Fixed joints are merged, meshes are not read. Gravity points along -z of the base link. Joint positions count
-    as in the file. Inertias are read into ``Robot.parameters``, as a prior. ``base``: first link of the chain, the
-    root by default; ``tip``: the flange's link, by default the only link at an end of the tree that a joint moves.
+    as in the file. Inertias are read into ``Robot.parameters``, as a prior.
+
+    Args:
+        base: first link of the chain; the root by default.
+        tip: the flange's link; by default the only link at an end of the tree that a joint moves.
     """
     tree = read_urdf(path)
     with naming(tree.source):

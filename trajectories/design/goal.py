@@ -276,7 +276,7 @@ class Goal(Brief):
     """Parameters to be learnt, and how their uncertainty is measured.
 
     Attributes:
-        criterion: "d", "a", "cond" or "cond-scaled".
+        criterion: "d", "a", "cond" or "cond-scaled", as in ``CRITERIA``.
         columns: names of the parameters that will be estimated; None for all base parameters.
         payload_only: the last link's ten inertial parameters instead, the robot being known.
         interest: the parameters that count ("d" and "a"), the others being estimated besides; None for all.
