@@ -147,7 +147,7 @@ def test_a_designed_csv_is_judged_as_the_design_was(here: Path, goal: str, shape
         # Samples of a file stand for other stretches of time: up to .3 % over five seeds.
         assert judged[key] == pytest.approx(designed[key], rel=5e-3), key
         assert f"{judged[key]:.4g}" in text
-    assert judged["predicted_sigma"] == pytest.approx(designed["predicted_sigma"], rel=2e-3)
+    assert judged["predicted_sigma"] == pytest.approx(designed["predicted_sigma"], rel=1e-2)
 
 
 @pytest.mark.parametrize(
