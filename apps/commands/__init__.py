@@ -17,7 +17,7 @@ COMMANDS = {
     "compare": ("check:_Compare", "Compare recordings of one robot and name the odd one out."),
     "fleet": ("", "Compare many recordings of many robots."),
     "fleet reduce": ("check:_Reduce", "Reduce recordings to their equations and add them to a store."),
-    "fleet report": ("check:_Nights", "Report changes of friction, payload and drive scales."),
+    "fleet report": ("check:_FleetReport", "Report changes of friction, payload and drive scales."),
     "check": (
         "check:_Check",
         "Check recordings: how they are read, and what looks wrong.\n\nAlso shows how well they determine each "
@@ -37,7 +37,7 @@ COMMANDS = {
         "in the file; it shows every possible key.",
     ),
     "robot check": (
-        "robot:_Check",
+        "robot:_RobotCheck",
         "Check order, signs and zeros of the joints by tool poses or torques.\n\nIf a log contains the pose of "
         "the tool (columns x, y, z and qx, qy, qz, qw, or [pose] of the log map), forward kinematics must "
         "reproduce it up to a constant base and tool, which are fitted. If it contains torques or currents, "
@@ -45,7 +45,7 @@ COMMANDS = {
         "the robot's model leaves unexplained. The best one is suggested, never applied. Exit status 1 if the "
         "pose is not reproduced within 5 mm and 1 degree, or if another reading fits clearly better.",
     ),
-    "robot export": ("robot:_Export", "Write the whole identified robot as MJCF, USD, URDF or SDFormat."),
+    "robot export": ("robot:_RobotExport", "Write the whole identified robot as MJCF, USD, URDF or SDFormat."),
     "codegen": ("robot:_Codegen", "Write the robot's dynamics as self-contained C or NumPy code."),
     "design": ("design:_Design", "Design the most informative motion within the robot's limits."),
     "near": ("design:_Near", "Design a short motion near a pose, or poses at rest, for weigh."),

@@ -150,7 +150,7 @@ class _Reduce(_Screen, GainOptions):
         return bool(reduced.new or reduced.known)
 
 
-class _Nights(PageOptions):
+class _FleetReport(PageOptions):
     store: Annotated[str, Parameter(metavar="STORE")] = field(kw_only=False)
     """The folder given to 'dynident fleet reduce --store'."""
 

@@ -166,6 +166,8 @@ class LimitOptions(RehearsedRobotOptions, group=LIMITS):
             robot, override=self.speed_override, acceleration=acceleration, torque=torque
         )
         payload = self._payload(robot, np.isfinite(bounds.torque))
+        if self.scene:  # a wrong one is refused before any work
+            trajectories.read_scene(self.scene)
         return robot, bounds, trajectories.Loads(known, payload, covariance, self.torque_margin)
 
     def problem(

@@ -211,7 +211,7 @@ def draw(robot: model.Robot, path: str, at: tuple[float, ...]) -> str:
     return f"Drawn at {shown}: {path}"
 
 
-class _Check(PageOptions, ProcessingOptions):
+class _RobotCheck(PageOptions, ProcessingOptions):
     data: values.DataFiles
     """Recording without payload."""
     equation_rate: Annotated[None, Parameter(parse=False)] = None
@@ -236,7 +236,7 @@ class _Check(PageOptions, ProcessingOptions):
         return readings_agree(poses, readings)
 
 
-class _Export(RobotOptions):
+class _RobotExport(RobotOptions):
     belongs: ClassVar = {"into": ("to", ("mjcf", "urdf"))}
 
     robot_parameters: tuple[values.RobotParametersFile, ...] = ()

@@ -380,7 +380,7 @@ class Effect(NamedTuple):
         if self.groups and not index:
             return max(self.z(*group) for group in self.groups)
         k = list(index or range(len(self.values)))
-        C = self.covariance[np.ix_(k, k)]
+        C = self.covariance[np.ix_(k, k)] + 1e-200 * np.eye(len(k))  # a variance of zero hides no value
         if not np.isfinite(C).all():
             return 0.0
         square = float(self.values[k] @ np.linalg.pinv(C, hermitian=True) @ self.values[k])

@@ -133,10 +133,15 @@ NOISE = "--torque-noise 24,30,10.8,5.1,6.6,2.3"
 @pytest.mark.long
 @pytest.mark.many_steps
 @pytest.mark.parametrize(
-    ("goal", "shape"),
-    [("--columns payload --criterion cond", "--via-points 4"), ("--criterion d", "--fourier 3 --duration 6")],
+    ("goal", "shape", "apart"),
+    [
+        ("--columns payload --criterion cond", "--fourier 2 --duration 4", 1e-6),
+        ("--criterion d", "--fourier 3 --duration 6", 1e-6),
+        # The search chooses the duration, no multiple of the steps of W: some joint has a row more or less.
+        ("--columns payload --criterion cond", "--via-points 4", 1e-2),
+    ],
 )
-def test_a_designed_csv_is_judged_as_the_design_was(here: Path, goal: str, shape: str) -> None:
+def test_a_designed_csv_is_judged_as_the_design_was(here: Path, goal: str, shape: str, apart: float) -> None:
     line = f"design --robot rx90 {goal} {shape} {NOISE} --starts 1 --samples m.csv sample-rate=250"
     designed = answered(line).document
     judged, text = answered(f"score --robot rx90 {goal} {NOISE} m.csv")
@@ -144,10 +149,9 @@ def test_a_designed_csv_is_judged_as_the_design_was(here: Path, goal: str, shape
     assert "motion" not in judged
     assert judged["limits"]["met"]
     for key in ("condition_number", "condition_number_scaled", "log_det", "duration_s"):
-        # Samples of a file stand for other stretches of time: up to .3 % over five seeds.
-        assert judged[key] == pytest.approx(designed[key], rel=5e-3), key
+        assert judged[key] == pytest.approx(designed[key], rel=apart), key
         assert f"{judged[key]:.4g}" in text
-    assert judged["predicted_sigma"] == pytest.approx(designed["predicted_sigma"], rel=1e-2)
+    assert judged["predicted_sigma"] == pytest.approx(designed["predicted_sigma"], rel=apart)
 
 
 @pytest.mark.parametrize(

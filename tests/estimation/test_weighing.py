@@ -119,6 +119,11 @@ def test_few_blocks_count(record: Record, simulator: Simulator) -> None:
     low, high = answer.intervals[0]
     assert (high - low) / 2.0 > 0.1 * answer.mass
     assert answer.spread.mass < 0.05 * answer.mass
+    judged_by, wider = answer.evidence.spread, 12.7062 / 1.95996  # with one degree of freedom
+    assert judged_by is not None
+    assert judged_by.com == pytest.approx(wider * answer.spread.com, rel=1e-5)
+    assert judged_by.inertia_com == pytest.approx(wider * answer.spread.inertia_com, rel=1e-5)
+    assert judged_by.mass == pytest.approx(min(wider * answer.spread.mass, (high - low) / 2.0 / 1.95996), rel=1e-5)
     assert answer.evidence.judged["mass"].use == "not measured well enough"
     assert answer.verdict.level == "do_not_use"
 

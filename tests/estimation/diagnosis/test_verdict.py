@@ -474,9 +474,9 @@ SIDES: dict[str, list[tuple[Any, ...]]] = {
         ("error", "joint 2 5.5", scales.WRONG, lambda x: by_masses((5.0 + 5.0 * x, 0.001), make=of_weighing)),
     ],
     "scale": [
-        ("error", "the scale of the torques", scales.SCALE, lambda x: scaled(0, x, 1e-9)),
+        ("error", "the scale of the torques", scales.SCALE, lambda x: scaled(0, x, 0.0)),
         ("error", "the scale of the torques", scales.SCALE_Z, lambda x: scaled(0, 0.1 * x, 0.1)),
-        ("error", "scale of joint 3's torques", scales.JOINT_SCALE, lambda x: scaled(3, x, 1e-9)),
+        ("error", "scale of joint 3's torques", scales.JOINT_SCALE, lambda x: scaled(3, x, 0.0)),
         ("error", "scale of joint 3's torques", scales.JOINT_SCALE_Z, lambda x: scaled(3, 0.1 * x, 0.1)),
     ],
     "sensitive": [
@@ -575,7 +575,7 @@ SIDES: dict[str, list[tuple[Any, ...]]] = {
 """The rows of ``Side`` for each check."""
 FUNCTIONS: dict[str, Callable[[Evidence], Iterable[Finding]]] = {
     check.__name__: check for check in (*CHECKS, *BEFOREHAND)
-} | {"causes": lambda evidence: judge(evidence).findings}
+} | {"causes": lambda evidence: [finding for finding in judge(evidence).findings if finding.explains]}
 
 
 def test_every_check_has_a_threshold_here() -> None:

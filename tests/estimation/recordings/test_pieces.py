@@ -62,7 +62,7 @@ def test_0_22_s_missing_is_a_gap(tmp_path: Path, arm: Robot) -> None:
 @pytest.mark.parametrize("over", [False, True])
 def test_both_sides_of_the_threshold(cutoff: float | None, longest: float, over: bool) -> None:
     """Five median steps, or half a period of the cut-off, whichever is longer."""
-    t = T + (longest - 0.01 + (1e-3 if over else -1e-3)) * (T >= 9.995)
+    t = T + (longest - 0.01 + (1e-6 if over else -1e-6)) * (T >= 9.995)
     assert len(pieces(t, cutoff, "log")[0]) == 1 + over
 
 
