@@ -72,6 +72,8 @@ ALL_ROBOTS = ("test_pinocchio.py", "test_robot_file.py")
 """Files whose tests take every shipped robot; compiled only for those above, for a compiler's time is long."""
 FEW_STEPS = ("commands", "report")
 """Folders whose tests evaluate many models a few times each: to compile each would take longer."""
+MANY_STEPS = ("simulate", "demo", "rollout")
+"""Commands of thousands of steps, for which a compiler pays."""
 UNCOMPILED = (
     "test_design.py",
     "test_gains.py",
@@ -147,7 +149,8 @@ def _kernels_of_one_kind(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 def _without_compiler(request: pytest.FixtureRequest, root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """No compiler for a few steps, and for robots that differ from those in full by lengths and axes alone."""
     folder, further = request.path.relative_to(root / "tests").parts[0], {*model.robot_names()}.difference(IN_FULL)
-    few = folder in FEW_STEPS and not request.node.get_closest_marker("many_steps")
+    many = request.node.get_closest_marker("many_steps") or _is_about(MANY_STEPS, request.node)
+    few = folder in FEW_STEPS and not many
     if few or (request.path.name in UNCOMPILED and _is_about(further, request.node)):
         monkeypatch.setenv("DYNIDENT_NO_COMPILER", "1")
 

@@ -299,8 +299,6 @@ for _name, _entries in OPTIONS.items():
 
 OF_ALL = ("--config", "verbose")
 """Options that are read and obeyed before any command: one command is asked."""
-RUNS = ("simulate", "demo", "rollout")
-"""Commands of thousands of steps; others evaluate many models a few times: to compile each would take longer."""
 TEXTS_ASKED_FOR = ("export", "robot show")
 """Commands whose printed text is the answer itself, which ``--quiet`` leaves as it is."""
 VARYING = re.compile(rb'"cpu_s": [0-9.e-]+')
@@ -346,8 +344,6 @@ def test_every_option_changes_something_or_is_refused(
 ) -> None:
     """Figures are empty: each shows what stands in numbers beside it, and half of the time went into them."""
     monkeypatch.setattr(Drawing, "figure", property(lambda _: Figure(figsize=(1.0, 1.0))))
-    if name in RUNS:
-        monkeypatch.delenv("DYNIDENT_NO_COMPILER", raising=False)
     line = f"{name} {LINES[name]}"
     bases = {LINES[name]: outcome(folder, line)}
     assert outcome(folder, line) == bases[LINES[name]], "a line gives the same twice"
