@@ -352,6 +352,14 @@ def test_every_option_changes_something_or_is_refused(
     assert ignored == (["--quiet"] if name in TEXTS_ASKED_FOR else [])
 
 
+@pytest.mark.parametrize("command", NAMES)
+def test_the_default_that_the_help_names_is_the_default(command: str) -> None:
+    for argument in arguments(command):
+        named = re.search(r"\(default: (-?[\d.]+)[;,)]", " ".join((argument.parameter.help or "").split()))
+        default, *_ = [*numbers(argument.field_info.default), None]
+        assert named is None or default in (None, float(named[1])), argument.name
+
+
 ODD_NUMBERS = ("nan", "inf", "-inf", "1e308", "-1e308", "1e300", "5e-324", "1e-300", "9" * 5000)
 SPEAKS_TO_TERMINALS = "\x1b[31m\x9b2J\u202e\udcff"
 """Colours, clears the screen, turns the direction of writing, and a byte that is no letter."""

@@ -252,6 +252,14 @@ def test_a_payload_is_that_of_the_steps(name: str, pair: Callable[[str], Pair]) 
     assert result.working.problem.robot == robot
 
 
+def test_a_prediction_goes_by_the_motion_alone(simulated: Simulated, wander: Wander) -> None:
+    simulator, motion = simulated("rx90"), wander(6, 4)
+    recordings = [simulator.record(motion, None, [3.0] * 6, seed) for seed in (1, 2)]
+    first, second = identify(simulator.robot, recordings, SETTINGS).predictions
+    for before, after in zip(first.curves["predicted"], second.curves["predicted"], strict=True):
+        np.testing.assert_allclose(after, before, atol=1e-9 * np.abs(before).max())
+
+
 def test_a_payload_needs_no_recording_beside_a_robot_that_is_known(pair: Callable[[str], Pair]) -> None:
     robot, (loaded, unloaded) = load_robot("rx90"), pair("rx90")
     stored = identify(robot, unloaded, SETTINGS)
