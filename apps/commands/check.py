@@ -30,12 +30,12 @@ from ..report.sections.recordings import (
     reduced_report,
 )
 from .entry import note, status
-from .options import GainOptions, LogOptions, PageOptions, ProcessingOptions, RobotOptions
+from .options import PageOptions, RecordingOptions
 from .values import LOG, SEVERAL, Count, DataFiles, NewFolder, Reads, RobotFile
 
 
-class _Check(PageOptions, ProcessingOptions):
-    needs: ClassVar = {"mount": ("robot",), "chain": ("robot",)}
+class _Check(PageOptions, RecordingOptions, without=["gain_sigma"]):
+    rules: ClassVar = {"mount": ("robot",), "chain": ("robot",)}
 
     data: DataFiles = field(default=(), kw_only=False)
     """Recordings, with or without payload."""
@@ -69,12 +69,16 @@ class _Check(PageOptions, ProcessingOptions):
             self.show(log_report(check))
             looks.append((check, fits))
         words = setup.in_words() if setup else {}
-        self.write(check_report(looks), lambda: check_document(setup.robot if setup else None, looks), words)
+        self.give(
+            check_report(looks), lambda: check_document(setup.robot if setup else None, looks), words, told=True
+        )
         return all(check and check.usable for check, _ in looks)
 
 
-class _Verify(PageOptions, LogOptions, RobotOptions):
-    mount: Annotated[None, Parameter(parse=False)] = None  # gravity does not count
+_STILL = ("mount", "rate", "cutoff", "equation_rate", "offsets", "coulomb", "gain_sigma")  # gravity does not count
+
+
+class _Verify(PageOptions, RecordingOptions, without=_STILL):
     before: Annotated[tuple[Annotated[str, Reads("before"), LOG], ...], SEVERAL]
     """Before the new number: one motion (or its files of one signal each), with columns qref1.. (commanded
     positions) or tauref1.. (torque predicted, N·m), or what --log-map names."""
@@ -94,12 +98,7 @@ class _Verify(PageOptions, LogOptions, RobotOptions):
         return not (change.tells and change.total.clear == "rose")
 
 
-class _Screen(PageOptions):
-    report: Annotated[None, Parameter(parse=False)] = None
-    plots: Annotated[None, Parameter(parse=False)] = None
-
-
-class _Compare(_Screen, ProcessingOptions):
+class _Compare(PageOptions, RecordingOptions, without=("report", "plots", "gain_sigma")):
     data: DataFiles = field(kw_only=False)
     """Recordings of one robot without payload."""
 
@@ -122,7 +121,7 @@ class _Compare(_Screen, ProcessingOptions):
         self.give(compared_report(compared), lambda: compared, {})
 
 
-class _Reduce(_Screen, GainOptions):
+class _Reduce(PageOptions, RecordingOptions, without=("report", "plots")):
     data: Annotated[tuple[str, ...], LOG] = field(kw_only=False)
     """Logs without payload: files, folders, globs."""
     store: NewFolder

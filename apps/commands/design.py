@@ -25,7 +25,7 @@ from ..report import documents
 from ..report.blocks import Report
 from ..report.sections import motion as sections
 from . import motions, values
-from .entry import GOAL, MOTION, SEARCH, SETTING, about, note, status
+from .entry import GOAL, MOTION, SEARCH, SETTING, about, note, shown, status
 from .options import PageOptions, ViewOptions
 from .values import Count, NewFile, Positions, Reads, Seconds, Seed, number, numbers, positive_number, whole, word
 
@@ -38,7 +38,7 @@ _APPROACH, _SLIDE = 3.0, 0.02  # deg, m
 _LEFT = 1.25  # of the mass expected: what runs of the ladder leave possible, and the motion bears at full speed
 
 
-class _Learning(motions.NoiseOptions, motions.LimitOptions, group=GOAL):
+class _Learning(motions.LimitOptions, group=GOAL):
     criterion: Annotated[Literal["d", "a", "cond", "cond-scaled"], Parameter(show_choices=False)] = "d"
     """d: information (default); a: relative sigma; cond: condition number; cond-scaled: columns scaled."""
     columns: Annotated[tuple[str, ...] | None, word(values.names_list, "NAME,..|payload")] = None
@@ -116,8 +116,7 @@ class _Learning(motions.NoiseOptions, motions.LimitOptions, group=GOAL):
 
 
 class _Design(ViewOptions, motions.MotionFiles, _Learning, group=MOTION):
-    belongs: ClassVar = {"ramp": ("segments", ("trapezoid",))}
-    instead: ClassVar = {"via_points": "fourier"}
+    rules: ClassVar = {"ramp": {"segments": ("trapezoid",)}, "via_points": "fourier"}
 
     via_points: Annotated[int, word(partial(whole, least=3), "N")] = 14
     """Number of via points (default: 14)."""
@@ -195,7 +194,7 @@ class _Design(ViewOptions, motions.MotionFiles, _Learning, group=MOTION):
 
 
 class _Score(ViewOptions, PageOptions, _Learning, group=MOTION):
-    needs: ClassVar = {"seed": ("bound",)}
+    rules: ClassVar = {"seed": ("bound",)}
 
     data: Annotated[str, Reads("motion"), Parameter(metavar="LOG")] = field(kw_only=False)
     """A log, or a CSV of t, q and perhaps qd, qdd."""
@@ -246,11 +245,12 @@ def _logged_motion(
     return measured.motion, measured, [measured.motion.q] * measured_too
 
 
-class _Near(ViewOptions, motions.MotionFiles, motions.NoiseOptions, group=MOTION):
-    needs: ClassVar = dict.fromkeys(("poses", "hold", "approach"), ("static",)) | {
-        "sample_rate": ("samples", "ros2", "rehearsal")
+class _Near(ViewOptions, motions.MotionFiles, group=MOTION):
+    rules: ClassVar = {
+        **dict.fromkeys(("poses", "hold", "approach"), ("static",)),
+        **dict.fromkeys(("second_pose", "duration", "ladder"), "static"),
+        "sample_rate": ("samples", "ros2", "rehearsal"),
     }
-    instead: ClassVar = dict.fromkeys(("second_pose", "duration", "ladder"), "static")
 
     pose: Positions
     """Pose of the arm [deg or m]."""
@@ -345,8 +345,9 @@ class _Near(ViewOptions, motions.MotionFiles, motions.NoiseOptions, group=MOTION
             hints.append(f"{text} if the robot may go there.")
         written = WrittenMotion(robot, design.plan, bounds, sections.near_head(result, 1.0))
         self.check_replays(design.problem, written, "val3")
-        shown = sections.near_report(result, expected, hints, samples)
-        self.give(shown, lambda: documents.near_document(result), {})
+        self.give(
+            sections.near_report(result, expected, hints, samples), lambda: documents.near_document(result), {}
+        )
         self.write_motion(written)
         self.write_rehearsals(result, written)
         self.write_view(lambda: view.view_of(robot, samples, problem=design.problem))
@@ -396,7 +397,6 @@ class _Near(ViewOptions, motions.MotionFiles, motions.NoiseOptions, group=MOTION
 
     def each(self, robot: model.Robot, option: str, given: tuple[float, ...]) -> Array:
         """Numbers of an option for each moving joint [rad or m], where one may stand for all."""
-        shown = self.shown(option)
         if max(self.joints) > robot.n:
             raise InputError(
                 f"--joints {max(self.joints)}: robot {robot.name!r} has {robot.n} joints: number them from 1, at "
@@ -405,9 +405,9 @@ class _Near(ViewOptions, motions.MotionFiles, motions.NoiseOptions, group=MOTION
         turning = [robot.joints[joint - 1].revolute for joint in self.joints]
         if len(given) == 1 and not all(turning):
             raise InputError(
-                f"{shown}: give one number for each joint, in deg where it turns and in m where it slides"
+                f"{shown(option)}: give one number for each joint, in deg where it turns and in m where it slides"
             )
-        each = values.each_joint(given, len(turning), shown)
+        each = values.each_joint(given, len(turning), shown(option))
         return np.array([np.radians(x) if turns else x for x, turns in zip(each, turning, strict=True)])
 
     def write_rehearsals(self, result: documents.NearResult, written: WrittenMotion) -> None:

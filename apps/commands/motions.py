@@ -23,10 +23,11 @@ from ..export.motions.ros2 import check_joint_names
 from ..export.motions.urscript import CONTROLLER_RATE, check_urscript
 from ..export.motions.val3 import check_val3
 from . import values
-from .entry import FILES, GOAL, LIMITS, SETTING, Options, note, status
+from .entry import FILES, GENERAL, GOAL, LIMITS, SETTING, note, status
 from .options import PageOptions, RobotOptions
 from .values import Names, NewFile, Reads, Share, checked, number, numbers, positive_number, share, word
 
+_GOAL = Parameter(group=GOAL)
 _REPLAY_RATE = 1000.0  # Hz: at which controllers' own curves are looked at, and at their turns
 
 
@@ -60,31 +61,40 @@ _Level = float | tuple[float, ...]
 _Rate = Annotated[float, word(positive_number, "HZ")]
 
 
-class RehearsedRobotOptions(RobotOptions):
-    """A robot to plan or simulate with, which may need a stand-in."""
+class LimitOptions(RobotOptions, group=LIMITS):
+    """Limits of the joints, the robot's parameters for its torques, the scene; and the noise of a recording.
 
-    arm_mass: Annotated[float | None, word(positive_number, "KG")] = None
-    """Mass of the whole arm, if its file has neither a mass nor link bodies."""
+    The noise is told, what an earlier recording shows, or assumed.
+    """
 
-    def load(self) -> model.Robot:
-        """The robot with the mass that was given."""
-        robot = super().load()
-        if self.arm_mass is None:
-            return robot
-        if not model.stand_in.missing_inertial(robot):
-            raise InputError(f"--arm-mass has no effect: {robot.name} has a body for each link: omit it")
-        return replace(robot, mass=self.arm_mass, sources={**robot.sources, "mass": "given with --arm-mass"})
+    # A scene names its own floor.
+    rules: ClassVar = {"within": ("heaviest_payload",), "no_floor": "scene", "like": "torque_noise"}
 
-
-class NoiseOptions(Options, group=GOAL):
-    """Torque noise of a recording: told, what an earlier one shows, or assumed."""
-
-    instead: ClassVar = {"like": "torque_noise"}
-
-    torque_noise: Annotated[tuple[_Level | None, float | None] | None, word(_noise, "S|S1,S2,..[@HZ]")] = None
+    arm_mass: Annotated[values.ArmMass | None, Parameter(group=GENERAL)] = None
+    speed_override: Annotated[float, word(number, "SHARE")] = 1.0
+    """Fraction of the speed limits to use (default: 1)."""
+    acceleration: Annotated[_Level | None, word(_acceleration, "A|A1,A2,.."), SETTING] = None
+    """Acceleration limits [deg/s² or m/s²], or 3x: three times the speed limit per second."""
+    torque_limits: Annotated[tuple[float, ...] | str | None, values.numbers_or("none", "T|T1,T2,..")] = None
+    """Torque limits [N·m or N], or none to ignore even those of the robot's file."""
+    robot_parameters: values.RobotParametersFile | None = None
+    """The --json file of 'dynident identify', for torques and relative sigma."""
+    heaviest_payload: Annotated[str | None, Reads("heaviest payload"), Parameter(metavar="KG[@X,Y,Z]|TOML")] = None
+    """Keep the torque limits without this payload and with it."""
+    within: Annotated[tuple[tuple[float, ...], bool] | None, word(_region, "R|A,B,C|box:A,B,C")] = None
+    """Keep them for every payload up to --heaviest-payload within this ball, ellipsoid or box [m]."""
+    torque_margin: Annotated[Share, SETTING] = 0.0
+    """Fraction of the torque limits to leave free, such as 10%."""
+    scene: Annotated[str | None, Reads("scene"), Parameter(metavar="TOML"), SETTING] = None
+    """File of floor, walls and bodies to keep clear of each other, instead of those assumed."""
+    no_floor: bool = False
+    """Ignore the floor at the height of the base (or the wall or ceiling it is mounted on)."""
+    torque_noise: Annotated[tuple[_Level | None, float | None] | None, word(_noise, "S|S1,S2,..[@HZ]"), _GOAL] = (
+        None
+    )
     """Torque noise, 1 sigma per joint [N·m or N], or 10% of the limits; @HZ: independent samples a second
     (default: 10)."""
-    like: Annotated[str | None, Reads("like"), Parameter(metavar="JSON")] = None
+    like: Annotated[str | None, Reads("like"), Parameter(metavar="JSON"), _GOAL] = None
     """Take the torque noise from an earlier recording: the --json file of identify or payload."""
 
     def noise(
@@ -116,32 +126,6 @@ class NoiseOptions(Options, group=GOAL):
             option = "--torque-noise" if like is None else like
             raise InputError(f"{option}: robot {robot.name!r} needs {robot.n} positive numbers")
         return np.asarray(sigma), rate or trajectories.INDEPENDENT, source
-
-
-class LimitOptions(RehearsedRobotOptions, group=LIMITS):
-    """Limits of the joints, the robot's parameters for its torques, and the scene."""
-
-    needs: ClassVar = {"within": ("heaviest_payload",)}
-    instead: ClassVar = {"no_floor": "scene"}  # which names its own floor
-
-    speed_override: Annotated[float, word(number, "SHARE")] = 1.0
-    """Fraction of the speed limits to use (default: 1)."""
-    acceleration: Annotated[_Level | None, word(_acceleration, "A|A1,A2,.."), SETTING] = None
-    """Acceleration limits [deg/s² or m/s²], or 3x: three times the speed limit per second."""
-    torque_limits: Annotated[tuple[float, ...] | str | None, values.numbers_or("none", "T|T1,T2,..")] = None
-    """Torque limits [N·m or N], or none to ignore even those of the robot's file."""
-    robot_parameters: values.RobotParametersFile | None = None
-    """The --json file of 'dynident identify', for torques and relative sigma."""
-    heaviest_payload: Annotated[str | None, Reads("heaviest payload"), Parameter(metavar="KG[@X,Y,Z]|TOML")] = None
-    """Keep the torque limits without this payload and with it."""
-    within: Annotated[tuple[tuple[float, ...], bool] | None, word(_region, "R|A,B,C|box:A,B,C")] = None
-    """Keep them for every payload up to --heaviest-payload within this ball, ellipsoid or box [m]."""
-    torque_margin: Annotated[Share, SETTING] = 0.0
-    """Fraction of the torque limits to leave free, such as 10%."""
-    scene: Annotated[str | None, Reads("scene"), Parameter(metavar="TOML"), SETTING] = None
-    """File of floor, walls and bodies to keep clear of each other, instead of those assumed."""
-    no_floor: bool = False
-    """Ignore the floor at the height of the base (or the wall or ceiling it is mounted on)."""
 
     def limited(self) -> tuple[model.Robot, trajectories.JointBounds, trajectories.Loads]:
         """The robot, its limits, and what torques are computed from, by ``--robot-parameters`` or a stand-in."""
@@ -238,7 +222,7 @@ def in_si(given: tuple[float, ...], robot: model.Robot) -> Array:
 class MotionFiles(PageOptions, LimitOptions, group=FILES):
     """Formats of the motion itself, beside the result."""
 
-    needs: ClassVar = {
+    rules: ClassVar = {
         "joint_names": ("ros2",),
         "controller_rate": ("urscript",),
         "sample_rate": ("samples", "ros2"),

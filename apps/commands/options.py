@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -25,7 +23,7 @@ from ..numbers import placed
 from ..report.blocks import Report
 from ..report.render import page_html, print_report, write_plots
 from . import values
-from .entry import CALL, FILES, KNOWN, LOGS, SETTING, Options, about, note, status
+from .entry import CALL, FILES, LOGS, SETTING, Options, about, note, shown, status
 from .values import Reads, numbers, texts, word
 
 if TYPE_CHECKING:
@@ -37,9 +35,7 @@ _INSTEAD = (
     "drives are the same."
 )
 _given_or_file = values.numbers_or(".json", "K|K1,K2,..|JSON")
-_BOX, _CENTRED, _ERRORS = "X0,X1,Y0,Y1,Z0,Z1", "X,Y,Z,A,B,C", "2%|S1,S2,..%|common=1%"
-_box = word(partial(numbers, count=6, layout=f"{_BOX} [m]"), _BOX)
-_ellipsoid = word(partial(numbers, count=6, layout=f"{_CENTRED} [m]"), _CENTRED)
+_ERRORS = "2%|S1,S2,..%|common=1%"
 
 
 class RobotOptions(Options):
@@ -54,29 +50,24 @@ class RobotOptions(Options):
     its frame [m/s^2]."""
 
     def load(self) -> model.Robot:
-        """The robot as it is mounted, with a note for each angle that was taken as a right one."""
+        """The robot as it is mounted, with the payload's frame and the mass that are asked for where they can be.
+
+        A note tells each angle that was taken as a right one.
+        """
         robot = model.load_robot(self.robot, *(self.chain or (None, None)))
         for angle in robot.snapped:
             note(f"{self.robot}: {angle}")
-        if self.mount is None:
-            return robot
-        kind, turned = self.mount
-        return model.with_gravity(robot, turned) if kind == "gravity" else model.mounted(robot, turned)
-
-
-class FramedRobotOptions(RobotOptions):
-    """A robot, and the frame in which a payload is taken or given."""
-
-    tool_frame: Annotated[model.Pose | None, word(values.frame, "X,Y,Z,R,P,Y")] = None
-    """Frame of the payload, relative to the flange: metres, then roll, pitch, yaw in degrees (default: itself)."""
-
-    def load(self) -> model.Robot:
-        """The robot as it is mounted, with the payload's frame that is asked for."""
-        robot, tool = super().load(), self.tool_frame
-        if tool is None:
-            return robot
-        with about("--tool-frame"):
-            return model.with_tool(robot, tool, f"tool frame at {placed(tool)} in: {robot.payload_frame}")
+        if self.mount is not None:
+            kind, turned = self.mount
+            robot = model.with_gravity(robot, turned) if kind == "gravity" else model.mounted(robot, turned)
+        if (tool := getattr(self, "tool_frame", None)) is not None:
+            with about("--tool-frame"):
+                robot = model.with_tool(robot, tool, f"tool frame at {placed(tool)} in: {robot.payload_frame}")
+        if (mass := getattr(self, "arm_mass", None)) is not None:
+            if not model.stand_in.missing_inertial(robot):
+                raise InputError(f"--arm-mass has no effect: {robot.name} has a body for each link: omit it")
+            robot = replace(robot, mass=mass, sources={**robot.sources, "mass": "given with --arm-mass"})
+        return robot
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,8 +125,8 @@ class Setup:
         return words
 
 
-class LogOptions(Options, group=LOGS):
-    """Columns, units and drive gains of logs."""
+class RecordingOptions(RobotOptions, group=LOGS):
+    """A robot and its logs, their filtering and decimation, the structure of the model, and the drive gains."""
 
     log_map: values.LogMapFile | None = None
     """File that maps the columns, units, side and signs of your logs."""
@@ -149,6 +140,19 @@ class LogOptions(Options, group=LOGS):
     """Topic of a ROS 2 bag."""
     drive_gains: Annotated[tuple[float, ...] | str | None, Reads("drive gains"), _given_or_file] = None
     """Torque per current [N·m/A], or the --json file of 'dynident gains'."""
+    rate: Annotated[values.Hertz | None, SETTING] = None
+    """Even rate to which recordings are resampled."""
+    cutoff: values.Hertz | None = None
+    """Cut-off frequency of the low-pass filter on positions and speeds."""
+    equation_rate: Annotated[values.Hertz | None, SETTING] = None
+    """Approximate rate to which the equations are decimated."""
+    offsets: Annotated[bool | None, Parameter(metavar="true|false"), SETTING] = None
+    """Whether each joint has a constant torque offset (default: as in the robot's file)."""
+    coulomb: Annotated[Literal["sum", "paper"] | None, Parameter(metavar="sum|paper"), SETTING] = None
+    """Coulomb friction of coupled drives: by the sum of the speeds, or as printed in the paper."""
+    gain_sigma: Annotated[tuple[tuple[float, ...], float] | None, word(values.gain_errors, _ERRORS)] = None
+    """Error of each joint's drive gain, 1 sigma, and one common to all joints: 2%,common=1% (default: what the
+    recordings state, else 2 %, or 1 % for torque sensors behind the gears; 0: exact)."""
 
     def how(self) -> logs.LogMap:
         """The map of ``--log-map`` with what the other options change."""
@@ -169,21 +173,6 @@ class LogOptions(Options, group=LOGS):
             )
         return tuple(stored.drive_gains.values.tolist()), stored.errors
 
-
-class ProcessingOptions(LogOptions, RobotOptions, group=LOGS):
-    """Logs, their filtering and decimation, and the structure of the model."""
-
-    rate: Annotated[values.Hertz | None, SETTING] = None
-    """Even rate to which recordings are resampled."""
-    cutoff: values.Hertz | None = None
-    """Cut-off frequency of the low-pass filter on positions and speeds."""
-    equation_rate: Annotated[values.Hertz | None, SETTING] = None
-    """Approximate rate to which the equations are decimated."""
-    offsets: Annotated[bool | None, Parameter(metavar="true|false"), SETTING] = None
-    """Whether each joint has a constant torque offset (default: as in the robot's file)."""
-    coulomb: Annotated[Literal["sum", "paper"] | None, Parameter(metavar="sum|paper"), SETTING] = None
-    """Coulomb friction of coupled drives: by the sum of the speeds, or as printed in the paper."""
-
     def setup(self, stored: estimation.RobotResult | None = None) -> Setup:
         """The robot with structure and processing as asked for; ``stored`` ones bring theirs."""
         robot = self.load()
@@ -200,53 +189,9 @@ class ProcessingOptions(LogOptions, RobotOptions, group=LOGS):
         changed = {name: value for name in names if (value := getattr(self, name, None)) is not None}
         if "equation_rate" in changed:  # takes the place of either in the robot's file
             changed["decimate"] = 1
-        with about(*(self.shown(name) for name in changed if name != "decimate")):
+        with about(*(shown(name) for name in changed if name != "decimate")):
             processing = replace(robot.processing, **changed)
         return Setup(robot, processing, gains, identified, self.how())
-
-
-class KnowledgeOptions(Options, group=KNOWN):
-    """Knowledge of the payload, which enters the constrained estimate of every method."""
-
-    mass: values.Weighed | None = None
-    """Mass from a scale, and its standard deviation."""
-    mass_bounds: Annotated[tuple[float | None, float | None] | None, word(values.bounds, "LEAST,MOST")] = None
-    """Least and largest mass; either may be omitted: ,3."""
-    com_within: Annotated[tuple[float, ...] | None, _box] = None
-    """Box that contains the centre of mass."""
-    ellipsoid: Annotated[tuple[float, ...] | None, _ellipsoid] = None
-    """Ellipsoid that contains the whole payload: centre and semi-axes."""
-
-    def constraints(self) -> list[estimation.Constraint]:
-        """The constraints that are named."""
-        constraints: list[estimation.Constraint] = [estimation.PossibleBody()]
-        if self.mass is not None:
-            mass, sigma = self.mass
-            if sigma is None:
-                raise InputError(
-                    "--mass needs the accuracy of the scale too: give the mass and its standard deviation in kg, "
-                    f"such as {mass:g}+-0.01"
-                )
-            constraints.append(estimation.KnownMass(mass, sigma))
-        if self.mass_bounds is not None:
-            least, most = self.mass_bounds
-            with about("--mass-bounds"):
-                constraints.append(estimation.MassBounds(least or 0.0, math.inf if most is None else most))
-        if self.com_within is not None:
-            with about("--com-within"):
-                constraints.append(estimation.CentreOfMassInBox(self.com_within[::2], self.com_within[1::2]))
-        if self.ellipsoid is not None:
-            with about("--ellipsoid"):
-                constraints.append(estimation.InEllipsoid(self.ellipsoid[:3], self.ellipsoid[3:]))
-        return constraints
-
-
-class GainOptions(ProcessingOptions, group=LOGS):
-    """Logs and processing, and the uncertainty of the drive gains."""
-
-    gain_sigma: Annotated[tuple[tuple[float, ...], float] | None, word(values.gain_errors, _ERRORS)] = None
-    """Error of each joint's drive gain, 1 sigma, and one common to all joints: 2%,common=1% (default: what the
-    recordings state, else 2 %, or 1 % for torque sensors behind the gears; 0: exact)."""
 
     def errors(
         self,
@@ -291,18 +236,20 @@ class PageOptions(Options, group=FILES):
         """The file that the JSON is written to."""
         return None if self.json == "-" else self.json
 
-    def give(self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str]) -> None:
-        """Print the screen, and write what is asked for; ``settings_text``: of processing."""
-        self.show(shown)
-        self.write(shown, document, settings_text)
-
     def show(self, shown: Report) -> None:
         """Print the screen, or all of it; beside standard output where that takes the JSON."""
         if not self.quiet:
             print_report(shown, self.details, sys.stderr if self.json == "-" else None)
 
-    def write(self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str]) -> None:
-        """Write document, which is made only then, page and figures, as far as they are asked for."""
+    def give(
+        self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str], told: bool = False
+    ) -> None:
+        """Print the screen unless it was ``told``; write document, which is made only then, page and figures.
+
+        ``settings_text``: of processing. All is written as far as it is asked for.
+        """
+        if not told:
+            self.show(shown)
         if self.json == "-":
             sys.stdout.write(json_text(document()).decode())
         elif self.json:

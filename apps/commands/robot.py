@@ -26,7 +26,7 @@ from ..report.sections.robot import base_description, robot_description
 from . import values
 from .entry import SETTING, Options, about, note, status, withheld
 from .motions import in_si
-from .options import FramedRobotOptions, PageOptions, ProcessingOptions, RobotOptions, ViewOptions
+from .options import PageOptions, RecordingOptions, RobotOptions, ViewOptions
 from .values import NewDrawing, NewFile, Positions, Reads, checked, number, numbers, positive_number, texts, word
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -42,7 +42,8 @@ def run_list() -> None:
         print(f"{name:14s}{model.load_robot(name).title}")
 
 
-class _Show(ViewOptions, FramedRobotOptions):
+class _Show(ViewOptions, RobotOptions):
+    tool_frame: values.ToolFrame | None = None
     at: Positions | None = None
     """Positions to draw [deg or m] (default: 0)."""
     base: bool = False
@@ -211,11 +212,9 @@ def draw(robot: model.Robot, path: str, at: tuple[float, ...]) -> str:
     return f"Drawn at {shown}: {path}"
 
 
-class _RobotCheck(PageOptions, ProcessingOptions):
+class _RobotCheck(PageOptions, RecordingOptions, without=("equation_rate", "plots", "gain_sigma")):
     data: values.DataFiles
     """Recording without payload."""
-    equation_rate: Annotated[None, Parameter(parse=False)] = None
-    plots: Annotated[None, Parameter(parse=False)] = None
 
     def __call__(self) -> bool:
         setup = self.setup()
@@ -237,7 +236,7 @@ class _RobotCheck(PageOptions, ProcessingOptions):
 
 
 class _RobotExport(RobotOptions):
-    belongs: ClassVar = {"into": ("to", ("mjcf", "urdf"))}
+    rules: ClassVar = {"into": {"to": ("mjcf", "urdf")}}
 
     robot_parameters: tuple[values.RobotParametersFile, ...] = ()
     """The --json file of 'dynident identify' (default: the parameters in the robot's own file)."""

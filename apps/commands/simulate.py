@@ -29,8 +29,7 @@ from ..report.sections.payload import payload_report
 from ..report.sections.robot import assumed_notes, robot_section
 from . import values
 from .entry import SETTING, status
-from .motions import RehearsedRobotOptions
-from .options import PageOptions, Setup, ViewOptions
+from .options import PageOptions, RobotOptions, Setup, ViewOptions
 from .values import Count, NewFolder, PayloadFile, Reads, Seed, Share, number, share, where, word
 
 _SHARE = 0.08
@@ -53,7 +52,8 @@ As in the paper it is a known torque: the simulation applies it, identification 
 """
 
 
-class _Simulate(ViewOptions, RehearsedRobotOptions):
+class _Simulate(ViewOptions, RobotOptions):
+    arm_mass: values.ArmMass | None = None
     trajectory: tuple[Annotated[str, Reads("trajectories"), Parameter(metavar="CSV")], ...] = ()
     """Motion to run (t,q1..[,qd1..[,qdd1..]]); repeatable (default: one through 16 random points)."""
     payload: PayloadFile | None = None
