@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import field, replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from cyclopts import Parameter
@@ -26,7 +26,6 @@ from ..report.blocks import Report
 from ..report.sections import motion as sections
 from . import motions, values
 from .entry import GOAL, MOTION, SEARCH, SETTING, about, note, shown, status
-from .options import PageOptions, ViewOptions
 from .values import Count, NewFile, Positions, Reads, Seconds, Seed, number, numbers, positive_number, whole, word
 
 _SEARCH = Parameter(group=SEARCH)
@@ -59,8 +58,8 @@ class _Learning(motions.LimitOptions, group=GOAL):
         loads: trajectories.Loads,
         shape: trajectories.ViaPointShape | trajectories.FourierShape,
         stood: Sequence[Array] = (),
-    ) -> tuple[trajectories.DesignProblem, dict[str, float], dict[str, str]]:
-        """The problem, values that sigma is relative to, labels of parameters; ``stood``: poses of the arm seen."""
+    ) -> tuple[trajectories.DesignProblem, dict[str, Any]]:
+        """The problem, and what a ``JudgedMotion`` says of its parameters; ``stood``: poses of the arm seen."""
         payload, base, labels = loads.heaviest, model.base_parameters(robot), dict[str, str]()
         payload_only, identified = self.columns == ("payload",), loads.covariance is not None
         known = dict(loads.parameters) if identified else {}
@@ -76,14 +75,10 @@ class _Learning(motions.LimitOptions, group=GOAL):
             raise InputError("--heaviest-payload counts in torque limits: give --torque-limits")
         counting = any_limit and (identified or payload is not None or loads.margin > 0.0)
         length = self.data_length
-        if self.data_from:
-            if isinstance(shape, trajectories.FourierShape):
-                length = length or shape.duration
-            elif shape.fixed is None:
-                length = length or shape.longest
-            else:
-                times = shape.fixed
-                length = length or (sum(times) if isinstance(times, tuple) else (shape.count - 1) * times)
+        if self.data_from and length is None:
+            length = shape.duration if isinstance(shape, trajectories.FourierShape) else shape.longest
+            if isinstance(shape, trajectories.ViaPointShape) and shape.fixed is not None:
+                length = float(np.broadcast_to(shape.fixed, shape.count - 1).sum())
             if length is None:
                 raise InputError("--data-from needs data-length, a setting: how long will be recorded next?")
         sigma, rate, words = self.noise(robot, bounds, earlier=next(iter(self.data_from), None))
@@ -101,21 +96,24 @@ class _Learning(motions.LimitOptions, group=GOAL):
             data_length=length,
             earlier=results.read_earlier(self.data_from, noise, ten) if self.data_from else None,
         )
-        return self.problem(robot, bounds, shape, goal, loads if counting else None, stood), reference, labels
+        problem = self.problem(robot, bounds, shape, goal, loads if counting else None, stood)
+        return problem, {"reference": reference, "labels": labels}
 
-    def floor(self, problem: trajectories.DesignProblem, score: float, seed: int) -> trajectories.Floor | None:
-        """The floor under a motion's criterion, if it is asked for and not interrupted, which costs no motion."""
-        if not self.bound:
-            return None
-        try:
-            with status("estimating the floor"):
-                return trajectories.floor_under(problem, score, seed=seed)
-        except KeyboardInterrupt:
-            note("interrupted: the floor is not known")
-            return None
+    def judge(self, judged: documents.JudgedMotion, seed: int) -> None:
+        """Show and write a motion, with the floor under its criterion if asked for, and its view."""
+        problem = judged.score.problem
+        if self.bound:
+            try:
+                with status("estimating the floor"):
+                    floor = trajectories.floor_under(problem, judged.score.value, seed=seed)
+                judged = judged._replace(floor=floor)
+            except KeyboardInterrupt:  # it costs no motion
+                note("interrupted: the floor is not known")
+        self.give(sections.design_report(judged), lambda: documents.design_document(judged), {})
+        self.write_view(lambda: view.view_of(problem.robot, judged.motion, problem=problem))
 
 
-class _Design(ViewOptions, motions.MotionFiles, _Learning, group=MOTION):
+class _Design(motions.MotionFiles, _Learning, group=MOTION):
     rules: ClassVar = {"ramp": {"segments": ("trapezoid",)}, "via_points": "fourier"}
 
     via_points: Annotated[int, word(partial(whole, least=3), "N")] = 14
@@ -160,26 +158,18 @@ class _Design(ViewOptions, motions.MotionFiles, _Learning, group=MOTION):
         )
         if self.fourier is not None:
             shape = trajectories.FourierShape(self.fourier, self.duration, start=start)
-        problem, reference, labels = self.request(robot, bounds, loads, shape)
-        robot, kind = problem.robot, problem.criterion.kind
-        self.check_robot(robot, not self.fourier)
-
-        def words(best: float | None) -> str:
-            text = None if best is None else sections.criterion_text(kind, best)
-            return f"; best: {text or 'no motion within the limits yet'}"
-
-        design = motions.best_motion(problem, self.seed, self.starts, words)
-        floor = self.floor(problem, design.score.value, self.seed)
-        judged = documents.JudgedMotion.of(design)._replace(reference=reference, labels=labels, floor=floor)
-        written = WrittenMotion(robot, design.plan, problem.bounds, design_head(design, judged.learnt))
+        problem, named = self.request(robot, bounds, loads, shape)
+        self.check_robot(problem.robot, not self.fourier)
+        design = motions.best_motion(problem, self.seed, self.starts, problem.criterion.kind)
+        judged = documents.JudgedMotion.of(design)._replace(**named)
+        written = WrittenMotion(problem.robot, design.plan, problem.bounds, design_head(design, judged.learnt))
         if self.val3:  # what a controller would make of the via points if its profiles are trapezoidal
             profile = val3_replay(self.asked(written)["val3"][1]).motion(_REPLAY_RATE)
             judged = judged._replace(replay=trajectories.score_motion(problem, profile))
         estimated = () if problem.payloads is not None else ("val3",)
         self.check_replays(problem, written, *estimated)
-        self.give(sections.design_report(judged), lambda: documents.design_document(judged), {})
+        self.judge(judged, self.seed)
         self.write_motion(written)
-        self.write_view(lambda: view.view_of(robot, judged.motion, problem=problem))
 
     def check(self) -> None:
         """Refuse options of the other shape."""
@@ -193,7 +183,7 @@ class _Design(ViewOptions, motions.MotionFiles, _Learning, group=MOTION):
         super().check()
 
 
-class _Score(ViewOptions, PageOptions, _Learning, group=MOTION):
+class _Score(_Learning, group=MOTION):
     rules: ClassVar = {"seed": ("bound",)}
 
     data: Annotated[str, Reads("motion"), Parameter(metavar="LOG")] = field(kw_only=False)
@@ -211,15 +201,10 @@ class _Score(ViewOptions, PageOptions, _Learning, group=MOTION):
         shape = trajectories.ViaPointShape(longest=self.max_duration)
         robot, bounds, loads = self.limited()
         motion, recorded, stood = _logged_motion(self.data, robot, self.log_map, self.cutoff)
-        problem, reference, labels = self.request(robot, bounds, loads, shape, stood)
-        learnt = documents.as_recorded(problem, recorded)
-        score = trajectories.score_motion(problem, motion)
-        floor = self.floor(problem, score.value, self.seed)
-        judged = documents.JudgedMotion(
-            f"Motion of {self.data}", score, motion, learnt, reference, labels, floor=floor, source=self.data
-        )
-        self.give(sections.design_report(judged), lambda: documents.design_document(judged), {})
-        self.write_view(lambda: view.view_of(problem.robot, motion, problem=problem))
+        problem, named = self.request(robot, bounds, loads, shape, stood)
+        score, learnt = trajectories.score_motion(problem, motion), documents.as_recorded(problem, recorded)
+        judged = documents.JudgedMotion(f"Motion of {self.data}", score, motion, learnt, **named, source=self.data)
+        self.judge(judged, self.seed)
 
 
 def _logged_motion(
@@ -245,7 +230,7 @@ def _logged_motion(
     return measured.motion, measured, [measured.motion.q] * measured_too
 
 
-class _Near(ViewOptions, motions.MotionFiles, group=MOTION):
+class _Near(motions.MotionFiles, group=MOTION):
     rules: ClassVar = {
         **dict.fromkeys(("poses", "hold", "approach"), ("static",)),
         **dict.fromkeys(("second_pose", "duration", "ladder"), "static"),
@@ -349,7 +334,17 @@ class _Near(ViewOptions, motions.MotionFiles, group=MOTION):
             sections.near_report(result, expected, hints, samples), lambda: documents.near_document(result), {}
         )
         self.write_motion(written)
-        self.write_rehearsals(result, written)
+        if (self.rehearsal or self.samples) and isinstance(
+            design.plan, trajectories.Fourier
+        ):  # or the ladder's runs
+            beside = Path(self.samples or "none")
+            path = Path(self.rehearsal or beside.with_name(f"{beside.stem}_rehearsal{beside.suffix}"))
+            rungs = enumerate((rung.speed for rung in ladder if rung.speed < 1.0), 1)
+            slower = {path.with_name(f"{path.stem}_{k}{path.suffix}"): speed for k, speed in rungs}
+            for name, speed in slower.items() if ladder else [(path, trajectories.REHEARSAL)]:
+                head, plan = sections.near_head(result, speed), design.plan.slowed(speed)
+                slow = replace(written, plan=plan, head=head, rate=self.sample_rate)
+                write_text(name, FORMATS["csv"].text(slow))
         self.write_view(lambda: view.view_of(robot, samples, problem=design.problem))
 
     def shape(
@@ -357,41 +352,34 @@ class _Near(ViewOptions, motions.MotionFiles, group=MOTION):
     ) -> tuple[trajectories.NearShape | trajectories.StaticShape, trajectories.NearGoal, Array | None]:
         """Shape of the motion, its goal, and a second pose that would help where none was asked for."""
         joints, scale = self.joints, self.mass[1]
+        if self.static and self.torque_noise is not None and self.torque_noise[1] is not None:
+            raise InputError("--torque-noise: at rest each approach is one sample: omit @HZ")
+        sigma, rate, source = self.noise(robot, bounds, trajectories.ASSUMED_STICTION if self.static else None)
+        goal = trajectories.NearGoal(sigma, 1.0 / self.hold if self.static else rate, expected, scale, source)
+        with about("--pose"):
+            pose = motions.in_si(self.pose, robot)
+            check_pose(pose, robot, bounds)
         if self.static:  # within the range about the pose, or as far as the joints go
-            if self.torque_noise is not None and self.torque_noise[1] is not None:
-                raise InputError("--torque-noise: at rest each approach is one sample: omit @HZ")
-            sigma, _, source = self.noise(robot, bounds, trajectories.ASSUMED_STICTION)
             moving = [joint - 1 for joint in joints]
             usual = (_SLIDE if j < robot.n and not robot.joints[j].revolute else _APPROACH for j in moving)
             approach = self.each(robot, "approach", self.approach or tuple(usual))
-            with about("--pose"):
-                pose = motions.in_si(self.pose, robot)
-                check_pose(pose, robot, bounds)
             low, high = bounds.low[moving], bounds.high[moving]
             if self.has("range"):
                 ranges = self.each(robot, "range", self.range)
                 low, high = np.maximum(low, pose[moving] - ranges), np.minimum(high, pose[moving] + ranges)
-            rest = trajectories.StaticShape(pose, joints, low, high, approach, self.poses, self.hold)
-            return rest, trajectories.NearGoal(sigma, 1.0 / self.hold, expected, scale, source), None
-        sigma, rate, source = self.noise(robot, bounds)
-        goal = trajectories.NearGoal(sigma, rate, expected, scale, source)
-        ranges = self.each(robot, "range", self.range)
+            return trajectories.StaticShape(pose, joints, low, high, approach, self.poses, self.hold), goal, None
+        shape = trajectories.NearShape(pose[None], joints, self.each(robot, "range", self.range), self.duration)
         with about("--pose"):
-            first = motions.in_si(self.pose, robot)
-            shape = trajectories.NearShape(first[None], joints, ranges, self.duration)
             shape.check(robot, bounds)
-        if self.second_pose is None and scale is None and not shape.visibility(robot).mass_visible:
-            return shape, goal, None
-        if isinstance(self.second_pose, tuple):
-            second: Array | None = motions.in_si(self.second_pose, robot)
-        else:
+        second = motions.in_si(self.second_pose, robot) if isinstance(self.second_pose, tuple) else None
+        if second is None and (self.second_pose or scale is not None or shape.visibility(robot).mass_visible):
             second = trajectories.second_pose(robot, shape, goal, bounds, self.seed)
         if self.second_pose is None:
             return shape, goal, second
         if second is None:
             note("a second pose would hardly help: only one is used")
             return shape, goal, None
-        shape = replace(shape, poses=np.array([first, second]))
+        shape = replace(shape, poses=np.array([pose, second]))
         shape.check(robot, bounds)
         return shape, goal, None
 
@@ -409,19 +397,3 @@ class _Near(ViewOptions, motions.MotionFiles, group=MOTION):
             )
         each = values.each_joint(given, len(turning), shown(option))
         return np.array([np.radians(x) if turns else x for x, turns in zip(each, turning, strict=True)])
-
-    def write_rehearsals(self, result: documents.NearResult, written: WrittenMotion) -> None:
-        """Write slower runs of the motion: the rehearsal, or those of the ladder."""
-        motion = result.design.plan
-        if not (self.rehearsal or self.samples) or not isinstance(motion, trajectories.Fourier):
-            return
-        beside = Path(self.samples or "none")
-        path = Path(self.rehearsal or beside.with_name(f"{beside.stem}_rehearsal{beside.suffix}"))
-        speeds = {path: trajectories.REHEARSAL}
-        if result.ladder:
-            rungs = enumerate((rung.speed for rung in result.ladder if rung.speed < 1.0), 1)
-            speeds = {path.with_name(f"{path.stem}_{k}{path.suffix}"): speed for k, speed in rungs}
-        for name, speed in speeds.items():
-            head = sections.near_head(result, speed)
-            slow = replace(written, plan=motion.slowed(speed), head=head, rate=self.sample_rate)
-            write_text(name, FORMATS["csv"].text(slow))

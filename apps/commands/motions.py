@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, ClassVar
@@ -22,9 +22,10 @@ from ..export.motion import WrittenMotion
 from ..export.motions.ros2 import check_joint_names
 from ..export.motions.urscript import CONTROLLER_RATE, check_urscript
 from ..export.motions.val3 import check_val3
+from ..report.sections.motion import criterion_text
 from . import values
 from .entry import FILES, GENERAL, GOAL, LIMITS, SETTING, note, status
-from .options import PageOptions, RobotOptions
+from .options import PageOptions, RobotOptions, ViewOptions
 from .values import Names, NewFile, Reads, Share, checked, number, numbers, positive_number, share, word
 
 _GOAL = Parameter(group=GOAL)
@@ -61,7 +62,7 @@ _Level = float | tuple[float, ...]
 _Rate = Annotated[float, word(positive_number, "HZ")]
 
 
-class LimitOptions(RobotOptions, group=LIMITS):
+class LimitOptions(ViewOptions, PageOptions, RobotOptions, group=LIMITS):
     """Limits of the joints, the robot's parameters for its torques, the scene; and the noise of a recording.
 
     The noise is told, what an earlier recording shows, or assumed.
@@ -101,7 +102,7 @@ class LimitOptions(RobotOptions, group=LIMITS):
         self,
         robot: model.Robot,
         bounds: trajectories.JointBounds,
-        assumed: tuple[float, str] = (trajectories.ASSUMED_RATIO, trajectories.ASSUMED_NOISE),
+        assumed: tuple[float, str] | None = None,
         earlier: str | None = None,
     ) -> tuple[Array, float, str]:
         """Sigma [N·m or N], independent samples a second, source: told, ``earlier``, or ``assumed`` over limits."""
@@ -110,7 +111,8 @@ class LimitOptions(RobotOptions, group=LIMITS):
         if like is not None:
             sigma, rate, source = *results.shown_noise(like), f"as {like} shows"
         elif level is None:
-            sigma, source = trajectories.assumed_noise(robot, assumed[0]), assumed[1]
+            ratio, source = assumed or (trajectories.ASSUMED_RATIO, trajectories.ASSUMED_NOISE)
+            sigma = trajectories.assumed_noise(robot, ratio)
             if not np.isfinite(sigma).all():
                 raise InputError(
                     f"robot {robot.name!r} has no torque limits to estimate a noise from: give "
@@ -219,7 +221,7 @@ def in_si(given: tuple[float, ...], robot: model.Robot) -> Array:
     return np.array([np.radians(x) if joint.revolute else x for x, joint in zip(given, robot.joints, strict=True)])
 
 
-class MotionFiles(PageOptions, LimitOptions, group=FILES):
+class MotionFiles(LimitOptions, group=FILES):
     """Formats of the motion itself, beside the result."""
 
     rules: ClassVar = {
@@ -292,16 +294,16 @@ class MotionFiles(PageOptions, LimitOptions, group=FILES):
 
 
 def best_motion(
-    problem: trajectories.DesignProblem,
-    seed: int,
-    starts: int | None,
-    words: Callable[[float | None], str] = lambda best: "",
+    problem: trajectories.DesignProblem, seed: int, starts: int | None, kind: str | None = None
 ) -> trajectories.Design:
-    """The best motion that keeps every limit; ``words`` tell the best criterion so far, if there is one."""
+    """The best motion that keeps every limit; the best criterion so far is told if its ``kind`` is given."""
     with status("building") as progress:
 
         def show(text: str, best: float | None, evaluations: int) -> None:
-            progress(f"{text}, {evaluations} evaluations{words(best)}")
+            reached = (
+                "no motion within the limits yet" if kind is None or best is None else criterion_text(kind, best)
+            )
+            progress(f"{text}, {evaluations} evaluations{f'; best: {reached}' if kind else ''}")
 
         design = trajectories.solve_design(problem, seed=seed, starts=starts, progress=show)
     if design.missed:

@@ -249,15 +249,10 @@ class _RobotExport(RobotOptions):
     despite_verdict: bool = False
     """Write it, whatever the verdict."""
 
-    def check(self) -> None:
-        """Refuse what the format does not know, and more than one robot."""
-        super().check()
+    def __call__(self) -> bool:
         if len(self.robot_parameters) > 1:
             raise InputError("several --robot-parameters: give all recordings to one 'dynident identify'")
-
-    def __call__(self) -> bool:
-        form = simulators.FORMATS[self.to]
-        robot = self.load()
+        form, robot = simulators.FORMATS[self.to], self.load()
         against: tuple[str, ...] = ()
         if self.robot_parameters:
             (path,) = self.robot_parameters
