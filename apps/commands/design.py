@@ -52,14 +52,10 @@ class _Learning(motions.LimitOptions, group=GOAL):
     """Estimate the best value that any motion could reach, and the gap to it."""
 
     def request(
-        self,
-        robot: model.Robot,
-        bounds: trajectories.JointBounds,
-        loads: trajectories.Loads,
-        shape: trajectories.ViaPointShape | trajectories.FourierShape,
-        stood: Sequence[Array] = (),
+        self, shape: trajectories.ViaPointShape | trajectories.FourierShape, stood: Sequence[Array] = ()
     ) -> tuple[trajectories.DesignProblem, dict[str, Any]]:
         """The problem, and what a ``JudgedMotion`` says of its parameters; ``stood``: poses of the arm seen."""
+        robot, bounds, loads = self.limited
         payload, base, labels = loads.heaviest, model.base_parameters(robot), dict[str, str]()
         payload_only, identified = self.columns == ("payload",), loads.covariance is not None
         known = dict(loads.parameters) if identified else {}
@@ -81,7 +77,7 @@ class _Learning(motions.LimitOptions, group=GOAL):
                 length = float(np.broadcast_to(shape.fixed, shape.count - 1).sum())
             if length is None:
                 raise InputError("--data-from needs data-length, a setting: how long will be recorded next?")
-        sigma, rate, words = self.noise(robot, bounds, earlier=next(iter(self.data_from), None))
+        sigma, rate, words = self.noise(earlier=next(iter(self.data_from), None))
         noise = sigma if self.criterion in ("d", "a") else None
         ten = model.regressors.payload_columns(robot) if payload_only else ()
         goal = trajectories.Goal(
@@ -96,7 +92,7 @@ class _Learning(motions.LimitOptions, group=GOAL):
             data_length=length,
             earlier=results.read_earlier(self.data_from, noise, ten) if self.data_from else None,
         )
-        problem = self.problem(robot, bounds, shape, goal, loads if counting else None, stood)
+        problem = self.problem(shape, goal, loads if counting else None, stood)
         return problem, {"reference": reference, "labels": labels}
 
     def judge(self, judged: documents.JudgedMotion, seed: int) -> None:
@@ -140,7 +136,7 @@ class _Design(motions.MotionFiles, _Learning, group=MOTION):
     """Random starts (default: 6 by d and a, else 3)."""
 
     def __call__(self) -> None:
-        (robot, bounds, loads), start = self.limited(), None
+        (robot, bounds, _), start = self.limited, None
         if self.start:
             with about("--start"):
                 pose = motions.in_si(self.start, robot)
@@ -158,8 +154,8 @@ class _Design(motions.MotionFiles, _Learning, group=MOTION):
         )
         if self.fourier is not None:
             shape = trajectories.FourierShape(self.fourier, self.duration, start=start)
-        problem, named = self.request(robot, bounds, loads, shape)
-        self.check_robot(problem.robot, not self.fourier)
+        problem, named = self.request(shape)
+        self.check_robot(not self.fourier)
         design = motions.best_motion(problem, self.seed, self.starts, problem.criterion.kind)
         judged = documents.JudgedMotion.of(design)._replace(**named)
         written = WrittenMotion(problem.robot, design.plan, problem.bounds, design_head(design, judged.learnt))
@@ -199,35 +195,31 @@ class _Score(_Learning, group=MOTION):
 
     def __call__(self) -> None:
         shape = trajectories.ViaPointShape(longest=self.max_duration)
-        robot, bounds, loads = self.limited()
-        motion, recorded, stood = _logged_motion(self.data, robot, self.log_map, self.cutoff)
-        problem, named = self.request(robot, bounds, loads, shape, stood)
+        motion, recorded, stood = self.logged()
+        problem, named = self.request(shape, stood)
         score, learnt = trajectories.score_motion(problem, motion), documents.as_recorded(problem, recorded)
         judged = documents.JudgedMotion(f"Motion of {self.data}", score, motion, learnt, **named, source=self.data)
         self.judge(judged, self.seed)
 
-
-def _logged_motion(
-    path: str, robot: model.Robot, log_map: str | None, cutoff: float | None
-) -> tuple[model.Motion, Measurement, list[Array]]:
-    """The motion of a file, planned where it has accelerations; as a recording shows it; poses recorded."""
-    measured_too = True
-    if log_map:  # of currents the motion counts alone, whatever the gains
-        mapped = logs.read_log_map(log_map)
-        currents = logs.named(path, robot, mapped).holds_currents_only
-        recording = logs.read_recording(path, robot, (1.0,) * robot.n if currents else None, mapped)
-    else:
-        t, q, qd, qdd = logs.read_trajectory(path, robot)
-        if qd is not None and qdd is not None:
-            if cutoff is not None:
-                raise InputError(f"{path}: has accelerations, so it is not filtered: omit --cutoff")
-            motion = trajectories.joined(model.Motion(t, q, qd, qdd), _PLANNED_RATE)
-            return motion, documents.planned(robot, motion, path), []
-        measured_too = any(map(logs.named(path, robot, None).holds, ("torque", "current")))
-        recording = model.Recording(t, q, 0.0 * q, qd, path)
-    processing = robot.processing if cutoff is None else replace(robot.processing, cutoff=cutoff)
-    measured = estimation.measurement(recording, processing)
-    return measured.motion, measured, [measured.motion.q] * measured_too
+    def logged(self) -> tuple[model.Motion, Measurement, list[Array]]:
+        """The motion of the file, planned where it has accelerations; as a recording shows it; poses recorded."""
+        (robot, _, _), path, cutoff, measured_too = self.limited, self.data, self.cutoff, True
+        if self.log_map:  # of currents the motion counts alone, whatever the gains
+            mapped = logs.read_log_map(self.log_map)
+            currents = logs.named(path, robot, mapped).holds_currents_only
+            recording = logs.read_recording(path, robot, (1.0,) * robot.n if currents else None, mapped)
+        else:
+            t, q, qd, qdd = logs.read_trajectory(path, robot)
+            if qd is not None and qdd is not None:
+                if cutoff is not None:
+                    raise InputError(f"{path}: has accelerations, so it is not filtered: omit --cutoff")
+                motion = trajectories.joined(model.Motion(t, q, qd, qdd), _PLANNED_RATE)
+                return motion, documents.planned(robot, motion, path), []
+            measured_too = any(map(logs.named(path, robot, None).holds, ("torque", "current")))
+            recording = model.Recording(t, q, 0.0 * q, qd, path)
+        processing = robot.processing if cutoff is None else replace(robot.processing, cutoff=cutoff)
+        measured = estimation.measurement(recording, processing)
+        return measured.motion, measured, [measured.motion.q] * measured_too
 
 
 class _Near(motions.MotionFiles, group=MOTION):
@@ -267,9 +259,9 @@ class _Near(motions.MotionFiles, group=MOTION):
     """File of the motion at a tenth of the speed; F_1.csv, .. with --ladder (default: beside --samples)."""
 
     def __call__(self) -> None:
-        robot, bounds, known = self.limited()
+        robot, bounds, known = self.limited
         payload = known.heaviest
-        self.check_robot(robot, self.static)
+        self.check_robot(self.static)
         mass, scale = self.mass
         if isinstance(payload, trajectories.PayloadSet) and mass > payload.mass:
             if self.ladder or self.has("mass"):
@@ -281,26 +273,23 @@ class _Near(motions.MotionFiles, group=MOTION):
         expected = model.InertialParameters.from_com(mass, [0.0, 0.0, 0.1], 0.003 * mass * np.eye(3))
         if self.static:
             self.refuse("rehearsal", "has no effect with --static: run it at a low speed override first")
-        shape, goal, hint = self.shape(robot, bounds, expected)
+        shape, goal, hint = self.shape(expected)
         visibility = shape.visibility(robot)
         try:
             trajectories.check_mass_visible(visibility, scale is not None, "near this pose")
         except InputError:  # what joints show is printed all the same
             self.show(Report("", [sections.visibility_table(visibility)]))
             raise
-        heaviest, loads, kept = payload, None, bounds
-        if self.ladder:
-            if not isinstance(payload, trajectories.PayloadSet):
-                raise InputError("--ladder needs --heaviest-payload and --within: what the first run must bear")
-            heaviest = payload.lighter(_LEFT * mass)
+        borne = payload if self.ladder and isinstance(payload, trajectories.PayloadSet) else None
+        if self.ladder and borne is None:
+            raise InputError("--ladder needs --heaviest-payload and --within: what the first run must bear")
+        heaviest, loads = payload if borne is None else borne.lighter(_LEFT * mass), None
         if known.parameters and np.isfinite(bounds.torque).any():
             loads = replace(known, heaviest=heaviest or expected)
         elif payload is not None or known.margin > 0.0:
             option = "--heaviest-payload" if payload is not None else "torque-margin"
             raise InputError(f"{option} needs --torque-limits, and --robot-parameters or --arm-mass")
-        else:  # torques cannot be computed
-            kept = replace(bounds, torque=np.full(robot.n, np.inf))
-        problem = self.problem(robot, kept, shape, goal, loads)
+        problem = self.problem(shape, goal, loads)
         trajectories.check_held(problem, shape.poses)
         design = motions.best_motion(problem, self.seed, self.starts or (None if self.static else 1))
         samples = design.motion(documents.FIGURE_RATE)
@@ -308,13 +297,11 @@ class _Near(motions.MotionFiles, group=MOTION):
             run = trajectories.score_motion(problem, samples)
             design = replace(design, score=replace(design.score, limits=run.limits, samples=run.samples))
         ladder: tuple[trajectories.Rung, ...] = ()
-        if self.ladder:
-            assert isinstance(design.plan, trajectories.Fourier)
-            assert isinstance(payload, trajectories.PayloadSet)
+        if borne is not None and isinstance(design.plan, trajectories.Fourier):
             with status("looking for the speeds of the ladder"):
                 ladder = trajectories.speed_ladder(
-                    lambda payloads: self.problem(robot, bounds, shape, goal, replace(known, heaviest=payloads)),
-                    payload,
+                    lambda payloads: self.problem(shape, goal, replace(known, heaviest=payloads)),
+                    borne,
                     design.plan,
                     mass,
                     lambda run: goal.predicted(robot, run, self.joints).mass,
@@ -334,9 +321,7 @@ class _Near(motions.MotionFiles, group=MOTION):
             sections.near_report(result, expected, hints, samples), lambda: documents.near_document(result), {}
         )
         self.write_motion(written)
-        if (self.rehearsal or self.samples) and isinstance(
-            design.plan, trajectories.Fourier
-        ):  # or the ladder's runs
+        if (self.rehearsal or self.samples) and isinstance(design.plan, trajectories.Fourier):
             beside = Path(self.samples or "none")
             path = Path(self.rehearsal or beside.with_name(f"{beside.stem}_rehearsal{beside.suffix}"))
             rungs = enumerate((rung.speed for rung in ladder if rung.speed < 1.0), 1)
@@ -348,13 +333,13 @@ class _Near(motions.MotionFiles, group=MOTION):
         self.write_view(lambda: view.view_of(robot, samples, problem=design.problem))
 
     def shape(
-        self, robot: model.Robot, bounds: trajectories.JointBounds, expected: model.InertialParameters
+        self, expected: model.InertialParameters
     ) -> tuple[trajectories.NearShape | trajectories.StaticShape, trajectories.NearGoal, Array | None]:
         """Shape of the motion, its goal, and a second pose that would help where none was asked for."""
-        joints, scale = self.joints, self.mass[1]
+        (robot, bounds, _), joints, scale = self.limited, self.joints, self.mass[1]
         if self.static and self.torque_noise is not None and self.torque_noise[1] is not None:
             raise InputError("--torque-noise: at rest each approach is one sample: omit @HZ")
-        sigma, rate, source = self.noise(robot, bounds, trajectories.ASSUMED_STICTION if self.static else None)
+        sigma, rate, source = self.noise(trajectories.ASSUMED_STICTION if self.static else None)
         goal = trajectories.NearGoal(sigma, 1.0 / self.hold if self.static else rate, expected, scale, source)
         with about("--pose"):
             pose = motions.in_si(self.pose, robot)
@@ -362,13 +347,13 @@ class _Near(motions.MotionFiles, group=MOTION):
         if self.static:  # within the range about the pose, or as far as the joints go
             moving = [joint - 1 for joint in joints]
             usual = (_SLIDE if j < robot.n and not robot.joints[j].revolute else _APPROACH for j in moving)
-            approach = self.each(robot, "approach", self.approach or tuple(usual))
+            approach = self.each("approach", self.approach or tuple(usual))
             low, high = bounds.low[moving], bounds.high[moving]
             if self.has("range"):
-                ranges = self.each(robot, "range", self.range)
+                ranges = self.each("range", self.range)
                 low, high = np.maximum(low, pose[moving] - ranges), np.minimum(high, pose[moving] + ranges)
             return trajectories.StaticShape(pose, joints, low, high, approach, self.poses, self.hold), goal, None
-        shape = trajectories.NearShape(pose[None], joints, self.each(robot, "range", self.range), self.duration)
+        shape = trajectories.NearShape(pose[None], joints, self.each("range", self.range), self.duration)
         with about("--pose"):
             shape.check(robot, bounds)
         second = motions.in_si(self.second_pose, robot) if isinstance(self.second_pose, tuple) else None
@@ -383,8 +368,9 @@ class _Near(motions.MotionFiles, group=MOTION):
         shape.check(robot, bounds)
         return shape, goal, None
 
-    def each(self, robot: model.Robot, option: str, given: tuple[float, ...]) -> Array:
+    def each(self, option: str, given: tuple[float, ...]) -> Array:
         """Numbers of an option for each moving joint [rad or m], where one may stand for all."""
+        robot, _, _ = self.limited
         if max(self.joints) > robot.n:
             raise InputError(
                 f"--joints {max(self.joints)}: robot {robot.name!r} has {robot.n} joints: number them from 1, at "
@@ -396,4 +382,4 @@ class _Near(motions.MotionFiles, group=MOTION):
                 f"{shown(option)}: give one number for each joint, in deg where it turns and in m where it slides"
             )
         each = values.each_joint(given, len(turning), shown(option))
-        return np.array([np.radians(x) if turns else x for x, turns in zip(each, turning, strict=True)])
+        return np.where(turning, np.radians(each), each)

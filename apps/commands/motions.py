@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, ClassVar
 
@@ -58,6 +59,7 @@ def _region(text: str) -> tuple[tuple[float, ...], bool]:
     return checked(half, good, text, "R, A,B,C or box:A,B,C, each above 0 m"), text.startswith("box:")
 
 
+_NOISE = word(_noise, "S|S1,S2,..[@HZ]")
 _Level = float | tuple[float, ...]
 _Rate = Annotated[float, word(positive_number, "HZ")]
 
@@ -90,23 +92,17 @@ class LimitOptions(ViewOptions, PageOptions, RobotOptions, group=LIMITS):
     """File of floor, walls and bodies to keep clear of each other, instead of those assumed."""
     no_floor: bool = False
     """Ignore the floor at the height of the base (or the wall or ceiling it is mounted on)."""
-    torque_noise: Annotated[tuple[_Level | None, float | None] | None, word(_noise, "S|S1,S2,..[@HZ]"), _GOAL] = (
-        None
-    )
+    torque_noise: Annotated[tuple[_Level | None, float | None] | None, _NOISE, _GOAL] = None
     """Torque noise, 1 sigma per joint [N·m or N], or 10% of the limits; @HZ: independent samples a second
     (default: 10)."""
     like: Annotated[str | None, Reads("like"), Parameter(metavar="JSON"), _GOAL] = None
     """Take the torque noise from an earlier recording: the --json file of identify or payload."""
 
     def noise(
-        self,
-        robot: model.Robot,
-        bounds: trajectories.JointBounds,
-        assumed: tuple[float, str] | None = None,
-        earlier: str | None = None,
+        self, assumed: tuple[float, str] | None = None, earlier: str | None = None
     ) -> tuple[Array, float, str]:
         """Sigma [N·m or N], independent samples a second, source: told, ``earlier``, or ``assumed`` over limits."""
-        level, rate = self.torque_noise or (None, None)
+        (robot, bounds, _), (level, rate) = self.limited, self.torque_noise or (None, None)
         like = earlier if self.like is None and self.torque_noise is None else self.like
         if like is not None:
             sigma, rate, source = *results.shown_noise(like), f"as {like} shows"
@@ -129,10 +125,10 @@ class LimitOptions(ViewOptions, PageOptions, RobotOptions, group=LIMITS):
             raise InputError(f"{option}: robot {robot.name!r} needs {robot.n} positive numbers")
         return np.asarray(sigma), rate or trajectories.INDEPENDENT, source
 
+    @cached_property
     def limited(self) -> tuple[model.Robot, trajectories.JointBounds, trajectories.Loads]:
         """The robot, its limits, and what torques are computed from, by ``--robot-parameters`` or a stand-in."""
-        robot = self.load()
-        covariance: Array | None = None
+        robot, covariance, acceleration = self.load(), None, None
         if self.robot_parameters:
             robot = model.stand_in.with_assumed_limits(robot)
             stored = results.read_stored_robot(self.robot_parameters)
@@ -141,7 +137,6 @@ class LimitOptions(ViewOptions, PageOptions, RobotOptions, group=LIMITS):
         else:
             robot = model.stand_in.rehearsed(robot)
             known = dict(robot.parameters)
-        acceleration: list[float] | None = None
         if isinstance(self.acceleration, float):
             acceleration = [self.acceleration * joint.limits.speed for joint in robot.joints]
         elif self.acceleration is not None:
@@ -158,14 +153,15 @@ class LimitOptions(ViewOptions, PageOptions, RobotOptions, group=LIMITS):
 
     def problem(
         self,
-        robot: model.Robot,
-        bounds: trajectories.JointBounds,
         shape: trajectories.Shape,
         goal: trajectories.Goal | trajectories.NearGoal,
         loads: trajectories.Loads | None,
         stood: Sequence[Array] = (),
     ) -> trajectories.DesignProblem:
-        """The design of a motion within these limits; without loads torques have none; ``stood``: poses seen."""
+        """The design of a motion within these limits; ``stood``: poses seen."""
+        robot, bounds, _ = self.limited
+        if loads is None and isinstance(goal, trajectories.NearGoal):  # torques cannot be computed
+            bounds = replace(bounds, torque=np.full(robot.n, np.inf))
         poses = shape.poses if isinstance(shape, trajectories.NearShape) else shape.start
         # Unless a file tells: the arm itself, and with the floor what it is bolted to.
         there = np.vstack([np.reshape([] if poses is None else poses, (-1, robot.n)), *stood])
@@ -218,7 +214,7 @@ def in_si(given: tuple[float, ...], robot: model.Robot) -> Array:
             f"{', '.join(f'{x:g}' for x in given)} looks like radians: give degrees ({degrees}); if these are "
             "degrees, round them to the nearest 0.5"
         )
-    return np.array([np.radians(x) if joint.revolute else x for x, joint in zip(given, robot.joints, strict=True)])
+    return np.where([joint.revolute for joint in robot.joints], np.radians(given), given)
 
 
 class MotionFiles(LimitOptions, group=FILES):
@@ -245,8 +241,9 @@ class MotionFiles(LimitOptions, group=FILES):
     val3: values.NewFolder | None = None
     """Write a VAL3 application with the via points, best with --segments trapezoid; created if missing."""
 
-    def check_robot(self, robot: model.Robot, via_points: bool) -> None:
+    def check_robot(self, via_points: bool) -> None:
         """Refuse what a format has no place for, before the search."""
+        robot, _, _ = self.limited
         if self.ros2:
             check_joint_names(self.joint_names, robot.n)
         if self.urscript:
