@@ -20,15 +20,7 @@ from ..fleet.reduction import dask_executor, reduce_fleet
 from ..fleet.store import Recipe, Store, catalog, found_logs
 from ..logs.log_check import check_log, following_change, longest, read_following, robot_fits
 from ..report.documents import Look, check_document
-from ..report.sections.recordings import (
-    check_report,
-    compared_report,
-    fits_report,
-    fleet_report,
-    following_report,
-    log_report,
-    reduced_report,
-)
+from ..report.sections import recordings as sections
 from .entry import note, status
 from .options import PageOptions, RecordingOptions
 from .values import LOG, SEVERAL, Count, DataFiles, NewFolder, Reads, RobotFile
@@ -51,7 +43,7 @@ class _Check(PageOptions, RecordingOptions, without=["gain_sigma"]):
             fits, chosen = None, setup
             if chosen is None:  # the robot that fits it best
                 fits = robot_fits(path, self.how())
-                self.show(fits_report(fits))
+                self.show(sections.fits_report(fits))
                 if fits.fault:
                     looks.append((None, fits))
                     continue
@@ -66,11 +58,14 @@ class _Check(PageOptions, RecordingOptions, without=["gain_sigma"]):
                 text = f"Rows are missing: of {len(pieces)} pieces the longest is looked at; "
                 text += "record without losing rows"
                 check = check.completed([estimation.Finding("note", "recording", text)])
-            self.show(log_report(check))
+            self.show(sections.log_report(check))
             looks.append((check, fits))
         words = setup.in_words() if setup else {}
         self.give(
-            check_report(looks), lambda: check_document(setup.robot if setup else None, looks), words, told=True
+            sections.check_report(looks),
+            lambda: check_document(setup.robot if setup else None, looks),
+            words,
+            told=True,
         )
         return all(check and check.usable for check, _ in looks)
 
@@ -86,15 +81,15 @@ class _Verify(PageOptions, RecordingOptions, without=_STILL):
     """That motion again, with the new number."""
 
     def __call__(self) -> bool:
-        robot, how = self.load(), self.how()
-        gains, _ = self.gains(robot)
+        setup = self.setup()
+        robot, gains, how = setup.robot, setup.gains, setup.log_map
         given = [logs.grouped(paths) for paths in (self.before, self.after)]
         for several in given:
             if several[1:]:
                 raise InputError(f"{', '.join(map(str, several))}: give one recording, or its files, one a signal")
         old, new = (read_following(own[0], robot, gains, how) for own in given)
         change = following_change(old, new, robot.processing.still_speed)
-        self.give(following_report(change, robot), lambda: change, {})
+        self.give(sections.following_report(change, robot), lambda: change, {})
         return not (change.tells and change.total.clear == "rose")
 
 
@@ -118,7 +113,7 @@ class _Compare(PageOptions, RecordingOptions, without=("report", "plots", "gain_
             ]
         names = [path if isinstance(path, str) else " and ".join(path) for path in paths]
         compared = side_by_side(names, [widened(own, excess(own, own.sigma_robust)) for own in estimates])
-        self.give(compared_report(compared), lambda: compared, {})
+        self.give(sections.compared_report(compared), lambda: compared, {})
 
 
 class _Reduce(PageOptions, RecordingOptions, without=("report", "plots")):
@@ -145,7 +140,7 @@ class _Reduce(PageOptions, RecordingOptions, without=("report", "plots")):
             reduced = reduce_fleet(entries, setup.robot, self.store, recipe, able, told)
         if lost := reduced.workers_lost:
             note(f"workers were lost {lost} times and replaced: nothing is lost, nothing counts twice")
-        self.give(reduced_report(reduced), lambda: reduced, {})
+        self.give(sections.reduced_report(reduced), lambda: reduced, {})
         return bool(reduced.new or reduced.known)
 
 
@@ -166,4 +161,4 @@ class _FleetReport(PageOptions):
                 done += len(arms[-1].days)
                 progress("reading nights", done / len(logs))
         told = fleet_of(arms, [log for log in every if log.reason])
-        self.give(fleet_report(told), lambda: told, {"robot": told.arms[0]})
+        self.give(sections.fleet_report(told), lambda: told, {"robot": told.arms[0]})

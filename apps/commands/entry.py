@@ -87,17 +87,16 @@ class Options:
     def check(self) -> None:
         """Refuse options that would have no effect, before any work is done."""
         for option, rule in self.rules.items():
-            if isinstance(rule, tuple):
-                if not any(map(self.has, rule)):
+            match rule:
+                case tuple() if not any(map(self.has, rule)):
                     self.refuse(option, f"has no effect without {' or '.join(map(shown, rule))}")
-            elif isinstance(rule, str):
-                if getattr(self, option) and getattr(self, rule):
+                case str() if getattr(self, option) and getattr(self, rule):
                     self.refuse(option, f"and {shown(rule)}: give one of them")
-            else:
-                ((chooser, choices),) = rule.items()
-                if (choice := getattr(self, chooser)) not in choices:
-                    known = " or ".join(filter(None, choices))
-                    self.refuse(option, f"belongs to {shown(chooser)} {known}, not to {choice}")
+                case dict():
+                    ((chooser, choices),) = rule.items()
+                    if (choice := getattr(self, chooser)) not in choices:
+                        known = " or ".join(filter(None, choices))
+                        self.refuse(option, f"belongs to {shown(chooser)} {known}, not to {choice}")
 
     def tell(self, *lines: str) -> None:
         """Print lines no wider than the terminal, unless the run is quiet."""

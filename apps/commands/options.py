@@ -159,24 +159,21 @@ class RecordingOptions(RobotOptions, group=LOGS):
         log_map = logs.read_log_map(self.log_map) if self.log_map else logs.LogMap(source=COMMAND_LINE)
         return logs.with_flags(log_map, self.joints, self.units, self.signs, self.topic)
 
-    def gains(self, robot: model.Robot) -> tuple[tuple[float, ...] | None, estimation.Gains | None]:
-        """Torque per current, and what a file of gains says besides."""
-        if not isinstance(self.drive_gains, str):
-            gains = self.drive_gains
-            return gains and (gains * robot.n if len(gains) == 1 else gains), None
-        stored = results.read_stored_gains(self.drive_gains)
-        count = len(stored.drive_gains.values)
-        if stored.robot != robot.name or count != robot.n:
-            raise InputError(
-                f"{self.drive_gains}: gains of {stored.robot!r} with {count} joints do not belong to "
-                f"{robot.name!r} with {robot.n}: identify gains for it"
-            )
-        return tuple(stored.drive_gains.values.tolist()), stored.errors
-
     def setup(self, stored: estimation.RobotResult | None = None) -> Setup:
         """The robot with structure and processing as asked for; ``stored`` ones bring theirs."""
-        robot = self.load()
-        gains, identified = self.gains(robot)
+        robot, gains = self.load(), self.drive_gains
+        identified: estimation.Gains | None = None
+        if isinstance(gains, str):  # a file, which says how sure they are besides
+            found = results.read_stored_gains(gains)
+            count = len(found.drive_gains.values)
+            if found.robot != robot.name or count != robot.n:
+                raise InputError(
+                    f"{gains}: gains of {found.robot!r} with {count} joints do not belong to {robot.name!r} with "
+                    f"{robot.n}: identify gains for it"
+                )
+            gains, identified = tuple(found.drive_gains.values.tolist()), found.errors
+        elif gains and len(gains) == 1:
+            gains = gains * robot.n
         if stored:
             robot = stored.applied_to(robot)
             stored.check_gains(gains)

@@ -29,7 +29,6 @@ from .motions import in_si
 from .options import PageOptions, RecordingOptions, RobotOptions, ViewOptions
 from .values import NewDrawing, NewFile, Positions, Reads, checked, number, numbers, positive_number, texts, word
 
-_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 TEMPLATE = Path(__file__).with_name("robot_template.toml")
 """A description that loads as it stands, with every key that a robot's file may have."""
 
@@ -65,9 +64,8 @@ class _Show(ViewOptions, RobotOptions):
 
 def _direction(text: str) -> tuple[float, float, float]:
     """Components of "x", "-y", .. or "a:b:c"."""
-    if (plain := text.lstrip("+-")) in _AXES:
-        sign = -1.0 if text.startswith("-") else 1.0
-        x, y, z = (sign * component + 0.0 for component in _AXES[plain])
+    if (axis := text.lstrip("+-")) in ("x", "y", "z"):
+        x, y, z = ((-1.0 if text.startswith("-") else 1.0) * (axis == name) + 0.0 for name in "xyz")
     else:
         checked(text, text.count(":") == 2, text, "a direction: x, -y, .. or a:b:c")
         x, y, z = numbers(text.replace(":", ","), 3)
