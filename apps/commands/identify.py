@@ -131,8 +131,8 @@ class _Rollout(PageOptions, RecordingOptions, without=("equation_rate", "gain_si
     def __call__(self) -> None:
         from ..report.documents import RolloutsDocument  # loads what designs need
 
-        stored = results.read_stored_robot(self.robot_parameters)
-        setup = self.setup(stored)
+        setup = self.setup()
+        assert setup.stored is not None
         recordings = setup.read(self.data)
         models: dict[str, Predict] = {}
         for path in self.against:
@@ -140,7 +140,7 @@ class _Rollout(PageOptions, RecordingOptions, without=("equation_rate", "gain_si
                 raise InputError(f"{path}: two models are called {name}: rename a file")
             models[name] = mujoco_arm(path, setup.robot)
         with status("reading") as progress:
-            settings, parameters = setup.settings(progress), stored.possible_values
+            settings, parameters = setup.settings(progress), setup.stored.possible_values
             rollouts = roll_out_all(setup.robot, parameters, recordings, settings, self.horizons, models)
         shown = rollout_report(rollouts, setup.robot.title or setup.robot.name)
         self.give(shown, lambda: RolloutsDocument(setup.robot.name, rollouts), setup.in_words())

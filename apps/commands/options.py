@@ -79,6 +79,7 @@ class Setup:
     gains: tuple[float, ...] | None  # torque per current [N·m/A], if currents are read
     identified: estimation.Gains | None  # how sure they are, if ``dynident gains`` found them
     log_map: logs.LogMap
+    stored: estimation.RobotResult | None = None  # an earlier identification, if its parameters count
     told: set[str] = field(default_factory=set)  # notes that were printed already
 
     def read(self, paths: Sequence[str | tuple[str, ...]]) -> list[model.Recording]:
@@ -159,8 +160,10 @@ class RecordingOptions(RobotOptions, group=LOGS):
         log_map = logs.read_log_map(self.log_map) if self.log_map else logs.LogMap(source=COMMAND_LINE)
         return logs.with_flags(log_map, self.joints, self.units, self.signs, self.topic)
 
-    def setup(self, stored: estimation.RobotResult | None = None) -> Setup:
-        """The robot with structure and processing as asked for; ``stored`` ones bring theirs."""
+    def setup(self) -> Setup:
+        """The robot with structure and processing as asked for; stored parameters bring theirs."""
+        path = getattr(self, "robot_parameters", None)
+        stored = results.read_stored_robot(path) if path else None
         robot, gains = self.load(), self.drive_gains
         identified: estimation.Gains | None = None
         if isinstance(gains, str):  # a file, which says how sure they are besides
@@ -188,18 +191,14 @@ class RecordingOptions(RobotOptions, group=LOGS):
             changed["decimate"] = 1
         with about(*(shown(name) for name in changed if name != "decimate")):
             processing = replace(robot.processing, **changed)
-        return Setup(robot, processing, gains, identified, self.how())
+        return Setup(robot, processing, gains, identified, self.how(), stored)
 
     def errors(
-        self,
-        setup: Setup,
-        loaded: Sequence[model.Recording],
-        unloaded: Sequence[model.Recording],
-        stored: estimation.RobotResult | None = None,
+        self, setup: Setup, loaded: Sequence[model.Recording], unloaded: Sequence[model.Recording]
     ) -> estimation.Gains | None:
         """The uncertainty of the drive gains, None where nothing is said; its notes name what it rests on."""
         # What is said now goes before what was said then: the drives are the same, and so is their error.
-        then = stored.gains if stored is not None else None
+        then = setup.stored.gains if setup.stored is not None else None
         now, n, note = setup.identified, setup.robot.n, _FROM_ROBOT
         if self.gain_sigma is not None or now is not None:
             per_joint, common = self.gain_sigma or ((0.0,), 0.0)

@@ -85,14 +85,13 @@ class PayloadOptions(ViewOptions, PageOptions, RecordingOptions):
         # Options that one of the two commands has.
         names = ("method", "static", "inertia", "npz", "validate", "moving", *_SETTINGS)
         method, static, inertia, npz, validate, moving, *asked = (getattr(self, name, None) for name in names)
-        stored = results.read_stored_robot(self.robot_parameters) if self.robot_parameters else None
-        known = stored.estimate if stored else None
         if inertia is not None:
             stand_in = estimation.StandIn.parse(inertia)
-        setup = self.setup(stored)
+        setup = self.setup()
+        known = setup.stored.estimate if setup.stored else None
         robot, unloaded, loaded = setup.robot, setup.read(self.unloaded), setup.read(self.loaded)
         held_out = setup.read(validate or ())
-        gains = self.errors(setup, loaded, unloaded, stored)
+        gains = self.errors(setup, loaded, unloaded)
         with status("reading") as progress, about(fault=estimation.SolverError):  # constraints may leave no body
             methods = None if method in (None, "all") else (int(method),)
             chosen = dict(zip(_SETTINGS, asked, strict=True))
