@@ -60,13 +60,8 @@ class _Check(PageOptions, RecordingOptions, without=["gain_sigma"]):
                 check = check.completed([estimation.Finding("note", "recording", text)])
             self.show(sections.log_report(check))
             looks.append((check, fits))
-        words = setup.in_words() if setup else {}
-        self.give(
-            sections.check_report(looks),
-            lambda: check_document(setup.robot if setup else None, looks),
-            words,
-            told=True,
-        )
+        words, named = (setup.in_words(), setup.robot) if setup else ({}, None)
+        self.give(sections.check_report(looks), lambda: check_document(named, looks), words, told=True)
         return all(check and check.usable for check, _ in looks)
 
 

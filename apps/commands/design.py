@@ -130,8 +130,6 @@ class _Design(motions.MotionFiles, _Learning, group=MOTION):
     """Longest duration of a motion through via points."""
     start: Positions | None = None
     """Start pose [deg or m]."""
-    seed: Annotated[Seed, _SEARCH] = 0
-    """Seed of the random starts (default: 0)."""
     starts: Annotated[Count | None, Parameter(metavar="K"), _SEARCH] = None
     """Random starts (default: 6 by d and a, else 3)."""
 
@@ -155,8 +153,7 @@ class _Design(motions.MotionFiles, _Learning, group=MOTION):
         if self.fourier is not None:
             shape = trajectories.FourierShape(self.fourier, self.duration, start=start)
         problem, named = self.request(shape)
-        self.check_robot(not self.fourier)
-        design = motions.best_motion(problem, self.seed, self.starts, problem.criterion.kind)
+        design = self.best_motion(problem, self.starts, not self.fourier, problem.criterion.kind)
         judged = documents.JudgedMotion.of(design)._replace(**named)
         written = WrittenMotion(problem.robot, design.plan, problem.bounds, design_head(design, judged.learnt))
         if self.val3:  # what a controller would make of the via points if its profiles are trapezoidal
@@ -251,8 +248,6 @@ class _Near(motions.MotionFiles, group=MOTION):
     """Expected mass (default: 3), or the mass from a scale with its standard deviation: 2.5+-0.01."""
     ladder: bool = False
     """Add slower runs first, which bound the payload; the motion allows 1.25 times the expected mass."""
-    seed: Seed = 0
-    """Seed of the random starts (default: 0)."""
     starts: Annotated[Count | None, SETTING] = None
     """Random starts of the search (default: 1, with --static 6)."""
     rehearsal: Annotated[NewFile | None, SETTING] = None
@@ -261,7 +256,6 @@ class _Near(motions.MotionFiles, group=MOTION):
     def __call__(self) -> None:
         robot, bounds, known = self.limited
         payload = known.heaviest
-        self.check_robot(self.static)
         mass, scale = self.mass
         if isinstance(payload, trajectories.PayloadSet) and mass > payload.mass:
             if self.ladder or self.has("mass"):
@@ -291,7 +285,7 @@ class _Near(motions.MotionFiles, group=MOTION):
             raise InputError(f"{option} needs --torque-limits, and --robot-parameters or --arm-mass")
         problem = self.problem(shape, goal, loads)
         trajectories.check_held(problem, shape.poses)
-        design = motions.best_motion(problem, self.seed, self.starts or (None if self.static else 1))
+        design = self.best_motion(problem, self.starts or (None if self.static else 1), self.static)
         samples = design.motion(documents.FIGURE_RATE)
         if self.static:  # the search looks at poses on the way, not at the motion through them
             run = trajectories.score_motion(problem, samples)

@@ -104,9 +104,8 @@ class _Identify(PageOptions, RecordingOptions):
             return estimation.solve_constrained_prior(robot, base, estimate, prior, budget, mass)
         except estimation.SolverError as error:
             if self.total_mass is not None:
-                bounds = "--total-mass: links of {:g} to {:g} kg in all leave no robot near the data".format(
-                    *self.total_mass
-                )
+                least, most = self.total_mass
+                bounds = f"--total-mass: links of {least:g} to {most:g} kg in all leave no robot near the data"
                 raise InputError(f"{bounds}: give wider bounds, or omit them ({error})") from error
             if self.constrained == "prior":
                 raise InputError(f"{error}; --constrained none leaves it out") from error

@@ -25,9 +25,9 @@ from ..export.motions.urscript import CONTROLLER_RATE, check_urscript
 from ..export.motions.val3 import check_val3
 from ..report.sections.motion import criterion_text
 from . import values
-from .entry import FILES, GENERAL, GOAL, LIMITS, SETTING, note, status
+from .entry import FILES, GENERAL, GOAL, LIMITS, SEARCH, SETTING, note, status
 from .options import PageOptions, RobotOptions, ViewOptions
-from .values import Names, NewFile, Reads, Share, checked, number, numbers, positive_number, share, word
+from .values import Names, NewFile, Reads, Seed, Share, checked, number, numbers, positive_number, share, word
 
 _GOAL = Parameter(group=GOAL)
 _REPLAY_RATE = 1000.0  # Hz: at which controllers' own curves are looked at, and at their turns
@@ -226,6 +226,8 @@ class MotionFiles(LimitOptions, group=FILES):
         "sample_rate": ("samples", "ros2"),
     }
 
+    seed: Annotated[Seed, Parameter(group=SEARCH)] = 0
+    """Seed of the random starts (default: 0)."""
     samples: Annotated[NewFile | None, Parameter(metavar="F.csv")] = None
     """Write samples of the motion: t, q, qd, qdd."""
     ros2: Annotated[NewFile | None, Parameter(metavar="F.yaml")] = None
@@ -241,16 +243,6 @@ class MotionFiles(LimitOptions, group=FILES):
     val3: values.NewFolder | None = None
     """Write a VAL3 application with the via points, best with --segments trapezoid; created if missing."""
 
-    def check_robot(self, via_points: bool) -> None:
-        """Refuse what a format has no place for, before the search."""
-        robot, _, _ = self.limited
-        if self.ros2:
-            check_joint_names(self.joint_names, robot.n)
-        if self.urscript:
-            check_urscript(robot, self.controller_rate)
-        if self.val3:
-            check_val3(robot, via_points, Path(self.val3).name)
-
     def asked(self, written: WrittenMotion) -> dict[str, tuple[str, WrittenMotion]]:
         """The formats asked for by name: where each is to be written, and the motion at its rate."""
         sampled = replace(written, rate=self.sample_rate, joint_names=self.joint_names)
@@ -263,6 +255,40 @@ class MotionFiles(LimitOptions, group=FILES):
             name = Path(self.val3).name
             files["val3"] = (str(Path(self.val3) / f"{name}.dtx"), replace(written, name=name))
         return {name: (path, motion) for name, (path, motion) in files.items() if path}
+
+    def best_motion(
+        self, problem: trajectories.DesignProblem, starts: int | None, via_points: bool, kind: str = ""
+    ) -> trajectories.Design:
+        """The best motion that keeps every limit; the best criterion so far is told if its ``kind`` is given.
+
+        What a format has no place for is refused before.
+        """
+        if self.ros2:
+            check_joint_names(self.joint_names, problem.robot.n)
+        if self.urscript:
+            check_urscript(problem.robot, self.controller_rate)
+        if self.val3:
+            check_val3(problem.robot, via_points, Path(self.val3).name)
+        with status("building") as progress:
+
+            def show(text: str, best: float | None, evaluations: int) -> None:
+                reached = "no motion within the limits yet" if best is None else criterion_text(kind, best)
+                progress(f"{text}, {evaluations} evaluations{f'; best: {reached}' if kind else ''}")
+
+            design = trajectories.solve_design(problem, seed=self.seed, starts=starts, progress=show)
+        if design.missed:
+            fault = f"the whole run, or its rehearsal, does not keep every limit ({design.missed[0]})"
+            raise InputError(f"{fault}: choose other poses, or another --seed")
+        stopped = f"stopped after {design.cpu_s:.0f} s of processor time"
+        if not design.feasible:
+            missed, cut = "; ".join(design.score.violations), f"{stopped}: " if design.interrupted else ""
+            raise InputError(f"{cut}no motion was found that keeps every limit, the nearest has: {missed}")
+        if design.interrupted:
+            note(
+                f"{stopped} and {design.starts} starts: this is the best motion so far; it keeps every limit; "
+                "fewer via points or starts end by themselves"
+            )
+        return design
 
     def check_replays(self, problem: trajectories.DesignProblem, written: WrittenMotion, *estimated: str) -> None:
         """Refuse files whose controllers, by their own interpolation, break a limit or touch something.
@@ -288,33 +314,3 @@ class MotionFiles(LimitOptions, group=FILES):
             write_text(path, form.text(motion))
             for beside, text in form.beside(motion).items():
                 write_text(Path(path).parent / beside, text)
-
-
-def best_motion(
-    problem: trajectories.DesignProblem, seed: int, starts: int | None, kind: str | None = None
-) -> trajectories.Design:
-    """The best motion that keeps every limit; the best criterion so far is told if its ``kind`` is given."""
-    with status("building") as progress:
-
-        def show(text: str, best: float | None, evaluations: int) -> None:
-            reached = (
-                "no motion within the limits yet" if kind is None or best is None else criterion_text(kind, best)
-            )
-            progress(f"{text}, {evaluations} evaluations{f'; best: {reached}' if kind else ''}")
-
-        design = trajectories.solve_design(problem, seed=seed, starts=starts, progress=show)
-    if design.missed:
-        raise InputError(
-            f"the whole run, or its rehearsal, does not keep every limit ({design.missed[0]}): choose other poses, "
-            "or another --seed"
-        )
-    if not design.feasible:
-        stopped = f"stopped after {design.cpu_s:.0f} s of processor time: " if design.interrupted else ""
-        missed = "; ".join(design.score.violations)
-        raise InputError(f"{stopped}no motion was found that keeps every limit, the nearest has: {missed}")
-    if design.interrupted:
-        note(
-            f"stopped after {design.cpu_s:.0f} s of processor time and {design.starts} starts: this is the best "
-            "motion so far; it keeps every limit; fewer via points or starts end by themselves"
-        )
-    return design

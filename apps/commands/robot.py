@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
@@ -182,13 +183,13 @@ class _New(Options):
                 axes[j] = replace(axes[j], limits=model.Limits((low, high), speed, acceleration, bounds[4]))
         robot = model.modified_dh(axes, self.flange or model.Pose())
         # Counted so that each joint stands at its part of drawn_at where the frames were taken.
-        joints = [
-            replace(joint, theta=joint.theta - math.radians(q))
-            if joint.revolute
-            else replace(joint, r=round(joint.r - q, 12) + 0.0)
-            for joint, q in zip(robot.joints, drawn_at, strict=True)
-        ]
-        slow_speed = model.motion.usual_slow_speed([axis.kind == "revolute" for axis in axes])
+        joints = []
+        for joint, q in zip(robot.joints, drawn_at, strict=True):
+            turned = joint.theta - math.radians(q) if joint.revolute else joint.theta
+            joints.append(
+                replace(joint, theta=turned, r=joint.r if joint.revolute else round(joint.r - q, 12) + 0.0)
+            )
+        slow_speed = model.motion.usual_slow_speed([joint.revolute for joint in joints])
         with about():
             robot = replace(
                 robot,
@@ -221,13 +222,10 @@ class _RobotCheck(PageOptions, RecordingOptions, without=("equation_rate", "plot
             given = logs.grouped(self.data)
             logged = [logs.read_tool_poses(path, robot, setup.log_map) for path in given]
             poses = [estimation.check_pose(robot, log, progress) for log in logged if log]
-            named = {path: logs.named(path, robot, setup.log_map) for path in given if poses}
-            recordings = setup.read(
-                [path for path in given if not poses or named[path].holds("torque") or named[path].holds("current")]
-            )
-            readings = (
-                estimation.rank_readings(robot, recordings, setup.processing, progress) if recordings else None
-            )
+            readings, named = None, partial(logs.named, robot=robot, log_map=setup.log_map)
+            moved = [path for path in given if not poses or any(map(named(path).holds, ("torque", "current")))]
+            if recordings := setup.read(moved):
+                readings = estimation.rank_readings(robot, recordings, setup.processing, progress)
         shown = readings_report(robot, poses, readings)
         self.give(shown, lambda: robot_check_document(robot, poses, readings), setup.in_words())
         return readings_agree(poses, readings)
@@ -289,8 +287,6 @@ class _Codegen(RobotOptions):
             needed = f"give one of {known}" if self.language == "c" else "is for C: leave it out"
             raise InputError(f"--function: {needed}")
         arm = self.load()
-        for path in (
-            (model.generate_numpy(arm, out),) if function is None else model.generate_code(arm, function, out)
-        ):
-            if not self.quiet:
-                print(printable(str(path)))
+        made = [model.generate_numpy(arm, out)] if function is None else model.generate_code(arm, function, out)
+        if not self.quiet:
+            print(*(printable(str(path)) for path in made), sep="\n")
