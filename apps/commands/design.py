@@ -24,11 +24,12 @@ from ..export.motions.val3 import val3_replay
 from ..report import documents
 from ..report.blocks import Report
 from ..report.sections import motion as sections
-from . import motions, values
+from . import values
 from .entry import GOAL, MOTION, SEARCH, SETTING, about, note, shown, status
+from .motions import LimitOptions, MotionFiles
+from .options import in_si
 from .values import Count, NewFile, Positions, Reads, Seconds, Seed, number, numbers, positive_number, whole, word
 
-_SEARCH = Parameter(group=SEARCH)
 _REPLAY_RATE = 500.0  # Hz
 _PLANNED_RATE = 250.0  # Hz: at which a planned motion is looked at, at least
 _ZERO = 1e-9  # SI units: what standard parameters leave where they cancel
@@ -37,7 +38,7 @@ _APPROACH, _SLIDE = 3.0, 0.02  # deg, m
 _LEFT = 1.25  # of the mass expected: what runs of the ladder leave possible, and the motion bears at full speed
 
 
-class _Learning(motions.LimitOptions, group=GOAL):
+class _Learning(LimitOptions, group=GOAL):
     criterion: Annotated[Literal["d", "a", "cond", "cond-scaled"], Parameter(show_choices=False)] = "d"
     """d: information (default); a: relative sigma; cond: condition number; cond-scaled: columns scaled."""
     columns: Annotated[tuple[str, ...] | None, word(values.names_list, "NAME,..|payload")] = None
@@ -109,7 +110,7 @@ class _Learning(motions.LimitOptions, group=GOAL):
         self.write_view(lambda: view.view_of(problem.robot, judged.motion, problem=problem))
 
 
-class _Design(motions.MotionFiles, _Learning, group=MOTION):
+class _Design(MotionFiles, _Learning, group=MOTION):
     rules: ClassVar = {"ramp": {"segments": ("trapezoid",)}, "via_points": "fourier"}
 
     via_points: Annotated[int, word(partial(whole, least=3), "N")] = 14
@@ -130,14 +131,14 @@ class _Design(motions.MotionFiles, _Learning, group=MOTION):
     """Longest duration of a motion through via points."""
     start: Positions | None = None
     """Start pose [deg or m]."""
-    starts: Annotated[Count | None, Parameter(metavar="K"), _SEARCH] = None
+    starts: Annotated[Count | None, Parameter(metavar="K", group=SEARCH)] = None
     """Random starts (default: 6 by d and a, else 3)."""
 
     def __call__(self) -> None:
         (robot, bounds, _), start = self.limited, None
         if self.start:
             with about("--start"):
-                pose = motions.in_si(self.start, robot)
+                pose = in_si(self.start, robot)
                 check_pose(pose, robot, bounds)
             start = tuple(pose.tolist())
         times, trapezoid = self.segment_durations, self.segments == "trapezoid"
@@ -219,7 +220,7 @@ class _Score(_Learning, group=MOTION):
         return measured.motion, measured, [measured.motion.q] * measured_too
 
 
-class _Near(motions.MotionFiles, group=MOTION):
+class _Near(MotionFiles, group=MOTION):
     rules: ClassVar = {
         **dict.fromkeys(("poses", "hold", "approach"), ("static",)),
         **dict.fromkeys(("second_pose", "duration", "ladder"), "static"),
@@ -336,7 +337,7 @@ class _Near(motions.MotionFiles, group=MOTION):
         sigma, rate, source = self.noise(trajectories.ASSUMED_STICTION if self.static else None)
         goal = trajectories.NearGoal(sigma, 1.0 / self.hold if self.static else rate, expected, scale, source)
         with about("--pose"):
-            pose = motions.in_si(self.pose, robot)
+            pose = in_si(self.pose, robot)
             check_pose(pose, robot, bounds)
         if self.static:  # within the range about the pose, or as far as the joints go
             moving = [joint - 1 for joint in joints]
@@ -350,7 +351,7 @@ class _Near(motions.MotionFiles, group=MOTION):
         shape = trajectories.NearShape(pose[None], joints, self.each("range", self.range), self.duration)
         with about("--pose"):
             shape.check(robot, bounds)
-        second = motions.in_si(self.second_pose, robot) if isinstance(self.second_pose, tuple) else None
+        second = in_si(self.second_pose, robot) if isinstance(self.second_pose, tuple) else None
         if second is None and (self.second_pose or scale is not None or shape.visibility(robot).mass_visible):
             second = trajectories.second_pose(robot, shape, goal, bounds, self.seed)
         if self.second_pose is None:

@@ -20,7 +20,7 @@ from cyclopts.exceptions import MissingArgumentError, UnknownOptionError, Unused
 
 from ...common.errors import InputError, one_line
 from ...common.files import is_device, keeping, place_of
-from ...common.progress import Progress
+from ...common.progress import Progress, silent
 from ...common.versions import versions
 from . import ANSWERED, BAD_INPUT, COMMANDS, DO_NOT_USE
 from .values import Named, Reads
@@ -39,8 +39,7 @@ TERMINAL = Group.create_ordered("terminal")
 SETTING = Parameter(show=False)
 """A key of the settings file (``--config``): rarely changed, and no option; docs/settings.md has all."""
 
-Manner = Literal["quiet", "plain", "verbose"]
-_manner: ContextVar[Manner] = ContextVar("manner", default="plain")
+_manner: ContextVar[Literal["quiet", "plain", "verbose"]] = ContextVar("manner", default="plain")
 _HEAD = "# Options of a run, repeated by: dynident "
 _ASKING = {"--help", "-h", "--version"}
 
@@ -348,12 +347,15 @@ def withheld(done: str, why: str) -> bool:
 @contextmanager
 def status(label: str) -> Iterator[Progress]:
     """Show what is being done; gives a function that changes the words and tells the share, where it is known."""
-    if (manner := _manner.get()) != "plain":
+    if (manner := _manner.get()) == "quiet":
+        yield silent
+        return
+    if manner == "verbose":
         begin, told = time.monotonic(), ""
 
         def step(words: str, _share: float | None = None, /) -> None:
             nonlocal told
-            if manner == "verbose" and words != told:
+            if words != told:
                 print(f"dynident: {time.monotonic() - begin:6.1f} s  {one_line(words)}", file=sys.stderr)
             told = words
 
@@ -361,12 +363,11 @@ def status(label: str) -> Iterator[Progress]:
         yield step
         return
     # A line that goes when the work is done; where no share is known its bar only moves. Names hold brackets.
-    from rich import console as terminal
     from rich import progress as rich
+    from rich.console import Console
 
-    words = rich.TextColumn("{task.description}", markup=False)
+    words, console = rich.TextColumn("{task.description}", markup=False), Console(stderr=True)
     columns = (rich.SpinnerColumn(), words, rich.BarColumn(), rich.TaskProgressColumn(), rich.TimeRemainingColumn())
-    console = terminal.Console(stderr=True)
     hidden = not console.is_terminal  # elsewhere it would leave an empty line
     with rich.Progress(*columns, console=console, transient=True, disable=hidden) as shown:
         task = shown.add_task(label, total=None)

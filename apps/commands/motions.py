@@ -26,7 +26,7 @@ from ..export.motions.val3 import check_val3
 from ..report.sections.motion import criterion_text
 from . import values
 from .entry import FILES, GENERAL, GOAL, LIMITS, SEARCH, SETTING, note, status
-from .options import PageOptions, RobotOptions, ViewOptions
+from .options import PageOptions, RobotOptions, ViewOptions, in_si
 from .values import Names, NewFile, Reads, Seed, Share, checked, number, numbers, positive_number, share, word
 
 _GOAL = Parameter(group=GOAL)
@@ -203,20 +203,6 @@ class LimitOptions(ViewOptions, PageOptions, RobotOptions, group=LIMITS):
         return model.InertialParameters.from_com(kilograms, centre, [[0.0] * 3] * 3).moved(flange.R, flange.p)
 
 
-def in_si(given: tuple[float, ...], robot: model.Robot) -> Array:
-    """Degrees of turning joints in radians; metres of sliding ones as they are."""
-    if len(given) != robot.n:
-        raise InputError(f"{len(given)} numbers for the {robot.n} joints of robot {robot.name!r}: give one each")
-    turning = [x for x, joint in zip(given, robot.joints, strict=True) if joint.revolute]
-    if sum(x % 0.5 != 0.0 for x in turning) > 1 and max(map(abs, turning)) <= 2.0 * math.pi:
-        degrees = ", ".join(f"{math.degrees(x):.3g}" if x in turning else f"{x:g}" for x in given)
-        raise InputError(
-            f"{', '.join(f'{x:g}' for x in given)} looks like radians: give degrees ({degrees}); if these are "
-            "degrees, round them to the nearest 0.5"
-        )
-    return np.where([joint.revolute for joint in robot.joints], np.radians(given), given)
-
-
 class MotionFiles(LimitOptions, group=FILES):
     """Formats of the motion itself, beside the result."""
 
@@ -245,15 +231,15 @@ class MotionFiles(LimitOptions, group=FILES):
 
     def asked(self, written: WrittenMotion) -> dict[str, tuple[str, WrittenMotion]]:
         """The formats asked for by name: where each is to be written, and the motion at its rate."""
+        name = Path(self.val3 or "").name
         sampled = replace(written, rate=self.sample_rate, joint_names=self.joint_names)
         files = {
             "csv": (self.samples, sampled),
             "ros2": (self.ros2, sampled),
             "urscript": (self.urscript, replace(written, rate=self.controller_rate)),
+            # The application's database, which the rest of it stands beside.
+            "val3": (self.val3 and str(Path(self.val3) / f"{name}.dtx"), replace(written, name=name)),
         }
-        if self.val3:  # the application's database, which the rest of it stands beside
-            name = Path(self.val3).name
-            files["val3"] = (str(Path(self.val3) / f"{name}.dtx"), replace(written, name=name))
         return {name: (path, motion) for name, (path, motion) in files.items() if path}
 
     def best_motion(

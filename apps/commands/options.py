@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -9,10 +10,12 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
+import numpy as np
 from cyclopts import Parameter
 from msgspec import structs
 
 from ... import estimation, model
+from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import checksum, write_text
 from ...common.progress import Progress, each
@@ -68,6 +71,20 @@ class RobotOptions(Options):
                 raise InputError(f"--arm-mass has no effect: {robot.name} has a body for each link: omit it")
             robot = replace(robot, mass=mass, sources={**robot.sources, "mass": "given with --arm-mass"})
         return robot
+
+
+def in_si(given: tuple[float, ...], robot: model.Robot) -> Array:
+    """Degrees of turning joints in radians; metres of sliding ones as they are."""
+    if len(given) != robot.n:
+        raise InputError(f"{len(given)} numbers for the {robot.n} joints of robot {robot.name!r}: give one each")
+    turning = [x for x, joint in zip(given, robot.joints, strict=True) if joint.revolute]
+    if sum(x % 0.5 != 0.0 for x in turning) > 1 and max(map(abs, turning)) <= 2.0 * math.pi:
+        degrees = ", ".join(f"{math.degrees(x):.3g}" if x in turning else f"{x:g}" for x in given)
+        raise InputError(
+            f"{', '.join(f'{x:g}' for x in given)} looks like radians: give degrees ({degrees}); if these are "
+            "degrees, round them to the nearest 0.5"
+        )
+    return np.where([joint.revolute for joint in robot.joints], np.radians(given), given)
 
 
 @dataclass(frozen=True, eq=False)

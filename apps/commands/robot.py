@@ -26,8 +26,7 @@ from ..report.sections.recordings import readings_agree, readings_report
 from ..report.sections.robot import base_description, robot_description
 from . import values
 from .entry import SETTING, Options, about, note, status, withheld
-from .motions import in_si
-from .options import PageOptions, RecordingOptions, RobotOptions, ViewOptions
+from .options import PageOptions, RecordingOptions, RobotOptions, ViewOptions, in_si
 from .values import NewDrawing, NewFile, Positions, Reads, checked, number, numbers, positive_number, texts, word
 
 TEMPLATE = Path(__file__).with_name("robot_template.toml")
