@@ -162,8 +162,8 @@ class _Design(MotionFiles, _Learning, group=MOTION):
             judged = judged._replace(replay=trajectories.score_motion(problem, profile))
         estimated = () if problem.payloads is not None else ("val3",)
         self.check_replays(problem, written, *estimated)
-        self.judge(judged, self.seed)
         self.write_motion(written)
+        self.judge(judged, self.seed)
 
     def check(self) -> None:
         """Refuse options of the other shape."""

@@ -43,7 +43,6 @@ _manner: ContextVar[Literal["quiet", "plain", "verbose"]] = ContextVar("manner",
 _HEAD = "# Options of a run, repeated by: dynident "
 _ASKING = {"--help", "-h", "--version"}
 
-
 Rule = tuple[str, ...] | str | dict[str, tuple[str | None, ...]]
 """What other options say of one: a tuple of those of which one must be given for it to have an effect; the name of
 one in whose place it stands, so that not both may be given; or the one that chooses, and the choices with which it
