@@ -32,8 +32,24 @@ def main(argv: Sequence[str] | None = None) -> int:
         if signal.getsignal(signal.SIGINT) == signal.default_int_handler:
             signal.signal(signal.SIGINT, interrupt)
             atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)  # what is answered stays answered
+    # Imports make many objects, all of which stay: to look for waste among them takes a tenth of a command's time.
+    gc.set_threshold(50_000, 20, 10)
+    for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ[variable] = "1"  # small matrices: more threads wait for each other, and sums round otherwise
+    for name in ("stdout", "stderr"):
+        if (stream := getattr(sys, name)) is None:  # closed by whoever started the command
+            setattr(sys, name, io.StringIO())
+        elif isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal without Greek letters
     try:
-        status = _run(words)
+        with warnings.catch_warnings():
+            # A warning is a line for the user, not for a programmer.
+            warnings.showwarning = lambda message, *_, **__: print(
+                f"dynident: note: {one_line(str(message))}", file=sys.stderr
+            )
+            from .apps.commands.entry import run  # which costs nothing until it is needed
+
+            status = copy_context().run(run, words)
         sys.stdout.flush()
         return status
     except BrokenPipeError:  # whoever reads has seen enough
@@ -46,37 +62,19 @@ def main(argv: Sequence[str] | None = None) -> int:
         with suppress(OSError):  # a full disk takes the line, not the status
             print(f"dynident: error: {one_line(text)}", file=sys.stderr)
         return BAD_INPUT
-    except KeyboardInterrupt:
-        return _interrupted(bool(pressed))
-    except Exception as fault:  # the one place that catches everything: a fault of ours is no answer
-        if pressed:  # compiled code took the interruption, and gave back nothing
-            return _interrupted(True)
-        return _reported(fault, words)
+    except (KeyboardInterrupt, Exception) as fault:  # the one place that catches everything
+        # An interruption that compiled code took arrives as another exception; else a fault of ours is no answer.
+        if not pressed and not isinstance(fault, KeyboardInterrupt):
+            return _reported(fault, words)
+        print("dynident: interrupted", file=sys.stderr, flush=True)
+        if pressed:  # Python's own steps cannot end a process whose compiled code was left on the way
+            atexit.register(os._exit, INTERRUPTED)
+            with suppress(OSError):
+                sys.stdout.flush()
+        return INTERRUPTED
 
 
-def _run(words: tuple[str, ...]) -> int:
-    """Find the command and call it."""
-    # Imports make many objects, all of which stay: to look for waste among them takes a tenth of a command's time.
-    gc.set_threshold(50_000, 20, 10)
-    for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ[variable] = "1"  # small matrices: more threads wait for each other, and sums round otherwise
-    for name in ("stdout", "stderr"):
-        if getattr(sys, name) is None:  # closed by whoever started the command
-            setattr(sys, name, io.StringIO())
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal without Greek letters
-    with warnings.catch_warnings():
-        # A warning is a line for the user, not for a programmer.
-        warnings.showwarning = lambda message, *_, **__: print(
-            f"dynident: note: {one_line(str(message))}", file=sys.stderr
-        )
-        from .apps.commands.entry import run  # which costs nothing until it is needed
-
-        return copy_context().run(run, words)
-
-
-def _reported(fault: Exception, words: tuple[str, ...]) -> int:
+def _reported(fault: BaseException, words: tuple[str, ...]) -> int:
     """Say in a line that a command line met an internal error, with its details in a file."""
     import shlex
     import tempfile
@@ -96,13 +94,3 @@ def _reported(fault: Exception, words: tuple[str, ...]) -> int:
     message = one_line(f"{type(fault).__name__}: {fault}")[:_TOLD]
     print(f"dynident: internal error, please report {where}: {message}", file=sys.stderr)
     return INTERNAL_ERROR
-
-
-def _interrupted(pressed: bool) -> int:
-    """Say so; Python's own steps cannot end a process whose compiled code was left on the way."""
-    print("dynident: interrupted", file=sys.stderr, flush=True)
-    if pressed:
-        atexit.register(os._exit, INTERRUPTED)
-        with suppress(OSError):
-            sys.stdout.flush()
-    return INTERRUPTED

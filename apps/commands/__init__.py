@@ -6,9 +6,9 @@ Only the file of the command that is called is imported, so that ``dynident --he
 ANSWERED, DO_NOT_USE, BAD_INPUT, INTERNAL_ERROR, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 3, 130, 141
 """Exit statuses of every command."""
 COMMANDS = {
-    "weigh": ("identify:_Weigh", "Identify a payload from a short motion near a pose, or at rest."),
+    "weigh": ("payload:_Weigh", "Identify a payload from a short motion near a pose, or at rest."),
     "verify": ("check:_Verify", "Compare the following error before and after a payload was entered."),
-    "payload": ("identify:_Payload", "Identify a payload from recordings with and without it."),
+    "payload": ("payload:_Payload", "Identify a payload from recordings with and without it."),
     "identify": ("identify:_Identify", "Identify the robot itself from recordings without payload."),
     "rollout": ("identify:_Rollout", "Test how well the identified robot predicts a recorded motion."),
     "gains": ("identify:_Gains", "Identify drive gains from currents and a payload of known mass."),

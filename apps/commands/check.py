@@ -20,22 +20,14 @@ from ..fleet.reduction import dask_executor, reduce_fleet
 from ..fleet.store import Recipe, Store, catalog, found_logs
 from ..logs.log_check import check_log, following_change, longest, read_following, robot_fits
 from ..report.documents import Look, check_document
-from ..report.sections.recordings import (
-    check_report,
-    compared_report,
-    fits_report,
-    fleet_report,
-    following_report,
-    log_report,
-    reduced_report,
-)
+from ..report.sections import recordings as sections
 from .entry import note, status
-from .options import GainOptions, LogOptions, PageOptions, ProcessingOptions, RobotOptions
+from .options import PageOptions, RecordingOptions
 from .values import LOG, SEVERAL, Count, DataFiles, NewFolder, Reads, RobotFile
 
 
-class _Check(PageOptions, ProcessingOptions):
-    needs: ClassVar = {"mount": ("robot",), "chain": ("robot",)}
+class _Check(PageOptions, RecordingOptions, without=["gain_sigma"]):
+    rules: ClassVar = {"mount": ("robot",), "chain": ("robot",)}
 
     data: DataFiles = field(default=(), kw_only=False)
     """Recordings, with or without payload."""
@@ -51,7 +43,7 @@ class _Check(PageOptions, ProcessingOptions):
             fits, chosen = None, setup
             if chosen is None:  # the robot that fits it best
                 fits = robot_fits(path, self.how())
-                self.show(fits_report(fits))
+                self.show(sections.fits_report(fits))
                 if fits.fault:
                     looks.append((None, fits))
                     continue
@@ -66,15 +58,17 @@ class _Check(PageOptions, ProcessingOptions):
                 text = f"Rows are missing: of {len(pieces)} pieces the longest is looked at; "
                 text += "record without losing rows"
                 check = check.completed([estimation.Finding("note", "recording", text)])
-            self.show(log_report(check))
+            self.show(sections.log_report(check))
             looks.append((check, fits))
-        words = setup.in_words() if setup else {}
-        self.write(check_report(looks), lambda: check_document(setup.robot if setup else None, looks), words)
+        words, named = (setup.in_words(), setup.robot) if setup else ({}, None)
+        self.give(sections.check_report(looks), lambda: check_document(named, looks), words, told=True)
         return all(check and check.usable for check, _ in looks)
 
 
-class _Verify(PageOptions, LogOptions, RobotOptions):
-    mount: Annotated[None, Parameter(parse=False)] = None  # gravity does not count
+_STILL = ("mount", "rate", "cutoff", "equation_rate", "offsets", "coulomb", "gain_sigma")  # gravity does not count
+
+
+class _Verify(PageOptions, RecordingOptions, without=_STILL):
     before: Annotated[tuple[Annotated[str, Reads("before"), LOG], ...], SEVERAL]
     """Before the new number: one motion (or its files of one signal each), with columns qref1.. (commanded
     positions) or tauref1.. (torque predicted, N·m), or what --log-map names."""
@@ -82,24 +76,19 @@ class _Verify(PageOptions, LogOptions, RobotOptions):
     """That motion again, with the new number."""
 
     def __call__(self) -> bool:
-        robot, how = self.load(), self.how()
-        gains, _ = self.gains(robot)
+        setup = self.setup()
+        robot, gains, how = setup.robot, setup.gains, setup.log_map
         given = [logs.grouped(paths) for paths in (self.before, self.after)]
         for several in given:
             if several[1:]:
                 raise InputError(f"{', '.join(map(str, several))}: give one recording, or its files, one a signal")
         old, new = (read_following(own[0], robot, gains, how) for own in given)
         change = following_change(old, new, robot.processing.still_speed)
-        self.give(following_report(change, robot), lambda: change, {})
+        self.give(sections.following_report(change, robot), lambda: change, {})
         return not (change.tells and change.total.clear == "rose")
 
 
-class _Screen(PageOptions):
-    report: Annotated[None, Parameter(parse=False)] = None
-    plots: Annotated[None, Parameter(parse=False)] = None
-
-
-class _Compare(_Screen, ProcessingOptions):
+class _Compare(PageOptions, RecordingOptions, without=("report", "plots", "gain_sigma")):
     data: DataFiles = field(kw_only=False)
     """Recordings of one robot without payload."""
 
@@ -119,10 +108,10 @@ class _Compare(_Screen, ProcessingOptions):
             ]
         names = [path if isinstance(path, str) else " and ".join(path) for path in paths]
         compared = side_by_side(names, [widened(own, excess(own, own.sigma_robust)) for own in estimates])
-        self.give(compared_report(compared), lambda: compared, {})
+        self.give(sections.compared_report(compared), lambda: compared, {})
 
 
-class _Reduce(_Screen, GainOptions):
+class _Reduce(PageOptions, RecordingOptions, without=("report", "plots")):
     data: Annotated[tuple[str, ...], LOG] = field(kw_only=False)
     """Logs without payload: files, folders, globs."""
     store: NewFolder
@@ -146,7 +135,7 @@ class _Reduce(_Screen, GainOptions):
             reduced = reduce_fleet(entries, setup.robot, self.store, recipe, able, told)
         if lost := reduced.workers_lost:
             note(f"workers were lost {lost} times and replaced: nothing is lost, nothing counts twice")
-        self.give(reduced_report(reduced), lambda: reduced, {})
+        self.give(sections.reduced_report(reduced), lambda: reduced, {})
         return bool(reduced.new or reduced.known)
 
 
@@ -167,4 +156,4 @@ class _FleetReport(PageOptions):
                 done += len(arms[-1].days)
                 progress("reading nights", done / len(logs))
         told = fleet_of(arms, [log for log in every if log.reason])
-        self.give(fleet_report(told), lambda: told, {"robot": told.arms[0]})
+        self.give(sections.fleet_report(told), lambda: told, {"robot": told.arms[0]})

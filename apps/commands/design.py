@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import field, replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from cyclopts import Parameter
@@ -24,12 +24,12 @@ from ..export.motions.val3 import val3_replay
 from ..report import documents
 from ..report.blocks import Report
 from ..report.sections import motion as sections
-from . import motions, values
-from .entry import GOAL, MOTION, SEARCH, SETTING, about, note, status
-from .options import PageOptions, ViewOptions
+from . import values
+from .entry import GOAL, MOTION, SEARCH, SETTING, about, note, shown, status
+from .motions import LimitOptions, MotionFiles
+from .options import in_si
 from .values import Count, NewFile, Positions, Reads, Seconds, Seed, number, numbers, positive_number, whole, word
 
-_SEARCH = Parameter(group=SEARCH)
 _REPLAY_RATE = 500.0  # Hz
 _PLANNED_RATE = 250.0  # Hz: at which a planned motion is looked at, at least
 _ZERO = 1e-9  # SI units: what standard parameters leave where they cancel
@@ -38,7 +38,7 @@ _APPROACH, _SLIDE = 3.0, 0.02  # deg, m
 _LEFT = 1.25  # of the mass expected: what runs of the ladder leave possible, and the motion bears at full speed
 
 
-class _Learning(motions.NoiseOptions, motions.LimitOptions, group=GOAL):
+class _Learning(LimitOptions, group=GOAL):
     criterion: Annotated[Literal["d", "a", "cond", "cond-scaled"], Parameter(show_choices=False)] = "d"
     """d: information (default); a: relative sigma; cond: condition number; cond-scaled: columns scaled."""
     columns: Annotated[tuple[str, ...] | None, word(values.names_list, "NAME,..|payload")] = None
@@ -53,14 +53,10 @@ class _Learning(motions.NoiseOptions, motions.LimitOptions, group=GOAL):
     """Estimate the best value that any motion could reach, and the gap to it."""
 
     def request(
-        self,
-        robot: model.Robot,
-        bounds: trajectories.JointBounds,
-        loads: trajectories.Loads,
-        shape: trajectories.ViaPointShape | trajectories.FourierShape,
-        stood: Sequence[Array] = (),
-    ) -> tuple[trajectories.DesignProblem, dict[str, float], dict[str, str]]:
-        """The problem, values that sigma is relative to, labels of parameters; ``stood``: poses of the arm seen."""
+        self, shape: trajectories.ViaPointShape | trajectories.FourierShape, stood: Sequence[Array] = ()
+    ) -> tuple[trajectories.DesignProblem, dict[str, Any]]:
+        """The problem, and what a ``JudgedMotion`` says of its parameters; ``stood``: poses of the arm seen."""
+        robot, bounds, loads = self.limited
         payload, base, labels = loads.heaviest, model.base_parameters(robot), dict[str, str]()
         payload_only, identified = self.columns == ("payload",), loads.covariance is not None
         known = dict(loads.parameters) if identified else {}
@@ -76,17 +72,13 @@ class _Learning(motions.NoiseOptions, motions.LimitOptions, group=GOAL):
             raise InputError("--heaviest-payload counts in torque limits: give --torque-limits")
         counting = any_limit and (identified or payload is not None or loads.margin > 0.0)
         length = self.data_length
-        if self.data_from:
-            if isinstance(shape, trajectories.FourierShape):
-                length = length or shape.duration
-            elif shape.fixed is None:
-                length = length or shape.longest
-            else:
-                times = shape.fixed
-                length = length or (sum(times) if isinstance(times, tuple) else (shape.count - 1) * times)
+        if self.data_from and length is None:
+            length = shape.duration if isinstance(shape, trajectories.FourierShape) else shape.longest
+            if isinstance(shape, trajectories.ViaPointShape) and shape.fixed is not None:
+                length = float(np.broadcast_to(shape.fixed, shape.count - 1).sum())
             if length is None:
                 raise InputError("--data-from needs data-length, a setting: how long will be recorded next?")
-        sigma, rate, words = self.noise(robot, bounds, earlier=next(iter(self.data_from), None))
+        sigma, rate, words = self.noise(earlier=next(iter(self.data_from), None))
         noise = sigma if self.criterion in ("d", "a") else None
         ten = model.regressors.payload_columns(robot) if payload_only else ()
         goal = trajectories.Goal(
@@ -101,23 +93,25 @@ class _Learning(motions.NoiseOptions, motions.LimitOptions, group=GOAL):
             data_length=length,
             earlier=results.read_earlier(self.data_from, noise, ten) if self.data_from else None,
         )
-        return self.problem(robot, bounds, shape, goal, loads if counting else None, stood), reference, labels
+        problem = self.problem(shape, goal, loads if counting else None, stood)
+        return problem, {"reference": reference, "labels": labels}
 
-    def floor(self, problem: trajectories.DesignProblem, score: float, seed: int) -> trajectories.Floor | None:
-        """The floor under a motion's criterion, if it is asked for and not interrupted, which costs no motion."""
-        if not self.bound:
-            return None
-        try:
-            with status("estimating the floor"):
-                return trajectories.floor_under(problem, score, seed=seed)
-        except KeyboardInterrupt:
-            note("interrupted: the floor is not known")
-            return None
+    def judge(self, judged: documents.JudgedMotion, seed: int) -> None:
+        """Show and write a motion, with the floor under its criterion if asked for, and its view."""
+        problem = judged.score.problem
+        if self.bound:
+            try:
+                with status("estimating the floor"):
+                    floor = trajectories.floor_under(problem, judged.score.value, seed=seed)
+                judged = judged._replace(floor=floor)
+            except KeyboardInterrupt:  # it costs no motion
+                note("interrupted: the floor is not known")
+        self.give(sections.design_report(judged), lambda: documents.design_document(judged), {})
+        self.write_view(lambda: view.view_of(problem.robot, judged.motion, problem=problem))
 
 
-class _Design(ViewOptions, motions.MotionFiles, _Learning, group=MOTION):
-    belongs: ClassVar = {"ramp": ("segments", ("trapezoid",))}
-    instead: ClassVar = {"via_points": "fourier"}
+class _Design(MotionFiles, _Learning, group=MOTION):
+    rules: ClassVar = {"ramp": {"segments": ("trapezoid",)}, "via_points": "fourier"}
 
     via_points: Annotated[int, word(partial(whole, least=3), "N")] = 14
     """Number of via points (default: 14)."""
@@ -137,16 +131,14 @@ class _Design(ViewOptions, motions.MotionFiles, _Learning, group=MOTION):
     """Longest duration of a motion through via points."""
     start: Positions | None = None
     """Start pose [deg or m]."""
-    seed: Annotated[Seed, _SEARCH] = 0
-    """Seed of the random starts (default: 0)."""
-    starts: Annotated[Count | None, Parameter(metavar="K"), _SEARCH] = None
+    starts: Annotated[Count | None, Parameter(metavar="K", group=SEARCH)] = None
     """Random starts (default: 6 by d and a, else 3)."""
 
     def __call__(self) -> None:
-        (robot, bounds, loads), start = self.limited(), None
+        (robot, bounds, _), start = self.limited, None
         if self.start:
             with about("--start"):
-                pose = motions.in_si(self.start, robot)
+                pose = in_si(self.start, robot)
                 check_pose(pose, robot, bounds)
             start = tuple(pose.tolist())
         times, trapezoid = self.segment_durations, self.segments == "trapezoid"
@@ -161,26 +153,17 @@ class _Design(ViewOptions, motions.MotionFiles, _Learning, group=MOTION):
         )
         if self.fourier is not None:
             shape = trajectories.FourierShape(self.fourier, self.duration, start=start)
-        problem, reference, labels = self.request(robot, bounds, loads, shape)
-        robot, kind = problem.robot, problem.criterion.kind
-        self.check_robot(robot, not self.fourier)
-
-        def words(best: float | None) -> str:
-            text = None if best is None else sections.criterion_text(kind, best)
-            return f"; best: {text or 'no motion within the limits yet'}"
-
-        design = motions.best_motion(problem, self.seed, self.starts, words)
-        floor = self.floor(problem, design.score.value, self.seed)
-        judged = documents.JudgedMotion.of(design)._replace(reference=reference, labels=labels, floor=floor)
-        written = WrittenMotion(robot, design.plan, problem.bounds, design_head(design, judged.learnt))
+        problem, named = self.request(shape)
+        design = self.best_motion(problem, self.starts, not self.fourier, problem.criterion.kind)
+        judged = documents.JudgedMotion.of(design)._replace(**named)
+        written = WrittenMotion(problem.robot, design.plan, problem.bounds, design_head(design, judged.learnt))
         if self.val3:  # what a controller would make of the via points if its profiles are trapezoidal
             profile = val3_replay(self.asked(written)["val3"][1]).motion(_REPLAY_RATE)
             judged = judged._replace(replay=trajectories.score_motion(problem, profile))
         estimated = () if problem.payloads is not None else ("val3",)
         self.check_replays(problem, written, *estimated)
-        self.give(sections.design_report(judged), lambda: documents.design_document(judged), {})
         self.write_motion(written)
-        self.write_view(lambda: view.view_of(robot, judged.motion, problem=problem))
+        self.judge(judged, self.seed)
 
     def check(self) -> None:
         """Refuse options of the other shape."""
@@ -194,8 +177,8 @@ class _Design(ViewOptions, motions.MotionFiles, _Learning, group=MOTION):
         super().check()
 
 
-class _Score(ViewOptions, PageOptions, _Learning, group=MOTION):
-    needs: ClassVar = {"seed": ("bound",)}
+class _Score(_Learning, group=MOTION):
+    rules: ClassVar = {"seed": ("bound",)}
 
     data: Annotated[str, Reads("motion"), Parameter(metavar="LOG")] = field(kw_only=False)
     """A log, or a CSV of t, q and perhaps qd, qdd."""
@@ -210,47 +193,39 @@ class _Score(ViewOptions, PageOptions, _Learning, group=MOTION):
 
     def __call__(self) -> None:
         shape = trajectories.ViaPointShape(longest=self.max_duration)
-        robot, bounds, loads = self.limited()
-        motion, recorded, stood = _logged_motion(self.data, robot, self.log_map, self.cutoff)
-        problem, reference, labels = self.request(robot, bounds, loads, shape, stood)
-        learnt = documents.as_recorded(problem, recorded)
-        score = trajectories.score_motion(problem, motion)
-        floor = self.floor(problem, score.value, self.seed)
-        judged = documents.JudgedMotion(
-            f"Motion of {self.data}", score, motion, learnt, reference, labels, floor=floor, source=self.data
-        )
-        self.give(sections.design_report(judged), lambda: documents.design_document(judged), {})
-        self.write_view(lambda: view.view_of(problem.robot, motion, problem=problem))
+        motion, recorded, stood = self.logged()
+        problem, named = self.request(shape, stood)
+        score, learnt = trajectories.score_motion(problem, motion), documents.as_recorded(problem, recorded)
+        judged = documents.JudgedMotion(f"Motion of {self.data}", score, motion, learnt, **named, source=self.data)
+        self.judge(judged, self.seed)
+
+    def logged(self) -> tuple[model.Motion, Measurement, list[Array]]:
+        """The motion of the file, planned where it has accelerations; as a recording shows it; poses recorded."""
+        (robot, _, _), path, cutoff, measured_too = self.limited, self.data, self.cutoff, True
+        if self.log_map:  # of currents the motion counts alone, whatever the gains
+            mapped = logs.read_log_map(self.log_map)
+            currents = logs.named(path, robot, mapped).holds_currents_only
+            recording = logs.read_recording(path, robot, (1.0,) * robot.n if currents else None, mapped)
+        else:
+            t, q, qd, qdd = logs.read_trajectory(path, robot)
+            if qd is not None and qdd is not None:
+                if cutoff is not None:
+                    raise InputError(f"{path}: has accelerations, so it is not filtered: omit --cutoff")
+                motion = trajectories.joined(model.Motion(t, q, qd, qdd), _PLANNED_RATE)
+                return motion, documents.planned(robot, motion, path), []
+            measured_too = any(map(logs.named(path, robot, None).holds, ("torque", "current")))
+            recording = model.Recording(t, q, 0.0 * q, qd, path)
+        processing = robot.processing if cutoff is None else replace(robot.processing, cutoff=cutoff)
+        measured = estimation.measurement(recording, processing)
+        return measured.motion, measured, [measured.motion.q] * measured_too
 
 
-def _logged_motion(
-    path: str, robot: model.Robot, log_map: str | None, cutoff: float | None
-) -> tuple[model.Motion, Measurement, list[Array]]:
-    """The motion of a file, planned where it has accelerations; as a recording shows it; poses recorded."""
-    measured_too = True
-    if log_map:  # of currents the motion counts alone, whatever the gains
-        mapped = logs.read_log_map(log_map)
-        currents = logs.named(path, robot, mapped).holds_currents_only
-        recording = logs.read_recording(path, robot, (1.0,) * robot.n if currents else None, mapped)
-    else:
-        t, q, qd, qdd = logs.read_trajectory(path, robot)
-        if qd is not None and qdd is not None:
-            if cutoff is not None:
-                raise InputError(f"{path}: has accelerations, so it is not filtered: omit --cutoff")
-            motion = trajectories.joined(model.Motion(t, q, qd, qdd), _PLANNED_RATE)
-            return motion, documents.planned(robot, motion, path), []
-        measured_too = any(map(logs.named(path, robot, None).holds, ("torque", "current")))
-        recording = model.Recording(t, q, 0.0 * q, qd, path)
-    processing = robot.processing if cutoff is None else replace(robot.processing, cutoff=cutoff)
-    measured = estimation.measurement(recording, processing)
-    return measured.motion, measured, [measured.motion.q] * measured_too
-
-
-class _Near(ViewOptions, motions.MotionFiles, motions.NoiseOptions, group=MOTION):
-    needs: ClassVar = dict.fromkeys(("poses", "hold", "approach"), ("static",)) | {
-        "sample_rate": ("samples", "ros2", "rehearsal")
+class _Near(MotionFiles, group=MOTION):
+    rules: ClassVar = {
+        **dict.fromkeys(("poses", "hold", "approach"), ("static",)),
+        **dict.fromkeys(("second_pose", "duration", "ladder"), "static"),
+        "sample_rate": ("samples", "ros2", "rehearsal"),
     }
-    instead: ClassVar = dict.fromkeys(("second_pose", "duration", "ladder"), "static")
 
     pose: Positions
     """Pose of the arm [deg or m]."""
@@ -274,17 +249,14 @@ class _Near(ViewOptions, motions.MotionFiles, motions.NoiseOptions, group=MOTION
     """Expected mass (default: 3), or the mass from a scale with its standard deviation: 2.5+-0.01."""
     ladder: bool = False
     """Add slower runs first, which bound the payload; the motion allows 1.25 times the expected mass."""
-    seed: Seed = 0
-    """Seed of the random starts (default: 0)."""
     starts: Annotated[Count | None, SETTING] = None
     """Random starts of the search (default: 1, with --static 6)."""
     rehearsal: Annotated[NewFile | None, SETTING] = None
     """File of the motion at a tenth of the speed; F_1.csv, .. with --ladder (default: beside --samples)."""
 
     def __call__(self) -> None:
-        robot, bounds, known = self.limited()
+        robot, bounds, known = self.limited
         payload = known.heaviest
-        self.check_robot(robot, self.static)
         mass, scale = self.mass
         if isinstance(payload, trajectories.PayloadSet) and mass > payload.mass:
             if self.ladder or self.has("mass"):
@@ -296,40 +268,35 @@ class _Near(ViewOptions, motions.MotionFiles, motions.NoiseOptions, group=MOTION
         expected = model.InertialParameters.from_com(mass, [0.0, 0.0, 0.1], 0.003 * mass * np.eye(3))
         if self.static:
             self.refuse("rehearsal", "has no effect with --static: run it at a low speed override first")
-        shape, goal, hint = self.shape(robot, bounds, expected)
+        shape, goal, hint = self.shape(expected)
         visibility = shape.visibility(robot)
         try:
             trajectories.check_mass_visible(visibility, scale is not None, "near this pose")
         except InputError:  # what joints show is printed all the same
             self.show(Report("", [sections.visibility_table(visibility)]))
             raise
-        heaviest, loads, kept = payload, None, bounds
-        if self.ladder:
-            if not isinstance(payload, trajectories.PayloadSet):
-                raise InputError("--ladder needs --heaviest-payload and --within: what the first run must bear")
-            heaviest = payload.lighter(_LEFT * mass)
+        borne = payload if self.ladder and isinstance(payload, trajectories.PayloadSet) else None
+        if self.ladder and borne is None:
+            raise InputError("--ladder needs --heaviest-payload and --within: what the first run must bear")
+        heaviest, loads = payload if borne is None else borne.lighter(_LEFT * mass), None
         if known.parameters and np.isfinite(bounds.torque).any():
             loads = replace(known, heaviest=heaviest or expected)
         elif payload is not None or known.margin > 0.0:
             option = "--heaviest-payload" if payload is not None else "torque-margin"
             raise InputError(f"{option} needs --torque-limits, and --robot-parameters or --arm-mass")
-        else:  # torques cannot be computed
-            kept = replace(bounds, torque=np.full(robot.n, np.inf))
-        problem = self.problem(robot, kept, shape, goal, loads)
+        problem = self.problem(shape, goal, loads)
         trajectories.check_held(problem, shape.poses)
-        design = motions.best_motion(problem, self.seed, self.starts or (None if self.static else 1))
+        design = self.best_motion(problem, self.starts or (None if self.static else 1), self.static)
         samples = design.motion(documents.FIGURE_RATE)
         if self.static:  # the search looks at poses on the way, not at the motion through them
             run = trajectories.score_motion(problem, samples)
             design = replace(design, score=replace(design.score, limits=run.limits, samples=run.samples))
         ladder: tuple[trajectories.Rung, ...] = ()
-        if self.ladder:
-            assert isinstance(design.plan, trajectories.Fourier)
-            assert isinstance(payload, trajectories.PayloadSet)
+        if borne is not None and isinstance(design.plan, trajectories.Fourier):
             with status("looking for the speeds of the ladder"):
                 ladder = trajectories.speed_ladder(
-                    lambda payloads: self.problem(robot, bounds, shape, goal, replace(known, heaviest=payloads)),
-                    payload,
+                    lambda payloads: self.problem(shape, goal, replace(known, heaviest=payloads)),
+                    borne,
                     design.plan,
                     mass,
                     lambda run: goal.predicted(robot, run, self.joints).mass,
@@ -345,58 +312,60 @@ class _Near(ViewOptions, motions.MotionFiles, motions.NoiseOptions, group=MOTION
             hints.append(f"{text} if the robot may go there.")
         written = WrittenMotion(robot, design.plan, bounds, sections.near_head(result, 1.0))
         self.check_replays(design.problem, written, "val3")
-        shown = sections.near_report(result, expected, hints, samples)
-        self.give(shown, lambda: documents.near_document(result), {})
+        self.give(
+            sections.near_report(result, expected, hints, samples), lambda: documents.near_document(result), {}
+        )
         self.write_motion(written)
-        self.write_rehearsals(result, written)
+        if (self.rehearsal or self.samples) and isinstance(design.plan, trajectories.Fourier):
+            beside = Path(self.samples or "none")
+            path = Path(self.rehearsal or beside.with_name(f"{beside.stem}_rehearsal{beside.suffix}"))
+            rungs = enumerate((rung.speed for rung in ladder if rung.speed < 1.0), 1)
+            slower = {path.with_name(f"{path.stem}_{k}{path.suffix}"): speed for k, speed in rungs}
+            for name, speed in slower.items() if ladder else [(path, trajectories.REHEARSAL)]:
+                head, plan = sections.near_head(result, speed), design.plan.slowed(speed)
+                slow = replace(written, plan=plan, head=head, rate=self.sample_rate)
+                write_text(name, FORMATS["csv"].text(slow))
         self.write_view(lambda: view.view_of(robot, samples, problem=design.problem))
 
     def shape(
-        self, robot: model.Robot, bounds: trajectories.JointBounds, expected: model.InertialParameters
+        self, expected: model.InertialParameters
     ) -> tuple[trajectories.NearShape | trajectories.StaticShape, trajectories.NearGoal, Array | None]:
         """Shape of the motion, its goal, and a second pose that would help where none was asked for."""
-        joints, scale = self.joints, self.mass[1]
+        (robot, bounds, _), joints, scale = self.limited, self.joints, self.mass[1]
+        if self.static and self.torque_noise is not None and self.torque_noise[1] is not None:
+            raise InputError("--torque-noise: at rest each approach is one sample: omit @HZ")
+        sigma, rate, source = self.noise(trajectories.ASSUMED_STICTION if self.static else None)
+        goal = trajectories.NearGoal(sigma, 1.0 / self.hold if self.static else rate, expected, scale, source)
+        with about("--pose"):
+            pose = in_si(self.pose, robot)
+            check_pose(pose, robot, bounds)
         if self.static:  # within the range about the pose, or as far as the joints go
-            if self.torque_noise is not None and self.torque_noise[1] is not None:
-                raise InputError("--torque-noise: at rest each approach is one sample: omit @HZ")
-            sigma, _, source = self.noise(robot, bounds, trajectories.ASSUMED_STICTION)
             moving = [joint - 1 for joint in joints]
             usual = (_SLIDE if j < robot.n and not robot.joints[j].revolute else _APPROACH for j in moving)
-            approach = self.each(robot, "approach", self.approach or tuple(usual))
-            with about("--pose"):
-                pose = motions.in_si(self.pose, robot)
-                check_pose(pose, robot, bounds)
+            approach = self.each("approach", self.approach or tuple(usual))
             low, high = bounds.low[moving], bounds.high[moving]
             if self.has("range"):
-                ranges = self.each(robot, "range", self.range)
+                ranges = self.each("range", self.range)
                 low, high = np.maximum(low, pose[moving] - ranges), np.minimum(high, pose[moving] + ranges)
-            rest = trajectories.StaticShape(pose, joints, low, high, approach, self.poses, self.hold)
-            return rest, trajectories.NearGoal(sigma, 1.0 / self.hold, expected, scale, source), None
-        sigma, rate, source = self.noise(robot, bounds)
-        goal = trajectories.NearGoal(sigma, rate, expected, scale, source)
-        ranges = self.each(robot, "range", self.range)
+            return trajectories.StaticShape(pose, joints, low, high, approach, self.poses, self.hold), goal, None
+        shape = trajectories.NearShape(pose[None], joints, self.each("range", self.range), self.duration)
         with about("--pose"):
-            first = motions.in_si(self.pose, robot)
-            shape = trajectories.NearShape(first[None], joints, ranges, self.duration)
             shape.check(robot, bounds)
-        if self.second_pose is None and scale is None and not shape.visibility(robot).mass_visible:
-            return shape, goal, None
-        if isinstance(self.second_pose, tuple):
-            second: Array | None = motions.in_si(self.second_pose, robot)
-        else:
+        second = in_si(self.second_pose, robot) if isinstance(self.second_pose, tuple) else None
+        if second is None and (self.second_pose or scale is not None or shape.visibility(robot).mass_visible):
             second = trajectories.second_pose(robot, shape, goal, bounds, self.seed)
         if self.second_pose is None:
             return shape, goal, second
         if second is None:
             note("a second pose would hardly help: only one is used")
             return shape, goal, None
-        shape = replace(shape, poses=np.array([first, second]))
+        shape = replace(shape, poses=np.array([pose, second]))
         shape.check(robot, bounds)
         return shape, goal, None
 
-    def each(self, robot: model.Robot, option: str, given: tuple[float, ...]) -> Array:
+    def each(self, option: str, given: tuple[float, ...]) -> Array:
         """Numbers of an option for each moving joint [rad or m], where one may stand for all."""
-        shown = self.shown(option)
+        robot, _, _ = self.limited
         if max(self.joints) > robot.n:
             raise InputError(
                 f"--joints {max(self.joints)}: robot {robot.name!r} has {robot.n} joints: number them from 1, at "
@@ -405,23 +374,7 @@ class _Near(ViewOptions, motions.MotionFiles, motions.NoiseOptions, group=MOTION
         turning = [robot.joints[joint - 1].revolute for joint in self.joints]
         if len(given) == 1 and not all(turning):
             raise InputError(
-                f"{shown}: give one number for each joint, in deg where it turns and in m where it slides"
+                f"{shown(option)}: give one number for each joint, in deg where it turns and in m where it slides"
             )
-        each = values.each_joint(given, len(turning), shown)
-        return np.array([np.radians(x) if turns else x for x, turns in zip(each, turning, strict=True)])
-
-    def write_rehearsals(self, result: documents.NearResult, written: WrittenMotion) -> None:
-        """Write slower runs of the motion: the rehearsal, or those of the ladder."""
-        motion = result.design.plan
-        if not (self.rehearsal or self.samples) or not isinstance(motion, trajectories.Fourier):
-            return
-        beside = Path(self.samples or "none")
-        path = Path(self.rehearsal or beside.with_name(f"{beside.stem}_rehearsal{beside.suffix}"))
-        speeds = {path: trajectories.REHEARSAL}
-        if result.ladder:
-            rungs = enumerate((rung.speed for rung in result.ladder if rung.speed < 1.0), 1)
-            speeds = {path.with_name(f"{path.stem}_{k}{path.suffix}"): speed for k, speed in rungs}
-        for name, speed in speeds.items():
-            head = sections.near_head(result, speed)
-            slow = replace(written, plan=motion.slowed(speed), head=head, rate=self.sample_rate)
-            write_text(name, FORMATS["csv"].text(slow))
+        each = values.each_joint(given, len(turning), shown(option))
+        return np.where(turning, np.radians(each), each)

@@ -20,11 +20,12 @@ from cyclopts.exceptions import MissingArgumentError, UnknownOptionError, Unused
 
 from ...common.errors import InputError, one_line
 from ...common.files import is_device, keeping, place_of
-from ...common.progress import Progress
+from ...common.progress import Progress, silent
 from ...common.versions import versions
 from . import ANSWERED, BAD_INPUT, COMMANDS, DO_NOT_USE
 from .values import Named, Reads
 
+GENERAL = Group("options", sort_key=-1)
 MOTION = Group.create_ordered("motion")
 GOAL = Group.create_ordered("what to learn")
 KNOWN = Group.create_ordered("what is known beforehand", "Lengths in m, in the frame of the answer.")
@@ -38,10 +39,14 @@ TERMINAL = Group.create_ordered("terminal")
 SETTING = Parameter(show=False)
 """A key of the settings file (``--config``): rarely changed, and no option; docs/settings.md has all."""
 
-Manner = Literal["quiet", "plain", "verbose"]
-_manner: ContextVar[Manner] = ContextVar("manner", default="plain")
+_manner: ContextVar[Literal["quiet", "plain", "verbose"]] = ContextVar("manner", default="plain")
 _HEAD = "# Options of a run, repeated by: dynident "
 _ASKING = {"--help", "-h", "--version"}
+
+Rule = tuple[str, ...] | str | dict[str, tuple[str | None, ...]]
+"""What other options say of one: a tuple of those of which one must be given for it to have an effect; the name of
+one in whose place it stands, so that not both may be given; or the one that chooses, and the choices with which it
+counts, where None stands for no choice."""
 
 
 @dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(field,))
@@ -49,12 +54,8 @@ _ASKING = {"--help", "-h", "--version"}
 class Options:
     """Options as a frozen value, fields named as they are; a command inherits what it takes, and is called."""
 
-    needs: ClassVar[Mapping[str, tuple[str, ...]]] = {}
-    """Options, and those of which one must be given for them to have an effect."""
-    belongs: ClassVar[Mapping[str, tuple[str, tuple[str | None, ...]]]] = {}
-    """Options, the one that chooses, and the choices with which they count; None stands for no choice."""
-    instead: ClassVar[Mapping[str, str]] = {"quiet": "verbose"}
-    """Options, and those in whose place they stand: not both may be given."""
+    rules: ClassVar[Mapping[str, Rule]] = {"quiet": "verbose"}
+    """Options, and what others say of them; those of the classes above hold too."""
 
     config: Annotated[str | None, Reads("options"), Parameter(metavar="TOML", group=TERMINAL)] = None
     """Options and rarer settings (docs/settings.md) from a file, as every report writes one; what is typed goes
@@ -64,15 +65,17 @@ class Options:
     verbose: Annotated[bool, SETTING] = False
     """Print every step with its time."""
 
-    def __init_subclass__(cls, group: Group | None = None) -> None:
-        """Make the class a dataclass, the options that it adds a ``group`` of the help."""
+    def __init_subclass__(cls, group: Group | None = None, without: Sequence[str] = ()) -> None:
+        """Make the class a dataclass, the options that it adds a ``group`` of the help, others left out again."""
         own, hints = cls.__annotations__, get_type_hints(cls, include_extras=True)
         for name in own:
             kind, *marked = get_args(hints[name]) if get_origin(hints[name]) is Annotated else [hints[name]]
             grouped = group and kind is not ClassVar and not isinstance(vars(cls).get(name), Field)  # by position
             own[name] = Annotated[(kind, Parameter(group=group), *marked)] if grouped else hints[name]
-        for rules in ("needs", "belongs", "instead"):
-            setattr(cls, rules, ChainMap(*(vars(part).get(rules, {}) for part in cls.__mro__)))
+        for name in without:
+            own[name] = Annotated[None, Parameter(parse=False)]
+            setattr(cls, name, None)
+        cls.rules = ChainMap(*(vars(part).get("rules", {}) for part in cls.__mro__))
         dataclass(frozen=True, kw_only=True)(cls)
 
     def __call__(self) -> bool | None:
@@ -81,16 +84,17 @@ class Options:
 
     def check(self) -> None:
         """Refuse options that would have no effect, before any work is done."""
-        for option, needed in self.needs.items():
-            if not any(map(self.has, needed)):
-                self.refuse(option, f"has no effect without {' or '.join(map(self.shown, needed))}")
-        for option, other in self.instead.items():
-            if getattr(self, option) and getattr(self, other):
-                self.refuse(option, f"and {self.shown(other)}: give one of them")
-        for option, (chooser, choices) in self.belongs.items():
-            if (choice := getattr(self, chooser)) not in choices:
-                known = " or ".join(filter(None, choices))
-                self.refuse(option, f"belongs to {self.shown(chooser)} {known}, not to {choice}")
+        for option, rule in self.rules.items():
+            match rule:
+                case tuple() if not any(map(self.has, rule)):
+                    self.refuse(option, f"has no effect without {' or '.join(map(shown, rule))}")
+                case str() if getattr(self, option) and getattr(self, rule):
+                    self.refuse(option, f"and {shown(rule)}: give one of them")
+                case dict():
+                    ((chooser, choices),) = rule.items()
+                    if (choice := getattr(self, chooser)) not in choices:
+                        known = " or ".join(filter(None, choices))
+                        self.refuse(option, f"belongs to {shown(chooser)} {known}, not to {choice}")
 
     def tell(self, *lines: str) -> None:
         """Print lines no wider than the terminal, unless the run is quiet."""
@@ -101,19 +105,13 @@ class Options:
             print_blocks([Notes(lines)])
 
     def has(self, option: str) -> bool:
-        """True for an option that was given; "joint_names" stands for --joint-names."""
-        return bool(CALL.get().given(f"--{option.replace('_', '-')}"))
+        """True for an option that was given."""
+        return bool(CALL.get().given(option))
 
     def refuse(self, option: str, because: str) -> None:
         """Refuse an option that would have no effect."""
         if self.has(option):
-            raise InputError(f"{self.shown(option)} {because}")
-
-    @classmethod
-    def shown(cls, option: str) -> str:
-        """An option as it is typed, or the key of a setting."""
-        key = option.replace("_", "-")
-        return key if SETTING in marks(get_type_hints(cls, include_extras=True)[option]) else f"--{key}"
+            raise InputError(f"{shown(option)} {because}")
 
 
 @dataclass(frozen=True)
@@ -133,14 +131,14 @@ class Call:
                         yield shown_name(argument), mark, token.value
 
     def given(self, option: str) -> tuple[str, ...]:
-        """Words that were given for an option."""
-        argument = self.arguments.get(option, default=None)
+        """Words that were given for an option; "joint_names" stands for --joint-names."""
+        argument = self.arguments.get(f"--{option.replace('_', '-')}", default=None)
         return tuple(token.value for token in argument.tokens) if argument is not None else ()
 
     def settings_file(self, page: str) -> Path | None:
         """The file beside a report that repeats the run; None beside a pipe, or if it was made from that file."""
         path = Path(page).with_suffix(".run.toml")
-        own = any(place_of(config) == place_of(path) for config in self.given("--config"))
+        own = any(place_of(config) == place_of(path) for config in self.given("config"))
         return None if own or is_device(Path(page)) else path
 
     def settings_text(self) -> str:
@@ -170,7 +168,7 @@ def application(calls: list[Call], words: Sequence[str]) -> App:
                 key = shown_name(argument)
                 text = f"write {key} = .. into a file and give that by --config"
                 raise InputError(f"{key} is a setting, not an option: {text}")
-        for path in call.given("--config"):  # what it says of options that are not typed; paths are from the folder
+        for path in call.given("config"):  # what it says of options that are not typed; paths are from the folder
             from cyclopts.config import Dict
 
             from ...common.schema import TOML_BYTES, read_text, toml_data  # which --help does without
@@ -195,7 +193,7 @@ def application(calls: list[Call], words: Sequence[str]) -> App:
         help_format="markdown",  # whose texts may stand in several lines of the source
         version_format="plaintext",
         default_parameter=Parameter(negative=(), show_default=False, allow_repeating=True),
-        group_parameters=Group("options", sort_key=-1),
+        group_parameters=GENERAL,
         group_arguments=Group("arguments", sort_key=-2),
         config=read,
     )
@@ -252,6 +250,11 @@ def shown_name(argument: Argument) -> str:
     return argument.name if argument.show else argument.name.lstrip("-")
 
 
+def shown(option: str) -> str:
+    """An option of the command that runs as it is typed, or the key of a setting, by the name of its field."""
+    return shown_name(CALL.get().arguments[f"--{option.replace('_', '-')}"])
+
+
 def check_paths(call: Call) -> None:
     """Refuse what cannot be written, or would overwrite an input or another output, before any work is done."""
     # A shipped robot's name is no file; folders may hold what several options write.
@@ -259,7 +262,7 @@ def check_paths(call: Call) -> None:
     owners = {place: name for place, name in read if place.exists()}
     folders: dict[Path, str] = {}
     written = list(call.named(reads=False))
-    for page in call.given("--report"):
+    for page in call.given("report"):
         if not Path(page).name or (beside := call.settings_file(page)) is None:
             continue
         if beside.is_file() and not beside.read_bytes().startswith(_HEAD.encode()):
@@ -343,12 +346,15 @@ def withheld(done: str, why: str) -> bool:
 @contextmanager
 def status(label: str) -> Iterator[Progress]:
     """Show what is being done; gives a function that changes the words and tells the share, where it is known."""
-    if (manner := _manner.get()) != "plain":
+    if (manner := _manner.get()) == "quiet":
+        yield silent
+        return
+    if manner == "verbose":
         begin, told = time.monotonic(), ""
 
         def step(words: str, _share: float | None = None, /) -> None:
             nonlocal told
-            if manner == "verbose" and words != told:
+            if words != told:
                 print(f"dynident: {time.monotonic() - begin:6.1f} s  {one_line(words)}", file=sys.stderr)
             told = words
 
@@ -356,12 +362,11 @@ def status(label: str) -> Iterator[Progress]:
         yield step
         return
     # A line that goes when the work is done; where no share is known its bar only moves. Names hold brackets.
-    from rich import console as terminal
     from rich import progress as rich
+    from rich.console import Console
 
-    words = rich.TextColumn("{task.description}", markup=False)
+    words, console = rich.TextColumn("{task.description}", markup=False), Console(stderr=True)
     columns = (rich.SpinnerColumn(), words, rich.BarColumn(), rich.TaskProgressColumn(), rich.TimeRemainingColumn())
-    console = terminal.Console(stderr=True)
     hidden = not console.is_terminal  # elsewhere it would leave an empty line
     with rich.Progress(*columns, console=console, transient=True, disable=hidden) as shown:
         task = shown.add_task(label, total=None)

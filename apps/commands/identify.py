@@ -1,4 +1,4 @@
-"""``dynident payload``, ``weigh``, ``identify``, ``rollout``, ``gains``: parameters from recordings."""
+"""``dynident identify``, ``rollout``, ``gains``: the robot's parameters and its drive gains from recordings."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from cyclopts import Group, Parameter
 from ... import estimation
 from ...common.errors import InputError
 from ...common.schema import read_toml
-from .. import logs, results, view
-from ..report.sections.payload import payload_report
+from .. import logs, results
 from ..report.sections.robot import gains_report, robot_report, rollout_report
 from ..rollout import HORIZONS, Predict, mujoco_arm, roll_out_all
-from . import options, values
-from .entry import SETTING, about, note, status
-from .values import HeldOutFiles, Reads, Share, different, number, numbers, where, with_sigma, word
+from . import values
+from .entry import SETTING, note, status
+from .options import EquationsFile, PageOptions, RecordingOptions
+from .values import HeldOutFiles, Reads, different, number, numbers, where, with_sigma, word
 
 _seconds = where(
     numbers,
@@ -29,12 +29,12 @@ _TWO = word(partial(numbers, count=2), "LOW HIGH", 2)
 _POSSIBLE = Parameter(group=Group("a robot that can exist", "Beside the free estimate."))
 
 
-class _Identify(options.PageOptions, options.GainOptions):
-    needs: ClassVar = {"rollout": ("validate",)}  # it predicts recordings that were not fitted
-    belongs: ClassVar = {
-        "prior_mass": ("constrained", ("prior", None)),
-        "prior_budget": ("constrained", ("prior", None)),
-        "total_mass": ("constrained", ("base", "prior", None)),
+class _Identify(PageOptions, RecordingOptions):
+    rules: ClassVar = {
+        "rollout": ("validate",),  # it predicts recordings that were not fitted
+        "prior_mass": {"constrained": ("prior", None)},
+        "prior_budget": {"constrained": ("prior", None)},
+        "total_mass": {"constrained": ("base", "prior", None)},
     }
 
     data: values.DataFiles
@@ -58,7 +58,7 @@ class _Identify(options.PageOptions, options.GainOptions):
     """Increase of chi2 that the prior may cost (default: 1)."""
     total_mass: Annotated[tuple[float, ...] | None, _TWO, _POSSIBLE] = None
     """Least and largest mass of all links together [kg]."""
-    npz: options.EquationsFile | None = None
+    npz: EquationsFile | None = None
 
     def __call__(self) -> bool:
         setup = self.setup()
@@ -104,9 +104,8 @@ class _Identify(options.PageOptions, options.GainOptions):
             return estimation.solve_constrained_prior(robot, base, estimate, prior, budget, mass)
         except estimation.SolverError as error:
             if self.total_mass is not None:
-                bounds = "--total-mass: links of {:g} to {:g} kg in all leave no robot near the data".format(
-                    *self.total_mass
-                )
+                least, most = self.total_mass
+                bounds = f"--total-mass: links of {least:g} to {most:g} kg in all leave no robot near the data"
                 raise InputError(f"{bounds}: give wider bounds, or omit them ({error})") from error
             if self.constrained == "prior":
                 raise InputError(f"{error}; --constrained none leaves it out") from error
@@ -118,8 +117,7 @@ class _Identify(options.PageOptions, options.GainOptions):
             return None
 
 
-class _Rollout(options.PageOptions, options.ProcessingOptions):
-    equation_rate: Annotated[None, Parameter(parse=False)] = None
+class _Rollout(PageOptions, RecordingOptions, without=("equation_rate", "gain_sigma")):
     robot_parameters: values.RobotParametersFile
     """The --json of 'dynident identify'."""
     data: HeldOutFiles
@@ -132,8 +130,8 @@ class _Rollout(options.PageOptions, options.ProcessingOptions):
     def __call__(self) -> None:
         from ..report.documents import RolloutsDocument  # loads what designs need
 
-        stored = results.read_stored_robot(self.robot_parameters)
-        setup = self.setup(stored)
+        setup = self.setup()
+        assert setup.stored is not None
         recordings = setup.read(self.data)
         models: dict[str, Predict] = {}
         for path in self.against:
@@ -141,13 +139,13 @@ class _Rollout(options.PageOptions, options.ProcessingOptions):
                 raise InputError(f"{path}: two models are called {name}: rename a file")
             models[name] = mujoco_arm(path, setup.robot)
         with status("reading") as progress:
-            settings, parameters = setup.settings(progress), stored.possible_values
+            settings, parameters = setup.settings(progress), setup.stored.possible_values
             rollouts = roll_out_all(setup.robot, parameters, recordings, settings, self.horizons, models)
         shown = rollout_report(rollouts, setup.robot.title or setup.robot.name)
         self.give(shown, lambda: RolloutsDocument(setup.robot.name, rollouts), setup.in_words())
 
 
-class _Gains(options.PageOptions, options.ProcessingOptions):
+class _Gains(PageOptions, RecordingOptions, without=("drive_gains", "gain_sigma")):
     unloaded: values.DataFiles
     """Recording of currents without the payload; repeatable."""
     loaded: values.LoadedFiles
@@ -160,7 +158,6 @@ class _Gains(options.PageOptions, options.ProcessingOptions):
     """Friction model: paper, or a list as for 'dynident identify' (default: as in the robot's file)."""
     mounting: Annotated[tuple[int, ...], word(values.whole_numbers, "N1,N2,..")] = ()
     """One number per --loaded; equal numbers share a centre of mass (default: all the same)."""
-    drive_gains: Annotated[None, Parameter(parse=False)] = None
 
     def __call__(self) -> bool:
         if isinstance(self.friction, estimation.Candidates):
@@ -206,119 +203,3 @@ class _Gains(options.PageOptions, options.ProcessingOptions):
                 both = f"mounting {mounting} has masses of {masses[mounting]:g} and {mass:g} kg"
                 raise InputError(f"{both}: give each weight a number of its own (--mounting)")
         return [estimation.known_mass(mass, sigma) for mass in masses.values()]
-
-
-class _Compared(options.ViewOptions, options.PageOptions, options.GainOptions, options.KnowledgeOptions):
-    friction_change: Share | None = None
-    """How much friction may differ under load, 1 sigma; for methods 3 and 4, and for --robot-parameters (default:
-    10%; 0: not at all)."""
-    unloaded: values.DataFiles = ()
-    """Recording without payload; repeatable."""
-    loaded: values.LoadedFiles
-    """Recording with payload; repeatable for the same payload, in the order of the --unloaded ones."""
-    robot_parameters: values.RobotParametersFile | None = None
-    """The --json file of 'dynident identify', instead of --unloaded."""
-    max_mismatch: Annotated[float | None, word(number, "RAD"), SETTING] = None
-    """Largest difference of position with and without payload after alignment, rms of the worst joint (payload:
-    method 3; default: 0.01)."""
-
-    def check(self) -> None:
-        """Refuse recordings with a payload that nothing stands beside."""
-        super().check()
-        if not self.unloaded and not self.robot_parameters:
-            raise InputError(
-                "give --unloaded recordings or --robot-parameters: without either nothing can be compared"
-            )
-
-    @property
-    def stored(self) -> estimation.RobotResult | None:
-        """The robot's parameters from a file."""
-        return results.read_stored_robot(self.robot_parameters) if self.robot_parameters else None
-
-
-class _Payload(_Compared, options.FramedRobotOptions):
-    belongs: ClassVar = {
-        "free_friction": ("method", ("1", "all")),
-        "essential": ("method", ("4", "all")),
-        "scale_sigma": ("method", ("1", "4", "all")),
-    }
-
-    validate: values.HeldOutFiles = ()
-    """Recording without payload that is kept out of the fit to test it; repeatable."""
-    method: Annotated[str, word(values.method, "NAME")] = "all"
-    """known-robot (1), change (2), difference (3), global (4) or all (default); see docs/theory.md."""
-    friction: values.FrictionTerms | None = None
-    """Friction model, as for 'dynident identify'; --robot-parameters bring their own."""
-    free_friction: Annotated[bool, SETTING] = False
-    """Method 1: estimate friction under load from scratch."""
-    scale_sigma: Share | None = None
-    """How much the scale of the loaded torques may differ from that of the unloaded ones, 1 sigma; for methods 1
-    and 4 (default: not at all)."""
-    essential: Annotated[values.Essential | None, SETTING] = None
-    """Method 4: eliminate parameters until the error's standard deviation has grown by this ratio (default: 1.02),
-    or until all relative standard deviations are within a percentage such as 10%."""
-    npz: options.EquationsFile | None = None
-
-    def check(self) -> None:
-        """Refuse options that the methods asked for cannot use."""
-        super().check()
-        if self.robot_parameters:
-            self.refuse("friction", "belongs to recordings without payload: the stored robot has its own")
-        elif self.method in ("1", "2"):
-            self.refuse("friction_change", "belongs to methods 3, 4 and to --robot-parameters: none is asked for")
-
-    def __call__(self) -> bool:
-        constraints, stored = self.constraints(), self.stored
-        setup = self.setup(stored)
-        unloaded, loaded, held_out = map(setup.read, (self.unloaded, self.loaded, self.validate))
-        gains = self.errors(setup, loaded, unloaded, stored)
-        with status("reading") as progress, about(fault=estimation.SolverError):  # constraints may leave no body
-            names = ("friction", "essential", "friction_change", "free_friction", "scale_sigma")
-            asked = {name: getattr(self, name) for name in names}
-            methods = None if self.method == "all" else (int(self.method),)
-            settings = setup.settings(progress, gains=gains, methods=methods, **asked)
-            known = stored.estimate if stored else None
-            problem = estimation.payload_problem(setup.robot, loaded, unloaded, known, settings)
-            progress("estimating")
-            if methods is None and self.scale_sigma:
-                note("--scale-sigma: methods 2 and 3 have no column for the scale of loaded torques: left out")
-            answer = estimation.answer_payload(problem, held_out, constraints)
-        result = answer.result
-        self.give(payload_report(result, self.document), lambda: result, setup.in_words())
-        if self.npz:
-            results.write_npz(self.npz, estimation.payload_system(problem))
-        self.write_view(lambda: view.view_of_answer(setup.robot, loaded[0], result))
-        return answer.verdict.level != "do_not_use"
-
-
-class _Weigh(_Compared):
-    needs: ClassVar = {"friction_change": ("robot_parameters",)}  # a difference of torques frees friction
-    instead: ClassVar = dict.fromkeys(("robot_parameters", "moving"), "static")
-
-    moving: values.Joints | None = None
-    """Joints that move (default: found in the recordings)."""
-    static: bool = False
-    """Weigh at rest: the arm stands still in poses, each reached from both sides (see near --static)."""
-    inertia: Annotated[str | None, Parameter(metavar="box:AxBxC|cylinder:DxL")] = None
-    """Assume the inertia of this body, in mm, if none is measured."""
-
-    def __call__(self) -> bool:
-        constraints, stored = self.constraints(), self.stored
-        stand_in = estimation.StandIn.parse(self.inertia) if self.inertia is not None else None
-        setup = self.setup(stored)
-        loaded, unloaded = setup.read(self.loaded), setup.read(self.unloaded)
-        gains = self.errors(setup, loaded, unloaded, stored)
-        with status("reading") as progress, about(fault=estimation.SolverError):  # constraints may leave no body
-            change, known = self.friction_change, stored.estimate if stored else None
-            settings = setup.settings(progress, gains=gains, joints=self.moving, friction_change=change)
-            if self.static:
-                result = estimation.weigh_at_rest(setup.robot, loaded, unloaded, constraints, settings)
-            else:
-                result = estimation.weigh(setup.robot, loaded, unloaded, known, constraints, settings)
-            result = result.assuming(stand_in) if stand_in is not None else result
-        spare = "--inertia is not needed: the inertia was measured well enough."
-        measured = stand_in is not None and not result.assumed
-        shown = payload_report(result, self.document, [spare] if measured else [])
-        self.give(shown, lambda: result, setup.in_words())
-        self.write_view(lambda: view.view_of_answer(setup.robot, loaded[0], result))
-        return result.verdict.level != "do_not_use"

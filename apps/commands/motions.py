@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, ClassVar
 
@@ -22,11 +23,13 @@ from ..export.motion import WrittenMotion
 from ..export.motions.ros2 import check_joint_names
 from ..export.motions.urscript import CONTROLLER_RATE, check_urscript
 from ..export.motions.val3 import check_val3
+from ..report.sections.motion import criterion_text
 from . import values
-from .entry import FILES, GOAL, LIMITS, SETTING, Options, note, status
-from .options import PageOptions, RobotOptions
-from .values import Names, NewFile, Reads, Share, checked, number, numbers, positive_number, share, word
+from .entry import FILES, GENERAL, GOAL, LIMITS, SEARCH, SETTING, note, status
+from .options import PageOptions, RobotOptions, ViewOptions, in_si
+from .values import Names, NewFile, Reads, Seed, Share, checked, number, numbers, positive_number, share, word
 
+_GOAL = Parameter(group=GOAL)
 _REPLAY_RATE = 1000.0  # Hz: at which controllers' own curves are looked at, and at their turns
 
 
@@ -56,74 +59,21 @@ def _region(text: str) -> tuple[tuple[float, ...], bool]:
     return checked(half, good, text, "R, A,B,C or box:A,B,C, each above 0 m"), text.startswith("box:")
 
 
+_NOISE = word(_noise, "S|S1,S2,..[@HZ]")
 _Level = float | tuple[float, ...]
 _Rate = Annotated[float, word(positive_number, "HZ")]
 
 
-class RehearsedRobotOptions(RobotOptions):
-    """A robot to plan or simulate with, which may need a stand-in."""
+class LimitOptions(ViewOptions, PageOptions, RobotOptions, group=LIMITS):
+    """Limits of the joints, the robot's parameters for its torques, the scene; and the noise of a recording.
 
-    arm_mass: Annotated[float | None, word(positive_number, "KG")] = None
-    """Mass of the whole arm, if its file has neither a mass nor link bodies."""
+    The noise is told, what an earlier recording shows, or assumed.
+    """
 
-    def load(self) -> model.Robot:
-        """The robot with the mass that was given."""
-        robot = super().load()
-        if self.arm_mass is None:
-            return robot
-        if not model.stand_in.missing_inertial(robot):
-            raise InputError(f"--arm-mass has no effect: {robot.name} has a body for each link: omit it")
-        return replace(robot, mass=self.arm_mass, sources={**robot.sources, "mass": "given with --arm-mass"})
+    # A scene names its own floor.
+    rules: ClassVar = {"within": ("heaviest_payload",), "no_floor": "scene", "like": "torque_noise"}
 
-
-class NoiseOptions(Options, group=GOAL):
-    """Torque noise of a recording: told, what an earlier one shows, or assumed."""
-
-    instead: ClassVar = {"like": "torque_noise"}
-
-    torque_noise: Annotated[tuple[_Level | None, float | None] | None, word(_noise, "S|S1,S2,..[@HZ]")] = None
-    """Torque noise, 1 sigma per joint [N·m or N], or 10% of the limits; @HZ: independent samples a second
-    (default: 10)."""
-    like: Annotated[str | None, Reads("like"), Parameter(metavar="JSON")] = None
-    """Take the torque noise from an earlier recording: the --json file of identify or payload."""
-
-    def noise(
-        self,
-        robot: model.Robot,
-        bounds: trajectories.JointBounds,
-        assumed: tuple[float, str] = (trajectories.ASSUMED_RATIO, trajectories.ASSUMED_NOISE),
-        earlier: str | None = None,
-    ) -> tuple[Array, float, str]:
-        """Sigma [N·m or N], independent samples a second, source: told, ``earlier``, or ``assumed`` over limits."""
-        level, rate = self.torque_noise or (None, None)
-        like = earlier if self.like is None and self.torque_noise is None else self.like
-        if like is not None:
-            sigma, rate, source = *results.shown_noise(like), f"as {like} shows"
-        elif level is None:
-            sigma, source = trajectories.assumed_noise(robot, assumed[0]), assumed[1]
-            if not np.isfinite(sigma).all():
-                raise InputError(
-                    f"robot {robot.name!r} has no torque limits to estimate a noise from: give "
-                    "--torque-noise, or --arm-mass KG for a stand-in"
-                )
-        elif isinstance(level, float):
-            sigma, source = level * bounds.torque, f"as given, {100 * level:g} % of the torque limits"
-            if not np.isfinite(sigma).all():
-                raise InputError("--torque-noise in percent needs a torque limit of every joint: --torque-limits")
-        else:
-            sigma, source = np.array(values.each_joint(level, robot.n, "--torque-noise")), "as given"
-        if sigma.shape != (robot.n,) or not (sigma > 0.0).all():
-            option = "--torque-noise" if like is None else like
-            raise InputError(f"{option}: robot {robot.name!r} needs {robot.n} positive numbers")
-        return np.asarray(sigma), rate or trajectories.INDEPENDENT, source
-
-
-class LimitOptions(RehearsedRobotOptions, group=LIMITS):
-    """Limits of the joints, the robot's parameters for its torques, and the scene."""
-
-    needs: ClassVar = {"within": ("heaviest_payload",)}
-    instead: ClassVar = {"no_floor": "scene"}  # which names its own floor
-
+    arm_mass: Annotated[values.ArmMass | None, Parameter(group=GENERAL)] = None
     speed_override: Annotated[float, word(number, "SHARE")] = 1.0
     """Fraction of the speed limits to use (default: 1)."""
     acceleration: Annotated[_Level | None, word(_acceleration, "A|A1,A2,.."), SETTING] = None
@@ -142,11 +92,43 @@ class LimitOptions(RehearsedRobotOptions, group=LIMITS):
     """File of floor, walls and bodies to keep clear of each other, instead of those assumed."""
     no_floor: bool = False
     """Ignore the floor at the height of the base (or the wall or ceiling it is mounted on)."""
+    torque_noise: Annotated[tuple[_Level | None, float | None] | None, _NOISE, _GOAL] = None
+    """Torque noise, 1 sigma per joint [N·m or N], or 10% of the limits; @HZ: independent samples a second
+    (default: 10)."""
+    like: Annotated[str | None, Reads("like"), Parameter(metavar="JSON"), _GOAL] = None
+    """Take the torque noise from an earlier recording: the --json file of identify or payload."""
 
+    def noise(
+        self, assumed: tuple[float, str] | None = None, earlier: str | None = None
+    ) -> tuple[Array, float, str]:
+        """Sigma [N·m or N], independent samples a second, source: told, ``earlier``, or ``assumed`` over limits."""
+        (robot, bounds, _), (level, rate) = self.limited, self.torque_noise or (None, None)
+        like = earlier if self.like is None and self.torque_noise is None else self.like
+        if like is not None:
+            sigma, rate, source = *results.shown_noise(like), f"as {like} shows"
+        elif level is None:
+            ratio, source = assumed or (trajectories.ASSUMED_RATIO, trajectories.ASSUMED_NOISE)
+            sigma = trajectories.assumed_noise(robot, ratio)
+            if not np.isfinite(sigma).all():
+                raise InputError(
+                    f"robot {robot.name!r} has no torque limits to estimate a noise from: give "
+                    "--torque-noise, or --arm-mass KG for a stand-in"
+                )
+        elif isinstance(level, float):
+            sigma, source = level * bounds.torque, f"as given, {100 * level:g} % of the torque limits"
+            if not np.isfinite(sigma).all():
+                raise InputError("--torque-noise in percent needs a torque limit of every joint: --torque-limits")
+        else:
+            sigma, source = np.array(values.each_joint(level, robot.n, "--torque-noise")), "as given"
+        if sigma.shape != (robot.n,) or not (sigma > 0.0).all():
+            option = "--torque-noise" if like is None else like
+            raise InputError(f"{option}: robot {robot.name!r} needs {robot.n} positive numbers")
+        return np.asarray(sigma), rate or trajectories.INDEPENDENT, source
+
+    @cached_property
     def limited(self) -> tuple[model.Robot, trajectories.JointBounds, trajectories.Loads]:
         """The robot, its limits, and what torques are computed from, by ``--robot-parameters`` or a stand-in."""
-        robot = self.load()
-        covariance: Array | None = None
+        robot, covariance, acceleration = self.load(), None, None
         if self.robot_parameters:
             robot = model.stand_in.with_assumed_limits(robot)
             stored = results.read_stored_robot(self.robot_parameters)
@@ -155,7 +137,6 @@ class LimitOptions(RehearsedRobotOptions, group=LIMITS):
         else:
             robot = model.stand_in.rehearsed(robot)
             known = dict(robot.parameters)
-        acceleration: list[float] | None = None
         if isinstance(self.acceleration, float):
             acceleration = [self.acceleration * joint.limits.speed for joint in robot.joints]
         elif self.acceleration is not None:
@@ -172,14 +153,15 @@ class LimitOptions(RehearsedRobotOptions, group=LIMITS):
 
     def problem(
         self,
-        robot: model.Robot,
-        bounds: trajectories.JointBounds,
         shape: trajectories.Shape,
         goal: trajectories.Goal | trajectories.NearGoal,
         loads: trajectories.Loads | None,
         stood: Sequence[Array] = (),
     ) -> trajectories.DesignProblem:
-        """The design of a motion within these limits; without loads torques have none; ``stood``: poses seen."""
+        """The design of a motion within these limits; ``stood``: poses seen."""
+        robot, bounds, _ = self.limited
+        if loads is None and isinstance(goal, trajectories.NearGoal):  # torques cannot be computed
+            bounds = replace(bounds, torque=np.full(robot.n, np.inf))
         poses = shape.poses if isinstance(shape, trajectories.NearShape) else shape.start
         # Unless a file tells: the arm itself, and with the floor what it is bolted to.
         there = np.vstack([np.reshape([] if poses is None else poses, (-1, robot.n)), *stood])
@@ -221,29 +203,17 @@ class LimitOptions(RehearsedRobotOptions, group=LIMITS):
         return model.InertialParameters.from_com(kilograms, centre, [[0.0] * 3] * 3).moved(flange.R, flange.p)
 
 
-def in_si(given: tuple[float, ...], robot: model.Robot) -> Array:
-    """Degrees of turning joints in radians; metres of sliding ones as they are."""
-    if len(given) != robot.n:
-        raise InputError(f"{len(given)} numbers for the {robot.n} joints of robot {robot.name!r}: give one each")
-    turning = [x for x, joint in zip(given, robot.joints, strict=True) if joint.revolute]
-    if sum(x % 0.5 != 0.0 for x in turning) > 1 and max(map(abs, turning)) <= 2.0 * math.pi:
-        degrees = ", ".join(f"{math.degrees(x):.3g}" if x in turning else f"{x:g}" for x in given)
-        raise InputError(
-            f"{', '.join(f'{x:g}' for x in given)} looks like radians: give degrees ({degrees}); if these are "
-            "degrees, round them to the nearest 0.5"
-        )
-    return np.array([np.radians(x) if joint.revolute else x for x, joint in zip(given, robot.joints, strict=True)])
-
-
-class MotionFiles(PageOptions, LimitOptions, group=FILES):
+class MotionFiles(LimitOptions, group=FILES):
     """Formats of the motion itself, beside the result."""
 
-    needs: ClassVar = {
+    rules: ClassVar = {
         "joint_names": ("ros2",),
         "controller_rate": ("urscript",),
         "sample_rate": ("samples", "ros2"),
     }
 
+    seed: Annotated[Seed, Parameter(group=SEARCH)] = 0
+    """Seed of the random starts (default: 0)."""
     samples: Annotated[NewFile | None, Parameter(metavar="F.csv")] = None
     """Write samples of the motion: t, q, qd, qdd."""
     ros2: Annotated[NewFile | None, Parameter(metavar="F.yaml")] = None
@@ -259,27 +229,52 @@ class MotionFiles(PageOptions, LimitOptions, group=FILES):
     val3: values.NewFolder | None = None
     """Write a VAL3 application with the via points, best with --segments trapezoid; created if missing."""
 
-    def check_robot(self, robot: model.Robot, via_points: bool) -> None:
-        """Refuse what a format has no place for, before the search."""
-        if self.ros2:
-            check_joint_names(self.joint_names, robot.n)
-        if self.urscript:
-            check_urscript(robot, self.controller_rate)
-        if self.val3:
-            check_val3(robot, via_points, Path(self.val3).name)
-
     def asked(self, written: WrittenMotion) -> dict[str, tuple[str, WrittenMotion]]:
         """The formats asked for by name: where each is to be written, and the motion at its rate."""
+        name = Path(self.val3 or "").name
         sampled = replace(written, rate=self.sample_rate, joint_names=self.joint_names)
         files = {
             "csv": (self.samples, sampled),
             "ros2": (self.ros2, sampled),
             "urscript": (self.urscript, replace(written, rate=self.controller_rate)),
+            # The application's database, which the rest of it stands beside.
+            "val3": (self.val3 and str(Path(self.val3) / f"{name}.dtx"), replace(written, name=name)),
         }
-        if self.val3:  # the application's database, which the rest of it stands beside
-            name = Path(self.val3).name
-            files["val3"] = (str(Path(self.val3) / f"{name}.dtx"), replace(written, name=name))
         return {name: (path, motion) for name, (path, motion) in files.items() if path}
+
+    def best_motion(
+        self, problem: trajectories.DesignProblem, starts: int | None, via_points: bool, kind: str = ""
+    ) -> trajectories.Design:
+        """The best motion that keeps every limit; the best criterion so far is told if its ``kind`` is given.
+
+        What a format has no place for is refused before.
+        """
+        if self.ros2:
+            check_joint_names(self.joint_names, problem.robot.n)
+        if self.urscript:
+            check_urscript(problem.robot, self.controller_rate)
+        if self.val3:
+            check_val3(problem.robot, via_points, Path(self.val3).name)
+        with status("building") as progress:
+
+            def show(text: str, best: float | None, evaluations: int) -> None:
+                reached = "no motion within the limits yet" if best is None else criterion_text(kind, best)
+                progress(f"{text}, {evaluations} evaluations{f'; best: {reached}' if kind else ''}")
+
+            design = trajectories.solve_design(problem, seed=self.seed, starts=starts, progress=show)
+        if design.missed:
+            fault = f"the whole run, or its rehearsal, does not keep every limit ({design.missed[0]})"
+            raise InputError(f"{fault}: choose other poses, or another --seed")
+        stopped = f"stopped after {design.cpu_s:.0f} s of processor time"
+        if not design.feasible:
+            missed, cut = "; ".join(design.score.violations), f"{stopped}: " if design.interrupted else ""
+            raise InputError(f"{cut}no motion was found that keeps every limit, the nearest has: {missed}")
+        if design.interrupted:
+            note(
+                f"{stopped} and {design.starts} starts: this is the best motion so far; it keeps every limit; "
+                "fewer via points or starts end by themselves"
+            )
+        return design
 
     def check_replays(self, problem: trajectories.DesignProblem, written: WrittenMotion, *estimated: str) -> None:
         """Refuse files whose controllers, by their own interpolation, break a limit or touch something.
@@ -305,33 +300,3 @@ class MotionFiles(PageOptions, LimitOptions, group=FILES):
             write_text(path, form.text(motion))
             for beside, text in form.beside(motion).items():
                 write_text(Path(path).parent / beside, text)
-
-
-def best_motion(
-    problem: trajectories.DesignProblem,
-    seed: int,
-    starts: int | None,
-    words: Callable[[float | None], str] = lambda best: "",
-) -> trajectories.Design:
-    """The best motion that keeps every limit; ``words`` tell the best criterion so far, if there is one."""
-    with status("building") as progress:
-
-        def show(text: str, best: float | None, evaluations: int) -> None:
-            progress(f"{text}, {evaluations} evaluations{words(best)}")
-
-        design = trajectories.solve_design(problem, seed=seed, starts=starts, progress=show)
-    if design.missed:
-        raise InputError(
-            f"the whole run, or its rehearsal, does not keep every limit ({design.missed[0]}): choose other poses, "
-            "or another --seed"
-        )
-    if not design.feasible:
-        stopped = f"stopped after {design.cpu_s:.0f} s of processor time: " if design.interrupted else ""
-        missed = "; ".join(design.score.violations)
-        raise InputError(f"{stopped}no motion was found that keeps every limit, the nearest has: {missed}")
-    if design.interrupted:
-        note(
-            f"stopped after {design.cpu_s:.0f} s of processor time and {design.starts} starts: this is the best "
-            "motion so far; it keeps every limit; fewer via points or starts end by themselves"
-        )
-    return design

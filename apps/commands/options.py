@@ -7,14 +7,15 @@ import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
+import numpy as np
 from cyclopts import Parameter
 from msgspec import structs
 
 from ... import estimation, model
+from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import checksum, write_text
 from ...common.progress import Progress, each
@@ -25,7 +26,7 @@ from ..numbers import placed
 from ..report.blocks import Report
 from ..report.render import page_html, print_report, write_plots
 from . import values
-from .entry import CALL, FILES, KNOWN, LOGS, SETTING, Options, about, note, status
+from .entry import CALL, FILES, LOGS, SETTING, Options, about, note, shown, status
 from .values import Reads, numbers, texts, word
 
 if TYPE_CHECKING:
@@ -37,9 +38,7 @@ _INSTEAD = (
     "drives are the same."
 )
 _given_or_file = values.numbers_or(".json", "K|K1,K2,..|JSON")
-_BOX, _CENTRED, _ERRORS = "X0,X1,Y0,Y1,Z0,Z1", "X,Y,Z,A,B,C", "2%|S1,S2,..%|common=1%"
-_box = word(partial(numbers, count=6, layout=f"{_BOX} [m]"), _BOX)
-_ellipsoid = word(partial(numbers, count=6, layout=f"{_CENTRED} [m]"), _CENTRED)
+_ERRORS = "2%|S1,S2,..%|common=1%"
 
 
 class RobotOptions(Options):
@@ -54,29 +53,38 @@ class RobotOptions(Options):
     its frame [m/s^2]."""
 
     def load(self) -> model.Robot:
-        """The robot as it is mounted, with a note for each angle that was taken as a right one."""
+        """The robot as it is mounted, with the payload's frame and the mass that are asked for where they can be.
+
+        A note tells each angle that was taken as a right one.
+        """
         robot = model.load_robot(self.robot, *(self.chain or (None, None)))
         for angle in robot.snapped:
             note(f"{self.robot}: {angle}")
-        if self.mount is None:
-            return robot
-        kind, turned = self.mount
-        return model.with_gravity(robot, turned) if kind == "gravity" else model.mounted(robot, turned)
+        if self.mount is not None:
+            kind, turned = self.mount
+            robot = model.with_gravity(robot, turned) if kind == "gravity" else model.mounted(robot, turned)
+        if (tool := getattr(self, "tool_frame", None)) is not None:
+            with about("--tool-frame"):
+                robot = model.with_tool(robot, tool, f"tool frame at {placed(tool)} in: {robot.payload_frame}")
+        if (mass := getattr(self, "arm_mass", None)) is not None:
+            if not model.stand_in.missing_inertial(robot):
+                raise InputError(f"--arm-mass has no effect: {robot.name} has a body for each link: omit it")
+            robot = replace(robot, mass=mass, sources={**robot.sources, "mass": "given with --arm-mass"})
+        return robot
 
 
-class FramedRobotOptions(RobotOptions):
-    """A robot, and the frame in which a payload is taken or given."""
-
-    tool_frame: Annotated[model.Pose | None, word(values.frame, "X,Y,Z,R,P,Y")] = None
-    """Frame of the payload, relative to the flange: metres, then roll, pitch, yaw in degrees (default: itself)."""
-
-    def load(self) -> model.Robot:
-        """The robot as it is mounted, with the payload's frame that is asked for."""
-        robot, tool = super().load(), self.tool_frame
-        if tool is None:
-            return robot
-        with about("--tool-frame"):
-            return model.with_tool(robot, tool, f"tool frame at {placed(tool)} in: {robot.payload_frame}")
+def in_si(given: tuple[float, ...], robot: model.Robot) -> Array:
+    """Degrees of turning joints in radians; metres of sliding ones as they are."""
+    if len(given) != robot.n:
+        raise InputError(f"{len(given)} numbers for the {robot.n} joints of robot {robot.name!r}: give one each")
+    turning = [x for x, joint in zip(given, robot.joints, strict=True) if joint.revolute]
+    if sum(x % 0.5 != 0.0 for x in turning) > 1 and max(map(abs, turning)) <= 2.0 * math.pi:
+        degrees = ", ".join(f"{math.degrees(x):.3g}" if x in turning else f"{x:g}" for x in given)
+        raise InputError(
+            f"{', '.join(f'{x:g}' for x in given)} looks like radians: give degrees ({degrees}); if these are "
+            "degrees, round them to the nearest 0.5"
+        )
+    return np.where([joint.revolute for joint in robot.joints], np.radians(given), given)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +96,7 @@ class Setup:
     gains: tuple[float, ...] | None  # torque per current [N·m/A], if currents are read
     identified: estimation.Gains | None  # how sure they are, if ``dynident gains`` found them
     log_map: logs.LogMap
+    stored: estimation.RobotResult | None = None  # an earlier identification, if its parameters count
     told: set[str] = field(default_factory=set)  # notes that were printed already
 
     def read(self, paths: Sequence[str | tuple[str, ...]]) -> list[model.Recording]:
@@ -134,8 +143,8 @@ class Setup:
         return words
 
 
-class LogOptions(Options, group=LOGS):
-    """Columns, units and drive gains of logs."""
+class RecordingOptions(RobotOptions, group=LOGS):
+    """A robot and its logs, their filtering and decimation, the structure of the model, and the drive gains."""
 
     log_map: values.LogMapFile | None = None
     """File that maps the columns, units, side and signs of your logs."""
@@ -149,30 +158,6 @@ class LogOptions(Options, group=LOGS):
     """Topic of a ROS 2 bag."""
     drive_gains: Annotated[tuple[float, ...] | str | None, Reads("drive gains"), _given_or_file] = None
     """Torque per current [N·m/A], or the --json file of 'dynident gains'."""
-
-    def how(self) -> logs.LogMap:
-        """The map of ``--log-map`` with what the other options change."""
-        log_map = logs.read_log_map(self.log_map) if self.log_map else logs.LogMap(source=COMMAND_LINE)
-        return logs.with_flags(log_map, self.joints, self.units, self.signs, self.topic)
-
-    def gains(self, robot: model.Robot) -> tuple[tuple[float, ...] | None, estimation.Gains | None]:
-        """Torque per current, and what a file of gains says besides."""
-        if not isinstance(self.drive_gains, str):
-            gains = self.drive_gains
-            return gains and (gains * robot.n if len(gains) == 1 else gains), None
-        stored = results.read_stored_gains(self.drive_gains)
-        count = len(stored.drive_gains.values)
-        if stored.robot != robot.name or count != robot.n:
-            raise InputError(
-                f"{self.drive_gains}: gains of {stored.robot!r} with {count} joints do not belong to "
-                f"{robot.name!r} with {robot.n}: identify gains for it"
-            )
-        return tuple(stored.drive_gains.values.tolist()), stored.errors
-
-
-class ProcessingOptions(LogOptions, RobotOptions, group=LOGS):
-    """Logs, their filtering and decimation, and the structure of the model."""
-
     rate: Annotated[values.Hertz | None, SETTING] = None
     """Even rate to which recordings are resampled."""
     cutoff: values.Hertz | None = None
@@ -183,11 +168,32 @@ class ProcessingOptions(LogOptions, RobotOptions, group=LOGS):
     """Whether each joint has a constant torque offset (default: as in the robot's file)."""
     coulomb: Annotated[Literal["sum", "paper"] | None, Parameter(metavar="sum|paper"), SETTING] = None
     """Coulomb friction of coupled drives: by the sum of the speeds, or as printed in the paper."""
+    gain_sigma: Annotated[tuple[tuple[float, ...], float] | None, word(values.gain_errors, _ERRORS)] = None
+    """Error of each joint's drive gain, 1 sigma, and one common to all joints: 2%,common=1% (default: what the
+    recordings state, else 2 %, or 1 % for torque sensors behind the gears; 0: exact)."""
 
-    def setup(self, stored: estimation.RobotResult | None = None) -> Setup:
-        """The robot with structure and processing as asked for; ``stored`` ones bring theirs."""
-        robot = self.load()
-        gains, identified = self.gains(robot)
+    def how(self) -> logs.LogMap:
+        """The map of ``--log-map`` with what the other options change."""
+        log_map = logs.read_log_map(self.log_map) if self.log_map else logs.LogMap(source=COMMAND_LINE)
+        return logs.with_flags(log_map, self.joints, self.units, self.signs, self.topic)
+
+    def setup(self) -> Setup:
+        """The robot with structure and processing as asked for; stored parameters bring theirs."""
+        path = getattr(self, "robot_parameters", None)
+        stored = results.read_stored_robot(path) if path else None
+        robot, gains = self.load(), self.drive_gains
+        identified: estimation.Gains | None = None
+        if isinstance(gains, str):  # a file, which says how sure they are besides
+            found = results.read_stored_gains(gains)
+            count = len(found.drive_gains.values)
+            if found.robot != robot.name or count != robot.n:
+                raise InputError(
+                    f"{gains}: gains of {found.robot!r} with {count} joints do not belong to {robot.name!r} with "
+                    f"{robot.n}: identify gains for it"
+                )
+            gains, identified = tuple(found.drive_gains.values.tolist()), found.errors
+        elif gains and len(gains) == 1:
+            gains = gains * robot.n
         if stored:
             robot = stored.applied_to(robot)
             stored.check_gains(gains)
@@ -200,64 +206,16 @@ class ProcessingOptions(LogOptions, RobotOptions, group=LOGS):
         changed = {name: value for name in names if (value := getattr(self, name, None)) is not None}
         if "equation_rate" in changed:  # takes the place of either in the robot's file
             changed["decimate"] = 1
-        with about(*(self.shown(name) for name in changed if name != "decimate")):
+        with about(*(shown(name) for name in changed if name != "decimate")):
             processing = replace(robot.processing, **changed)
-        return Setup(robot, processing, gains, identified, self.how())
-
-
-class KnowledgeOptions(Options, group=KNOWN):
-    """Knowledge of the payload, which enters the constrained estimate of every method."""
-
-    mass: values.Weighed | None = None
-    """Mass from a scale, and its standard deviation."""
-    mass_bounds: Annotated[tuple[float | None, float | None] | None, word(values.bounds, "LEAST,MOST")] = None
-    """Least and largest mass; either may be omitted: ,3."""
-    com_within: Annotated[tuple[float, ...] | None, _box] = None
-    """Box that contains the centre of mass."""
-    ellipsoid: Annotated[tuple[float, ...] | None, _ellipsoid] = None
-    """Ellipsoid that contains the whole payload: centre and semi-axes."""
-
-    def constraints(self) -> list[estimation.Constraint]:
-        """The constraints that are named."""
-        constraints: list[estimation.Constraint] = [estimation.PossibleBody()]
-        if self.mass is not None:
-            mass, sigma = self.mass
-            if sigma is None:
-                raise InputError(
-                    "--mass needs the accuracy of the scale too: give the mass and its standard deviation in kg, "
-                    f"such as {mass:g}+-0.01"
-                )
-            constraints.append(estimation.KnownMass(mass, sigma))
-        if self.mass_bounds is not None:
-            least, most = self.mass_bounds
-            with about("--mass-bounds"):
-                constraints.append(estimation.MassBounds(least or 0.0, math.inf if most is None else most))
-        if self.com_within is not None:
-            with about("--com-within"):
-                constraints.append(estimation.CentreOfMassInBox(self.com_within[::2], self.com_within[1::2]))
-        if self.ellipsoid is not None:
-            with about("--ellipsoid"):
-                constraints.append(estimation.InEllipsoid(self.ellipsoid[:3], self.ellipsoid[3:]))
-        return constraints
-
-
-class GainOptions(ProcessingOptions, group=LOGS):
-    """Logs and processing, and the uncertainty of the drive gains."""
-
-    gain_sigma: Annotated[tuple[tuple[float, ...], float] | None, word(values.gain_errors, _ERRORS)] = None
-    """Error of each joint's drive gain, 1 sigma, and one common to all joints: 2%,common=1% (default: what the
-    recordings state, else 2 %, or 1 % for torque sensors behind the gears; 0: exact)."""
+        return Setup(robot, processing, gains, identified, self.how(), stored)
 
     def errors(
-        self,
-        setup: Setup,
-        loaded: Sequence[model.Recording],
-        unloaded: Sequence[model.Recording],
-        stored: estimation.RobotResult | None = None,
+        self, setup: Setup, loaded: Sequence[model.Recording], unloaded: Sequence[model.Recording]
     ) -> estimation.Gains | None:
         """The uncertainty of the drive gains, None where nothing is said; its notes name what it rests on."""
         # What is said now goes before what was said then: the drives are the same, and so is their error.
-        then = stored.gains if stored is not None else None
+        then = setup.stored.gains if setup.stored is not None else None
         now, n, note = setup.identified, setup.robot.n, _FROM_ROBOT
         if self.gain_sigma is not None or now is not None:
             per_joint, common = self.gain_sigma or ((0.0,), 0.0)
@@ -291,18 +249,20 @@ class PageOptions(Options, group=FILES):
         """The file that the JSON is written to."""
         return None if self.json == "-" else self.json
 
-    def give(self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str]) -> None:
-        """Print the screen, and write what is asked for; ``settings_text``: of processing."""
-        self.show(shown)
-        self.write(shown, document, settings_text)
-
     def show(self, shown: Report) -> None:
         """Print the screen, or all of it; beside standard output where that takes the JSON."""
         if not self.quiet:
             print_report(shown, self.details, sys.stderr if self.json == "-" else None)
 
-    def write(self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str]) -> None:
-        """Write document, which is made only then, page and figures, as far as they are asked for."""
+    def give(
+        self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str], told: bool = False
+    ) -> None:
+        """Print the screen unless it was ``told``; write document, which is made only then, page and figures.
+
+        ``settings_text``: of processing. All is written as far as it is asked for.
+        """
+        if not told:
+            self.show(shown)
         if self.json == "-":
             sys.stdout.write(json_text(document()).decode())
         elif self.json:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
@@ -25,11 +26,9 @@ from ..report.sections.recordings import readings_agree, readings_report
 from ..report.sections.robot import base_description, robot_description
 from . import values
 from .entry import SETTING, Options, about, note, status, withheld
-from .motions import in_si
-from .options import FramedRobotOptions, PageOptions, ProcessingOptions, RobotOptions, ViewOptions
+from .options import PageOptions, RecordingOptions, RobotOptions, ViewOptions, in_si
 from .values import NewDrawing, NewFile, Positions, Reads, checked, number, numbers, positive_number, texts, word
 
-_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 TEMPLATE = Path(__file__).with_name("robot_template.toml")
 """A description that loads as it stands, with every key that a robot's file may have."""
 
@@ -42,7 +41,8 @@ def run_list() -> None:
         print(f"{name:14s}{model.load_robot(name).title}")
 
 
-class _Show(ViewOptions, FramedRobotOptions):
+class _Show(ViewOptions, RobotOptions):
+    tool_frame: values.ToolFrame | None = None
     at: Positions | None = None
     """Positions to draw [deg or m] (default: 0)."""
     base: bool = False
@@ -64,9 +64,8 @@ class _Show(ViewOptions, FramedRobotOptions):
 
 def _direction(text: str) -> tuple[float, float, float]:
     """Components of "x", "-y", .. or "a:b:c"."""
-    if (plain := text.lstrip("+-")) in _AXES:
-        sign = -1.0 if text.startswith("-") else 1.0
-        x, y, z = (sign * component + 0.0 for component in _AXES[plain])
+    if (axis := text.lstrip("+-")) in ("x", "y", "z"):
+        x, y, z = ((-1.0 if text.startswith("-") else 1.0) * (axis == name) + 0.0 for name in "xyz")
     else:
         checked(text, text.count(":") == 2, text, "a direction: x, -y, .. or a:b:c")
         x, y, z = numbers(text.replace(":", ","), 3)
@@ -183,13 +182,13 @@ class _New(Options):
                 axes[j] = replace(axes[j], limits=model.Limits((low, high), speed, acceleration, bounds[4]))
         robot = model.modified_dh(axes, self.flange or model.Pose())
         # Counted so that each joint stands at its part of drawn_at where the frames were taken.
-        joints = [
-            replace(joint, theta=joint.theta - math.radians(q))
-            if joint.revolute
-            else replace(joint, r=round(joint.r - q, 12) + 0.0)
-            for joint, q in zip(robot.joints, drawn_at, strict=True)
-        ]
-        slow_speed = model.motion.usual_slow_speed([axis.kind == "revolute" for axis in axes])
+        joints = []
+        for joint, q in zip(robot.joints, drawn_at, strict=True):
+            turned = joint.theta - math.radians(q) if joint.revolute else joint.theta
+            joints.append(
+                replace(joint, theta=turned, r=joint.r if joint.revolute else round(joint.r - q, 12) + 0.0)
+            )
+        slow_speed = model.motion.usual_slow_speed([joint.revolute for joint in joints])
         with about():
             robot = replace(
                 robot,
@@ -211,11 +210,9 @@ def draw(robot: model.Robot, path: str, at: tuple[float, ...]) -> str:
     return f"Drawn at {shown}: {path}"
 
 
-class _RobotCheck(PageOptions, ProcessingOptions):
+class _RobotCheck(PageOptions, RecordingOptions, without=("equation_rate", "plots", "gain_sigma")):
     data: values.DataFiles
     """Recording without payload."""
-    equation_rate: Annotated[None, Parameter(parse=False)] = None
-    plots: Annotated[None, Parameter(parse=False)] = None
 
     def __call__(self) -> bool:
         setup = self.setup()
@@ -224,20 +221,17 @@ class _RobotCheck(PageOptions, ProcessingOptions):
             given = logs.grouped(self.data)
             logged = [logs.read_tool_poses(path, robot, setup.log_map) for path in given]
             poses = [estimation.check_pose(robot, log, progress) for log in logged if log]
-            named = {path: logs.named(path, robot, setup.log_map) for path in given if poses}
-            recordings = setup.read(
-                [path for path in given if not poses or named[path].holds("torque") or named[path].holds("current")]
-            )
-            readings = (
-                estimation.rank_readings(robot, recordings, setup.processing, progress) if recordings else None
-            )
+            readings, named = None, partial(logs.named, robot=robot, log_map=setup.log_map)
+            moved = [path for path in given if not poses or any(map(named(path).holds, ("torque", "current")))]
+            if recordings := setup.read(moved):
+                readings = estimation.rank_readings(robot, recordings, setup.processing, progress)
         shown = readings_report(robot, poses, readings)
         self.give(shown, lambda: robot_check_document(robot, poses, readings), setup.in_words())
         return readings_agree(poses, readings)
 
 
 class _RobotExport(RobotOptions):
-    belongs: ClassVar = {"into": ("to", ("mjcf", "urdf"))}
+    rules: ClassVar = {"into": {"to": ("mjcf", "urdf")}}
 
     robot_parameters: tuple[values.RobotParametersFile, ...] = ()
     """The --json file of 'dynident identify' (default: the parameters in the robot's own file)."""
@@ -250,15 +244,10 @@ class _RobotExport(RobotOptions):
     despite_verdict: bool = False
     """Write it, whatever the verdict."""
 
-    def check(self) -> None:
-        """Refuse what the format does not know, and more than one robot."""
-        super().check()
+    def __call__(self) -> bool:
         if len(self.robot_parameters) > 1:
             raise InputError("several --robot-parameters: give all recordings to one 'dynident identify'")
-
-    def __call__(self) -> bool:
-        form = simulators.FORMATS[self.to]
-        robot = self.load()
+        form, robot = simulators.FORMATS[self.to], self.load()
         against: tuple[str, ...] = ()
         if self.robot_parameters:
             (path,) = self.robot_parameters
@@ -297,8 +286,6 @@ class _Codegen(RobotOptions):
             needed = f"give one of {known}" if self.language == "c" else "is for C: leave it out"
             raise InputError(f"--function: {needed}")
         arm = self.load()
-        for path in (
-            (model.generate_numpy(arm, out),) if function is None else model.generate_code(arm, function, out)
-        ):
-            if not self.quiet:
-                print(printable(str(path)))
+        made = [model.generate_numpy(arm, out)] if function is None else model.generate_code(arm, function, out)
+        if not self.quiet:
+            print(*(printable(str(path)) for path in made), sep="\n")

@@ -29,8 +29,7 @@ from ..report.sections.payload import payload_report
 from ..report.sections.robot import assumed_notes, robot_section
 from . import values
 from .entry import SETTING, status
-from .motions import RehearsedRobotOptions
-from .options import PageOptions, Setup, ViewOptions
+from .options import PageOptions, RobotOptions, Setup, ViewOptions
 from .values import Count, NewFolder, PayloadFile, Reads, Seed, Share, number, share, where, word
 
 _SHARE = 0.08
@@ -53,7 +52,8 @@ As in the paper it is a known torque: the simulation applies it, identification 
 """
 
 
-class _Simulate(ViewOptions, RehearsedRobotOptions):
+class _Simulate(ViewOptions, RobotOptions):
+    arm_mass: values.ArmMass | None = None
     trajectory: tuple[Annotated[str, Reads("trajectories"), Parameter(metavar="CSV")], ...] = ()
     """Motion to run (t,q1..[,qd1..[,qdd1..]]); repeatable (default: one through 16 random points)."""
     payload: PayloadFile | None = None
@@ -97,11 +97,12 @@ class _Simulate(ViewOptions, RehearsedRobotOptions):
                 raise InputError(f"{error}: give --trajectory") from None
         noise = self.noise or ("paper" if robot.name == "rx90" else str(_SHARE))
         disturbances = levels(robot, noise, self.gain_error, list(references.values()))
-        tasks = [trajectories.Task(f"{name}_unloaded", reference) for name, reference in references.items()]
-        if payload is not None:
-            tasks += [
-                trajectories.Task(f"{name}_loaded", reference, payload) for name, reference in references.items()
-            ]
+        loads = {"unloaded": None} | ({"loaded": payload} if payload is not None else {})
+        tasks = [
+            trajectories.Task(f"{name}_{load}", reference, body)
+            for load, body in loads.items()
+            for name, reference in references.items()
+        ]
         controller = replace(trajectories.CONTROLLERS[self.controller], rate=self.rate)
         if self.sag is not None:
             if payload is None or controller.integral > 0.0:
@@ -110,9 +111,8 @@ class _Simulate(ViewOptions, RehearsedRobotOptions):
                 )
             controller = controller.sagging(robot, payload, list(references.values()), 1e-3 * self.sag)
         with status("simulating") as progress:
-            experiment = trajectories.run_experiment(
-                robot, tasks, disturbances, self.seed, controller, partial(progress, "simulating")
-            )
+            told = partial(progress, "simulating")
+            experiment = trajectories.run_experiment(robot, tasks, disturbances, self.seed, controller, told)
         folder = made_folder(self.out)
         lines, names = [], [f"{run.task.name}.csv" for run in experiment.runs]
         for name, run in zip(names, experiment.runs, strict=True):
@@ -188,8 +188,8 @@ def simulate_paper(
     for k in range(motions + 1):
         points = trajectories.random_points(robot, POINTS, seed=1000 * seed + k)
         motion = trajectories.plan_point_to_point(robot, points, SPEED, ACCELERATION, BLEND)
-        tasks.append(trajectories.Task(f"trajectory {k + 1} without payload", motion))
-        tasks.append(trajectories.Task(f"trajectory {k + 1} with payload", motion, PAYLOAD))
+        loads = ("without", None), ("with", PAYLOAD)
+        tasks += [trajectories.Task(f"trajectory {k + 1} {how} payload", motion, load) for how, load in loads]
     return trajectories.run_experiment(robot, tasks, disturbances, seed, progress=progress)
 
 

@@ -241,6 +241,11 @@ Positions = Annotated[tuple[float, ...], word(numbers, "Q1,Q2,..")]
 Joints = Annotated[tuple[int, ...], word(joint_list, "J1,J2,..")]
 Names = Annotated[tuple[str, ...], word(names_list, "A,B,..")]
 Weighed = Annotated[tuple[float, float | None], word(weighed, "KG+-KG")]
+_TOOL = "Frame of the payload, relative to the flange: metres, then roll, pitch, yaw in degrees (default: itself)."
+ToolFrame = Annotated[Pose, word(frame, "X,Y,Z,R,P,Y"), Parameter(help=_TOOL)]
+_ARM_MASS = "Mass of the whole arm, if its file has neither a mass nor link bodies."
+ArmMass = Annotated[float, word(positive_number, "KG"), Parameter(help=_ARM_MASS)]
+"""Of a robot to plan or simulate with, which may need a stand-in."""
 FrameWords = Annotated[Pose, word(frame, "X Y Z RX RY RZ", 6)]
 FrictionTerms = Annotated[tuple[Friction, ...] | Candidates, word(friction, "auto|paper|TERMS")]
 Essential = Annotated[StopRule, word(stop_rule, "RATIO|PERCENT")]

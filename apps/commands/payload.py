@@ -1,0 +1,164 @@
+"""``dynident payload`` and ``weigh``: a payload from recordings with and without it."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import Annotated, ClassVar
+
+from cyclopts import Parameter
+
+from ... import estimation
+from ...common.errors import InputError
+from .. import results, view
+from ..report.sections.payload import payload_report
+from . import values
+from .entry import KNOWN, SETTING, about, note, status
+from .options import EquationsFile, PageOptions, RecordingOptions, ViewOptions
+from .values import Share, number, numbers, word
+
+_SETTINGS = ("friction", "essential", "friction_change", "free_friction", "scale_sigma")
+_KNOWN = Parameter(group=KNOWN)
+_BOX, _CENTRED = "X0,X1,Y0,Y1,Z0,Z1", "X,Y,Z,A,B,C"
+_bounds = word(values.bounds, "LEAST,MOST")
+_box, _ellipsoid = (word(partial(numbers, count=6, layout=f"{form} [m]"), form) for form in (_BOX, _CENTRED))
+
+
+class PayloadOptions(ViewOptions, PageOptions, RecordingOptions):
+    """Recordings with a payload, what stands beside them, and what is known of it: constraints of its estimates."""
+
+    mass: Annotated[values.Weighed | None, _KNOWN] = None
+    """Mass from a scale, and its standard deviation."""
+    mass_bounds: Annotated[tuple[float | None, float | None] | None, _bounds, _KNOWN] = None
+    """Least and largest mass; either may be omitted: ,3."""
+    com_within: Annotated[tuple[float, ...] | None, _box, _KNOWN] = None
+    """Box that contains the centre of mass."""
+    ellipsoid: Annotated[tuple[float, ...] | None, _ellipsoid, _KNOWN] = None
+    """Ellipsoid that contains the whole payload: centre and semi-axes."""
+    friction_change: Share | None = None
+    """How much friction may differ under load, 1 sigma; for methods 3 and 4, and for --robot-parameters (default:
+    10%; 0: not at all)."""
+    unloaded: values.DataFiles = ()
+    """Recording without payload; repeatable."""
+    loaded: values.LoadedFiles
+    """Recording with payload; repeatable for the same payload, in the order of the --unloaded ones."""
+    robot_parameters: values.RobotParametersFile | None = None
+    """The --json file of 'dynident identify', instead of --unloaded."""
+    max_mismatch: Annotated[float | None, word(number, "RAD"), SETTING] = None
+    """Largest difference of position with and without payload after alignment, rms of the worst joint (payload:
+    method 3; default: 0.01)."""
+
+    def constraints(self) -> list[estimation.Constraint]:
+        """The constraints that are named."""
+        constraints: list[estimation.Constraint] = [estimation.PossibleBody()]
+        if self.mass is not None:
+            mass, sigma = self.mass
+            if sigma is None:
+                raise InputError(
+                    "--mass needs the accuracy of the scale too: give the mass and its standard deviation in kg, "
+                    f"such as {mass:g}+-0.01"
+                )
+            constraints.append(estimation.KnownMass(mass, sigma))
+        if self.mass_bounds is not None:
+            least, most = self.mass_bounds
+            with about("--mass-bounds"):
+                constraints.append(estimation.MassBounds(least or 0.0, math.inf if most is None else most))
+        if self.com_within is not None:
+            with about("--com-within"):
+                constraints.append(estimation.CentreOfMassInBox(self.com_within[::2], self.com_within[1::2]))
+        if self.ellipsoid is not None:
+            with about("--ellipsoid"):
+                constraints.append(estimation.InEllipsoid(self.ellipsoid[:3], self.ellipsoid[3:]))
+        return constraints
+
+    def check(self) -> None:
+        """Refuse recordings with a payload that nothing stands beside."""
+        super().check()
+        if not self.unloaded and not self.robot_parameters:
+            raise InputError(
+                "give --unloaded recordings or --robot-parameters: without either nothing can be compared"
+            )
+
+    def __call__(self) -> bool:
+        """Reduce the recordings, estimate the payload, and judge it."""
+        constraints, stand_in = self.constraints(), None
+        # Options that one of the two commands has.
+        names = ("method", "static", "inertia", "npz", "validate", "moving", *_SETTINGS)
+        method, static, inertia, npz, validate, moving, *asked = (getattr(self, name, None) for name in names)
+        if inertia is not None:
+            stand_in = estimation.StandIn.parse(inertia)
+        setup = self.setup()
+        known = setup.stored.estimate if setup.stored else None
+        robot, unloaded, loaded = setup.robot, setup.read(self.unloaded), setup.read(self.loaded)
+        held_out = setup.read(validate or ())
+        gains = self.errors(setup, loaded, unloaded)
+        with status("reading") as progress, about(fault=estimation.SolverError):  # constraints may leave no body
+            methods = None if method in (None, "all") else (int(method),)
+            chosen = dict(zip(_SETTINGS, asked, strict=True))
+            settings = setup.settings(progress, gains=gains, methods=methods, joints=moving, **chosen)
+            if static:
+                result = estimation.weigh_at_rest(robot, loaded, unloaded, constraints, settings)
+            elif method is None:
+                result = estimation.weigh(robot, loaded, unloaded, known, constraints, settings)
+            else:
+                problem = estimation.payload_problem(robot, loaded, unloaded, known, settings)
+                progress("estimating")
+                if methods is None and settings.scale_sigma:
+                    note("--scale-sigma: methods 2 and 3 have no column for the scale of loaded torques: left out")
+                result = estimation.answer_payload(problem, held_out, constraints).result
+            result = result.assuming(stand_in) if stand_in is not None else result
+        spare = "--inertia is not needed: the inertia was measured well enough."
+        notes = [spare] if stand_in is not None and not result.assumed else []
+        self.give(payload_report(result, self.document, notes), lambda: result, setup.in_words())
+        if npz:
+            results.write_npz(npz, estimation.payload_system(result.working.problem))
+        self.write_view(lambda: view.view_of_answer(robot, loaded[0], result))
+        return result.verdict.level != "do_not_use"
+
+
+class _Payload(PayloadOptions):
+    rules: ClassVar = {
+        "free_friction": {"method": ("1", "all")},
+        "essential": {"method": ("4", "all")},
+        "scale_sigma": {"method": ("1", "4", "all")},
+    }
+
+    tool_frame: values.ToolFrame | None = None
+    validate: values.HeldOutFiles = ()
+    """Recording without payload that is kept out of the fit to test it; repeatable."""
+    method: Annotated[str, word(values.method, "NAME")] = "all"
+    """known-robot (1), change (2), difference (3), global (4) or all (default); see docs/theory.md."""
+    friction: values.FrictionTerms | None = None
+    """Friction model, as for 'dynident identify'; --robot-parameters bring their own."""
+    free_friction: Annotated[bool, SETTING] = False
+    """Method 1: estimate friction under load from scratch."""
+    scale_sigma: Share | None = None
+    """How much the scale of the loaded torques may differ from that of the unloaded ones, 1 sigma; for methods 1
+    and 4 (default: not at all)."""
+    essential: Annotated[values.Essential | None, SETTING] = None
+    """Method 4: eliminate parameters until the error's standard deviation has grown by this ratio (default: 1.02),
+    or until all relative standard deviations are within a percentage such as 10%."""
+    npz: EquationsFile | None = None
+
+    def check(self) -> None:
+        """Refuse options that the methods asked for cannot use."""
+        super().check()
+        if self.robot_parameters:
+            self.refuse("friction", "belongs to recordings without payload: the stored robot has its own")
+        elif self.method in ("1", "2"):
+            self.refuse("friction_change", "belongs to methods 3, 4 and to --robot-parameters: none is asked for")
+
+
+class _Weigh(PayloadOptions):
+    # A difference of torques frees friction.
+    rules: ClassVar = {
+        **dict.fromkeys(("robot_parameters", "moving"), "static"),
+        "friction_change": ("robot_parameters",),
+    }
+
+    moving: values.Joints | None = None
+    """Joints that move (default: found in the recordings)."""
+    static: bool = False
+    """Weigh at rest: the arm stands still in poses, each reached from both sides (see near --static)."""
+    inertia: Annotated[str | None, Parameter(metavar="box:AxBxC|cylinder:DxL")] = None
+    """Assume the inertia of this body, in mm, if none is measured."""
