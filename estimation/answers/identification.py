@@ -32,8 +32,8 @@ from ..payload.methods import jackknifed
 from ..possible.constraints import SolverError
 from ..possible.payload import rise_p_value, solve_constrained
 from ..possible.robot import PossibleRobot, robot_prior, solve_constrained_base, solve_constrained_prior
-from ..results import parts
-from ..results.robot import RobotData, RobotResult
+from ..results import robot as documents
+from ..results.robot import RobotResult
 from ..signals.plausibility import check_given
 from .system import ObservationSystem, TorquePrediction, joined, predictions
 
@@ -300,7 +300,7 @@ def equations(
 
 @one_thread()
 def robot_result(
-    result: Identification, constrained: PossibleRobot | None = None, rollouts: Sequence[parts.Rollout] = ()
+    result: Identification, constrained: PossibleRobot | None = None, rollouts: Sequence[documents.Rollout] = ()
 ) -> RobotResult:
     """Collect what ``identify`` answers, with the robot that can exist and what it predicts where asked for."""
     estimate, problem, base, robot = result.estimate, result.problem, result.base, result.robot
@@ -319,12 +319,12 @@ def robot_result(
         robot=robot.name,
         robot_title=robot.title or UNSET,
         joints=tuple(joint.kind for joint in robot.joints),
-        processing=parts.ProcessingDocument.made(robot, result.processing, used),
-        data=RobotData.of(estimate, estimate.fit, problem, rows_per_joint=problem.rows, **noise),
+        processing=documents.ProcessingDocument.made(robot, result.processing, used),
+        data=documents.RobotData.of(estimate, estimate.fit, problem, rows_per_joint=problem.rows, **noise),
         columns=estimate.names,
         covariance_robust=estimate.robust.covariance if estimate.robust else None,
-        robust=parts.RobustDocument.made(estimate.robust, result.without_robust),
-        base_parameters=parts.ParameterDocument.rows(
+        robust=documents.RobustDocument.made(estimate.robust, result.without_robust),
+        base_parameters=documents.ParameterDocument.rows(
             estimate,
             name=base.names,
             grouping=base.groupings(),
@@ -333,14 +333,14 @@ def robot_result(
             interval95_with_gains=estimate.interval95_with_gains,
             essential=[name in result.essential for name in estimate.names],
         ),
-        elimination=parts.EliminationDocument.made(result.elimination, result.warnings, labels),
-        constrained=parts.PossibleRobotDocument.made(constrained, base) if constrained is not None else None,
+        elimination=documents.EliminationDocument.made(result.elimination, result.warnings, labels),
+        constrained=documents.PossibleRobotDocument.made(constrained, base) if constrained is not None else None,
         friction=result.choices or UNSET,
         chi2_by="formula" if estimate.robust is None else "jackknife",
         condition_number=raw,
         condition_number_scaled=scaled,
-        relative_residual=parts.ResidualDocument.of(estimate.fit),
-        validation=parts.ResidualDocument.of(result.validation) if result.validation else None,
+        relative_residual=documents.ResidualDocument.of(estimate.fit),
+        validation=documents.ResidualDocument.of(result.validation) if result.validation else None,
         rollouts=tuple(rollouts) or UNSET,
         reasons_against_use=result.verdict.reasons,
     ).made_by(result)

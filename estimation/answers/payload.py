@@ -33,10 +33,9 @@ from ..payload.short_motion import ShortMotion, difference_weighing, known_robot
 from ..payload.static import StaticMotion, static_weighing
 from ..possible.constraints import Constraint, KnownMass, SolverError
 from ..possible.payload import POSSIBLE, Weighing
-from ..results import parts
 from ..results import payload as documents
 from ..results.payload import PayloadResult
-from ..results.robot import RobotResult
+from ..results.robot import EliminationDocument, ProcessingDocument, ResidualDocument, RobotResult
 from ..signals.plausibility import check_given
 from .identification import held_out_fit, impossible_payload, impossible_robot
 from .system import TorquePrediction, payload_predictions, predictions
@@ -96,9 +95,9 @@ class PayloadAnswer(Speaks, Brief):
             differs = bool(problem.friction) and any(estimate.method in differing for estimate in self.estimates)
             # Of robot and payload together, as in Table 2, where method 4 was used.
             names, noise = dict(zip(problem.base.columns, problem.base.names, strict=True)), problem.torque_noise
-            against = parts.ResidualDocument.of(check) if check else None
+            against = ResidualDocument.of(check) if check else None
             left = (own.fit.relative, own.fit.relative_per_joint) if own else (None, None)
-            solved, residual = problem.unloaded, parts.ResidualDocument(left[0], left[1], against)
+            solved, residual = problem.unloaded, ResidualDocument(left[0], left[1], against)
             counted: dict[str, Any] = {
                 "equations": (solved or loaded).equations,
                 "equations_loaded": loaded.equations,
@@ -108,7 +107,7 @@ class PayloadAnswer(Speaks, Brief):
             }
             keys: dict[str, Any] = {
                 "friction": source.choices or UNSET,
-                "essential": parts.EliminationDocument.made(steps, self.warnings, names) if steps else None,
+                "essential": EliminationDocument.made(steps, self.warnings, names) if steps else None,
                 "left_out": {str(method): reason for method, reason in self.left_out.items()},
                 "repeats": evidence.repeats or UNSET,
             }
@@ -119,7 +118,7 @@ class PayloadAnswer(Speaks, Brief):
             standing = problem.standing if isinstance(problem, StaticMotion) else None
             # At rest inertia's columns are zero.
             solved = loaded.select([PAYLOAD[k] for k in problem.visibility.base.chosen] if standing else PAYLOAD)
-            residual = parts.ResidualDocument(self.free.estimate.fit.relative, unexplained, None)
+            residual = ResidualDocument(self.free.estimate.fit.relative, unexplained, None)
             friction = "free" if problem.known is None else "may differ" if held.held else "own"
             counted = {"equations": loaded.equations, "friction": friction}
             keys = {
@@ -147,7 +146,7 @@ class PayloadAnswer(Speaks, Brief):
                 else UNSET
             ),
             rated_payload_kg=robot.rated_payload,
-            processing=parts.ProcessingDocument.made(robot, source.processing, source.loaded[0].gains),
+            processing=ProcessingDocument.made(robot, source.processing, source.loaded[0].gains),
             estimates=tuple(estimates),
             recommended=documents.Recommended(method, "constrained" if self.constrained else "wls", reason),
             gain_sigma=gains if gains is not None else UNSET,

@@ -19,7 +19,7 @@ from ..payload.result import ConstrainedPayload, PayloadEstimate, StandIn
 from ..payload.short_motion import Wave
 from ..payload.static import Standing
 from ..possible.payload import Weighing
-from . import parts
+from . import robot as parts
 
 _Intervals = Mapping[str, parts.Interval]
 
