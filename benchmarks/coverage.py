@@ -28,10 +28,15 @@ from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.fit.linear_problem import LinearProblem
 from dynident.estimation.gains.problem import gain_problem, known_mass
 from dynident.estimation.payload.by_joints import payload_by_joints
-from dynident.estimation.payload.long_motion import long_motion
-from dynident.estimation.payload.methods import METHODS, combined, recommended_method, usable_methods
-from dynident.estimation.payload.pairs import PairedMeasurement
-from dynident.estimation.payload.result import constrain_payload, moved
+from dynident.estimation.payload.long_motion import PairedMeasurement, long_motion
+from dynident.estimation.payload.methods import (
+    METHODS,
+    combined,
+    constrain_payload,
+    moved,
+    recommended_method,
+    usable_methods,
+)
 from dynident.estimation.possible.intervals import Intervals, profile_intervals
 from dynident.estimation.signals.filtering import measurement
 from dynident.model.drives import parameter_kind

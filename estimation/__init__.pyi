@@ -39,7 +39,6 @@ from .payload.methods import essential_combined as essential_combined
 from .payload.methods import payload_estimate as payload_estimate
 from .payload.methods import selected as selected
 from .payload.methods import with_robust as with_robust
-from .payload.result import StandIn as StandIn
 from .payload.short_motion import ShortMotion as ShortMotion
 from .payload.short_motion import difference_weighing as difference_weighing
 from .payload.short_motion import known_robot_weighing as known_robot_weighing
@@ -64,6 +63,7 @@ from .possible.robot import solve_constrained_prior as solve_constrained_prior
 from .possible.whole_robot import WholeRobot as WholeRobot
 from .possible.whole_robot import whole_robot as whole_robot
 from .results.payload import PayloadResult as PayloadResult
+from .results.payload import StandIn as StandIn
 from .results.robot import GainsResult as GainsResult
 from .results.robot import RobotResult as RobotResult
 from .signals.filtering import measurement as measurement

@@ -27,8 +27,8 @@ from ..fit.linear_problem import Elimination, Excitation, excitation, weighted
 from ..fit.settings import DEFAULTS, Settings
 from ..payload import methods
 from ..payload.by_joints import repeats_of
-from ..payload.long_motion import LongMotion, payload_problem
-from ..payload.result import ConstrainedPayload, PayloadEstimate, constrain_payload, in_payload_frame, moved
+from ..payload.long_motion import LongMotion, in_payload_frame, payload_problem
+from ..payload.methods import ConstrainedPayload, PayloadEstimate, constrain_payload, moved
 from ..payload.short_motion import ShortMotion, difference_weighing, known_robot_weighing
 from ..payload.static import StaticMotion, static_weighing
 from ..possible.constraints import Constraint, KnownMass, SolverError

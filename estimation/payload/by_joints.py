@@ -20,8 +20,8 @@ from ..fit.estimate import error_model
 from ..fit.linear_problem import LinearProblem
 from ..possible.payload import rise_p_value
 from .methods import PayloadProblem, from_difference, from_robot, payload_estimate
-from .pairs import Order
 from .short_motion import ShortMotion
+from .static import Order
 
 _BLURRED = 0.05  # of noise in the torque that the other joints' payload predicts: above, a ratio says nothing
 _HIDDEN = 1e-6  # fraction of the mass in undetermined directions above which it is not visible

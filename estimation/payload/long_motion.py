@@ -11,31 +11,47 @@ what it changes is part of the uncertainty: alignment takes part of a sag for a 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
+from itertools import groupby, pairwise, product
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...common import Array, Brief, InputError, decomposed, one_thread
+from ...common import Array, Brief, InputError, decomposed, frozen_array, one_thread
 from ...common.errors import listed
 from ...common.schema import naming
-from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, base_parameters
+from ...model import (
+    INERTIAL,
+    BaseParameters,
+    InertialParameters,
+    Pose,
+    Processing,
+    Recording,
+    Robot,
+    base_parameters,
+)
 from ...model.drives import joint_of, parameter_kind
 from ...model.friction import is_friction
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations, check_blocks, merged
-from ..equations.observer import PATH, Observation, Observer, Used, recorded, reduced, used
+from ..equations.observer import PATH, Observation, Observer, Used, known_spring, recorded, reduced, used
 from ..fit import covariance
 from ..fit.covariance import weighted_solution
 from ..fit.estimate import Estimate, Fit, error_model
 from ..fit.linear_problem import Known, LinearProblem, SoftPrior, left_out, weighted
 from ..fit.own_equations import TermChoice, check_moving, filtered, under_own_load, with_friction
 from ..fit.settings import DEFAULTS, Settings
-from ..signals.alignment import AlignedPair, best_aligned, check_mismatch
+from ..signals.alignment import AlignedPair, aligned, best_aligned, check_mismatch
 from ..signals.filtering import grid_rate, measurement
 from ..signals.plausibility import check_apart, check_given, check_recordings, without_dead
-from .pairs import PairedMeasurement, Recordings, cut_alike, torque_change
+from ..signals.rows import cut, origin, shortest_piece
+
+_TRIED = 12  # number of combinations of pieces that are aligned in search of the lag
+Recordings = Sequence[Recording]
+_Pair = tuple[Recording, Recording, float | None]
+"""Recordings without and with payload, and the lag where it is known [s]."""
 
 
 class Source(NamedTuple):
@@ -213,6 +229,82 @@ def prior_of(known: Estimate | None, inflation: tuple[float, ...], loaded: Equat
     factors = [factor for factor, rows in zip(inflation, loaded.rows, strict=True) if rows]
     model = error_model(replace(known, gain_covariance=None))
     return stored_robot(model)._replace(inflation=float(np.median(factors)))
+
+
+class PairedMeasurement(NamedTuple):
+    """Measurements of one trajectory without and with payload, on the loaded recording's time."""
+
+    unloaded: Measurement
+    loaded: Measurement
+    lag: float = 0.0  # what the loaded recording's clock shows more than the unloaded one's own [s]
+
+
+def torque_change(robot: Robot, unloaded: Measurement, loaded: Measurement, path: Array) -> Measurement:
+    """Difference of torques Y_T - Y_wL on the loaded motion; ``path``: by which the robot's own differ there.
+
+    The observer moves the spring's torque into Y; in a difference it is there twice, and the first goes along.
+    """
+    spring = known_spring(robot)
+    earlier = None if spring is None else spring.torque(unloaded.motion.q[:, spring.joint - 1])
+    return Measurement(loaded.motion, loaded.torque - unloaded.torque, earlier, path)
+
+
+def cut_alike(
+    loaded: Recordings, unloaded: Recordings, processing: Processing
+) -> tuple[Recordings, Recordings, Sequence[float | None]]:
+    """Cut recordings alike where gaps split those of one file into more pieces; give the known lags [s] besides.
+
+    They stay as they are where they form pairs already, or where no pairs can be made of them. The pieces of a file
+    follow each other; the k-th file without payload is of the trajectory of the k-th with it.
+    """
+    whole = tuple(loaded), tuple(unloaded), (None,) * len(loaded)
+    loaded_files, unloaded_files = ([[*own] for _, own in groupby(files, origin)] for files in (loaded, unloaded))
+    if len(loaded) == len(unloaded) or len(loaded_files) != len(unloaded_files):
+        return whole
+    with suppress(InputError):  # no pair of one trajectory: method 3 refuses it where it is asked for
+        files = zip(unloaded_files, loaded_files, strict=True)
+        if pairs := [pair for a, b in files for pair in _pieces(a, b, processing)]:
+            unloaded_pieces, loaded_pieces, lags = zip(*pairs, strict=True)
+            return loaded_pieces, unloaded_pieces, lags
+    return whole
+
+
+def _pieces(unloaded: Recordings, loaded: Recordings, processing: Processing) -> list[_Pair]:
+    """Pair pieces of two files between the gaps of either, on the same stretches of the motion."""
+    if len(unloaded) == len(loaded) == 1:
+        return [(unloaded[0], loaded[0], None)]
+    # The lag of the files' clocks is that of two pieces that are alike, the longest first.
+    longest = sorted(product(unloaded, loaded), key=lambda pair: -min(float(np.ptp(one.t)) for one in pair))
+    for a, b in longest[:_TRIED]:
+        with suppress(InputError):
+            lag = aligned(a, b, grid_rate(b, processing), processing.max_mismatch).lag
+            break
+    else:
+        raise InputError(f"{origin(unloaded[0])} and {origin(loaded[0])} are not the same trajectory")
+    gaps = sorted(
+        0.5 * float(before.t[-1] + after.t[0]) + ahead
+        for pieces, ahead in ((loaded, 0.0), (unloaded, lag))
+        for before, after in pairwise(pieces)
+    )
+    least, pairs = shortest_piece(processing.cutoff), list[_Pair]()
+
+    def within(pieces: Recordings, low: float, high: float, partner: Recording) -> Recording | None:
+        """Cut out what of a file lies between two times and is long enough; ``partner`` is named in a note."""
+        for piece in pieces:
+            rows = slice(*(int(row) for row in np.searchsorted(piece.t, [low, high])))
+            if rows.stop - rows.start > 1 and piece.t[rows.stop - 1] - piece.t[rows.start] >= least:
+                note = (
+                    f"cut where {Path(origin(partner)).name} lacks rows, so that method 3 compares what both have"
+                )
+                return next(cut(piece, [rows], [note] * (rows != slice(0, len(piece.t)))))
+        return None
+
+    for low, high in pairwise([-np.inf, *gaps, np.inf]):
+        without = within(unloaded, low - lag, high - lag, loaded[0])
+        under_load = within(loaded, low, high, unloaded[0])
+        if without is not None and under_load is not None:
+            pairs.append((without, under_load, lag))
+    return pairs
 
 
 @one_thread()
@@ -425,3 +517,19 @@ def with_scale(loaded: Equations, robot: Known, role: SoftPrior) -> tuple[Equati
     values = LinearProblem(scaled_by(rigid), (*PAYLOAD, _SCALE), (robot,), near).solved().values
     payload = values[:-1] / (1.0 + values[-1])
     return scaled_by(rigid | dict(zip(PAYLOAD, payload.tolist(), strict=True))), near
+
+
+def in_payload_frame(robot: Robot, equations: Equations) -> Equations:
+    """Transform equations whose payload stands in frame n to the ten parameters about ``robot.payload_frame``."""
+    if robot.flange.is_identity:
+        return equations
+    indices, M = [equations.columns.index(name) for name in PAYLOAD], np.eye(len(equations.columns))
+    M[np.ix_(indices, indices)] = frame_change(robot.flange)
+    return equations.transformed(M, equations.columns)
+
+
+@lru_cache(maxsize=64)
+def frame_change(pose: Pose) -> Array:
+    """Matrix that changes the frame of a body's ten parameters, 10 x 10; ``pose``: of theirs in the one wanted."""
+    columns = [InertialParameters(unit).moved(pose.R, pose.p).vector for unit in np.eye(10)]
+    return frozen_array(np.column_stack(columns), (10, 10), "change of frame")

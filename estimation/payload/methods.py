@@ -6,25 +6,157 @@ chi are the robot's base parameters, W their columns; chi_L the payload's ten, W
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import chain
 
 import numpy as np
 
 from ...common import Array, Brief, InputError, decomposed, one_thread
+from ...model import InertialParameters
 from ...model.drives import parameter_kind
 from ...model.friction import is_friction
+from ...model.inertia import PayloadSpread, payload_spread
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import PATH
 from ..fit.covariance import FEW, RobustCovariance, Rule, jackknife, naming_blocks
-from ..fit.estimate import Estimate, fit
+from ..fit.estimate import Estimate, Gains, error_model, fit
 from ..fit.linear_problem import Elimination, LinearProblem, SoftPrior, StopRule, eliminate, left_out, weighted
-from .long_motion import LongMotion, known_path, prior_of, with_scale
-from .result import PayloadEstimate, frame_change, in_payload_frame
+from ..possible.constraints import Constraint
+from ..possible.intervals import NO_INTERVALS, Intervals, profile_intervals
+from ..possible.payload import CONFLICT, POSSIBLE, Active, Possible, solve_constrained, tested
+from .long_motion import LongMotion, frame_change, in_payload_frame, known_path, prior_of, with_scale
 from .short_motion import ShortMotion
 from .static import StaticMotion
 
 PayloadProblem = LongMotion | ShortMotion
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PayloadEstimate(Brief):
+    """Payload estimated by one method: all ten parameters, or those that a short motion determines."""
+
+    method: int  # 1 to 4
+    estimate: Estimate  # of ``PAYLOAD``, about the origin of ``frame``
+    frame: str
+    without_robust: str = ""  # why there are no robust standard deviations although they were asked for
+    from_scale: bool = False  # whether the mass is a scale's, not the torques'
+
+    @cached_property
+    def indices(self) -> tuple[int, ...]:
+        """Indices of the determined parameters among the ten."""
+        return tuple(PAYLOAD.index(name) for name in self.estimate.names)
+
+    def unexplained(self, torque_rms: Array) -> Array:
+        """Ratio of each joint's error to another torque (rms), shape (n,); nan without equations or torque."""
+        fit = self.estimate.fit
+        there = (np.array(fit.rows) > 0) & (torque_rms > 0.0)
+        return np.asarray(fit.rms / np.where(there, torque_rms, np.nan))
+
+    @property
+    def ten(self) -> Array:
+        """Ten parameters, nan where not determined, shape (10,)."""
+        values = np.full(len(PAYLOAD), np.nan)
+        values[list(self.indices)] = self.estimate.values
+        return values
+
+    @cached_property
+    def body(self) -> InertialParameters:
+        """Payload as a body; all ten must be determined."""
+        return InertialParameters(self.estimate.values)
+
+    @property
+    def mass(self) -> float:
+        """Mass [kg]."""
+        return self.body.mass
+
+    @cached_property
+    def spread(self) -> PayloadSpread:
+        """Standard deviations of mass, centre of mass and inertia there by the formula's covariance."""
+        return payload_spread(self.ten, self.estimate.covariance, self.indices)
+
+    @cached_property
+    def robust_spread(self) -> PayloadSpread | None:
+        """Standard deviations that hold for autocorrelated noise, where they were asked for."""
+        robust = self.estimate.robust
+        return payload_spread(self.ten, robust.covariance, self.indices) if robust else None
+
+
+def moved(
+    estimate: PayloadEstimate, change: Array | None = None, more: Array | None = None, factor: float | Array = 1.0
+) -> PayloadEstimate:
+    """Change the values, multiply sigmas by one ``factor`` or one each and add ``more`` covariance; of the ten."""
+    indices, own = list(estimate.indices), estimate.estimate
+    wider = 0.0 if more is None else more[np.ix_(indices, indices)]
+    factors = np.outer(factor, factor)
+    robust = own.robust and replace(own.robust, covariance=factors * own.robust.covariance + wider)
+    values = own.values if change is None else own.values + change[indices]
+    covariance = factors * own.covariance + wider
+    return replace(estimate, estimate=replace(own, values=values, covariance=covariance, robust=robust))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ConstrainedPayload(Brief):
+    """Payload nearest to one method's estimate among those that keep the constraints.
+
+    Distance, p-value and intervals go by the covariance of ``error_model``, that of ``result.free``.
+    """
+
+    free: PayloadEstimate  # the method's own estimate
+    result: Possible
+    intervals: Intervals  # 95 %; nan where a constraint contradicts the data
+    gains: Gains | None  # errors that are part of the covariance; None where gains are taken as exact
+    tested: tuple[Active, ...]  # active constraints with the probability of what each costs
+
+    @property
+    def method(self) -> int:
+        """Number of the method, 1 to 4."""
+        return self.free.method
+
+    @property
+    def body(self) -> InertialParameters:
+        """Payload as a body that can exist."""
+        return self.result.body
+
+    @property
+    def mass(self) -> float:
+        """Mass [kg]."""
+        return self.body.mass
+
+    @cached_property
+    def principal_moments(self) -> Array:
+        """Principal moments of inertia at the centre of mass, rising [kg m^2], shape (3,)."""
+        return np.asarray(np.linalg.eigvalsh(self.body.inertia_com))
+
+    @property
+    def conflicts(self) -> tuple[Active, ...]:
+        """Active constraints that contradict the data."""
+        return tuple(constraint for constraint in self.tested if constraint.conflict)
+
+    @property
+    def conflict(self) -> bool:
+        """True if a constraint or a weighed mass, or all of them together, contradict the data."""
+        apart = any(weighing.conflict for weighing in self.result.weighings)
+        return apart or bool(self.conflicts) or self.result.p_value < CONFLICT
+
+
+def constrain_payload(
+    free: PayloadEstimate, constraints: Sequence[Constraint] = POSSIBLE, gains: Gains | None = None
+) -> ConstrainedPayload:
+    """Find the nearest payload that keeps the constraints, with intervals; all ten must be determined.
+
+    That the body can exist is always demanded; ``gains``: taken as exact by default.
+
+    Raises:
+        InputError: if the covariance does not determine every parameter, or what the result owes to the drive gains
+            is not known.
+        SolverError: for anything but a clean solve, as when no body holds all constraints.
+    """
+    result = solve_constrained(error_model(free.estimate, gains), constraints)
+    tests = tested(result)
+    contradicted = result.p_value < CONFLICT or any(test.conflict for test in tests)
+    intervals = NO_INTERVALS if contradicted else profile_intervals(result)
+    return ConstrainedPayload(free, result, intervals, gains, tests)
 
 
 def from_robot(motion: LongMotion) -> LinearProblem:

@@ -43,14 +43,14 @@ from .long_motion import (
     Source,
     check_known,
     friction_changes,
+    in_payload_frame,
     known_path,
     measured_part,
     prior_of,
     robot_of,
     stored_robot,
+    torque_change,
 )
-from .pairs import torque_change
-from .result import in_payload_frame
 
 OFFSET_SHARE = 0.033
 """Standard deviation of the change between two recordings over a joint's Coulomb friction.

@@ -1,6 +1,8 @@
 """Results of ``payload`` and ``weigh``: estimates, quantities with intervals, and whether to use them."""
 
+import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -14,14 +16,15 @@ from ..diagnosis.evidence import Agreement, Verdict
 from ..fit.estimate import Gains
 from ..fit.own_equations import TermChoice
 from ..payload.by_joints import JointsMass, Repeats
-from ..payload.methods import PREFERRED
-from ..payload.result import ConstrainedPayload, PayloadEstimate, StandIn
+from ..payload.methods import PREFERRED, ConstrainedPayload, PayloadEstimate
 from ..payload.short_motion import Wave
 from ..payload.static import Standing
 from ..possible.payload import Weighing
 from . import robot as parts
 
 _Intervals = Mapping[str, parts.Interval]
+_SIZE = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
+_FORM = re.compile(rf"(box|cylinder):({_SIZE}(?:x{_SIZE})*)")
 
 
 def numbers(ten: parts.Ten | UnsetType | None) -> Array:
@@ -256,6 +259,49 @@ class FlangeDocument(Document, frozen=True):
     xyz: Triple
     rpy_deg: Triple
     source: str
+
+
+@dataclass(frozen=True)
+class StandIn:
+    """Nominal inertia where none was measured: that of an evenly filled body. Assumed, and called so."""
+
+    kind: str  # "box" or "cylinder"
+    sizes: tuple[float, ...]  # along x, y, z; of a cylinder diameter and length along z [m]
+
+    def __post_init__(self) -> None:
+        """Refuse sizes that no body has."""
+        known = (self.kind, len(self.sizes)) in (("box", 3), ("cylinder", 2))
+        if not (known and all(0.0 < size < np.inf for size in self.sizes)):
+            raise InputError(
+                f"an assumed inertia of {self.kind} {self.sizes}: give box:AxBxC (along x, y, z) or cylinder:DxL "
+                "(diameter, and length along z), in mm"
+            )
+
+    @staticmethod
+    def parse(text: str) -> "StandIn":
+        """Parse "box:60x60x350" or "cylinder:80x200", in mm."""
+        match = _FORM.fullmatch(text.strip().lower())
+        if match is None:
+            raise InputError(f"--inertia {text!r}: write box:60x60x350 or cylinder:80x200, in mm")
+        return StandIn(match[1], tuple(1e-3 * float(size) for size in match[2].split("x")))
+
+    @property
+    def description(self) -> str:
+        """Describe it with its sizes in mm."""
+        sizes = " x ".join(f"{1e3 * size:g}" for size in self.sizes)
+        along = "along x, y, z" if self.kind == "box" else "(diameter, length along z)"
+        return f"evenly filled {self.kind} of {sizes} mm {along} about the centre of mass"
+
+    def body(self, mass: float, com: Array) -> InertialParameters:
+        """Give the payload this inertia, its mass spread evenly."""
+        # A box's moment is m/12 of the squares of both other sides, a cylinder's across m/12 (3 r^2 + h^2).
+        if self.kind == "box":
+            a, b, c = np.square(self.sizes)
+            moments = np.array([b + c, a + c, a + b])
+        else:
+            d, h = np.square(self.sizes)
+            moments = np.array([0.75 * d + h, 0.75 * d + h, 1.5 * d])
+        return InertialParameters.from_com(mass, com, np.diag(mass / 12.0 * moments))
 
 
 class PayloadResult(parts.Result, frozen=True, kw_only=True, dict=True):

@@ -16,9 +16,8 @@ from dynident.estimation.equations.observer import Observation, Observer, reduce
 from dynident.estimation.fit import covariance
 from dynident.estimation.fit.covariance import Rule, autocorrelation_time, block_edges, jackknife, student95
 from dynident.estimation.fit.linear_problem import weighted
-from dynident.estimation.payload.long_motion import long_motion
+from dynident.estimation.payload.long_motion import PairedMeasurement, long_motion
 from dynident.estimation.payload.methods import METHODS
-from dynident.estimation.payload.pairs import PairedMeasurement
 from dynident.estimation.possible.robot import robot_prior, solve_constrained_base, solve_constrained_prior
 from dynident.estimation.signals.filtering import measurement
 from dynident.model import InertialParameters, Motion, Processing, Recording, base_parameters, load_robot
