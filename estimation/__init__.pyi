@@ -35,7 +35,6 @@ from .gains.problem import known_mass as known_mass
 from .payload.long_motion import LongMotion as LongMotion
 from .payload.long_motion import payload_problem as payload_problem
 from .payload.methods import PayloadProblem as PayloadProblem
-from .payload.methods import essential_combined as essential_combined
 from .payload.methods import payload_estimate as payload_estimate
 from .payload.methods import selected as selected
 from .payload.methods import with_robust as with_robust

@@ -153,13 +153,10 @@ class Identification(Speaks, Brief):
     @cached_property
     def verdict(self) -> Verdict:
         """Verdict on the use of the parameters."""
-        source, possible = (
-            Source((), self.recordings, self.processing),
-            self.possible if self.estimate.robust else None,
-        )
-        p_value = possible.p_value if possible else None
+        source, fit = Source((), self.recordings, self.processing), self.validation
+        p_value = self.possible.p_value if self.estimate.robust and self.possible else None
         return robot_verdict(
-            Evidence(self.robot, source, parameters=self.estimate, validation=self.validation, possible=p_value)
+            Evidence(self.robot, source, parameters=self.estimate, validation=fit, possible=p_value)
         )
 
     @cached_property
@@ -298,6 +295,14 @@ def equations(
     return system.W, system.Y, system.joint, system.t
 
 
+def torque_noise(
+    estimate: Estimate, problem: Equations, inflation: Any, recording: Recording, processing: Processing
+) -> dict[str, Any]:
+    """Errors without payload: sigma of each joint, memory counted [N·m or N], and independent ones a second."""
+    independent = processing.equations_a_second(recording.rate) * problem.independent
+    return {"torque_noise": np.sqrt(inflation) * estimate.noise, "independent": independent}
+
+
 @one_thread()
 def robot_result(
     result: Identification, constrained: PossibleRobot | None = None, rollouts: Sequence[documents.Rollout] = ()
@@ -309,9 +314,8 @@ def robot_result(
     used = result.recordings[0].gains if result.recordings else ()
     noise: dict[str, Any] = {}
     if estimate.robust is not None and result.recordings:
-        rate = result.processing.equations_a_second(result.recordings[0].rate)
-        memory = np.sqrt(np.median(np.diag(estimate.robust.covariance) / np.diag(estimate.covariance)))
-        noise = {"torque_noise": memory * estimate.noise, "independent": rate * problem.independent}
+        inflation = np.median(np.diag(estimate.robust.covariance) / np.diag(estimate.covariance))
+        noise = torque_noise(estimate, problem, inflation, result.recordings[0], result.processing)
     return RobotResult.of(
         result,
         estimate,

@@ -23,7 +23,7 @@ from ..equations.equations import PAYLOAD, merged
 from ..equations.observer import Observer
 from ..fit.covariance import NORMAL95, few_blocks, student95
 from ..fit.estimate import Estimate, Gains, error_model, usual_gains
-from ..fit.linear_problem import Elimination, Excitation, excitation, weighted
+from ..fit.linear_problem import Elimination, Excitation, eliminate, excitation, weighted
 from ..fit.settings import DEFAULTS, Settings
 from ..payload import methods
 from ..payload.by_joints import repeats_of
@@ -37,7 +37,7 @@ from ..results import payload as documents
 from ..results.payload import PayloadResult
 from ..results.robot import EliminationDocument, ProcessingDocument, ResidualDocument, RobotResult
 from ..signals.plausibility import check_given
-from .identification import held_out_fit, impossible_payload, impossible_robot
+from .identification import held_out_fit, impossible_payload, impossible_robot, torque_noise
 from .system import TorquePrediction, payload_predictions, predictions
 
 _VAGUE = "not measured well enough"
@@ -94,7 +94,7 @@ class PayloadAnswer(Speaks, Brief):
             differing = {3, 4} | ({1} if problem.corrected and not problem.settings.free_friction else set())
             differs = bool(problem.friction) and any(estimate.method in differing for estimate in self.estimates)
             # Of robot and payload together, as in Table 2, where method 4 was used.
-            names, noise = dict(zip(problem.base.columns, problem.base.names, strict=True)), problem.torque_noise
+            names = dict(zip(problem.base.columns, problem.base.names, strict=True))
             against = ResidualDocument.of(check) if check else None
             left = (own.fit.relative, own.fit.relative_per_joint) if own else (None, None)
             solved, residual = problem.unloaded, ResidualDocument(left[0], left[1], against)
@@ -103,8 +103,10 @@ class PayloadAnswer(Speaks, Brief):
                 "equations_loaded": loaded.equations,
                 "base_parameters": len(problem.base.columns),
                 "friction": "may differ" if differs else "own",
-                **(dict(zip(("torque_noise", "independent"), noise, strict=True)) if noise else {}),
             }
+            if problem.bare is not None and problem.unloaded is not None and problem.inflation and source.unloaded:
+                inflation, first = np.median(problem.inflation), source.unloaded[0]
+                counted |= torque_noise(problem.bare, problem.unloaded, inflation, first, source.processing)
             keys: dict[str, Any] = {
                 "friction": source.choices or UNSET,
                 "essential": EliminationDocument.made(steps, self.warnings, names) if steps else None,
@@ -156,9 +158,9 @@ class PayloadAnswer(Speaks, Brief):
             verdict=self.verdict,
             scale=(scale.mass, scale.sigma) if scale is not None else UNSET,
             relative_residual=residual,
-            data=documents.PayloadData(
-                rate=source.rate,
-                cutoff=source.processing.cutoff,
+            data=documents.PayloadData.of(
+                source,
+                source.processing,
                 lag_s=pairs[0].lag if pairs else None,
                 lags_s=tuple(pair.lag for pair in pairs),
                 max_position_mismatch_rad=apart.max_mismatch if apart else None,
@@ -191,7 +193,7 @@ class PayloadAnswer(Speaks, Brief):
         """Essential parameters of robot and payload together, where method 4 was used."""
         if not isinstance(self.problem, LongMotion) or all(payload.method != 4 for payload in self.constrained):
             return None
-        return methods.essential_combined(self.problem, self.problem.settings.essential)
+        return eliminate(self.problem.both, weighted(self.problem.both), self.problem.settings.essential)
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
@@ -211,7 +213,7 @@ class PayloadAnswer(Speaks, Brief):
         """Excitation of robot and payload together (30); None without the robot's own equations."""
         if not isinstance(self.problem, LongMotion) or self.problem.unloaded is None:
             return None
-        return excitation(self.problem.both, methods.combined(self.problem))
+        return excitation(self.problem.both, weighted(self.problem.both))
 
     @cached_property
     def predictions(self) -> tuple[TorquePrediction, ...]:

@@ -11,8 +11,9 @@ from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import Observer, used
 from ..fit.covariance import autocorrelation
+from ..fit.linear_problem import weighted
 from ..payload.long_motion import LongMotion
-from ..payload.methods import PayloadProblem, combined, from_robot
+from ..payload.methods import PayloadProblem, from_robot
 from ..signals.filtering import measurement
 
 DRAWN = 3  # number of recordings of one kind that are predicted for drawings
@@ -126,7 +127,7 @@ def payload_system(problem: LongMotion) -> ObservationSystem:
     recordings = [(without, recording, False) for recording in source.unloaded]
     recordings += [(under_load, recording, True) for recording in source.loaded]
     if problem.unloaded is not None:
-        return joined(recordings, combined(problem).weights, problem.both, source.processing)
+        return joined(recordings, weighted(problem.both).weights, problem.both, source.processing)
     system = joined(recordings, from_robot(problem).weights(), problem.loaded, source.processing)
     return replace(system, known=problem.known.values if problem.known is not None else None)
 

@@ -21,26 +21,19 @@ import numpy as np
 from ...common import Array, Brief, InputError, decomposed, frozen_array, one_thread
 from ...common.errors import listed
 from ...common.schema import naming
-from ...model import (
-    INERTIAL,
-    BaseParameters,
-    InertialParameters,
-    Pose,
-    Processing,
-    Recording,
-    Robot,
-    base_parameters,
-)
+from ...model import BaseParameters, InertialParameters, Processing, Recording, Robot, base_parameters
 from ...model.drives import joint_of, parameter_kind
 from ...model.friction import is_friction
+from ...model.inertia import INERTIAL
 from ...model.motion import Measurement
+from ...model.pose import Pose
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations, check_blocks, merged
 from ..equations.observer import PATH, Observation, Observer, Used, known_spring, recorded, reduced, used
 from ..fit import covariance
 from ..fit.covariance import weighted_solution
 from ..fit.estimate import Estimate, Fit, error_model
-from ..fit.linear_problem import Known, LinearProblem, SoftPrior, left_out, weighted
+from ..fit.linear_problem import Known, SoftPrior, left_out, weighted
 from ..fit.own_equations import TermChoice, check_moving, filtered, under_own_load, with_friction
 from ..fit.settings import DEFAULTS, Settings
 from ..signals.alignment import AlignedPair, aligned, best_aligned, check_mismatch
@@ -50,8 +43,6 @@ from ..signals.rows import cut, origin, shortest_piece
 
 _TRIED = 12  # number of combinations of pieces that are aligned in search of the lag
 Recordings = Sequence[Recording]
-_Pair = tuple[Recording, Recording, float | None]
-"""Recordings without and with payload, and the lag where it is known [s]."""
 
 
 class Source(NamedTuple):
@@ -122,18 +113,6 @@ class LongMotion(Brief):
     def robot_estimate(self) -> Estimate | None:
         """Robot's own parameters: by recordings without payload, else those of an earlier identification."""
         return self.bare or self.known
-
-    @property
-    def torque_noise(self) -> tuple[Array, float] | None:
-        """Errors without payload: sigma of each joint, memory counted [N·m or N], and independent ones a second.
-
-        None where there are no such recordings, or their memory was not asked for.
-        """
-        own, source = self.bare, self.source
-        if own is None or self.unloaded is None or not self.inflation or not source.unloaded:
-            return None
-        rate = source.processing.equations_a_second(source.unloaded[0].rate)
-        return np.sqrt(np.median(self.inflation)) * own.noise, rate * self.unloaded.independent
 
     @property
     def robot_known(self) -> Known:
@@ -269,8 +248,10 @@ def cut_alike(
     return whole
 
 
-def _pieces(unloaded: Recordings, loaded: Recordings, processing: Processing) -> list[_Pair]:
-    """Pair pieces of two files between the gaps of either, on the same stretches of the motion."""
+def _pieces(
+    unloaded: Recordings, loaded: Recordings, processing: Processing
+) -> list[tuple[Recording, Recording, float | None]]:
+    """Pair pieces of two files between the gaps of either, on the same stretches of the motion, lags besides."""
     if len(unloaded) == len(loaded) == 1:
         return [(unloaded[0], loaded[0], None)]
     # The lag of the files' clocks is that of two pieces that are alike, the longest first.
@@ -286,7 +267,7 @@ def _pieces(unloaded: Recordings, loaded: Recordings, processing: Processing) ->
         for pieces, ahead in ((loaded, 0.0), (unloaded, lag))
         for before, after in pairwise(pieces)
     )
-    least, pairs = shortest_piece(processing.cutoff), list[_Pair]()
+    least, pairs = shortest_piece(processing.cutoff), list[tuple[Recording, Recording, float | None]]()
 
     def within(pieces: Recordings, low: float, high: float, partner: Recording) -> Recording | None:
         """Cut out what of a file lies between two times and is long enough; ``partner`` is named in a note."""
@@ -461,7 +442,6 @@ _UNSURE = 0.25  # fraction of the path's correction that may be wrong (1 sigma)
 _SMALL = 1e-3  # smallest singular value over the largest, columns scaled, that recordings without payload show
 _OFFSETS = 0.012  # sigma of a constant torque's change, of the arm's largest Coulomb friction: .2 N·m on a UR10e
 _NONE = 1e-9  # fraction of the arm's largest friction below which a joint has none
-_SCALE = "scale under load"
 
 
 def robot_of(unloaded: Equations) -> Array:
@@ -498,25 +478,6 @@ def friction_changes(robot: Estimate, inflation: Sequence[float], ratio: float) 
         sigmas |= {name: _OFFSETS * largest for name, kind in kinds.items() if kind == "OFF"}
     least = _NONE * largest
     return {name: SoftPrior(sigma, inflation[joint_of(name)]) for name, sigma in sigmas.items() if sigma > least}
-
-
-def with_scale(loaded: Equations, robot: Known, role: SoftPrior) -> tuple[Equations, dict[str, SoftPrior]]:
-    """Add one column for the scale under load, and ``role``, the prior of its difference from 1.
-
-    1 % of it (drives warm up, sensors drift) moves the mass by several percent, for the arm weighs more than its
-    payload. It scales the torque of both, without friction; the payload's own is therefore found first.
-    """
-
-    def scaled_by(scaled: Mapping[str, float]) -> Equations:
-        column = [scaled.get(name, 0.0) for name in loaded.columns]
-        return loaded.transformed(np.column_stack([np.eye(len(column)), column]), (*loaded.columns, _SCALE))
-
-    every = zip(robot.names, robot.values.tolist(), strict=True)
-    rigid = {name: value for name, value in every if not is_friction(name)}
-    near = {_SCALE: role}
-    values = LinearProblem(scaled_by(rigid), (*PAYLOAD, _SCALE), (robot,), near).solved().values
-    payload = values[:-1] / (1.0 + values[-1])
-    return scaled_by(rigid | dict(zip(PAYLOAD, payload.tolist(), strict=True))), near
 
 
 def in_payload_frame(robot: Robot, equations: Equations) -> Equations:

@@ -21,11 +21,11 @@ from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import PATH
 from ..fit.covariance import FEW, RobustCovariance, Rule, jackknife, naming_blocks
 from ..fit.estimate import Estimate, Gains, error_model, fit
-from ..fit.linear_problem import Elimination, LinearProblem, SoftPrior, StopRule, eliminate, left_out, weighted
+from ..fit.linear_problem import LinearProblem, SoftPrior, left_out, weighted
 from ..possible.constraints import Constraint
 from ..possible.intervals import NO_INTERVALS, Intervals, profile_intervals
 from ..possible.payload import CONFLICT, POSSIBLE, Active, Possible, solve_constrained, tested
-from .long_motion import LongMotion, frame_change, in_payload_frame, known_path, prior_of, with_scale
+from .long_motion import LongMotion, frame_change, in_payload_frame, known_path, prior_of
 from .short_motion import ShortMotion
 from .static import StaticMotion
 
@@ -74,12 +74,6 @@ class PayloadEstimate(Brief):
     def spread(self) -> PayloadSpread:
         """Standard deviations of mass, centre of mass and inertia there by the formula's covariance."""
         return payload_spread(self.ten, self.estimate.covariance, self.indices)
-
-    @cached_property
-    def robust_spread(self) -> PayloadSpread | None:
-        """Standard deviations that hold for autocorrelated noise, where they were asked for."""
-        robust = self.estimate.robust
-        return payload_spread(self.ten, robust.covariance, self.indices) if robust else None
 
 
 def moved(
@@ -280,7 +274,7 @@ def global_fit(motion: LongMotion) -> LinearProblem:
     """Method 4, (30): [Y_a; Y_T] = [W_a 0; W_T W_L] [chi; chi_L], all recordings at once.
 
     Wanted: chi_L. Free: chi, common to both. Beyond the paper: changes of friction under load, and of the torques'
-    scale where it is free, have soft priors about zero; ``combined`` is (30) to the letter.
+    scale where it is free, have soft priors about zero; ``weighted(motion.both)`` is (30) to the letter.
     """
     loaded, changes = under_load(motion, motion.friction)
     return LinearProblem(motion.with_unloaded(loaded), PAYLOAD, soft=changes, shown=loaded)
@@ -289,18 +283,28 @@ def global_fit(motion: LongMotion) -> LinearProblem:
 def under_load(motion: LongMotion, friction: Mapping[str, SoftPrior]) -> tuple[Equations, dict[str, SoftPrior]]:
     """[W W_L], the payload in its frame, and columns near zero for all that may be another one under load.
 
-    Frictions may, and the scale of the torques, where it is free.
+    Frictions may, and the scale of the torques, where it is free: 1 % of it (drives warm up, sensors drift) moves
+    the mass by several percent, for the arm weighs more than its payload.
     """
     loaded, near = motion.loaded, dict[str, SoftPrior]()
     if motion.settings.scale_sigma > 0.0:
-        role = SoftPrior(motion.settings.scale_sigma, max(motion.inflation, default=1.0))
-        loaded, near = with_scale(loaded, motion.robot_known, role)
+        robot, columns = motion.robot_known, (*loaded.columns, _SCALE)
+        near[_SCALE] = SoftPrior(motion.settings.scale_sigma, max(motion.inflation, default=1.0))
+        # It scales the torque of both, without friction; the payload's own is therefore found first.
+        every = zip(robot.names, robot.values.tolist(), strict=True)
+        scaled = {name: value for name, value in every if not is_friction(name)}
+        for _ in range(2):
+            column = [scaled.get(name, 0.0) for name in columns[:-1]]
+            loaded = motion.loaded.transformed(np.column_stack([np.eye(len(column)), column]), columns)
+            values = LinearProblem(loaded, (*PAYLOAD, _SCALE), (robot,), near).solved().values
+            scaled |= zip(PAYLOAD, (values[:-1] / (1.0 + values[-1])).tolist(), strict=True)
     loaded = in_payload_frame(motion.robot, loaded)
     M = np.eye(len(loaded.columns))[:, [*range(len(loaded.columns)), *map(loaded.columns.index, friction)]]
     changes = {f"{name} under load": role for name, role in friction.items()}
     return loaded.transformed(M, (*loaded.columns, *changes)), near | changes
 
 
+_SCALE = "scale under load"
 _FORMULA_ONLY = (
     "the stored robot parameters have the formula's standard deviations only: identify the robot again, by a "
     "longer recording"
@@ -372,16 +376,6 @@ def recommended_method(problem: PayloadProblem, methods: Iterable[int]) -> tuple
 def selected(motion: LongMotion, names: Sequence[str]) -> LinearProblem:
     """Estimate some parameters of robot and payload by method 4, the others zero."""
     return LinearProblem(motion.both.select(names), tuple(names))
-
-
-def combined(motion: LongMotion) -> Estimate:
-    """Estimate robot and payload parameters of (30) to the letter, columns base, then ``PAYLOAD``."""
-    return selected(motion, motion.loaded.columns).solved()
-
-
-def essential_combined(motion: LongMotion, rule: StopRule | None = None) -> Elimination:
-    """Find essential parameters of robot and payload (in frame n) together, as in Table 2."""
-    return eliminate(motion.both, combined(motion), rule)
 
 
 def with_robust(

@@ -12,6 +12,7 @@ from msgspec.structs import replace
 from ...common import Array, Document, InputError, Speaks, Vector
 from ...common.schema import Matrix, Triple, present
 from ...model import INERTIAL, InertialParameters, Pose
+from ...model.inertia import payload_spread
 from ..diagnosis.evidence import Agreement, Verdict
 from ..fit.estimate import Gains
 from ..fit.own_equations import TermChoice
@@ -27,16 +28,10 @@ _SIZE = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
 _FORM = re.compile(rf"(box|cylinder):({_SIZE}(?:x{_SIZE})*)")
 
 
-def numbers(ten: parts.Ten | UnsetType | None) -> Array:
-    """Collect the ten in their order, nan where there is none, shape (10,)."""
+def numbers(ten: Mapping[str, Any] | UnsetType | None, *shape: int) -> Array:
+    """Collect the ten, of a shape each such as intervals', in their order, nan where there is none, 10 x ..."""
     values = present(ten) or {}
-    return np.array([values.get(kind) for kind in INERTIAL], dtype=float)
-
-
-def bounds(intervals: _Intervals | UnsetType | None) -> Array:
-    """Collect intervals of the ten in their order, nan where there is none, 10 x 2."""
-    values = present(intervals) or {}
-    return np.array([values.get(kind, (None, None)) for kind in INERTIAL], dtype=float)
+    return np.array([array(values.get(kind), *shape) for kind in INERTIAL])
 
 
 def array(values: Any, *shape: int) -> Array:
@@ -100,7 +95,8 @@ class FreeEstimate(MethodEstimate, frozen=True, tag="wls"):
         }
         if len(indices) < len(INERTIAL):
             return cls(**own, interval95=None, com=None, inertia_com=None, physically_consistent=None)
-        spread, robust = result.spread, result.robust_spread
+        spread, basis = result.spread, estimate.robust
+        robust = basis and payload_spread(result.ten, basis.covariance, indices)
         there = {
             "com_sigma": spread.com,
             "com_sigma_robust": robust and robust.com,
