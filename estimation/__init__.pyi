@@ -3,14 +3,13 @@ from .answers.gains import identify_gains as identify_gains
 from .answers.identification import Identification as Identification
 from .answers.identification import identification_system as identification_system
 from .answers.identification import identify as identify
+from .answers.identification import payload_system as payload_system
 from .answers.identification import robot_result as robot_result
 from .answers.payload import PayloadAnswer as PayloadAnswer
 from .answers.payload import answer_payload as answer_payload
 from .answers.payload import identify_payload as identify_payload
 from .answers.payload import weigh as weigh
 from .answers.payload import weigh_at_rest as weigh_at_rest
-from .answers.system import ObservationSystem as ObservationSystem
-from .answers.system import payload_system as payload_system
 from .diagnosis.evidence import Finding as Finding
 from .diagnosis.evidence import Verdict as Verdict
 from .diagnosis.kinematics import ToolPoses as ToolPoses
@@ -61,6 +60,7 @@ from .possible.robot import solve_constrained_base as solve_constrained_base
 from .possible.robot import solve_constrained_prior as solve_constrained_prior
 from .possible.whole_robot import WholeRobot as WholeRobot
 from .possible.whole_robot import whole_robot as whole_robot
+from .results.payload import ObservationSystem as ObservationSystem
 from .results.payload import PayloadResult as PayloadResult
 from .results.payload import StandIn as StandIn
 from .results.robot import GainsResult as GainsResult

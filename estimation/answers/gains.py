@@ -23,9 +23,9 @@ from ..payload.by_joints import ByJoints
 from ..payload.long_motion import LongMotion, Source
 from ..payload.methods import payload_estimate
 from ..results import robot as documents
-from ..results.payload import named
+from ..results.payload import TorquePrediction, named
 from ..signals.plausibility import check_given
-from .system import DRAWN, TorquePrediction, payload_predictions
+from .identification import DRAWN, payload_predictions
 
 
 @dataclass(frozen=True, repr=False)

@@ -4,7 +4,7 @@ Elimination takes a small parameter as zero. That is harmless for torques, but a
 XX = 0 says that all mass lies on the x axis, and ZZ6 = 0 while YZ6 is not that link 6 cannot exist.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -17,26 +17,29 @@ from numpy.typing import NDArray
 from ...common import Array, Brief, InputError, Speaks, one_thread
 from ...common.errors import listed
 from ...common.schema import naming
-from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
+from ...model import BaseParameters, InertialParameters, Processing, Recording, Robot, base_parameters
+from ...model.regressors import payload_columns
 from ..diagnosis.evidence import Evidence, Verdict
 from ..diagnosis.verdict import robot_verdict
 from ..equations.equations import PAYLOAD, Equations, check_blocks
-from ..equations.observer import Observer
+from ..equations.observer import Observer, used
 from ..fit.covariance import weighted_solution
 from ..fit.estimate import Estimate, Fit, Gains, Parameter, error_model, fit, usual_gains
-from ..fit.linear_problem import Elimination, Excitation, Known, LinearProblem, eliminate, excitation
+from ..fit.linear_problem import Elimination, Excitation, Known, LinearProblem, eliminate, excitation, weighted
 from ..fit.own_equations import TermChoice, base_problem, with_friction
 from ..fit.settings import DEFAULTS, Settings
-from ..payload.long_motion import Source
-from ..payload.methods import jackknifed
+from ..payload.long_motion import LongMotion, Source
+from ..payload.methods import PayloadProblem, from_robot, jackknifed
 from ..possible.constraints import SolverError
 from ..possible.payload import rise_p_value, solve_constrained
 from ..possible.robot import PossibleRobot, robot_prior, solve_constrained_base, solve_constrained_prior
 from ..results import robot as documents
+from ..results.payload import ObservationSystem, TorquePrediction
 from ..results.robot import RobotResult
+from ..signals.filtering import measurement
 from ..signals.plausibility import check_given
-from .system import ObservationSystem, TorquePrediction, joined, predictions
 
+DRAWN = 3  # number of recordings of one kind that are predicted for drawings
 _UNLIKELY = 0.01  # largest p-value at which the data contradict everything possible with these zeros
 _FIXED = 1e-6  # standard deviation of a parameter that is fixed, as a fraction of it
 _ZERO = 1e-2  # fraction of its own standard deviation within which an eliminated base parameter is kept at zero
@@ -109,6 +112,41 @@ def _too_far(body: str, gone: Sequence[str], chi2: float, p_value: float) -> tup
     return (f"no {body} that can exist has {zeros} zero and the others as estimated: {away}",)
 
 
+def predictions(
+    observer: Observer,
+    curves: Mapping[str, Array],
+    recordings: Sequence[Recording],
+    processing: Processing,
+    held_out: bool = False,
+    loaded: bool = False,
+) -> tuple[TorquePrediction, ...]:
+    """Predict a few recordings by the observer's parameters of each curve."""
+    found = []
+    for recording in recordings[:DRAWN]:
+        data, predicted = measurement(recording, processing), dict[str, tuple[Array, ...]]()
+        for label, chi in curves.items():
+            one = observer.at(chi).observe(*used(data, processing))
+            predicted[label] = tuple(y - error for y, error in zip(one.Y, one.errors(chi), strict=True))
+        found.append(TorquePrediction(recording.source, loaded, held_out, one.t, one.Y, predicted))
+    return tuple(found)
+
+
+def payload_predictions(problem: PayloadProblem, body: InertialParameters) -> tuple[TorquePrediction, ...]:
+    """Predict a few loaded recordings of a problem by a body in the payload's frame and by the unloaded robot."""
+    assert problem.robot_estimate is not None
+    own, flange, source = problem.robot_estimate.values, problem.robot.flange, problem.source
+    moved = body.moved(flange.R, flange.p).vector
+    both = {"predicted with payload": moved, "predicted without payload": 0.0 * moved}
+    curves = {label: np.append(own, ten) for label, ten in both.items()}
+    return predictions(_loaded_observer(problem), curves, source.loaded, source.processing, loaded=True)
+
+
+def _loaded_observer(problem: PayloadProblem) -> Observer:
+    """Make the observer of [W W_L], columns base, then ``PAYLOAD``."""
+    columns = problem.base.columns
+    return Observer(problem.robot, (*columns, *payload_columns(problem.robot)), (*columns, *PAYLOAD))
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Identification(Speaks, Brief):
     """Base parameters of a robot, estimated, and what they come from."""
@@ -153,10 +191,10 @@ class Identification(Speaks, Brief):
     @cached_property
     def verdict(self) -> Verdict:
         """Verdict on the use of the parameters."""
-        source, fit = Source((), self.recordings, self.processing), self.validation
+        source, tried = Source((), self.recordings, self.processing), self.validation
         p_value = self.possible.p_value if self.estimate.robust and self.possible else None
         return robot_verdict(
-            Evidence(self.robot, source, parameters=self.estimate, validation=fit, possible=p_value)
+            Evidence(self.robot, source, parameters=self.estimate, validation=tried, possible=p_value)
         )
 
     @cached_property
@@ -262,6 +300,41 @@ def held_out_fit(
     """Fit of the robot's parameters to recordings without payload that were held out."""
     unseen = base_problem(robot, base, recordings, replace(settings, robust=False), False, estimate.values)
     return fit(unseen, estimate.values)
+
+
+def payload_system(problem: LongMotion) -> ObservationSystem:
+    """Build the system of method 4, (30): base parameters, then the payload's ten in ``robot.last_frame``.
+
+    Rows of unloaded recordings have zeros in the payload's columns; without any it is the system of method 1, (22),
+    with the robot's stored values as ``known``.
+    """
+    source, robot, observer = problem.source, problem.robot_estimate, _loaded_observer(problem)
+    own = robot.values if robot is not None else np.zeros(len(problem.base.columns))
+    without, under_load = (observer.at(np.append(own, ten)) for ten in (0.0 * problem.carried, problem.carried))
+    recordings = [(without, recording, False) for recording in source.unloaded]
+    recordings += [(under_load, recording, True) for recording in source.loaded]
+    if problem.unloaded is not None:
+        return joined(recordings, weighted(problem.both).weights, problem.both, source.processing)
+    system = joined(recordings, from_robot(problem).weights(), problem.loaded, source.processing)
+    return replace(system, known=problem.known.values if problem.known is not None else None)
+
+
+def joined(
+    recordings: Sequence[tuple[Observer, Recording, bool]],
+    weights: Array,
+    reduced: Equations,
+    processing: Processing,
+) -> ObservationSystem:
+    """Join recordings, each with its observer and whether it is with payload, to one system that is held whole."""
+    robot_only, rows = np.array([name not in PAYLOAD for name in reduced.columns], dtype=float), []
+    for k, (observer, recording, loaded) in enumerate(recordings):
+        one = observer.observe(*used(measurement(recording, processing), processing))
+        for j, (W, Y, t) in enumerate(zip(one.W, one.Y, one.t, strict=True), start=1):
+            places = np.full(len(Y), j), np.full(len(Y), k), t, np.full(len(Y), loaded)
+            rows.append((W if loaded else W * robot_only, Y, *places))
+    W, Y, joint, number, t, flags = (np.concatenate(arrays) for arrays in zip(*rows, strict=True))
+    sources = tuple(recording.source for _, recording, _ in recordings)
+    return ObservationSystem(reduced.columns, W, Y, joint, number, t, flags, sources, weights, reduced)
 
 
 @one_thread()

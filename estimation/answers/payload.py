@@ -34,11 +34,10 @@ from ..payload.static import StaticMotion, static_weighing
 from ..possible.constraints import Constraint, KnownMass, SolverError
 from ..possible.payload import POSSIBLE, Weighing
 from ..results import payload as documents
-from ..results.payload import PayloadResult
+from ..results.payload import PayloadResult, TorquePrediction
 from ..results.robot import EliminationDocument, ProcessingDocument, ResidualDocument, RobotResult
 from ..signals.plausibility import check_given
-from .identification import held_out_fit, impossible_payload, impossible_robot, torque_noise
-from .system import TorquePrediction, payload_predictions, predictions
+from . import identification
 
 _VAGUE = "not measured well enough"
 # Most that may be done with mass, centre of mass and inertia, by the verdict.
@@ -105,8 +104,8 @@ class PayloadAnswer(Speaks, Brief):
                 "friction": "may differ" if differs else "own",
             }
             if problem.bare is not None and problem.unloaded is not None and problem.inflation and source.unloaded:
-                inflation, first = np.median(problem.inflation), source.unloaded[0]
-                counted |= torque_noise(problem.bare, problem.unloaded, inflation, first, source.processing)
+                shown, inflation, first = problem.unloaded, np.median(problem.inflation), source.unloaded[0]
+                counted |= identification.torque_noise(problem.bare, shown, inflation, first, source.processing)
             keys: dict[str, Any] = {
                 "friction": source.choices or UNSET,
                 "essential": EliminationDocument.made(steps, self.warnings, names) if steps else None,
@@ -206,7 +205,8 @@ class PayloadAnswer(Speaks, Brief):
             problem, methods.selected(problem, elimination.essential), elimination.estimate
         )
         elimination = replace(elimination, estimate=part)
-        return impossible_payload(elimination) + impossible_robot(problem.robot, problem.base, full, elimination)
+        robot = identification.impossible_robot(problem.robot, problem.base, full, elimination)
+        return identification.impossible_payload(elimination) + robot
 
     @cached_property
     def excitation(self) -> Excitation | None:
@@ -222,8 +222,8 @@ class PayloadAnswer(Speaks, Brief):
         if own is None:
             return ()
         observer, curves = Observer(problem.robot, problem.base.columns), {"predicted": own.values}
-        held_out = predictions(observer, curves, self.held_out, problem.source.processing, True)
-        return held_out + payload_predictions(problem, self.recommended.body)
+        held_out = identification.predictions(observer, curves, self.held_out, problem.source.processing, True)
+        return held_out + identification.payload_predictions(problem, self.recommended.body)
 
 
 @one_thread()
@@ -364,7 +364,7 @@ def answer_payload(
     free = [allowing(estimate, diagnosis, stated) for estimate in free]
     own, validation = problem.robot_estimate, None
     if own is not None and held_out:
-        validation = held_out_fit(problem.robot, problem.base, own, held_out, problem.settings)
+        validation = identification.held_out_fit(problem.robot, problem.base, own, held_out, problem.settings)
     constrained, failures = list[ConstrainedPayload](), dict[int, SolverError]()
     for estimate in free:
         hard = [known for known in constraints if not (isinstance(known, KnownMass) and estimate.from_scale)]

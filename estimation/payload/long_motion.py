@@ -8,7 +8,7 @@ no block of time shows it. It is taken off by parameters fitted to the recording
 what it changes is part of the uncertainty: alignment takes part of a sag for a delay.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
@@ -84,8 +84,7 @@ class LongMotion(Brief):
     few: bool = False  # blocks as long as that memory asks for would be too few, so that shorter ones were cut
 
     def __post_init__(self) -> None:
-        """Refuse another model's robot, and blocks of one motion that are not as many."""
-        check_known(self.robot, self.base, self.known)
+        """Refuse blocks of one motion that are not as many."""
         counts = {len(part.blocks) for part in (self.loaded, self.unloaded, self.difference) if part}
         if self.paired and self.loaded.blocks and len(counts) > 1:
             raise ValueError("paired blocks must be as many without and with payload")
@@ -170,24 +169,24 @@ class LongMotion(Brief):
         return tuple(filter(None, groups))
 
 
-def check_known(robot: Robot, base: BaseParameters, known: Estimate | None) -> None:
-    """Refuse a robot known earlier whose parameters are not those of this model."""
-    if known is not None and known.names != base.columns:
-        missing = sorted(set(known.names) ^ set(base.columns)) or ["their order"]
-        raise InputError(
-            f"the stored robot parameters are of another model of {robot.name}: they differ in "
-            f"{', '.join(missing[:8])}: identify the robot again with the same options"
-        )
-
-
 def measured_part(known: Estimate, robot: Robot) -> Estimate:
-    """Take a robot known earlier in the base parameters that are left where joints' torques are not measured."""
+    """Take a robot known earlier in the base parameters that are left where joints' torques are not measured.
+
+    Raises:
+        InputError: if its parameters are not those of this model.
+    """
     if not known.fit.rows:  # values of the user's own owe nothing to the errors of any joint's gain
         S, none = np.zeros((len(known.values), robot.n)), np.zeros(robot.n)
         known = replace(known, fit=Fit(none, none, (0,) * robot.n), gain_sensitivity=S)
     base = base_parameters(robot)
     if robot.drives.unmeasured and set(known.names) <= set(base.standard):
         return known.mapped(base.effect_of(known.names), base.columns)
+    if known.names != base.columns:
+        missing = sorted(set(known.names) ^ set(base.columns)) or ["their order"]
+        raise InputError(
+            f"the stored robot parameters are of another model of {robot.name}: they differ in "
+            f"{', '.join(missing[:8])}: identify the robot again with the same options"
+        )
     return known
 
 
@@ -250,10 +249,11 @@ def cut_alike(
 
 def _pieces(
     unloaded: Recordings, loaded: Recordings, processing: Processing
-) -> list[tuple[Recording, Recording, float | None]]:
+) -> Iterator[tuple[Recording, Recording, float | None]]:
     """Pair pieces of two files between the gaps of either, on the same stretches of the motion, lags besides."""
     if len(unloaded) == len(loaded) == 1:
-        return [(unloaded[0], loaded[0], None)]
+        yield unloaded[0], loaded[0], None
+        return
     # The lag of the files' clocks is that of two pieces that are alike, the longest first.
     longest = sorted(product(unloaded, loaded), key=lambda pair: -min(float(np.ptp(one.t)) for one in pair))
     for a, b in longest[:_TRIED]:
@@ -267,7 +267,7 @@ def _pieces(
         for pieces, ahead in ((loaded, 0.0), (unloaded, lag))
         for before, after in pairwise(pieces)
     )
-    least, pairs = shortest_piece(processing.cutoff), list[tuple[Recording, Recording, float | None]]()
+    least = shortest_piece(processing.cutoff)
 
     def within(pieces: Recordings, low: float, high: float, partner: Recording) -> Recording | None:
         """Cut out what of a file lies between two times and is long enough; ``partner`` is named in a note."""
@@ -284,8 +284,7 @@ def _pieces(
         without = within(unloaded, low - lag, high - lag, loaded[0])
         under_load = within(loaded, low, high, unloaded[0])
         if without is not None and under_load is not None:
-            pairs.append((without, under_load, lag))
-    return pairs
+            yield without, under_load, lag
 
 
 @one_thread()

@@ -225,14 +225,6 @@ class ChangeOfParameters(Brief):
         )
         return np.array([_generalised(self.G, chi_b[b] - chi_a[a], C_a[a] + C_b[b])[0] for b, a in pairs])
 
-    def lasting(self, weights: Array) -> Array:
-        """Between-session covariance: none, blocks hold all recordings that it uses."""
-        return np.zeros((10, 10))
-
-    def sandwich(self, weights: Array, inflation: Sequence[float]) -> Array:
-        """HAC (sandwich) covariance: the formula's times the median over joints of the inflation by memory."""
-        return np.asarray(float(np.median(inflation)) * self.solved(weights).covariance)
-
 
 def _generalised(G: Array, change: Array, C: Array) -> tuple[Array, Array, Array]:
     """Solve G x = change with covariance C by generalised least squares: x, its covariance, x by the change."""
@@ -404,7 +396,8 @@ def with_robust(
                     raise
         if robust is not None:
             blocks, few = robust.blocks, problem.corrected and robust.degrees_of_freedom + 1 < FEW
-            lasting = posed.lasting(weights)  # what no block shows; none where nothing known is made use of
+            # What no block shows; none where nothing known is made use of, as by method 2.
+            lasting = posed.lasting(weights) if isinstance(posed, LinearProblem) else 0.0 * estimate.covariance
             if lasting.any():
                 # A robot that was identified earlier adds its own robust covariance, propagated.
                 if long and known is not None and own is None:
@@ -423,7 +416,9 @@ def with_robust(
         # By how much each joint's errors remember; the jackknife's sigmas count where they are larger.
         if not problem.inflation:
             raise InputError("a sandwich needs recordings in blocks of time: how long errors remember is not known")
-        covariance = posed.sandwich(weights, problem.inflation)
+        covariance = float(np.median(problem.inflation)) * estimate.covariance
+        if isinstance(posed, LinearProblem):
+            covariance = posed.sandwich(weights, problem.inflation)
         # A stored robot that a short loaded recording corrects has too few blocks for a jackknife: it is left out.
         if robust is not None and not problem.corrected:
             wider = np.maximum(robust.sigma / np.sqrt(np.diag(covariance)), 1.0)

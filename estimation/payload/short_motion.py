@@ -265,10 +265,6 @@ class ShortMotion(Brief):
     scale: KnownMass | None = None  # the payload was weighed; counts only where torques do not show the mass
     ripple: tuple[Wave, ...] = ()
 
-    def __post_init__(self) -> None:
-        """Refuse another model's robot."""
-        long_motion.check_known(self.robot, self.base, self.known)
-
     @cached_property
     def loaded(self) -> Equations:
         """Join the equations less all that is free in each recording, its blocks of time among them."""

@@ -9,11 +9,13 @@ import numpy as np
 from msgspec import UNSET, UnsetType, field
 from msgspec.structs import replace
 
-from ...common import Array, Document, InputError, Speaks, Vector
+from ...common import Array, Brief, Document, Indices, InputError, Mask, Speaks, Vector
 from ...common.schema import Matrix, Triple, present
 from ...model import INERTIAL, InertialParameters, Pose
 from ...model.inertia import payload_spread
 from ..diagnosis.evidence import Agreement, Verdict
+from ..equations.equations import Equations
+from ..fit.covariance import autocorrelation
 from ..fit.estimate import Gains
 from ..fit.own_equations import TermChoice
 from ..payload.by_joints import JointsMass, Repeats
@@ -23,6 +25,7 @@ from ..payload.static import Standing
 from ..possible.payload import Weighing
 from . import robot as parts
 
+POINTS = 2000  # largest number of a joint's rows in a drawing
 _Intervals = Mapping[str, parts.Interval]
 _SIZE = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
 _FORM = re.compile(rf"(box|cylinder):({_SIZE}(?:x{_SIZE})*)")
@@ -298,6 +301,66 @@ class StandIn:
             d, h = np.square(self.sizes)
             moments = np.array([0.75 * d + h, 0.75 * d + h, 1.5 * d])
         return InertialParameters.from_com(mass, com, np.diag(mass / 12.0 * moments))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TorquePrediction(Brief):
+    """Measured and predicted torques of one recording, joint by joint, without slow rows."""
+
+    source: str
+    loaded: bool
+    held_out: bool
+    t: tuple[Array, ...]  # [s], (r_j,)
+    measured: tuple[Array, ...]  # [N·m or N], (r_j,)
+    curves: dict[str, tuple[Array, ...]]  # predictions by what they are; residuals are those of the first
+
+    def residual(self, joint: int) -> Array:
+        """Measured less predicted torque of a joint, counted from 0."""
+        return np.asarray(self.measured[joint] - next(iter(self.curves.values()))[joint])
+
+    @property
+    def relative_per_joint(self) -> Array:
+        """Norm of the residual over norm of the torque, shape (n,); nan without torque."""
+        errors = np.array([np.linalg.norm(self.residual(j)) for j in range(len(self.t))])
+        torques = np.array([np.linalg.norm(torque) for torque in self.measured])
+        return np.asarray(errors / np.where(torques > 0.0, torques, np.nan))
+
+    def thinning(self, joint: int) -> int:
+        """Distance of a joint's rows (counted from 0) that a drawing shows."""
+        return -(-len(self.t[joint]) // POINTS) or 1
+
+    @property
+    def step(self) -> float:
+        """Time between neighbouring rows [s]; nan if no joint has two."""
+        return min((float(np.median(np.diff(t))) for t in self.t if len(t) > 1), default=float("nan"))
+
+    def autocorrelation(self, joint: int, span: float = 2.0) -> tuple[Array, Array]:
+        """Lags [s] up to ``span`` and the residual's autocorrelation there; a joint counted from 0."""
+        t, step = self.t[joint], self.step
+        if len(t) < 3:
+            return np.zeros(1), np.ones(1)
+        lags = max(1, min(round(span / step), int((t[-1] - t[0]) / step) // 2))
+        return np.arange(lags + 1.0) * step, autocorrelation([(t, self.residual(joint))], step)[: lags + 1]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ObservationSystem(Brief):
+    """System Y = W chi + rho as an estimator sees it: filtered, decimated, without the rows that are not used.
+
+    Rows stand recording by recording, in each joint by joint, in each by time.
+    """
+
+    columns: tuple[str, ...]  # c
+    W: Array  # SI units, r x c
+    Y: Array  # torques [N·m or N], known ones (a spring) moved there, (r,)
+    joint: Indices  # each row's joint, from 1, (r,)
+    recording: Indices  # each row's recording in ``sources``, from 0, (r,)
+    t: Array  # [s], (r,)
+    loaded: Mask  # whether each row's recording is with payload, (r,)
+    sources: tuple[str, ...]  # the recordings
+    weights: Array  # per joint, of the weighted least squares [1/(N·m) or 1/N], (n,)
+    reduced: Equations  # the same equations as triangular factors
+    known: Array | None = None  # values of the first columns that are known from an earlier identification
 
 
 class PayloadResult(parts.Result, frozen=True, kw_only=True, dict=True):

@@ -110,11 +110,8 @@ class ParameterDocument(Document, frozen=True):
         """Make one row a parameter, with further columns."""
         own = ("sigma", "relative_sigma_percent", "sigma_robust", "sigma_by_gains")
         every = columns | {"value": estimate.values, **{name: getattr(estimate, name) for name in own}}
-        rows: list[dict[str, Any]] = [
-            {key: None if column is None else column[k] for key, column in every.items()}
-            for k in range(len(estimate.names))
-        ]
-        return tuple(cls(**row) for row in rows)
+        there = {key: [None] * len(estimate.names) if column is None else column for key, column in every.items()}
+        return tuple(cls(**dict(zip(there, row, strict=True))) for row in zip(*there.values(), strict=True))
 
 
 class EliminationStep(Document, frozen=True):
@@ -460,11 +457,8 @@ class RobotResult(Result, frozen=True, kw_only=True, dict=True):
     @property
     def possible_values(self) -> Array:
         """Base parameters of the nearest robot that can exist, where they were stored, else the free ones."""
-        robot = self.constrained
-        stored = present(robot.base_parameters) if robot is not None else None
-        if stored is None:
-            return self.estimate.values
-        return np.array([parameter.value for parameter in stored])
+        stored = present(self.constrained.base_parameters) if self.constrained is not None else None
+        return np.array([parameter.value for parameter in stored or self.base_parameters])
 
     def applied_to(self, robot: Robot) -> Robot:
         """Robot with the model structure under which the parameters were identified.

@@ -10,8 +10,7 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.common.schema import write_json
 from dynident.estimation import PAYLOAD, Settings, identify, payload_problem, robot_result
-from dynident.estimation.answers.identification import identification_system
-from dynident.estimation.answers.system import payload_system
+from dynident.estimation.answers.identification import identification_system, payload_system
 from dynident.estimation.equations.equations import Equations, merged
 from dynident.estimation.equations.observer import Observer, recorded, reduced, reduced_pieces, used
 from dynident.estimation.fit.linear_problem import weighted

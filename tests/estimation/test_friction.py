@@ -24,7 +24,7 @@ from dynident.estimation import (
 from dynident.estimation.equations.equations import PAYLOAD
 from dynident.estimation.fit.covariance import FEWEST, student95
 from dynident.estimation.fit.estimate import Fit, fit
-from dynident.estimation.fit.linear_problem import SoftPrior, weighted
+from dynident.estimation.fit.linear_problem import LinearProblem, SoftPrior, weighted
 from dynident.estimation.fit.own_equations import base_problem
 from dynident.estimation.payload.long_motion import friction_changes
 from dynident.estimation.payload.methods import METHODS, from_robot, global_fit, under_load
@@ -274,8 +274,8 @@ def test_blocks_that_are_too_few_are_cut_shorter_and_the_memory_counts() -> None
     bare, loaded = begun(0)
     short = replace(payload_problem(ROBOT, [loaded], [bare]), few=True)  # blocks are taken for too few
     for method in (1, 3, 4) if short.difference is not None else (1, 4):
-        posed = METHODS[method](short)
-        estimate = payload_estimate(short, method).estimate
+        posed, estimate = METHODS[method](short), payload_estimate(short, method).estimate
+        assert isinstance(posed, LinearProblem)
         assert estimate.robust is not None
         assert estimate.robust.by_memory
         memory = posed.sandwich(estimate.weights, short.inflation)
