@@ -244,7 +244,17 @@ def identify(
     problem = base_problem(robot, base, recordings, settings)
     gains = settings.gains or usual_gains(robot, recordings)
     covariance = gains.covariance(len(problem.factors)) if gains is not None else None
-    posed = LinearProblem(problem, problem.columns, prior=_prior(base, robot, settings.prior))
+    given, prior = settings.prior, None
+    if given is not None:  # by columns, or their names in tables
+        columns = dict(zip(base.names, base.columns, strict=True)) | {name: name for name in base.columns}
+        if unknown := [name for name in given.names if name not in columns]:
+            raise InputError(
+                f"prior: {', '.join(unknown)} is no base parameter: give some of {', '.join(base.columns)}"
+            )
+        floor = _FIXED * np.maximum(np.abs(given.values), _FIXED)
+        C, names = given.covariance + np.diag(floor**2), tuple(columns[name] for name in given.names)
+        prior = Known(names, given.values, C, C, given.degrees_of_freedom, np.zeros((len(C), robot.n)))
+    posed = LinearProblem(problem, problem.columns, prior=prior)
     with naming(listed([one.source for one in recordings], 3)):
         estimate = replace(posed.estimate(), gain_covariance=covariance)
     elimination, reason = eliminate(problem, estimate, settings.essential, posed.prior), ""
@@ -278,20 +288,6 @@ def identify(
         held_out=tuple(validation),
         choices=choices,
     )
-
-
-def _prior(base: BaseParameters, robot: Robot, given: Estimate | None) -> Known | None:
-    """Pose what is known of some base parameters, by their columns or their names in tables."""
-    if given is None:
-        return None
-    columns = dict(zip(base.names, base.columns, strict=True)) | {name: name for name in base.columns}
-    if unknown := [name for name in given.names if name not in columns]:
-        raise InputError(
-            f"prior: {', '.join(unknown)} is no base parameter: give some of {', '.join(base.columns)}"
-        )
-    floor = _FIXED * np.maximum(np.abs(given.values), _FIXED)
-    C, names = given.covariance + np.diag(floor**2), tuple(columns[name] for name in given.names)
-    return Known(names, given.values, C, C, given.degrees_of_freedom, np.zeros((len(C), robot.n)))
 
 
 def held_out_fit(

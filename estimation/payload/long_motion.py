@@ -86,13 +86,8 @@ class LongMotion(Brief):
     def __post_init__(self) -> None:
         """Refuse blocks of one motion that are not as many."""
         counts = {len(part.blocks) for part in (self.loaded, self.unloaded, self.difference) if part}
-        if self.paired and self.loaded.blocks and len(counts) > 1:
+        if self.difference and self.difference.blocks and self.loaded.blocks and len(counts) > 1:
             raise ValueError("paired blocks must be as many without and with payload")
-
-    @property
-    def paired(self) -> bool:
-        """True if the blocks with and without payload are of one motion."""
-        return self.difference is not None and bool(self.difference.blocks)
 
     @property
     def why_no_pair(self) -> str:
@@ -150,7 +145,7 @@ class LongMotion(Brief):
         if self.unloaded is None:
             raise InputError("method 4 needs a recording without payload")
         unloaded = self.unloaded.select(loaded.columns)
-        if not (self.paired and unloaded.blocks and loaded.blocks):
+        if not (self.difference and unloaded.blocks and loaded.blocks):  # not of one motion
             return merged([unloaded, loaded])
         both = tuple(map(merged, zip(unloaded.blocks, loaded.blocks, strict=True)))
         return replace(merged([unloaded.whole, loaded.whole]), blocks=both, block_length=loaded.block_length)
@@ -163,7 +158,7 @@ class LongMotion(Brief):
         """
         loaded, unloaded = len(self.loaded.blocks), len(self.unloaded.blocks) if self.unloaded else 0
         check_blocks(loaded, unloaded or loaded)
-        if self.paired:
+        if self.difference:
             return (tuple((b, b if unloaded else -1) for b in range(loaded)),)
         groups = tuple((-1, b) for b in range(unloaded)), tuple((b, -1) for b in range(loaded))
         return tuple(filter(None, groups))

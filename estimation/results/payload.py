@@ -294,13 +294,10 @@ class StandIn:
     def body(self, mass: float, com: Array) -> InertialParameters:
         """Give the payload this inertia, its mass spread evenly."""
         # A box's moment is m/12 of the squares of both other sides, a cylinder's across m/12 (3 r^2 + h^2).
-        if self.kind == "box":
-            a, b, c = np.square(self.sizes)
-            moments = np.array([b + c, a + c, a + b])
-        else:
-            d, h = np.square(self.sizes)
-            moments = np.array([0.75 * d + h, 0.75 * d + h, 1.5 * d])
-        return InertialParameters.from_com(mass, com, np.diag(mass / 12.0 * moments))
+        squares = np.square(self.sizes)
+        if self.kind == "cylinder":
+            squares = np.array([0.75, 0.75, 1.0]) * squares[[0, 0, 1]]
+        return InertialParameters.from_com(mass, com, np.diag(mass / 12.0 * (squares.sum() - squares)))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -236,7 +236,7 @@ def test_blocks_of_two_motions_are_two_groups(
         settings = Settings(SETTINGS, friction_change=0.0)
         motion = payload_problem(simulator.robot, [loaded], [unloaded], settings=settings)
         assert motion.unloaded is not None
-        assert not motion.paired
+        assert motion.difference is None
         estimate, robot = (
             payload_estimate(motion, method, covariance="jackknife").estimate,
             weighted(motion.unloaded),
