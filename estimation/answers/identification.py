@@ -379,7 +379,6 @@ def robot_result(
     """Collect what ``identify`` answers, with the robot that can exist and what it predicts where asked for."""
     estimate, problem, base, robot = result.estimate, result.problem, result.base, result.robot
     raw, scaled = problem.condition_numbers()
-    labels = dict(zip(estimate.names, base.names, strict=True))
     used = result.recordings[0].gains if result.recordings else ()
     noise: dict[str, Any] = {}
     if estimate.robust is not None and result.recordings:
@@ -406,7 +405,7 @@ def robot_result(
             interval95_with_gains=estimate.interval95_with_gains,
             essential=[name in result.essential for name in estimate.names],
         ),
-        elimination=documents.EliminationDocument.made(result.elimination, result.warnings, labels),
+        elimination=documents.EliminationDocument.made(result.elimination, result.warnings, base),
         constrained=documents.PossibleRobotDocument.made(constrained, base) if constrained is not None else None,
         friction=result.choices or UNSET,
         chi2_by="formula" if estimate.robust is None else "jackknife",

@@ -71,7 +71,8 @@ class PayloadAnswer(Speaks, Brief):
         """Result that ``--json`` writes, ``answer.result.mass.low``; what was not determined is nan or None."""
         problem, source, robot, gains = self.problem, self.problem.source, self.problem.robot, self.gains
         evidence, by_joints = self.evidence, self.evidence.diagnosis.by_joints
-        flange, worst, scale = robot.flange_pose, worst_joint(by_joints, self.mass), self.scale
+        worst, scale, said = worst_joint(by_joints, self.mass), self.scale, robot.sources.get("flange", "")
+        place = PoseTable.of(robot.flange_pose) if robot.flange_pose else None
         (method, reason), possible, spread, ends = self.recommendation, self.possible, self.spread, self.intervals
         # Free estimates, then possible ones; of a payload that is visible in part what was determined.
         estimates: list[documents.FreeEstimate | documents.PossibleEstimate] = [
@@ -92,11 +93,9 @@ class PayloadAnswer(Speaks, Brief):
             own, check, steps = problem.robot_estimate, evidence.validation, self.elimination
             differing = {3, 4} | ({1} if problem.corrected and not problem.settings.free_friction else set())
             differs = bool(problem.friction) and any(estimate.method in differing for estimate in self.estimates)
-            # Of robot and payload together, as in Table 2, where method 4 was used.
-            names = dict(zip(problem.base.columns, problem.base.names, strict=True))
             against = ResidualDocument.of(check) if check else None
-            left = (own.fit.relative, own.fit.relative_per_joint) if own else (None, None)
-            solved, residual = problem.unloaded, ResidualDocument(left[0], left[1], against)
+            solved, residual = problem.unloaded, ResidualDocument(None, None, against)
+            residual = ResidualDocument.of(own.fit, validation=against) if own else residual
             counted: dict[str, Any] = {
                 "equations": (solved or loaded).equations,
                 "equations_loaded": loaded.equations,
@@ -108,7 +107,8 @@ class PayloadAnswer(Speaks, Brief):
                 counted |= identification.torque_noise(problem.bare, shown, inflation, first, source.processing)
             keys: dict[str, Any] = {
                 "friction": source.choices or UNSET,
-                "essential": EliminationDocument.made(steps, self.warnings, names) if steps else None,
+                # Of robot and payload together, as in Table 2, where method 4 was used.
+                "essential": EliminationDocument.made(steps, self.warnings, problem.base) if steps else None,
                 "left_out": {str(method): reason for method, reason in self.left_out.items()},
                 "repeats": evidence.repeats or UNSET,
             }
@@ -141,11 +141,7 @@ class PayloadAnswer(Speaks, Brief):
             robot=robot.name,
             robot_title=robot.title or UNSET,
             frame=robot.payload_frame,
-            flange_in_payload_frame=(
-                documents.FlangeDocument.of(PoseTable.of(flange), source=robot.sources.get("flange", ""))
-                if flange
-                else UNSET
-            ),
+            flange_in_payload_frame=documents.FlangeDocument.of(place, source=said) if place else UNSET,
             rated_payload_kg=robot.rated_payload,
             processing=ProcessingDocument.made(robot, source.processing, source.loaded[0].gains),
             estimates=tuple(estimates),
@@ -205,8 +201,8 @@ class PayloadAnswer(Speaks, Brief):
             problem, methods.selected(problem, elimination.essential), elimination.estimate
         )
         elimination = replace(elimination, estimate=part)
-        robot = identification.impossible_robot(problem.robot, problem.base, full, elimination)
-        return identification.impossible_payload(elimination) + robot
+        of_robot = identification.impossible_robot(problem.robot, problem.base, full, elimination)
+        return identification.impossible_payload(elimination) + of_robot
 
     @cached_property
     def excitation(self) -> Excitation | None:
@@ -252,8 +248,7 @@ def identify_payload(
     >>> f"{result.mass.value:.1f} kg"
     '7.0 kg'
     """
-    check_given(robot, loaded, unloaded)
-    robot, stored = _described(robot, known)
+    robot, stored = _described(robot, known, loaded, unloaded)
     problem = payload_problem(robot, loaded, unloaded, stored, settings)
     return answer_payload(problem, constraints=constraints).result
 
@@ -282,8 +277,7 @@ def weigh(
     >>> f"{weigh(robot, loaded, unloaded).mass.value:.0f} kg"
     '7 kg'
     """
-    check_given(robot, loaded, unloaded)
-    problems, (robot, stored) = [], _described(robot, known)
+    problems, (robot, stored) = [], _described(robot, known, loaded, unloaded)
     if unloaded:
         problems.append(difference_weighing(robot, loaded, unloaded, settings))
     if stored is not None:
@@ -316,8 +310,9 @@ def weigh_at_rest(
     return answer_payload(problem, constraints=constraints).result
 
 
-def _described(robot: Robot, known: RobotResult | Estimate | None) -> tuple[Robot, Estimate | None]:
-    """Describe the robot as an earlier identification of it did, and take its parameters."""
+def _described(robot: Robot, known: RobotResult | Estimate | None, *logs: object) -> tuple[Robot, Estimate | None]:
+    """Describe the robot as an earlier identification of it did, and take its parameters; refuse what is no log."""
+    check_given(robot, *logs)
     if isinstance(known, RobotResult):
         return known.applied_to(robot), known.estimate
     if known is not None and not isinstance(known, Estimate):
@@ -375,9 +370,8 @@ def answer_payload(
             failures[estimate.method] = error
     # Where no method found a possible payload, all are shown.
     shown = [estimate for estimate in free if estimate.method not in failures] or free
-    recommendation = method, _ = methods.recommended_method(
-        problem, [payload.method for payload in constrained or shown]
-    )
+    found = [payload.method for payload in constrained or shown]
+    recommendation = method, _ = methods.recommended_method(problem, found)
     best = next(estimate for estimate in shown if estimate.method == method)
     possible = next((payload for payload in constrained if payload.method == method), None)
     model = error_model(best.estimate, gains)

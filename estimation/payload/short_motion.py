@@ -176,17 +176,16 @@ def with_ripple(source: str, recording: Observation, data: Used) -> tuple[list[W
 
     ``recording``: the equations of ``data``, in the columns of the payload, of what is free, and ``PATH``.
     """
-    waves, found, most = list[Wave](), list[Array](), 0
+    waves, found = list[Wave](), list[Array]()
     for j, (W, Y, t) in enumerate(zip(recording.W, recording.Y, recording.t, strict=True)):
         own = _waves(data, j, W[:, :-1], Y, t)
         found.append(np.hstack([W, *(columns for *_, columns in own)]))
         waves += [Wave(source, j + 1, wave, float(np.sqrt(2.0 * gain / len(Y)))) for wave, gain, _ in own]
-        most = max(most, found[-1].shape[1])
     if not waves:
         return [], recording
+    most, rest = max(W.shape[1] for W in found), (recording.t, recording.bandwidth, recording.motors)
     names = (*recording.columns, *(f"{FREE}{k}" for k in range(most - len(recording.columns))))
     wide = [np.pad(W, ((0, 0), (0, most - W.shape[1]))) for W in found]
-    rest = recording.t, recording.bandwidth, recording.motors
     return waves, Observation.of(names, wide, recording.torques, *rest)
 
 

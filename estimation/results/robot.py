@@ -142,11 +142,9 @@ class EliminationDocument(Document, frozen=True):
     limit: float | UnsetType = UNSET
 
     @classmethod
-    def made(cls, elimination: Elimination, warnings: Sequence[str], labels: Mapping[str, str]) -> Self:
-        """Collect the essential parameters, each step to them, and what speaks against them.
-
-        ``labels``: name of a column -> name of the parameter ("MX2" -> "MX2R").
-        """
+    def made(cls, elimination: Elimination, warnings: Sequence[str], base: BaseParameters) -> Self:
+        """Collect the essential parameters, each step to them, and what speaks against them."""
+        labels = dict(zip(base.columns, base.names, strict=True))  # "MX2" -> "MX2R"
         estimate, numbers = elimination.estimate, (elimination.path * [1.0, 100.0]).tolist()
         order, (ratio, largest) = elimination.order, numbers[len(elimination.eliminated)]
         names = [None, *(labels.get(name, name) for name in order)]
