@@ -13,9 +13,8 @@ from ..common.errors import InputError
 from ..common.files import write_bytes
 from ..common.linear import is_covariance
 from ..common.schema import WrongKeyError, naming, present, read_json
-from ..estimation.answers.system import ObservationSystem
 from ..estimation.equations.equations import PAYLOAD, Equations, triangular
-from ..estimation.results.payload import PayloadResult
+from ..estimation.results.payload import ObservationSystem, PayloadResult
 from ..estimation.results.robot import GainsResult, RobotResult
 
 _OF_GAINS = "give the file that --json of 'dynident gains' wrote"

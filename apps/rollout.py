@@ -19,7 +19,7 @@ from ..common.arrays import Array
 from ..common.errors import InputError
 from ..common.progress import each
 from ..estimation.fit.settings import DEFAULTS, Settings
-from ..estimation.results.parts import Horizon, Rollout
+from ..estimation.results.robot import Horizon, Rollout
 from ..estimation.signals.filtering import lowpass, measurement
 from ..estimation.signals.rows import least_speed
 from ..model import BaseParameters, Processing, Recording, Robot, base_parameters, forward_dynamics_base

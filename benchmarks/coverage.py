@@ -25,16 +25,21 @@ from dynident.estimation.diagnosis.scales import disagreement
 from dynident.estimation.equations.equations import Equations
 from dynident.estimation.fit.covariance import student95
 from dynident.estimation.fit.estimate import error_model
-from dynident.estimation.fit.linear_problem import LinearProblem
+from dynident.estimation.fit.linear_problem import LinearProblem, weighted
 from dynident.estimation.gains.problem import gain_problem, known_mass
 from dynident.estimation.payload.by_joints import payload_by_joints
-from dynident.estimation.payload.long_motion import long_motion
-from dynident.estimation.payload.methods import METHODS, combined, recommended_method, usable_methods
-from dynident.estimation.payload.pairs import PairedMeasurement
-from dynident.estimation.payload.result import constrain_payload, moved
+from dynident.estimation.payload.long_motion import PairedMeasurement, long_motion
+from dynident.estimation.payload.methods import (
+    METHODS,
+    constrain_payload,
+    moved,
+    recommended_method,
+    usable_methods,
+)
 from dynident.estimation.possible.intervals import Intervals, profile_intervals
 from dynident.estimation.signals.filtering import measurement
 from dynident.model.drives import parameter_kind
+from dynident.model.inertia import payload_spread
 from dynident.model.motion import Measurement
 from dynident.trajectories import RX90_NOISE, Simulator, ViaPoints, random_via_points
 
@@ -163,7 +168,7 @@ def following(row: str, intervals: Intervals, body: model.InertialParameters) ->
 def compressed_problem(trajectories: int) -> tuple[Equations, Array, Array]:
     """Equations of method 4, the robot's parameters, and the standard deviation of each joint's noise."""
     problem, _ = repeated_problem("disc", 0.0, trajectories, 0)
-    equations, estimate = problem.both.whole, combined(problem)
+    equations, estimate = problem.both.whole, weighted(problem.both)
     sizes = equations.error_norms(estimate.values) / np.sqrt(equations.rows)
     return equations, problem.base.value(problem.robot.parameters), sizes
 
@@ -254,8 +259,9 @@ def good(_: str, run: int) -> Iterator[Stated]:
     )
     answer = estimation.answer_payload(estimation.payload_problem(invented.robot(name), loaded, unloaded))
     payload, level = answer.recommended, answer.verdict.level
-    spread, inertia = payload.free.robust_spread, np.diag(payload.body.inertia_com)
-    assert spread is not None
+    robust, inertia = payload.free.estimate.robust, np.diag(payload.body.inertia_com)
+    assert robust is not None
+    spread = payload_spread(payload.free.ten, robust.covariance, range(10))
     sure = (spread.moments / np.maximum(inertia, 1e-12)).max() < 0.30
     off = float(np.abs(inertia / np.diag(body.inertia_com) - 1.0).max())
     right = level == ("use" if sure else "mass_and_com_only")

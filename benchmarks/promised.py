@@ -16,7 +16,7 @@ from dynident.benchmarks.shared import options, show
 from dynident.common.arrays import Array
 from dynident.common.schema import write_json
 from dynident.estimation import Settings, identify, identify_payload
-from dynident.estimation.payload.result import frame_change
+from dynident.estimation.payload.long_motion import frame_change
 from dynident.estimation.results.payload import FreeEstimate, numbers
 from dynident.model import InertialParameters, load_robot, stand_in
 from dynident.model.files.robot_file import robot_names

@@ -3,14 +3,13 @@ from .answers.gains import identify_gains as identify_gains
 from .answers.identification import Identification as Identification
 from .answers.identification import identification_system as identification_system
 from .answers.identification import identify as identify
+from .answers.identification import payload_system as payload_system
 from .answers.identification import robot_result as robot_result
 from .answers.payload import PayloadAnswer as PayloadAnswer
 from .answers.payload import answer_payload as answer_payload
 from .answers.payload import identify_payload as identify_payload
 from .answers.payload import weigh as weigh
 from .answers.payload import weigh_at_rest as weigh_at_rest
-from .answers.system import ObservationSystem as ObservationSystem
-from .answers.system import payload_system as payload_system
 from .diagnosis.evidence import Finding as Finding
 from .diagnosis.evidence import Verdict as Verdict
 from .diagnosis.kinematics import ToolPoses as ToolPoses
@@ -35,11 +34,9 @@ from .gains.problem import known_mass as known_mass
 from .payload.long_motion import LongMotion as LongMotion
 from .payload.long_motion import payload_problem as payload_problem
 from .payload.methods import PayloadProblem as PayloadProblem
-from .payload.methods import essential_combined as essential_combined
 from .payload.methods import payload_estimate as payload_estimate
 from .payload.methods import selected as selected
 from .payload.methods import with_robust as with_robust
-from .payload.result import StandIn as StandIn
 from .payload.short_motion import ShortMotion as ShortMotion
 from .payload.short_motion import difference_weighing as difference_weighing
 from .payload.short_motion import known_robot_weighing as known_robot_weighing
@@ -63,7 +60,9 @@ from .possible.robot import solve_constrained_base as solve_constrained_base
 from .possible.robot import solve_constrained_prior as solve_constrained_prior
 from .possible.whole_robot import WholeRobot as WholeRobot
 from .possible.whole_robot import whole_robot as whole_robot
+from .results.payload import ObservationSystem as ObservationSystem
 from .results.payload import PayloadResult as PayloadResult
+from .results.payload import StandIn as StandIn
 from .results.robot import GainsResult as GainsResult
 from .results.robot import RobotResult as RobotResult
 from .signals.filtering import measurement as measurement

@@ -214,7 +214,7 @@ def equal(own: Array, theirs: Array, unit: Array | float = 1.0, tolerance: float
 def compare() -> None:
     """Assert that exact steps agree to 1e-9 and searched ones to a hundredth of a standard deviation."""
     from dynident.estimation import Settings, payload_estimate, payload_problem, weighted
-    from dynident.estimation.payload.result import constrain_payload
+    from dynident.estimation.payload.methods import constrain_payload
     from dynident.model import Processing, Recording, base_parameters, load_robot, regressor
 
     rx90 = load_robot("rx90")

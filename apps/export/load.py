@@ -13,7 +13,7 @@ import numpy as np
 from ... import __version__
 from ...common import Array, InputError
 from ...common.schema import present
-from ...estimation.results.payload import FreeEstimate, PayloadResult, PossibleEstimate, array, bounds, numbers
+from ...estimation.results.payload import FreeEstimate, PayloadResult, PossibleEstimate, array, numbers
 from ...model import INERTIAL, InertialParameters, Pose
 from ...model.inertia import ten_parameters
 from ..numbers import interval_digits, placed
@@ -182,7 +182,7 @@ def load_of(
     if isinstance(estimate, PossibleEstimate):
         kind = "constrained"
         parts = (array(estimate.com_interval95, 3, 2), array(estimate.inertia_com_interval95, 3, 3, 2))
-        halves = [np.ptp(each, axis=-1) / 2.0 for each in (bounds(estimate.interval95)[9], *parts)]
+        halves = [np.ptp(each, axis=-1) / 2.0 for each in (numbers(estimate.interval95, 2)[9], *parts)]
     else:
         kind = "wls"
         coms = array(estimate.com_sigma, 3), array(estimate.com_sigma_robust, 3)

@@ -22,7 +22,7 @@ from ...estimation.fit.covariance import student95
 from ...estimation.fit.estimate import Estimate
 from ...estimation.fit.linear_problem import LinearProblem, weighted
 from ...estimation.payload.methods import jackknifed
-from ...estimation.results.parts import Number
+from ...estimation.results.robot import Number
 from ...model.drives import parameter_kind
 from ...model.friction import is_friction
 from ...model.regressors import payload_columns

@@ -19,9 +19,8 @@ from ...common.schema import Document, Matrix, Vector
 from ...estimation import measurement
 from ...estimation.diagnosis.kinematics import PoseCheck, Readings
 from ...estimation.equations.observer import Observer, used
-from ...estimation.results.parts import Number, Rollout
 from ...estimation.results.payload import PayloadResult, VisibilityDocument
-from ...estimation.results.robot import GainsResult, RobotResult
+from ...estimation.results.robot import GainsResult, Number, RobotResult, Rollout
 from ...model import Motion, Recording, Robot
 from ...model.inertia import PayloadSpread
 from ...model.motion import Measurement

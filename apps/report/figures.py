@@ -11,9 +11,8 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.files import write_bytes
-from ...estimation.answers.system import TorquePrediction
 from ...estimation.fit.covariance import NORMAL95
-from ...estimation.results.payload import PossibleEstimate, array
+from ...estimation.results.payload import PossibleEstimate, TorquePrediction, array
 from ...model import Robot
 from ...model.frames import frames_at, step
 from .blocks import Drawing

@@ -22,11 +22,10 @@ from ..gains.problem import GainProblem, KnownLoad, free_gains, gain_problem, kn
 from ..payload.by_joints import ByJoints
 from ..payload.long_motion import LongMotion, Source
 from ..payload.methods import payload_estimate
-from ..results.parts import ProcessingDocument, ResidualDocument, RobustDocument
-from ..results.payload import named
-from ..results.robot import GainsResult, GainsTable, LoadDocument, MountingDocument
+from ..results import robot as documents
+from ..results.payload import TorquePrediction, named
 from ..signals.plausibility import check_given
-from .system import DRAWN, TorquePrediction, payload_predictions
+from .identification import DRAWN, payload_predictions
 
 
 @dataclass(frozen=True, repr=False)
@@ -54,7 +53,7 @@ def identify_gains(
     load: KnownLoad | Sequence[KnownLoad],
     mounting: Sequence[int] = (),
     settings: Settings = DEFAULTS,
-) -> GainsResult:
+) -> documents.GainsResult:
     """Identify drive gains from motor currents without and with a weight that is known, and judge them.
 
     Args:
@@ -75,7 +74,7 @@ def identify_gains(
     return answer_gains(gain_problem(robot, unloaded, loaded, load, mounting, settings))
 
 
-def answer_gains(problem: GainProblem) -> GainsResult:
+def answer_gains(problem: GainProblem) -> documents.GainsResult:
     """Identify the drive gains on the current side, with bodies that can exist, and judge them."""
     loads, names = problem.loads, problem.mountings
     try:
@@ -129,7 +128,7 @@ def answer_gains(problem: GainProblem) -> GainsResult:
     gains, well = np.exp(logarithms.values), (sigma <= KNOWN_WELL).tolist()
     vague = "; too little, known to {:.0f} % only: keep the maker's gain"
     based = zip(rests_on(problem.robot), well, sigma, strict=True)
-    table = GainsTable(
+    table = documents.GainsTable(
         gains,
         covariance,
         sigma=gains * sigma,
@@ -163,20 +162,20 @@ def answer_gains(problem: GainProblem) -> GainsResult:
         map(InertialParameters, best.x[len(problem.posed[0].base.columns) :].reshape(-1, len(PAYLOAD)))
     )
     tens = [named(body.vector) for body in payloads]
-    return GainsResult(
+    return documents.GainsResult(
         robot=robot.name,
         robot_title=robot.title or UNSET,
-        processing=ProcessingDocument.made(robot, source.processing, ()),
-        load=LoadDocument(
+        processing=documents.ProcessingDocument.made(robot, source.processing, ()),
+        load=documents.LoadDocument(
             known=known_values(loads),
             mass_sigma=max(load.mass_sigma for load in loads),
             identified=tens[0],
-            mountings=tuple(map(MountingDocument, names, tens)) if len(names) > 1 else UNSET,
+            mountings=tuple(map(documents.MountingDocument, names, tens)) if len(names) > 1 else UNSET,
         ),
         drive_gains=table,
         fingerprints=fingerprints(source.unloaded, source.loaded),
-        robust=RobustDocument.made(logarithms.robust, reason),
-        relative_residual=ResidualDocument.of(logarithms.fit),
+        robust=documents.RobustDocument.made(logarithms.robust, reason),
+        relative_residual=documents.ResidualDocument.of(logarithms.fit),
         disagreement=disagreement,
         verdict=judge(*evidence),
     ).made_by(

@@ -4,7 +4,7 @@ Elimination takes a small parameter as zero. That is harmless for torques, but a
 XX = 0 says that all mass lies on the x axis, and ZZ6 = 0 while YZ6 is not that link 6 cannot exist.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -17,26 +17,29 @@ from numpy.typing import NDArray
 from ...common import Array, Brief, InputError, Speaks, one_thread
 from ...common.errors import listed
 from ...common.schema import naming
-from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
+from ...model import BaseParameters, InertialParameters, Processing, Recording, Robot, base_parameters
+from ...model.regressors import payload_columns
 from ..diagnosis.evidence import Evidence, Verdict
 from ..diagnosis.verdict import robot_verdict
 from ..equations.equations import PAYLOAD, Equations, check_blocks
-from ..equations.observer import Observer
+from ..equations.observer import Observer, used
 from ..fit.covariance import weighted_solution
 from ..fit.estimate import Estimate, Fit, Gains, Parameter, error_model, fit, usual_gains
-from ..fit.linear_problem import Elimination, Excitation, Known, LinearProblem, eliminate, excitation
+from ..fit.linear_problem import Elimination, Excitation, Known, LinearProblem, eliminate, excitation, weighted
 from ..fit.own_equations import TermChoice, base_problem, with_friction
 from ..fit.settings import DEFAULTS, Settings
-from ..payload.long_motion import Source
-from ..payload.methods import jackknifed
+from ..payload.long_motion import LongMotion, Source
+from ..payload.methods import PayloadProblem, from_robot, jackknifed
 from ..possible.constraints import SolverError
 from ..possible.payload import rise_p_value, solve_constrained
 from ..possible.robot import PossibleRobot, robot_prior, solve_constrained_base, solve_constrained_prior
-from ..results import parts
-from ..results.robot import RobotData, RobotResult
+from ..results import robot as documents
+from ..results.payload import ObservationSystem, TorquePrediction
+from ..results.robot import RobotResult
+from ..signals.filtering import measurement
 from ..signals.plausibility import check_given
-from .system import ObservationSystem, TorquePrediction, joined, predictions
 
+DRAWN = 3  # number of recordings of one kind that are predicted for drawings
 _UNLIKELY = 0.01  # largest p-value at which the data contradict everything possible with these zeros
 _FIXED = 1e-6  # standard deviation of a parameter that is fixed, as a fraction of it
 _ZERO = 1e-2  # fraction of its own standard deviation within which an eliminated base parameter is kept at zero
@@ -109,6 +112,41 @@ def _too_far(body: str, gone: Sequence[str], chi2: float, p_value: float) -> tup
     return (f"no {body} that can exist has {zeros} zero and the others as estimated: {away}",)
 
 
+def predictions(
+    observer: Observer,
+    curves: Mapping[str, Array],
+    recordings: Sequence[Recording],
+    processing: Processing,
+    held_out: bool = False,
+    loaded: bool = False,
+) -> tuple[TorquePrediction, ...]:
+    """Predict a few recordings by the observer's parameters of each curve."""
+    found = []
+    for recording in recordings[:DRAWN]:
+        data, predicted = measurement(recording, processing), dict[str, tuple[Array, ...]]()
+        for label, chi in curves.items():
+            one = observer.at(chi).observe(*used(data, processing))
+            predicted[label] = tuple(y - error for y, error in zip(one.Y, one.errors(chi), strict=True))
+        found.append(TorquePrediction(recording.source, loaded, held_out, one.t, one.Y, predicted))
+    return tuple(found)
+
+
+def payload_predictions(problem: PayloadProblem, body: InertialParameters) -> tuple[TorquePrediction, ...]:
+    """Predict a few loaded recordings of a problem by a body in the payload's frame and by the unloaded robot."""
+    assert problem.robot_estimate is not None
+    own, flange, source = problem.robot_estimate.values, problem.robot.flange, problem.source
+    moved = body.moved(flange.R, flange.p).vector
+    both = {"predicted with payload": moved, "predicted without payload": 0.0 * moved}
+    curves = {label: np.append(own, ten) for label, ten in both.items()}
+    return predictions(_loaded_observer(problem), curves, source.loaded, source.processing, loaded=True)
+
+
+def _loaded_observer(problem: PayloadProblem) -> Observer:
+    """Make the observer of [W W_L], columns base, then ``PAYLOAD``."""
+    columns = problem.base.columns
+    return Observer(problem.robot, (*columns, *payload_columns(problem.robot)), (*columns, *PAYLOAD))
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Identification(Speaks, Brief):
     """Base parameters of a robot, estimated, and what they come from."""
@@ -153,13 +191,10 @@ class Identification(Speaks, Brief):
     @cached_property
     def verdict(self) -> Verdict:
         """Verdict on the use of the parameters."""
-        source, possible = (
-            Source((), self.recordings, self.processing),
-            self.possible if self.estimate.robust else None,
-        )
-        p_value = possible.p_value if possible else None
+        source, tried = Source((), self.recordings, self.processing), self.validation
+        p_value = self.possible.p_value if self.estimate.robust and self.possible else None
         return robot_verdict(
-            Evidence(self.robot, source, parameters=self.estimate, validation=self.validation, possible=p_value)
+            Evidence(self.robot, source, parameters=self.estimate, validation=tried, possible=p_value)
         )
 
     @cached_property
@@ -209,7 +244,17 @@ def identify(
     problem = base_problem(robot, base, recordings, settings)
     gains = settings.gains or usual_gains(robot, recordings)
     covariance = gains.covariance(len(problem.factors)) if gains is not None else None
-    posed = LinearProblem(problem, problem.columns, prior=_prior(base, robot, settings.prior))
+    given, prior = settings.prior, None
+    if given is not None:  # by columns, or their names in tables
+        columns = dict(zip(base.names, base.columns, strict=True)) | {name: name for name in base.columns}
+        if unknown := [name for name in given.names if name not in columns]:
+            raise InputError(
+                f"prior: {', '.join(unknown)} is no base parameter: give some of {', '.join(base.columns)}"
+            )
+        floor = _FIXED * np.maximum(np.abs(given.values), _FIXED)
+        C, names = given.covariance + np.diag(floor**2), tuple(columns[name] for name in given.names)
+        prior = Known(names, given.values, C, C, given.degrees_of_freedom, np.zeros((len(C), robot.n)))
+    posed = LinearProblem(problem, problem.columns, prior=prior)
     with naming(listed([one.source for one in recordings], 3)):
         estimate = replace(posed.estimate(), gain_covariance=covariance)
     elimination, reason = eliminate(problem, estimate, settings.essential, posed.prior), ""
@@ -245,26 +290,47 @@ def identify(
     )
 
 
-def _prior(base: BaseParameters, robot: Robot, given: Estimate | None) -> Known | None:
-    """Pose what is known of some base parameters, by their columns or their names in tables."""
-    if given is None:
-        return None
-    columns = dict(zip(base.names, base.columns, strict=True)) | {name: name for name in base.columns}
-    if unknown := [name for name in given.names if name not in columns]:
-        raise InputError(
-            f"prior: {', '.join(unknown)} is no base parameter: give some of {', '.join(base.columns)}"
-        )
-    floor = _FIXED * np.maximum(np.abs(given.values), _FIXED)
-    C, names = given.covariance + np.diag(floor**2), tuple(columns[name] for name in given.names)
-    return Known(names, given.values, C, C, given.degrees_of_freedom, np.zeros((len(C), robot.n)))
-
-
 def held_out_fit(
     robot: Robot, base: BaseParameters, estimate: Estimate, recordings: Sequence[Recording], settings: Settings
 ) -> Fit:
     """Fit of the robot's parameters to recordings without payload that were held out."""
     unseen = base_problem(robot, base, recordings, replace(settings, robust=False), False, estimate.values)
     return fit(unseen, estimate.values)
+
+
+def payload_system(problem: LongMotion) -> ObservationSystem:
+    """Build the system of method 4, (30): base parameters, then the payload's ten in ``robot.last_frame``.
+
+    Rows of unloaded recordings have zeros in the payload's columns; without any it is the system of method 1, (22),
+    with the robot's stored values as ``known``.
+    """
+    source, robot, observer = problem.source, problem.robot_estimate, _loaded_observer(problem)
+    own = robot.values if robot is not None else np.zeros(len(problem.base.columns))
+    without, under_load = (observer.at(np.append(own, ten)) for ten in (0.0 * problem.carried, problem.carried))
+    recordings = [(without, recording, False) for recording in source.unloaded]
+    recordings += [(under_load, recording, True) for recording in source.loaded]
+    if problem.unloaded is not None:
+        return joined(recordings, weighted(problem.both).weights, problem.both, source.processing)
+    system = joined(recordings, from_robot(problem).weights(), problem.loaded, source.processing)
+    return replace(system, known=problem.known.values if problem.known is not None else None)
+
+
+def joined(
+    recordings: Sequence[tuple[Observer, Recording, bool]],
+    weights: Array,
+    reduced: Equations,
+    processing: Processing,
+) -> ObservationSystem:
+    """Join recordings, each with its observer and whether it is with payload, to one system that is held whole."""
+    robot_only, rows = np.array([name not in PAYLOAD for name in reduced.columns], dtype=float), []
+    for k, (observer, recording, loaded) in enumerate(recordings):
+        one = observer.observe(*used(measurement(recording, processing), processing))
+        for j, (W, Y, t) in enumerate(zip(one.W, one.Y, one.t, strict=True), start=1):
+            places = np.full(len(Y), j), np.full(len(Y), k), t, np.full(len(Y), loaded)
+            rows.append((W if loaded else W * robot_only, Y, *places))
+    W, Y, joint, number, t, flags = (np.concatenate(arrays) for arrays in zip(*rows, strict=True))
+    sources = tuple(recording.source for _, recording, _ in recordings)
+    return ObservationSystem(reduced.columns, W, Y, joint, number, t, flags, sources, weights, reduced)
 
 
 @one_thread()
@@ -298,20 +364,26 @@ def equations(
     return system.W, system.Y, system.joint, system.t
 
 
+def torque_noise(
+    estimate: Estimate, problem: Equations, inflation: Any, recording: Recording, processing: Processing
+) -> dict[str, Any]:
+    """Errors without payload: sigma of each joint, memory counted [N·m or N], and independent ones a second."""
+    independent = processing.equations_a_second(recording.rate) * problem.independent
+    return {"torque_noise": np.sqrt(inflation) * estimate.noise, "independent": independent}
+
+
 @one_thread()
 def robot_result(
-    result: Identification, constrained: PossibleRobot | None = None, rollouts: Sequence[parts.Rollout] = ()
+    result: Identification, constrained: PossibleRobot | None = None, rollouts: Sequence[documents.Rollout] = ()
 ) -> RobotResult:
     """Collect what ``identify`` answers, with the robot that can exist and what it predicts where asked for."""
     estimate, problem, base, robot = result.estimate, result.problem, result.base, result.robot
     raw, scaled = problem.condition_numbers()
-    labels = dict(zip(estimate.names, base.names, strict=True))
     used = result.recordings[0].gains if result.recordings else ()
     noise: dict[str, Any] = {}
     if estimate.robust is not None and result.recordings:
-        rate = result.processing.equations_a_second(result.recordings[0].rate)
-        memory = np.sqrt(np.median(np.diag(estimate.robust.covariance) / np.diag(estimate.covariance)))
-        noise = {"torque_noise": memory * estimate.noise, "independent": rate * problem.independent}
+        inflation = np.median(np.diag(estimate.robust.covariance) / np.diag(estimate.covariance))
+        noise = torque_noise(estimate, problem, inflation, result.recordings[0], result.processing)
     return RobotResult.of(
         result,
         estimate,
@@ -319,12 +391,12 @@ def robot_result(
         robot=robot.name,
         robot_title=robot.title or UNSET,
         joints=tuple(joint.kind for joint in robot.joints),
-        processing=parts.ProcessingDocument.made(robot, result.processing, used),
-        data=RobotData.of(estimate, estimate.fit, problem, rows_per_joint=problem.rows, **noise),
+        processing=documents.ProcessingDocument.made(robot, result.processing, used),
+        data=documents.RobotData.of(estimate, estimate.fit, problem, rows_per_joint=problem.rows, **noise),
         columns=estimate.names,
         covariance_robust=estimate.robust.covariance if estimate.robust else None,
-        robust=parts.RobustDocument.made(estimate.robust, result.without_robust),
-        base_parameters=parts.ParameterDocument.rows(
+        robust=documents.RobustDocument.made(estimate.robust, result.without_robust),
+        base_parameters=documents.ParameterDocument.rows(
             estimate,
             name=base.names,
             grouping=base.groupings(),
@@ -333,14 +405,14 @@ def robot_result(
             interval95_with_gains=estimate.interval95_with_gains,
             essential=[name in result.essential for name in estimate.names],
         ),
-        elimination=parts.EliminationDocument.made(result.elimination, result.warnings, labels),
-        constrained=parts.PossibleRobotDocument.made(constrained, base) if constrained is not None else None,
+        elimination=documents.EliminationDocument.made(result.elimination, result.warnings, base),
+        constrained=documents.PossibleRobotDocument.made(constrained, base) if constrained is not None else None,
         friction=result.choices or UNSET,
         chi2_by="formula" if estimate.robust is None else "jackknife",
         condition_number=raw,
         condition_number_scaled=scaled,
-        relative_residual=parts.ResidualDocument.of(estimate.fit),
-        validation=parts.ResidualDocument.of(result.validation) if result.validation else None,
+        relative_residual=documents.ResidualDocument.of(estimate.fit),
+        validation=documents.ResidualDocument.of(result.validation) if result.validation else None,
         rollouts=tuple(rollouts) or UNSET,
         reasons_against_use=result.verdict.reasons,
     ).made_by(result)

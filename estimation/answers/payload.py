@@ -23,23 +23,21 @@ from ..equations.equations import PAYLOAD, merged
 from ..equations.observer import Observer
 from ..fit.covariance import NORMAL95, few_blocks, student95
 from ..fit.estimate import Estimate, Gains, error_model, usual_gains
-from ..fit.linear_problem import Elimination, Excitation, excitation, weighted
+from ..fit.linear_problem import Elimination, Excitation, eliminate, excitation, weighted
 from ..fit.settings import DEFAULTS, Settings
 from ..payload import methods
 from ..payload.by_joints import repeats_of
-from ..payload.long_motion import LongMotion, payload_problem
-from ..payload.result import ConstrainedPayload, PayloadEstimate, constrain_payload, in_payload_frame, moved
+from ..payload.long_motion import LongMotion, in_payload_frame, payload_problem
+from ..payload.methods import ConstrainedPayload, PayloadEstimate, constrain_payload, moved
 from ..payload.short_motion import ShortMotion, difference_weighing, known_robot_weighing
 from ..payload.static import StaticMotion, static_weighing
 from ..possible.constraints import Constraint, KnownMass, SolverError
 from ..possible.payload import POSSIBLE, Weighing
-from ..results import parts
 from ..results import payload as documents
-from ..results.payload import PayloadResult
-from ..results.robot import RobotResult
+from ..results.payload import PayloadResult, TorquePrediction
+from ..results.robot import EliminationDocument, ProcessingDocument, ResidualDocument, RobotResult
 from ..signals.plausibility import check_given
-from .identification import held_out_fit, impossible_payload, impossible_robot
-from .system import TorquePrediction, payload_predictions, predictions
+from . import identification
 
 _VAGUE = "not measured well enough"
 # Most that may be done with mass, centre of mass and inertia, by the verdict.
@@ -73,7 +71,8 @@ class PayloadAnswer(Speaks, Brief):
         """Result that ``--json`` writes, ``answer.result.mass.low``; what was not determined is nan or None."""
         problem, source, robot, gains = self.problem, self.problem.source, self.problem.robot, self.gains
         evidence, by_joints = self.evidence, self.evidence.diagnosis.by_joints
-        flange, worst, scale = robot.flange_pose, worst_joint(by_joints, self.mass), self.scale
+        worst, scale, said = worst_joint(by_joints, self.mass), self.scale, robot.sources.get("flange", "")
+        place = PoseTable.of(robot.flange_pose) if robot.flange_pose else None
         (method, reason), possible, spread, ends = self.recommendation, self.possible, self.spread, self.intervals
         # Free estimates, then possible ones; of a payload that is visible in part what was determined.
         estimates: list[documents.FreeEstimate | documents.PossibleEstimate] = [
@@ -94,21 +93,22 @@ class PayloadAnswer(Speaks, Brief):
             own, check, steps = problem.robot_estimate, evidence.validation, self.elimination
             differing = {3, 4} | ({1} if problem.corrected and not problem.settings.free_friction else set())
             differs = bool(problem.friction) and any(estimate.method in differing for estimate in self.estimates)
-            # Of robot and payload together, as in Table 2, where method 4 was used.
-            names, noise = dict(zip(problem.base.columns, problem.base.names, strict=True)), problem.torque_noise
-            against = parts.ResidualDocument.of(check) if check else None
-            left = (own.fit.relative, own.fit.relative_per_joint) if own else (None, None)
-            solved, residual = problem.unloaded, parts.ResidualDocument(left[0], left[1], against)
+            against = ResidualDocument.of(check) if check else None
+            solved, residual = problem.unloaded, ResidualDocument(None, None, against)
+            residual = ResidualDocument.of(own.fit, validation=against) if own else residual
             counted: dict[str, Any] = {
                 "equations": (solved or loaded).equations,
                 "equations_loaded": loaded.equations,
                 "base_parameters": len(problem.base.columns),
                 "friction": "may differ" if differs else "own",
-                **(dict(zip(("torque_noise", "independent"), noise, strict=True)) if noise else {}),
             }
+            if problem.bare is not None and problem.unloaded is not None and problem.inflation and source.unloaded:
+                shown, inflation, first = problem.unloaded, np.median(problem.inflation), source.unloaded[0]
+                counted |= identification.torque_noise(problem.bare, shown, inflation, first, source.processing)
             keys: dict[str, Any] = {
                 "friction": source.choices or UNSET,
-                "essential": parts.EliminationDocument.made(steps, self.warnings, names) if steps else None,
+                # Of robot and payload together, as in Table 2, where method 4 was used.
+                "essential": EliminationDocument.made(steps, self.warnings, problem.base) if steps else None,
                 "left_out": {str(method): reason for method, reason in self.left_out.items()},
                 "repeats": evidence.repeats or UNSET,
             }
@@ -119,7 +119,7 @@ class PayloadAnswer(Speaks, Brief):
             standing = problem.standing if isinstance(problem, StaticMotion) else None
             # At rest inertia's columns are zero.
             solved = loaded.select([PAYLOAD[k] for k in problem.visibility.base.chosen] if standing else PAYLOAD)
-            residual = parts.ResidualDocument(self.free.estimate.fit.relative, unexplained, None)
+            residual = ResidualDocument(self.free.estimate.fit.relative, unexplained, None)
             friction = "free" if problem.known is None else "may differ" if held.held else "own"
             counted = {"equations": loaded.equations, "friction": friction}
             keys = {
@@ -141,13 +141,9 @@ class PayloadAnswer(Speaks, Brief):
             robot=robot.name,
             robot_title=robot.title or UNSET,
             frame=robot.payload_frame,
-            flange_in_payload_frame=(
-                documents.FlangeDocument.of(PoseTable.of(flange), source=robot.sources.get("flange", ""))
-                if flange
-                else UNSET
-            ),
+            flange_in_payload_frame=documents.FlangeDocument.of(place, source=said) if place else UNSET,
             rated_payload_kg=robot.rated_payload,
-            processing=parts.ProcessingDocument.made(robot, source.processing, source.loaded[0].gains),
+            processing=ProcessingDocument.made(robot, source.processing, source.loaded[0].gains),
             estimates=tuple(estimates),
             recommended=documents.Recommended(method, "constrained" if self.constrained else "wls", reason),
             gain_sigma=gains if gains is not None else UNSET,
@@ -157,9 +153,9 @@ class PayloadAnswer(Speaks, Brief):
             verdict=self.verdict,
             scale=(scale.mass, scale.sigma) if scale is not None else UNSET,
             relative_residual=residual,
-            data=documents.PayloadData(
-                rate=source.rate,
-                cutoff=source.processing.cutoff,
+            data=documents.PayloadData.of(
+                source,
+                source.processing,
                 lag_s=pairs[0].lag if pairs else None,
                 lags_s=tuple(pair.lag for pair in pairs),
                 max_position_mismatch_rad=apart.max_mismatch if apart else None,
@@ -192,7 +188,7 @@ class PayloadAnswer(Speaks, Brief):
         """Essential parameters of robot and payload together, where method 4 was used."""
         if not isinstance(self.problem, LongMotion) or all(payload.method != 4 for payload in self.constrained):
             return None
-        return methods.essential_combined(self.problem, self.problem.settings.essential)
+        return eliminate(self.problem.both, weighted(self.problem.both), self.problem.settings.essential)
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
@@ -205,14 +201,15 @@ class PayloadAnswer(Speaks, Brief):
             problem, methods.selected(problem, elimination.essential), elimination.estimate
         )
         elimination = replace(elimination, estimate=part)
-        return impossible_payload(elimination) + impossible_robot(problem.robot, problem.base, full, elimination)
+        of_robot = identification.impossible_robot(problem.robot, problem.base, full, elimination)
+        return identification.impossible_payload(elimination) + of_robot
 
     @cached_property
     def excitation(self) -> Excitation | None:
         """Excitation of robot and payload together (30); None without the robot's own equations."""
         if not isinstance(self.problem, LongMotion) or self.problem.unloaded is None:
             return None
-        return excitation(self.problem.both, methods.combined(self.problem))
+        return excitation(self.problem.both, weighted(self.problem.both))
 
     @cached_property
     def predictions(self) -> tuple[TorquePrediction, ...]:
@@ -221,8 +218,8 @@ class PayloadAnswer(Speaks, Brief):
         if own is None:
             return ()
         observer, curves = Observer(problem.robot, problem.base.columns), {"predicted": own.values}
-        held_out = predictions(observer, curves, self.held_out, problem.source.processing, True)
-        return held_out + payload_predictions(problem, self.recommended.body)
+        held_out = identification.predictions(observer, curves, self.held_out, problem.source.processing, True)
+        return held_out + identification.payload_predictions(problem, self.recommended.body)
 
 
 @one_thread()
@@ -251,8 +248,7 @@ def identify_payload(
     >>> f"{result.mass.value:.1f} kg"
     '7.0 kg'
     """
-    check_given(robot, loaded, unloaded)
-    robot, stored = _described(robot, known)
+    robot, stored = _described(robot, known, loaded, unloaded)
     problem = payload_problem(robot, loaded, unloaded, stored, settings)
     return answer_payload(problem, constraints=constraints).result
 
@@ -281,8 +277,7 @@ def weigh(
     >>> f"{weigh(robot, loaded, unloaded).mass.value:.0f} kg"
     '7 kg'
     """
-    check_given(robot, loaded, unloaded)
-    problems, (robot, stored) = [], _described(robot, known)
+    problems, (robot, stored) = [], _described(robot, known, loaded, unloaded)
     if unloaded:
         problems.append(difference_weighing(robot, loaded, unloaded, settings))
     if stored is not None:
@@ -315,8 +310,9 @@ def weigh_at_rest(
     return answer_payload(problem, constraints=constraints).result
 
 
-def _described(robot: Robot, known: RobotResult | Estimate | None) -> tuple[Robot, Estimate | None]:
-    """Describe the robot as an earlier identification of it did, and take its parameters."""
+def _described(robot: Robot, known: RobotResult | Estimate | None, *logs: object) -> tuple[Robot, Estimate | None]:
+    """Describe the robot as an earlier identification of it did, and take its parameters; refuse what is no log."""
+    check_given(robot, *logs)
     if isinstance(known, RobotResult):
         return known.applied_to(robot), known.estimate
     if known is not None and not isinstance(known, Estimate):
@@ -363,7 +359,7 @@ def answer_payload(
     free = [allowing(estimate, diagnosis, stated) for estimate in free]
     own, validation = problem.robot_estimate, None
     if own is not None and held_out:
-        validation = held_out_fit(problem.robot, problem.base, own, held_out, problem.settings)
+        validation = identification.held_out_fit(problem.robot, problem.base, own, held_out, problem.settings)
     constrained, failures = list[ConstrainedPayload](), dict[int, SolverError]()
     for estimate in free:
         hard = [known for known in constraints if not (isinstance(known, KnownMass) and estimate.from_scale)]
@@ -374,9 +370,8 @@ def answer_payload(
             failures[estimate.method] = error
     # Where no method found a possible payload, all are shown.
     shown = [estimate for estimate in free if estimate.method not in failures] or free
-    recommendation = method, _ = methods.recommended_method(
-        problem, [payload.method for payload in constrained or shown]
-    )
+    found = [payload.method for payload in constrained or shown]
+    recommendation = method, _ = methods.recommended_method(problem, found)
     best = next(estimate for estimate in shown if estimate.method == method)
     possible = next((payload for payload in constrained if payload.method == method), None)
     model = error_model(best.estimate, gains)

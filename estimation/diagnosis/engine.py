@@ -20,8 +20,7 @@ from ...model import INERTIAL, Processing, Recording, Robot
 from ...model.drives import parameter_kind
 from ...model.regressors import own_columns, payload_columns, regressor_at
 from ..fit.linear_problem import Known
-from ..payload.long_motion import Source
-from ..payload.result import frame_change
+from ..payload.long_motion import Source, frame_change
 from ..signals.filtering import lowpass, measurement, taken
 from ..signals.rows import used_rows
 

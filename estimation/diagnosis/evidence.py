@@ -13,7 +13,7 @@ from ...model.inertia import PayloadSpread
 from ..fit.estimate import Estimate, Fit
 from ..payload.by_joints import ByJoints, Repeats
 from ..payload.long_motion import Source
-from ..payload.result import ConstrainedPayload, PayloadEstimate
+from ..payload.methods import ConstrainedPayload, PayloadEstimate
 from ..payload.static import StaticMotion
 from ..signals.alignment import AlignedPair
 from .engine import Effect

@@ -18,7 +18,7 @@ from ...model.frames import point_at
 from ...model.friction import is_friction
 from ...model.regressors import payload_columns, regressor_at
 from ..equations.equations import PAYLOAD
-from ..payload.result import frame_change
+from ..payload.long_motion import frame_change
 from .engine import BLOCKS, STRETCH, Effect, System, solved
 from .evidence import Evidence, Finding, error, note, warning
 

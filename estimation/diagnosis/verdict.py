@@ -15,8 +15,7 @@ from ..fit.covariance import NORMAL95
 from ..fit.estimate import Gains, error_model
 from ..payload.by_joints import payload_by_joints
 from ..payload.long_motion import prior_of
-from ..payload.methods import PayloadProblem
-from ..payload.result import PayloadEstimate, moved
+from ..payload.methods import PayloadEstimate, PayloadProblem, moved
 from ..payload.short_motion import ShortMotion
 from ..payload.static import StaticMotion
 from . import checks

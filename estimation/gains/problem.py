@@ -30,8 +30,7 @@ from ...model.regressors import regressor_at
 from ..equations.equations import PAYLOAD, Equations, check_blocks, merged, triangular
 from ..equations.observer import Arrays
 from ..fit.settings import DEFAULTS, Candidates, Settings
-from ..payload.long_motion import LongMotion, Source, payload_problem
-from ..payload.result import in_payload_frame
+from ..payload.long_motion import LongMotion, Source, in_payload_frame, payload_problem
 from ..possible.constraints import ConeProgram, SolverError, solve_cone
 from ..possible.robot import POWERS, drive_rules, link_indices, typical_length
 from ..signals.plausibility import without_dead

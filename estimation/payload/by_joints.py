@@ -7,7 +7,7 @@ recordings of one payload show how they scatter and how they drift.
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from msgspec import UNSET, UnsetType
@@ -20,8 +20,8 @@ from ..fit.estimate import error_model
 from ..fit.linear_problem import LinearProblem
 from ..possible.payload import rise_p_value
 from .methods import PayloadProblem, from_difference, from_robot, payload_estimate
-from .pairs import Order
 from .short_motion import ShortMotion
+from .static import Order
 
 _BLURRED = 0.05  # of noise in the torque that the other joints' payload predicts: above, a ratio says nothing
 _HIDDEN = 1e-6  # fraction of the mass in undetermined directions above which it is not visible
@@ -48,18 +48,12 @@ class JointsMass(Document, frozen=True):
 
     @classmethod
     def made(
-        cls,
-        joints: Sequence[int],
-        mass: float | None = None,
-        sigma: float = float("nan"),
-        degrees_of_freedom: float = float("inf"),
-        share: float | UnsetType | None = UNSET,
-        share_sigma: float | UnsetType = UNSET,
+        cls, joints: Sequence[int], mass: float | None = None, sigma: float = np.nan, dof: float = np.inf, *own: Any
     ) -> Self:
-        """Take a mass, if there is one, with the interval by Student's t of so many degrees of freedom."""
-        half = student95(degrees_of_freedom) * sigma
+        """Take a mass, if there is one, its interval by Student's t of ``dof`` degrees of freedom, and a ratio."""
+        half = student95(dof) * sigma
         interval95 = None if mass is None else (mass - half, mass + half)
-        return cls(tuple(joints), mass is not None, mass, sigma, interval95, share, share_sigma)
+        return cls(tuple(joints), mass is not None, mass, sigma, interval95, *own)
 
     @property
     def name(self) -> str:
@@ -135,9 +129,8 @@ def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
     numbers = [None if np.isnan(value) else float(value) for value in np.where(blind, np.nan, values)]
     sigmas = np.sqrt(variance).tolist()
     # The first groups are the single joints, to which the ratios belong.
-    ratios = [*zip(numbers[len(groups) :], sigmas[len(groups) :], strict=True)]
-    shares = [*ratios, *[(UNSET, UNSET)] * (len(groups) - len(joints))]
-    every = zip(groups, numbers, sigmas, shares, strict=False)
+    ratios: list[tuple[Any, ...]] = [*zip(numbers[len(groups) :], sigmas[len(groups) :], strict=True)]
+    every = zip(groups, numbers, sigmas, [*ratios, *[()] * len(groups)], strict=False)
     masses = tuple(JointsMass.made(group, mass, sigma, dof, *share) for group, mass, sigma, share in every)
     return ByJoints(masses[: len(listed)], masses[len(listed) :], dof)
 
@@ -205,16 +198,14 @@ class Repeats(Document, frozen=True):
         k = np.flatnonzero(np.isfinite(masses))
         seen, own = np.array(masses)[k], np.array(sigmas)[k]
         text, at = (order.text, order.gaps[k]) if order is not None and order.gaps.size else ("", k)
-        step, sigma, taken_off = None, None, np.zeros(len(k))
+        step, sigma = None, None
         if len(k) > (1 if text else 2):  # slope over the recordings' numbers, and its deviation by their scatter
-            A = np.column_stack([np.ones(len(k)), at]) / own[:, None]
-            parts = decomposed(A)
-            slope = parts.solution(seen / own)
-            left = float(np.sum((seen / own - A @ slope) ** 2)) / max(len(k) - 2, 1)
-            taken_off = slope[1] * at if text else taken_off
-            step, sigma = float(slope[1]), float(np.sqrt((parts.covariance * max(left, 1.0))[1, 1]))
+            line, C = np.polyfit(at, seen, 1, w=1.0 / own, cov="unscaled")
+            left = float(np.sum(((seen - np.polyval(line, at)) / own) ** 2)) / max(len(k) - 2, 1)
+            step, sigma = float(line[0]), float(np.sqrt(C[0, 0] * max(left, 1.0)))
         trend = not text and sigma and step and rise_p_value((step / sigma) ** 2, 1, float(len(k) - 2)) < _DRIFTS
-        spread, excess = float(np.std(seen, ddof=1)) if len(k) > 1 else float("nan"), birge(seen - taken_off, own)
+        spread = float(np.std(seen, ddof=1)) if len(k) > 1 else float("nan")
+        excess = birge(seen - (step * at if text and step else 0.0), own)
         given = tuple(sources), tuple(masses), tuple(sigmas)
         return cls(*given, spread, excess, step, sigma, bool(trend), text or UNSET)
 

@@ -8,34 +8,41 @@ no block of time shows it. It is taken off by parameters fitted to the recording
 what it changes is part of the uncertainty: alignment takes part of a sag for a delay.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
+from itertools import groupby, pairwise, product
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...common import Array, Brief, InputError, decomposed, one_thread
+from ...common import Array, Brief, InputError, decomposed, frozen_array, one_thread
 from ...common.errors import listed
 from ...common.schema import naming
-from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, base_parameters
+from ...model import BaseParameters, InertialParameters, Processing, Recording, Robot, base_parameters
 from ...model.drives import joint_of, parameter_kind
 from ...model.friction import is_friction
+from ...model.inertia import INERTIAL
 from ...model.motion import Measurement
+from ...model.pose import Pose
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations, check_blocks, merged
-from ..equations.observer import PATH, Observation, Observer, Used, recorded, reduced, used
+from ..equations.observer import PATH, Observation, Observer, Used, known_spring, recorded, reduced, used
 from ..fit import covariance
 from ..fit.covariance import weighted_solution
 from ..fit.estimate import Estimate, Fit, error_model
-from ..fit.linear_problem import Known, LinearProblem, SoftPrior, left_out, weighted
+from ..fit.linear_problem import Known, SoftPrior, left_out, weighted
 from ..fit.own_equations import TermChoice, check_moving, filtered, under_own_load, with_friction
 from ..fit.settings import DEFAULTS, Settings
-from ..signals.alignment import AlignedPair, best_aligned, check_mismatch
+from ..signals.alignment import AlignedPair, aligned, best_aligned, check_mismatch
 from ..signals.filtering import grid_rate, measurement
 from ..signals.plausibility import check_apart, check_given, check_recordings, without_dead
-from .pairs import PairedMeasurement, Recordings, cut_alike, torque_change
+from ..signals.rows import cut, origin, shortest_piece
+
+_TRIED = 12  # number of combinations of pieces that are aligned in search of the lag
+Recordings = Sequence[Recording]
 
 
 class Source(NamedTuple):
@@ -77,16 +84,10 @@ class LongMotion(Brief):
     few: bool = False  # blocks as long as that memory asks for would be too few, so that shorter ones were cut
 
     def __post_init__(self) -> None:
-        """Refuse another model's robot, and blocks of one motion that are not as many."""
-        check_known(self.robot, self.base, self.known)
+        """Refuse blocks of one motion that are not as many."""
         counts = {len(part.blocks) for part in (self.loaded, self.unloaded, self.difference) if part}
-        if self.paired and self.loaded.blocks and len(counts) > 1:
+        if self.difference and self.difference.blocks and self.loaded.blocks and len(counts) > 1:
             raise ValueError("paired blocks must be as many without and with payload")
-
-    @property
-    def paired(self) -> bool:
-        """True if the blocks with and without payload are of one motion."""
-        return self.difference is not None and bool(self.difference.blocks)
 
     @property
     def why_no_pair(self) -> str:
@@ -106,18 +107,6 @@ class LongMotion(Brief):
     def robot_estimate(self) -> Estimate | None:
         """Robot's own parameters: by recordings without payload, else those of an earlier identification."""
         return self.bare or self.known
-
-    @property
-    def torque_noise(self) -> tuple[Array, float] | None:
-        """Errors without payload: sigma of each joint, memory counted [N·m or N], and independent ones a second.
-
-        None where there are no such recordings, or their memory was not asked for.
-        """
-        own, source = self.bare, self.source
-        if own is None or self.unloaded is None or not self.inflation or not source.unloaded:
-            return None
-        rate = source.processing.equations_a_second(source.unloaded[0].rate)
-        return np.sqrt(np.median(self.inflation)) * own.noise, rate * self.unloaded.independent
 
     @property
     def robot_known(self) -> Known:
@@ -156,7 +145,7 @@ class LongMotion(Brief):
         if self.unloaded is None:
             raise InputError("method 4 needs a recording without payload")
         unloaded = self.unloaded.select(loaded.columns)
-        if not (self.paired and unloaded.blocks and loaded.blocks):
+        if not (self.difference and unloaded.blocks and loaded.blocks):  # not of one motion
             return merged([unloaded, loaded])
         both = tuple(map(merged, zip(unloaded.blocks, loaded.blocks, strict=True)))
         return replace(merged([unloaded.whole, loaded.whole]), blocks=both, block_length=loaded.block_length)
@@ -169,30 +158,30 @@ class LongMotion(Brief):
         """
         loaded, unloaded = len(self.loaded.blocks), len(self.unloaded.blocks) if self.unloaded else 0
         check_blocks(loaded, unloaded or loaded)
-        if self.paired:
+        if self.difference:
             return (tuple((b, b if unloaded else -1) for b in range(loaded)),)
         groups = tuple((-1, b) for b in range(unloaded)), tuple((b, -1) for b in range(loaded))
         return tuple(filter(None, groups))
 
 
-def check_known(robot: Robot, base: BaseParameters, known: Estimate | None) -> None:
-    """Refuse a robot known earlier whose parameters are not those of this model."""
-    if known is not None and known.names != base.columns:
-        missing = sorted(set(known.names) ^ set(base.columns)) or ["their order"]
-        raise InputError(
-            f"the stored robot parameters are of another model of {robot.name}: they differ in "
-            f"{', '.join(missing[:8])}: identify the robot again with the same options"
-        )
-
-
 def measured_part(known: Estimate, robot: Robot) -> Estimate:
-    """Take a robot known earlier in the base parameters that are left where joints' torques are not measured."""
+    """Take a robot known earlier in the base parameters that are left where joints' torques are not measured.
+
+    Raises:
+        InputError: if its parameters are not those of this model.
+    """
     if not known.fit.rows:  # values of the user's own owe nothing to the errors of any joint's gain
         S, none = np.zeros((len(known.values), robot.n)), np.zeros(robot.n)
         known = replace(known, fit=Fit(none, none, (0,) * robot.n), gain_sensitivity=S)
     base = base_parameters(robot)
     if robot.drives.unmeasured and set(known.names) <= set(base.standard):
         return known.mapped(base.effect_of(known.names), base.columns)
+    if known.names != base.columns:
+        missing = sorted(set(known.names) ^ set(base.columns)) or ["their order"]
+        raise InputError(
+            f"the stored robot parameters are of another model of {robot.name}: they differ in "
+            f"{', '.join(missing[:8])}: identify the robot again with the same options"
+        )
     return known
 
 
@@ -213,6 +202,84 @@ def prior_of(known: Estimate | None, inflation: tuple[float, ...], loaded: Equat
     factors = [factor for factor, rows in zip(inflation, loaded.rows, strict=True) if rows]
     model = error_model(replace(known, gain_covariance=None))
     return stored_robot(model)._replace(inflation=float(np.median(factors)))
+
+
+class PairedMeasurement(NamedTuple):
+    """Measurements of one trajectory without and with payload, on the loaded recording's time."""
+
+    unloaded: Measurement
+    loaded: Measurement
+    lag: float = 0.0  # what the loaded recording's clock shows more than the unloaded one's own [s]
+
+
+def torque_change(robot: Robot, unloaded: Measurement, loaded: Measurement, path: Array) -> Measurement:
+    """Difference of torques Y_T - Y_wL on the loaded motion; ``path``: by which the robot's own differ there.
+
+    The observer moves the spring's torque into Y; in a difference it is there twice, and the first goes along.
+    """
+    spring = known_spring(robot)
+    earlier = None if spring is None else spring.torque(unloaded.motion.q[:, spring.joint - 1])
+    return Measurement(loaded.motion, loaded.torque - unloaded.torque, earlier, path)
+
+
+def cut_alike(
+    loaded: Recordings, unloaded: Recordings, processing: Processing
+) -> tuple[Recordings, Recordings, Sequence[float | None]]:
+    """Cut recordings alike where gaps split those of one file into more pieces; give the known lags [s] besides.
+
+    They stay as they are where they form pairs already, or where no pairs can be made of them. The pieces of a file
+    follow each other; the k-th file without payload is of the trajectory of the k-th with it.
+    """
+    whole = tuple(loaded), tuple(unloaded), (None,) * len(loaded)
+    loaded_files, unloaded_files = ([[*own] for _, own in groupby(files, origin)] for files in (loaded, unloaded))
+    if len(loaded) == len(unloaded) or len(loaded_files) != len(unloaded_files):
+        return whole
+    with suppress(InputError):  # no pair of one trajectory: method 3 refuses it where it is asked for
+        files = zip(unloaded_files, loaded_files, strict=True)
+        if pairs := [pair for a, b in files for pair in _pieces(a, b, processing)]:
+            unloaded_pieces, loaded_pieces, lags = zip(*pairs, strict=True)
+            return loaded_pieces, unloaded_pieces, lags
+    return whole
+
+
+def _pieces(
+    unloaded: Recordings, loaded: Recordings, processing: Processing
+) -> Iterator[tuple[Recording, Recording, float | None]]:
+    """Pair pieces of two files between the gaps of either, on the same stretches of the motion, lags besides."""
+    if len(unloaded) == len(loaded) == 1:
+        yield unloaded[0], loaded[0], None
+        return
+    # The lag of the files' clocks is that of two pieces that are alike, the longest first.
+    longest = sorted(product(unloaded, loaded), key=lambda pair: -min(float(np.ptp(one.t)) for one in pair))
+    for a, b in longest[:_TRIED]:
+        with suppress(InputError):
+            lag = aligned(a, b, grid_rate(b, processing), processing.max_mismatch).lag
+            break
+    else:
+        raise InputError(f"{origin(unloaded[0])} and {origin(loaded[0])} are not the same trajectory")
+    gaps = sorted(
+        0.5 * float(before.t[-1] + after.t[0]) + ahead
+        for pieces, ahead in ((loaded, 0.0), (unloaded, lag))
+        for before, after in pairwise(pieces)
+    )
+    least = shortest_piece(processing.cutoff)
+
+    def within(pieces: Recordings, low: float, high: float, partner: Recording) -> Recording | None:
+        """Cut out what of a file lies between two times and is long enough; ``partner`` is named in a note."""
+        for piece in pieces:
+            rows = slice(*(int(row) for row in np.searchsorted(piece.t, [low, high])))
+            if rows.stop - rows.start > 1 and piece.t[rows.stop - 1] - piece.t[rows.start] >= least:
+                note = (
+                    f"cut where {Path(origin(partner)).name} lacks rows, so that method 3 compares what both have"
+                )
+                return next(cut(piece, [rows], [note] * (rows != slice(0, len(piece.t)))))
+        return None
+
+    for low, high in pairwise([-np.inf, *gaps, np.inf]):
+        without = within(unloaded, low - lag, high - lag, loaded[0])
+        under_load = within(loaded, low, high, unloaded[0])
+        if without is not None and under_load is not None:
+            yield without, under_load, lag
 
 
 @one_thread()
@@ -369,7 +436,6 @@ _UNSURE = 0.25  # fraction of the path's correction that may be wrong (1 sigma)
 _SMALL = 1e-3  # smallest singular value over the largest, columns scaled, that recordings without payload show
 _OFFSETS = 0.012  # sigma of a constant torque's change, of the arm's largest Coulomb friction: .2 N·m on a UR10e
 _NONE = 1e-9  # fraction of the arm's largest friction below which a joint has none
-_SCALE = "scale under load"
 
 
 def robot_of(unloaded: Equations) -> Array:
@@ -408,20 +474,17 @@ def friction_changes(robot: Estimate, inflation: Sequence[float], ratio: float) 
     return {name: SoftPrior(sigma, inflation[joint_of(name)]) for name, sigma in sigmas.items() if sigma > least}
 
 
-def with_scale(loaded: Equations, robot: Known, role: SoftPrior) -> tuple[Equations, dict[str, SoftPrior]]:
-    """Add one column for the scale under load, and ``role``, the prior of its difference from 1.
+def in_payload_frame(robot: Robot, equations: Equations) -> Equations:
+    """Transform equations whose payload stands in frame n to the ten parameters about ``robot.payload_frame``."""
+    if robot.flange.is_identity:
+        return equations
+    indices, M = [equations.columns.index(name) for name in PAYLOAD], np.eye(len(equations.columns))
+    M[np.ix_(indices, indices)] = frame_change(robot.flange)
+    return equations.transformed(M, equations.columns)
 
-    1 % of it (drives warm up, sensors drift) moves the mass by several percent, for the arm weighs more than its
-    payload. It scales the torque of both, without friction; the payload's own is therefore found first.
-    """
 
-    def scaled_by(scaled: Mapping[str, float]) -> Equations:
-        column = [scaled.get(name, 0.0) for name in loaded.columns]
-        return loaded.transformed(np.column_stack([np.eye(len(column)), column]), (*loaded.columns, _SCALE))
-
-    every = zip(robot.names, robot.values.tolist(), strict=True)
-    rigid = {name: value for name, value in every if not is_friction(name)}
-    near = {_SCALE: role}
-    values = LinearProblem(scaled_by(rigid), (*PAYLOAD, _SCALE), (robot,), near).solved().values
-    payload = values[:-1] / (1.0 + values[-1])
-    return scaled_by(rigid | dict(zip(PAYLOAD, payload.tolist(), strict=True))), near
+@lru_cache(maxsize=64)
+def frame_change(pose: Pose) -> Array:
+    """Matrix that changes the frame of a body's ten parameters, 10 x 10; ``pose``: of theirs in the one wanted."""
+    columns = [InertialParameters(unit).moved(pose.R, pose.p).vector for unit in np.eye(10)]
+    return frozen_array(np.column_stack(columns), (10, 10), "change of frame")

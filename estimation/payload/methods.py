@@ -6,25 +6,151 @@ chi are the robot's base parameters, W their columns; chi_L the payload's ten, W
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import chain
 
 import numpy as np
 
 from ...common import Array, Brief, InputError, decomposed, one_thread
+from ...model import InertialParameters
 from ...model.drives import parameter_kind
 from ...model.friction import is_friction
+from ...model.inertia import PayloadSpread, payload_spread
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import PATH
 from ..fit.covariance import FEW, RobustCovariance, Rule, jackknife, naming_blocks
-from ..fit.estimate import Estimate, fit
-from ..fit.linear_problem import Elimination, LinearProblem, SoftPrior, StopRule, eliminate, left_out, weighted
-from .long_motion import LongMotion, known_path, prior_of, with_scale
-from .result import PayloadEstimate, frame_change, in_payload_frame
+from ..fit.estimate import Estimate, Gains, error_model, fit
+from ..fit.linear_problem import LinearProblem, SoftPrior, left_out, weighted
+from ..possible.constraints import Constraint
+from ..possible.intervals import NO_INTERVALS, Intervals, profile_intervals
+from ..possible.payload import CONFLICT, POSSIBLE, Active, Possible, solve_constrained, tested
+from .long_motion import LongMotion, frame_change, in_payload_frame, known_path, prior_of
 from .short_motion import ShortMotion
 from .static import StaticMotion
 
 PayloadProblem = LongMotion | ShortMotion
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PayloadEstimate(Brief):
+    """Payload estimated by one method: all ten parameters, or those that a short motion determines."""
+
+    method: int  # 1 to 4
+    estimate: Estimate  # of ``PAYLOAD``, about the origin of ``frame``
+    frame: str
+    without_robust: str = ""  # why there are no robust standard deviations although they were asked for
+    from_scale: bool = False  # whether the mass is a scale's, not the torques'
+
+    @cached_property
+    def indices(self) -> tuple[int, ...]:
+        """Indices of the determined parameters among the ten."""
+        return tuple(PAYLOAD.index(name) for name in self.estimate.names)
+
+    def unexplained(self, torque_rms: Array) -> Array:
+        """Ratio of each joint's error to another torque (rms), shape (n,); nan without equations or torque."""
+        fit = self.estimate.fit
+        there = (np.array(fit.rows) > 0) & (torque_rms > 0.0)
+        return np.asarray(fit.rms / np.where(there, torque_rms, np.nan))
+
+    @property
+    def ten(self) -> Array:
+        """Ten parameters, nan where not determined, shape (10,)."""
+        values = np.full(len(PAYLOAD), np.nan)
+        values[list(self.indices)] = self.estimate.values
+        return values
+
+    @cached_property
+    def body(self) -> InertialParameters:
+        """Payload as a body; all ten must be determined."""
+        return InertialParameters(self.estimate.values)
+
+    @property
+    def mass(self) -> float:
+        """Mass [kg]."""
+        return self.body.mass
+
+    @cached_property
+    def spread(self) -> PayloadSpread:
+        """Standard deviations of mass, centre of mass and inertia there by the formula's covariance."""
+        return payload_spread(self.ten, self.estimate.covariance, self.indices)
+
+
+def moved(
+    estimate: PayloadEstimate, change: Array | None = None, more: Array | None = None, factor: float | Array = 1.0
+) -> PayloadEstimate:
+    """Change the values, multiply sigmas by one ``factor`` or one each and add ``more`` covariance; of the ten."""
+    indices, own = list(estimate.indices), estimate.estimate
+    wider = 0.0 if more is None else more[np.ix_(indices, indices)]
+    factors = np.outer(factor, factor)
+    robust = own.robust and replace(own.robust, covariance=factors * own.robust.covariance + wider)
+    values = own.values if change is None else own.values + change[indices]
+    covariance = factors * own.covariance + wider
+    return replace(estimate, estimate=replace(own, values=values, covariance=covariance, robust=robust))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ConstrainedPayload(Brief):
+    """Payload nearest to one method's estimate among those that keep the constraints.
+
+    Distance, p-value and intervals go by the covariance of ``error_model``, that of ``result.free``.
+    """
+
+    free: PayloadEstimate  # the method's own estimate
+    result: Possible
+    intervals: Intervals  # 95 %; nan where a constraint contradicts the data
+    gains: Gains | None  # errors that are part of the covariance; None where gains are taken as exact
+    tested: tuple[Active, ...]  # active constraints with the probability of what each costs
+
+    @property
+    def method(self) -> int:
+        """Number of the method, 1 to 4."""
+        return self.free.method
+
+    @property
+    def body(self) -> InertialParameters:
+        """Payload as a body that can exist."""
+        return self.result.body
+
+    @property
+    def mass(self) -> float:
+        """Mass [kg]."""
+        return self.body.mass
+
+    @cached_property
+    def principal_moments(self) -> Array:
+        """Principal moments of inertia at the centre of mass, rising [kg m^2], shape (3,)."""
+        return np.asarray(np.linalg.eigvalsh(self.body.inertia_com))
+
+    @property
+    def conflicts(self) -> tuple[Active, ...]:
+        """Active constraints that contradict the data."""
+        return tuple(constraint for constraint in self.tested if constraint.conflict)
+
+    @property
+    def conflict(self) -> bool:
+        """True if a constraint or a weighed mass, or all of them together, contradict the data."""
+        apart = any(weighing.conflict for weighing in self.result.weighings)
+        return apart or bool(self.conflicts) or self.result.p_value < CONFLICT
+
+
+def constrain_payload(
+    free: PayloadEstimate, constraints: Sequence[Constraint] = POSSIBLE, gains: Gains | None = None
+) -> ConstrainedPayload:
+    """Find the nearest payload that keeps the constraints, with intervals; all ten must be determined.
+
+    That the body can exist is always demanded; ``gains``: taken as exact by default.
+
+    Raises:
+        InputError: if the covariance does not determine every parameter, or what the result owes to the drive gains
+            is not known.
+        SolverError: for anything but a clean solve, as when no body holds all constraints.
+    """
+    result = solve_constrained(error_model(free.estimate, gains), constraints)
+    tests = tested(result)
+    contradicted = result.p_value < CONFLICT or any(test.conflict for test in tests)
+    intervals = NO_INTERVALS if contradicted else profile_intervals(result)
+    return ConstrainedPayload(free, result, intervals, gains, tests)
 
 
 def from_robot(motion: LongMotion) -> LinearProblem:
@@ -99,14 +225,6 @@ class ChangeOfParameters(Brief):
         )
         return np.array([_generalised(self.G, chi_b[b] - chi_a[a], C_a[a] + C_b[b])[0] for b, a in pairs])
 
-    def lasting(self, weights: Array) -> Array:
-        """Between-session covariance: none, blocks hold all recordings that it uses."""
-        return np.zeros((10, 10))
-
-    def sandwich(self, weights: Array, inflation: Sequence[float]) -> Array:
-        """HAC (sandwich) covariance: the formula's times the median over joints of the inflation by memory."""
-        return np.asarray(float(np.median(inflation)) * self.solved(weights).covariance)
-
 
 def _generalised(G: Array, change: Array, C: Array) -> tuple[Array, Array, Array]:
     """Solve G x = change with covariance C by generalised least squares: x, its covariance, x by the change."""
@@ -148,7 +266,7 @@ def global_fit(motion: LongMotion) -> LinearProblem:
     """Method 4, (30): [Y_a; Y_T] = [W_a 0; W_T W_L] [chi; chi_L], all recordings at once.
 
     Wanted: chi_L. Free: chi, common to both. Beyond the paper: changes of friction under load, and of the torques'
-    scale where it is free, have soft priors about zero; ``combined`` is (30) to the letter.
+    scale where it is free, have soft priors about zero; ``weighted(motion.both)`` is (30) to the letter.
     """
     loaded, changes = under_load(motion, motion.friction)
     return LinearProblem(motion.with_unloaded(loaded), PAYLOAD, soft=changes, shown=loaded)
@@ -157,18 +275,28 @@ def global_fit(motion: LongMotion) -> LinearProblem:
 def under_load(motion: LongMotion, friction: Mapping[str, SoftPrior]) -> tuple[Equations, dict[str, SoftPrior]]:
     """[W W_L], the payload in its frame, and columns near zero for all that may be another one under load.
 
-    Frictions may, and the scale of the torques, where it is free.
+    Frictions may, and the scale of the torques, where it is free: 1 % of it (drives warm up, sensors drift) moves
+    the mass by several percent, for the arm weighs more than its payload.
     """
     loaded, near = motion.loaded, dict[str, SoftPrior]()
     if motion.settings.scale_sigma > 0.0:
-        role = SoftPrior(motion.settings.scale_sigma, max(motion.inflation, default=1.0))
-        loaded, near = with_scale(loaded, motion.robot_known, role)
+        robot, columns = motion.robot_known, (*loaded.columns, _SCALE)
+        near[_SCALE] = SoftPrior(motion.settings.scale_sigma, max(motion.inflation, default=1.0))
+        # It scales the torque of both, without friction; the payload's own is therefore found first.
+        every = zip(robot.names, robot.values.tolist(), strict=True)
+        scaled = {name: value for name, value in every if not is_friction(name)}
+        for _ in range(2):
+            column = [scaled.get(name, 0.0) for name in columns[:-1]]
+            loaded = motion.loaded.transformed(np.column_stack([np.eye(len(column)), column]), columns)
+            values = LinearProblem(loaded, (*PAYLOAD, _SCALE), (robot,), near).solved().values
+            scaled |= zip(PAYLOAD, (values[:-1] / (1.0 + values[-1])).tolist(), strict=True)
     loaded = in_payload_frame(motion.robot, loaded)
     M = np.eye(len(loaded.columns))[:, [*range(len(loaded.columns)), *map(loaded.columns.index, friction)]]
     changes = {f"{name} under load": role for name, role in friction.items()}
     return loaded.transformed(M, (*loaded.columns, *changes)), near | changes
 
 
+_SCALE = "scale under load"
 _FORMULA_ONLY = (
     "the stored robot parameters have the formula's standard deviations only: identify the robot again, by a "
     "longer recording"
@@ -242,16 +370,6 @@ def selected(motion: LongMotion, names: Sequence[str]) -> LinearProblem:
     return LinearProblem(motion.both.select(names), tuple(names))
 
 
-def combined(motion: LongMotion) -> Estimate:
-    """Estimate robot and payload parameters of (30) to the letter, columns base, then ``PAYLOAD``."""
-    return selected(motion, motion.loaded.columns).solved()
-
-
-def essential_combined(motion: LongMotion, rule: StopRule | None = None) -> Elimination:
-    """Find essential parameters of robot and payload (in frame n) together, as in Table 2."""
-    return eliminate(motion.both, combined(motion), rule)
-
-
 def with_robust(
     problem: PayloadProblem, posed: Posed, estimate: Estimate | None = None, rule: Rule | None = None
 ) -> tuple[Estimate, str]:
@@ -278,7 +396,8 @@ def with_robust(
                     raise
         if robust is not None:
             blocks, few = robust.blocks, problem.corrected and robust.degrees_of_freedom + 1 < FEW
-            lasting = posed.lasting(weights)  # what no block shows; none where nothing known is made use of
+            # What no block shows; none where nothing known is made use of, as by method 2.
+            lasting = posed.lasting(weights) if isinstance(posed, LinearProblem) else 0.0 * estimate.covariance
             if lasting.any():
                 # A robot that was identified earlier adds its own robust covariance, propagated.
                 if long and known is not None and own is None:
@@ -297,7 +416,9 @@ def with_robust(
         # By how much each joint's errors remember; the jackknife's sigmas count where they are larger.
         if not problem.inflation:
             raise InputError("a sandwich needs recordings in blocks of time: how long errors remember is not known")
-        covariance = posed.sandwich(weights, problem.inflation)
+        covariance = float(np.median(problem.inflation)) * estimate.covariance
+        if isinstance(posed, LinearProblem):
+            covariance = posed.sandwich(weights, problem.inflation)
         # A stored robot that a short loaded recording corrects has too few blocks for a jackknife: it is left out.
         if robust is not None and not problem.corrected:
             wider = np.maximum(robust.sigma / np.sqrt(np.diag(covariance)), 1.0)

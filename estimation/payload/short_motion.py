@@ -39,18 +39,7 @@ from ..signals.alignment import aligned
 from ..signals.filtering import decimated, grid_rate, measurement
 from ..signals.plausibility import check_apart, check_recordings, without_dead
 from ..signals.rows import moving_parts
-from .long_motion import (
-    Source,
-    check_known,
-    friction_changes,
-    known_path,
-    measured_part,
-    prior_of,
-    robot_of,
-    stored_robot,
-)
-from .pairs import torque_change
-from .result import in_payload_frame
+from . import long_motion
 
 OFFSET_SHARE = 0.033
 """Standard deviation of the change between two recordings over a joint's Coulomb friction.
@@ -187,17 +176,16 @@ def with_ripple(source: str, recording: Observation, data: Used) -> tuple[list[W
 
     ``recording``: the equations of ``data``, in the columns of the payload, of what is free, and ``PATH``.
     """
-    waves, found, most = list[Wave](), list[Array](), 0
+    waves, found = list[Wave](), list[Array]()
     for j, (W, Y, t) in enumerate(zip(recording.W, recording.Y, recording.t, strict=True)):
         own = _waves(data, j, W[:, :-1], Y, t)
         found.append(np.hstack([W, *(columns for *_, columns in own)]))
         waves += [Wave(source, j + 1, wave, float(np.sqrt(2.0 * gain / len(Y)))) for wave, gain, _ in own]
-        most = max(most, found[-1].shape[1])
     if not waves:
         return [], recording
+    most, rest = max(W.shape[1] for W in found), (recording.t, recording.bandwidth, recording.motors)
     names = (*recording.columns, *(f"{FREE}{k}" for k in range(most - len(recording.columns))))
     wide = [np.pad(W, ((0, 0), (0, most - W.shape[1]))) for W in found]
-    rest = recording.t, recording.bandwidth, recording.motors
     return waves, Observation.of(names, wide, recording.torques, *rest)
 
 
@@ -264,7 +252,7 @@ class ShortMotion(Brief):
 
     robot: Robot
     base: BaseParameters
-    source: Source
+    source: long_motion.Source
     joints: tuple[int, ...]  # numbers of those that move; the rows of the others are left out
     # Of each recording with payload: the robot's base parameters (none where the unloaded torque was subtracted),
     # what is free in it, waves of ``ripple`` among that, and ``PAYLOAD``, in blocks of time.
@@ -275,10 +263,6 @@ class ShortMotion(Brief):
     settings: Settings = DEFAULTS
     scale: KnownMass | None = None  # the payload was weighed; counts only where torques do not show the mass
     ripple: tuple[Wave, ...] = ()
-
-    def __post_init__(self) -> None:
-        """Refuse another model's robot."""
-        check_known(self.robot, self.base, self.known)
 
     @cached_property
     def loaded(self) -> Equations:
@@ -309,7 +293,7 @@ class ShortMotion(Brief):
     @cached_property
     def visibility(self) -> PayloadVisibility:
         """Visibility of the payload in all recordings together."""
-        factors = in_payload_frame(self.robot, self.loaded).select(PAYLOAD).factors
+        factors = long_motion.in_payload_frame(self.robot, self.loaded).select(PAYLOAD).factors
         return visibility_of(np.vstack(factors)[:, :-1], self.joints)
 
     def posed(self, wanted: Sequence[str] | None = None) -> LinearProblem:
@@ -323,16 +307,16 @@ class ShortMotion(Brief):
 
         def shown(equations: Equations) -> Equations:
             columns = [name for name in equations.columns if name in wanted or name not in PAYLOAD]
-            return in_payload_frame(self.robot, equations).select(columns)
+            return long_motion.in_payload_frame(self.robot, equations).select(columns)
 
         equations, prior = shown(self.loaded), None
         fixed: tuple[Known, ...] = (self.held.known,)
         if self.known is None:
-            fixed += (known_path(self.robot.n),)
+            fixed += (long_motion.known_path(self.robot.n),)
         elif self.corrected:
-            prior = prior_of(self.known, self.inflation, self.loaded)
+            prior = long_motion.prior_of(self.known, self.inflation, self.loaded)
         else:
-            robot = stored_robot(self.known)
+            robot = long_motion.stored_robot(self.known)
             fixed = (robot._replace(covariance=robot.lasting), *fixed)
         parts = tuple(map(shown, self.without_each))
         # Against the robot's torque the payload's own is what the joints of a short motion are compared by.
@@ -383,18 +367,18 @@ def known_robot_weighing(
     robot = without_dead(robot.of_parameters(known.names), loaded)
     check_recordings(robot, loaded)
     progress("base parameters")
-    known, base = measured_part(known, robot), base_parameters(robot)
+    known, base = long_motion.measured_part(known, robot), base_parameters(robot)
     measured = filtered(loaded, processing, progress)
     moving, rows, rms = used_near(robot, loaded, [[data] for data in measured], settings)
     observer = observer_of(robot, base, settings.friction_change > 0.0)
     (_, observations), _ = under_own_load(observer, [own for (own,) in rows], known.values)
-    k, changes = len(known.values), friction_changes(known, [1.0] * robot.n, settings.friction_change)
+    k, changes = len(known.values), long_motion.friction_changes(known, [1.0] * robot.n, settings.friction_change)
     payload_only = [  # less the torque of the robot, whose columns come first
         Observation.of(one.columns[k:], [W[:, k:] for W in one.W], one.errors(known.values), one.t, one.bandwidth)
         for one in observations
     ]
     own = {name: one.sigma for name, one in changes.items() if parameter_kind(name) in ("FS", "FV", "OFF")}
-    source = Source(tuple(loaded), (), processing, rate=measured[0].motion.rate)
+    source = long_motion.Source(tuple(loaded), (), processing, rate=measured[0].motion.rate)
     held = friction_prior(payload_only, own)
     # Of a single recording the robot's own ripple is what would be found: it takes weight along.
     return ShortMotion(robot, base, source, moving, _runs(observations), held, rms, known, settings)
@@ -428,18 +412,19 @@ def difference_weighing(
     free = robot.with_offsets(True)
     whole, observer = Observer(free, base_parameters(free).columns), observer_of(robot, None)
     without_payload = merged(reduced(whole.observe(*unloaded)) for unloaded, _ in rows)
-    own, resting = robot_of(without_payload), [j for j in range(robot.n) if j + 1 not in moving]
+    own, resting = long_motion.robot_of(without_payload), [j for j in range(robot.n) if j + 1 not in moving]
     observations, ripple = list[Observation](), list[Wave]()
     for pair, ((bare, *_), under_load) in zip(pairs, rows, strict=True):
         # No motion shows how torques change with a joint at rest, so that it stays where it was before.
         motion, q = under_load.data.motion, np.array(under_load.data.motion.q)
         q[:, resting] = bare.motion.q[:, resting]
         path = whole.torques(Motion(motion.t, q, motion.qd, motion.qdd), own) - whole.torques(bare.motion, own)
-        change = under_load._replace(data=torque_change(robot, bare, under_load.data, path))
+        change = under_load._replace(data=long_motion.torque_change(robot, bare, under_load.data, path))
         waves, one = with_ripple(pair.loaded.source, observer.observe(*change), change)
         observations.append(one)
         ripple += waves
-    source = Source(tuple(loaded), tuple(unloaded), processing, tuple(pairs), rate=measured[0][1].motion.rate)
+    rate = measured[0][1].motion.rate
+    source = long_motion.Source(tuple(loaded), tuple(unloaded), processing, tuple(pairs), rate=rate)
     # Coulomb friction without payload; 0 where the motion, or the model, does not show it.
     values, hidden = weighted_solution(without_payload), decomposed(without_payload.stacked()[:, :-1]).hidden
     shown = dict(zip(without_payload.columns, np.where(hidden < _HIDDEN, values, 0.0).tolist(), strict=True))

@@ -22,8 +22,7 @@ from ..fit.covariance import in_blocks
 from ..fit.settings import DEFAULTS, Settings
 from ..signals.filtering import measurement
 from ..signals.plausibility import check_apart, check_recordings, without_dead
-from .long_motion import Source, robot_of
-from .pairs import Order, torque_change
+from .long_motion import Recordings, Source, robot_of, torque_change
 from .short_motion import ShortMotion, observer_of, offset_prior
 
 _FEWEST = 4  # poses: fewer leave nothing to judge mass and first moments by
@@ -37,6 +36,32 @@ _SETTLED = 0.5, 0.8  # of a rest: before, its torque settles; after, the next mo
 _TREND = 0.2  # s of a rest after which its torque oscillates only where something swings
 _CAME = 2e-3  # rad or m: a joint that came from less far away did not move
 _BIN, _FASTEST = 0.1, 10.0  # Hz
+
+
+class Order(NamedTuple):
+    """Order of R recordings, those without payload first, and their times."""
+
+    text: str
+    unit: str
+    t: Array  # by a clock in hours, (R,)
+    # By the clock, how much later each loaded one is than its partner, over the mean step; none if all are later.
+    gaps: Array
+
+    @staticmethod
+    def of(loaded: Recordings, unloaded: Recordings) -> "Order":
+        """Order recordings by their clock, if they share one, else half of those unloaded first and half last."""
+        recordings, bare, half = [*unloaded, *loaded], len(unloaded), (len(unloaded) + 1) // 2
+        ends = np.array([one.origin + one.t[[0, -1]] for one in recordings])
+        places, t = np.argsort(ends[:, 0], kind="stable"), ends.mean(axis=1) / 3600.0
+        clocked = bool((ends[places[1:], 0] >= ends[places[:-1], 1]).all())
+        if not clocked:
+            places = np.array([*range(half), *range(bare, len(recordings)), *range(half, bare)])
+            t = np.argsort(places).astype(float)
+        text = ", ".join("loaded" if k >= bare else "unloaded" for k in places)
+        gaps = (t[bare:] - t[:bare]) * (len(t) - 1) / np.ptp(t) if clocked and 2 * bare == len(t) else t[:0]
+        gaps = gaps if gaps.size and gaps.min() < 0.0 < gaps.max() else t[:0]
+        how, unit = (" by their clock", "hour") if clocked else (" as given", "recording")
+        return Order(text + how, unit, t, gaps)
 
 
 class Rests(NamedTuple):

@@ -1,39 +1,40 @@
 """Results of ``payload`` and ``weigh``: estimates, quantities with intervals, and whether to use them."""
 
+import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Literal, Self
 
 import numpy as np
 from msgspec import UNSET, UnsetType, field
 from msgspec.structs import replace
 
-from ...common import Array, Document, InputError, Speaks, Vector
+from ...common import Array, Brief, Document, Indices, InputError, Mask, Speaks, Vector
 from ...common.schema import Matrix, Triple, present
 from ...model import INERTIAL, InertialParameters, Pose
+from ...model.inertia import payload_spread
 from ..diagnosis.evidence import Agreement, Verdict
+from ..equations.equations import Equations
+from ..fit.covariance import autocorrelation
 from ..fit.estimate import Gains
 from ..fit.own_equations import TermChoice
 from ..payload.by_joints import JointsMass, Repeats
-from ..payload.methods import PREFERRED
-from ..payload.result import ConstrainedPayload, PayloadEstimate, StandIn
+from ..payload.methods import PREFERRED, ConstrainedPayload, PayloadEstimate
 from ..payload.short_motion import Wave
 from ..payload.static import Standing
 from ..possible.payload import Weighing
-from . import parts
+from . import robot as parts
 
+POINTS = 2000  # largest number of a joint's rows in a drawing
 _Intervals = Mapping[str, parts.Interval]
+_SIZE = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
+_FORM = re.compile(rf"(box|cylinder):({_SIZE}(?:x{_SIZE})*)")
 
 
-def numbers(ten: parts.Ten | UnsetType | None) -> Array:
-    """Collect the ten in their order, nan where there is none, shape (10,)."""
+def numbers(ten: Mapping[str, Any] | UnsetType | None, *shape: int) -> Array:
+    """Collect the ten, of a shape each such as intervals', in their order, nan where there is none, 10 x ..."""
     values = present(ten) or {}
-    return np.array([values.get(kind) for kind in INERTIAL], dtype=float)
-
-
-def bounds(intervals: _Intervals | UnsetType | None) -> Array:
-    """Collect intervals of the ten in their order, nan where there is none, 10 x 2."""
-    values = present(intervals) or {}
-    return np.array([values.get(kind, (None, None)) for kind in INERTIAL], dtype=float)
+    return np.array([array(values.get(kind), *shape) for kind in INERTIAL])
 
 
 def array(values: Any, *shape: int) -> Array:
@@ -97,7 +98,8 @@ class FreeEstimate(MethodEstimate, frozen=True, tag="wls"):
         }
         if len(indices) < len(INERTIAL):
             return cls(**own, interval95=None, com=None, inertia_com=None, physically_consistent=None)
-        spread, robust = result.spread, result.robust_spread
+        spread, basis = result.spread, estimate.robust
+        robust = basis and payload_spread(result.ten, basis.covariance, indices)
         there = {
             "com_sigma": spread.com,
             "com_sigma_robust": robust and robust.com,
@@ -256,6 +258,106 @@ class FlangeDocument(Document, frozen=True):
     xyz: Triple
     rpy_deg: Triple
     source: str
+
+
+@dataclass(frozen=True)
+class StandIn:
+    """Nominal inertia where none was measured: that of an evenly filled body. Assumed, and called so."""
+
+    kind: str  # "box" or "cylinder"
+    sizes: tuple[float, ...]  # along x, y, z; of a cylinder diameter and length along z [m]
+
+    def __post_init__(self) -> None:
+        """Refuse sizes that no body has."""
+        known = (self.kind, len(self.sizes)) in (("box", 3), ("cylinder", 2))
+        if not (known and all(0.0 < size < np.inf for size in self.sizes)):
+            raise InputError(
+                f"an assumed inertia of {self.kind} {self.sizes}: give box:AxBxC (along x, y, z) or cylinder:DxL "
+                "(diameter, and length along z), in mm"
+            )
+
+    @staticmethod
+    def parse(text: str) -> "StandIn":
+        """Parse "box:60x60x350" or "cylinder:80x200", in mm."""
+        match = _FORM.fullmatch(text.strip().lower())
+        if match is None:
+            raise InputError(f"--inertia {text!r}: write box:60x60x350 or cylinder:80x200, in mm")
+        return StandIn(match[1], tuple(1e-3 * float(size) for size in match[2].split("x")))
+
+    @property
+    def description(self) -> str:
+        """Describe it with its sizes in mm."""
+        sizes = " x ".join(f"{1e3 * size:g}" for size in self.sizes)
+        along = "along x, y, z" if self.kind == "box" else "(diameter, length along z)"
+        return f"evenly filled {self.kind} of {sizes} mm {along} about the centre of mass"
+
+    def body(self, mass: float, com: Array) -> InertialParameters:
+        """Give the payload this inertia, its mass spread evenly."""
+        # A box's moment is m/12 of the squares of both other sides, a cylinder's across m/12 (3 r^2 + h^2).
+        squares = np.square(self.sizes)
+        if self.kind == "cylinder":
+            squares = np.array([0.75, 0.75, 1.0]) * squares[[0, 0, 1]]
+        return InertialParameters.from_com(mass, com, np.diag(mass / 12.0 * (squares.sum() - squares)))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TorquePrediction(Brief):
+    """Measured and predicted torques of one recording, joint by joint, without slow rows."""
+
+    source: str
+    loaded: bool
+    held_out: bool
+    t: tuple[Array, ...]  # [s], (r_j,)
+    measured: tuple[Array, ...]  # [N·m or N], (r_j,)
+    curves: dict[str, tuple[Array, ...]]  # predictions by what they are; residuals are those of the first
+
+    def residual(self, joint: int) -> Array:
+        """Measured less predicted torque of a joint, counted from 0."""
+        return np.asarray(self.measured[joint] - next(iter(self.curves.values()))[joint])
+
+    @property
+    def relative_per_joint(self) -> Array:
+        """Norm of the residual over norm of the torque, shape (n,); nan without torque."""
+        errors = np.array([np.linalg.norm(self.residual(j)) for j in range(len(self.t))])
+        torques = np.array([np.linalg.norm(torque) for torque in self.measured])
+        return np.asarray(errors / np.where(torques > 0.0, torques, np.nan))
+
+    def thinning(self, joint: int) -> int:
+        """Distance of a joint's rows (counted from 0) that a drawing shows."""
+        return -(-len(self.t[joint]) // POINTS) or 1
+
+    @property
+    def step(self) -> float:
+        """Time between neighbouring rows [s]; nan if no joint has two."""
+        return min((float(np.median(np.diff(t))) for t in self.t if len(t) > 1), default=float("nan"))
+
+    def autocorrelation(self, joint: int, span: float = 2.0) -> tuple[Array, Array]:
+        """Lags [s] up to ``span`` and the residual's autocorrelation there; a joint counted from 0."""
+        t, step = self.t[joint], self.step
+        if len(t) < 3:
+            return np.zeros(1), np.ones(1)
+        lags = max(1, min(round(span / step), int((t[-1] - t[0]) / step) // 2))
+        return np.arange(lags + 1.0) * step, autocorrelation([(t, self.residual(joint))], step)[: lags + 1]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ObservationSystem(Brief):
+    """System Y = W chi + rho as an estimator sees it: filtered, decimated, without the rows that are not used.
+
+    Rows stand recording by recording, in each joint by joint, in each by time.
+    """
+
+    columns: tuple[str, ...]  # c
+    W: Array  # SI units, r x c
+    Y: Array  # torques [N·m or N], known ones (a spring) moved there, (r,)
+    joint: Indices  # each row's joint, from 1, (r,)
+    recording: Indices  # each row's recording in ``sources``, from 0, (r,)
+    t: Array  # [s], (r,)
+    loaded: Mask  # whether each row's recording is with payload, (r,)
+    sources: tuple[str, ...]  # the recordings
+    weights: Array  # per joint, of the weighted least squares [1/(N·m) or 1/N], (n,)
+    reduced: Equations  # the same equations as triangular factors
+    known: Array | None = None  # values of the first columns that are known from an earlier identification
 
 
 class PayloadResult(parts.Result, frozen=True, kw_only=True, dict=True):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from dynident import estimation, trajectories
+from dynident.estimation.fit.linear_problem import eliminate
 
 ESSENTIAL_BOUND = 0.10
 """Largest relative standard deviation of an essential parameter: the paper says 5 to 10 %."""
@@ -21,7 +22,9 @@ def essential_joint(problem: estimation.LongMotion) -> estimation.Estimate:
     By the bound on the relative standard deviations, the other of the paper's two rules: here the rule of 1.02
     also cancels moments of the payload that are known to 3 %, and others take their place.
     """
-    names = estimation.essential_combined(problem, estimation.SigmaBound(ESSENTIAL_BOUND)).essential
+    names = eliminate(
+        problem.both, estimation.weighted(problem.both), estimation.SigmaBound(ESSENTIAL_BOUND)
+    ).essential
     return estimation.with_robust(problem, estimation.selected(problem, names))[0]
 
 

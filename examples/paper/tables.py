@@ -27,7 +27,7 @@ from dynident.estimation import PAYLOAD as TEN
 from dynident.estimation import Estimate, Identification, PayloadAnswer, Settings, answer_payload, identify
 from dynident.estimation.fit.estimate import Fit, fit
 from dynident.estimation.payload.long_motion import long_motion
-from dynident.estimation.payload.result import PayloadEstimate
+from dynident.estimation.payload.methods import PayloadEstimate
 from dynident.estimation.signals.filtering import measurement
 from dynident.model import INERTIAL, PAPER
 from dynident.trajectories import Experiment

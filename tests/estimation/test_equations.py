@@ -10,12 +10,10 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.common.schema import write_json
 from dynident.estimation import PAYLOAD, Settings, identify, payload_problem, robot_result
-from dynident.estimation.answers.identification import identification_system
-from dynident.estimation.answers.system import payload_system
+from dynident.estimation.answers.identification import identification_system, payload_system
 from dynident.estimation.equations.equations import Equations, merged
 from dynident.estimation.equations.observer import Observer, recorded, reduced, reduced_pieces, used
 from dynident.estimation.fit.linear_problem import weighted
-from dynident.estimation.payload.methods import combined
 from dynident.estimation.signals.filtering import noise_bandwidth
 from dynident.estimation.signals.rows import moving_parts
 from dynident.model import InertialParameters, Motion, Processing, Recording, base_parameters, load_robot
@@ -146,7 +144,7 @@ def test_payload(recordings: tuple[Recordings, Recordings]) -> None:
     bare, loaded = recordings
     problem = payload_problem(load_robot("rx90"), loaded, bare, settings=Settings(SETTINGS, robust=False))
     system = payload_system(problem)
-    both = combined(problem)
+    both = weighted(problem.both)
     assert system.columns == both.names
     values = solved(system.W, system.Y, system.weights[system.joint - 1])
     np.testing.assert_allclose(values, both.values, atol=1e-7 * np.abs(values).max())

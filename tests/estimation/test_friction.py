@@ -24,10 +24,10 @@ from dynident.estimation import (
 from dynident.estimation.equations.equations import PAYLOAD
 from dynident.estimation.fit.covariance import FEWEST, student95
 from dynident.estimation.fit.estimate import Fit, fit
-from dynident.estimation.fit.linear_problem import SoftPrior
+from dynident.estimation.fit.linear_problem import LinearProblem, SoftPrior, weighted
 from dynident.estimation.fit.own_equations import base_problem
-from dynident.estimation.payload.long_motion import friction_changes, with_scale
-from dynident.estimation.payload.methods import METHODS, combined, from_robot, global_fit
+from dynident.estimation.payload.long_motion import friction_changes
+from dynident.estimation.payload.methods import METHODS, from_robot, global_fit, under_load
 from dynident.estimation.payload.short_motion import known_robot_weighing
 from dynident.estimation.results.payload import PayloadResult, Quantity
 from dynident.estimation.results.robot import RobotResult
@@ -213,7 +213,7 @@ def test_without_a_change_it_is_the_papers_method() -> None:
     problem = problem_of(0, 0.1, 0.0)
     assert not problem.friction
     estimate = METHODS[4](problem).solved()
-    assert estimate["M_L"] == pytest.approx(combined(problem)["M_L"])
+    assert estimate["M_L"] == pytest.approx(weighted(problem.both)["M_L"])
     # As narrow as can be told, the change is none.
     tight = global_fit(problem_of(0, 0.1, FRICTION_CHANGE))
     tight = replace(tight, soft=dict.fromkeys(tight.soft, SoftPrior(1e-9)))
@@ -252,7 +252,8 @@ def test_a_scale_under_load_is_of_the_robot_and_of_the_true_payload() -> None:
     values = np.array([truth[name] for name in loaded.columns])
     rigid = np.where([name.startswith(("F", "OFF")) for name in loaded.columns], 0.0, values)
     factors = [np.column_stack([own[:, :-1], own[:, :-1] @ (values + scale * rigid)]) for own in loaded.factors]
-    scaled, _ = with_scale(replace(loaded, factors=tuple(factors)), robot, SoftPrior(1e6))
+    free = replace(problem.settings, scale_sigma=1e6)
+    scaled, _ = under_load(replace(problem, loaded=replace(loaded, factors=tuple(factors)), settings=free), {})
     for ours, own in zip(scaled.factors, factors, strict=True):
         growth = own[:, :-1] @ rigid
         assert ours[:, -2] == pytest.approx(growth, abs=1e-6 * np.abs(growth).max())
@@ -273,8 +274,8 @@ def test_blocks_that_are_too_few_are_cut_shorter_and_the_memory_counts() -> None
     bare, loaded = begun(0)
     short = replace(payload_problem(ROBOT, [loaded], [bare]), few=True)  # blocks are taken for too few
     for method in (1, 3, 4) if short.difference is not None else (1, 4):
-        posed = METHODS[method](short)
-        estimate = payload_estimate(short, method).estimate
+        posed, estimate = METHODS[method](short), payload_estimate(short, method).estimate
+        assert isinstance(posed, LinearProblem)
         assert estimate.robust is not None
         assert estimate.robust.by_memory
         memory = posed.sandwich(estimate.weights, short.inflation)

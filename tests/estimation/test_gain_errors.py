@@ -27,7 +27,7 @@ from dynident.estimation.fit.estimate import error_model, usual_gains
 from dynident.estimation.fit.linear_problem import weighted
 from dynident.estimation.payload.long_motion import Source
 from dynident.estimation.payload.methods import METHODS as SOLVERS
-from dynident.estimation.payload.result import constrain_payload, moved
+from dynident.estimation.payload.methods import constrain_payload, moved
 from dynident.model import (
     InertialParameters,
     Motion,

@@ -10,10 +10,8 @@ from dynident import estimation, identify, identify_payload, load_robot, model, 
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation.fit.linear_problem import weighted
-from dynident.estimation.payload.long_motion import Source, long_motion
+from dynident.estimation.payload.long_motion import PairedMeasurement, Source, frame_change, long_motion
 from dynident.estimation.payload.methods import usable_methods
-from dynident.estimation.payload.pairs import PairedMeasurement
-from dynident.estimation.payload.result import frame_change
 from dynident.estimation.payload.short_motion import difference_weighing
 from dynident.model.motion import Measurement
 from dynident.model.regressors import payload_columns

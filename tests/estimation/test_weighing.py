@@ -29,14 +29,15 @@ from dynident.estimation import (
 from dynident.estimation.equations.observer import PATH
 from dynident.estimation.fit.settings import FRICTION_CHANGE
 from dynident.estimation.payload.by_joints import Repeats
+from dynident.estimation.payload.long_motion import cut_alike
 from dynident.estimation.payload.methods import ONE_PATH, recommended_method
-from dynident.estimation.payload.pairs import Order, cut_alike
 from dynident.estimation.payload.short_motion import (
     OFFSET_SHARE,
     HeldFriction,
     difference_weighing,
     known_robot_weighing,
 )
+from dynident.estimation.payload.static import Order
 from dynident.estimation.results.payload import numbers
 from dynident.estimation.signals.alignment import aligned
 from dynident.estimation.signals.rows import cut, pieces

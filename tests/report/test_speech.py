@@ -18,7 +18,7 @@ from dynident.common.speech import Speaks
 from dynident.estimation import GainsResult, PayloadAnswer
 from dynident.estimation.answers.gains import GainsWorking
 from dynident.estimation.payload.long_motion import Source
-from dynident.estimation.results.payload import array, bounds
+from dynident.estimation.results.payload import array, numbers
 from dynident.model import Recording, Robot
 from dynident.tests.common.test_wrong_files import filled
 from dynident.trajectories import RX90_NOISE, random_via_points
@@ -157,7 +157,7 @@ def test_details_hold_every_number_of_a_payload(answers: dict[str, PayloadAnswer
         values = zip([*own.ten, *array(own.com, 3)], sigma, strict=True)
         assert all(str(with_sigma(x, one)) in shown for x, one in values), own.method
     assert result.best
-    for x, (low, high) in zip(result.best.ten, bounds(result.best.interval95), strict=True):
+    for x, (low, high) in zip(result.best.ten, numbers(result.best.interval95, 2), strict=True):
         assert all(text in shown for text in with_interval(x, low, high))
 
 

@@ -8,15 +8,13 @@ from msgspec import UnsetType
 
 from ....common.schema import present
 from ....estimation import Gains
-from ....estimation.answers.system import TorquePrediction
 from ....estimation.diagnosis.evidence import Verdict
 from ....estimation.fit.estimate import Fit
 from ....estimation.fit.linear_problem import Excitation
 from ....estimation.fit.own_equations import TermChoice
 from ....estimation.payload.by_joints import JointsMass
-from ....estimation.results.parts import EliminationDocument, ProcessingDocument, ResidualDocument
-from ....estimation.results.payload import PayloadData, array
-from ....estimation.results.robot import RobotResult
+from ....estimation.results.payload import PayloadData, TorquePrediction, array
+from ....estimation.results.robot import EliminationDocument, ProcessingDocument, ResidualDocument, RobotResult
 from ...numbers import joined, percent, with_interval
 from .. import figures
 from ..blocks import Block, Drawing, Notes, OnPage, Section, Table, Text, with_sigma

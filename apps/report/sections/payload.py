@@ -14,7 +14,7 @@ from ....estimation.fit.settings import METHOD_NAMES
 from ....estimation.payload.by_joints import Repeats
 from ....estimation.payload.short_motion import OFFSET_SHARE, RIPPLE_CHANCE
 from ....estimation.possible.payload import CONFLICT
-from ....estimation.results.payload import FreeEstimate, PayloadResult, PossibleEstimate, array, bounds, numbers
+from ....estimation.results.payload import FreeEstimate, PayloadResult, PossibleEstimate, array, numbers
 from ....model import INERTIAL
 from ...export.controllers import FORMATS
 from ...export.load import is_flange, load_of
@@ -238,7 +238,7 @@ def methods_section(result: PayloadResult) -> Section:
         pairs = (possible, [free[each.method] for each in possible])
         filled, opened = (np.array([[e.ten[9], *1e3 * array(e.com, 3)] for e in own]) for own in pairs)
         coms = (1e3 * array(each.com_interval95, 3, 2) for each in possible)
-        ends = np.array([[bounds(each.interval95)[9], *com] for each, com in zip(possible, coms, strict=True)])
+        ends = np.array([[numbers(each.interval95, 2)[9], *com] for each, com in zip(possible, coms, strict=True)])
         agreed = np.full((4, 3), np.nan)
         if best is not None:
             agreed = np.concatenate([filled[..., None], ends], axis=2)[possible.index(best)]
@@ -306,7 +306,7 @@ def parameters_table(result: PayloadResult) -> Table:
     ends = column(np.vstack([np.full((9, 2), np.nan), result.mass.interval95]), result.com.interval95, None)
     if isinstance(best, PossibleEstimate):
         intervals = (best.com_interval95, best.inertia_com_interval95, best.principal_moments_interval95)
-        ends = column(bounds(best.interval95), *intervals)
+        ends = column(numbers(best.interval95, 2), *intervals)
     shown = [with_interval(x, *end) for x, end in zip(values(best), ends.tolist(), strict=True)]
     columns: dict[str, Sequence[str]] = {"": [*_UNITS], "unit": [*_UNITS.values()]}
     columns[f"method {result.method}"], columns["95 % interval"] = zip(*shown, strict=True)
@@ -339,7 +339,7 @@ def method_notes(result: PayloadResult) -> list[str]:
         if robust and robust.blocks is not None:
             by = f": {robust.warning}" if robust.by_memory else f", by the jackknife ({robust.blocks} blocks)"
             source = f"over all bodies that satisfy the constraints{by}"
-        if np.isnan(bounds(best.interval95)).any():
+        if np.isnan(numbers(best.interval95, 2)).any():
             lines.append("No intervals, because the constraints contradict the data.")
         else:
             lines.append(f"95 % intervals {source}.")

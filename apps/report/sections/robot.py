@@ -9,9 +9,8 @@ import numpy as np
 from msgspec import UnsetType
 
 from ....estimation.possible.payload import CONFLICT
-from ....estimation.results.parts import Rollout
 from ....estimation.results.payload import array, numbers
-from ....estimation.results.robot import GainsResult, MountingDocument, RobotResult
+from ....estimation.results.robot import GainsResult, MountingDocument, RobotResult, Rollout
 from ....model import INERTIAL, Robot, base_parameters
 from ....model.drives import parameter_kind
 from ....model.frames import frames_at

@@ -38,7 +38,7 @@ from dynident.estimation.fit.covariance import NORMAL95, few_blocks
 from dynident.estimation.fit.estimate import Estimate, Fit
 from dynident.estimation.payload.by_joints import ByJoints, JointsMass, Repeats
 from dynident.estimation.payload.long_motion import Source
-from dynident.estimation.payload.result import ConstrainedPayload, PayloadEstimate
+from dynident.estimation.payload.methods import ConstrainedPayload, PayloadEstimate
 from dynident.estimation.payload.static import Rests
 from dynident.estimation.possible.constraints import Constraint, KnownMass, MassBounds, PossibleBody
 from dynident.estimation.possible.intervals import NO_INTERVALS

@@ -11,7 +11,7 @@ from dynident.apps.rollout import CONSTANT, IDENTIFIED, IdentifiedArm, mujoco_ar
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Settings
-from dynident.estimation.results.parts import Rollout
+from dynident.estimation.results.robot import Rollout
 from dynident.model.stand_in import with_stand_in
 from dynident.tests.conftest import IN_FULL
 from dynident.trajectories import plan_point_to_point

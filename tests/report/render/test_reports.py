@@ -17,8 +17,7 @@ from dynident.apps.report.render import blocks_html, page_html
 from dynident.apps.report.sections.payload import controller_line, payload_report
 from dynident.cli import main
 from dynident.estimation import PayloadAnswer, Settings, Verdict, answer_payload, payload_problem
-from dynident.estimation.answers.system import TorquePrediction
-from dynident.estimation.results.payload import FlangeDocument
+from dynident.estimation.results.payload import FlangeDocument, TorquePrediction
 from dynident.model import load_robot
 from dynident.model.pose import Pose
 from hypothesis import given
