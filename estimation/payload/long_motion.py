@@ -84,10 +84,12 @@ class LongMotion(Brief):
     few: bool = False  # blocks as long as that memory asks for would be too few, so that shorter ones were cut
 
     def __post_init__(self) -> None:
-        """Refuse blocks of one motion that are not as many."""
+        """Refuse blocks of one motion that are not as many, and another model's robot."""
         counts = {len(part.blocks) for part in (self.loaded, self.unloaded, self.difference) if part}
         if self.difference and self.difference.blocks and self.loaded.blocks and len(counts) > 1:
             raise ValueError("paired blocks must be as many without and with payload")
+        if self.known is not None:
+            measured_part(self.known, self.robot)
 
     @property
     def why_no_pair(self) -> str:

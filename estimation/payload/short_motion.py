@@ -264,6 +264,11 @@ class ShortMotion(Brief):
     scale: KnownMass | None = None  # the payload was weighed; counts only where torques do not show the mass
     ripple: tuple[Wave, ...] = ()
 
+    def __post_init__(self) -> None:
+        """Refuse another model's robot."""
+        if self.known is not None:
+            long_motion.measured_part(self.known, self.robot)
+
     @cached_property
     def loaded(self) -> Equations:
         """Join the equations less all that is free in each recording, its blocks of time among them."""
