@@ -152,7 +152,7 @@ class PayloadAnswer(Speaks, Brief):
             recommended=documents.Recommended(method, "constrained" if self.constrained else "wls", reason),
             gain_sigma=gains if gains is not None else UNSET,
             mass_by_joints=by_joints.masses,
-            joint_that_agrees_least=worst.text if worst else None,
+            joint_that_agrees_least=worst,
             quantities={name: documents.Quantity(use, why or None, *entry) for name, (use, why), entry in rows},
             verdict=self.verdict,
             scale=(scale.mass, scale.sigma) if scale is not None else UNSET,

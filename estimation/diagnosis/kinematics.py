@@ -34,8 +34,7 @@ _PARALLEL = 1e-3  # sine of the angle between axes
 _DIGITS = 9  # of a residual: rounding decides nothing between readings that no torque tells apart
 
 
-@dataclass(frozen=True, order=True)
-class Reading:
+class Reading(NamedTuple):
     """Reading of joint j of the robot: q_j = sign_j q_log[order_j] + quarters_j 90 degrees + along_j q_(j-1).
 
     The last for joints whose log counts from the horizontal, as Fanuc's J3 = q3 - q2; torques are each joint's own.
@@ -56,44 +55,47 @@ class Reading:
         """Exchange the columns of two joints."""
         order = list(self.order)
         order[i], order[j] = order[j], order[i]
-        return replace(self, order=tuple(order))
+        return self._replace(order=tuple(order))
 
     def changed(self, *joints: int, sign: int = 1, quarters: int = 0, torque: int = 1, along: int = 0) -> "Reading":
         """Count joints the other way (sign -1), from other zeros, along the joint before; or turn torques round."""
-        signs, turns, torques, sums = map(list, (self.sign, self.quarters, self.torque, self.along))
+        order, *parts = map(list, self)
+        signs, turns, torques, sums = parts
         for j in joints:
             signs[j], turns[j], torques[j] = sign * signs[j], (turns[j] + quarters) % 4, torque * torques[j]
             sums[j] = along or sums[j]
-        return Reading(self.order, tuple(signs), tuple(turns), tuple(torques), tuple(sums))
+        return Reading(*map(tuple, (order, *parts)))
 
     def positions(self, q: Array, turned: bool = True) -> Array:
         """Read joint positions [rad or m], N x n, or speeds, which no zero changes."""
-        own = q[:, list(self.order)] * self.sign + turned * np.array(self.quarters) * (math.pi / 2)
+        own = q[:, self.order] * self.sign + turned * np.array(self.quarters) * (math.pi / 2)
         for j in np.flatnonzero(self.along):
             own[:, j] += self.along[j] * own[:, j - 1]
         return np.asarray(own)
 
     def of(self, states: States) -> States:
         """Read the states of a log."""
-        order, sign = list(self.order), np.array(self.sign)
         qd, qdd = (self.positions(values, False) for values in (states.qd, states.qdd))
-        torque, slope = (values[:, order] * sign * self.torque for values in (states.torque, states.slope))
-        q, keep = self.positions(states.q), states.keep[:, order]
-        return replace(states, q=q, qd=qd, qdd=qdd, torque=torque, slope=slope, keep=keep)
+        torque = states.torque[:, self.order] * self.sign * self.torque
+        q, keep = self.positions(states.q), states.keep[:, self.order]
+        return states._replace(q=q, qd=qd, qdd=qdd, torque=torque, keep=keep)
 
     @property
     def changes(self) -> list[tuple[int, str]]:
         """Describe what of each joint is not taken as it stands, joints counted from 1."""
-        texts = []
-        joints = zip(self.order, self.sign, self.quarters, self.torque, self.along, strict=True)
-        for j, (column, sign, quarters, torque, along) in enumerate(joints, 1):
-            texts += [(j, f"from column {column + 1}")] if column != j - 1 else []
-            texts += [(j, "turned round (position and torque)")] if sign < 0 else []
-            texts += [(j, f"zero moved by {(90, 180, -90)[quarters - 1]} degrees")] if quarters else []
-            texts += [(j, "torque turned round")] if torque < 0 else []
-            logged = f"q{j} {'-+'[along < 0]} q{j - 1} is logged"
-            texts += [(j, f"counted from the horizontal: {logged}")] if along else []
-        return texts
+        joints = enumerate(zip(*self, strict=True), 1)
+        every = (
+            (j, differs, text)
+            for j, (column, sign, quarters, torque, along) in joints
+            for differs, text in (
+                (column != j - 1, f"from column {column + 1}"),
+                (sign < 0, "turned round (position and torque)"),
+                (quarters, f"zero moved by {(90, 180, -90)[quarters - 1]} degrees"),
+                (torque < 0, "torque turned round"),
+                (along, f"counted from the horizontal: q{j} {'-+'[along < 0]} q{j - 1} is logged"),
+            )
+        )
+        return [(j, text) for j, differs, text in every if differs]
 
     def described(self) -> str:
         """Describe the reading; "as recorded" if nothing is changed."""

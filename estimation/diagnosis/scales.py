@@ -1,14 +1,7 @@
 """Scales of torques: over the weight of the described links, of those with payload, and of the joints' payloads.
 
-Beside friction, an offset and what accelerates links and rotor, each joint's torque is a multiple of the gravity
-torque by the described bodies, and of all joints together it is that of gravity in some direction. Free parameters
-take any sign and unit, so that no residual shows either.
-
-The scale of loaded torques is one more column of method 4 in the loaded rows: the rigid part of what the robot
-alone needs, friction and offsets of those rows free. All of it is in the joints' triangular factors, so that no row
-is read again; beside a robot that is known, and in a short motion, subsampled states do.
-
-That joints agree on one payload is the test of drive gains and friction.
+Free parameters take any sign and unit, so that no residual shows a wrong scale of all torques. That joints agree on
+one payload is the test of drive gains and friction.
 """
 
 from collections.abc import Iterator
@@ -78,6 +71,8 @@ USEFUL = 0.10
 def nominal_gravity(robot: Robot, states: States | None) -> NominalGravity | None:
     """Compare torques, those without payload where there are any, with the weight of the described links.
 
+    Beside friction, an offset and what accelerates links and rotor, each joint's torque is a multiple of the
+    gravity torque by the described bodies, and of all joints together it is that of gravity in some direction.
     None for arms whose springs carry them, without gravity, bodies or motion.
     """
     size = float(np.linalg.norm(robot.gravity))
@@ -87,12 +82,13 @@ def nominal_gravity(robot: Robot, states: States | None) -> NominalGravity | Non
         states = states.taken(states.loaded == 0.0)
     values, assumed = nominal_bodies(robot)
     names = [name for name in standard_columns(robot) if parameter_kind(name) in INERTIAL]
-    bodies, columns = np.array([values[name] for name in names]), []
+    bodies = np.array([values[name] for name in names])
     # Torques of the weight along each axis, and of what accelerates the bodies without weight.
-    for x, y, z, moves in np.diag([size, size, size, 1.0]).tolist():
-        turned = replace(robot, gravity=(x, y, z))
-        columns.append(bodies @ regressor_at(turned, names, states.q, moves * states.qd, moves * states.qdd))
-    *axes, inertial = columns
+    *axes, inertial = (
+        bodies
+        @ regressor_at(replace(robot, gravity=(x, y, z)), names, states.q, moves * states.qd, moves * states.qdd)
+        for x, y, z, moves in np.diag([size, size, size, 1.0]).tolist()
+    )
     along, described = np.stack(axes, axis=1), np.array(robot.gravity) / size
     expected, block, joints = described @ along, np.arange(len(states.t)) * BLOCKS // len(states.t), []
     for j, qd in enumerate(states.qd.T):
@@ -190,9 +186,11 @@ def _contradiction(robot: Robot, nominal: NominalGravity) -> str:
 
 
 def scales(problem: PayloadProblem, weights: Array, system: System | None) -> tuple[Effect, ...]:
-    """Estimate scales of the loaded torques, of all and of each joint: by full factors, else by subsampled states.
+    """Estimate scales of the loaded torques, of all and of each joint; none where the scale is an unknown.
 
-    None where the scale is an unknown of the problem; full factors need recordings without payload.
+    Each is one more column of method 4 in the loaded rows: the rigid part of what the robot alone needs, friction
+    of those rows free. All of it is in the joints' triangular factors, so that no row is read again; beside a robot
+    that is known, and in a short motion, subsampled states do.
     """
     n, by_states = problem.robot.n, tuple[Effect, ...]()
     wheres = ["", *(f"joint {joint}" for joint in range(1, n + 1))]
@@ -216,20 +214,24 @@ def scales(problem: PayloadProblem, weights: Array, system: System | None) -> tu
     unknown = c + len(friction)
     column = np.eye(unknown + n + 2)
     own, carried = column[[*range(b), -1]], column[[*range(c), -1]]
-    carried[friction] = column[c:unknown]
-    carried[rigid, unknown] = robot[rigid]
-    of_joints = [np.array(carried) for _ in range(n)]
-    for j, change in enumerate(of_joints):
-        change[rigid, unknown + 1 + j] = robot[rigid]
-    without, with_payload = list[Array](), list[Array]()
-    for grams, equations, changes in ((without, unloaded, [own] * n), (with_payload, loaded, of_joints)):
-        for block in equations.blocks:
-            rows = np.vstack([w * R @ M for w, R, M in zip(weights, block.factors, changes, strict=True)])
-            grams.append(rows.T @ rows)
+    carried[friction], carried[rigid, unknown] = column[c:unknown], robot[rigid]
+    of_joints = np.repeat(carried[None], n, axis=0)
+    of_joints[:, rigid, unknown + 1 : -1] = np.eye(n)[:, None] * robot[rigid, None]
+    without, with_payload = (
+        [
+            np.vstack([w * R @ M for w, R, M in zip(weights, block.factors, changes, strict=True)])
+            for block in blocks
+        ]
+        for blocks, changes in ((unloaded.blocks, [own] * n), (loaded.blocks, of_joints))
+    )
     # Blocks of one motion are left out together.
-    together = len(without) == len(with_payload)
-    blocks = np.add(without, with_payload) if together else np.array([*without, *with_payload])
-    added = Added.of(blocks, np.zeros((unknown, unknown)), slice(b, c))
+    both = (
+        zip(without, with_payload, strict=True)
+        if len(without) == len(with_payload)
+        else zip([*without, *with_payload])
+    )
+    grams = np.array([sum(rows.T @ rows for rows in blocks) for blocks in both])
+    added = Added.of(grams, np.zeros((unknown, unknown)), slice(b, c))
     # The limits were measured with these blocks, however few: none of 111 good recordings passes them. What they
     # take off is compared with that of hypotheses, which go by states.
     falls = [one.fall for one in by_states] or [0.0] * len(wheres)
@@ -381,29 +383,25 @@ def disagreement(by_joints: ByJoints, gains: Array, few: bool = False) -> float:
             count.
         few: whether the standard deviations come from few blocks of time.
     """
-    ratios, wider = by_joints.ratios, few_blocks(by_joints.degrees_of_freedom) if few else 1.0
-    k = len(ratios)
+    wider, k = few_blocks(by_joints.degrees_of_freedom) if few else 1.0, len(by_joints.ratios)
     if k < 2:
         return 1.0
-    index = [joint - 1 for joint, *_ in ratios]
+    joint, ratio, sigma = np.array(by_joints.ratios).T
+    index = joint.astype(int) - 1
     apart = (np.eye(k) * k - 1.0) / (k - 1)  # each less the others' mean
     variance = np.diag(apart @ gains[np.ix_(index, index)] @ apart.T)
-    rows = zip(ratios, variance, strict=True)
-    square = sum((ratio - 1.0) ** 2 / ((wider * sigma) ** 2 + own) for (_, ratio, sigma), own in rows)
+    square = float(np.sum((ratio - 1.0) ** 2 / ((wider * sigma) ** 2 + variance)))
     freedom = float("inf") if few else by_joints.degrees_of_freedom
     first, last = CHANCE
     proven = np.clip((first - fdtrc(k, min(freedom, 1e9), square / k)) / (first - last), 0.0, 1.0)
     return 1.0 + float(proven) * (float(np.sqrt(max(1.0, square / (k - 1)))) - 1.0)
 
 
-def worst_joint(by_joints: ByJoints, mass: float) -> Finding | None:
-    """Find the joint that agrees least with the answer's mass [kg] or with the others; None where none can tell."""
+def worst_joint(by_joints: ByJoints, mass: float) -> str | None:
+    """Describe the joint that agrees least with the answer's mass [kg] or the others; None where none can tell."""
+    times = "times the torque that the other joints predict"
     readings = [
-        (
-            abs(ratio - 1.0) / sigma,
-            joint,
-            f"joint {joint} measures {ratio:.3f} ± {sigma:.2g} times the torque that the other joints predict",
-        )
+        (abs(ratio - 1.0) / sigma, joint, f"joint {joint} measures {ratio:.3f} ± {sigma:.2g} {times}")
         for joint, ratio, sigma in by_joints.ratios
     ]
     readings += [
@@ -411,7 +409,4 @@ def worst_joint(by_joints: ByJoints, mass: float) -> Finding | None:
         for r in by_joints.masses
         if len(r.joints) == 1 and r.mass is not None
     ]
-    if not readings:
-        return None
-    _, joint, text = max(readings)
-    return Finding("note", f"joint {joint}", text)
+    return max(readings)[2] if readings else None

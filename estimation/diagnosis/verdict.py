@@ -69,17 +69,15 @@ def judge(*evidence: Evidence) -> Verdict:
     for part in evidence:
         short, wrong = list(checks.too_short(part)), any(finding.cause for finding in weight(part))
         speaking = [check for check in CHECKS if not (wrong and check in COLUMNS)]
-        own = short or [finding for check in speaking for finding in check(part)]
-        likely = list[Finding]()
-        if part.source is not None and not (short or wrong):
-            contradicted = any(finding.severity == "error" for finding in own)
-            # Where no check spoils all, causes are searched if a joint leaves too much; suggested, never corrected.
-            fits = [estimate.estimate.fit for estimate in part.estimates if estimate.method != 3]
-            fits += [part.parameters.fit] if part.parameters is not None else []
-            left = [checks.relative_per_joint(fit, part) for fit in fits if fit.known]
-            if contradicted or any(np.nanmax(relative) > SUSPICIOUS for relative in left):
-                states, gained = states_of(part.source), part.gained is not None
-                likely = likely_causes(part.robot, states, contradicted, gained)
+        own, likely = short or [finding for check in speaking for finding in check(part)], list[Finding]()
+        # Where no check spoils all, causes are searched if a joint leaves too much; suggested, never corrected.
+        contradicted = any(finding.severity == "error" for finding in own)
+        fits = [estimate.estimate.fit for estimate in part.estimates if estimate.method != 3]
+        fits += [part.parameters.fit] if part.parameters is not None else []
+        left = [checks.relative_per_joint(fit, part) for fit in fits if fit.known]
+        suspicious = contradicted or any(np.nanmax(relative) > SUSPICIOUS for relative in left)
+        if part.source is not None and suspicious and not (short or wrong):
+            likely = likely_causes(part.robot, states_of(part.source), contradicted, part.gained is not None)
         # What stands out already must be outdone.
         explained = max((finding.explains for finding in own if finding.cause), default=0.0)
         findings += own + [finding for finding in likely if finding.explains > explained]
