@@ -7,7 +7,7 @@ of the difference of log-likelihoods, over its standard error. What fits better 
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from itertools import combinations, product
+from itertools import combinations, permutations, product
 
 import numpy as np
 
@@ -38,8 +38,8 @@ _REPORTED = 3
 _ENOUGH = 1200  # states in which causes are searched
 _COARSER, _PLENTY = 5, 180  # times fewer states decide first, as long as the second of them are left
 _FAR = -0.1  # fall of chi2 by coarser states: such a reading is not compared closer
-_LONGEST, _STEP = 0.5, 0.01  # s: delays that are tried
-_CLOCKS = 0.2, 0.05  # s: delays at the begin and end of recordings that are tried, and their step
+_LONGEST, _STEP = 50, 0.01  # steps [s] of delays that are tried, to either side
+_CLOCKS = 0.2  # s: longest delay at the begin and end of recordings that is tried
 _LEAST = 0.02  # a factor beyond this, or beyond its inverse, is no unit but a channel without content
 _STUCK = 0.5  # s: a position that is the very same number for longer
 _UNIT, _OFF = 0.3, 0.15  # logarithm of a factor that counts as another unit, and as another gain
@@ -120,16 +120,13 @@ def other_readings(evidence: Evidence) -> list[Finding]:
     column a joint does on the robot as described; a turned joint {TURNED:.0%} (z > {TURNED_Z:g}), no gravity
     {WEIGHTLESS:.0%}: do not use. Within {ALIKE:.0%} a note says that the data do not tell two robots apart.
     """
-    found, pull = sorted(evidence.diagnosis.alternatives, key=lambda a: -a.fall), pull_of(evidence)
+    found, pull = sorted(evidence.alternatives, key=lambda a: -a.fall), pull_of(evidence)
     least = BESIDE_PULL * pull.fall if pull is not None else 0.0
     friction = max((a.fall for a in found if a.kind == "friction"), default=0.0)
-    limits = (
-        ("weightless", WEIGHTLESS, TURNED_Z),
-        ("robot", max(ROBOT, friction), ROBOT_Z),
-        ("turned", TURNED, TURNED_Z),
-    )
+    limits = {"weightless": WEIGHTLESS, "robot": max(ROBOT, friction), "turned": TURNED}
     weightless, robots, turned = (
-        [a for a in found if a.kind == kind and a.fall > max(fall, least) and a.z > z] for kind, fall, z in limits
+        [a for a in found if a.kind == kind and a.fall > max(fall, least) and a.z > z]
+        for (kind, fall), z in zip(limits.items(), (TURNED_Z, ROBOT_Z, TURNED_Z), strict=True)
     )
     findings = [_cause("the torques lack gravity (already compensated)", best) for best in weightless]
     findings += [_cause(f"the robot is {best.name!r}", best) for best in robots[:1]]
@@ -172,10 +169,8 @@ def likely_causes(
     for numbers in (np.unique(states.recording[kind]) for kind in masks[1:]):
         masks += [states.recording == number for number in numbers[np.argsort(-means[numbers])[:1]]]
     distinct = {mask.tobytes(): mask for mask in masks if mask.any()}.values()
-    parts = [
-        ", ".join(states.recordings[k].source for k in np.unique(states.recording[mask])) * (not mask.all())
-        for mask in distinct
-    ]
+    names = [recording.source for recording in states.recordings]
+    parts = [", ".join(names[k] for k in np.unique(states.recording[mask])) * (not mask.all()) for mask in distinct]
     tried: list[tuple[Alternative, str]] = []
     for family, several in FAMILIES:
         for source, mask in zip(parts, distinct, strict=True):
@@ -197,21 +192,17 @@ def likely_causes(
 
 def delays(own: Comparison, _: Mask) -> Iterator[Read]:
     """Torque written later or earlier than position."""
-    for delay in np.arange(-_LONGEST, _LONGEST + 0.5 * _STEP, _STEP).tolist():
-        if abs(delay) >= 0.5 * _STEP:
-            late = "lags" if delay > 0.0 else "leads"
-            yield f"torque {late} position by about {abs(delay):.2f} s", own.states.later(delay), None
+    for delay in (_STEP * step for step in range(-_LONGEST, _LONGEST + 1) if step):
+        late = "lags" if delay > 0.0 else "leads"
+        yield f"torque {late} position by about {abs(delay):.2f} s", own.states.later(delay), None
 
 
 def clocks(own: Comparison, _: Mask) -> Iterator[Read]:
     """Torque and position on two clocks: a delay that grows from the begin to the end of a recording."""
-    states, passed, (longest, step) = own.states, own.states.passed, _CLOCKS
-    lags = np.arange(-longest, longest + 0.5 * step, step)
-    for first, last in product(lags, lags):
-        if abs(last - first) > 0.5 * step:
-            text = f"torque lags by {first:.2f} s at the start and {last:.2f} s at the end"
-            changed = states.later(first + (last - first) * passed)
-            yield f"torque and position ran on two clocks ({text})", changed, None
+    for first, last in permutations(np.linspace(-_CLOCKS, _CLOCKS, 9).tolist(), 2):
+        text = f"torque lags by {first:.2f} s at the start and {last:.2f} s at the end"
+        changed = own.states.later(first + (last - first) * own.states.passed)
+        yield f"torque and position ran on two clocks ({text})", changed, None
 
 
 def joint_columns(own: Comparison, _: Mask) -> Iterator[Read]:
@@ -238,12 +229,11 @@ def gravity(own: Comparison, mask: Mask) -> Iterator[Read]:
     usual = np.array(own.robot.gravity)
     size = float(np.linalg.norm(usual)) or 9.81
     mounted = {"gravity points the other way (the robot is mounted upside down)": -usual}
-    for axis, sign in product(range(3), (1.0, -1.0)):
-        if abs(usual[axis]) <= 0.9 * size:
-            along = f"{'-' * (sign < 0)}{'xyz'[axis]} of frame 0 (the robot is mounted on a wall)"
-            mounted[f"gravity points along {along}"] = sign * size * np.eye(3)[axis]
-    for text, (x, y, z) in mounted.items() if mask.all() else ():
-        yield text, own.states, replace(own.robot, gravity=(float(x), float(y), float(z)))
+    for axis, sign in product(np.flatnonzero(np.abs(usual) <= 0.9 * size), (1.0, -1.0)):
+        along = f"{'-' * (sign < 0)}{'xyz'[axis]} of frame 0 (the robot is mounted on a wall)"
+        mounted[f"gravity points along {along}"] = sign * size * np.eye(3)[axis]
+    for text, other in mounted.items() if mask.all() else ():
+        yield text, own.states, replace(own.robot, gravity=tuple(other.tolist()))
 
 
 def descriptions(own: Comparison, mask: Mask) -> Iterator[Read]:

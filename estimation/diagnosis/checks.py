@@ -99,25 +99,13 @@ def judged(ten: Array, moments: Array, spread: PayloadSpread, from_scale: bool =
     return answer
 
 
-def white_noise(evidence: Evidence) -> Array | None:
-    """White noise of each joint's equations by the recordings' second differences [N·m or N], (n,)."""
-    if (source := evidence.source) is None:
-        return None
-    parts = [
-        np.mean(np.diff(one.torque, 2, axis=0) ** 2, axis=0)
-        / (6.0 * source.processing.thinning(min(one.rate, source.rate or one.rate)))
-        for one in (*source.unloaded, *source.loaded)
-    ]
-    return np.asarray(np.sqrt(np.mean(parts, axis=0))) if parts else None
-
-
 def relative_per_joint(fit: Fit, evidence: Evidence) -> Array:
     """Relative residual of each joint, shape (n,); 0 where what is left is no more than a torque's noise.
 
     A joint that carries next to no torque, such as the last one of an arm with sensors on the link side, leaves
     nearly all of it unexplained by noise alone: its own norm cannot judge it.
     """
-    root, white = np.sqrt(np.maximum(np.array(fit.rows), 1)), white_noise(evidence)
+    root, white = np.sqrt(np.maximum(np.array(fit.rows), 1)), evidence.white_noise
     turns = np.array([joint.revolute for joint in evidence.robot.joints])
     kind = turns[:, None] == turns
     noise = NOISE * np.max(kind * (fit.torque_norms / root), axis=1) if white is None else FLOOR * white
@@ -179,7 +167,7 @@ def validation(evidence: Evidence) -> Iterator[Finding]:
     held_out = evidence.validation
     if evidence.parameters is None or held_out is None:
         return
-    left, own, white = held_out.relative, evidence.parameters.fit.relative, white_noise(evidence)
+    left, own, white = held_out.relative, evidence.parameters.fit.relative, evidence.white_noise
     noise = 0.0 if white is None else float(np.linalg.norm(white * np.sqrt(held_out.rows)))
     noise *= FLOOR / float(np.linalg.norm(held_out.torque_norms))
     if left > VALIDATION or left > max(VALIDATION_FLOOR, VALIDATION_RATIO * own, noise):

@@ -17,7 +17,7 @@ from scipy.special import stdtrit
 
 from ...common import Array, Indices, InputError, Mask
 from ...model import INERTIAL, Processing, Recording, Robot
-from ...model.drives import parameter_kind
+from ...model.drives import DriveState, drive_terms, parameter_kind
 from ...model.regressors import own_columns, payload_columns, regressor_at
 from ..fit.linear_problem import Known
 from ..payload.long_motion import Source
@@ -75,7 +75,7 @@ class States(NamedTuple):
         at = moving[thin // 2 :: thin]
         t, zeros = motion.t[at], np.zeros(len(at), dtype=np.intp)
         return States(
-            t, motion.q[at], motion.qd[at], motion.qdd[at], torque[at], keep[at], np.full(len(at), loaded, dtype=float),
+            t, motion.q[at], motion.qd[at], motion.qdd[at], torque[at], keep[at], np.full(len(at), float(loaded)),
             (t - motion.t[0]) / (motion.t[-1] - motion.t[0]), zeros, zeros, ((motion.t, torque),), (recording,),
         )  # fmt: skip
 
@@ -96,7 +96,7 @@ class States(NamedTuple):
             x, size = q[own], np.sqrt(2.0 * q[own].var(axis=0).sum()) or 1.0
             shifts = range(1, int(_OVERLAP * len(x)))
             apart = np.array([np.linalg.norm(x[m:] - x[:-m]) / np.sqrt(len(x) - m) for m in shifts]) / size
-            gone = int(np.argmax(apart > _AWAY)) if (apart > _AWAY).any() else len(apart)
+            gone = int(np.argmax(np.append(apart > _AWAY, True)))
             back = gone + np.flatnonzero(apart[gone:] < _BACK)
             if not len(back):
                 continue
@@ -105,8 +105,7 @@ class States(NamedTuple):
             earlier = [float(np.linalg.norm(x[:passage] - q[j : j + passage])) for j in begins]
             if min(earlier, default=np.inf) < _BACK * size * np.sqrt(passage):  # passages of an earlier recording
                 place[own[:passage]] = place[np.argmin(earlier) :][:passage]
-            for i in own[passage:]:
-                place[i] = place[i - passage]
+            place[own] = np.resize(place[own[:passage]], len(own))
         _, place, sizes = np.unique(place, return_inverse=True, return_counts=True)
         blocks = BLOCKS if len(sizes) == len(place) else int(np.clip(len(sizes) // _PLACES, 2, BLOCKS))
         return joined._replace(block=(np.cumsum(sizes) - sizes)[place] * blocks // max(len(place), 1))
@@ -187,9 +186,8 @@ class System:
         prior = np.diag(np.square([*np.zeros(c), *changes.values()]))
         if known is not None:
             nominal, inflation, prior[:b, :b] = known.values, known.inflation, known.root.T @ known.root
-        carried = np.zeros(spring.shape)
+        W = regressor_at(robot, names, states.q, states.qd, states.qdd)
         for last in (not robot.drives.loaded, True):
-            W = regressor_at(robot, names, states.q, states.qd, states.qdd, carried.T)
             load, friction = (W[:, list(map(names.index, some))] * states.loaded for some in (payload, changes))
             load = frame_change(robot.flange).T @ load if payload else load
             columns, torque = np.concatenate([W[:, :b], load, friction], axis=1), states.torque.T + spring
@@ -201,6 +199,10 @@ class System:
             # Friction under load goes by the torque of the bodies, as they come out without it.
             rigid = [k for k, name in enumerate((*own, *payload)) if parameter_kind(name) in INERTIAL]
             carried = system.values[rigid] @ system.columns[:, rigid] - spring
+            state = DriveState(states.q.T, states.qd.T, states.qdd.T, carried)
+            for name, rows in drive_terms(robot.drives, state, np.sign).items():
+                for row, values in rows.items() if name in names else ():
+                    W[row, names.index(name)] = values
         return system
 
     @cached_property
@@ -208,19 +210,22 @@ class System:
         """Torque of the payload, n x N; zero where nothing shows one."""
         return np.asarray(self.values[self.payload] @ self.columns[:, self.payload])
 
-    def bodies(self, robot: Robot | None = None, turn: Array | float = 0.0) -> list[Array]:
-        """Torques of links and payload together, and of the payload alone, n x N each.
+    def bodies(self, robot: Robot | None = None, turns: Array | None = None) -> list[Array]:
+        """Torques of links and payload together, and of the payload alone, n x k x N each.
 
-        On the way, with joints turned by ``turn`` [rad], or at rest under the gravity of another ``robot``.
+        On the way, with joints turned by ``turns`` [rad], k x n, or at rest under the gravity of another ``robot``.
         """
         links = [k for k, name in enumerate(self.names) if parameter_kind(name) in INERTIAL]
         load, moves = payload_columns(self.robot) if self.states.loaded.any() else (), float(robot is None)
         names = tuple(dict.fromkeys([*(self.names[k] for k in links), *load]))
-        motion = self.states.q + turn, moves * self.states.qd, moves * self.states.qdd
-        W = regressor_at(robot or self.robot, names, *motion)
+        turns = np.zeros((1, self.robot.n)) if turns is None else turns
+        motion = (moves * self.states.qd, moves * self.states.qdd, self.states.loaded[:, None])
+        q, (qd, qdd, loaded) = self.states.q + turns[:, None], (np.tile(part, (len(turns), 1)) for part in motion)
+        W = regressor_at(robot or self.robot, names, q.reshape(qd.shape), qd, qdd)
         ten = frame_change(self.robot.flange) @ self.values[self.payload] if load else np.zeros(0)
-        carried = (ten @ W[:, list(map(names.index, load))]) * self.states.loaded
-        return [self.values[links] @ W[:, : len(links)] + carried, carried]
+        carried = (ten @ W[:, list(map(names.index, load))]) * loaded[:, 0]
+        both = self.values[links] @ W[:, : len(links)] + carried, carried
+        return [torque.reshape(len(torque), len(turns), -1) for torque in both]
 
     @cached_property
     def norms(self) -> Array:
@@ -247,11 +252,8 @@ class System:
     @cached_property
     def joint_grams(self) -> Array:
         """Gram matrices of each joint's rows: robot, payload, torque last; friction as without load."""
-        c, grams = self.payload.stop, []
-        for columns, torque, keep in zip(self.columns, self.torque, self.keep, strict=True):
-            rows = np.vstack([columns[:c], torque]) * keep
-            grams.append(rows @ rows.T)
-        return np.array(grams)
+        rows = np.concatenate([self.columns[:, : self.payload.stop], self.torque[:, None]], axis=1)
+        return np.array([own @ own.T for own in rows * self.keep[:, None]])
 
     def fit(self, weights: Array, free_gains: bool = False) -> "SystemFit":
         """Solve the equations, friction as it is without load.

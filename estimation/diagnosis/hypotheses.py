@@ -208,10 +208,9 @@ def tilt(system: System) -> Sought:
     First moments about a first axis along gravity show in a tilt alone: they are free.
     """
     robot, g, first = system.robot, np.array(system.robot.gravity), system.robot.joints[0]
-    leaning = [
-        replace(robot, gravity=tuple(across)) for across in (np.linalg.norm(g) * upright(robot)[:2]).tolist()
-    ]
-    both = np.stack([system.bodies(other) for other in leaning], axis=2)
+    across = (np.linalg.norm(g) * upright(robot)[:2]).tolist()
+    leaning = [replace(robot, gravity=tuple(gravity)) for gravity in across]
+    both = np.concatenate([system.bodies(other) for other in leaning], axis=2)
     axis, free, q = np.array([0.0, -np.sin(first.alpha), np.cos(first.alpha)]), list[Array](), system.states.q
     if first.revolute and np.linalg.norm(np.cross(axis, g)) < _UPRIGHT * np.linalg.norm(g):
         free.append(regressor_at(leaning[0], ("MX1", "MY1"), q, 0.0 * q, 0.0 * q))
@@ -219,14 +218,18 @@ def tilt(system: System) -> Sought:
         return Sought({"": both[0]}, free=free)
     # By method 3 the robot is left out: what the columns are to the payload alone.
     part = slice(system.payload.start, None)
-    gram = system.grams(system.states.block, [both[1]]).sum(axis=0)[part, part]
-    ten = solved(gram, system.prior[part, part])[: len(PAYLOAD), :-1]
+    rows = (
+        np.concatenate([system.columns[:, part], both[1]], axis=1)
+        * (system.weights[:, None] * system.keep)[:, None]
+    )
+    gram = np.einsum("jan,jbn->ab", rows, rows, optimize=True)
+    ten = solved(gram, system.prior[part, part])[: len(PAYLOAD)]
     return Sought({"": both[0]}, free=free, by_difference=-ten)
 
 
 def weight(system: System) -> Sought:
     """Column of gravity's size: the torque of all weights."""
-    return Sought({"": system.bodies(system.robot)[0][:, None]})
+    return Sought({"": system.bodies(system.robot)[0]})
 
 
 def _weight(effect: Effect, evidence: Evidence) -> Finding:
@@ -246,7 +249,7 @@ def earth(evidence: Evidence) -> Iterator[Finding]:
 
     By over {WEIGHT:.0%}, if the torques are closer to Earth's: do not use.
     """
-    effect = evidence.diagnosis.effects.get("weight")
+    effect = evidence.effects.get("weight")
     if effect is None or BY_NAME["weight"].stands_out(effect):
         return
     usual = float(np.linalg.norm(evidence.robot.gravity))
@@ -260,7 +263,7 @@ def earth(evidence: Evidence) -> Iterator[Finding]:
 
 def compensated(system: System) -> Sought:
     """Column of the payload's weight alone, its inertia left."""
-    return Sought({WITH_PAYLOAD: -system.bodies(system.robot)[1][:, None] * after_fraction(system, 0.0)})
+    return Sought({WITH_PAYLOAD: -system.bodies(system.robot)[1] * after_fraction(system, 0.0)})
 
 
 def _compensated(effect: Effect, evidence: Evidence) -> Finding:
@@ -279,9 +282,10 @@ def _compensated(effect: Effect, evidence: Evidence) -> Finding:
 def zero(system: System) -> Sought:
     """Column of each turning joint's zero: how the torque of links and payload changes with its position."""
     turning = [j for j, joint in enumerate(system.robot.joints) if joint.revolute]
-    torques = ((j, system.bodies(turn=_TURN * np.eye(system.robot.n)[j])[0]) for j in turning)
-    as_read = system.bodies()[0]
-    return Sought({str(j + 1): (torque - as_read)[:, None] / _TURN for j, torque in torques})
+    turns = np.vstack([np.zeros(system.robot.n), np.eye(system.robot.n)[turning]])
+    torque = system.bodies(turns=_TURN * turns)[0]
+    change = (torque[:, 1:] - torque[:, :1]) / _TURN
+    return Sought({str(j + 1): change[:, k : k + 1] for k, j in enumerate(turning)})
 
 
 def _zero(effect: Effect, _: Evidence) -> Finding:
@@ -381,7 +385,7 @@ def _pulls(effect: Effect) -> bool:
 
 def pull_of(evidence: Evidence) -> Effect | None:
     """Take the pull, or one of ``ALONE``, that stands out: it may look like a scale or another robot."""
-    found = evidence.diagnosis.effects.items()
+    found = evidence.effects.items()
     return next((one for name, one in found if name in ("pull", *ALONE) and BY_NAME[name].stands_out(one)), None)
 
 
@@ -524,7 +528,7 @@ def effects_of(system: System, free_gains: bool = False, least: float = 0.0) -> 
 def hypotheses(evidence: Evidence) -> list[Finding]:
     """Findings of all rows of ``HYPOTHESES`` that stand out."""
     findings = []
-    for name, effect in evidence.diagnosis.effects.items():
+    for name, effect in evidence.effects.items():
         if BY_NAME[name].stands_out(effect):
             finding = BY_NAME[name].finding(effect, evidence)
             cause = finding.severity == "error" and (name in ("pull", *ALONE) or effect.fall > HELPFUL)

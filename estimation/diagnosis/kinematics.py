@@ -129,8 +129,7 @@ class ToolPoses(NamedTuple):
     def evenly(self, most: int) -> "ToolPoses":
         """Take no more than so many of the poses."""
         rows = np.unique(np.linspace(0, len(self.q) - 1, most).astype(np.intp))
-        rotations = None if self.rotations is None else self.rotations[rows]
-        return ToolPoses(self.source, self.q[rows], self.positions[rows], rotations)
+        return ToolPoses(self.source, *(None if values is None else values[rows] for values in self[1:]))
 
 
 @dataclass(frozen=True)
@@ -167,8 +166,7 @@ def check_pose(robot: Robot, poses: ToolPoses, progress: Progress = silent) -> P
     Raises:
         InputError: if shapes do not fit, there are fewer than 4 poses, or the tool hardly moves.
     """
-    source, q, positions, rotations = poses
-    count = len(q)
+    (source, q, positions, rotations), count = poses, len(poses.q)
     axes = (count, 3, 3) if rotations is None else rotations.shape
     if (q.shape, positions.shape, axes) != ((count, robot.n), (count, 3), (count, 3, 3)) or count < 4:
         raise InputError(
@@ -216,18 +214,16 @@ def _fitted(robot: Robot, poses: ToolPoses, starts: Array, tolerance: float = 1e
         B = U @ Vt
         return B, target - B @ centre, ((points - centre) @ B.T + target - few.positions).ravel()
 
-    few = poses.evenly(_MOST)
+    few, least = poses.evenly(_MOST), math.inf
     R, p = flange(few.q)
-    fits = []
     for start in starts:
-        fits.append(
-            optimize.least_squares(
-                lambda offset: placed(offset)[2], start, method="lm", xtol=tolerance, ftol=tolerance, max_nfev=400
-            )
+        fit = optimize.least_squares(
+            lambda tool: placed(tool)[2], start, method="lm", xtol=tolerance, ftol=tolerance, max_nfev=400
         )
-        if 2.0 * fits[-1].cost < len(p) * _FOUND**2:
+        if fit.cost < least:
+            least, offset = fit.cost, fit.x
+        if 2.0 * least < len(p) * _FOUND**2:
             break
-    offset = min(fits, key=lambda fit: fit.cost).x
     B, b, _ = placed(offset)
     # Base and tool are determined if no small change of both leaves all points where they are.
     turns = np.cross((p - p.mean(axis=0) + (R - R.mean(axis=0)) @ offset)[:, None], np.eye(3))
@@ -240,18 +236,10 @@ def _fitted(robot: Robot, poses: ToolPoses, starts: Array, tolerance: float = 1e
         each = spatial.transform.Rotation.from_matrix((B @ R).transpose(0, 2, 1) @ poses.rotations)
         turn, rms_angle = each.mean().as_matrix(), _rms((each.mean().inv() * each).magnitude())
     spread, logged = (float(np.sqrt(x.var(axis=0).sum())) for x in (p, poses.positions))
-    return PoseCheck(
-        poses.source,
-        samples=len(p),
-        rms=_rms(errors),
-        largest=float(errors.max()),
-        rms_angle=rms_angle,
-        as_is=_rms(np.linalg.norm(p - poses.positions, axis=1)),
-        base=Pose.of(B, b),
-        tool=Pose.of(turn, offset),
-        determined=bool(determined),
-        scale=logged / spread if spread else math.inf,
-    )
+    scale, as_is = logged / spread if spread else math.inf, _rms(np.linalg.norm(p - poses.positions, axis=1))
+    base, tool, largest = Pose.of(B, b), Pose.of(turn, offset), float(errors.max())
+    told = bool(determined)
+    return PoseCheck(poses.source, len(p), _rms(errors), largest, rms_angle, as_is, base, tool, told, scale)
 
 
 def _rms(values: Array) -> float:
@@ -270,16 +258,15 @@ def rank_readings(
         InputError: if there is too little motion to tell anything.
     """
     parts = [States.of(recording, processing or robot.processing) for recording in recordings]
-    for part in parts:
-        if len(part.t) < _FEWEST:
-            raise InputError(f"{part.source}: {len(part.t)} moving samples are too few to check the kinematics")
+    if few := [part for part in parts if len(part.t) < _FEWEST]:
+        source, count = few[0].recordings[0].source, len(few[0].t)
+        raise InputError(f"{source}: {count} moving samples are too few to check the kinematics")
     together = States.joined(parts)
 
     def residual(reading: Reading) -> float:
         system = System.of(robot, reading.of(together))
-        if not system.keep.any():  # outside the spring's table: this cannot be the reading
-            return math.inf
-        return _rms(system.fit(1.0 / system.norms).left()[0])
+        # Outside the spring's table: this cannot be the reading.
+        return _rms(system.fit(1.0 / system.norms).left()[0]) if system.keep.any() else math.inf
 
     return _ranked(robot, residual, "relative torque residual", True, progress)
 
@@ -294,21 +281,20 @@ def _ranked(
         # Of those as good as the best the simplest comes first.
         return worse, value if worse else len(reading.changes), value, len(reading.changes), reading
 
-    plain = Reading.as_recorded(robot.n)
-    residuals, left, front = {plain: residual(plain)}, set[Reading](), [plain]
+    plain, seen = Reading.as_recorded(robot.n), set[Reading]()
+    residuals, front = {plain: residual(plain)}, [plain]
     best = residuals[plain]
     for k in range(_ROUNDS):
         progress(f"trying readings of the joints, round {k + 1} of at most {_ROUNDS}", k / _ROUNDS)
-        left.update(front)
-        for reading in (near for centre in front for near in _neighbours(robot, centre, torques)):
-            if reading not in residuals:
-                residuals[reading] = residual(reading)
+        seen.update(front)
+        new = [near for centre in front for near in _neighbours(robot, centre, torques)]
+        residuals |= {near: residual(near) for near in dict.fromkeys(new) if near not in residuals}
         limit = min(residuals.values()) * (1.0 + _ALIKE) + _ROUNDING
         ranked, before = sorted(residuals, key=rank), best
         best = residuals[ranked[0]]
         if not best < (1.0 - _WORTH) * before:
             break
-        front = [reading for reading in ranked if reading not in left][:_FRONT]
+        front = [reading for reading in ranked if reading not in seen][:_FRONT]
     return Readings(
         unit,
         residuals[plain],
@@ -324,13 +310,11 @@ def _neighbours(robot: Robot, reading: Reading, torques: bool) -> Iterator[Readi
     for i, j in combinations(range(robot.n), 2):
         yield from (reading.swapped(i, j), reading.changed(i, j, sign=-1))
     for j in range(robot.n):
-        yield reading.changed(j, sign=-1)
-        if torques:
-            yield reading.changed(j, torque=-1)
-    for j, step in product(turning, (1, 2, 3)):
-        yield from (reading.changed(j, quarters=step), reading.changed(j, sign=-1, quarters=step))
+        yield from (reading.changed(j, sign=-1), *([reading.changed(j, torque=-1)] if torques else []))
+    for j, step, sign in product(turning, (1, 2, 3), (1, -1)):
+        yield reading.changed(j, sign=sign, quarters=step)
     for j in range(1, robot.n):
-        parallel = abs(math.sin(robot.joints[j].alpha)) < _PARALLEL and {j - 1, j} <= set(turning)
-        yield from (reading.changed(j, along=along) for along in (1, -1) if parallel)
+        if abs(math.sin(robot.joints[j].alpha)) < _PARALLEL and {j - 1, j} <= set(turning):
+            yield from (reading.changed(j, along=along) for along in (1, -1))
     for (i, j), a, b in product(pairwise(turning), (1, 2, 3), (1, 2, 3)):
         yield reading.changed(i, quarters=a).changed(j, quarters=b)

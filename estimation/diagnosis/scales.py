@@ -125,10 +125,10 @@ def weight(evidence: Evidence) -> Iterator[Finding]:
     gravity over {LEANS:g} degrees off: do not use, and explains the rest; only noted if the unit is given.
     Columns named effort that the weight of the links does not confirm: do not use until the unit is given.
     """
-    nominal, source = evidence.diagnosis.nominal, evidence.source
+    nominal, source = evidence.nominal, evidence.source
     units = {one.torque_unit for one in (*source.unloaded, *source.loaded)} if source is not None else set()
     # A joint counted the other way, or another robot, which goes against the weight too, leaves next to nothing.
-    others = evidence.diagnosis.alternatives
+    others = evidence.alternatives
     settled = any(one.kind in ("turned", "robot") and one.fall > SETTLED and one.z > SETTLED_Z for one in others)
     contradiction = _contradiction(evidence.robot, nominal) if nominal is not None and not settled else ""
     if contradiction and nominal is not None:
@@ -245,7 +245,7 @@ def scale(evidence: Evidence) -> Iterator[Finding]:
     All by {SCALE:.0%} and {SCALE_Z:g} sigma, or one joint's by {JOINT_SCALE:.0%} and {JOINT_SCALE_Z:g} sigma, and
     more clearly than a pull: do not use. Both are named if the data hardly distinguish them.
     """
-    found, pull = sorted(evidence.diagnosis.scales, key=Effect.z, reverse=True), pull_of(evidence)
+    found, pull = sorted(evidence.scales, key=Effect.z, reverse=True), pull_of(evidence)
     off = [scale for scale in found if beyond(scale)]
     if not off or (pull is not None and pull.z() > off[0].z()):
         return
@@ -276,7 +276,7 @@ def sensitive(evidence: Evidence) -> Iterator[Finding]:
     intervals grow by over {TOGETHER:g} (Birge), else noted; not if a different scale is seen,
     something pulls at the flange, or the payload was weighed.
     """
-    mass, whole = evidence.mass, next((scale for scale in evidence.diagnosis.scales if not scale.where), None)
+    mass, whole = evidence.mass, next((scale for scale in evidence.scales if not scale.where), None)
     weighed = any(payload.result.weighings for payload in evidence.constrained) or pull_of(evidence) is not None
     weighed = weighed or (evidence.weighed is not None and evidence.weighed.from_scale)
     if whole is None or evidence.spread is None or weighed or not mass > 0.0 or beyond(whole):
@@ -285,7 +285,7 @@ def sensitive(evidence: Evidence) -> Iterator[Finding]:
     change = hidden * abs(mass - float(whole.effect[9, 0]))
     if change > max(SENSITIVE * mass, NORMAL95 * evidence.spread.mass):
         advice = f"; --scale-sigma {100 * hidden:.2g}% allows for it" if evidence.weighed is None else ""
-        apart = evidence.diagnosis.disagreement > TOGETHER
+        apart = evidence.disagreement > TOGETHER
         yield (error if apart else note)(
             f"{'the joints disagree about the payload, and ' if apart else ''}a scale error of {100 * hidden:.2g} "
             f"% in the torques with payload would go unnoticed (measured scale {1.0 + whole.size:.3f} ± "
@@ -299,7 +299,7 @@ def motors_apart(evidence: Evidence) -> Iterator[Finding]:
 
     By over {JOINT_SCALE:.0%} and {OWN_SCALE_Z:g} sigma: not its gain.
     """
-    off = [scale for scale in evidence.diagnosis.scales if scale.where and beyond(scale, OWN_SCALE_Z)]
+    off = [scale for scale in evidence.scales if scale.where and beyond(scale, OWN_SCALE_Z)]
     worst = max((scale for scale in off if scale.z() <= JOINT_SCALE_Z), key=Effect.z, default=None)
     if evidence.gained is not None and worst is not None:
         yield warning(
@@ -317,7 +317,7 @@ def joints(evidence: Evidence) -> list[Finding]:
     then over {USEFUL:.0%}, or if leaving the joint out moves the mass out of it; else not the inertia. A note if
     the intervals grow by more than {TOGETHER:g}.
     """
-    view, mass, factor = evidence.diagnosis.by_joints, evidence.mass, evidence.diagnosis.disagreement
+    view, mass, factor = evidence.by_joints, evidence.mass, evidence.disagreement
     # Standard deviations from few blocks, which are uncertain themselves, are wider, as Student's t is.
     wider = 1.0 if evidence.weighed is None else few_blocks(view.degrees_of_freedom)
     odd, text, serious = _odd(view, wider, mass, factor)
