@@ -86,9 +86,10 @@ class States(NamedTuple):
         What a model leaves, such as ripple, repeats with the motion: passages of one path count as one.
         """
         arrays: list[Any] = [np.concatenate(column) for column in zip(*(part[:-2] for part in parts), strict=True)]
-        signals, recordings = ([one for part in parts for one in part[k]] for k in (-2, -1))
-        joined = States(*arrays, tuple(signals), tuple(recordings))
-        joined = joined._replace(recording=np.repeat(np.arange(len(parts)), [len(part.t) for part in parts]))
+        arrays += [tuple(one for part in parts for one in part[k]) for k in (-2, -1)]
+        joined = States(*arrays)._replace(
+            recording=np.repeat(np.arange(len(parts)), [len(part.t) for part in parts])
+        )
         # Each state is numbered by the first one at its place of a motion that repeats, else by itself.
         q, place = joined.q, np.arange(len(joined.q))
         for k in range(len(parts)):
@@ -126,14 +127,17 @@ class States(NamedTuple):
 
     def mixed(self, other: "States", mask: Mask) -> "States":
         """Take some of the states in another reading."""
-        motion = (np.where(mask[:, None], *both) for both in zip(other[1:6], self[1:6], strict=True))
-        return self._replace(**dict(zip(States._fields[1:6], motion, strict=True)))
+        both = zip(States._fields[1:6], other[1:6], self[1:6], strict=True)
+        motion: dict[str, Any] = {name: np.where(mask[:, None], one, rest) for name, one, rest in both}
+        return self._replace(**motion)
 
 
 def states_of(source: Source | None, fewest: int = _FEWEST) -> States | None:
     """Some 10 states a second of all recordings, without payload first; None where there are too few."""
     parts = list[States]()
-    for loaded, recordings in enumerate((source.unloaded, source.loaded) if source is not None else ()):
+    if source is None:
+        return None
+    for loaded, recordings in enumerate((source.unloaded, source.loaded)):
         for recording in recordings:
             t = recording.t
             middle = 0.5 * (t[0] + t[-1]) + 0.5 * _LONGEST * np.array([-1.0, 1.0])
@@ -306,7 +310,7 @@ def relative_scales(robot: Robot, states: States) -> Array:
     """
     scales = np.ones(robot.n)
     for _ in range(_ROUNDS):
-        system = System.of(robot, replace(states, torque=states.torque / scales))
+        system = System.of(robot, states._replace(torque=states.torque / scales))
         scales *= system.fit(system.weights, True).scales
     return scales
 

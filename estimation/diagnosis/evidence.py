@@ -149,8 +149,10 @@ class Evidence:
     @cached_property
     def white_noise(self) -> Array | None:
         """White noise of each joint's equations by the recordings' second differences [N·m or N], (n,)."""
-        source, parts = self.source, list[Array]()
-        for one in (*source.unloaded, *source.loaded) if source is not None else ():
+        parts = list[Array]()
+        if (source := self.source) is None:
+            return None
+        for one in (*source.unloaded, *source.loaded):
             thinned = source.processing.thinning(min(one.rate, source.rate or one.rate))
             parts.append(np.mean(np.diff(one.torque, 2, axis=0) ** 2, axis=0) / (6.0 * thinned))
         return np.asarray(np.sqrt(np.mean(parts, axis=0))) if parts else None

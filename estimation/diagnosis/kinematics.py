@@ -129,7 +129,8 @@ class ToolPoses(NamedTuple):
     def evenly(self, most: int) -> "ToolPoses":
         """Take no more than so many of the poses."""
         rows = np.unique(np.linspace(0, len(self.q) - 1, most).astype(np.intp))
-        return ToolPoses(self.source, *(None if values is None else values[rows] for values in self[1:]))
+        rotations = None if self.rotations is None else self.rotations[rows]
+        return ToolPoses(self.source, self.q[rows], self.positions[rows], rotations)
 
 
 @dataclass(frozen=True)

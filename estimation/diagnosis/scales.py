@@ -4,7 +4,7 @@ Free parameters take any sign and unit, so that no residual shows a wrong scale 
 one payload is the test of drive gains and friction.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from itertools import combinations
 
@@ -17,7 +17,7 @@ from ...model.drives import parameter_kind
 from ...model.friction import is_friction
 from ...model.regressors import regressor_at, standard_columns
 from ...model.stand_in import can_stand_in, nominal_bodies
-from ..equations.equations import PAYLOAD
+from ..equations.equations import PAYLOAD, Equations
 from ..fit.covariance import NORMAL95, few_blocks
 from ..payload.by_joints import ByJoints
 from ..payload.long_motion import LongMotion
@@ -90,24 +90,22 @@ def nominal_gravity(robot: Robot, states: States | None) -> NominalGravity | Non
         for x, y, z, moves in np.diag([size, size, size, 1.0]).tolist()
     )
     along, described = np.stack(axes, axis=1), np.array(robot.gravity) / size
-    expected, block, joints = described @ along, np.arange(len(states.t)) * BLOCKS // len(states.t), []
-    for j, qd in enumerate(states.qd.T):
-        own = np.vstack([np.ones(len(qd)), qd, np.sign(qd), states.qdd[:, j], inertial[j]])
-        rows = np.vstack([own, along[j], expected[j], states.torque[:, j]])
-        rows *= states.keep[:, j] & (states.keep[:, j].sum() >= BLOCKS)
-        grams = np.array([part @ part.T for part in (rows[:, block == b] for b in range(BLOCKS))])
-        added = Added.of(grams, np.zeros((len(own), len(own))), slice(0))
-        # Each joint is weighted by what gravity in any direction leaves of its torque.
-        left = max(1.0 - added.effect(range(3)).fall, _FLOOR) * float(added.whole[-1, -1])
-        weight = float(np.sum(rows[0])) / left if left > 0.0 else 0.0
-        joints.append(added._replace(whole=weight * added.whole, left=weight * added.left))
-    each = [one.effect([3]) for one in joints]
-    whole, left_out = (np.sum(np.array([one[k] for one in joints]), axis=0) for k in range(2))
-    gravity = Added(whole, left_out, joints[0].payload).effect(range(3))
+    expected, block, qd = described @ along, np.arange(len(states.t)) * BLOCKS // len(states.t), states.qd.T
+    own = [np.ones(qd.shape), qd, np.sign(qd), states.qdd.T, inertial]
+    rows = np.stack([*own, *along.swapaxes(0, 1), expected, states.torque.T], axis=1)
+    rows *= (states.keep.T & (states.keep.sum(axis=0) >= BLOCKS)[:, None])[:, None]
+    grams = [part @ part.swapaxes(1, 2) for part in (rows[:, :, block == b] for b in range(BLOCKS))]
+    joints = [Added.of(each, np.zeros((len(own), len(own))), slice(0)) for each in np.swapaxes(grams, 0, 1)]
+    # Each joint is weighted by what gravity in any direction leaves of its torque.
+    squares, counts = np.array([one.whole[-1, -1] for one in joints]), rows[:, 0].sum(axis=1)
+    left = np.maximum([1.0 - one.effect(range(3)).fall for one in joints], _FLOOR) * squares
+    weights = np.where(left > 0.0, counts / np.where(left > 0.0, left, 1.0), 0.0)
+    whole, left_out = (np.tensordot(weights, [one[k] for one in joints], 1) for k in range(2))
+    gravity, each = Added(whole, left_out, joints[0].payload).effect(range(3)), [one.effect([3]) for one in joints]
     needed = np.linalg.norm(expected * states.keep.T, axis=1)
     shown = needed > CARRIES * needed.max()
     shown &= [one.fall > EXPLAINED and one.sigma < SURE * abs(one.size) for one in each]
-    squares = np.array([float(one.whole[-1, -1]) for one in joints])
+    squares *= weights
     return NominalGravity(
         ratio=np.where(shown, [one.size for one in each], np.nan),
         gravity=size * gravity.values,
@@ -199,8 +197,8 @@ def scales(problem: PayloadProblem, weights: Array, system: System | None) -> tu
         along = (system.values[rigid] @ system.columns[:, rigid]) * system.states.loaded
         prior = np.array(system.prior)
         prior[system.payload.stop :, system.payload.stop :] = 0.0  # friction under load is free
-        free = replace(system, prior=prior)
-        added = free.with_columns(along[:, None], np.eye(n)[:, :, None] * along[:, None])
+        by_block = system.grams(system.states.block, [along[:, None], np.eye(n)[:, :, None] * along[:, None]])
+        added = Added.of(by_block, prior, system.payload, system.inflation)
         by_states = tuple(added.effect([k], where=where) for k, where in enumerate(wheres))
     if not isinstance(problem, LongMotion) or problem.unloaded is None:
         return by_states
@@ -217,21 +215,17 @@ def scales(problem: PayloadProblem, weights: Array, system: System | None) -> tu
     carried[friction], carried[rigid, unknown] = column[c:unknown], robot[rigid]
     of_joints = np.repeat(carried[None], n, axis=0)
     of_joints[:, rigid, unknown + 1 : -1] = np.eye(n)[:, None] * robot[rigid, None]
-    without, with_payload = (
-        [
-            np.vstack([w * R @ M for w, R, M in zip(weights, block.factors, changes, strict=True)])
-            for block in blocks
-        ]
-        for blocks, changes in ((unloaded.blocks, [own] * n), (loaded.blocks, of_joints))
-    )
+
+    def gram(block: Equations, changes: Iterable[Array]) -> Array:
+        rows = np.vstack([w * R @ M for w, R, M in zip(weights, block.factors, changes, strict=True)])
+        return np.asarray(rows.T @ rows)
+
+    without = [gram(block, [own] * n) for block in unloaded.blocks]
+    with_payload = [gram(block, of_joints) for block in loaded.blocks]
     # Blocks of one motion are left out together.
-    both = (
-        zip(without, with_payload, strict=True)
-        if len(without) == len(with_payload)
-        else zip([*without, *with_payload])
-    )
-    grams = np.array([sum(rows.T @ rows for rows in blocks) for blocks in both])
-    added = Added.of(grams, np.zeros((unknown, unknown)), slice(b, c))
+    together = len(without) == len(with_payload)
+    blocks = np.add(without, with_payload) if together else np.array([*without, *with_payload])
+    added = Added.of(blocks, np.zeros((unknown, unknown)), slice(b, c))
     # The limits were measured with these blocks, however few: none of 111 good recordings passes them. What they
     # take off is compared with that of hypotheses, which go by states.
     falls = [one.fall for one in by_states] or [0.0] * len(wheres)
