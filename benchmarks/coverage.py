@@ -219,7 +219,7 @@ def answered(gain: float, name: str, run: int) -> Iterator[Stated]:
     answer = estimation.answer_payload(problem)
     unguarded = replace(problem, settings=replace(problem.settings, friction_change=0.0))
     narrow = constrain_payload(estimation.payload_estimate(unguarded, 4)).intervals.parameters[9]
-    intervals, by_joints = answer.recommended.intervals, answer.evidence.diagnosis.by_joints
+    intervals, by_joints = answer.recommended.intervals, answer.evidence.by_joints
     ten = shared.held(intervals.parameters, body.vector)
     half = 0.5 * float(np.ptp(intervals.parameters[9])) / body.mass
     for row in (name, "all arms"):

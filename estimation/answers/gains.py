@@ -12,7 +12,7 @@ from ...common import Brief, InputError, one_thread
 from ...model import InertialParameters, Recording, Robot
 from ..diagnosis.causes import likely_causes
 from ..diagnosis.engine import states_of
-from ..diagnosis.evidence import KNOWN_WELL, Evidence
+from ..diagnosis.evidence import KNOWN_WELL
 from ..diagnosis.verdict import diagnose, judge
 from ..equations.equations import PAYLOAD
 from ..fit.covariance import NORMAL95, RobustCovariance, jackknife
@@ -145,17 +145,16 @@ def answer_gains(problem: GainProblem) -> documents.GainsResult:
     )
     # What the mountings have in common stands in the evidence of the first.
     evidence = [
-        Evidence(
-            robot=problem.description,
-            source=each.source,
+        replace(
+            found,
             condition=each.unloaded.condition_numbers()[1] if each.unloaded else None,
             parameters=each.robot_estimate,
             estimates=(own,),
             gained=None if k else sigma,
             weights=() if k else weights,
-            diagnosis=replace(diagnosis, alternatives=()) if k else diagnosis,
+            alternatives=() if k else found.alternatives,
         )
-        for k, (each, own, diagnosis) in enumerate(zip(posed, identified, diagnoses, strict=True))
+        for k, (each, own, found) in enumerate(zip(posed, identified, diagnoses, strict=True))
     ]
     robot, source = problem.description, problem.source
     payloads = tuple(

@@ -70,7 +70,7 @@ class PayloadAnswer(Speaks, Brief):
     def result(self) -> PayloadResult:
         """Result that ``--json`` writes, ``answer.result.mass.low``; what was not determined is nan or None."""
         problem, source, robot, gains = self.problem, self.problem.source, self.problem.robot, self.gains
-        evidence, by_joints = self.evidence, self.evidence.diagnosis.by_joints
+        evidence, by_joints = self.evidence, self.evidence.by_joints
         worst, scale, said = worst_joint(by_joints, self.mass), self.scale, robot.sources.get("flange", "")
         place = PoseTable.of(robot.flange_pose) if robot.flange_pose else None
         (method, reason), possible, spread, ends = self.recommendation, self.possible, self.spread, self.intervals
@@ -148,7 +148,7 @@ class PayloadAnswer(Speaks, Brief):
             recommended=documents.Recommended(method, "constrained" if self.constrained else "wls", reason),
             gain_sigma=gains if gains is not None else UNSET,
             mass_by_joints=by_joints.masses,
-            joint_that_agrees_least=worst.text if worst else None,
+            joint_that_agrees_least=worst,
             quantities={name: documents.Quantity(use, why or None, *entry) for name, (use, why), entry in rows},
             verdict=self.verdict,
             scale=(scale.mass, scale.sigma) if scale is not None else UNSET,
@@ -355,8 +355,8 @@ def answer_payload(
     stated = None if gains is not None and gains.assumed else gains
     # Weights are those of all recordings, not of differences; method 2 has no own ones.
     by_all = min(free, key=lambda estimate: (4, 3, 1, 2).index(estimate.method))
-    diagnosis = diagnose(problem, by_all, stated)
-    free = [allowing(estimate, diagnosis, stated) for estimate in free]
+    evidence = diagnose(problem, by_all, stated)
+    free = [allowing(estimate, evidence, stated) for estimate in free]
     own, validation = problem.robot_estimate, None
     if own is not None and held_out:
         validation = identification.held_out_fit(problem.robot, problem.base, own, held_out, problem.settings)
@@ -404,11 +404,10 @@ def answer_payload(
         reported = structs.replace(reported, mass=min(reported.mass, half))
     moments = np.diag(possible.body.inertia_com) if possible is not None else np.full(3, np.nan)
     at_rest, still = (problem, {"inertia": STILL}) if isinstance(problem, StaticMotion) else (None, {})
-    evidence = Evidence(
-        problem.robot,
-        None if at_rest else problem.source,
+    evidence = replace(
+        evidence,
+        source=None if at_rest else problem.source,
         at_rest=at_rest,
-        diagnosis=diagnosis,
         parameters=own,
         validation=validation,
         constrained=tuple(constrained),

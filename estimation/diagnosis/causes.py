@@ -7,7 +7,7 @@ of the difference of log-likelihoods, over its standard error. What fits better 
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from itertools import combinations, product
+from itertools import combinations, permutations, product
 
 import numpy as np
 
@@ -38,11 +38,11 @@ _REPORTED = 3
 _ENOUGH = 1200  # states in which causes are searched
 _COARSER, _PLENTY = 5, 180  # times fewer states decide first, as long as the second of them are left
 _FAR = -0.1  # fall of chi2 by coarser states: such a reading is not compared closer
-_LONGEST, _STEP = 0.5, 0.01  # s: delays that are tried
-_CLOCKS = 0.2, 0.05  # s: delays at the begin and end of recordings that are tried, and their step
+_LONGEST, _STEP = 50, 0.01  # steps [s] of delays that are tried, to either side
+_CLOCKS = 0.2  # s: longest delay at the begin and end of recordings that is tried
 _LEAST = 0.02  # a factor beyond this, or beyond its inverse, is no unit but a channel without content
+_STUCK = 0.5  # s: a position that is the very same number for longer
 _UNIT, _OFF = 0.3, 0.15  # logarithm of a factor that counts as another unit, and as another gain
-
 
 Read = tuple[str, States, Robot | None]
 """Reading of the recordings: what is assumed, and the states that it makes, of another robot or the same."""
@@ -120,18 +120,14 @@ def other_readings(evidence: Evidence) -> list[Finding]:
     column a joint does on the robot as described; a turned joint {TURNED:.0%} (z > {TURNED_Z:g}), no gravity
     {WEIGHTLESS:.0%}: do not use. Within {ALIKE:.0%} a note says that the data do not tell two robots apart.
     """
-    found, pull = sorted(evidence.diagnosis.alternatives, key=lambda a: -a.fall), pull_of(evidence)
+    found, pull = sorted(evidence.alternatives, key=lambda a: -a.fall), pull_of(evidence)
     least = BESIDE_PULL * pull.fall if pull is not None else 0.0
     friction = max((a.fall for a in found if a.kind == "friction"), default=0.0)
-    limits = {
-        "weightless": (WEIGHTLESS, TURNED_Z),
-        "robot": (max(ROBOT, friction), ROBOT_Z),
-        "turned": (TURNED, TURNED_Z),
-    }
-    beyond = [
-        a for a in found if a.kind in limits and a.fall > max(limits[a.kind][0], least) and a.z > limits[a.kind][1]
-    ]
-    weightless, robots, turned = ([a for a in beyond if a.kind == kind] for kind in limits)
+    limits = {"weightless": WEIGHTLESS, "robot": max(ROBOT, friction), "turned": TURNED}
+    weightless, robots, turned = (
+        [a for a in found if a.kind == kind and a.fall > max(fall, least) and a.z > z]
+        for (kind, fall), z in zip(limits.items(), (TURNED_Z, ROBOT_Z, TURNED_Z), strict=True)
+    )
     findings = [_cause("the torques lack gravity (already compensated)", best) for best in weightless]
     findings += [_cause(f"the robot is {best.name!r}", best) for best in robots[:1]]
     for best in turned[:1]:
@@ -139,8 +135,8 @@ def other_readings(evidence: Evidence) -> list[Finding]:
         findings.append(_cause(f"joint {names} has the opposite sign, in position and torque", best))
     alike = " or ".join(repr(a.name) for a in found if a.kind == "robot" and a.fall > -ALIKE)
     if alike and pull is None and not robots:
-        text = f"{alike} would fit these data as well as {evidence.robot.name!r}: make sure the robot is right"
-        findings.append(note(text))
+        as_well = f"{alike} would fit these data as well as {evidence.robot.name!r}"
+        findings.append(note(f"{as_well}: make sure the robot is right"))
     return findings
 
 
@@ -167,13 +163,13 @@ def likely_causes(
     states = states.taken(slice(None, None, max(1, len(states.t) // _ENOUGH)))
     described = Comparison(robot, states, free_gains)
     least = HELPFUL if contradicted else CONVINCING
-    names, squares = states.source.split(", "), described.fit.weights**2 @ described.fit.errors**2
+    squares = described.fit.weights**2 @ described.fit.errors**2
+    means = np.bincount(states.recording, squares) / np.maximum(np.bincount(states.recording), 1)
     masks = [np.ones(len(states.t), dtype=bool), states.loaded == 0.0, states.loaded > 0.0]
-    for kind in masks[1:]:
-        numbers = np.unique(states.recording[kind])
-        means = [float(squares[states.recording == k].mean()) for k in numbers]
-        masks += [states.recording == numbers[int(np.argmax(means))]] if len(numbers) else []
+    for numbers in (np.unique(states.recording[kind]) for kind in masks[1:]):
+        masks += [states.recording == number for number in numbers[np.argsort(-means[numbers])[:1]]]
     distinct = {mask.tobytes(): mask for mask in masks if mask.any()}.values()
+    names = [recording.source for recording in states.recordings]
     parts = [", ".join(names[k] for k in np.unique(states.recording[mask])) * (not mask.all()) for mask in distinct]
     tried: list[tuple[Alternative, str]] = []
     for family, several in FAMILIES:
@@ -196,21 +192,17 @@ def likely_causes(
 
 def delays(own: Comparison, _: Mask) -> Iterator[Read]:
     """Torque written later or earlier than position."""
-    for delay in np.arange(-_LONGEST, _LONGEST + 0.5 * _STEP, _STEP).tolist():
-        if abs(delay) >= 0.5 * _STEP:
-            late = "lags" if delay > 0.0 else "leads"
-            yield f"torque {late} position by about {abs(delay):.2f} s", own.states.later(delay), None
+    for delay in (_STEP * step for step in range(-_LONGEST, _LONGEST + 1) if step):
+        late = "lags" if delay > 0.0 else "leads"
+        yield f"torque {late} position by about {abs(delay):.2f} s", own.states.later(delay), None
 
 
 def clocks(own: Comparison, _: Mask) -> Iterator[Read]:
     """Torque and position on two clocks: a delay that grows from the begin to the end of a recording."""
-    states, passed, (longest, step) = own.states, own.states.passed, _CLOCKS
-    tried = np.arange(-longest, longest + 0.5 * step, step)
-    for first, last in product(tried, tried):
-        if abs(last - first) > 0.5 * step:
-            text = f"torque lags by {first:.2f} s at the start and {last:.2f} s at the end"
-            changed = states.later(first + (last - first) * passed)
-            yield f"torque and position ran on two clocks ({text})", changed, None
+    for first, last in permutations(np.linspace(-_CLOCKS, _CLOCKS, 9).tolist(), 2):
+        text = f"torque lags by {first:.2f} s at the start and {last:.2f} s at the end"
+        changed = own.states.later(first + (last - first) * own.states.passed)
+        yield f"torque and position ran on two clocks ({text})", changed, None
 
 
 def joint_columns(own: Comparison, _: Mask) -> Iterator[Read]:
@@ -220,12 +212,12 @@ def joint_columns(own: Comparison, _: Mask) -> Iterator[Read]:
         yield f"the sign of the torque of joint {j + 1} is wrong", plain.changed(j, torque=-1).of(states), None
     for i, j in combinations(range(n), 2):
         changed, names = plain.swapped(i, j).of(states), f"joints {i + 1} and {j + 1} are exchanged"
-        yield f"the torques of {names}", replace(states, torque=changed.torque), None
+        yield f"the torques of {names}", states._replace(torque=changed.torque), None
         yield names, changed, None
-        yield f"the positions of {names}", replace(changed, torque=states.torque), None
+        yield f"the positions of {names}", changed._replace(torque=states.torque), None
     for j in range(n):
         changed = plain.changed(j, sign=-1).of(states)
-        yield f"the sign of q{j + 1} is wrong", replace(changed, torque=states.torque), None
+        yield f"the sign of q{j + 1} is wrong", changed._replace(torque=states.torque), None
         yield f"joint {j + 1} has the opposite sign, in position and torque", changed, None
     for j, quarters in product(range(1, n), (1, 3, 2)):
         text = f"the zero of q{j + 1} is off by {180 if quarters == 2 else 90} degrees"
@@ -237,12 +229,11 @@ def gravity(own: Comparison, mask: Mask) -> Iterator[Read]:
     usual = np.array(own.robot.gravity)
     size = float(np.linalg.norm(usual)) or 9.81
     mounted = {"gravity points the other way (the robot is mounted upside down)": -usual}
-    for axis, sign in product(range(3), (1.0, -1.0)):
-        if abs(usual[axis]) <= 0.9 * size:
-            along = f"{'-' * (sign < 0)}{'xyz'[axis]} of frame 0 (the robot is mounted on a wall)"
-            mounted[f"gravity points along {along}"] = sign * size * np.eye(3)[axis]
-    for text, (x, y, z) in mounted.items() if mask.all() else ():
-        yield text, own.states, replace(own.robot, gravity=(float(x), float(y), float(z)))
+    for axis, sign in product(np.flatnonzero(np.abs(usual) <= 0.9 * size), (1.0, -1.0)):
+        along = f"{'-' * (sign < 0)}{'xyz'[axis]} of frame 0 (the robot is mounted on a wall)"
+        mounted[f"gravity points along {along}"] = sign * size * np.eye(3)[axis]
+    for text, other in mounted.items() if mask.all() else ():
+        yield text, own.states, replace(own.robot, gravity=tuple(other.tolist()))
 
 
 def descriptions(own: Comparison, mask: Mask) -> Iterator[Read]:
@@ -273,7 +264,7 @@ def offsets(own: Comparison, mask: Mask) -> Iterator[Read]:
         if shown > 1e-9 * square[j] * float(np.sum(column**2)):
             size = float(square @ (left * own.fit.errors).sum(axis=1)) / shown
             assumed = f"the torque of joint {j + 1} {text} {size:.3g} (N·m or N)"
-            yield assumed, replace(own.states, torque=own.states.torque - size * column.T), None
+            yield assumed, own.states._replace(torque=own.states.torque - size * column.T), None
 
 
 def channels(own: Comparison, mask: Mask) -> Iterator[Read]:
@@ -290,10 +281,11 @@ def channels(own: Comparison, mask: Mask) -> Iterator[Read]:
             size = f"{1.0 / ratio:.2g} times too large" if ratio < 1.0 else f"{ratio:.2g} times too small"
             text = f"the torque of joint {j + 1} is about {size} (drive gain or unit)"
             own_ratio = np.where(np.arange(n) == j, ratio, 1.0)
-            yield text, replace(states, torque=states.torque * own_ratio), None
-    if states.gains and states.gains != states.gains[::-1]:
-        reverse = np.array(states.gains[::-1]) / np.array(states.gains)
-        yield "the list of drive gains is reversed", replace(states, torque=states.torque * reverse), None
+            yield text, states._replace(torque=states.torque * own_ratio), None
+    gains = states.recordings[0].gains
+    if gains and gains != gains[::-1]:
+        reverse = np.array(gains[::-1]) / np.array(gains)
+        yield "the list of drive gains is reversed", states._replace(torque=states.torque * reverse), None
     fixed, factors = int(np.argmax(norms)), np.ones(n)
     free = [j for j in range(n) if j != fixed]
     factors[free] = -np.linalg.lstsq(gram[np.ix_(free, free)], gram[free, fixed], rcond=1e-12)[0]
@@ -304,18 +296,24 @@ def channels(own: Comparison, mask: Mask) -> Iterator[Read]:
             f"each joint's torque has its own unit (joint by joint {sizes} times too large), such as motor-side "
             "torque or percent of each drive's maximum"
         )
-        yield text, replace(states, torque=states.torque * factors), None
+        yield text, states._replace(torque=states.torque * factors), None
 
 
 def stuck_encoders(own: Comparison, _: Mask) -> Iterator[Read]:
     """An encoder that sticks while the robot moves on."""
-    states = own.states
-    for j in range(own.robot.n):
-        still = states.stuck[:, j]
+    states, stuck = own.states, np.zeros(own.states.q.shape, dtype=bool)
+    for number, recording in enumerate(states.recordings):
+        there = states.recording == number
+        for j, q in enumerate(recording.q.T):
+            edges, t = np.flatnonzero(np.diff(q)) + 1, states.t[there]
+            starts, stops = recording.t[np.append(0, edges)], recording.t[np.append(edges - 1, -1)]
+            place = np.maximum(np.searchsorted(starts, t, "right") - 1, 0)
+            stuck[there, j] = (stops - starts > _STUCK)[place] & (t <= stops[place])
+    for j, still in enumerate(stuck.T, 1):
         if 0.0 < still.mean() < 0.8:  # a joint that rests for longer does not move
             start, stop = states.t[still][0], states.t[still][-1]
-            text = f"the encoder of joint {j + 1} is stuck from {start:.3g} s to {stop:.3g} s"
-            yield text, replace(states, keep=states.keep & ~still[:, None]), None
+            text = f"the encoder of joint {j} is stuck from {start:.3g} s to {stop:.3g} s"
+            yield text, states._replace(keep=states.keep & ~still[:, None]), None
 
 
 FAMILIES: tuple[tuple[Callable[[Comparison, Mask], Iterator[Read]], bool], ...] = (

@@ -49,7 +49,6 @@ OTHER_WAY = 0.05  # relative difference of a weighing's mass by another way that
 CONDITION = 500.0
 """Condition number with columns scaled above which small errors spoil the answer; good motions have 10."""
 _MOMENTS = "XX", "YY", "ZZ"
-_SAME = ": did friction or anything else change between the recordings?"
 STILL = Judged("not visible", "standing still does not excite it")  # use of an inertia by a weighing at rest
 SWINGS, CLEAR, MATTERS = 3.0, 5.0, 0.02
 """Oscillation of the loaded torque at rest over that without payload, over the median of other frequencies, and
@@ -86,10 +85,11 @@ def judged(ten: Array, moments: Array, spread: PayloadSpread, from_scale: bool =
         "farther, or weigh the payload",
         "inertia": f"is {wide} (limit {100 * INERTIA_SIGMA:.0f} %); move the wrist faster, or record longer",
     }
-    why, good = "1 sigma", (parts[0] <= MASS_SIGMA, sigma <= allowed, not wide)
     answer = {
-        quantity: Judged("use") if enough else Judged("not measured well enough", f"{why} {text}")
-        for (quantity, text), enough in zip(vague.items(), good, strict=True)
+        quantity: Judged("use") if enough else Judged("not measured well enough", f"1 sigma {text}")
+        for (quantity, text), enough in zip(
+            vague.items(), (parts[0] <= MASS_SIGMA, sigma <= allowed, not wide), strict=True
+        )
     }
     for quantity, names, sigmas in (("centre of mass", "xyz", spread.com), ("inertia", _MOMENTS, spread.moments)):
         if hidden := [name for name, s in zip(names, sigmas, strict=True) if not np.isfinite(s)]:
@@ -99,24 +99,13 @@ def judged(ten: Array, moments: Array, spread: PayloadSpread, from_scale: bool =
     return answer
 
 
-def white_noise(evidence: Evidence) -> Array | None:
-    """White noise of each joint's equations by the recordings' second differences [N·m or N], (n,)."""
-    source, parts = evidence.source, list[Array]()
-    if source is None:
-        return None
-    for recording in (*source.unloaded, *source.loaded):
-        thinned = source.processing.thinning(min(recording.rate, source.rate or recording.rate))
-        parts.append(np.mean(np.diff(recording.torque, 2, axis=0) ** 2, axis=0) / (6.0 * thinned))
-    return np.asarray(np.sqrt(np.mean(parts, axis=0))) if parts else None
-
-
 def relative_per_joint(fit: Fit, evidence: Evidence) -> Array:
     """Relative residual of each joint, shape (n,); 0 where what is left is no more than a torque's noise.
 
     A joint that carries next to no torque, such as the last one of an arm with sensors on the link side, leaves
     nearly all of it unexplained by noise alone: its own norm cannot judge it.
     """
-    root, white = np.sqrt(np.maximum(np.array(fit.rows), 1)), white_noise(evidence)
+    root, white = np.sqrt(np.maximum(np.array(fit.rows), 1)), evidence.white_noise
     turns = np.array([joint.revolute for joint in evidence.robot.joints])
     kind = turns[:, None] == turns
     noise = NOISE * np.max(kind * (fit.torque_norms / root), axis=1) if white is None else FLOOR * white
@@ -139,17 +128,16 @@ def residual(evidence: Evidence) -> Iterator[Finding]:
     """
     if evidence.parameters is None:
         return
-    fit = evidence.parameters.fit
-    fits = [("the model" if evidence.of_robot else "the robot's model without payload", fit)]
     # The residual of method 3 is that of a torque difference.
     modelled = [estimate for estimate in evidence.estimates if estimate.method != 3]
-    fits += [(f"method {estimate.method}", estimate.estimate.fit) for estimate in modelled]
-    for subject, own in fits:
-        left, text = relative_per_joint(own, evidence), ""
+    fits = {"the model" if evidence.of_robot else "the robot's model without payload": evidence.parameters.fit}
+    fits |= {f"method {estimate.method}": estimate.estimate.fit for estimate in modelled}
+    for subject, fit in fits.items():
+        left, text = relative_per_joint(fit, evidence), ""
         joints = ", ".join(str(j) for j, relative in enumerate(left, 1) if not relative <= JOINT_RESIDUAL)
-        if not own.relative <= RESIDUAL:
+        if not fit.relative <= RESIDUAL:
             text = (
-                f"{100 * own.relative:.0f} % of the torque unexplained: check units, signs, the order of the "
+                f"{100 * fit.relative:.0f} % of the torque unexplained: check units, signs, the order of the "
                 "joints, and drive gains"
             )
         elif joints:
@@ -157,16 +145,16 @@ def residual(evidence: Evidence) -> Iterator[Finding]:
                 f"up to {100 * np.max(left):.0f} % of the torque of joint {joints} unexplained: check its sign, "
                 "unit and drive gain, and whether it moved enough"
             )
-        if own.known and text:
+        if fit.known and text:
             yield error(f"{subject} leaves {text}")
             break
-    apart = [e for e in modelled if e.estimate.fit.relative > LOADED_RATIO * max(fit.relative, 0.01)]
-    if apart:
+    own = evidence.parameters.fit.relative
+    if apart := [e for e in modelled if e.estimate.fit.relative > LOADED_RATIO * max(own, 0.01)]:
         worst, numbers = max(e.estimate.fit.relative for e in apart), ", ".join(str(e.method) for e in apart)
         which = f"each of methods {numbers}" if apart[1:] else f"method {numbers}"
         yield error(
             f"{which} leaves {100 * worst:.0f} % of the torque with payload unexplained, but only "
-            f"{100 * fit.relative:.1f} % without: check signs, and that both recordings are of the same robot"
+            f"{100 * own:.1f} % without: check signs, and that both recordings are of the same robot"
         )
 
 
@@ -179,7 +167,7 @@ def validation(evidence: Evidence) -> Iterator[Finding]:
     held_out = evidence.validation
     if evidence.parameters is None or held_out is None:
         return
-    left, own, white = held_out.relative, evidence.parameters.fit.relative, white_noise(evidence)
+    left, own, white = held_out.relative, evidence.parameters.fit.relative, evidence.white_noise
     noise = 0.0 if white is None else float(np.linalg.norm(white * np.sqrt(held_out.rows)))
     noise *= FLOOR / float(np.linalg.norm(held_out.torque_norms))
     if left > VALIDATION or left > max(VALIDATION_FLOOR, VALIDATION_RATIO * own, noise):
@@ -224,11 +212,8 @@ def impossible(evidence: Evidence) -> Iterator[Finding]:
     p below {CONFLICT:g}: a warning; do not use if anything else looks wrong.
     """
     if evidence.possible is not None and evidence.possible < CONFLICT:
-        yield warning(
-            f"no physical robot can have these parameters (p {evidence.possible:.2g}): check the robot's "
-            "description, signs, units and drive gains",
-            IMPOSSIBLE,
-        )
+        unlikely = f"no physical robot can have these parameters (p {evidence.possible:.2g})"
+        yield warning(f"{unlikely}: check the robot's description, signs, units and drive gains", IMPOSSIBLE)
 
 
 def sign(evidence: Evidence) -> Iterator[Finding]:
@@ -269,17 +254,16 @@ def methods_apart(evidence: Evidence) -> Iterator[Finding]:
     Spread over more than {MASS_SPREAD:.0%}, or two apart by {METHODS_APART:.0%} and {SIGMAS:g} sigma: do not use.
     """
     masses = [e.mass for e in evidence.estimates] or [0.0]
-    mean = abs(float(np.mean(masses)))
-    apart = [
-        f"methods {a.method} and {b.method} disagree beyond their intervals: {a.mass:.4g} and {b.mass:.4g} kg"
-        f"{_SAME}"
-        for a, b in combinations(evidence.estimates, 2)
-        if abs(a.mass - b.mass)
-        > max(METHODS_APART * mean, SIGMAS * hypot(a.estimate.larger_sigma[9], b.estimate.larger_sigma[9]))
-    ]
+    mean, text = abs(float(np.mean(masses))), ""
+    for a, b in combinations(evidence.estimates, 2):
+        chance = SIGMAS * hypot(a.estimate.larger_sigma[9], b.estimate.larger_sigma[9])
+        if not text and abs(a.mass - b.mass) > max(METHODS_APART * mean, chance):
+            beyond = f"methods {a.method} and {b.method} disagree beyond their intervals"
+            text = f"{beyond}: {a.mass:.4g} and {b.mass:.4g} kg"
     if np.ptp(masses) > MASS_SPREAD * mean:
-        apart = [f"the methods' masses range from {min(masses):.3g} to {max(masses):.3g} kg{_SAME}"]
-    yield from (error(text, "mass") for text in apart[:1])
+        text = f"the methods' masses range from {min(masses):.3g} to {max(masses):.3g} kg"
+    if text:
+        yield error(f"{text}: did friction or anything else change between the recordings?", "mass")
 
 
 def unexplained(evidence: Evidence) -> Iterator[Finding]:
@@ -367,10 +351,7 @@ def rests(evidence: Evidence) -> Iterator[Finding]:
 
 
 def alignment(evidence: Evidence) -> Iterator[Finding]:
-    """Pairs whose positions differ, so that method 3 does not fit.
-
-    Over {MISMATCH:g} rad (rms): not the inertia.
-    """
+    """Pairs whose positions differ, so that method 3 does not fit. Over {MISMATCH:g} rad (rms): not the inertia."""
     worst = max(evidence.pairs, key=lambda pair: pair.rms_mismatch, default=None)
     if worst is not None and worst.rms_mismatch > MISMATCH:
         yield warning(
@@ -393,13 +374,12 @@ def weights_apart(evidence: Evidence) -> Iterator[Finding]:
 
     By {APART:.0%} and {APART_SIGMAS:g} sigma: do not use.
     """
-
     apart = []
-    for weights in combinations(evidence.weights, 2):
-        first, second = (mass / nominal for _, nominal, mass, _ in weights)
-        off, sigma = abs(first / second - 1.0), hypot(*(sigma / mass for *_, mass, sigma in weights))
-        if off > max(APART, APART_SIGMAS * sigma):
-            apart.append((off / sigma, weights))
+    for pair in combinations(evidence.weights, 2):
+        first, second = (mass / nominal for _, nominal, mass, _ in pair)
+        off, chance = abs(first / second - 1.0), hypot(*(sigma / mass for *_, mass, sigma in pair))
+        if off > max(APART, APART_SIGMAS * chance):
+            apart.append((off / chance, pair))
     if apart:
         told = " and ".join(
             f"mounting {name} comes out as {mass:.4g} ± {sigma:.2g} kg but was given as {nominal:g} kg"
@@ -415,15 +395,12 @@ def weights_apart(evidence: Evidence) -> Iterator[Finding]:
 def known_gains(evidence: Evidence) -> Iterator[Finding]:
     """Gains that are not well determined (`gains`). Over {KNOWN_WELL:.0%}: do not use these gains."""
     sigma = evidence.gained if evidence.gained is not None else np.zeros(0)
-    vague = [(str(j), f"{100 * s:.2g}") for j, s in enumerate(sigma, 1) if not s <= KNOWN_WELL]
-    if not vague:
-        return
-    names, parts = (", ".join(column) for column in zip(*vague, strict=True))
-    text = f"motor {names}: the gain is known only to {parts} % (1 sigma)"
-    if len(vague) < len(sigma):
-        yield warning(f"{text}; keep the maker's gain there", "gain")
-    else:
-        yield error(f"{text}; use a heavier weight, off the flange's axis, and move faster, farther or longer")
+    if vague := [(str(j), f"{100 * s:.2g}") for j, s in enumerate(sigma, 1) if not s <= KNOWN_WELL]:
+        names, parts = (", ".join(column) for column in zip(*vague, strict=True))
+        text = f"motor {names}: the gain is known only to {parts} % (1 sigma)"
+        farther = "use a heavier weight, off the flange's axis, and move faster, farther or longer"
+        some = len(vague) < len(sigma)
+        yield warning(f"{text}; keep the maker's gain there", "gain") if some else error(f"{text}; {farther}")
 
 
 def rating(evidence: Evidence) -> Iterator[Finding]:

@@ -17,7 +17,7 @@ from scipy.special import stdtrit
 
 from ...common import Array, Indices, InputError, Mask
 from ...model import INERTIAL, Processing, Recording, Robot
-from ...model.drives import parameter_kind
+from ...model.drives import DriveState, drive_terms, parameter_kind
 from ...model.regressors import own_columns, payload_columns, regressor_at
 from ..fit.linear_problem import Known
 from ..payload.long_motion import Source, frame_change
@@ -25,23 +25,16 @@ from ..signals.filtering import lowpass, measurement, taken
 from ..signals.rows import used_rows
 
 BLOCKS = 20  # number of blocks of time that are left out in turn
-STRETCH = 3.0  # shortest stretch of time that is judged [s]; shorter ones of good recordings stand out by chance
 FEW = 200  # number of states of a recording that are enough to compare readings of it
 _RATE = 10.0  # Hz
 _MOST = 600  # states of a recording
 _LONGEST = 180.0  # s: of a longer recording the middle is used
 _FEWEST = 60  # states altogether
-_STEP = 0.01  # s: to either side, over which a torque's slope is taken
-_STUCK = 0.5  # s
 _AWAY, _BACK = 0.4, 0.2
 """Distance of states, over that of any two, at which a motion has gone elsewhere, and at which it is back."""
 _PLACES = 5  # of a block: half a second
 _OVERLAP = 0.7  # of a recording: the longest passage of a motion that repeats itself
 _CUTOFF = 0.4  # of the states' own rate
-_PER_STATE = (
-    *("t", "q", "qd", "qdd", "torque", "slope", "keep", "stuck"),
-    *("loaded", "block", "stretch", "recording", "passed"),
-)
 _RANK = 1e-10  # of the largest eigenvalue: squares of columns, scaled to norm 1
 _REMAINS = 1e-6  # fraction of a direction that the other blocks must determine
 _NOTHING = 1e-20  # of the largest column's square: rounding
@@ -53,26 +46,21 @@ _CHANCE = 1e-6  # probability at which few blocks count as ``BLOCKS`` do, by whi
 _FLOOR = 1e-9  # of a joint's torque: data without noise still need finite weights
 
 
-@dataclass(frozen=True, eq=False)
-class States:
+class States(NamedTuple):
     """Subsampled states of one or more recordings: N states of n joints."""
 
-    source: str  # names of the recordings
     t: Array  # time in its recording [s], shape (N,)
     q: Array  # filtered motion [rad or m], N x n
     qd: Array
     qdd: Array
     torque: Array  # low-passed [N·m or N], N x n
-    slope: Array  # its derivative [N·m/s or N/s], N x n
     keep: Mask  # rows that are used, n to a state, N x n
-    stuck: Mask  # where a position is the very same number for over half a second, N x n
     loaded: Array  # 1 with payload, else 0, shape (N,)
-    block: Indices  # number of the block of time, (N,)
-    stretch: Indices  # of the stretch of 3 s
-    recording: Indices
     passed: Array  # fraction of the time that has passed, from 0 to 1 over each recording
+    block: Indices  # number of the block of time, (N,)
+    recording: Indices
     signals: tuple[tuple[Array, Array], ...]  # time [s] and torque of each recording's every sample
-    gains: tuple[float, ...] = ()  # of the drives, with which currents were read; empty for torques
+    recordings: tuple[Recording, ...]
 
     @staticmethod
     def of(recording: Recording, processing: Processing, count: int = FEW, loaded: float = 0.0) -> "States":
@@ -84,19 +72,11 @@ class States:
         thin = max(1, len(moving) // count)
         torque = lowpass(data.torque, step, _CUTOFF / (thin * step) if thin > 1 else None, recording.source)
         at = moving[thin // 2 :: thin]
-        stuck = []
-        for q in recording.q.T:
-            edges = np.flatnonzero(np.diff(q)) + 1
-            starts, stops = recording.t[np.append(0, edges)], recording.t[np.append(edges - 1, len(q) - 1)]
-            place = np.maximum(np.searchsorted(starts, motion.t[at], "right") - 1, 0)
-            stuck.append((stops - starts > _STUCK)[place] & (motion.t[at] <= stops[place]))
         t, zeros = motion.t[at], np.zeros(len(at), dtype=np.intp)
-        states = States(
-            recording.source, t, motion.q[at], motion.qd[at], motion.qdd[at], torque[at], torque[at], keep[at],
-            np.column_stack(stuck), np.full(len(at), loaded), zeros, ((t - t[:1].sum()) / STRETCH).astype(np.intp),
-            zeros, (t - motion.t[0]) / (motion.t[-1] - motion.t[0]), ((motion.t, torque),), tuple(recording.gains),
+        return States(
+            t, motion.q[at], motion.qd[at], motion.qdd[at], torque[at], keep[at], np.full(len(at), float(loaded)),
+            (t - motion.t[0]) / (motion.t[-1] - motion.t[0]), zeros, zeros, ((motion.t, torque),), (recording,),
         )  # fmt: skip
-        return replace(states, slope=(states.later(_STEP).torque - states.later(-_STEP).torque) / (2.0 * _STEP))
 
     @staticmethod
     def joined(parts: Sequence["States"]) -> "States":
@@ -104,15 +84,11 @@ class States:
 
         What a model leaves, such as ripple, repeats with the motion: passages of one path count as one.
         """
-        arrays: dict[str, Any] = {
-            name: np.concatenate([getattr(part, name) for part in parts]) for name in _PER_STATE
-        }
-        lengths = [len(part.t) for part in parts]
-        counts = np.cumsum([0, *(int(part.stretch.max(initial=-1)) + 1 for part in parts)])
-        arrays["stretch"] = arrays["stretch"] + np.repeat(counts[:-1], lengths)
-        arrays["recording"] = np.repeat(np.arange(len(parts)), lengths)
-        signals = tuple(signal for part in parts for signal in part.signals)
-        joined = replace(parts[0], source=", ".join(part.source for part in parts), signals=signals, **arrays)
+        arrays: list[Any] = [np.concatenate(column) for column in zip(*(part[:-2] for part in parts), strict=True)]
+        arrays += [tuple(one for part in parts for one in part[k]) for k in (-2, -1)]
+        joined = States(*arrays)._replace(
+            recording=np.repeat(np.arange(len(parts)), [len(part.t) for part in parts])
+        )
         # Each state is numbered by the first one at its place of a motion that repeats, else by itself.
         q, place = joined.q, np.arange(len(joined.q))
         for k in range(len(parts)):
@@ -120,7 +96,7 @@ class States:
             x, size = q[own], np.sqrt(2.0 * q[own].var(axis=0).sum()) or 1.0
             shifts = range(1, int(_OVERLAP * len(x)))
             apart = np.array([np.linalg.norm(x[m:] - x[:-m]) / np.sqrt(len(x) - m) for m in shifts]) / size
-            gone = int(np.argmax(apart > _AWAY)) if (apart > _AWAY).any() else len(apart)
+            gone = int(np.argmax(np.append(apart > _AWAY, True)))
             back = gone + np.flatnonzero(apart[gone:] < _BACK)
             if not len(back):
                 continue
@@ -129,11 +105,10 @@ class States:
             earlier = [float(np.linalg.norm(x[:passage] - q[j : j + passage])) for j in begins]
             if min(earlier, default=np.inf) < _BACK * size * np.sqrt(passage):  # passages of an earlier recording
                 place[own[:passage]] = place[np.argmin(earlier) :][:passage]
-            for i in own[passage:]:
-                place[i] = place[i - passage]
+            place[own] = np.resize(place[own[:passage]], len(own))
         _, place, sizes = np.unique(place, return_inverse=True, return_counts=True)
         blocks = BLOCKS if len(sizes) == len(place) else int(np.clip(len(sizes) // _PLACES, 2, BLOCKS))
-        return replace(joined, block=(np.cumsum(sizes) - sizes)[place] * blocks // max(sum(lengths), 1))
+        return joined._replace(block=(np.cumsum(sizes) - sizes)[place] * blocks // max(len(place), 1))
 
     def later(self, delay: "float | Array") -> "States":
         """Read the torque that was written ``delay`` [s] later, a number or one for each state."""
@@ -143,32 +118,32 @@ class States:
             after = np.clip(np.searchsorted(t, times[own]), 1, len(t) - 1)
             fraction = np.clip((times[own] - t[after - 1]) / (t[after] - t[after - 1]), 0.0, 1.0)[:, None]
             torque[own] = (1.0 - fraction) * signal[after - 1] + fraction * signal[after]
-        return replace(self, torque=torque)
+        return self._replace(torque=torque)
 
     def taken(self, index: Any) -> "States":
         """Take some of the states: a slice, a mask or numbers."""
-        return replace(self, **{name: getattr(self, name)[index] for name in _PER_STATE})
+        return self._replace(**{name: getattr(self, name)[index] for name in States._fields[:-2]})
 
     def mixed(self, other: "States", mask: Mask) -> "States":
         """Take some of the states in another reading."""
-        names, own = ("q", "qd", "qdd", "torque", "keep"), mask[:, None]
-        arrays: dict[str, Any] = {name: np.where(own, getattr(other, name), getattr(self, name)) for name in names}
-        return replace(self, **arrays)
+        both = zip(States._fields[1:6], other[1:6], self[1:6], strict=True)
+        motion: dict[str, Any] = {name: np.where(mask[:, None], one, rest) for name, one, rest in both}
+        return self._replace(**motion)
 
 
 def states_of(source: Source | None, fewest: int = _FEWEST) -> States | None:
     """Some 10 states a second of all recordings, without payload first; None where there are too few."""
+    parts = list[States]()
     if source is None:
         return None
-    parts, recordings = [], [(recording, 0.0) for recording in source.unloaded]
-    for recording, loaded in [*recordings, *((recording, 1.0) for recording in source.loaded)]:
-        t = recording.t
-        middle = 0.5 * (t[0] + t[-1]) + 0.5 * _LONGEST * np.array([-1.0, 1.0])
-        own = slice(*map(int, np.searchsorted(t, middle)))
-        if len(t[own]) < len(t) - 1:
-            recording = taken(recording, own)
-        count = min(_MOST, int(_RATE * float(recording.t[-1] - recording.t[0])) + 1)
-        parts.append(States.of(recording, source.processing, count, loaded))
+    for loaded, recordings in enumerate((source.unloaded, source.loaded)):
+        for recording in recordings:
+            t = recording.t
+            middle = 0.5 * (t[0] + t[-1]) + 0.5 * _LONGEST * np.array([-1.0, 1.0])
+            own = slice(*map(int, np.searchsorted(t, middle)))
+            used = taken(recording, own) if len(t[own]) < len(t) - 1 else recording
+            count = min(_MOST, int(_RATE * float(used.t[-1] - used.t[0])) + 1)
+            parts.append(States.of(used, source.processing, count, loaded))
     return States.joined(parts) if sum(len(part.t) for part in parts) >= fewest else None
 
 
@@ -210,28 +185,50 @@ class System:
                 spring[k] = robot.spring.torque(states.q[:, k])
             except InputError:  # the joint leaves the spring's table: it cannot be so
                 keep = np.zeros_like(keep)
-
-        carried, c = np.zeros(spring.shape), len(own) + len(payload)
-        for last in (False, True):
-            W = regressor_at(robot, names, states.q, states.qd, states.qdd, carried.T)
+        b, c, nominal, inflation = len(own), len(own) + len(payload), np.zeros(len(own)), 1.0
+        prior = np.diag(np.square([*np.zeros(c), *changes.values()]))
+        if known is not None:
+            nominal, inflation, prior[:b, :b] = known.values, known.inflation, known.root.T @ known.root
+        W = regressor_at(robot, names, states.q, states.qd, states.qdd)
+        for last in (not robot.drives.loaded, True):
             load, friction = (W[:, list(map(names.index, some))] * states.loaded for some in (payload, changes))
-            if payload:
-                load = np.einsum("jcn,cd->jdn", load, frame_change(robot.flange))
-            columns, torque = np.concatenate([W[:, : len(own)], load, friction], axis=1), states.torque.T + spring
-            prior = np.diag(np.square([*np.zeros(c), *changes.values()]))
-            nominal, inflation = np.zeros(len(own)), 1.0
+            load = frame_change(robot.flange).T @ load if payload else load
+            columns, torque = np.concatenate([W[:, :b], load, friction], axis=1), states.torque.T + spring
             if known is not None:
-                nominal, inflation = known.values, known.inflation
-                prior[: len(own), : len(own)] = known.root.T @ known.root
-                torque -= nominal @ W[:, : len(own)]
-            part = slice(len(own), c)
-            system = System(robot, states, tuple(own), columns, torque, keep, nominal, prior, part, inflation)
-            if last or not robot.drives.loaded:
+                torque -= nominal @ W[:, :b]
+            system = System(robot, states, own, columns, torque, keep, nominal, prior, slice(b, c), inflation)
+            if last:
                 break
             # Friction under load goes by the torque of the bodies, as they come out without it.
             rigid = [k for k, name in enumerate((*own, *payload)) if parameter_kind(name) in INERTIAL]
             carried = system.values[rigid] @ system.columns[:, rigid] - spring
+            state = DriveState(states.q.T, states.qd.T, states.qdd.T, carried)
+            for name, rows in drive_terms(robot.drives, state, np.sign).items():
+                for row, values in rows.items() if name in names else ():
+                    W[row, names.index(name)] = values
         return system
+
+    @cached_property
+    def carried(self) -> Array:
+        """Torque of the payload, n x N; zero where nothing shows one."""
+        return np.asarray(self.values[self.payload] @ self.columns[:, self.payload])
+
+    def bodies(self, robot: Robot | None = None, turns: Array | None = None) -> list[Array]:
+        """Torques of links and payload together, and of the payload alone, n x k x N each.
+
+        On the way, with joints turned by ``turns`` [rad], k x n, or at rest under the gravity of another ``robot``.
+        """
+        links = [k for k, name in enumerate(self.names) if parameter_kind(name) in INERTIAL]
+        load, moves = payload_columns(self.robot) if self.states.loaded.any() else (), float(robot is None)
+        names = tuple(dict.fromkeys([*(self.names[k] for k in links), *load]))
+        turns = np.zeros((1, self.robot.n)) if turns is None else turns
+        motion = (moves * self.states.qd, moves * self.states.qdd, self.states.loaded[:, None])
+        q, (qd, qdd, loaded) = self.states.q + turns[:, None], (np.tile(part, (len(turns), 1)) for part in motion)
+        W = regressor_at(robot or self.robot, names, q.reshape(qd.shape), qd, qdd)
+        ten = frame_change(self.robot.flange) @ self.values[self.payload] if load else np.zeros(0)
+        carried = (ten @ W[:, list(map(names.index, load))]) * loaded[:, 0]
+        both = self.values[links] @ W[:, : len(links)] + carried, carried
+        return [torque.reshape(len(torque), len(turns), -1) for torque in both]
 
     @cached_property
     def norms(self) -> Array:
@@ -258,11 +255,8 @@ class System:
     @cached_property
     def joint_grams(self) -> Array:
         """Gram matrices of each joint's rows: robot, payload, torque last; friction as without load."""
-        c, grams = self.payload.stop, []
-        for columns, torque, keep in zip(self.columns, self.torque, self.keep, strict=True):
-            rows = np.vstack([columns[:c], torque]) * keep
-            grams.append(rows @ rows.T)
-        return np.array(grams)
+        rows = np.concatenate([self.columns[:, : self.payload.stop], self.torque[:, None]], axis=1)
+        return np.array([own @ own.T for own in rows * self.keep[:, None]])
 
     def fit(self, weights: Array, free_gains: bool = False) -> "SystemFit":
         """Solve the equations, friction as it is without load.
@@ -315,7 +309,7 @@ def relative_scales(robot: Robot, states: States) -> Array:
     """
     scales = np.ones(robot.n)
     for _ in range(_ROUNDS):
-        system = System.of(robot, replace(states, torque=states.torque / scales))
+        system = System.of(robot, states._replace(torque=states.torque / scales))
         scales *= system.fit(system.weights, True).scales
     return scales
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -104,19 +105,6 @@ class NominalGravity(NamedTuple):
     assumed: str  # rule by which bodies were assumed; empty where all are described
 
 
-@dataclass(frozen=True)
-class Diagnosis:
-    """Diagnosis of what else than robot and payload one set of recordings shows, for every command alike."""
-
-    by_joints: ByJoints = ByJoints((), ())  # the payload as single joints see it
-    disagreement: float = 1.0  # Birge ratio of the joints' payload ratios, a factor on every interval
-    unexcused: float = 1.0  # the same with drive gains as exact
-    effects: Mapping[str, Effect] = field(default_factory=dict)  # of the hypotheses that add columns, by name
-    alternatives: tuple[Alternative, ...] = ()
-    scales: tuple[Effect, ...] = ()  # another scale of the loaded torques: of all, of each joint's
-    nominal: NominalGravity | None = None  # torques against the weight of the links by the description
-
-
 class Weighed(NamedTuple):
     """Mass of a short weighing and its standard deviation [kg], by the torques, else by the scale."""
 
@@ -131,7 +119,13 @@ class Evidence:
 
     robot: Robot
     source: Source | None = None  # the recordings, in which causes are searched
-    diagnosis: Diagnosis = Diagnosis()
+    by_joints: ByJoints = ByJoints((), ())  # the payload as single joints see it
+    disagreement: float = 1.0  # Birge ratio of the joints' payload ratios, a factor on every interval
+    unexcused: float = 1.0  # the same with drive gains as exact
+    effects: Mapping[str, Effect] = field(default_factory=dict)  # of the hypotheses that add columns, by name
+    alternatives: tuple[Alternative, ...] = ()
+    scales: tuple[Effect, ...] = ()  # another scale of the loaded torques: of all, of each joint's
+    nominal: NominalGravity | None = None  # torques against the weight of the links by the description
     pairs: tuple[AlignedPair, ...] = ()  # recordings of one motion without and with payload
     condition: float | None = None  # number of the equations without payload, columns scaled to norm 1
     parameters: Estimate | None = None  # the robot's own, where they were identified or stored
@@ -151,6 +145,17 @@ class Evidence:
     gained: Array | None = None  # relative standard deviations of drive gains, (n,), where these are asked for
     weights: tuple[tuple[int, float, float, float], ...] = ()
     """Of each mounting of a known weight its number, nominal mass, that by the gains, and its deviation [kg]."""
+
+    @cached_property
+    def white_noise(self) -> Array | None:
+        """White noise of each joint's equations by the recordings' second differences [N·m or N], (n,)."""
+        parts = list[Array]()
+        if (source := self.source) is None:
+            return None
+        for one in (*source.unloaded, *source.loaded):
+            thinned = source.processing.thinning(min(one.rate, source.rate or one.rate))
+            parts.append(np.mean(np.diff(one.torque, 2, axis=0) ** 2, axis=0) / (6.0 * thinned))
+        return np.asarray(np.sqrt(np.mean(parts, axis=0))) if parts else None
 
     @property
     def best(self) -> PayloadEstimate | None:

@@ -12,14 +12,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ...common import Array
-from ...model import INERTIAL, Robot
-from ...model.drives import parameter_kind
+from ...model import Robot
 from ...model.frames import point_at
 from ...model.friction import is_friction
-from ...model.regressors import payload_columns, regressor_at
+from ...model.regressors import regressor_at
 from ..equations.equations import PAYLOAD
-from ..payload.long_motion import frame_change
-from .engine import BLOCKS, STRETCH, Effect, System, solved
+from .engine import BLOCKS, Effect, System, solved
 from .evidence import Evidence, Finding, error, note, warning
 
 WITH_PAYLOAD = " with payload"
@@ -61,16 +59,16 @@ ALONE = ("compensated", "weight", "zero", "gain", "drift")  # count only where n
 HELPFUL = 0.1
 """Fraction of the squared residual above which what takes it off may be where other findings come from. A pull
 always may: it leaves little residual and moves the mass far."""
-BURST, FEWEST = 3.0, 12
+BURST, FEWEST, STRETCH = 3.0, 12, 3.0
 """Mean squared residual of a stretch over their median, above which the stretch is left out; stretches of which a
-median says something."""
+median says something; shortest stretch that is judged [s]: shorter ones of good recordings stand out by chance."""
 CLEARER = 1.2
 """Ratio of what a pull takes off to what a tilt, a delay or a slip does, above which it is reported.
 
 A tilted base looks like a force to the side, which takes off as much at most (1.01); a spring that pulls to the
 side takes off 1.4 times as much as a tilt, and more.
 """
-_TURN = 1e-5  # rad: over which a torque's change with position is taken
+_TURN, _STEP = 1e-5, 0.01  # rad and s, to either side: over which a torque's change by position, and time, is taken
 _UPRIGHT = 1e-9  # sine of the angle between the first axis and gravity
 _ALONG, _ACROSS = (0, 3), (1, 2)  # stiffness and upward force; the horizontal force
 
@@ -80,7 +78,7 @@ class Sought(NamedTuple):
 
     columns: Mapping[str, Array]  # n x k x N each, by where the fault may be
     metric: Mapping[str, Array] = {}  # of the size of values, k x k, if it is not their length
-    free: Sequence[Array] = ()  # columns that are free beside them
+    free: Sequence[Array] = ()  # columns that are free beside them, n x k x N each
     by_difference: Array | None = None  # their effect on method 3, if that is another one
     groups: Sequence[Sequence[int]] = ()  # values that are judged together, where not all of them are
 
@@ -111,7 +109,8 @@ def spoils(evidence: Evidence, change: Array, more: float = 0.0) -> bool:
 
 def torque_delay(system: System) -> Sought:
     """Columns of a delay: the slope of the torques."""
-    slope = system.states.slope.T[:, None]
+    before, after = (system.states.later(step).torque.T[:, None] for step in (-_STEP, _STEP))
+    slope = (after - before) / (2.0 * _STEP)
     return Sought({where: -slope * mask for where, mask in parts(system.states.loaded).items()})
 
 
@@ -134,20 +133,18 @@ def _delayed(effect: Effect, evidence: Evidence) -> Finding:
     return error(f"{text}; corrected for it, the mass is {mass:.3g} kg" if np.isfinite(mass) else text)
 
 
-def after_fraction(system: System, fraction: float) -> Array | None:
-    """Mark the loaded states after a fraction of their time, shape (N,); None where no payload is seen."""
+def after_fraction(system: System, fraction: float) -> Array:
+    """Mark the loaded states after a fraction of their time, shape (N,); none where no payload is seen."""
     loaded = system.states.loaded
-    if not (loaded.any() and system.values[system.payload][9] > 0.0):
-        return None
-    return np.asarray((np.cumsum(loaded) > fraction * loaded.sum()) * loaded)
+    seen = bool(loaded.any()) and system.values[system.payload][9] > 0.0
+    return np.asarray((np.cumsum(loaded) > fraction * loaded.sum()) * loaded * seen)
 
 
 def slip(system: System) -> Sought | None:
     """Columns of a step of the centre of mass half way through the loaded recordings."""
-    half = after_fraction(system, 0.5)
-    if half is None:
+    if not system.states.loaded.any():
         return None
-    first_moments = system.columns[:, system.payload][:, 6:9] * half
+    first_moments = system.columns[:, system.payload][:, 6:9] * after_fraction(system, 0.5)
     return Sought({WITH_PAYLOAD: system.values[system.payload][9] * first_moments})
 
 
@@ -165,9 +162,8 @@ def _slip(effect: Effect, _: Evidence) -> Finding:
 
 def change(system: System) -> Sought:
     """Columns of the fraction of the payload that comes or goes during the loaded recordings."""
-    own = (system.values[system.payload] @ system.columns[:, system.payload])[:, None]
-    moments = [(moment, after_fraction(system, moment)) for moment in np.arange(1, BLOCKS) / BLOCKS]
-    return Sought({f"{100 * moment:.0f} %": own * mask for moment, mask in moments if mask is not None})
+    moments, own = np.arange(1, BLOCKS) / BLOCKS, system.carried[:, None]
+    return Sought({f"{100 * moment:.0f} %": own * after_fraction(system, moment) for moment in moments})
 
 
 def _change(effect: Effect, _: Evidence) -> Finding:
@@ -184,13 +180,12 @@ def _change(effect: Effect, _: Evidence) -> Finding:
 
 def drift(system: System) -> Sought:
     """Columns of each joint's torque that grows evenly over the recordings without payload, or with it."""
-    masks, joints = list(parts(system.states.loaded).items())[-2:], np.eye(system.robot.n)[:, :, None, None]
-    constants = {f"{j}{where}": one * mask for j, one in enumerate(joints, 1) for where, mask in masks}
+    masks, ones = list(parts(system.states.loaded).items())[-2:], np.eye(system.robot.n)[:, :, None, None]
+    constants = {f"{j}{where}": one * mask for j, one in enumerate(ones, 1) for where, mask in masks}
     ramps = {where: column * system.states.passed for where, column in constants.items()}
-    carried = system.values[system.payload] @ system.columns[:, system.payload]
-    usual = np.maximum(np.mean((carried if carried.any() else system.torque) ** 2, axis=1), 1e-200)
-    metric = dict(zip(ramps, np.repeat(1.0 / usual, len(masks))[:, None, None], strict=True))
-    return Sought(ramps, metric, [column[:, 0] for column in constants.values()])
+    usual = np.mean((system.carried if system.carried.any() else system.torque) ** 2, axis=1)
+    metric = np.repeat(1.0 / np.maximum(usual, 1e-200), len(masks))[:, None, None]
+    return Sought(ramps, dict(zip(ramps, metric, strict=True)), list(constants.values()))
 
 
 def _drift(effect: Effect, evidence: Evidence) -> Finding:
@@ -207,54 +202,34 @@ def _drift(effect: Effect, evidence: Evidence) -> Finding:
     )
 
 
-def _bodies(system: System, gravities: Array, turns: Array | None = None) -> Array:
-    """Torques of links and payload together, and of the payload alone, under k gravities; 2 x n x k x N.
-
-    At rest, or on the way, with joints turned by ``turns`` [rad], k x n.
-    """
-    robot, states, found = system.robot, system.states, []
-    links = [k for k, name in enumerate(system.names) if parameter_kind(name) in INERTIAL]
-    load = payload_columns(robot) if states.loaded.any() else ()
-    names = tuple(dict.fromkeys([*(system.names[k] for k in links), *load]))
-    ten = frame_change(robot.flange) @ system.values[system.payload] if load else np.zeros(0)
-    qd, qdd = (float(turns is not None) * own for own in (states.qd, states.qdd))
-    for k, (x, y, z) in enumerate(gravities.tolist()):
-        q = states.q if turns is None else states.q + turns[k]
-        W = regressor_at(replace(robot, gravity=(x, y, z)), names, q, qd, qdd)
-        carried = (ten @ W[:, list(map(names.index, load))]) * states.loaded
-        found.append([system.values[links] @ W[:, : len(links)] + carried, carried])
-    return np.array(found).transpose(1, 2, 0, 3)
-
-
-def tilt(system: System) -> Sought | None:
-    """Columns of angles by which gravity leans about two horizontal axes; None where there is none.
+def tilt(system: System) -> Sought:
+    """Columns of angles by which gravity leans about two horizontal axes.
 
     First moments about a first axis along gravity show in a tilt alone: they are free.
     """
-    robot, g = system.robot, np.array(system.robot.gravity)
-    if not g.any():
-        return None
-    first = robot.joints[0]
-    axis = np.array([0.0, -np.sin(first.alpha), np.cos(first.alpha)])
-    upright_axis = first.revolute and np.linalg.norm(np.cross(axis, g)) < _UPRIGHT * np.linalg.norm(g)
-    across = np.linalg.norm(g) * upright(robot)[:2]
-    own, carried = _bodies(system, across)
-    leaning, q = replace(robot, gravity=tuple(across[0].tolist())), system.states.q
-    free = [*regressor_at(leaning, ("MX1", "MY1"), q, 0.0 * q, 0.0 * q).swapaxes(0, 1)] if upright_axis else []
+    robot, g, first = system.robot, np.array(system.robot.gravity), system.robot.joints[0]
+    across = (np.linalg.norm(g) * upright(robot)[:2]).tolist()
+    leaning = [replace(robot, gravity=tuple(gravity)) for gravity in across]
+    both = np.concatenate([system.bodies(other) for other in leaning], axis=2)
+    axis, free, q = np.array([0.0, -np.sin(first.alpha), np.cos(first.alpha)]), list[Array](), system.states.q
+    if first.revolute and np.linalg.norm(np.cross(axis, g)) < _UPRIGHT * np.linalg.norm(g):
+        free.append(regressor_at(leaning[0], ("MX1", "MY1"), q, 0.0 * q, 0.0 * q))
     if not system.states.loaded.any():
-        return Sought({"": own}, free=free)
+        return Sought({"": both[0]}, free=free)
     # By method 3 the robot is left out: what the columns are to the payload alone.
     part = slice(system.payload.start, None)
-    gram = system.grams(system.states.block, [carried]).sum(axis=0)[part, part]
-    ten = solved(gram, system.prior[part, part])[: len(PAYLOAD), :-1]
-    return Sought({"": own}, free=free, by_difference=-ten)
+    rows = (
+        np.concatenate([system.columns[:, part], both[1]], axis=1)
+        * (system.weights[:, None] * system.keep)[:, None]
+    )
+    gram = np.einsum("jan,jbn->ab", rows, rows, optimize=True)
+    ten = solved(gram, system.prior[part, part])[: len(PAYLOAD)]
+    return Sought({"": both[0]}, free=free, by_difference=-ten)
 
 
-def weight(system: System) -> Sought | None:
-    """Column of gravity's size: the torque of all weights; None where there is no gravity."""
-    if not any(system.robot.gravity):
-        return None
-    return Sought({"": _bodies(system, np.array([system.robot.gravity]))[0]})
+def weight(system: System) -> Sought:
+    """Column of gravity's size: the torque of all weights."""
+    return Sought({"": system.bodies(system.robot)[0]})
 
 
 def _weight(effect: Effect, evidence: Evidence) -> Finding:
@@ -274,7 +249,7 @@ def earth(evidence: Evidence) -> Iterator[Finding]:
 
     By over {WEIGHT:.0%}, if the torques are closer to Earth's: do not use.
     """
-    effect = evidence.diagnosis.effects.get("weight")
+    effect = evidence.effects.get("weight")
     if effect is None or BY_NAME["weight"].stands_out(effect):
         return
     usual = float(np.linalg.norm(evidence.robot.gravity))
@@ -286,11 +261,9 @@ def earth(evidence: Evidence) -> Iterator[Finding]:
         )
 
 
-def compensated(system: System) -> Sought | None:
-    """Column of the payload's weight alone, its inertia left; None where no payload is seen."""
-    if after_fraction(system, 0.0) is None or not any(system.robot.gravity):
-        return None
-    return Sought({WITH_PAYLOAD: _bodies(system, -np.array([system.robot.gravity]))[1]})
+def compensated(system: System) -> Sought:
+    """Column of the payload's weight alone, its inertia left."""
+    return Sought({WITH_PAYLOAD: -system.bodies(system.robot)[1] * after_fraction(system, 0.0)})
 
 
 def _compensated(effect: Effect, evidence: Evidence) -> Finding:
@@ -308,10 +281,9 @@ def _compensated(effect: Effect, evidence: Evidence) -> Finding:
 
 def zero(system: System) -> Sought:
     """Column of each turning joint's zero: how the torque of links and payload changes with its position."""
-    robot = system.robot
-    turning = [j for j, joint in enumerate(robot.joints) if joint.revolute]
-    turns = np.vstack([np.zeros(robot.n), _TURN * np.eye(robot.n)[turning]])
-    torque = _bodies(system, np.tile(robot.gravity, (len(turns), 1)), turns)[0]
+    turning = [j for j, joint in enumerate(system.robot.joints) if joint.revolute]
+    turns = np.vstack([np.zeros(system.robot.n), np.eye(system.robot.n)[turning]])
+    torque = system.bodies(turns=_TURN * turns)[0]
     change = (torque[:, 1:] - torque[:, :1]) / _TURN
     return Sought({str(j + 1): change[:, k : k + 1] for k, j in enumerate(turning)})
 
@@ -413,7 +385,7 @@ def _pulls(effect: Effect) -> bool:
 
 def pull_of(evidence: Evidence) -> Effect | None:
     """Take the pull, or one of ``ALONE``, that stands out: it may look like a scale or another robot."""
-    found = evidence.diagnosis.effects.items()
+    found = evidence.effects.items()
     return next((one for name, one in found if name in ("pull", *ALONE) and BY_NAME[name].stands_out(one)), None)
 
 
@@ -458,7 +430,10 @@ def bursts(system: System) -> Effect | None:
     """
     if not system.states.loaded.any():
         return None
-    stretch = system.states.stretch
+    # Stretches begin with each recording.
+    states, recording = system.states, system.states.recording
+    passed = (states.t - states.t[np.searchsorted(recording, recording)]) / STRETCH
+    _, stretch = np.unique(np.stack([recording, passed.astype(int)]), axis=1, return_inverse=True)
     rows = np.bincount(stretch, system.keep.sum(axis=0))
     grams, rows = system.grams(stretch)[rows > 0], rows[rows > 0]
     values = solved(grams.sum(axis=0), system.prior)[:, 0]
@@ -515,15 +490,13 @@ def seen(system: System) -> dict[str, Effect]:
     found = [(row, sought) for row in HYPOTHESES if (sought := row.sought(system)) is not None]
     effects = {row.name: sought for row, sought in found if isinstance(sought, Effect)}
     asked = [(row, sought) for row, sought in found if isinstance(sought, Sought)]
-    columns = [[*sought.columns.values(), *(one[:, None] for one in sought.free)] for _, sought in asked]
-    added = system.with_columns(*(part for own in columns for part in own))
-    end = 0
-    for row, sought in asked:
-        edges = end + np.cumsum([0, *(part.shape[1] for part in sought.columns.values())])
-        end = int(edges[-1]) + len(sought.free)
-        read = list[Effect]()
-        for where, (a, b) in zip(sought.columns, pairwise(edges), strict=True):
-            effect = added.effect(range(a, b), range(edges[-1], end), where)
+    blocks = [[*sought.columns.values(), *sought.free] for _, sought in asked]
+    added, end = system.with_columns(*(part for own in blocks for part in own)), 0
+    for (row, sought), own in zip(asked, blocks, strict=True):
+        edges = end + np.cumsum([0, *(part.shape[1] for part in own)])
+        free, end, read = range(edges[len(sought.columns)], edges[-1]), int(edges[-1]), list[Effect]()
+        for where, (a, b) in zip(sought.columns, pairwise(edges), strict=False):
+            effect = added.effect(range(a, b), free, where)
             effect = effect._replace(by_difference=sought.by_difference, groups=sought.groups)
             if where in sought.metric:
                 square = float(effect.values @ sought.metric[where] @ effect.values)
@@ -555,7 +528,7 @@ def effects_of(system: System, free_gains: bool = False, least: float = 0.0) -> 
 def hypotheses(evidence: Evidence) -> list[Finding]:
     """Findings of all rows of ``HYPOTHESES`` that stand out."""
     findings = []
-    for name, effect in evidence.diagnosis.effects.items():
+    for name, effect in evidence.effects.items():
         if BY_NAME[name].stands_out(effect):
             finding = BY_NAME[name].finding(effect, evidence)
             cause = finding.severity == "error" and (name in ("pull", *ALONE) or effect.fall > HELPFUL)

@@ -34,8 +34,7 @@ _PARALLEL = 1e-3  # sine of the angle between axes
 _DIGITS = 9  # of a residual: rounding decides nothing between readings that no torque tells apart
 
 
-@dataclass(frozen=True, order=True)
-class Reading:
+class Reading(NamedTuple):
     """Reading of joint j of the robot: q_j = sign_j q_log[order_j] + quarters_j 90 degrees + along_j q_(j-1).
 
     The last for joints whose log counts from the horizontal, as Fanuc's J3 = q3 - q2; torques are each joint's own.
@@ -56,44 +55,47 @@ class Reading:
         """Exchange the columns of two joints."""
         order = list(self.order)
         order[i], order[j] = order[j], order[i]
-        return replace(self, order=tuple(order))
+        return self._replace(order=tuple(order))
 
     def changed(self, *joints: int, sign: int = 1, quarters: int = 0, torque: int = 1, along: int = 0) -> "Reading":
         """Count joints the other way (sign -1), from other zeros, along the joint before; or turn torques round."""
-        signs, turns, torques, sums = map(list, (self.sign, self.quarters, self.torque, self.along))
+        order, *parts = map(list, self)
+        signs, turns, torques, sums = parts
         for j in joints:
             signs[j], turns[j], torques[j] = sign * signs[j], (turns[j] + quarters) % 4, torque * torques[j]
             sums[j] = along or sums[j]
-        return Reading(self.order, tuple(signs), tuple(turns), tuple(torques), tuple(sums))
+        return Reading(*map(tuple, (order, *parts)))
 
     def positions(self, q: Array, turned: bool = True) -> Array:
         """Read joint positions [rad or m], N x n, or speeds, which no zero changes."""
-        own = q[:, list(self.order)] * self.sign + turned * np.array(self.quarters) * (math.pi / 2)
+        own = q[:, self.order] * self.sign + turned * np.array(self.quarters) * (math.pi / 2)
         for j in np.flatnonzero(self.along):
             own[:, j] += self.along[j] * own[:, j - 1]
         return np.asarray(own)
 
     def of(self, states: States) -> States:
         """Read the states of a log."""
-        order, sign = list(self.order), np.array(self.sign)
         qd, qdd = (self.positions(values, False) for values in (states.qd, states.qdd))
-        torque, slope = (values[:, order] * sign * self.torque for values in (states.torque, states.slope))
-        q, keep = self.positions(states.q), states.keep[:, order]
-        return replace(states, q=q, qd=qd, qdd=qdd, torque=torque, slope=slope, keep=keep)
+        torque = states.torque[:, self.order] * self.sign * self.torque
+        q, keep = self.positions(states.q), states.keep[:, self.order]
+        return states._replace(q=q, qd=qd, qdd=qdd, torque=torque, keep=keep)
 
     @property
     def changes(self) -> list[tuple[int, str]]:
         """Describe what of each joint is not taken as it stands, joints counted from 1."""
-        texts = []
-        joints = zip(self.order, self.sign, self.quarters, self.torque, self.along, strict=True)
-        for j, (column, sign, quarters, torque, along) in enumerate(joints, 1):
-            texts += [(j, f"from column {column + 1}")] if column != j - 1 else []
-            texts += [(j, "turned round (position and torque)")] if sign < 0 else []
-            texts += [(j, f"zero moved by {(90, 180, -90)[quarters - 1]} degrees")] if quarters else []
-            texts += [(j, "torque turned round")] if torque < 0 else []
-            logged = f"q{j} {'-+'[along < 0]} q{j - 1} is logged"
-            texts += [(j, f"counted from the horizontal: {logged}")] if along else []
-        return texts
+        joints = enumerate(zip(*self, strict=True), 1)
+        every = (
+            (j, differs, text)
+            for j, (column, sign, quarters, torque, along) in joints
+            for differs, text in (
+                (column != j - 1, f"from column {column + 1}"),
+                (sign < 0, "turned round (position and torque)"),
+                (quarters, f"zero moved by {(90, 180, -90)[quarters - 1]} degrees"),
+                (torque < 0, "torque turned round"),
+                (along, f"counted from the horizontal: q{j} {'-+'[along < 0]} q{j - 1} is logged"),
+            )
+        )
+        return [(j, text) for j, differs, text in every if differs]
 
     def described(self) -> str:
         """Describe the reading; "as recorded" if nothing is changed."""
@@ -165,8 +167,7 @@ def check_pose(robot: Robot, poses: ToolPoses, progress: Progress = silent) -> P
     Raises:
         InputError: if shapes do not fit, there are fewer than 4 poses, or the tool hardly moves.
     """
-    source, q, positions, rotations = poses
-    count = len(q)
+    (source, q, positions, rotations), count = poses, len(poses.q)
     axes = (count, 3, 3) if rotations is None else rotations.shape
     if (q.shape, positions.shape, axes) != ((count, robot.n), (count, 3), (count, 3, 3)) or count < 4:
         raise InputError(
@@ -214,18 +215,16 @@ def _fitted(robot: Robot, poses: ToolPoses, starts: Array, tolerance: float = 1e
         B = U @ Vt
         return B, target - B @ centre, ((points - centre) @ B.T + target - few.positions).ravel()
 
-    few = poses.evenly(_MOST)
+    few, least = poses.evenly(_MOST), math.inf
     R, p = flange(few.q)
-    fits = []
     for start in starts:
-        fits.append(
-            optimize.least_squares(
-                lambda offset: placed(offset)[2], start, method="lm", xtol=tolerance, ftol=tolerance, max_nfev=400
-            )
+        fit = optimize.least_squares(
+            lambda tool: placed(tool)[2], start, method="lm", xtol=tolerance, ftol=tolerance, max_nfev=400
         )
-        if 2.0 * fits[-1].cost < len(p) * _FOUND**2:
+        if fit.cost < least:
+            least, offset = fit.cost, fit.x
+        if 2.0 * least < len(p) * _FOUND**2:
             break
-    offset = min(fits, key=lambda fit: fit.cost).x
     B, b, _ = placed(offset)
     # Base and tool are determined if no small change of both leaves all points where they are.
     turns = np.cross((p - p.mean(axis=0) + (R - R.mean(axis=0)) @ offset)[:, None], np.eye(3))
@@ -238,18 +237,10 @@ def _fitted(robot: Robot, poses: ToolPoses, starts: Array, tolerance: float = 1e
         each = spatial.transform.Rotation.from_matrix((B @ R).transpose(0, 2, 1) @ poses.rotations)
         turn, rms_angle = each.mean().as_matrix(), _rms((each.mean().inv() * each).magnitude())
     spread, logged = (float(np.sqrt(x.var(axis=0).sum())) for x in (p, poses.positions))
-    return PoseCheck(
-        poses.source,
-        samples=len(p),
-        rms=_rms(errors),
-        largest=float(errors.max()),
-        rms_angle=rms_angle,
-        as_is=_rms(np.linalg.norm(p - poses.positions, axis=1)),
-        base=Pose.of(B, b),
-        tool=Pose.of(turn, offset),
-        determined=bool(determined),
-        scale=logged / spread if spread else math.inf,
-    )
+    scale, as_is = logged / spread if spread else math.inf, _rms(np.linalg.norm(p - poses.positions, axis=1))
+    base, tool, largest = Pose.of(B, b), Pose.of(turn, offset), float(errors.max())
+    told = bool(determined)
+    return PoseCheck(poses.source, len(p), _rms(errors), largest, rms_angle, as_is, base, tool, told, scale)
 
 
 def _rms(values: Array) -> float:
@@ -268,16 +259,15 @@ def rank_readings(
         InputError: if there is too little motion to tell anything.
     """
     parts = [States.of(recording, processing or robot.processing) for recording in recordings]
-    for part in parts:
-        if len(part.t) < _FEWEST:
-            raise InputError(f"{part.source}: {len(part.t)} moving samples are too few to check the kinematics")
+    if few := [part for part in parts if len(part.t) < _FEWEST]:
+        source, count = few[0].recordings[0].source, len(few[0].t)
+        raise InputError(f"{source}: {count} moving samples are too few to check the kinematics")
     together = States.joined(parts)
 
     def residual(reading: Reading) -> float:
         system = System.of(robot, reading.of(together))
-        if not system.keep.any():  # outside the spring's table: this cannot be the reading
-            return math.inf
-        return _rms(system.fit(1.0 / system.norms).left()[0])
+        # Outside the spring's table: this cannot be the reading.
+        return _rms(system.fit(1.0 / system.norms).left()[0]) if system.keep.any() else math.inf
 
     return _ranked(robot, residual, "relative torque residual", True, progress)
 
@@ -292,21 +282,20 @@ def _ranked(
         # Of those as good as the best the simplest comes first.
         return worse, value if worse else len(reading.changes), value, len(reading.changes), reading
 
-    plain = Reading.as_recorded(robot.n)
-    residuals, left, front = {plain: residual(plain)}, set[Reading](), [plain]
+    plain, seen = Reading.as_recorded(robot.n), set[Reading]()
+    residuals, front = {plain: residual(plain)}, [plain]
     best = residuals[plain]
     for k in range(_ROUNDS):
         progress(f"trying readings of the joints, round {k + 1} of at most {_ROUNDS}", k / _ROUNDS)
-        left.update(front)
-        for reading in (near for centre in front for near in _neighbours(robot, centre, torques)):
-            if reading not in residuals:
-                residuals[reading] = residual(reading)
+        seen.update(front)
+        new = [near for centre in front for near in _neighbours(robot, centre, torques)]
+        residuals |= {near: residual(near) for near in dict.fromkeys(new) if near not in residuals}
         limit = min(residuals.values()) * (1.0 + _ALIKE) + _ROUNDING
         ranked, before = sorted(residuals, key=rank), best
         best = residuals[ranked[0]]
         if not best < (1.0 - _WORTH) * before:
             break
-        front = [reading for reading in ranked if reading not in left][:_FRONT]
+        front = [reading for reading in ranked if reading not in seen][:_FRONT]
     return Readings(
         unit,
         residuals[plain],
@@ -322,13 +311,11 @@ def _neighbours(robot: Robot, reading: Reading, torques: bool) -> Iterator[Readi
     for i, j in combinations(range(robot.n), 2):
         yield from (reading.swapped(i, j), reading.changed(i, j, sign=-1))
     for j in range(robot.n):
-        yield reading.changed(j, sign=-1)
-        if torques:
-            yield reading.changed(j, torque=-1)
-    for j, step in product(turning, (1, 2, 3)):
-        yield from (reading.changed(j, quarters=step), reading.changed(j, sign=-1, quarters=step))
+        yield from (reading.changed(j, sign=-1), *([reading.changed(j, torque=-1)] if torques else []))
+    for j, step, sign in product(turning, (1, 2, 3), (1, -1)):
+        yield reading.changed(j, sign=sign, quarters=step)
     for j in range(1, robot.n):
-        parallel = abs(math.sin(robot.joints[j].alpha)) < _PARALLEL and {j - 1, j} <= set(turning)
-        yield from (reading.changed(j, along=along) for along in (1, -1) if parallel)
+        if abs(math.sin(robot.joints[j].alpha)) < _PARALLEL and {j - 1, j} <= set(turning):
+            yield from (reading.changed(j, along=along) for along in (1, -1))
     for (i, j), a, b in product(pairwise(turning), (1, 2, 3), (1, 2, 3)):
         yield reading.changed(i, quarters=a).changed(j, quarters=b)

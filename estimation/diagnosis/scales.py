@@ -1,17 +1,10 @@
 """Scales of torques: over the weight of the described links, of those with payload, and of the joints' payloads.
 
-Beside friction, an offset and what accelerates links and rotor, each joint's torque is a multiple of the gravity
-torque by the described bodies, and of all joints together it is that of gravity in some direction. Free parameters
-take any sign and unit, so that no residual shows either.
-
-The scale of loaded torques is one more column of method 4 in the loaded rows: the rigid part of what the robot
-alone needs, friction and offsets of those rows free. All of it is in the joints' triangular factors, so that no row
-is read again; beside a robot that is known, and in a short motion, subsampled states do.
-
-That joints agree on one payload is the test of drive gains and friction.
+Free parameters take any sign and unit, so that no residual shows a wrong scale of all torques. That joints agree on
+one payload is the test of drive gains and friction.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from itertools import combinations
 
@@ -24,7 +17,7 @@ from ...model.drives import parameter_kind
 from ...model.friction import is_friction
 from ...model.regressors import regressor_at, standard_columns
 from ...model.stand_in import can_stand_in, nominal_bodies
-from ..equations.equations import PAYLOAD
+from ..equations.equations import PAYLOAD, Equations
 from ..fit.covariance import NORMAL95, few_blocks
 from ..payload.by_joints import ByJoints
 from ..payload.long_motion import LongMotion
@@ -78,6 +71,8 @@ USEFUL = 0.10
 def nominal_gravity(robot: Robot, states: States | None) -> NominalGravity | None:
     """Compare torques, those without payload where there are any, with the weight of the described links.
 
+    Beside friction, an offset and what accelerates links and rotor, each joint's torque is a multiple of the
+    gravity torque by the described bodies, and of all joints together it is that of gravity in some direction.
     None for arms whose springs carry them, without gravity, bodies or motion.
     """
     size = float(np.linalg.norm(robot.gravity))
@@ -87,31 +82,30 @@ def nominal_gravity(robot: Robot, states: States | None) -> NominalGravity | Non
         states = states.taken(states.loaded == 0.0)
     values, assumed = nominal_bodies(robot)
     names = [name for name in standard_columns(robot) if parameter_kind(name) in INERTIAL]
-    bodies, columns = np.array([values[name] for name in names]), []
+    bodies = np.array([values[name] for name in names])
     # Torques of the weight along each axis, and of what accelerates the bodies without weight.
-    for x, y, z, moves in np.diag([size, size, size, 1.0]).tolist():
-        turned = replace(robot, gravity=(x, y, z))
-        columns.append(bodies @ regressor_at(turned, names, states.q, moves * states.qd, moves * states.qdd))
-    *axes, inertial = columns
+    *axes, inertial = (
+        bodies
+        @ regressor_at(replace(robot, gravity=(x, y, z)), names, states.q, moves * states.qd, moves * states.qdd)
+        for x, y, z, moves in np.diag([size, size, size, 1.0]).tolist()
+    )
     along, described = np.stack(axes, axis=1), np.array(robot.gravity) / size
-    expected, block, joints = described @ along, np.arange(len(states.t)) * BLOCKS // len(states.t), []
-    for j, qd in enumerate(states.qd.T):
-        own = np.vstack([np.ones(len(qd)), qd, np.sign(qd), states.qdd[:, j], inertial[j]])
-        rows = np.vstack([own, along[j], expected[j], states.torque[:, j]])
-        rows *= states.keep[:, j] & (states.keep[:, j].sum() >= BLOCKS)
-        grams = np.array([part @ part.T for part in (rows[:, block == b] for b in range(BLOCKS))])
-        added = Added.of(grams, np.zeros((len(own), len(own))), slice(0))
-        # Each joint is weighted by what gravity in any direction leaves of its torque.
-        left = max(1.0 - added.effect(range(3)).fall, _FLOOR) * float(added.whole[-1, -1])
-        weight = float(np.sum(rows[0])) / left if left > 0.0 else 0.0
-        joints.append(added._replace(whole=weight * added.whole, left=weight * added.left))
-    each = [one.effect([3]) for one in joints]
-    whole, left_out = (np.sum(np.array([one[k] for one in joints]), axis=0) for k in range(2))
-    gravity = Added(whole, left_out, joints[0].payload).effect(range(3))
+    expected, block, qd = described @ along, np.arange(len(states.t)) * BLOCKS // len(states.t), states.qd.T
+    own = [np.ones(qd.shape), qd, np.sign(qd), states.qdd.T, inertial]
+    rows = np.stack([*own, *along.swapaxes(0, 1), expected, states.torque.T], axis=1)
+    rows *= (states.keep.T & (states.keep.sum(axis=0) >= BLOCKS)[:, None])[:, None]
+    grams = [part @ part.swapaxes(1, 2) for part in (rows[:, :, block == b] for b in range(BLOCKS))]
+    joints = [Added.of(each, np.zeros((len(own), len(own))), slice(0)) for each in np.swapaxes(grams, 0, 1)]
+    # Each joint is weighted by what gravity in any direction leaves of its torque.
+    squares, counts = np.array([one.whole[-1, -1] for one in joints]), rows[:, 0].sum(axis=1)
+    left = np.maximum([1.0 - one.effect(range(3)).fall for one in joints], _FLOOR) * squares
+    weights = np.where(left > 0.0, counts / np.where(left > 0.0, left, 1.0), 0.0)
+    whole, left_out = (np.tensordot(weights, [one[k] for one in joints], 1) for k in range(2))
+    gravity, each = Added(whole, left_out, joints[0].payload).effect(range(3)), [one.effect([3]) for one in joints]
     needed = np.linalg.norm(expected * states.keep.T, axis=1)
     shown = needed > CARRIES * needed.max()
     shown &= [one.fall > EXPLAINED and one.sigma < SURE * abs(one.size) for one in each]
-    squares = np.array([float(one.whole[-1, -1]) for one in joints])
+    squares *= weights
     return NominalGravity(
         ratio=np.where(shown, [one.size for one in each], np.nan),
         gravity=size * gravity.values,
@@ -129,10 +123,10 @@ def weight(evidence: Evidence) -> Iterator[Finding]:
     gravity over {LEANS:g} degrees off: do not use, and explains the rest; only noted if the unit is given.
     Columns named effort that the weight of the links does not confirm: do not use until the unit is given.
     """
-    nominal, source = evidence.diagnosis.nominal, evidence.source
+    nominal, source = evidence.nominal, evidence.source
     units = {one.torque_unit for one in (*source.unloaded, *source.loaded)} if source is not None else set()
     # A joint counted the other way, or another robot, which goes against the weight too, leaves next to nothing.
-    others = evidence.diagnosis.alternatives
+    others = evidence.alternatives
     settled = any(one.kind in ("turned", "robot") and one.fall > SETTLED and one.z > SETTLED_Z for one in others)
     contradiction = _contradiction(evidence.robot, nominal) if nominal is not None and not settled else ""
     if contradiction and nominal is not None:
@@ -190,9 +184,11 @@ def _contradiction(robot: Robot, nominal: NominalGravity) -> str:
 
 
 def scales(problem: PayloadProblem, weights: Array, system: System | None) -> tuple[Effect, ...]:
-    """Estimate scales of the loaded torques, of all and of each joint: by full factors, else by subsampled states.
+    """Estimate scales of the loaded torques, of all and of each joint; none where the scale is an unknown.
 
-    None where the scale is an unknown of the problem; full factors need recordings without payload.
+    Each is one more column of method 4 in the loaded rows: the rigid part of what the robot alone needs, friction
+    of those rows free. All of it is in the joints' triangular factors, so that no row is read again; beside a robot
+    that is known, and in a short motion, subsampled states do.
     """
     n, by_states = problem.robot.n, tuple[Effect, ...]()
     wheres = ["", *(f"joint {joint}" for joint in range(1, n + 1))]
@@ -201,8 +197,8 @@ def scales(problem: PayloadProblem, weights: Array, system: System | None) -> tu
         along = (system.values[rigid] @ system.columns[:, rigid]) * system.states.loaded
         prior = np.array(system.prior)
         prior[system.payload.stop :, system.payload.stop :] = 0.0  # friction under load is free
-        free = replace(system, prior=prior)
-        added = free.with_columns(along[:, None], np.eye(n)[:, :, None] * along[:, None])
+        by_block = system.grams(system.states.block, [along[:, None], np.eye(n)[:, :, None] * along[:, None]])
+        added = Added.of(by_block, prior, system.payload, system.inflation)
         by_states = tuple(added.effect([k], where=where) for k, where in enumerate(wheres))
     if not isinstance(problem, LongMotion) or problem.unloaded is None:
         return by_states
@@ -216,16 +212,16 @@ def scales(problem: PayloadProblem, weights: Array, system: System | None) -> tu
     unknown = c + len(friction)
     column = np.eye(unknown + n + 2)
     own, carried = column[[*range(b), -1]], column[[*range(c), -1]]
-    carried[friction] = column[c:unknown]
-    carried[rigid, unknown] = robot[rigid]
-    of_joints = [np.array(carried) for _ in range(n)]
-    for j, change in enumerate(of_joints):
-        change[rigid, unknown + 1 + j] = robot[rigid]
-    without, with_payload = list[Array](), list[Array]()
-    for grams, equations, changes in ((without, unloaded, [own] * n), (with_payload, loaded, of_joints)):
-        for block in equations.blocks:
-            rows = np.vstack([w * R @ M for w, R, M in zip(weights, block.factors, changes, strict=True)])
-            grams.append(rows.T @ rows)
+    carried[friction], carried[rigid, unknown] = column[c:unknown], robot[rigid]
+    of_joints = np.repeat(carried[None], n, axis=0)
+    of_joints[:, rigid, unknown + 1 : -1] = np.eye(n)[:, None] * robot[rigid, None]
+
+    def gram(block: Equations, changes: Iterable[Array]) -> Array:
+        rows = np.vstack([w * R @ M for w, R, M in zip(weights, block.factors, changes, strict=True)])
+        return np.asarray(rows.T @ rows)
+
+    without = [gram(block, [own] * n) for block in unloaded.blocks]
+    with_payload = [gram(block, of_joints) for block in loaded.blocks]
     # Blocks of one motion are left out together.
     together = len(without) == len(with_payload)
     blocks = np.add(without, with_payload) if together else np.array([*without, *with_payload])
@@ -243,7 +239,7 @@ def scale(evidence: Evidence) -> Iterator[Finding]:
     All by {SCALE:.0%} and {SCALE_Z:g} sigma, or one joint's by {JOINT_SCALE:.0%} and {JOINT_SCALE_Z:g} sigma, and
     more clearly than a pull: do not use. Both are named if the data hardly distinguish them.
     """
-    found, pull = sorted(evidence.diagnosis.scales, key=Effect.z, reverse=True), pull_of(evidence)
+    found, pull = sorted(evidence.scales, key=Effect.z, reverse=True), pull_of(evidence)
     off = [scale for scale in found if beyond(scale)]
     if not off or (pull is not None and pull.z() > off[0].z()):
         return
@@ -274,7 +270,7 @@ def sensitive(evidence: Evidence) -> Iterator[Finding]:
     intervals grow by over {TOGETHER:g} (Birge), else noted; not if a different scale is seen,
     something pulls at the flange, or the payload was weighed.
     """
-    mass, whole = evidence.mass, next((scale for scale in evidence.diagnosis.scales if not scale.where), None)
+    mass, whole = evidence.mass, next((scale for scale in evidence.scales if not scale.where), None)
     weighed = any(payload.result.weighings for payload in evidence.constrained) or pull_of(evidence) is not None
     weighed = weighed or (evidence.weighed is not None and evidence.weighed.from_scale)
     if whole is None or evidence.spread is None or weighed or not mass > 0.0 or beyond(whole):
@@ -283,7 +279,7 @@ def sensitive(evidence: Evidence) -> Iterator[Finding]:
     change = hidden * abs(mass - float(whole.effect[9, 0]))
     if change > max(SENSITIVE * mass, NORMAL95 * evidence.spread.mass):
         advice = f"; --scale-sigma {100 * hidden:.2g}% allows for it" if evidence.weighed is None else ""
-        apart = evidence.diagnosis.disagreement > TOGETHER
+        apart = evidence.disagreement > TOGETHER
         yield (error if apart else note)(
             f"{'the joints disagree about the payload, and ' if apart else ''}a scale error of {100 * hidden:.2g} "
             f"% in the torques with payload would go unnoticed (measured scale {1.0 + whole.size:.3f} ± "
@@ -297,7 +293,7 @@ def motors_apart(evidence: Evidence) -> Iterator[Finding]:
 
     By over {JOINT_SCALE:.0%} and {OWN_SCALE_Z:g} sigma: not its gain.
     """
-    off = [scale for scale in evidence.diagnosis.scales if scale.where and beyond(scale, OWN_SCALE_Z)]
+    off = [scale for scale in evidence.scales if scale.where and beyond(scale, OWN_SCALE_Z)]
     worst = max((scale for scale in off if scale.z() <= JOINT_SCALE_Z), key=Effect.z, default=None)
     if evidence.gained is not None and worst is not None:
         yield warning(
@@ -315,7 +311,7 @@ def joints(evidence: Evidence) -> list[Finding]:
     then over {USEFUL:.0%}, or if leaving the joint out moves the mass out of it; else not the inertia. A note if
     the intervals grow by more than {TOGETHER:g}.
     """
-    view, mass, factor = evidence.diagnosis.by_joints, evidence.mass, evidence.diagnosis.disagreement
+    view, mass, factor = evidence.by_joints, evidence.mass, evidence.disagreement
     # Standard deviations from few blocks, which are uncertain themselves, are wider, as Student's t is.
     wider = 1.0 if evidence.weighed is None else few_blocks(view.degrees_of_freedom)
     odd, text, serious = _odd(view, wider, mass, factor)
@@ -381,29 +377,25 @@ def disagreement(by_joints: ByJoints, gains: Array, few: bool = False) -> float:
             count.
         few: whether the standard deviations come from few blocks of time.
     """
-    ratios, wider = by_joints.ratios, few_blocks(by_joints.degrees_of_freedom) if few else 1.0
-    k = len(ratios)
+    wider, k = few_blocks(by_joints.degrees_of_freedom) if few else 1.0, len(by_joints.ratios)
     if k < 2:
         return 1.0
-    index = [joint - 1 for joint, *_ in ratios]
+    joint, ratio, sigma = np.array(by_joints.ratios).T
+    index = joint.astype(int) - 1
     apart = (np.eye(k) * k - 1.0) / (k - 1)  # each less the others' mean
     variance = np.diag(apart @ gains[np.ix_(index, index)] @ apart.T)
-    rows = zip(ratios, variance, strict=True)
-    square = sum((ratio - 1.0) ** 2 / ((wider * sigma) ** 2 + own) for (_, ratio, sigma), own in rows)
+    square = float(np.sum((ratio - 1.0) ** 2 / ((wider * sigma) ** 2 + variance)))
     freedom = float("inf") if few else by_joints.degrees_of_freedom
     first, last = CHANCE
     proven = np.clip((first - fdtrc(k, min(freedom, 1e9), square / k)) / (first - last), 0.0, 1.0)
     return 1.0 + float(proven) * (float(np.sqrt(max(1.0, square / (k - 1)))) - 1.0)
 
 
-def worst_joint(by_joints: ByJoints, mass: float) -> Finding | None:
-    """Find the joint that agrees least with the answer's mass [kg] or with the others; None where none can tell."""
+def worst_joint(by_joints: ByJoints, mass: float) -> str | None:
+    """Describe the joint that agrees least with the answer's mass [kg] or the others; None where none can tell."""
+    times = "times the torque that the other joints predict"
     readings = [
-        (
-            abs(ratio - 1.0) / sigma,
-            joint,
-            f"joint {joint} measures {ratio:.3f} ± {sigma:.2g} times the torque that the other joints predict",
-        )
+        (abs(ratio - 1.0) / sigma, joint, f"joint {joint} measures {ratio:.3f} ± {sigma:.2g} {times}")
         for joint, ratio, sigma in by_joints.ratios
     ]
     readings += [
@@ -411,7 +403,4 @@ def worst_joint(by_joints: ByJoints, mass: float) -> Finding | None:
         for r in by_joints.masses
         if len(r.joints) == 1 and r.mass is not None
     ]
-    if not readings:
-        return None
-    _, joint, text = max(readings)
-    return Finding("note", f"joint {joint}", text)
+    return max(readings)[2] if readings else None

@@ -21,7 +21,7 @@ from ..payload.static import StaticMotion
 from . import checks
 from .causes import SUSPICIOUS, alternatives, likely_causes, other_readings
 from .engine import BLOCKS, States, System, states_of
-from .evidence import Diagnosis, Evidence, Finding, Level, Verdict
+from .evidence import Evidence, Finding, Level, Verdict
 from .hypotheses import HYPOTHESES, earth, effects_of, hypotheses, matter, tilt_correction
 from .scales import beyond, disagreement, joints, motors_apart, nominal_gravity, scale, scales, sensitive, weight
 
@@ -68,17 +68,15 @@ def judge(*evidence: Evidence) -> Verdict:
     for part in evidence:
         short, wrong = list(checks.too_short(part)), any(finding.cause for finding in weight(part))
         speaking = [check for check in CHECKS if not (wrong and check in COLUMNS)]
-        own = short or [finding for check in speaking for finding in check(part)]
-        likely = list[Finding]()
-        if part.source is not None and not (short or wrong):
-            contradicted = any(finding.severity == "error" for finding in own)
-            # Where no check spoils all, causes are searched if a joint leaves too much; suggested, never corrected.
-            fits = [estimate.estimate.fit for estimate in part.estimates if estimate.method != 3]
-            fits += [part.parameters.fit] if part.parameters is not None else []
-            left = [checks.relative_per_joint(fit, part) for fit in fits if fit.known]
-            if contradicted or any(np.nanmax(relative) > SUSPICIOUS for relative in left):
-                states, gained = states_of(part.source), part.gained is not None
-                likely = likely_causes(part.robot, states, contradicted, gained)
+        own, likely = short or [finding for check in speaking for finding in check(part)], list[Finding]()
+        # Where no check spoils all, causes are searched if a joint leaves too much; suggested, never corrected.
+        contradicted = any(finding.severity == "error" for finding in own)
+        fits = [estimate.estimate.fit for estimate in part.estimates if estimate.method != 3]
+        fits += [part.parameters.fit] if part.parameters is not None else []
+        left = [checks.relative_per_joint(fit, part) for fit in fits if fit.known]
+        suspicious = contradicted or any(np.nanmax(relative) > SUSPICIOUS for relative in left)
+        if part.source is not None and suspicious and not (short or wrong):
+            likely = likely_causes(part.robot, states_of(part.source), contradicted, part.gained is not None)
         # What stands out already must be outdone.
         explained = max((finding.explains for finding in own if finding.cause), default=0.0)
         findings += own + [finding for finding in likely if finding.explains > explained]
@@ -109,12 +107,8 @@ def verdict_of(findings: Sequence[Finding], brief: bool = True, partly: Level = 
     notes = [finding for finding in distinct if finding.severity == "note"]
     causes = [finding for finding in distinct if finding.cause and finding.severity == "error"]
     most = _OUTDONE * min((1.0 - finding.explains for finding in causes), default=1.0)
-    against = [
-        finding
-        for finding in distinct
-        if finding.severity != "note"
-        and not (finding.cause and finding.about == "everything" and 1.0 - finding.explains > most)
-    ]
+    outdone = [one for one in distinct if one.cause and one.about == "everything" and 1.0 - one.explains > most]
+    against = [finding for finding in distinct if finding.severity != "note" and finding not in outdone]
     # The mass is what every number rests on.
     spoils_all = [one for one in against if one.severity == "error" or one.about in ("mass", "everything")]
     if spoils_all:
@@ -137,8 +131,8 @@ def table() -> list[tuple[str, str]]:
 
 def diagnose(
     problem: PayloadProblem, best: PayloadEstimate, gains: Gains | None = None, description: Robot | None = None
-) -> Diagnosis:
-    """Look at what no residual of a method shows.
+) -> Evidence:
+    """Look at what no residual of a method shows, as far as recordings alone show it.
 
     Args:
         best: the estimate whose weights of the joints are taken.
@@ -155,14 +149,16 @@ def diagnose(
     if "bursts" in effects and not matter(effects["bursts"], best.ten[9], sigma):
         effects.pop("bursts")
     exact, few = np.zeros((problem.robot.n,) * 2), isinstance(problem, ShortMotion)
-    return Diagnosis(
+    return Evidence(
+        description or problem.robot,
+        problem.source,
         by_joints,
         disagreement(by_joints, gains.covariance(problem.robot.n) if gains else exact, few),
         disagreement(by_joints, exact, few),
         effects,
         alternatives(description or problem.robot, states, description is not None),
         found,
-        nominal=nominal_gravity(problem.robot, states or states_of(problem.source, BLOCKS)),
+        nominal_gravity(problem.robot, states or states_of(problem.source, BLOCKS)),
     )
 
 
@@ -179,33 +175,31 @@ def system_of(problem: PayloadProblem, states: States | None) -> System | None:
     return System.of(problem.robot, states, changes, known)
 
 
-def allowing(estimate: PayloadEstimate, diagnosis: Diagnosis, gains: Gains | None = None) -> PayloadEstimate:
+def allowing(estimate: PayloadEstimate, found: Evidence, gains: Gains | None = None) -> PayloadEstimate:
     """Correct an estimate for a tilt, and widen its intervals for joints that disagree and for bursts.
 
     Stated errors of the gains excuse joints, and come on top later: each sigma becomes the larger of that and what
     it were with exact gains.
     """
-    lean, bursts = map(diagnosis.effects.get, ("tilt", "bursts"))
+    lean, bursts = map(found.effects.get, ("tilt", "bursts"))
     if lean is not None and not estimate.from_scale:
         estimate = moved(estimate, *tilt_correction(lean, estimate.method))
     if bursts is not None:  # intervals reach the values without them
         estimate = moved(estimate, more=np.outer(bursts.change, bursts.change) / NORMAL95**2)
-    factor, by_gains, S = diagnosis.disagreement**2, np.zeros(1), estimate.estimate.gain_sensitivity
+    factor, by_gains, S = found.disagreement**2, np.zeros(1), estimate.estimate.gain_sensitivity
     if gains is not None and S is not None:
         C = gains.covariance(S.shape[1])
         by_gains = np.einsum("kj,ji,ki->k", S, C, S) / np.square(error_model(estimate.estimate).sigma)
-    return moved(estimate, factor=np.sqrt(np.maximum(factor, diagnosis.unexcused**2 - by_gains)))
+    return moved(estimate, factor=np.sqrt(np.maximum(factor, found.unexcused**2 - by_gains)))
 
 
 def robot_verdict(evidence: Evidence, free_gains: bool = False) -> Verdict:
     """Judge a robot's parameters, identified from recordings without payload.
 
-    ``evidence``: without its diagnosis; ``free_gains``: whether the torques are currents, brought to an unknown
-    scale.
+    ``free_gains``: whether the torques are currents, brought to an unknown scale.
     """
     robot, states = evidence.robot, states_of(evidence.source)
     effects = effects_of(System.of(robot, states), free_gains) if states is not None else {}
     nominal = None if free_gains else nominal_gravity(robot, states or states_of(evidence.source, BLOCKS))
     others = alternatives(robot, states, free_gains)
-    diagnosis = Diagnosis(effects=effects, alternatives=others, nominal=nominal)
-    return judge(replace(evidence, diagnosis=diagnosis))
+    return judge(replace(evidence, effects=effects, alternatives=others, nominal=nominal))

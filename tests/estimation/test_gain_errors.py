@@ -19,7 +19,7 @@ from dynident.estimation import (
     payload_estimate,
     payload_problem,
 )
-from dynident.estimation.diagnosis.evidence import Diagnosis
+from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.diagnosis.verdict import allowing
 from dynident.estimation.equations.equations import Equations, merged
 from dynident.estimation.equations.observer import PATH
@@ -329,9 +329,9 @@ def test_stating_errors_of_gains_shortens_no_interval(name: str, payload: Inerti
     for method in METHODS:
         free = payload_estimate(motion, method)
         for factor in (1.0, 1.5, 3.0):
-            exact = constrain_payload(allowing(free, Diagnosis(disagreement=3.0, unexcused=3.0)))
+            exact = constrain_payload(allowing(free, Evidence(robot, disagreement=3.0, unexcused=3.0)))
             for gains in (Gains((1e-3,)), Gains((0.02,)), Gains(common=0.1)):
-                told = allowing(free, Diagnosis(disagreement=factor, unexcused=3.0), gains)
+                told = allowing(free, Evidence(robot, disagreement=factor, unexcused=3.0), gains)
                 possible, wider = constrain_payload(told, gains=gains), 1.0 - 1e-9
                 assert (possible.result.free.sigma >= wider * exact.result.free.sigma).all()
                 alone = error_model(moved(free, factor=factor).estimate, gains)

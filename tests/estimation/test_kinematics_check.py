@@ -78,9 +78,9 @@ def spoilt(recording: Recording, truth: Reading) -> Recording:
 RIGHT = Reading.as_recorded(6)
 PLAIN = replace(load_robot("rx90").processing, decimate=1)
 SPOILT = {
-    "a torque": replace(RIGHT, torque=(1, 1, -1, 1, 1, 1)),
-    "from the horizontal": replace(RIGHT, along=(0, 0, 1, 0, 0, 0)),
-    "three things": replace(RIGHT, order=(0, 1, 3, 2, 4, 5), sign=(1, -1, 1, 1, 1, 1), quarters=(0, 0, 0, 0, 2, 0)),
+    "a torque": RIGHT._replace(torque=(1, 1, -1, 1, 1, 1)),
+    "from the horizontal": RIGHT._replace(along=(0, 0, 1, 0, 0, 0)),
+    "three things": RIGHT._replace(order=(0, 1, 3, 2, 4, 5), sign=(1, -1, 1, 1, 1, 1), quarters=(0, 0, 0, 0, 2, 0)),
 }
 
 

@@ -320,7 +320,7 @@ def test_with_a_scale_the_wrist_alone_will_do(record: Record, simulator: Simulat
     assert answer.evidence.judged["mass"].use == "weighed"
     assert answer.mass == pytest.approx(7.02, abs=1e-3)
     assert not answer.result.best_free.weighed
-    assert all(group.mass is None for group in answer.evidence.diagnosis.by_joints.masses)
+    assert all(group.mass is None for group in answer.evidence.by_joints.masses)
     assert np.abs(answer.com - LOAD.com).max() < 0.02
     # 0.02 kg of the scale is all that is unsure about it
     assert answer.spread.mass == pytest.approx(0.02)

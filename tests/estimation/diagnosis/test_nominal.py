@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from dynident.apps.logs.read import read_recording
 from dynident.estimation.diagnosis.engine import BLOCKS, states_of
-from dynident.estimation.diagnosis.evidence import Diagnosis, Evidence
+from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.diagnosis.scales import nominal_gravity, weight
 from dynident.estimation.payload.long_motion import Source
 from dynident.model import Recording, Robot, load_robot, robot_names
@@ -40,8 +40,8 @@ def recorded(name: str) -> tuple[Robot, Recording]:
 
 def told(robot: Robot, recording: Recording) -> str:
     source = Source((), (recording,), robot.processing)
-    found = Diagnosis(nominal=nominal_gravity(robot, states_of(source, BLOCKS)))
-    return " ".join(finding.text for finding in weight(Evidence(robot, source, found)))
+    nominal = nominal_gravity(robot, states_of(source, BLOCKS))
+    return " ".join(finding.text for finding in weight(Evidence(robot, source, nominal=nominal)))
 
 
 def scaled(*factors: float) -> Change:

@@ -1,7 +1,7 @@
 """The verdict: each check of the table on both sides of each of its thresholds, and what they say together."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -21,7 +21,6 @@ from dynident.estimation.diagnosis.evidence import (
     KNOWN_WELL,
     Agreement,
     Alternative,
-    Diagnosis,
     Evidence,
     Finding,
     Judged,
@@ -110,9 +109,8 @@ def possible_of(
 
 
 def evidence_of(**parts: Any) -> Evidence:
-    """Evidence on an RX90, what belongs to the diagnosis among its parts."""
-    seen = {field.name for field in fields(Diagnosis)} & parts.keys()
-    return Evidence(ROBOT, diagnosis=Diagnosis(**{name: parts.pop(name) for name in seen}), **parts)
+    """Evidence on an RX90."""
+    return Evidence(ROBOT, **parts)
 
 
 def of_payload(*estimates: PayloadEstimate, **more: Any) -> Evidence:
@@ -381,7 +379,7 @@ def weighing_arm(ratio: float, *others: float, explained: float = 0.9, sigma: fl
     shown = np.append(np.nan, (ratio, *others, *([np.nan] * (5 - 1 - len(others)))))
     gravity = -9.81 * np.array([np.sin(0.5), 0.0, np.cos(0.5)])
     found = NominalGravity(shown, gravity, sigma, explained, 0.8, "")
-    return replace(usual(), diagnosis=Diagnosis(nominal=found))
+    return usual(nominal=found)
 
 
 DRIFT = drift_of(9.0)
@@ -614,7 +612,7 @@ def test_a_check_is_silent_about_what_was_not_computed(name: str) -> None:
 def test_a_delay_or_a_pull_that_moves_the_centre_of_mass_leaves_nothing() -> None:
     for share, severity in ((0.999, "warning"), (1.001, "error")):
         moved = share * hypotheses.SLIP * 5.0 * np.array([0.6, 0.0, 0.8])
-        late = beside("late", 0.02).diagnosis.effects["late"]
+        late = beside("late", 0.02).effects["late"]
         by_delay, by_pull = np.zeros((10, 1)), np.zeros((10, 4))
         by_delay[6:9, 0], by_pull[6:9, 0] = moved / 0.02, moved / 9.0
         both = {"late": late._replace(effect=by_delay), "pull": hose(1.0)._replace(effect=by_pull)}
@@ -636,12 +634,11 @@ def test_bursts_matter_that_move_the_mass_by_more_than_chance() -> None:
 def test_a_mass_that_was_weighed_a_pull_or_a_scale_that_is_seen_leaves_nothing_to_say_of_scale() -> None:
     plain = leaning_on(0.2, 1e-3)
     assert list(scales.sensitive(plain))
-    (whole,) = plain.diagnosis.scales
-    seen = replace(plain, diagnosis=Diagnosis(scales=(scale_of(0, 30.0 * whole.sigma, whole.sigma),)))
+    (whole,) = plain.scales
+    seen = replace(plain, scales=(scale_of(0, 30.0 * whole.sigma, whole.sigma),))
     assert list(scales.scale(seen))
     assert not list(scales.sensitive(seen))
-    hung = Diagnosis(scales=plain.diagnosis.scales, effects={"pull": hose(1.0)})
-    assert not list(scales.sensitive(replace(plain, diagnosis=hung)))
+    assert not list(scales.sensitive(replace(plain, effects={"pull": hose(1.0)})))
     assert not list(scales.sensitive(replace(plain, constrained=(weighed_as(0.0),))))
 
 
@@ -735,7 +732,7 @@ def test_what_a_pull_explains_better_is_not_told() -> None:
     """A scale by fewer deviations, a robot and a turned joint that take off half; the next robot is no matter."""
 
     def hung(evidence: Evidence, z: float = 9.0) -> Evidence:
-        return replace(evidence, diagnosis=replace(evidence.diagnosis, effects={"pull": hose(1.0, z=z)}))
+        return replace(evidence, effects={"pull": hose(1.0, z=z)})
 
     for evidence, check in (
         (scaled(0, 0.1, 0.1 / 8.9), scales.scale),
@@ -797,7 +794,7 @@ def test_a_fault_that_takes_off_little_comes_last_and_a_pull_first() -> None:
     wrong = with_mass(-5.0)
     for name, fall, first in (("slip", 0.099, False), ("slip", 0.101, True), ("pull", 0.01, True)):
         evidence = pulling(1.0) if name == "pull" else beside("slip", 0.05)
-        effect = evidence.diagnosis.effects[name]._replace(fall=fall)
+        effect = evidence.effects[name]._replace(fall=fall)
         reasons = judge(of_payload(estimate_of(ten=wrong), effects={name: effect})).reasons
         told = [("pulls at the flange" in text or "payload slip" in text) for text in reasons]
         assert told.index(True) == (0 if first else len(reasons) - 1)
