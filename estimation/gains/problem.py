@@ -424,13 +424,13 @@ def possible_gains(problem: GainProblem, equations: Equations, start: CurrentFit
         # Below the triangle of the unknowns stands what none of them explains.
         R = triangular(np.column_stack([J[:, :c] @ to_x, by_ratio, right]))[: m + others]
         try:
-            solution = solve_cone(ConeProgram(R[:, :-1], R[:, -1], A, np.zeros(len(A)), bodies), _WAYS)
+            z, _ = solve_cone(ConeProgram(R[:, :-1], R[:, -1], A, np.zeros(len(A)), bodies), _WAYS)
         except SolverError as error:
             raise InputError(f"gains of bodies that can exist were not found ({error.explanation})") from None
-        ratio, load = np.insert(solution.z[m:], anchor, 1.0), float(solution.z[m - 1])
+        ratio, load = np.insert(z[m:], anchor, 1.0), float(z[m - 1])
         if load <= 0.0 or (ratio <= 0.0).any():
             raise InputError("no gain explains the currents: check units, signs, order of joints and the payload")
-        x = to_x @ solution.z[:m] / load
+        x = to_x @ z[:m] / load
         ratio *= load
         k = k * ratio
         if np.abs(ratio - 1.0).max() < _CLOSE:

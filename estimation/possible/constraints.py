@@ -222,14 +222,6 @@ class ConeProgram(NamedTuple):
         return cvxpy.Problem(cvxpy.Minimize(cvxpy.norm(self.R @ z - self.d)), rules), x, inertias
 
 
-class ConeSolution(NamedTuple):
-    """Solution, and how fast its norm ||R z - d|| falls as constraints are relaxed."""
-
-    z: Array  # (n,)
-    norm: float
-    multipliers: Array  # by A z + b >= -e, then by J >= -e times identity, (r + p,)
-
-
 _MEANING = {  # of the solver's states
     "PrimalInfeasible": "nothing holds all of it",
     "DualInfeasible": "the data leave it open",
@@ -268,10 +260,15 @@ class SolverError(RuntimeError):
         return SolverError(self.status, demands)
 
 
-_ENTRIES = [(row, column) for column in range(4) for row in range(column + 1)]
-_DIAGONAL = [k for k, (row, column) in enumerate(_ENTRIES) if row == column]
-TRIANGLE: Array = np.array([(1.0 if i == j else np.sqrt(2.0)) * PSEUDO_INERTIA[:, i, j] for i, j in _ENTRIES])
-"""Map from the ten to the pseudo-inertia's upper triangle, by columns, off-diagonals times sqrt 2: 10 x 10."""
+def triangle(matrices: Array) -> Array:
+    """Upper triangles of m x m matrices, the last two axes, by columns, off-diagonals times sqrt 2."""
+    columns, rows = np.tril_indices(matrices.shape[-1])
+    return np.asarray(np.where(rows == columns, 1.0, np.sqrt(2.0)) * matrices[..., rows, columns])
+
+
+TRIANGLE: Array = triangle(PSEUDO_INERTIA).T
+"""Map from the ten to the triangle of the pseudo-inertia: 10 x 10."""
+_DIAGONAL = [0, 2, 5, 9]  # of a triangle of 4 x 4
 Ways = Sequence[tuple[float, float]]
 """Largest entry of R, to which a larger one is scaled down, and radius of a ball that z may not leave.
 
@@ -279,30 +276,32 @@ The ball closes a program whose least value no finite z attains.
 """
 
 
-def solve_cone(program: ConeProgram, ways: Ways = ((1e5, np.inf),)) -> ConeSolution:
+def solve_cone(program: ConeProgram, ways: Ways = ((1e5, np.inf),)) -> tuple[Array, Array]:
     """Solve a cone program in the first way that gives a clean solution.
 
     ``ways``: the usual one cares for data almost without noise.
+
+    Returns:
+        z, (n,), and how fast ||R z - d|| falls with e in A z + b >= -e, then in J >= -e times identity, (r + p,).
     """
     (k, n), r, p, status = program.R.shape, len(program.A), len(program.bodies), ""
-    bodies = np.pad(TRIANGLE @ program.bodies, ((0, 0), (0, 0), (0, 2)))
-    for largest, ball in ways:
+    rows = np.zeros((r + 1 + k + 10 * p + n + 1, n + 2))  # in (z, t, 1)
+    rules, norm, bodies, ball = np.split(rows, [r, r + 1 + k, len(rows) - n - 1])
+    rules[:, :n], rules[:, -1], norm[0, n] = program.A, program.b, 1.0
+    bodies[:, :n], ball[1:, :n] = (TRIANGLE @ program.bodies).reshape(-1, n), np.eye(n)
+    for largest, radius in ways:
         scale = max(1.0, float(np.abs(program.R).max()) / largest)
-        # Rows in (z, t, 1).
-        norm = np.column_stack([program.R, np.zeros(k), -program.d]) / scale
-        parts: list[Part] = [
-            ("Nonnegative", np.column_stack([program.A, np.zeros(r), program.b])),
-            ("SecondOrder", np.vstack([np.eye(1, n + 2, n), norm])),
-            *(("PSDTriangle", body) for body in bodies),
-        ]
-        if np.isfinite(ball):
-            parts.append(("SecondOrder", np.vstack([ball * np.eye(1, n + 2, n + 1), np.eye(n, n + 2)])))
+        norm[1:, :n], norm[1:, -1], ball[0, -1] = program.R / scale, -program.d / scale, radius
+        parts: list[Part] = [("Nonnegative", rules), ("SecondOrder", norm)]
+        parts += [("PSDTriangle", body) for body in bodies.reshape(p, 10, n + 2)]
+        if np.isfinite(radius):
+            parts.append(("SecondOrder", ball))
         solution = cone_solver(np.eye(n + 1)[n], parts).solve()
         status = str(solution.status)
         if status == "Solved":
-            z, dual = np.asarray(solution.x)[:n], np.asarray(solution.z) * scale
+            dual = np.asarray(solution.z) * scale
             traces = dual[r + k + 1 : r + k + 1 + 10 * p].reshape(p, 10)[:, _DIAGONAL].sum(axis=1)
-            return ConeSolution(z, float(np.linalg.norm(program.R @ z - program.d)), np.append(dual[:r], traces))
+            return np.asarray(solution.x)[:n], np.append(dual[:r], traces)
     raise SolverError(status)
 
 
@@ -329,4 +328,8 @@ def cone_solver(cost: Array, parts: Sequence[Part], tolerance: float = 1e-8, reu
         if size:
             cones.append(getattr(clarabel, f"{kind}ConeT")(*(() if kind == "Exponential" else (size,))))
     matrix, no_squares = np.vstack([rows for _, rows in parts]), csc_matrix((len(cost), len(cost)))
-    return clarabel.DefaultSolver(no_squares, cost, csc_matrix(-matrix[:, :-1]), matrix[:, -1], cones, settings)
+    left = -matrix[:, :-1].T
+    columns, rows = left.nonzero()  # faster than SciPy finds them
+    starts = np.searchsorted(columns, np.arange(len(cost) + 1))
+    A = csc_matrix((left[columns, rows], rows, starts), left.shape[::-1])
+    return clarabel.DefaultSolver(no_squares, cost, A, matrix[:, -1], cones, settings)

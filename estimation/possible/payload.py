@@ -264,24 +264,23 @@ def solve_constrained(estimate: Estimate, constraints: Sequence[Constraint] = PO
     """
     problem = ScaledProblem.of(estimate, constraints)
     constraints, select, scale, program = problem.constraints, problem.select, problem.scale, problem.program
-    z, status, active = problem.centre, "free", tuple[Active, ...]()
+    z, status, active, values = problem.centre, "free", tuple[Active, ...](), problem.full(problem.centre)
     try:
-        if any(constraint.violation(problem.full(z)) > 0.0 for constraint in constraints):
+        if any(constraint.violation(values) > 0.0 for constraint in constraints):
             # What is violated by rounding is too little for a solver to work on.
-            solution = None if problem.holds(z, NOISE_FLOOR) else solve_cone(program)
-            z, status = (z, "repaired") if solution is None else (solution.z, "Solved")
+            prices, status = np.zeros(0), "repaired"
+            if not problem.holds(z, NOISE_FLOOR):
+                (z, prices), status = solve_cone(program), "Solved"
+            slope = 2.0 * float(np.linalg.norm(program.R @ z - program.d))  # d chi2 = 2 norm d norm
             z = select @ lifted(z @ select, scale @ select)  # eliminated parameters stay zero
             if (program.slack(z) < -TOLERANCE).any():
                 raise SolverError("constraints missed by more than rounding")
-            if solution is not None:
-                every = [Active(c.description, constraint=c) for c in constraints for _ in c.rows[1]]
-                every += [Active(c.description, constraint=c) for c in constraints if isinstance(c, PossibleBody)]
-                # d chi2 = 2 norm d norm
-                active = holding(program, z, solution.multipliers, every, _NO_MULTIPLIER, 2.0 * solution.norm)
+            demands = [Active(c.description, constraint=c) for c in constraints for _ in c.rows[1]]
+            demands += [Active(c.description, constraint=c) for c in constraints if isinstance(c, PossibleBody)]
+            active, values = holding(program, z, prices, demands, _NO_MULTIPLIER, slope), problem.full(z)
     except SolverError as error:
         raise error.naming(*(constraint.description for constraint in constraints)) from None
     chi2 = problem.floor + float(np.sum((program.R @ (z - problem.centre)) ** 2))
-    values = problem.full(z)
     return Possible(estimate, values, chi2, active, (InertialParameters(values),), status, constraints)
 
 

@@ -19,7 +19,16 @@ from ...model.base import sum_text
 from ...model.drives import parameter_kind
 from ...model.stand_in import MOVING, cylinder_radius, cylinders, missing_inertial
 from ..fit.estimate import Estimate, error_model
-from .constraints import PSEUDO_INERTIA, ConeProgram, MassBounds, Part, SolverError, cone_solver, solve_cone
+from .constraints import (
+    PSEUDO_INERTIA,
+    ConeProgram,
+    MassBounds,
+    Part,
+    SolverError,
+    cone_solver,
+    solve_cone,
+    triangle,
+)
 from .payload import NOISE_FLOOR, TOLERANCE, Active, Possible, holding, lifted, whitening
 
 _NOT_NEGATIVE = ("IA", "FV", "FS", "FL", "FVM", "FSM")
@@ -126,10 +135,10 @@ class RobotProgram(NamedTuple):
 
     def nearest(self) -> PossibleRobot:
         """Find the nearest base parameters."""
-        solution = solve_cone(self.program, _WAYS)
-        floor = max(_NEXT_TO_NOTHING * float(solution.multipliers.max()), TOLERANCE)
-        z = self.repaired(solution.z)
-        return self.answer(z, "Solved", solution.multipliers, floor, 2.0 * solution.norm)
+        z, prices = solve_cone(self.program, _WAYS)
+        slope = 2.0 * float(np.linalg.norm(self.program.R @ z - self.program.d))  # d chi2 = 2 norm d norm
+        floor = max(_NEXT_TO_NOTHING * float(prices.max()), TOLERANCE)
+        return self.answer(self.repaired(z), "Solved", prices, floor, slope)
 
     def repaired(self, z: Array) -> Array:
         """Move z by rounding, so that no link has a negative eigenvalue and no drive a negative number."""
@@ -366,7 +375,7 @@ def solve_constrained_prior(
     within = bool((room[rows:] >= -TOLERANCE).all())
     if within and len(drives):
         part = ConeProgram(F[:, drives], d - F @ z0, A[:rows, drives], room[:rows], bodies[:0, :, drives])
-        solution[drives] = solve_cone(part, [(1e3, np.inf)]).z
+        solution[drives] = solve_cone(part, [(1e3, np.inf)])[0]
     weight, prices, status = np.inf, np.zeros(0), "prior"
     if not within or float(np.sum((F @ solution - d) ** 2)) > limit:
         (solution, weight, prices), status = _nearest(problem.program, expected, possible, np.sqrt(limit)), "Solved"
@@ -396,30 +405,23 @@ def _nearest(program: ConeProgram, prior: Array, possible: Array, radius: float)
     """
     (k, n), r, p = program.R.shape, len(program.A), len(program.bodies)
     root = np.linalg.inv(np.linalg.cholesky(prior))
-    own = np.einsum("pij,kjl,pml,pkn->pimn", root, PSEUDO_INERTIA, root, program.bodies, optimize=True)
+    own = np.einsum("pij,kjl,pml,pkn->pnim", root, PSEUDO_INERTIA, root, program.bodies, optimize=True)
     # Unknown are z - possible, the ten of each Z, row by row, and the logarithms of their diagonals; what is known
     # is the last column.
     Z, logs = n + np.arange(10 * p).reshape(p, 10), n + 10 * p + np.arange(4 * p).reshape(p, 4)
-    (rows, columns), blocks = np.tril_indices(4), np.zeros((p, 8, 8, n + 14 * p + 1))
-    exponentials = np.zeros((p, 4, 3, n + 14 * p + 1))  # log, 1 and Z_ii of each diagonal entry
-    blocks[:, :4, :4, :n], blocks[:, :4, :4, -1], exponentials[:, :, 1, -1] = own, own @ possible, 1.0
-    for j in range(p):
-        blocks[j, rows, 4 + columns, Z[j]] = 1.0
-        for i, diagonal in enumerate(Z[j, rows == columns]):
-            blocks[j, 4 + i, 4 + i, diagonal] = exponentials[j, i, 2, diagonal] = 1.0
-            exponentials[j, i, 0, logs[j, i]] = 1.0
-    upper = [(i, j) for j in range(8) for i in range(j + 1)]
-    triangles = np.stack([(1.0 if i == j else np.sqrt(2.0)) * blocks[:, i, j] for i, j in upper], axis=1)
-    rules, norm, left = (
-        np.zeros((r, n + 14 * p + 1)),
-        np.zeros((k + 1, n + 14 * p + 1)),
-        program.R @ possible - program.d,
-    )
+    (rows, columns), width = np.tril_indices(4), n + 14 * p + 1
+    each, i, diagonal = np.arange(p)[:, None], np.arange(4), Z[:, rows == columns]
+    blocks, exponentials = np.zeros((p, width, 8, 8)), np.zeros((p, 4, 3, width))
+    blocks[:, :n, :4, :4], blocks[:, -1, :4, :4] = own, np.tensordot(own, possible, (1, 0))
+    blocks[each, Z, rows, 4 + columns] = blocks[each, diagonal, 4 + i, 4 + i] = 1.0
+    # Of each diagonal entry the logarithm, 1 and Z_ii.
+    exponentials[each, i, 0, logs] = exponentials[:, :, 1, -1] = exponentials[each, i, 2, diagonal] = 1.0
+    links: list[Part] = [("PSDTriangle", body.T) for body in triangle(blocks)]
+    links += [("Exponential", rows) for rows in exponentials.reshape(4 * p, 3, -1)]
+    cost = np.concatenate([np.einsum("pnii->n", own), np.zeros(10 * p), -np.ones(4 * p)])
+    (rules, norm), left = (np.zeros((count, width)) for count in (r, k + 1)), program.R @ possible - program.d
     rules[:, :n], rules[:, -1], norm[0, -1] = program.A, program.slack(possible), radius
     norm[1:, :n], norm[1:, -1] = program.R, left
-    links: list[Part] = [("PSDTriangle", body) for body in triangles]
-    links += [("Exponential", rows) for rows in exponentials.reshape(4 * p, 3, -1)]
-    cost = np.concatenate([np.einsum("piin->n", own), np.zeros(10 * p), -np.ones(4 * p)])
     ends = dict[str, tuple[Any, float]]()
     for largest, tolerance in _TRIED:
         size = float(np.abs(program.R).max()) / largest
