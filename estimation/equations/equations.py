@@ -109,10 +109,7 @@ class Equations(Brief):
         """Keep only some of the parameters, or put all among others, whose columns are zero; in the order given."""
         if not (set(names) <= set(self.columns) or set(self.columns) <= set(names)):
             raise ValueError(f"neither a part of {self.columns} nor more: {tuple(names)}")
-        M = np.zeros((len(self.columns), len(names)))
-        for k, name in enumerate(names):
-            if name in self.columns:
-                M[self.columns.index(name), k] = 1.0
+        M = np.array([[name == own for name in names] for own in self.columns], dtype=float)
         return self.transformed(M, names)
 
     def minus(self, names: Sequence[str], values: Array) -> "Equations":

@@ -1,13 +1,11 @@
-"""Rules for variances, by name: what is known of the errors decides which of them holds.
+"""Rules for variances, by name, the memory of residuals, and blocks of time that are long against it.
 
-``formula``: (17)-(19), for white errors. ``jackknife``: whatever their memory, if shorter than a block of time, of
-which each is left out in turn. ``sandwich``: by how much each joint's errors remember, for too few blocks.
-``birge`` comes on top, where results scatter by more than their own standard deviations say. Then the memory of
-residuals, and blocks of time that are long against it.
+"formula": (17)-(19), for white errors. "jackknife": whatever their memory, if shorter than a block of time, of
+which each is left out in turn. "sandwich": by how much each joint's errors remember, for too few blocks. ``birge``
+comes on top, where results scatter by more than their own standard deviations say.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -16,7 +14,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from scipy.special import stdtrit
 
-from ...common import Array, Brief, InputError, decomposed, freeze_fields
+from ...common import Array, Brief, decomposed, freeze_fields
 from ..equations.equations import Equations
 from ..equations.observer import Observation, reduced
 
@@ -71,14 +69,6 @@ class RobustCovariance(Brief):
         return f"the robust standard deviations rest on only {blocks}: record longer"
 
 
-def formula(root: Array, squares: float, degrees_of_freedom: float) -> Array:
-    """Covariance s^2 (W'W)^-1 of (17)-(19), s^2 the squares of the weighted errors over their degrees of freedom.
-
-    ``root``: R^-1 of the weighted equations, c x c.
-    """
-    return np.asarray(squares / degrees_of_freedom * root @ root.T)
-
-
 def jackknife(groups: Sequence[Iterable[Array]], values: Array, block_length: float) -> RobustCovariance:
     """Covariance (B - 1)/B sum (x_-b - x)(x_-b - x)', by solving again without each block b.
 
@@ -96,12 +86,6 @@ def jackknife(groups: Sequence[Iterable[Array]], values: Array, block_length: fl
     return RobustCovariance(covariance, sum(counts), min(counts) - 1, block_length)
 
 
-def sandwich(inverse: Array, scores: Array) -> Array:
-    """Covariance (W'W)^-1 S'S (W'W)^-1, S the weighted rows of W times the size of their errors (White 1980)."""
-    moved = inverse @ scores.T
-    return np.asarray(moved @ moved.T)
-
-
 def birge(values: Array, sigmas: Array) -> float:
     """Birge ratio: by how much values of one quantity scatter more than their sigmas say, at least 1.
 
@@ -113,17 +97,6 @@ def birge(values: Array, sigmas: Array) -> float:
     weights = 1.0 / sigmas**2
     mean = float(weights @ values / weights.sum())
     return max(1.0, float(np.sqrt(weights @ (values - mean) ** 2 / (len(values) - 1))))
-
-
-@contextmanager
-def naming_blocks(block_length: float) -> Iterator[None]:
-    """Name the length of the left-out block [s] in an InputError."""
-    try:
-        yield
-    except InputError as error:
-        raise InputError(
-            f"no robust standard deviations: without one block of {block_length:.2g} s, {error}"
-        ) from None
 
 
 _WINDOW = 5.0  # lags summed, in autocorrelation times

@@ -116,7 +116,7 @@ def chosen_terms(
 
 def _held_out(equations: Equations, names: Sequence[str], weights: Array) -> tuple[Array, dict[str, float]]:
     """Squared errors of each joint on each block by the others' fit, B x n, and the values by all."""
-    solutions = left_out(equations, names, weights).values[:, :, 0]
+    solutions = left_out(equations, names, weights)[0][:, :, 0]
     places = [*(equations.columns.index(name) for name in names), -1]
     rows = np.column_stack([-solutions[:-1], np.ones(len(solutions) - 1)])
     every = zip(equations.blocks, rows, strict=True)

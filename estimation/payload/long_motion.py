@@ -32,8 +32,7 @@ from ..fit.estimate import Estimate, Fit, error_model
 from ..fit.linear_problem import Known, LinearProblem, SoftPrior, left_out, weighted
 from ..fit.own_equations import TermChoice, check_moving, filtered, under_own_load, with_friction
 from ..fit.settings import DEFAULTS, Settings
-from ..signals.alignment import AlignedPair, best_aligned, check_mismatch
-from ..signals.filtering import grid_rate, measurement
+from ..signals.filtering import AlignedPair, aligned, check_mismatch, grid_rate, measurement
 from ..signals.plausibility import check_apart, check_given, check_recordings, without_dead
 from .pairs import PairedMeasurement, Recordings, cut_alike, torque_change
 
@@ -130,7 +129,7 @@ class LongMotion(Brief):
                 "method 1 needs the robot's parameters: give a recording without payload or --robot-parameters"
             )
         # Blocks of time hold the recording they come from.
-        each = (lambda: left_out(unloaded, own.names, own.weights).values[:-1, :, 0]) if unloaded.blocks else None
+        each = (lambda: left_out(unloaded, own.names, own.weights)[0][:-1, :, 0]) if unloaded.blocks else None
         return stored_robot(own)._replace(lasting=0.0 * own.covariance, left_out=each)
 
     @property
@@ -269,7 +268,7 @@ def payload_problem(
                 "needs each trajectory once without and once with it, in the same order"
             )
         each = zip(unloaded, loaded, lags, strict=True)
-        compared = tuple(best_aligned(a, b, grid_rate(b, processing), lag) for a, b, lag in each)
+        compared = tuple(aligned(a, b, grid_rate(b, processing), near=lag) for a, b, lag in each)
         for pair, data in zip(compared, under_load, strict=True):
             check_mismatch(pair, processing.max_mismatch)
             # The loaded recording was filtered already, unless it was cut to what both have in common.

@@ -12,8 +12,7 @@ from ...common import Array, InputError
 from ...model import Processing, Recording, Robot
 from ...model.motion import Measurement
 from ..equations.observer import known_spring
-from ..signals.alignment import aligned
-from ..signals.filtering import grid_rate
+from ..signals.filtering import aligned, grid_rate
 from ..signals.rows import cut, origin, shortest_piece
 
 _TRIED = 12  # number of combinations of pieces that are aligned in search of the lag

@@ -329,7 +329,7 @@ def cone_solver(cost: Array, parts: Sequence[Part], tolerance: float = 1e-8, reu
             cones.append(getattr(clarabel, f"{kind}ConeT")(*(() if kind == "Exponential" else (size,))))
     matrix, no_squares = np.vstack([rows for _, rows in parts]), csc_matrix((len(cost), len(cost)))
     left = -matrix[:, :-1].T
-    columns, rows = left.nonzero()  # faster than SciPy finds them
-    starts = np.searchsorted(columns, np.arange(len(cost) + 1))
-    A = csc_matrix((left[columns, rows], rows, starts), left.shape[::-1])
+    column, row = left.nonzero()  # faster than SciPy finds them
+    starts = np.searchsorted(column, np.arange(len(cost) + 1))
+    A = csc_matrix((left[column, row], row, starts), left.shape[::-1])
     return clarabel.DefaultSolver(no_squares, cost, A, matrix[:, -1], cones, settings)
