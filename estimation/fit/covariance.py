@@ -60,9 +60,8 @@ class RobustCovariance(Brief):
         length = f"{self.block_length:.2g} s"
         if self.by_memory:
             blocks = f"{self.blocks} blocks of at least {length}" if self.blocks else "blocks"
-            return (
-                f"{blocks} are too few for a jackknife; the errors' autocorrelation is used instead: record longer"
-            )
+            instead = "the errors' autocorrelation is used instead: record longer"
+            return f"{blocks} are too few for a jackknife; {instead}"
         if self.degrees_of_freedom + 1 >= FEW or not self.block_length:
             return ""
         blocks = f"{self.degrees_of_freedom + 1} blocks of at least {length}"

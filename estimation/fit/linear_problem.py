@@ -107,8 +107,7 @@ class Known(NamedTuple):
         """Rows of a prior, in units of weighted rows: root' root is the covariance's inverse, inflated."""
         scale = np.sqrt(np.diag(self.covariance))
         L = np.linalg.cholesky(self.covariance / np.outer(scale, scale))
-        inverse = solve_triangular(L, np.eye(len(L)), lower=True)
-        return np.asarray(np.sqrt(self.inflation) * inverse / scale)
+        return np.asarray(np.sqrt(self.inflation) * solve_triangular(L, np.eye(len(L)), lower=True) / scale)
 
 
 class SoftPrior(NamedTuple):
@@ -140,21 +139,18 @@ class LinearProblem:
     equations: Equations  # in all the columns
     wanted: tuple[str, ...]  # the parameters that are asked for
     fixed: tuple[Known, ...] = ()  # parameters known from elsewhere, group by group
-    # parameters that are near zero: one more equation for each
-    soft: Mapping[str, SoftPrior] = field(default_factory=dict)
+    soft: Mapping[str, SoftPrior] = field(default_factory=dict)  # parameters near zero: one more equation for each
     prior: Known | None = None  # parameters near values that are known: as many equations more
-    # equations in the same columns on whose torques the fit is judged; all by default
-    shown: Equations | None = None
+    shown: Equations | None = None  # in the same columns: the fit is judged on their torques; all by default
     own_torque: bool = False  # judge the fit on the wanted parameters' own torque, that of all others taken off
-    # the equations without each block of time, where they are not the sum of their blocks; what is fixed then comes
-    # from no blocks
+    # without each block, where equations are not the sum of their blocks; what is fixed then comes from no blocks
     parts: tuple[Equations, ...] = ()
     _triangles: dict[bytes, Triangle] = field(default_factory=dict, init=False, repr=False)
 
     def part(self, names: Sequence[str]) -> "LinearProblem":
         """Pose the problem in some of the parameters, the others zero."""
-        own = [name for name in self.prior.names if name in names] if self.prior is not None else []
-        prior = self.prior.part(own) if self.prior is not None and own else None
+        own = [name for name in self.prior.names if name in names] if self.prior else []
+        prior = self.prior.part(own) if self.prior and own else None
         return LinearProblem(self.equations.select(names), tuple(names), prior=prior)
 
     @cached_property
@@ -280,13 +276,12 @@ class LinearProblem:
         rows = [role.weight * np.eye(1, c, columns.index(name)) for name, role in self.soft.items()]
         levels, inflation = np.zeros(len(rows)), [role.inflation for role in self.soft.values()]
         by_gains = [np.zeros((len(rows), len(self.equations.factors)))]
-        if self.prior is not None:
-            root, wide = self.prior.root, np.zeros((len(self.prior.names), c))
-            wide[:, [columns.index(name) for name in self.prior.names]] = root
+        if (prior := self.prior) is not None:
+            root, wide = prior.root, np.zeros((len(prior.names), c))
+            wide[:, [columns.index(name) for name in prior.names]] = root
             rows.append(wide)
-            levels = np.concatenate([levels, root @ self.prior.values])
-            inflation += [self.prior.inflation] * len(root)
-            own = self.prior.gain_sensitivity
+            levels, inflation = np.append(levels, root @ prior.values), inflation + [prior.inflation] * len(root)
+            own = prior.gain_sensitivity
             by_gains.append(root @ own if own is not None else np.zeros((len(root), by_gains[0].shape[1])))
         return np.vstack([np.zeros((0, c)), *rows]), levels, np.array(inflation), np.vstack(by_gains)
 
@@ -318,8 +313,7 @@ class LinearProblem:
 class Excitation(Brief):
     """Signal of each parameter in weighted equations, in units of the noise.
 
-    The relative standard deviation of a parameter is 1 / ``independent``: with all others known it would be
-    1 / ``signal``.
+    The relative standard deviation of a parameter is 1 / ``independent``, 1 / ``signal`` with all others known.
     """
 
     names: tuple[str, ...]  # of the parameters, c

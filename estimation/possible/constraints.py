@@ -1,8 +1,7 @@
 """Prior knowledge of a body, as small values that can be combined, and the least squares over bodies that hold it.
 
 These are a cone program, solved by Clarabel: minimise t with ||R z - d|| <= t, A z + b >= 0 and pseudo-inertias
-positive semidefinite. The norm, not its square, keeps the condition number of R instead of R'R; z must be scaled to
-the order of 1.
+positive semidefinite. The norm, not its square, keeps the condition number of R instead of R'R; z is of order 1.
 """
 
 from __future__ import annotations
@@ -83,9 +82,8 @@ class MassBounds(Constraint):
 
     def __post_init__(self) -> None:
         if not self.low <= self.high or not np.isfinite(self.low) or not self.high > 0.0:
-            raise InputError(
-                f"no mass lies within {self.low:g} to {self.high:g} kg: give low <= high, and high above 0"
-            )
+            advice = "give low <= high, and high above 0"
+            raise InputError(f"no mass lies within {self.low:g} to {self.high:g} kg: {advice}")
 
     @cached_property
     def rows(self) -> tuple[Array, Array]:
@@ -110,9 +108,8 @@ class KnownMass(Constraint):
 
     def __post_init__(self) -> None:
         if not (self.mass > 0.0 and self.sigma > 0.0 and np.isfinite([self.mass, self.sigma]).all()):
-            raise InputError(
-                f"known mass {self.mass:g} kg with sigma {self.sigma:g} kg: mass and sigma must be positive"
-            )
+            given = f"known mass {self.mass:g} kg with sigma {self.sigma:g} kg"
+            raise InputError(f"{given}: mass and sigma must be positive")
 
 
 @dataclass(frozen=True)
@@ -148,8 +145,7 @@ class CentreOfMassInBox(Constraint):
 class InEllipsoid(Constraint):
     """Ellipsoid in which all mass lies: tr(J Q) >= 0 for the pseudo-inertia J (Wensing, Kim and Slotine, 2018).
 
-    Q is the 4 x 4 matrix with [p 1] Q [p 1]' >= 0 for points p inside. Together with ``PossibleBody`` the
-    condition is necessary and sufficient.
+    Q is the 4 x 4 matrix with [p 1] Q [p 1]' >= 0 for points p inside. With ``PossibleBody`` it is sufficient too.
 
     Attributes:
         centre: of the ellipsoid [m], shape (3,).
@@ -244,12 +240,11 @@ class SolverError(RuntimeError):
 
     def __init__(self, status: str, demands: Sequence[str] = ()) -> None:
         self.status, self.demands, self.explanation = status, tuple(demands), _MEANING.get(status, status)
-        infeasible = "Infeasible" in status
-        text = f"the constrained estimate was not found: {self.explanation}"
-        text = "no body holds all constraints" if infeasible else text
-        listed = f": {'; '.join(demands)}" if demands else ""
-        advice = "correct them" if infeasible else "check that the constraints allow some body near the data"
-        super().__init__(f"{text}{listed}: {advice}")
+        text, advice = "no body holds all constraints", "correct them"
+        if "Infeasible" not in status:
+            text = f"the constrained estimate was not found: {self.explanation}"
+            advice = "check that the constraints allow some body near the data"
+        super().__init__(": ".join([text, *filter(None, ["; ".join(demands)]), advice]))
 
     def __reduce__(self) -> tuple[type[SolverError], tuple[str, tuple[str, ...]]]:
         """Pickle what it is made from."""
@@ -308,8 +303,7 @@ def solve_cone(program: ConeProgram, ways: Ways = ((1e5, np.inf),)) -> tuple[Arr
 def cone_solver(cost: Array, parts: Sequence[Part], tolerance: float = 1e-8, reused: bool = False) -> Any:
     """Make a solver for the x of least cost whose parts lie in their cones; one thread, no output.
 
-    ``tolerance``: of gap and feasibility; ``reused``: whether other costs come later. Such a solver's rows are well
-    scaled and stay as they are.
+    ``tolerance``: of gap and feasibility; ``reused``: whether other costs come later. Its rows stay as they are.
     """
     import clarabel  # both take their time to import: only where a cone program is solved
     from scipy.sparse import csc_matrix

@@ -164,10 +164,8 @@ class ScaledProblem(NamedTuple):
         """Scale an estimate and its constraints."""
         unknown = [name for name in estimate.names if name not in PAYLOAD]
         if unknown or "M_L" not in estimate.names:
-            raise InputError(
-                f"an estimate of {', '.join(estimate.names)} is not that of a payload: it needs M_L and others of "
-                f"{', '.join(PAYLOAD)}"
-            )
+            given = f"an estimate of {', '.join(estimate.names)} is not that of a payload"
+            raise InputError(f"{given}: it needs M_L and others of {', '.join(PAYLOAD)}")
         if not any(isinstance(c, PossibleBody) for c in constraints):
             constraints = (*POSSIBLE, *constraints)
         select = np.eye(10)[[PAYLOAD.index(name) for name in estimate.names]]
@@ -240,10 +238,9 @@ def whitening(C: Array, names: Sequence[str], floor: Array) -> Array:
         raise InputError(f"the covariance of {', '.join(names)} is not a covariance: identify all of them first")
     values, vectors = np.linalg.eigh(C / np.outer(sigma, sigma))
     if values[0] < _DEPENDENT * values[-1]:
-        mixed = [name for name, part in zip(names, np.abs(vectors[:, 0]), strict=True) if part > 0.05]
-        raise InputError(
-            f"the data cannot separate {', '.join(mixed)}: constraints cannot replace motion, so move more joints"
-        )
+        mixed = ", ".join(name for name, part in zip(names, np.abs(vectors[:, 0]), strict=True) if part > 0.05)
+        advice = "constraints cannot replace motion, so move more joints"
+        raise InputError(f"the data cannot separate {mixed}: {advice}")
     L = np.linalg.cholesky((C + np.diag(floor**2)) / np.outer(sigma, sigma))
     return np.linalg.solve(L, np.diag(1.0 / sigma))
 
@@ -252,8 +249,7 @@ def whitening(C: Array, names: Sequence[str], floor: Array) -> Array:
 def solve_constrained(estimate: Estimate, constraints: Sequence[Constraint] = POSSIBLE) -> Possible:
     """Find the nearest payload that keeps the constraints.
 
-    Bounds hold to 1e-6 of the body's own size, the pseudo-inertia exactly: it is repaired after the solve, and chi2
-    is that of the repaired values.
+    Bounds hold to 1e-6 of the body's own size, the pseudo-inertia exactly: it is repaired, which chi2 knows of.
 
     Args:
         estimate: of some or all of ``PAYLOAD``; parameters that are absent were eliminated and stay zero.

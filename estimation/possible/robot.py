@@ -102,9 +102,8 @@ class RobotProgram(NamedTuple):
     def of(robot: Robot, base: BaseParameters, estimate: Estimate, total_mass: MassBounds | None) -> "RobotProgram":
         """Scale an estimate of all base parameters; raises InputError if it is not one."""
         if estimate.names != base.columns:
-            raise InputError(
-                f"the estimate is not of the {len(base.columns)} base parameters: identify the robot anew"
-            )
+            fault = f"the estimate is not of the {len(base.columns)} base parameters"
+            raise InputError(f"{fault}: identify the robot anew")
         # One mass and one length for all links, from the robot's own numbers.
         length, kinds = typical_length(robot), [parameter_kind(name) for name in estimate.names]
         own = zip(kinds, estimate.values.tolist(), strict=True)
@@ -184,8 +183,7 @@ def solve_constrained_base(
     Every link can exist, friction and rotor inertias are not negative, and coupled drives share some. Nearest
     by robust standard deviations where the estimate has them (``error_model``).
 
-    ``estimate``: of all of them, in their order; ``total_mass``: bounds of the mass of all links together, where
-    known.
+    ``estimate``: of all of them, in their order; ``total_mass``: bounds of the mass of all links, where known.
 
     Raises:
         InputError: if the estimate is not of these parameters, or its covariance does not determine them.
@@ -272,25 +270,22 @@ class RobotPrior:
 
     def __post_init__(self) -> None:
         for link, body in enumerate(self.bodies, start=1):
-            if body.mass <= 0.0 or body.min_pseudo_inertia_eigenvalue <= 0.0:
-                raise InputError(
-                    f"prior of link {link} ({self.source}): smallest eigenvalue of its pseudo-inertia "
-                    f"{body.min_pseudo_inertia_eigenvalue:.2g}: give a body with mass and some extent"
-                )
+            least = body.min_pseudo_inertia_eigenvalue
+            if body.mass <= 0.0 or least <= 0.0:
+                own = f"prior of link {link} ({self.source}): smallest eigenvalue of its pseudo-inertia {least:.2g}"
+                raise InputError(f"{own}: give a body with mass and some extent")
 
 
 def robot_prior(robot: Robot, total_mass: float | None = None) -> RobotPrior:
     """Make the prior of a robot: the inertial parameters of its file, or cylinders of a total mass.
 
-    Without a stated mass, and where the file has no parameters, it is the fraction ``MOVING`` of the maker's mass
-    of the whole arm, for that holds the base.
+    Without either, the mass is the fraction ``MOVING`` of the maker's for the whole arm, for that holds the base.
 
     Args:
         total_mass: of all moving links [kg]; asks for the cylinders even if the file has parameters.
 
     Raises:
-        InputError: if none of them is there, the file holds only some of the parameters, or the mass is not
-            positive.
+        InputError: if none is there, the file holds only some of the parameters, or the mass is not positive.
     """
     names = [f"{kind}{link}" for link in range(1, robot.n + 1) for kind in INERTIAL]
     missing, derived = missing_inertial(robot), ""
@@ -304,15 +299,11 @@ def robot_prior(robot: Robot, total_mass: float | None = None) -> RobotPrior:
         derived = f": {100.0 * MOVING:g} % of the maker's {robot.mass:g} kg, which holds the base"
         derived += f" (assumed: {doubt})" if doubt else ""
     if total_mass is not None:
-        source = (
-            f"cylinders of one density, radius {cylinder_radius(robot):.3g} m, {total_mass:g} kg in all{derived}"
-        )
-        return RobotPrior(cylinders(robot, total_mass), source)
+        each = f"cylinders of one density, radius {cylinder_radius(robot):.3g} m"
+        return RobotPrior(cylinders(robot, total_mass), f"{each}, {total_mass:g} kg in all{derived}")
     if missing:
-        raise InputError(
-            f"robot {robot.name!r}: {', '.join(missing[:6])} missing in [parameters]: a prior needs the ten of "
-            "every link"
-        )
+        absent = f"robot {robot.name!r}: {', '.join(missing[:6])} missing in [parameters]"
+        raise InputError(f"{absent}: a prior needs the ten of every link")
     vectors = np.array([robot.parameters[name] for name in names]).reshape(robot.n, 10)
     return RobotPrior(tuple(map(InertialParameters, vectors)), f"the robot file of {robot.name}")
 
@@ -406,8 +397,7 @@ def _nearest(program: ConeProgram, prior: Array, possible: Array, radius: float)
     (k, n), r, p = program.R.shape, len(program.A), len(program.bodies)
     root = np.linalg.inv(np.linalg.cholesky(prior))
     own = np.einsum("pij,kjl,pml,pkn->pnim", root, PSEUDO_INERTIA, root, program.bodies, optimize=True)
-    # Unknown are z - possible, the ten of each Z, row by row, and the logarithms of their diagonals; what is known
-    # is the last column.
+    # Unknown are z - possible, the ten of each Z, row by row, and the logarithms of their diagonals; 1 comes last.
     Z, logs = n + np.arange(10 * p).reshape(p, 10), n + 10 * p + np.arange(4 * p).reshape(p, 4)
     (rows, columns), width = np.tril_indices(4), n + 14 * p + 1
     each, i, diagonal = np.arange(p)[:, None], np.arange(4), Z[:, rows == columns]

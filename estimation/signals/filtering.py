@@ -45,8 +45,7 @@ def measurement(recording: Recording, processing: Processing) -> Measurement:
     """Make a recording even in time and filter positions and speeds; torques stay as they are.
 
     Accelerations are central differences of the filtered speeds, speeds of the filtered positions where the
-    controller writes none. The filter runs forward and backward: nothing is delayed. What it gives is kept as long
-    as the recording lives.
+    controller writes none. The filter runs both ways: nothing is delayed. What it gives is kept with the recording.
     """
     key = id(recording), grid_rate(recording, processing), processing.cutoff
     if key in _made:
@@ -58,7 +57,8 @@ def measurement(recording: Recording, processing: Processing) -> Measurement:
         moves = np.abs(even.q[window:] - even.q[:-window])[:, even.q.std(axis=0) > _MOVES]
         full = _FULL_MOTION * moves.max(axis=0, initial=0.0)
         ends = mirrored * bool((moves[0] > full).any()), mirrored * bool((moves[-1] > full).any())
-    q = lowpass(even.q, step, processing.cutoff, recording.source, ends)
+    how = step, processing.cutoff, recording.source, ends
+    q = lowpass(even.q, *how)
     # A filter that changes the positions themselves is too low for the motion.
     spread, inner = even.q.std(axis=0), slice(ends[0], len(q) - ends[1])
     lost = np.sqrt(np.mean((even.q - q)[inner] ** 2, axis=0))
@@ -68,12 +68,9 @@ def measurement(recording: Recording, processing: Processing) -> Measurement:
         reason = "raise --cutoff"
         if step * len(q) < _BRIEF:
             reason = f"{step * len(q):.2g} s is too short for it; record longer"
-        raise InputError(
-            f"{recording.source}: a cut-off of {processing.cutoff:g} Hz removes {100 * ratio[j]:.1f} % of the "
-            f"motion of joint {j + 1}: {reason}"
-        )
-    qd = lowpass(even.qd, step, processing.cutoff, recording.source, ends) if even.qd is not None else None
-    qd = np.gradient(q, step, axis=0) if qd is None else qd
+        removed = f"removes {100 * ratio[j]:.1f} % of the motion of joint {j + 1}"
+        raise InputError(f"{recording.source}: a cut-off of {processing.cutoff:g} Hz {removed}: {reason}")
+    qd = np.gradient(q, step, axis=0) if even.qd is None else lowpass(even.qd, *how)
     _made[key] = Measurement(Motion(even.t, q, qd, np.gradient(qd, step, axis=0)), even.torque)
     finalize(recording, _made.pop, key, None)
     return _made[key]
@@ -91,15 +88,13 @@ def resampled(recording: Recording, rate: float | None) -> Recording:
     step = 1.0 / rate if rate else mean
     if abs(mean / step - 1.0) < 1e-6 and (np.abs(np.diff(times) - mean) < _EVEN * mean).all():
         return replace(recording, t=times[0] + mean * np.arange(count))
+    fault, count = "", math.floor((times[-1] - times[0]) / step * (1.0 + 1e-12)) + 1
     if mean / step > _MOST_OVERSAMPLING:
-        raise InputError(
-            f"{recording.source}: was recorded at {1 / mean:.4g} Hz; {rate:g} Hz would only interpolate: lower rate"
-        )
-    count = math.floor((times[-1] - times[0]) / step * (1.0 + 1e-12)) + 1
-    if count < _FEWEST:
-        raise InputError(
-            f"{recording.source}: {count} samples at {1 / step:g} Hz are too few: raise rate, record longer"
-        )
+        fault = f"was recorded at {1 / mean:.4g} Hz; {rate:g} Hz would only interpolate: lower rate"
+    elif count < _FEWEST:
+        fault = f"{count} samples at {1 / step:g} Hz are too few: raise rate, record longer"
+    if fault:
+        raise InputError(f"{recording.source}: {fault}")
     return on_grid(recording, times[0] + step * np.arange(count))
 
 
@@ -129,19 +124,15 @@ def lowpass(
     """
     if cutoff is None:
         return signals
+    count, seconds, fault = len(signals), step * len(signals), ""
     if cutoff * step >= 0.5:
-        raise InputError(
-            f"{source}: cut-off {cutoff:g} Hz is not below {0.5 / step:.4g} Hz, half the sampling rate: "
-            "lower --cutoff"
-        )
-    if len(signals) < _FEWEST or step * len(signals) < _SHORTEST:
-        raise InputError(
-            f"{source}: {len(signals)} samples in {step * len(signals):.3g} s are too few to filter: record longer"
-        )
-    if cutoff * step * len(signals) < 1.0:
-        raise InputError(
-            f"{source}: a cut-off of {cutoff:g} Hz leaves nothing of {step * len(signals):.4g} s: raise --cutoff"
-        )
+        fault = f"cut-off {cutoff:g} Hz is not below {0.5 / step:.4g} Hz, half the sampling rate: lower --cutoff"
+    elif count < _FEWEST or seconds < _SHORTEST:
+        fault = f"{count} samples in {seconds:.3g} s are too few to filter: record longer"
+    elif cutoff * step * count < 1.0:
+        fault = f"a cut-off of {cutoff:g} Hz leaves nothing of {seconds:.4g} s: raise --cutoff"
+    if fault:
+        raise InputError(f"{source}: {fault}")
     sections = butterworth(_ORDER, 2.0 * cutoff * step)
     first, last = (max(3 * (2 * len(sections) + 1), end) for end in ends)
     before = 2.0 * signals[0] - signals[first:0:-1]
@@ -162,8 +153,7 @@ def noise_bandwidth(factor: int) -> float:
     """Fraction of the new frequency range that white noise still fills after decimation.
 
     r decimated rows hold as much independent noise as ``noise_bandwidth * r`` white ones: in the pass band, where
-    the columns of W live, the noise keeps its density, but its variance, which residuals show, is smaller by this
-    factor.
+    the columns of W live, the noise keeps its density, but its variance is smaller by this factor.
     """
     return float(factor * np.sum(_taps(factor) ** 2))
 
@@ -186,8 +176,7 @@ class Decimator:
         """Take the next samples, rows x N; give the decimated samples that are complete, rows x M."""
         if self._factor == 1:
             return signals
-        waiting = np.concatenate([self._held, signals], axis=1)
-        width = 2 * self._reach + 1
+        waiting, width = np.concatenate([self._held, signals], axis=1), 2 * self._reach + 1
         count = max(0, (waiting.shape[1] - width) // self._factor + 1)
         self._held = waiting[:, count * self._factor :]
         result = np.empty((len(waiting), count))

@@ -11,7 +11,7 @@ from dynident.estimation.signals.filtering import (
     noise_bandwidth,
     resampled,
 )
-from dynident.estimation.signals.rows import inner_samples, used_rows
+from dynident.estimation.signals.rows import used_rows
 from dynident.model import Motion, Processing, Recording
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -106,8 +106,9 @@ def moved(begin: float, end: float, seconds: float = 20.0) -> Motion:
 def test_full_motion_at_an_end(begin: float, end: float, lost: tuple[int, int]) -> None:
     """Three periods of 10 Hz are 30 samples; of a motion the other way, too."""
     motion = moved(begin, end)
-    moving = inner_samples(motion, CUT_AT_10)
-    assert (inner_samples(Motion(motion.t, -motion.q, -motion.qd, -motion.qdd), CUT_AT_10) == moving).all()
+    moving = used_rows(motion, CUT_AT_10)[:, 0]
+    back = Motion(motion.t, -motion.q, -motion.qd, -motion.qdd)
+    assert (used_rows(back, CUT_AT_10)[:, 0] == moving).all()
     inside = np.flatnonzero(moving)
     assert (inside[0], len(moving) - 1 - inside[-1]) == lost
     assert moving[inside[0] : inside[-1] + 1].all()
