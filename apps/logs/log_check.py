@@ -226,7 +226,7 @@ def _reduced(
     if currents and robot.coupling is None and robot.spring is None:
         states = States.of(recording, processing)
         recording = dataclasses.replace(recording, torque=recording.torque / relative_scales(robot, states))
-    return recording, base_problem(robot, base_parameters(robot), [recording], Settings(processing), check=False)
+    return recording, base_problem(robot, [recording], Settings(processing), check=False)
 
 
 class RobotFit(Document, frozen=True):

@@ -249,9 +249,8 @@ class LinearProblem:
         freedom = max(1.0 - len(unknown.columns) / max(self._rows[0], 1), 1e-3)
         errors = unknown.error_norms(triangle.values) / np.sqrt(np.maximum(unknown.rows, 1) * freedom)
         sizes = weights**2 * errors * np.sqrt(np.asarray(inflation))
-        noise = triangular(
-            np.vstack([size * factor[:, :-1] for size, factor in zip(sizes, unknown.factors, strict=True)])
-        )
+        sized = zip(sizes, unknown.factors, strict=True)
+        noise = triangular(np.vstack([size * factor[:, :-1] for size, factor in sized]))
         moved = triangle.inverse[self._indices] @ triangle.inverse.T @ noise.T
         total = moved @ moved.T + self.lasting(weights)
         for group, influence in zip(self.fixed, triangle.influences, strict=True):
@@ -322,9 +321,7 @@ class Excitation(Brief):
 
     @property
     def share(self) -> Array:
-        """Part of each parameter's torque that is its own, 0 to 1, shape (c,): 1 over the square root of the
-        variance inflation factor; nan for a value of exactly zero.
-        """
+        """Part of each torque that is its own, 0 to 1, (c,): 1 / sqrt(variance inflation factor); nan of 0."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(self.independent / self.signal)
 

@@ -11,7 +11,7 @@ from numpy.linalg import norm
 
 from ...common import Array, Document, InputError, decomposed, without
 from ...common.progress import Progress, each, silent
-from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
+from ...model import Processing, Recording, Robot, base_parameters
 from ...model.base import random_states, stacked_regressor
 from ...model.drives import joint_of, parameter_kind
 from ...model.friction import Friction, terms_of
@@ -123,28 +123,23 @@ def chosen_terms(
 
 
 def base_problem(
-    robot: Robot,
-    base: BaseParameters,
-    recordings: Sequence[Recording],
-    settings: Settings,
-    check: bool = True,
-    fitted: Array | None = None,
+    robot: Robot, recordings: Sequence[Recording], settings: Settings, check: bool = True, chi: Array | None = None
 ) -> Equations:
     """Process recordings of one load to equations in the base parameters, in blocks of time where robust.
 
-    ``check``: refuse recordings in which some joint never moves; ``fitted``: base parameters under whose load
+    ``check``: refuse recordings in which some joint never moves; ``chi``: base parameters under whose load
     friction is, by default those that the recordings show.
     """
     processing = settings.processing_of(robot)
     check_recordings(robot, recordings)
     if check:
-        check_moving(robot, base, recordings)
+        check_moving(robot, recordings)
     rows = [used(data, processing) for data in filtered(recordings, processing, settings.progress)]
-    observer = Observer(robot, base.columns)
-    if fitted is None:
+    observer = Observer(robot, base_parameters(robot).columns)
+    if chi is None:
         (equations, opened), _ = under_own_load(observer, rows)
     else:
-        equations, opened = recorded(observer.at(fitted), rows)
+        equations, opened = recorded(observer.at(chi), rows)
     if equations.equations == 0:
         raise InputError(f"{recordings[0].source}: no joint moves: nothing can be compared")
     return in_own_blocks(equations, opened) if settings.robust else equations
@@ -169,7 +164,7 @@ def with_friction(
     observer = Observer(wide, (*base.columns, *(name for name in standard_columns(wide) if name not in standard)))
     try:
         check_recordings(robot, recordings)
-        check_moving(robot, base, recordings)
+        check_moving(robot, recordings)
         measured = [used(data, processing) for data in filtered(recordings, processing)]
         values = weighted_solution(recorded(observer.only(base.columns), measured)[0])
         equations = in_own_blocks(*recorded(observer.at(values), measured))
@@ -208,22 +203,23 @@ def check_lengths(recordings: Sequence[Recording], processing: Processing) -> No
             raise InputError(f"{recording.source}: {nothing}: {advice}")
 
 
-def check_moving(robot: Robot, base: BaseParameters, recordings: Sequence[Recording]) -> None:
+def check_moving(robot: Robot, recordings: Sequence[Recording]) -> None:
     """Refuse recordings in which some joint never moves."""
     still = still_joints(recordings)
     if len(still) == robot.n:
         raise InputError(f"{recordings[0].source}: no joint ever moves: record a motion of every joint")
     if still:
-        hidden, length = hidden_by(robot, base, still), sum(float(np.ptp(one.t)) for one in recordings)
+        hidden, length = hidden_by(robot, still), sum(float(np.ptp(one.t)) for one in recordings)
         names = ", ".join(hidden[:_NAMED]) + f" and {len(hidden) - _NAMED} more" * (len(hidden) > _NAMED)
         rest = f"joint {', '.join(map(str, still))} does not move within its {length:.2g} s"
         advice = "record 20 s or more in which every joint moves"
         raise InputError(f"{recordings[0].source}: {rest}, and {names} cannot be identified: {advice}")
 
 
-def hidden_by(robot: Robot, base: BaseParameters, still: Sequence[int]) -> tuple[str, ...]:
+def hidden_by(robot: Robot, still: Sequence[int]) -> tuple[str, ...]:
     """Base parameters that the motion leaves undetermined, alone or in sums, while some joints stand still."""
-    (q, qd, qdd), rest = random_states(robot, 12 * robot.n, seed=0), np.array(still) - 1
+    base, rest = base_parameters(robot), np.array(still) - 1
+    q, qd, qdd = random_states(robot, 12 * robot.n, seed=0)
     q[:, rest], qd[:, rest], qdd[:, rest] = 0.3, 0.0, 0.0
     W = stacked_regressor(robot, q, qd, qdd)[:, list(base.chosen)]
     # A joint that stands still holds any torque within its friction: its rows say nothing.

@@ -234,13 +234,12 @@ class GainProblem(Brief):
         """Pose each mounting's payload problem with torques that gains K give."""
         ratio = K / np.array(self.posed_with)
 
+        def scaled(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+            return tuple(_with_gains(self.robot, one, ratio, currents=False) for one in recordings)
+
         def changed(problem: LongMotion) -> LongMotion:
-            source = problem.source
-            loaded, unloaded = (
-                tuple(_with_gains(self.robot, one, ratio, currents=False) for one in part)
-                for part in (source.loaded, source.unloaded)
-            )
-            source, load = source._replace(loaded=loaded, unloaded=unloaded), _times(problem.loaded, ratio)
+            source, load = problem.source, _times(problem.loaded, ratio)
+            source = source._replace(loaded=scaled(source.loaded), unloaded=scaled(source.unloaded))
             bare, change = (part and _times(part, ratio) for part in (problem.unloaded, problem.difference))
             return replace(problem, loaded=load, unloaded=bare, difference=change, source=source)
 

@@ -280,7 +280,7 @@ def payload_problem(
         if 3 in (settings.methods or ()):
             raise InputError(f"method 3 cannot be used: {reason}") from None
     for recordings in filter(None, (loaded, unloaded)):
-        check_moving(robot, base, recordings)
+        check_moving(robot, recordings)
     progress("cutting into blocks" if settings.robust else "reducing")
     robust = settings.robust and (known is None or known.robust is not None)
     motion = long_motion(robot, under_load, without, together, replace(settings, robust=robust), known)

@@ -255,13 +255,13 @@ class SolverError(RuntimeError):
         return SolverError(self.status, demands)
 
 
-def triangle(matrices: Array) -> Array:
+def upper(matrices: Array) -> Array:
     """Upper triangles of m x m matrices, the last two axes, by columns, off-diagonals times sqrt 2."""
     columns, rows = np.tril_indices(matrices.shape[-1])
     return np.asarray(np.where(rows == columns, 1.0, np.sqrt(2.0)) * matrices[..., rows, columns])
 
 
-TRIANGLE: Array = triangle(PSEUDO_INERTIA).T
+TRIANGLE: Array = upper(PSEUDO_INERTIA).T
 """Map from the ten to the triangle of the pseudo-inertia: 10 x 10."""
 _DIAGONAL = [0, 2, 5, 9]  # of a triangle of 4 x 4
 Ways = Sequence[tuple[float, float]]

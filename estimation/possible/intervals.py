@@ -193,15 +193,11 @@ def _moments(result: Possible, half: float) -> Array:
     away, take the largest variance along V alone. Simulated: 3 to 11 % shorter, and they hold the truth as often.
     """
     values, vectors = np.linalg.eigh(result.body.inertia_com)
-    index = [PAYLOAD.index(name) for name in result.free.names]
+    index, x = [PAYLOAD.index(name) for name in result.free.names], result.values
 
     def sigma(directions: Array) -> float:
-        pairs = [
-            (v, w, 1.0 if k == j else np.sqrt(2.0))
-            for k, v in enumerate(directions)
-            for j, w in enumerate(directions[: k + 1])
-        ]
-        J = np.array([factor * inertia_gradient(result.values, v, w)[index] for v, w, factor in pairs])
+        pairs = combinations_with_replacement(directions, 2)
+        J = np.array([(1.0 if v is w else np.sqrt(2.0)) * inertia_gradient(x, v, w)[index] for v, w in pairs])
         return float(np.sqrt(np.linalg.eigvalsh(J @ result.free.covariance @ J.T)[-1]))
 
     ends, own = np.zeros((3, 2)), np.array([sigma(v[None]) for v in vectors.T])

@@ -19,16 +19,7 @@ from ...model.base import sum_text
 from ...model.drives import parameter_kind
 from ...model.stand_in import MOVING, cylinder_radius, cylinders, missing_inertial
 from ..fit.estimate import Estimate, error_model
-from .constraints import (
-    PSEUDO_INERTIA,
-    ConeProgram,
-    MassBounds,
-    Part,
-    SolverError,
-    cone_solver,
-    solve_cone,
-    triangle,
-)
+from .constraints import PSEUDO_INERTIA, ConeProgram, MassBounds, Part, SolverError, cone_solver, solve_cone, upper
 from .payload import NOISE_FLOOR, TOLERANCE, Active, Possible, holding, lifted, whitening
 
 _NOT_NEGATIVE = ("IA", "FV", "FS", "FL", "FVM", "FSM")
@@ -291,10 +282,9 @@ def robot_prior(robot: Robot, total_mass: float | None = None) -> RobotPrior:
     missing, derived = missing_inertial(robot), ""
     if total_mass is None and len(missing) == len(names):
         if robot.mass is None:
-            raise InputError(
-                f"robot {robot.name!r} has no inertial parameters in its file to serve as prior: give them under "
-                "[parameters] of a robot file of your own, or the total mass of its links (--prior-mass KG)"
-            )
+            advice = "[parameters] of a robot file of your own, or the total mass of its links (--prior-mass KG)"
+            without = f"robot {robot.name!r} has no inertial parameters in its file to serve as prior"
+            raise InputError(f"{without}: give them under {advice}")
         total_mass, doubt = MOVING * robot.mass, robot.assumed("mass").get("mass", "")
         derived = f": {100.0 * MOVING:g} % of the maker's {robot.mass:g} kg, which holds the base"
         derived += f" (assumed: {doubt})" if doubt else ""
@@ -406,7 +396,7 @@ def _nearest(program: ConeProgram, prior: Array, possible: Array, radius: float)
     blocks[each, Z, rows, 4 + columns] = blocks[each, diagonal, 4 + i, 4 + i] = 1.0
     # Of each diagonal entry the logarithm, 1 and Z_ii.
     exponentials[each, i, 0, logs] = exponentials[:, :, 1, -1] = exponentials[each, i, 2, diagonal] = 1.0
-    links: list[Part] = [("PSDTriangle", body.T) for body in triangle(blocks)]
+    links: list[Part] = [("PSDTriangle", body.T) for body in upper(blocks)]
     links += [("Exponential", rows) for rows in exponentials.reshape(4 * p, 3, -1)]
     cost = np.concatenate([np.einsum("pnii->n", own), np.zeros(10 * p), -np.ones(4 * p)])
     (rules, norm), left = (np.zeros((count, width)) for count in (r, k + 1)), program.R @ possible - program.d

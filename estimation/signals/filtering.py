@@ -115,9 +115,7 @@ def taken(recording: Recording, rows: slice) -> Recording:
     return replace(recording, t=recording.t[rows], q=recording.q[rows], torque=recording.torque[rows], qd=qd)
 
 
-def lowpass(
-    signals: Array, step: float, cutoff: float | None, source: str, ends: tuple[int, int] = (0, 0)
-) -> Array:
+def lowpass(signals: Array, step: float, cutoff: float | None, name: str, ends: tuple[int, int] = (0, 0)) -> Array:
     """Filter signals (N, k), ``step`` [s] apart, by a zero-phase Butterworth; unchanged without a cut-off [Hz].
 
     Both ends are mirrored by as many samples as in ``scipy.signal.sosfiltfilt``, or by ``ends`` if these are more.
@@ -132,7 +130,7 @@ def lowpass(
     elif cutoff * step * count < 1.0:
         fault = f"a cut-off of {cutoff:g} Hz leaves nothing of {seconds:.4g} s: raise --cutoff"
     if fault:
-        raise InputError(f"{source}: {fault}")
+        raise InputError(f"{name}: {fault}")
     sections = butterworth(_ORDER, 2.0 * cutoff * step)
     first, last = (max(3 * (2 * len(sections) + 1), end) for end in ends)
     before = 2.0 * signals[0] - signals[first:0:-1]
@@ -232,31 +230,23 @@ class AlignedPair(NamedTuple):
 
 def check_mismatch(pair: AlignedPair, max_mismatch: float) -> None:
     """Refuse a pair whose positions differ by more than that, rms of the worst joint [rad or m]."""
-    if pair.rms_mismatch <= max_mismatch:
+    if (rms := pair.rms_mismatch) <= max_mismatch:
         return
     joint = int(np.argmax(np.hypot(pair.constant, pair.changing)))
     how = f" by a constant {pair.constant[joint]:+.3g}" if joint in pair.new_zeros else ""
-    raise _different(
-        pair.unloaded,
-        pair.loaded,
-        f"q{joint + 1} differs{how} by {pair.rms_mismatch:.3g} (rms, limit {max_mismatch:g}; rad or m) after "
-        "alignment",
-        ", or raise the setting max-mismatch" * (pair.rms_mismatch < _NEAR_LIMIT * max_mismatch),
-    )
+    far = f"q{joint + 1} differs{how} by {rms:.3g} (rms, limit {max_mismatch:g}; rad or m) after alignment"
+    or_else = ", or raise the setting max-mismatch" * (rms < _NEAR_LIMIT * max_mismatch)
+    raise _different(pair.unloaded, pair.loaded, far, or_else)
 
 
 def aligned(
-    unloaded: Recording,
-    loaded: Recording,
-    rate: float | None,
-    mismatch: float = np.inf,
-    near: float | None = None,
+    unloaded: Recording, loaded: Recording, rate: float | None, most: float = np.inf, near: float | None = None
 ) -> AlignedPair:
     """Align recordings of one trajectory by cross-correlation of the positions, to a fraction of a sample.
 
     Args:
         rate: even rate to resample to [Hz]; None: the loaded one's mean.
-        mismatch: largest one allowed, as of ``check_mismatch``.
+        most: largest mismatch allowed, as of ``check_mismatch``.
         near: the lag [s] to a sample, where it is known.
 
     Raises:
@@ -308,9 +298,9 @@ def aligned(
     b = taken(loaded, inside)
     a = replace(on_grid(unloaded, b.t - lag), t=b.t)
     apart = b.q - a.q
-    most, rms = float(np.abs(apart).max()), float(np.sqrt(np.mean(apart**2, axis=0)).max())
+    largest, rms = float(np.abs(apart).max()), float(np.sqrt(np.mean(apart**2, axis=0)).max())
     constant, changing = tuple(apart.mean(axis=0).tolist()), tuple(apart.std(axis=0).tolist())
-    check_mismatch(pair := AlignedPair(a, b, lag, most, rms, constant, changing), mismatch)
+    check_mismatch(pair := AlignedPair(a, b, lag, largest, rms, constant, changing), most)
     return pair
 
 

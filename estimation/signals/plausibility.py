@@ -102,27 +102,22 @@ def _torques(robot: Robot, recording: Recording) -> Iterator[str]:
     for j, joint in enumerate(robot.joints):
         most = min(_OVER_LIMIT * joint.limits.torque, _MOST_TORQUE) if published else _MOST_TORQUE
         if worst[j] > most:
-            yield (
-                f"the torque of joint {j + 1} reaches {worst[j]:.4g} N·m, more than a joint of {robot.name} can "
-                "give: state the unit of the torques, such as --units tau=mN·m for N·mm (--drive-gains are in "
-                "N·m/A)"
-            )
+            more = f"more than a joint of {robot.name} can give"
+            advice = "state the unit of the torques, such as --units tau=mN·m for N·mm (--drive-gains are in N·m/A)"
+            yield f"the torque of joint {j + 1} reaches {worst[j]:.4g} N·m, {more}: {advice}"
         if lows[j] == highs[j] and j + 1 not in robot.drives.unmeasured:
             yield f"the torque of joint {j + 1} is {lows[j]:g} throughout: the channel is dead"
     # Torques lie between the arm's own weight and what any arm of its size can give.
     if robot.n >= 5 and all(joint.revolute for joint in robot.joints) and any(robot.gravity):
         reach = sum(abs(one.d) + abs(one.r) for one in robot.joints[1:])
         if 0.0 < worst.max() < _WEAKEST * reach**3:
-            yield (
-                f"no torque exceeds {worst.max():.3g}, too little for an arm of {reach:.2g} m reach to move its "
-                "own weight: looks like kN·m or motor-side torque; torques must be in N·m at the joint"
-            )
+            little = f"too little for an arm of {reach:.2g} m reach to move its own weight"
+            advice = "looks like kN·m or motor-side torque; torques must be in N·m at the joint"
+            yield f"no torque exceeds {worst.max():.3g}, {little}: {advice}"
         if worst.max() > _STRONGEST * reach**3:
-            yield (
-                f"the torque of joint {int(np.argmax(worst)) + 1} reaches {worst.max():.4g}, too much for an arm "
-                f"of {reach:.2g} m reach, and looks like mN·m or mA: state the unit of the torques, such as "
-                "--units tau=mN·m; drive gains are in N·m/A"
-            )
+            much = f"too much for an arm of {reach:.2g} m reach, and looks like mN·m or mA"
+            advice = "state the unit of the torques, such as --units tau=mN·m; drive gains are in N·m/A"
+            yield f"the torque of joint {int(np.argmax(worst)) + 1} reaches {worst.max():.4g}, {much}: {advice}"
     # No torque stays at its very extreme while the arm moves: it was cut off; at rest it is held.
     speed = np.abs(np.gradient(recording.q, recording.t, axis=0))
     moves = (speed > robot.processing.still_speed).any(axis=1)

@@ -103,10 +103,8 @@ def pieces(t: Array, cutoff: float | None, source: str) -> tuple[list[slice], li
     lacking = steps[(steps > _LOST * typical) & (steps <= longest)].tolist()
     if lacking:
         rows = sum(max(1, round(step / typical) - 1) for step in lacking)
-        notes.append(
-            f"{rows} row{'s are' if rows > 1 else ' is'} missing ({len(lacking)} step{'s' * (len(lacking) > 1)} of "
-            f"up to {max(lacking):.3g} s): interpolated"
-        )
+        most = f"{len(lacking)} step{'s' * (len(lacking) > 1)} of up to {max(lacking):.3g} s"
+        notes.append(f"{rows} row{'s are' if rows > 1 else ' is'} missing ({most}): interpolated")
     if not len(gaps):
         return [slice(0, len(t))], notes
     least = shortest_piece(cutoff)

@@ -176,7 +176,7 @@ def test_a_lag_between_samples_is_found(lag: float, samples: int) -> None:
         return Recording(t, q, q)
 
     for noise, most in ((0.0, step / 1000), (1e-3, step / 50)):
-        pair = aligned(run(0.0, noise), run(lag, noise), rate=100.0, mismatch=0.02)
+        pair = aligned(run(0.0, noise), run(lag, noise), rate=100.0, most=0.02)
         assert pair.lag == pytest.approx(lag, abs=most)
         assert np.array_equal(pair.unloaded.t, pair.loaded.t)
         ends = max(0.0, pair.lag), t[-1] + min(0.0, pair.lag)  # of what both have recorded
