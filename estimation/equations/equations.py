@@ -200,10 +200,7 @@ class Equations(Brief):
         return sum(self.rows)
 
     def condition_numbers(self) -> tuple[float, float]:
-        """Condition number of the unweighted W: in SI units, and with columns scaled to norm 1.
-
-        Infinite where W is rank-deficient.
-        """
+        """Condition number of the unweighted W: in SI units, and with columns of norm 1; inf if rank-deficient."""
         return condition_numbers(self.stacked()[:, :-1])
 
     def by_motor(self) -> tuple[Array, ...]:

@@ -153,7 +153,7 @@ class Remembered(NamedTuple):
     """Memory of the recordings of one load."""
 
     memory: float  # longest autocorrelation time among the joints' residuals [s]
-    spans: tuple[Array, ...]  # times of the first and the last row of each recording [s], shape (2,)
+    duration: float  # of all recordings [s]
     inflation: tuple[float, ...]  # of each joint's errors, by their memory
 
 
@@ -164,13 +164,14 @@ def remembered(recordings: Sequence[Observation], by: Equations | Array) -> Reme
     by_joint = list(zip(*each, strict=True))
     step = min((float(np.diff(t).min()) for own in by_joint for t, _ in own if len(t) > 1), default=SHORTEST)
     memory = max(autocorrelation_time(series, step) for series in by_joint)
-    return Remembered(memory, tuple(map(span, recordings)), tuple(map(inflation, by_joint)))
+    duration = sum(float(np.ptp(span(recording))) for recording in recordings)
+    return Remembered(memory, duration, tuple(map(inflation, by_joint)))
 
 
 def block_length(loads: Sequence[Remembered]) -> float:
     """Length of a block [s]: the longest of 5 autocorrelation times of a joint, 1 s, and a hundredth of a load."""
-    duration = max(sum(float(np.ptp(ends)) for ends in load.spans) for load in loads)
-    return max(_TIMES * max(load.memory for load in loads), SHORTEST, duration / _MOST)
+    memory, duration = max(load.memory for load in loads), max(load.duration for load in loads)
+    return max(_TIMES * memory, SHORTEST, duration / _MOST)
 
 
 def span(recording: Observation) -> Array:
@@ -179,12 +180,9 @@ def span(recording: Observation) -> Array:
     return np.array([t.min(), t.max()]) if t.size else np.zeros(2)
 
 
-def block_edges(recording: Observation | Array, length: float) -> Array:
-    """Times between as many equal blocks of at least ``length`` [s] as fit; infinite at the ends.
-
-    ``recording``: what is cut, or the times of its first and last row.
-    """
-    start, stop = recording if isinstance(recording, np.ndarray) else span(recording)
+def block_edges(recording: Observation, length: float) -> Array:
+    """Times between as many equal blocks of at least ``length`` [s] as fit; infinite at the ends."""
+    start, stop = span(recording)
     count = max(1, int((stop - start) / length * (1.0 + 1e-9)))
     edges = np.linspace(start, stop, count + 1)
     edges[[0, -1]] = -np.inf, np.inf

@@ -178,9 +178,8 @@ def with_friction(
 
 def in_own_blocks(equations: Equations, recordings: Sequence[Observation]) -> Equations:
     """Cut equations of one load in blocks of time as long as their memory asks for."""
-    load = remembered(recordings, equations)
-    length = block_length([load])
-    return in_blocks(equations, recordings, [block_edges(ends, length) for ends in load.spans], length)
+    length = block_length([remembered(recordings, equations)])
+    return in_blocks(equations, recordings, [block_edges(one, length) for one in recordings], length)
 
 
 def filtered(

@@ -336,11 +336,11 @@ def long_motion(
     judged, memory = {"difference": (*PAYLOAD, PATH)}, dict[str, covariance.Remembered]()
     for name, (equations, recordings) in loads.items():
         memory[name] = covariance.remembered(recordings, equations.select(judged.get(name, base.columns)))
-    spans, length = memory["loaded"].spans, covariance.block_length(list(memory.values()))
+    length = covariance.block_length(list(memory.values()))
     # Where blocks that are as long as memory asks for are too few under load, shorter ones are cut.
-    few = sum(len(covariance.block_edges(ends, length)) - 1 for ends in spans) < covariance.FEWEST
+    few = sum(len(covariance.block_edges(one, length)) - 1 for one in loads["loaded"][1]) < covariance.FEWEST
     length = covariance.SHORTEST if few else length
-    edges = {name: [covariance.block_edges(ends, length) for ends in load.spans] for name, load in memory.items()}
+    edges = {name: [covariance.block_edges(one, length) for one in load[1]] for name, load in loads.items()}
     if pairs:  # where their partners are, on the clock without payload
         edges["difference"] = edges["loaded"]
         edges["unloaded"] = [ends - pair.lag for ends, pair in zip(edges["loaded"], pairs, strict=True)]

@@ -21,7 +21,7 @@ PSEUDO_INERTIA: Array = np.array([InertialParameters(unit).pseudo_inertia for un
 """Matrices of the pseudo-inertia: J = sum over k of x_k times the k-th: 10 x 4 x 4."""
 
 
-def lowest_eigenvalue(x: Array) -> float:
+def least_eigenvalue(x: Array) -> float:
     """Smallest eigenvalue of the pseudo-inertia of ten parameters in any units."""
     return float(np.linalg.eigvalsh((x @ PSEUDO_INERTIA.reshape(10, 16)).reshape(4, 4))[0])
 

@@ -19,15 +19,7 @@ from ...common import Array, Brief, Document, Float, InputError, decomposed, fre
 from ...model import InertialParameters
 from ..equations.equations import PAYLOAD
 from ..fit.estimate import Estimate
-from .constraints import (
-    ConeProgram,
-    Constraint,
-    KnownMass,
-    PossibleBody,
-    SolverError,
-    lowest_eigenvalue,
-    solve_cone,
-)
+from .constraints import ConeProgram, Constraint, KnownMass, PossibleBody, SolverError, least_eigenvalue, solve_cone
 
 CONFLICT = 0.01  # probability below which a constraint and the data contradict each other
 
@@ -195,7 +187,7 @@ class ScaledProblem(NamedTuple):
 
     def holds(self, z: Array, rounding: float = 0.0) -> bool:
         """True if z keeps every constraint, but for that much of an eigenvalue."""
-        return bool((self.program.slack(z) >= 0.0).all()) and lowest_eigenvalue(z @ self.select) >= -rounding
+        return bool((self.program.slack(z) >= 0.0).all()) and least_eigenvalue(z @ self.select) >= -rounding
 
 
 def holding(
@@ -206,7 +198,7 @@ def holding(
     ``prices``: multipliers of the rows, then of the bodies, where they have one; ``demands``: of rows and bodies,
     those of one constraint count together; ``slope``: of chi2 by what the prices are multipliers of.
     """
-    slacks = [*program.slack(z), *(lowest_eigenvalue(body @ z) for body in program.bodies)]
+    slacks = [*program.slack(z), *(least_eigenvalue(body @ z) for body in program.bodies)]
     found = dict[str, Active]()
     for demand, price, slack in zip(demands, prices.tolist(), slacks, strict=False):
         if price > max(slack, floor):
@@ -222,8 +214,7 @@ IDENTITY: Array = np.array([2.0, 0.0, 0.0, 2.0, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0])
 def lifted(z: Array, scale: Array) -> Array:
     """Move a body's ten in units of ``scale`` by as little as leaves no negative eigenvalue."""
     size, inward = max(1.0, float(np.abs(z).max())), np.where(scale > 0.0, IDENTITY, 0.0)
-    step = 1.01 * max(-lowest_eigenvalue(z), 0.0)
-    limit = TOLERANCE * size
+    step, limit = 1.01 * max(-least_eigenvalue(z), 0.0), TOLERANCE * size
     while step < limit and InertialParameters((z + step * inward) * scale).min_pseudo_inertia_eigenvalue < 0.0:
         step = 2.0 * step + 1e-16 * size
     if step >= limit:

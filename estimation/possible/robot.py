@@ -147,10 +147,7 @@ class RobotProgram(NamedTuple):
     def answer(
         self, z: Array, status: str, prices: Array, floor: float = TOLERANCE, slope: float = 1.0
     ) -> PossibleRobot:
-        """Make the robot that z stands for.
-
-        ``prices``, ``floor``, ``slope``: as of ``holding``.
-        """
+        """Make the robot that z stands for; ``prices``, ``floor``, ``slope``: as of ``holding``."""
         x = z * self.scale
         values = self.base.grouping @ x
         return PossibleRobot(
