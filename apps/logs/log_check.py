@@ -23,7 +23,7 @@ from ...estimation.fit.covariance import student95
 from ...estimation.fit.own_equations import base_problem, with_friction
 from ...estimation.payload.long_motion import Source
 from ...estimation.results.robot import Number, ParameterDocument, Result
-from ...estimation.signals.alignment import aligned
+from ...estimation.signals.filtering import aligned
 from ...estimation.signals.plausibility import implausible, out_of_range, still_joints
 from ...estimation.signals.rows import cut, moving_parts, pieces
 from ...model import Motion, Processing, Recording, Robot, base_parameters, load_robot, robot_names
@@ -226,7 +226,7 @@ def _reduced(
     if currents and robot.coupling is None and robot.spring is None:
         states = States.of(recording, processing)
         recording = dataclasses.replace(recording, torque=recording.torque / relative_scales(robot, states))
-    return recording, base_problem(robot, base_parameters(robot), [recording], Settings(processing), check=False)
+    return recording, base_problem(robot, [recording], Settings(processing), check=False)
 
 
 class RobotFit(Document, frozen=True):

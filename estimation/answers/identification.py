@@ -241,7 +241,7 @@ def identify(
     settings.progress("base parameters")
     robot, choices = with_friction(robot, recordings, settings)
     base = base_parameters(robot)
-    problem = base_problem(robot, base, recordings, settings)
+    problem = base_problem(robot, recordings, settings)
     gains = settings.gains or usual_gains(robot, recordings)
     covariance = gains.covariance(len(problem.factors)) if gains is not None else None
     given, prior = settings.prior, None
@@ -283,18 +283,16 @@ def identify(
         processing=settings.processing_of(robot),
         without_robust=reason,
         gains=gains,
-        validation=held_out_fit(robot, base, estimate, validation, settings) if validation else None,
+        validation=held_out_fit(robot, estimate, validation, settings) if validation else None,
         recordings=tuple(recordings),
         held_out=tuple(validation),
         choices=choices,
     )
 
 
-def held_out_fit(
-    robot: Robot, base: BaseParameters, estimate: Estimate, recordings: Sequence[Recording], settings: Settings
-) -> Fit:
+def held_out_fit(robot: Robot, estimate: Estimate, recordings: Sequence[Recording], settings: Settings) -> Fit:
     """Fit of the robot's parameters to recordings without payload that were held out."""
-    unseen = base_problem(robot, base, recordings, replace(settings, robust=False), False, estimate.values)
+    unseen = base_problem(robot, recordings, replace(settings, robust=False), False, estimate.values)
     return fit(unseen, estimate.values)
 
 
@@ -358,7 +356,7 @@ def equations(
     """
     check_given(robot, recordings)
     base, processing = base_parameters(robot), settings.processing_of(robot)
-    reduced = base_problem(robot, base, recordings, replace(settings, robust=False))
+    reduced = base_problem(robot, recordings, replace(settings, robust=False))
     observer = Observer(robot, base.columns).at(weighted_solution(reduced))  # friction under their own load
     system = joined([(observer, one, False) for one in recordings], np.ones(robot.n), reduced, processing)
     return system.W, system.Y, system.joint, system.t

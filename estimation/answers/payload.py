@@ -359,7 +359,7 @@ def answer_payload(
     free = [allowing(estimate, evidence, stated) for estimate in free]
     own, validation = problem.robot_estimate, None
     if own is not None and held_out:
-        validation = identification.held_out_fit(problem.robot, problem.base, own, held_out, problem.settings)
+        validation = identification.held_out_fit(problem.robot, own, held_out, problem.settings)
     constrained, failures = list[ConstrainedPayload](), dict[int, SolverError]()
     for estimate in free:
         hard = [known for known in constraints if not (isinstance(known, KnownMass) and estimate.from_scale)]

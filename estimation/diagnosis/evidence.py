@@ -16,7 +16,7 @@ from ..payload.by_joints import ByJoints, Repeats
 from ..payload.long_motion import Source
 from ..payload.methods import ConstrainedPayload, PayloadEstimate
 from ..payload.static import StaticMotion
-from ..signals.alignment import AlignedPair
+from ..signals.filtering import AlignedPair
 from .engine import Effect
 
 Severity = Literal["error", "warning", "note"]

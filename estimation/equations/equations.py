@@ -70,10 +70,8 @@ class Equations(Brief):
         """
         W, Y, joint = np.asarray(W, dtype=float), np.asarray(Y, dtype=float), np.asarray(joint)
         if W.shape != (len(Y), len(names)) or joint.shape != Y.shape or not len(Y) or joint.min() < 1:
-            raise InputError(
-                f"W {W.shape}, Y {Y.shape}, joint {joint.shape} and {len(names)} names do not fit: give r x c, r, "
-                "r joints from 1, and c"
-            )
+            given = f"W {W.shape}, Y {Y.shape}, joint {joint.shape} and {len(names)} names"
+            raise InputError(f"{given} do not fit: give r x c, r, r joints from 1, and c")
         rows = [joint == j for j in range(1, int(joint.max()) + 1)]
         counts = [int(own.sum()) for own in rows]
         factors = (triangular(np.column_stack([W[own], Y[own]])) for own in rows)
@@ -109,10 +107,7 @@ class Equations(Brief):
         """Keep only some of the parameters, or put all among others, whose columns are zero; in the order given."""
         if not (set(names) <= set(self.columns) or set(self.columns) <= set(names)):
             raise ValueError(f"neither a part of {self.columns} nor more: {tuple(names)}")
-        M = np.zeros((len(self.columns), len(names)))
-        for k, name in enumerate(names):
-            if name in self.columns:
-                M[self.columns.index(name), k] = 1.0
+        M = np.array([[name == own for name in names] for own in self.columns], dtype=float)
         return self.transformed(M, names)
 
     def minus(self, names: Sequence[str], values: Array) -> "Equations":
@@ -187,15 +182,14 @@ class Equations(Brief):
         """
         try:
             with np.load(path, allow_pickle=False) as data:
-                keys = [
-                    name.removeprefix(SHARED).split("_") for name in sorted(data.files) if name.startswith(SHARED)
-                ]
+                names = [name for name in sorted(data.files) if name.startswith(SHARED)]
+                keys = [tuple(map(int, name.removeprefix(SHARED).split("_"))) for name in names]
                 return Equations(
                     tuple(map(str, data["columns"])),
                     tuple(data[f"factor{j}"] for j in range(len(data["rows"]))),
                     tuple(map(int, data["rows"])),
                     tuple(map(float, data["effective_rows"])),
-                    {(int(joint), int(motor)): data[f"{SHARED}{joint}_{motor}"] for joint, motor in keys},
+                    {(joint, motor): data[name] for (joint, motor), name in zip(keys, names, strict=True)},
                 )
         except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
             raise InputError(f"{path}: not a saved reduced problem ({error})") from None
@@ -206,17 +200,13 @@ class Equations(Brief):
         return sum(self.rows)
 
     def condition_numbers(self) -> tuple[float, float]:
-        """Condition number of the unweighted W: in SI units, and with columns scaled to norm 1.
-
-        Infinite where W is rank-deficient.
-        """
+        """Condition number of the unweighted W: in SI units, and with columns of norm 1; inf if rank-deficient."""
         return condition_numbers(self.stacked()[:, :-1])
 
     def by_motor(self) -> tuple[Array, ...]:
         """Split each joint's right-hand side by motors, but for a known spring's torque: per joint k x n."""
-        torques = tuple(np.zeros((len(factor), len(self.factors))) for factor in self.factors)
-        for j, factor in enumerate(self.factors):
-            torques[j][:, j] += factor[:, -1]
+        units = np.eye(len(self.factors))
+        torques = tuple(np.outer(factor[:, -1], unit) for factor, unit in zip(self.factors, units, strict=True))
         for (joint, motor), torque in self.shared.items():
             torques[joint][:, joint] -= torque
             if motor != NO_MOTOR:
@@ -245,23 +235,18 @@ def checked(factor: Array, columns: tuple[str, ...], rows: int, effective_rows: 
     """Triangular factor of weighted equations [W Y] that determine every parameter; InputError of others."""
     c = len(columns)
     if rows < c:
-        raise InputError(
-            f"{rows} equations for {c} parameters: fewer samples than parameters; record longer or decimate less"
-        )
+        few = "fewer samples than parameters; record longer or decimate less"
+        raise InputError(f"{rows} equations for {c} parameters: {few}")
     R = triangular(factor)
     undetermined = decomposed(R[:, :c]).null
     if undetermined.size:
         weight = np.abs(undetermined).max(axis=1)
-        named = [name for name, w in zip(columns, weight, strict=True) if w > 0.05]
-        raise InputError(
-            f"the recorded motion leaves {undetermined.shape[1]} of {c} directions undetermined, in "
-            f"{', '.join(named)}: move more joints, faster and over a wider range"
-        )
+        named = ", ".join(name for name, w in zip(columns, weight, strict=True) if w > 0.05)
+        left = f"the recorded motion leaves {undetermined.shape[1]} of {c} directions undetermined, in {named}"
+        raise InputError(f"{left}: move more joints, faster and over a wider range")
     if effective_rows <= c:
-        raise InputError(
-            f"the motion is too short ({effective_rows:.0f} independent equations for {c} parameters): record 20 s "
-            "or more"
-        )
+        short = f"{effective_rows:.0f} independent equations for {c} parameters"
+        raise InputError(f"the motion is too short ({short}): record 20 s or more")
     return R
 
 

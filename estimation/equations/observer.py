@@ -286,24 +286,19 @@ def recorded(observer: Observer, recordings: Iterable[Used]) -> tuple[Equations,
     return merged(map(reduced, each)), each
 
 
-def reduced(observation: Observation) -> Equations:
-    """Reduce the equations of one recording."""
-    return _reduced([observation])
-
-
 def reduced_pieces(observer: Observer, pieces: Iterable[tuple[Measurement, Mask]], decimate: int = 1) -> Equations:
     """Reduce one recording that arrives in pieces, however long it is: its equations are never held whole.
 
     ``pieces``: consecutive pieces, even in time if they are to be decimated, each with its rows to use, N x n;
     ``decimate``: parallel decimation of Y and W.
     """
-    return _reduced(observer.stream(pieces, decimate))
+    return reduced(observer.stream(pieces, decimate))
 
 
-def _reduced(stretches: Iterable[Observation]) -> Equations:
-    """Reduce stretches of one recording: of each joint's rows the columns that they touch, then spread out."""
+def reduced(observation: Observation | Iterable[Observation]) -> Equations:
+    """Reduce the equations of one recording, or its stretches: per joint the columns touched, then spread out."""
     triangles, counts = list[Array](), np.zeros(1, dtype=int)
-    for one in stretches:
+    for one in [observation] if isinstance(observation, Observation) else observation:
         triangles = triangles or [np.zeros((len(rows), len(rows)), order="F") for rows in one.rows]
         counts = counts + [rows.shape[1] for rows in one.rows]
         for j, rows in enumerate(one.rows):

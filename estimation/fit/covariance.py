@@ -1,13 +1,11 @@
-"""Rules for variances, by name: what is known of the errors decides which of them holds.
+"""Rules for variances, by name, the memory of residuals, and blocks of time that are long against it.
 
-``formula``: (17)-(19), for white errors. ``jackknife``: whatever their memory, if shorter than a block of time, of
-which each is left out in turn. ``sandwich``: by how much each joint's errors remember, for too few blocks.
-``birge`` comes on top, where results scatter by more than their own standard deviations say. Then the memory of
-residuals, and blocks of time that are long against it.
+"formula": (17)-(19), for white errors. "jackknife": whatever their memory, if shorter than a block of time, of
+which each is left out in turn. "sandwich": by how much each joint's errors remember, for too few blocks. ``birge``
+comes on top, where results scatter by more than their own standard deviations say.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -16,7 +14,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from scipy.special import stdtrit
 
-from ...common import Array, Brief, InputError, decomposed, freeze_fields
+from ...common import Array, Brief, decomposed, freeze_fields
 from ..equations.equations import Equations
 from ..equations.observer import Observation, reduced
 
@@ -62,21 +60,12 @@ class RobustCovariance(Brief):
         length = f"{self.block_length:.2g} s"
         if self.by_memory:
             blocks = f"{self.blocks} blocks of at least {length}" if self.blocks else "blocks"
-            return (
-                f"{blocks} are too few for a jackknife; the errors' autocorrelation is used instead: record longer"
-            )
+            instead = "the errors' autocorrelation is used instead: record longer"
+            return f"{blocks} are too few for a jackknife; {instead}"
         if self.degrees_of_freedom + 1 >= FEW or not self.block_length:
             return ""
         blocks = f"{self.degrees_of_freedom + 1} blocks of at least {length}"
         return f"the robust standard deviations rest on only {blocks}: record longer"
-
-
-def formula(root: Array, squares: float, degrees_of_freedom: float) -> Array:
-    """Covariance s^2 (W'W)^-1 of (17)-(19), s^2 the squares of the weighted errors over their degrees of freedom.
-
-    ``root``: R^-1 of the weighted equations, c x c.
-    """
-    return np.asarray(squares / degrees_of_freedom * root @ root.T)
 
 
 def jackknife(groups: Sequence[Iterable[Array]], values: Array, block_length: float) -> RobustCovariance:
@@ -96,12 +85,6 @@ def jackknife(groups: Sequence[Iterable[Array]], values: Array, block_length: fl
     return RobustCovariance(covariance, sum(counts), min(counts) - 1, block_length)
 
 
-def sandwich(inverse: Array, scores: Array) -> Array:
-    """Covariance (W'W)^-1 S'S (W'W)^-1, S the weighted rows of W times the size of their errors (White 1980)."""
-    moved = inverse @ scores.T
-    return np.asarray(moved @ moved.T)
-
-
 def birge(values: Array, sigmas: Array) -> float:
     """Birge ratio: by how much values of one quantity scatter more than their sigmas say, at least 1.
 
@@ -113,17 +96,6 @@ def birge(values: Array, sigmas: Array) -> float:
     weights = 1.0 / sigmas**2
     mean = float(weights @ values / weights.sum())
     return max(1.0, float(np.sqrt(weights @ (values - mean) ** 2 / (len(values) - 1))))
-
-
-@contextmanager
-def naming_blocks(block_length: float) -> Iterator[None]:
-    """Name the length of the left-out block [s] in an InputError."""
-    try:
-        yield
-    except InputError as error:
-        raise InputError(
-            f"no robust standard deviations: without one block of {block_length:.2g} s, {error}"
-        ) from None
 
 
 _WINDOW = 5.0  # lags summed, in autocorrelation times
@@ -181,7 +153,7 @@ class Remembered(NamedTuple):
     """Memory of the recordings of one load."""
 
     memory: float  # longest autocorrelation time among the joints' residuals [s]
-    spans: tuple[Array, ...]  # times of the first and the last row of each recording [s], shape (2,)
+    duration: float  # of all recordings [s]
     inflation: tuple[float, ...]  # of each joint's errors, by their memory
 
 
@@ -192,13 +164,14 @@ def remembered(recordings: Sequence[Observation], by: Equations | Array) -> Reme
     by_joint = list(zip(*each, strict=True))
     step = min((float(np.diff(t).min()) for own in by_joint for t, _ in own if len(t) > 1), default=SHORTEST)
     memory = max(autocorrelation_time(series, step) for series in by_joint)
-    return Remembered(memory, tuple(map(span, recordings)), tuple(map(inflation, by_joint)))
+    duration = sum(float(np.ptp(span(recording))) for recording in recordings)
+    return Remembered(memory, duration, tuple(map(inflation, by_joint)))
 
 
 def block_length(loads: Sequence[Remembered]) -> float:
     """Length of a block [s]: the longest of 5 autocorrelation times of a joint, 1 s, and a hundredth of a load."""
-    duration = max(sum(float(np.ptp(ends)) for ends in load.spans) for load in loads)
-    return max(_TIMES * max(load.memory for load in loads), SHORTEST, duration / _MOST)
+    memory, duration = max(load.memory for load in loads), max(load.duration for load in loads)
+    return max(_TIMES * memory, SHORTEST, duration / _MOST)
 
 
 def span(recording: Observation) -> Array:
@@ -207,12 +180,9 @@ def span(recording: Observation) -> Array:
     return np.array([t.min(), t.max()]) if t.size else np.zeros(2)
 
 
-def block_edges(recording: Observation | Array, length: float) -> Array:
-    """Times between as many equal blocks of at least ``length`` [s] as fit; infinite at the ends.
-
-    ``recording``: what is cut, or the times of its first and last row.
-    """
-    start, stop = recording if isinstance(recording, np.ndarray) else span(recording)
+def block_edges(recording: Observation, length: float) -> Array:
+    """Times between as many equal blocks of at least ``length`` [s] as fit; infinite at the ends."""
+    start, stop = span(recording)
     count = max(1, int((stop - start) / length * (1.0 + 1e-9)))
     edges = np.linspace(start, stop, count + 1)
     edges[[0, -1]] = -np.inf, np.inf

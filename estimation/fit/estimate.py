@@ -1,8 +1,7 @@
 """Estimates: names, values, covariance, how well the torques are explained, and what errors of drive gains do.
 
 The torque of motor j is 1 + e_j times its nominal one, always. No residual shows such an error, for all recordings
-of an arm share it: it is an uncertainty to be given. Motor j acts on joint j; where drives are coupled, motor k
-acts on joints j and k (9).
+of an arm share it: it is an uncertainty to be given. Motor j acts on joint j; of coupled drives k on j and k (9).
 """
 
 from __future__ import annotations
@@ -247,9 +246,8 @@ def error_model(estimate: Estimate, gains: Gains | None = None) -> Estimate:
     if gains is not None:
         S = estimate.gain_sensitivity
         if S is None:
-            raise InputError(
-                "the robot's parameters do not tell how they depend on the drive gains: identify the robot again"
-            )
+            advice = "identify the robot again"
+            raise InputError(f"the robot's parameters do not tell how they depend on the drive gains: {advice}")
         C = C + S @ gains.covariance(S.shape[1]) @ S.T
     if (by_gains := estimate.covariance_by_gains) is not None:
         C = C + by_gains
@@ -257,8 +255,7 @@ def error_model(estimate: Estimate, gains: Gains | None = None) -> Estimate:
 
 
 USUAL: Mapping[str, float] = {"motor": 0.02, "link": 0.01}
-"""Standard deviation of a relative error of gains of which nothing is said: of torques that motors tell, and of
-torque sensors behind the gear."""
+"""Standard deviation of gains of which nothing is said: of torques by motors, and by sensors behind the gear."""
 Fingerprints = Mapping[Literal["unloaded", "loaded"], tuple[str, ...]]
 """Fingerprints of the recordings that drive gains were identified from."""
 
@@ -298,8 +295,8 @@ class Gains(Document, frozen=True, omit_defaults=True):
         if not self.per_joint or not all(0.0 <= sigma < 1.0 for sigma in sigmas):
             values = ", ".join(f"{sigma:g}" for sigma in sigmas)
             raise InputError(f"relative errors of drive gains {values}: give standard deviations from 0 to below 1")
-        square = all(len(row) == len(self.identified) for row in self.identified)
-        if self.identified and not (square and is_covariance(np.array(self.identified))):
+        rows = self.identified
+        if rows and not (all(len(row) == len(rows) for row in rows) and is_covariance(np.array(rows))):
             raise InputError("the identified gains' matrix is no covariance: identify them again")
 
     def covariance(self, n: int) -> Array:
@@ -310,11 +307,10 @@ class Gains(Document, frozen=True, omit_defaults=True):
         """
         if len(self.per_joint) not in (1, n):
             raise InputError(f"{len(self.per_joint)} uncertainties of drive gains for {n} joints: give 1 or {n}")
-        own = np.broadcast_to(self.per_joint, (n,))
         known = np.array(self.identified) if self.identified else np.zeros((n, n))
         if known.shape != (n, n):
             raise InputError(f"a covariance of {len(known)} drive gains for {n} joints: identify gains of this arm")
-        return np.asarray(np.diag(np.square(own)) + self.common**2 + known)
+        return np.asarray(np.diag(np.broadcast_to(np.square(self.per_joint), n)) + self.common**2 + known)
 
     def says_as(self, other: Gains, n: int) -> bool:
         """True if both are one uncertainty of n gains, however it is written."""
@@ -338,13 +334,8 @@ class Gains(Document, frozen=True, omit_defaults=True):
             )
         every = (*self.recordings.get("unloaded", ()), *with_load)
         shared = [recording.source for recording in (*unloaded, *loaded) if recording.fingerprint in every]
-        if not shared:
-            return ()
-        named = ", ".join(dict.fromkeys(shared))
-        return (
-            f"{named}: the gains were identified from it too; the intervals take its noise for unrelated to the "
-            "gains' errors.",
-        )
+        how = "identified from it too; the intervals take its noise for unrelated to the gains' errors."
+        return (f"{', '.join(dict.fromkeys(shared))}: the gains were {how}",) * bool(shared)
 
 
 def usual_gains(robot: Robot, recordings: Sequence[Recording]) -> Gains | None:

@@ -20,18 +20,9 @@ from scipy.linalg import solve_triangular
 
 from ...common import Array, Brief, InputError
 from ..equations.equations import Equations, checked, compressed, triangular
-from .covariance import formula, sandwich
 from .estimate import Estimate, fit
 
 _HELD = 1e-6  # fraction of a direction that the other blocks must hold: differences then keep ten digits
-
-
-class LeftOut(NamedTuple):
-    """Solutions without each of B blocks, and last the whole one, for m right-hand sides."""
-
-    values: Array  # (B + 1) x c x m
-    covariance: Array  # for errors of variance 1, (B + 1) x c x c
-    variance: Array  # of the weighted errors, (B + 1) x m
 
 
 def left_out(
@@ -40,21 +31,24 @@ def left_out(
     weights: Array,
     known: Sequence[str] = (),
     near: Array | None = None,
-) -> LeftOut:
+) -> tuple[Array, Array]:
     """Solve for the parameters of some columns without each of the equations' blocks in turn, weights (n,).
 
-    ``known``: other columns, each a right-hand side of its own, the last of all being Y; ``near``: further weighted
-    equations that no block holds, in columns, known ones and Y.
+    ``known``: other columns, each a right-hand side of its own, the last of all m being Y; ``near``: further
+    weighted equations that no block holds, in columns, known ones and Y.
+
+    Returns:
+        Values without each of B blocks, last by all equations, (B + 1) x c x m, and covariances by the errors of Y.
     """
     names, blocks, c = tuple(columns), equations.blocks, len(columns)
     indices = [*(equations.columns.index(name) for name in (*names, *known)), -1]
     near = np.zeros((0, len(indices))) if near is None else near
 
     def solved(rows: Array, counts: Array) -> tuple[Array, Array, Array, Array]:
-        """R^-1; x, c x m; its covariance for errors of variance 1; squared errors, (m,)."""
+        """R^-1; x, c x m; its covariance for errors of variance 1; squared errors of Y, shape (1,)."""
         R = checked(np.vstack([rows, near]), names, int(counts[0]), float(counts[1]))
         root = solve_triangular(R[:c, :c], np.eye(c))
-        return root, root @ R[:c, c:], root @ root.T, np.sum(R[c:, c:] ** 2, axis=0)
+        return root, root @ R[:c, c:], root @ root.T, np.sum(R[c:, -1:] ** 2, axis=0)
 
     # Numbers of rows, and of those with independent noise.
     count = np.array([equations.equations, sum(equations.effective_rows)]) + len(near)
@@ -73,7 +67,7 @@ def left_out(
         inverse = np.broadcast_to(np.eye(c) / np.finfo(float).eps, (len(Q), c, c))
     score = back @ errors
     change = inverse @ score
-    squares = whole[2] - np.sum(errors**2, axis=1) - np.sum(score * change, axis=1)
+    squares = whole[2] - np.sum(errors[..., -1:] ** 2, axis=1) - np.sum((score * change)[..., -1:], axis=1)
     each = whole[0] - root @ change, root @ inverse @ root.T, squares
     little = np.linalg.norm(inverse, axis=(1, 2)) > 1.0 / _HELD
     for b in np.flatnonzero(little | (counts[:, 0] < c) | (counts[:, 1] <= c)):
@@ -81,7 +75,7 @@ def left_out(
         for array, value in zip(each, anew, strict=True):
             array[b] = value
     x, covariance, squares = (np.concatenate([a, b[None]]) for a, b in zip(each, whole, strict=True))
-    return LeftOut(x, covariance, squares / (np.vstack([counts, count])[:, 1:] - c))
+    return x, (squares / (np.vstack([counts, count])[:, 1:] - c))[..., None] * covariance
 
 
 class Known(NamedTuple):
@@ -113,8 +107,7 @@ class Known(NamedTuple):
         """Rows of a prior, in units of weighted rows: root' root is the covariance's inverse, inflated."""
         scale = np.sqrt(np.diag(self.covariance))
         L = np.linalg.cholesky(self.covariance / np.outer(scale, scale))
-        inverse = solve_triangular(L, np.eye(len(L)), lower=True)
-        return np.asarray(np.sqrt(self.inflation) * inverse / scale)
+        return np.asarray(np.sqrt(self.inflation) * solve_triangular(L, np.eye(len(L)), lower=True) / scale)
 
 
 class SoftPrior(NamedTuple):
@@ -146,21 +139,18 @@ class LinearProblem:
     equations: Equations  # in all the columns
     wanted: tuple[str, ...]  # the parameters that are asked for
     fixed: tuple[Known, ...] = ()  # parameters known from elsewhere, group by group
-    # parameters that are near zero: one more equation for each
-    soft: Mapping[str, SoftPrior] = field(default_factory=dict)
+    soft: Mapping[str, SoftPrior] = field(default_factory=dict)  # parameters near zero: one more equation for each
     prior: Known | None = None  # parameters near values that are known: as many equations more
-    # equations in the same columns on whose torques the fit is judged; all by default
-    shown: Equations | None = None
+    shown: Equations | None = None  # in the same columns: the fit is judged on their torques; all by default
     own_torque: bool = False  # judge the fit on the wanted parameters' own torque, that of all others taken off
-    # the equations without each block of time, where they are not the sum of their blocks; what is fixed then comes
-    # from no blocks
+    # without each block, where equations are not the sum of their blocks; what is fixed then comes from no blocks
     parts: tuple[Equations, ...] = ()
     _triangles: dict[bytes, Triangle] = field(default_factory=dict, init=False, repr=False)
 
     def part(self, names: Sequence[str]) -> "LinearProblem":
         """Pose the problem in some of the parameters, the others zero."""
-        own = [name for name in self.prior.names if name in names] if self.prior is not None else []
-        prior = self.prior.part(own) if self.prior is not None and own else None
+        own = [name for name in self.prior.names if name in names] if self.prior else []
+        prior = self.prior.part(own) if self.prior and own else None
         return LinearProblem(self.equations.select(names), tuple(names), prior=prior)
 
     @cached_property
@@ -187,8 +177,7 @@ class LinearProblem:
         names = tuple(chain.from_iterable(group.names for group in self.fixed))
         rows, levels, *_ = self._prior_rows
         near = np.column_stack([rows, np.zeros((len(rows), len(names))), levels])
-        left = left_out(self.equations, self.unknown.columns, weights, names, near)
-        values = left.values[:, self._indices]
+        values = left_out(self.equations, self.unknown.columns, weights, names, near)[0][:, self._indices]
         if not self.fixed:
             return np.asarray(values[: len(pairs), :, 0])
         # Without each of their own blocks, last of all the whole ones.
@@ -210,7 +199,7 @@ class LinearProblem:
         weights = self.weights() if weights is None else weights
         triangle, c = self.triangle(weights), len(self.unknown.columns)
         dof = self._rows[1] - c
-        covariance = formula(triangle.inverse, float(np.sum(triangle.R[c:, c] ** 2)), dof)
+        covariance = np.sum(triangle.R[c:, c] ** 2) / dof * triangle.inverse @ triangle.inverse.T  # (17)-(19)
         value = dict(zip(self.unknown.columns, triangle.values.tolist(), strict=True))
         # Exact, for the solution is linear in Y; without a known spring they add up to it: an error common to all
         # joints scales it. What is fixed was identified with the same drives, so with the same errors.
@@ -252,15 +241,18 @@ class LinearProblem:
         return total
 
     def sandwich(self, weights: Array, inflation: Sequence[float]) -> Array:
-        """HAC (sandwich) covariance of the wanted parameters, ``lasting`` among it: errors remember."""
+        """HAC (sandwich) covariance of the wanted parameters, ``lasting`` among it: errors remember.
+
+        It is (W'W)^-1 S'S (W'W)^-1, S the weighted rows of W times the size of their errors (White 1980).
+        """
         unknown, triangle = self.unknown, self.triangle(weights)
         freedom = max(1.0 - len(unknown.columns) / max(self._rows[0], 1), 1e-3)
         errors = unknown.error_norms(triangle.values) / np.sqrt(np.maximum(unknown.rows, 1) * freedom)
         sizes = weights**2 * errors * np.sqrt(np.asarray(inflation))
-        noise = triangular(
-            np.vstack([size * factor[:, :-1] for size, factor in zip(sizes, unknown.factors, strict=True)])
-        )
-        total = sandwich(triangle.inverse[self._indices] @ triangle.inverse.T, noise) + self.lasting(weights)
+        sized = zip(sizes, unknown.factors, strict=True)
+        noise = triangular(np.vstack([size * factor[:, :-1] for size, factor in sized]))
+        moved = triangle.inverse[self._indices] @ triangle.inverse.T @ noise.T
+        total = moved @ moved.T + self.lasting(weights)
         for group, influence in zip(self.fixed, triangle.influences, strict=True):
             if not group.lasting.any():  # of recordings that remember as well
                 P = influence[self._indices]
@@ -283,13 +275,12 @@ class LinearProblem:
         rows = [role.weight * np.eye(1, c, columns.index(name)) for name, role in self.soft.items()]
         levels, inflation = np.zeros(len(rows)), [role.inflation for role in self.soft.values()]
         by_gains = [np.zeros((len(rows), len(self.equations.factors)))]
-        if self.prior is not None:
-            root, wide = self.prior.root, np.zeros((len(self.prior.names), c))
-            wide[:, [columns.index(name) for name in self.prior.names]] = root
+        if (prior := self.prior) is not None:
+            root, wide = prior.root, np.zeros((len(prior.names), c))
+            wide[:, [columns.index(name) for name in prior.names]] = root
             rows.append(wide)
-            levels = np.concatenate([levels, root @ self.prior.values])
-            inflation += [self.prior.inflation] * len(root)
-            own = self.prior.gain_sensitivity
+            levels, inflation = np.append(levels, root @ prior.values), inflation + [prior.inflation] * len(root)
+            own = prior.gain_sensitivity
             by_gains.append(root @ own if own is not None else np.zeros((len(root), by_gains[0].shape[1])))
         return np.vstack([np.zeros((0, c)), *rows]), levels, np.array(inflation), np.vstack(by_gains)
 
@@ -321,8 +312,7 @@ class LinearProblem:
 class Excitation(Brief):
     """Signal of each parameter in weighted equations, in units of the noise.
 
-    The relative standard deviation of a parameter is 1 / ``independent``: with all others known it would be
-    1 / ``signal``.
+    The relative standard deviation of a parameter is 1 / ``independent``, 1 / ``signal`` with all others known.
     """
 
     names: tuple[str, ...]  # of the parameters, c
@@ -331,9 +321,7 @@ class Excitation(Brief):
 
     @property
     def share(self) -> Array:
-        """Part of each parameter's torque that is its own, 0 to 1, shape (c,): 1 over the square root of the
-        variance inflation factor; nan for a value of exactly zero.
-        """
+        """Part of each torque that is its own, 0 to 1, (c,): 1 / sqrt(variance inflation factor); nan of 0."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(self.independent / self.signal)
 

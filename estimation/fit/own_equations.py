@@ -11,7 +11,7 @@ from numpy.linalg import norm
 
 from ...common import Array, Document, InputError, decomposed, without
 from ...common.progress import Progress, each, silent
-from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
+from ...model import Processing, Recording, Robot, base_parameters
 from ...model.base import random_states, stacked_regressor
 from ...model.drives import joint_of, parameter_kind
 from ...model.friction import Friction, terms_of
@@ -88,6 +88,14 @@ def chosen_terms(
     own = [name for name in equations.columns if parameter_kind(name) not in kinds]
     plain = equations.whole.select(own)
     weights = plain.joint_weights(weighted_solution(plain))
+
+    def held_out(names: Sequence[str]) -> tuple[Array, dict[str, float]]:
+        """Squared errors of each joint on each block by the others' fit, B x n, and the values by all."""
+        solutions = left_out(equations, names, weights)[0][:, :, 0]
+        every = zip(equations.select(names).blocks, solutions[:-1], strict=True)
+        squares = [block.error_norms(values) ** 2 for block, values in every]
+        return np.array(squares), dict(zip(names, solutions[-1].tolist(), strict=True))
+
     for term in (*candidates, *candidates):  # the second time beside the others that were kept
         others = [*own, *(name for kind, names in kept.items() if kind != term.kind for name in names)]
         if term.kind in kept and len(others) == len(own):
@@ -96,7 +104,7 @@ def chosen_terms(
         factors = {name: equations.whole.select([name, *others]).factors[joint_of(name)] for name in names}
         own_parts = {name: without(factor[:, :1], factor[:, 1:-1]) for name, factor in factors.items()}
         tried = [name for name in names if norm(own_parts[name]) > _OWN * norm(factors[name][:, 0])]
-        before, after = (_held_out(equations, columns, weights) for columns in (others, [*others, *tried]))
+        before, after = map(held_out, (others, [*others, *tried]))
         for name in names:
             joint = joint_of(name)
             falls = before[0][:, joint] - after[0][:, joint]
@@ -114,39 +122,24 @@ def chosen_terms(
     return tuple(term for term in found if term.kind in kinds), tuple(choices.values())
 
 
-def _held_out(equations: Equations, names: Sequence[str], weights: Array) -> tuple[Array, dict[str, float]]:
-    """Squared errors of each joint on each block by the others' fit, B x n, and the values by all."""
-    solutions = left_out(equations, names, weights).values[:, :, 0]
-    places = [*(equations.columns.index(name) for name in names), -1]
-    rows = np.column_stack([-solutions[:-1], np.ones(len(solutions) - 1)])
-    every = zip(equations.blocks, rows, strict=True)
-    squares = [[float(np.sum((own[:, places] @ row) ** 2)) for own in block.factors] for block, row in every]
-    return np.array(squares), dict(zip(names, solutions[-1].tolist(), strict=True))
-
-
 def base_problem(
-    robot: Robot,
-    base: BaseParameters,
-    recordings: Sequence[Recording],
-    settings: Settings,
-    check: bool = True,
-    fitted: Array | None = None,
+    robot: Robot, recordings: Sequence[Recording], settings: Settings, check: bool = True, chi: Array | None = None
 ) -> Equations:
     """Process recordings of one load to equations in the base parameters, in blocks of time where robust.
 
-    ``check``: refuse recordings in which some joint never moves; ``fitted``: base parameters under whose load
+    ``check``: refuse recordings in which some joint never moves; ``chi``: base parameters under whose load
     friction is, by default those that the recordings show.
     """
     processing = settings.processing_of(robot)
     check_recordings(robot, recordings)
     if check:
-        check_moving(robot, base, recordings)
+        check_moving(robot, recordings)
     rows = [used(data, processing) for data in filtered(recordings, processing, settings.progress)]
-    observer = Observer(robot, base.columns)
-    if fitted is None:
+    observer = Observer(robot, base_parameters(robot).columns)
+    if chi is None:
         (equations, opened), _ = under_own_load(observer, rows)
     else:
-        equations, opened = recorded(observer.at(fitted), rows)
+        equations, opened = recorded(observer.at(chi), rows)
     if equations.equations == 0:
         raise InputError(f"{recordings[0].source}: no joint moves: nothing can be compared")
     return in_own_blocks(equations, opened) if settings.robust else equations
@@ -157,24 +150,21 @@ def with_friction(
 ) -> tuple[Robot, tuple[TermChoice, ...]]:
     """Give a robot the friction that the settings ask for, and tell which terms were tried.
 
-    Of candidates those are kept that recordings of one load show, in blocks of time; none where that cannot be
-    judged or no gear's friction is measured.
+    Of candidates those are kept that recordings show in blocks of time; none without blocks or measured friction.
     """
     asked, own = settings.friction, robot.drives.friction
     if not isinstance(asked, Candidates):
         return robot.with_friction(asked), ()
-    kinds = [term.kind for term in own]
-    candidates = tuple(term for term in asked.terms if term.kind not in kinds)
+    candidates = tuple(term for term in asked.terms if term.kind not in [one.kind for one in own])
     if not candidates or not own:
         return robot, ()
     settings.progress("choosing the friction's terms")
     base, wide = base_parameters(robot), robot.with_friction((*own, *candidates))
-    processing = settings.processing_of(robot)
-    tried = [name for name in standard_columns(wide) if name not in standard_columns(robot)]
-    observer = Observer(wide, (*base.columns, *tried))
+    processing, standard = settings.processing_of(robot), standard_columns(robot)
+    observer = Observer(wide, (*base.columns, *(name for name in standard_columns(wide) if name not in standard)))
     try:
         check_recordings(robot, recordings)
-        check_moving(robot, base, recordings)
+        check_moving(robot, recordings)
         measured = [used(data, processing) for data in filtered(recordings, processing)]
         values = weighted_solution(recorded(observer.only(base.columns), measured)[0])
         equations = in_own_blocks(*recorded(observer.at(values), measured))
@@ -188,9 +178,8 @@ def with_friction(
 
 def in_own_blocks(equations: Equations, recordings: Sequence[Observation]) -> Equations:
     """Cut equations of one load in blocks of time as long as their memory asks for."""
-    load = remembered(recordings, equations)
-    length = block_length([load])
-    return in_blocks(equations, recordings, [block_edges(ends, length) for ends in load.spans], length)
+    length = block_length([remembered(recordings, equations)])
+    return in_blocks(equations, recordings, [block_edges(one, length) for one in recordings], length)
 
 
 def filtered(
@@ -207,33 +196,30 @@ def check_lengths(recordings: Sequence[Recording], processing: Processing) -> No
     for recording in recordings:
         factor = processing.thinning(processing.grid_rate(recording.rate))
         if len(recording.t) <= factor:
-            rate, length = processing.rate, recording.t[-1] - recording.t[0]
-            slow = rate is not None and rate * length <= processing.decimate
-            raise InputError(
-                f"{recording.source}: decimation by {factor} leaves nothing of {len(recording.t)} samples: "
-                + ("raise rate" if slow else "raise equation-rate or record longer")
-            )
+            slow = processing.rate is not None and processing.rate * np.ptp(recording.t) <= processing.decimate
+            nothing = f"decimation by {factor} leaves nothing of {len(recording.t)} samples"
+            advice = "raise rate" if slow else "raise equation-rate or record longer"
+            raise InputError(f"{recording.source}: {nothing}: {advice}")
 
 
-def check_moving(robot: Robot, base: BaseParameters, recordings: Sequence[Recording]) -> None:
+def check_moving(robot: Robot, recordings: Sequence[Recording]) -> None:
     """Refuse recordings in which some joint never moves."""
     still = still_joints(recordings)
     if len(still) == robot.n:
         raise InputError(f"{recordings[0].source}: no joint ever moves: record a motion of every joint")
     if still:
-        hidden, length = hidden_by(robot, base, still), sum(float(np.ptp(one.t)) for one in recordings)
+        hidden, length = hidden_by(robot, still), sum(float(np.ptp(one.t)) for one in recordings)
         names = ", ".join(hidden[:_NAMED]) + f" and {len(hidden) - _NAMED} more" * (len(hidden) > _NAMED)
-        raise InputError(
-            f"{recordings[0].source}: joint {', '.join(map(str, still))} does not move within its {length:.2g} s, "
-            f"and {names} cannot be identified: record 20 s or more in which every joint moves"
-        )
+        rest = f"joint {', '.join(map(str, still))} does not move within its {length:.2g} s"
+        advice = "record 20 s or more in which every joint moves"
+        raise InputError(f"{recordings[0].source}: {rest}, and {names} cannot be identified: {advice}")
 
 
-def hidden_by(robot: Robot, base: BaseParameters, still: Sequence[int]) -> tuple[str, ...]:
+def hidden_by(robot: Robot, still: Sequence[int]) -> tuple[str, ...]:
     """Base parameters that the motion leaves undetermined, alone or in sums, while some joints stand still."""
+    base, rest = base_parameters(robot), np.array(still) - 1
     q, qd, qdd = random_states(robot, 12 * robot.n, seed=0)
-    for joint in still:
-        q[:, joint - 1], qd[:, joint - 1], qdd[:, joint - 1] = 0.3, 0.0, 0.0
+    q[:, rest], qd[:, rest], qdd[:, rest] = 0.3, 0.0, 0.0
     W = stacked_regressor(robot, q, qd, qdd)[:, list(base.chosen)]
     # A joint that stands still holds any torque within its friction: its rows say nothing.
     moving = np.concatenate([np.full(len(q), j + 1 not in still) for j in range(robot.n)])

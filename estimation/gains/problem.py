@@ -59,8 +59,7 @@ def current_weights(equations: Equations) -> Array:
 
     From the joint's own equations alone, so that neither gains nor other joints matter.
     """
-    sigma = []
-    whole = np.sqrt(sum(np.sum(factor[:, :-1] ** 2, axis=0) for factor in equations.factors))
+    sigma, whole = [], np.linalg.norm(np.vstack(equations.factors)[:, :-1], axis=0)
     for factor, rows in zip(equations.factors, equations.effective_rows, strict=True):
         W, d = factor[:, :-1], factor[:, -1]
         # What this joint's equations do not hold is not quite zero in them, and would cost degrees of freedom.
@@ -84,8 +83,7 @@ def gauss_newton(equations: Equations, weights: Array, free: Sequence[int], know
         if not (np.abs(K) > 1e-12 * np.abs(K).max()).all():
             raise InputError("the payload does not show in the currents: is it in the loaded recording?")
         x[free], k = solution[:c], 1.0 / K
-        # Each joint weighted by the errors of its torque: else a disturbance of the arm's joints outweighs all that
-        # the wrist's say.
+        # Each joint weighted by the errors of its torque: a disturbance of the arm's would outweigh the wrist's.
         middle = float(np.median(np.abs(k)))
         size = weights * np.clip(np.abs(k), middle / _SPREAD, middle * _SPREAD)
     step = np.full(c + len(k), np.inf)
@@ -98,18 +96,15 @@ def gauss_newton(equations: Equations, weights: Array, free: Sequence[int], know
             missing = np.abs(parts.null[c:]).max(axis=1)
             joints = [str(j) for j, weight in enumerate(missing, 1) if weight > 1e-3]
             unknown = f"the gain of joint {', '.join(joints)}" if joints else "the robot's parameters"
-            raise InputError(
-                f"the recordings do not determine {unknown}: move more joints, faster and over a wider range"
-            )
+            advice = "move more joints, faster and over a wider range"
+            raise InputError(f"the recordings do not determine {unknown}: {advice}")
         step = parts.solution(error)
         step *= min(1.0, _LONGEST / np.abs(step[c:] / k).max())
         x[free] += step[:c]
         k += step[c:]
     else:
-        raise InputError(
-            "the drive gains do not settle: check units, signs and order of the currents, and that the arm touched "
-            "nothing"
-        )
+        advice = "check units, signs and order of the currents, and that the arm touched nothing"
+        raise InputError(f"the drive gains do not settle: {advice}")
     dof = sum(equations.effective_rows) - J.shape[1]
     if dof <= 0.0:
         raise InputError(f"too few samples for {J.shape[1]} unknowns: record longer")
@@ -140,16 +135,15 @@ class KnownLoad(BodyTable, frozen=True, kw_only=True, dict=True):
         if not 0.0 < self.mass < np.inf:
             raise InputError(f"known mass {self.mass:g} kg: give the payload's mass in kg, more than zero")
         if not 0.0 <= self.mass_sigma < self.mass:
-            raise InputError(
-                f"standard deviation {self.mass_sigma:g} kg of a mass of {self.mass:g} kg: give one of at least 0 "
-                "and below the mass"
-            )
+            given = f"standard deviation {self.mass_sigma:g} kg of a mass of {self.mass:g} kg"
+            raise InputError(f"{given}: give one of at least 0 and below the mass")
         super().__post_init__()
-        if self.inertia_com is not None and self.com is None:
-            raise WrongKeyError(
-                "com", "missing: give the centre of mass [m], three numbers, where inertia_com is given"
-            )
-        if self.inertia_com is not None and not self.body().physically_consistent:
+        if self.inertia_com is None:
+            return
+        if self.com is None:
+            needed = "give the centre of mass [m], three numbers, where inertia_com is given"
+            raise WrongKeyError("com", f"missing: {needed}")
+        if not self.body().physically_consistent:
             raise WrongKeyError("inertia_com", "no body has this inertia at its centre of mass: correct it")
 
     @property
@@ -158,11 +152,6 @@ class KnownLoad(BodyTable, frozen=True, kw_only=True, dict=True):
         if self.inertia_com is not None:
             return PAYLOAD
         return PAYLOAD[-1:] if self.com is None else PAYLOAD[6:]
-
-    @property
-    def free(self) -> tuple[str, ...]:
-        """Names of ``PAYLOAD`` that are not known."""
-        return tuple(name for name in PAYLOAD if name not in self.known)
 
     @cached_property
     def ten(self) -> Array:
@@ -199,10 +188,8 @@ def mountings(
         The indices of each number's recordings, in the order in which they come, and the load of each.
     """
     if numbers and len(numbers) != loaded:
-        raise InputError(
-            f"{len(numbers)} numbers of mountings for {loaded} loaded recording{'s' * (loaded != 1)}: give "
-            "one number for each of them, in their order, such as 1,2,2 (--mounting)"
-        )
+        given = f"{len(numbers)} numbers of mountings for {loaded} loaded recording{'s' * (loaded != 1)}"
+        raise InputError(f"{given}: give one number for each of them, in their order, such as 1,2,2 (--mounting)")
     numbers = tuple(numbers) or (1,) * loaded
     groups = {name: tuple(k for k, number in enumerate(numbers) if number == name) for name in numbers}
     if not isinstance(load, KnownLoad):
@@ -210,9 +197,8 @@ def mountings(
             raise InputError(f"{len(load)} known payloads for {len(groups)} mountings: give one, or one for each")
         return groups, tuple(load)
     if len(groups) > 1 and load.com is not None:
-        raise InputError(
-            "several mountings cannot share one centre of mass: omit com and inertia_com, or give one mounting"
-        )
+        advice = "omit com and inertia_com, or give one mounting"
+        raise InputError(f"several mountings cannot share one centre of mass: {advice}")
     return groups, (load,) * len(groups)
 
 
@@ -220,8 +206,7 @@ def mountings(
 class GainProblem(Brief):
     """Equations i_j = k_j (W_j chi + W_Lj chi_L) + rho_j, motor by motor, k_j = 1 / K_j.
 
-    Of coupled drives W_j are the rows of the motors on the joint side; a known spring is a column of W whose
-    parameter is 1.
+    Of coupled drives W_j are the motors' rows on the joint side; a known spring is a column of parameter 1.
     """
 
     description: Robot  # as it was given, its equations those of the joints
@@ -248,13 +233,12 @@ class GainProblem(Brief):
         """Pose each mounting's payload problem with torques that gains K give."""
         ratio = K / np.array(self.posed_with)
 
+        def scaled(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+            return tuple(_with_gains(self.robot, one, ratio, currents=False) for one in recordings)
+
         def changed(problem: LongMotion) -> LongMotion:
-            source = problem.source
-            loaded, unloaded = (
-                tuple(_with_gains(self.robot, one, ratio, currents=False) for one in part)
-                for part in (source.loaded, source.unloaded)
-            )
-            source, load = source._replace(loaded=loaded, unloaded=unloaded), _times(problem.loaded, ratio)
+            source, load = problem.source, _times(problem.loaded, ratio)
+            source = source._replace(loaded=scaled(source.loaded), unloaded=scaled(source.unloaded))
             bare, change = (part and _times(part, ratio) for part in (problem.unloaded, problem.difference))
             return replace(problem, loaded=load, unloaded=bare, difference=change, source=source)
 
@@ -307,8 +291,7 @@ def gain_problem(
 
     usual = np.full(robot.n, _USUAL)
     equations = _times(merged(posed(usual, robust=False)[1]), 1.0 / usual)
-    # How long residuals remember shows only once the joints' torques are to scale; all of them by one factor is
-    # enough.
+    # How long residuals remember shows only once the joints' torques are to scale, but for one factor of all.
     try:
         K = 1.0 / free_gains(equations, loads).k
         K *= _USUAL / K.mean()
@@ -350,11 +333,11 @@ def _times(equations: Equations, ratio: Array) -> Equations:
 
 def free_gains(equations: Equations, loads: Sequence[KnownLoad]) -> CurrentFit:
     """Solve for gains, base parameters and what is unknown of the payload, without constraints."""
-    values = known_values(loads) | {name: 1.0 for name in equations.columns if parameter_kind(name) == SPRING}
-    free = [k for k, name in enumerate(equations.columns) if name not in values]
-    known = np.array([values.get(name, 0.0) for name in equations.columns])
+    names, values = equations.columns, known_values(loads)
+    values |= {name: 1.0 for name in names if parameter_kind(name) == SPRING}
+    free = [k for k, name in enumerate(names) if name not in values]
     # A payload that is there explains the current of some joint by itself better.
-    base = [k for k, name in enumerate(equations.columns) if "_L" not in name]
+    base = [k for k, name in enumerate(names) if "_L" not in name]
     for factor in equations.factors:
         W, current = factor[:, :-1], factor[:, -1]
         less, more = (float(np.sum((current - A @ decomposed(A).solution(current)) ** 2)) for A in (W[:, base], W))
@@ -362,21 +345,17 @@ def free_gains(equations: Equations, loads: Sequence[KnownLoad]) -> CurrentFit:
             break
     else:
         raise InputError("the payload does not show in the currents: is it in the loaded recording?")
+    known = np.array([values.get(name, 0.0) for name in names])
     fitted = gauss_newton(equations, current_weights(equations), free, known)
     negative = [str(j) for j, k in enumerate(fitted.k, 1) if k <= 0.0]
     if not negative:
         return fitted
-    friction = zip(equations.columns, fitted.x, strict=True)
-    brakes = sum(np.sign(value) for name, value in friction if parameter_kind(name) == "FS")
+    brakes = sum(np.sign(x) for name, x in zip(names, fitted.x, strict=True) if parameter_kind(name) == "FS")
     if len(negative) == len(fitted.k) and brakes < 0:  # Coulomb friction that drives more joints than it brakes
-        raise InputError(
-            "the recordings with and without the payload look exchanged: the known weight comes out negative; "
-            "exchange --loaded and --unloaded"
-        )
-    raise InputError(
-        f"the current of motor {', '.join(negative)} pushes against its motion: turn its sign (sign "
-        "in a log map), or check the order of joints"
-    )
+        advice = "the known weight comes out negative; exchange --loaded and --unloaded"
+        raise InputError(f"the recordings with and without the payload look exchanged: {advice}")
+    advice = "turn its sign (sign in a log map), or check the order of joints"
+    raise InputError(f"the current of motor {', '.join(negative)} pushes against its motion: {advice}")
 
 
 def rests_on(robot: Robot) -> tuple[str, ...]:
@@ -410,11 +389,34 @@ def possible_gains(problem: GainProblem, equations: Equations, start: CurrentFit
     ``equations``: all of the problem's or those without a block; ``start``: gains to begin with, whose covariance
     is kept; ``anchor``: index of the gain that stays while solving.
     """
-    to_x, to_bodies, rules = _variables(problem, start.x)
-    k, x, others = start.k, start.x, len(start.k) - 1
-    c, m = to_x.shape
-    # The unknowns are z, then the other gains over their present values.
-    A = block_diag(rules, np.eye(others))
+    robot, base, loads, length = problem.robot, problem.posed[0].base, problem.loads, typical_length(problem.robot)
+    spring = np.array([parameter_kind(name) == SPRING for name in base.standard])
+    names = [name for name in base.standard if parameter_kind(name) != SPRING]
+    unknown = [(load, name) for load, one in enumerate(loads) for name in PAYLOAD if name not in one.known]
+    # The z are, scaled, standard parameters of the robot, unknown ones of the payload and the factor of its known
+    # ones; then come the other gains over their present values.
+    k, x, others, s, c = start.k, start.x, len(start.k) - 1, len(names), len(start.x)
+    m = s + len(unknown) + 1
+    # One mass and one length for all links, one size for friction.
+    own = [(parameter_kind(name), abs(value)) for name, value in zip(base.columns, x, strict=False)]
+    masses = [value / length ** POWERS[kind] for kind, value in own if kind in INERTIAL]
+    frictions = [value for kind, value in own if kind not in POWERS and kind != SPRING]
+    mass, friction = float(np.median(masses)) or 1.0, max(float(np.median(frictions or [1.0])), 1e-6)
+    scale, payloads = np.ones(m), np.zeros((len(loads), len(PAYLOAD), m))
+    kinds = map(parameter_kind, names)
+    scale[:s] = [mass * length ** POWERS[kind] if kind in POWERS else friction for kind in kinds]
+    scale[s:-1] = [loads[load].mass * _LENGTH ** POWERS[name.removesuffix("_L")] for load, name in unknown]
+    for column, (load, name) in enumerate(unknown, s):
+        payloads[load, PAYLOAD.index(name), column] = 1.0
+    payloads[:, :, -1] = [load.ten for load in loads]
+    to_base = np.zeros((len(base.columns), m))
+    to_base[:, :s] = base.grouping[:, ~spring]
+    to_base[:, -1] = base.grouping[:, spring].sum(axis=1)  # a spring's torque: its parameter is 1
+    to_x = np.vstack([to_base, *payloads]) * scale
+    A = block_diag(drive_rules(robot, names, scale[:s])[0], np.zeros((0, len(unknown))), np.eye(1 + others))
+    # A body whose ten are all known needs no cone: it was checked when it was read.
+    open_ones = [body for body, load in zip(payloads, loads, strict=True) if load.known != PAYLOAD]
+    to_bodies = np.array([*np.eye(s, m)[link_indices(robot, names)], *open_ones]) * scale
     bodies = np.pad(to_bodies, ((0, 0), (0, 0), (0, others)))
     for _ in range(_LINEARISED):
         J, errors = linearised(equations.factors, problem.weights, k, x, range(c))
@@ -423,51 +425,15 @@ def possible_gains(problem: GainProblem, equations: Equations, start: CurrentFit
         # Below the triangle of the unknowns stands what none of them explains.
         R = triangular(np.column_stack([J[:, :c] @ to_x, by_ratio, right]))[: m + others]
         try:
-            solution = solve_cone(ConeProgram(R[:, :-1], R[:, -1], A, np.zeros(len(A)), bodies), _WAYS)
+            z, _ = solve_cone(ConeProgram(R[:, :-1], R[:, -1], A, np.zeros(len(A)), bodies), _WAYS)
         except SolverError as error:
             raise InputError(f"gains of bodies that can exist were not found ({error.explanation})") from None
-        ratio, load = np.insert(solution.z[m:], anchor, 1.0), float(solution.z[m - 1])
-        if load <= 0.0 or (ratio <= 0.0).any():
+        ratio, factor = np.insert(z[m:], anchor, 1.0), float(z[m - 1])
+        if factor <= 0.0 or (ratio <= 0.0).any():
             raise InputError("no gain explains the currents: check units, signs, order of joints and the payload")
-        x = to_x @ solution.z[:m] / load
-        ratio *= load
+        x, ratio = to_x @ z[:m] / factor, ratio * factor
         k = k * ratio
         if np.abs(ratio - 1.0).max() < _CLOSE:
             return start._replace(k=k, x=x)
-    raise InputError(
-        "the gains of bodies that can exist do not settle: check units, signs and order of the currents"
-    )
-
-
-def _variables(problem: GainProblem, x: Array) -> tuple[Array, Array, Array]:
-    """Map the cone program's z to the base parameters and the payload's ten, c x m, and to bodies, p x 10 x m.
-
-    z are standard parameters of the robot, the unknown ones of the payload, and the factor of its known ones,
-    scaled; last the rows A z that must not be negative.
-    """
-    base, loads, length = problem.posed[0].base, problem.loads, typical_length(problem.robot)
-    spring = np.array([parameter_kind(name) == SPRING for name in base.standard])
-    names = [name for name in base.standard if parameter_kind(name) != SPRING]
-    unknown = [(k, name) for k, load in enumerate(loads) for name in load.free]
-    s, m = len(names), len(names) + len(unknown) + 1
-    # One mass and one length for all links, one size for friction.
-    own = [(parameter_kind(name), abs(value)) for name, value in zip(base.columns, x, strict=False)]
-    masses = [value / length ** POWERS[kind] for kind, value in own if kind in INERTIAL]
-    frictions = [value for kind, value in own if kind not in POWERS and kind != SPRING]
-    mass, friction = float(np.median(masses)) or 1.0, max(float(np.median(frictions or [1.0])), 1e-6)
-    kinds = [parameter_kind(name) for name in names]
-    scale = np.ones(m)
-    scale[:s] = [mass * length ** POWERS[kind] if kind in POWERS else friction for kind in kinds]
-    scale[s:-1] = [loads[k].mass * _LENGTH ** POWERS[name.removesuffix("_L")] for k, name in unknown]
-    payloads = np.zeros((len(loads), len(PAYLOAD), m))
-    for column, (k, name) in enumerate(unknown, s):
-        payloads[k, PAYLOAD.index(name), column] = 1.0
-    payloads[:, :, -1] = [load.ten for load in loads]
-    robot = np.zeros((len(base.columns), m))
-    robot[:, :s] = base.grouping[:, ~spring]
-    robot[:, -1] = base.grouping[:, spring].sum(axis=1)  # a spring's torque: its parameter is 1
-    rules = block_diag(drive_rules(problem.robot, names, scale[:s])[0], np.zeros((0, len(unknown))), np.eye(1))
-    # A body whose ten are all known needs no cone: it was checked when it was read.
-    open_ones = [body for body, load in zip(payloads, loads, strict=True) if load.free]
-    bodies = np.array([*np.eye(s, m)[link_indices(problem.robot, names)], *open_ones])
-    return np.vstack([robot, *payloads]) * scale, bodies * scale, rules
+    advice = "check units, signs and order of the currents"
+    raise InputError(f"the gains of bodies that can exist do not settle: {advice}")

@@ -36,8 +36,7 @@ from ..fit.estimate import Estimate, Fit, error_model
 from ..fit.linear_problem import Known, SoftPrior, left_out, weighted
 from ..fit.own_equations import TermChoice, check_moving, filtered, under_own_load, with_friction
 from ..fit.settings import DEFAULTS, Settings
-from ..signals.alignment import AlignedPair, aligned, best_aligned, check_mismatch
-from ..signals.filtering import grid_rate, measurement
+from ..signals.filtering import AlignedPair, aligned, check_mismatch, grid_rate, measurement
 from ..signals.plausibility import check_apart, check_given, check_recordings, without_dead
 from ..signals.rows import cut, origin, shortest_piece
 
@@ -121,7 +120,7 @@ class LongMotion(Brief):
                 "method 1 needs the robot's parameters: give a recording without payload or --robot-parameters"
             )
         # Blocks of time hold the recording they come from.
-        each = (lambda: left_out(unloaded, own.names, own.weights).values[:-1, :, 0]) if unloaded.blocks else None
+        each = (lambda: left_out(unloaded, own.names, own.weights)[0][:-1, :, 0]) if unloaded.blocks else None
         return stored_robot(own)._replace(lasting=0.0 * own.covariance, left_out=each)
 
     @property
@@ -338,7 +337,7 @@ def payload_problem(
                 "needs each trajectory once without and once with it, in the same order"
             )
         each = zip(unloaded, loaded, lags, strict=True)
-        compared = tuple(best_aligned(a, b, grid_rate(b, processing), lag) for a, b, lag in each)
+        compared = tuple(aligned(a, b, grid_rate(b, processing), near=lag) for a, b, lag in each)
         for pair, data in zip(compared, under_load, strict=True):
             check_mismatch(pair, processing.max_mismatch)
             # The loaded recording was filtered already, unless it was cut to what both have in common.
@@ -350,7 +349,7 @@ def payload_problem(
         if 3 in (settings.methods or ()):
             raise InputError(f"method 3 cannot be used: {reason}") from None
     for recordings in filter(None, (loaded, unloaded)):
-        check_moving(robot, base, recordings)
+        check_moving(robot, recordings)
     progress("cutting into blocks" if settings.robust else "reducing")
     robust = settings.robust and (known is None or known.robust is not None)
     motion = long_motion(robot, under_load, without, together, replace(settings, robust=robust), known)
@@ -406,11 +405,11 @@ def long_motion(
     judged, memory = {"difference": (*PAYLOAD, PATH)}, dict[str, covariance.Remembered]()
     for name, (equations, recordings) in loads.items():
         memory[name] = covariance.remembered(recordings, equations.select(judged.get(name, base.columns)))
-    spans, length = memory["loaded"].spans, covariance.block_length(list(memory.values()))
+    length = covariance.block_length(list(memory.values()))
     # Where blocks that are as long as memory asks for are too few under load, shorter ones are cut.
-    few = sum(len(covariance.block_edges(ends, length)) - 1 for ends in spans) < covariance.FEWEST
+    few = sum(len(covariance.block_edges(one, length)) - 1 for one in loads["loaded"][1]) < covariance.FEWEST
     length = covariance.SHORTEST if few else length
-    edges = {name: [covariance.block_edges(ends, length) for ends in load.spans] for name, load in memory.items()}
+    edges = {name: [covariance.block_edges(one, length) for one in load[1]] for name, load in loads.items()}
     if pairs:  # where their partners are, on the clock without payload
         edges["difference"] = edges["loaded"]
         edges["unloaded"] = [ends - pair.lag for ends, pair in zip(edges["loaded"], pairs, strict=True)]

@@ -19,7 +19,7 @@ from ...model.inertia import PayloadSpread, payload_spread
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import PATH
-from ..fit.covariance import FEW, RobustCovariance, Rule, jackknife, naming_blocks
+from ..fit.covariance import FEW, RobustCovariance, Rule, jackknife
 from ..fit.estimate import Estimate, Gains, error_model, fit
 from ..fit.linear_problem import LinearProblem, SoftPrior, left_out, weighted
 from ..possible.constraints import Constraint
@@ -220,9 +220,7 @@ class ChangeOfParameters(Brief):
             left_out(equations, self.before.names, own)
             for equations, own in ((self.unloaded, self.before.weights), (self.loaded, weights))
         )
-        (chi_a, C_a), (chi_b, C_b) = (
-            (part.values[:, k, 0], part.variance[:, :, None] * part.covariance[:, k][:, :, k]) for part in parts
-        )
+        (chi_a, C_a), (chi_b, C_b) = ((values[:, k, 0], C[:, k][:, :, k]) for values, C in parts)
         return np.array([_generalised(self.G, chi_b[b] - chi_a[a], C_a[a] + C_b[b])[0] for b, a in pairs])
 
 
@@ -434,6 +432,8 @@ def jackknifed(
     posed: Posed, estimate: Estimate, groups: Sequence[Sequence[tuple[int, int]]], length: float
 ) -> RobustCovariance:
     """Solve without each block of time, group by group, weights fixed; ``length``: the shortest of a block [s]."""
-    with naming_blocks(length):
+    try:
         values = posed.without_blocks(estimate.weights, list(chain.from_iterable(groups)))
+    except InputError as error:
+        raise InputError(f"no robust standard deviations: without one block of {length:.2g} s, {error}") from None
     return jackknife(np.split(values, np.cumsum([*map(len, groups)])[:-1]), estimate.values, length)

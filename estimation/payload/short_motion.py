@@ -35,8 +35,7 @@ from ..fit.linear_problem import Known, LinearProblem, SoftPrior
 from ..fit.own_equations import check_lengths, filtered, under_own_load
 from ..fit.settings import DEFAULTS, Settings
 from ..possible.constraints import KnownMass
-from ..signals.alignment import aligned
-from ..signals.filtering import decimated, grid_rate, measurement
+from ..signals.filtering import aligned, decimated, grid_rate, measurement
 from ..signals.plausibility import check_apart, check_recordings, without_dead
 from ..signals.rows import moving_parts
 from . import long_motion

@@ -1,8 +1,7 @@
 """Prior knowledge of a body, as small values that can be combined, and the least squares over bodies that hold it.
 
 These are a cone program, solved by Clarabel: minimise t with ||R z - d|| <= t, A z + b >= 0 and pseudo-inertias
-positive semidefinite. The norm, not its square, keeps the condition number of R instead of R'R; z must be scaled to
-the order of 1.
+positive semidefinite. The norm, not its square, keeps the condition number of R instead of R'R; z is of order 1.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ PSEUDO_INERTIA: Array = np.array([InertialParameters(unit).pseudo_inertia for un
 """Matrices of the pseudo-inertia: J = sum over k of x_k times the k-th: 10 x 4 x 4."""
 
 
-def lowest_eigenvalue(x: Array) -> float:
+def least_eigenvalue(x: Array) -> float:
     """Smallest eigenvalue of the pseudo-inertia of ten parameters in any units."""
     return float(np.linalg.eigvalsh((x @ PSEUDO_INERTIA.reshape(10, 16)).reshape(4, 4))[0])
 
@@ -83,9 +82,8 @@ class MassBounds(Constraint):
 
     def __post_init__(self) -> None:
         if not self.low <= self.high or not np.isfinite(self.low) or not self.high > 0.0:
-            raise InputError(
-                f"no mass lies within {self.low:g} to {self.high:g} kg: give low <= high, and high above 0"
-            )
+            advice = "give low <= high, and high above 0"
+            raise InputError(f"no mass lies within {self.low:g} to {self.high:g} kg: {advice}")
 
     @cached_property
     def rows(self) -> tuple[Array, Array]:
@@ -110,9 +108,8 @@ class KnownMass(Constraint):
 
     def __post_init__(self) -> None:
         if not (self.mass > 0.0 and self.sigma > 0.0 and np.isfinite([self.mass, self.sigma]).all()):
-            raise InputError(
-                f"known mass {self.mass:g} kg with sigma {self.sigma:g} kg: mass and sigma must be positive"
-            )
+            given = f"known mass {self.mass:g} kg with sigma {self.sigma:g} kg"
+            raise InputError(f"{given}: mass and sigma must be positive")
 
 
 @dataclass(frozen=True)
@@ -148,8 +145,7 @@ class CentreOfMassInBox(Constraint):
 class InEllipsoid(Constraint):
     """Ellipsoid in which all mass lies: tr(J Q) >= 0 for the pseudo-inertia J (Wensing, Kim and Slotine, 2018).
 
-    Q is the 4 x 4 matrix with [p 1] Q [p 1]' >= 0 for points p inside. Together with ``PossibleBody`` the
-    condition is necessary and sufficient.
+    Q is the 4 x 4 matrix with [p 1] Q [p 1]' >= 0 for points p inside. With ``PossibleBody`` it is sufficient too.
 
     Attributes:
         centre: of the ellipsoid [m], shape (3,).
@@ -222,14 +218,6 @@ class ConeProgram(NamedTuple):
         return cvxpy.Problem(cvxpy.Minimize(cvxpy.norm(self.R @ z - self.d)), rules), x, inertias
 
 
-class ConeSolution(NamedTuple):
-    """Solution, and how fast its norm ||R z - d|| falls as constraints are relaxed."""
-
-    z: Array  # (n,)
-    norm: float
-    multipliers: Array  # by A z + b >= -e, then by J >= -e times identity, (r + p,)
-
-
 _MEANING = {  # of the solver's states
     "PrimalInfeasible": "nothing holds all of it",
     "DualInfeasible": "the data leave it open",
@@ -252,12 +240,11 @@ class SolverError(RuntimeError):
 
     def __init__(self, status: str, demands: Sequence[str] = ()) -> None:
         self.status, self.demands, self.explanation = status, tuple(demands), _MEANING.get(status, status)
-        infeasible = "Infeasible" in status
-        text = f"the constrained estimate was not found: {self.explanation}"
-        text = "no body holds all constraints" if infeasible else text
-        listed = f": {'; '.join(demands)}" if demands else ""
-        advice = "correct them" if infeasible else "check that the constraints allow some body near the data"
-        super().__init__(f"{text}{listed}: {advice}")
+        text, advice = "no body holds all constraints", "correct them"
+        if "Infeasible" not in status:
+            text = f"the constrained estimate was not found: {self.explanation}"
+            advice = "check that the constraints allow some body near the data"
+        super().__init__(": ".join([text, *filter(None, ["; ".join(demands)]), advice]))
 
     def __reduce__(self) -> tuple[type[SolverError], tuple[str, tuple[str, ...]]]:
         """Pickle what it is made from."""
@@ -268,10 +255,15 @@ class SolverError(RuntimeError):
         return SolverError(self.status, demands)
 
 
-_ENTRIES = [(row, column) for column in range(4) for row in range(column + 1)]
-_DIAGONAL = [k for k, (row, column) in enumerate(_ENTRIES) if row == column]
-TRIANGLE: Array = np.array([(1.0 if i == j else np.sqrt(2.0)) * PSEUDO_INERTIA[:, i, j] for i, j in _ENTRIES])
-"""Map from the ten to the pseudo-inertia's upper triangle, by columns, off-diagonals times sqrt 2: 10 x 10."""
+def upper(matrices: Array) -> Array:
+    """Upper triangles of m x m matrices, the last two axes, by columns, off-diagonals times sqrt 2."""
+    columns, rows = np.tril_indices(matrices.shape[-1])
+    return np.asarray(np.where(rows == columns, 1.0, np.sqrt(2.0)) * matrices[..., rows, columns])
+
+
+TRIANGLE: Array = upper(PSEUDO_INERTIA).T
+"""Map from the ten to the triangle of the pseudo-inertia: 10 x 10."""
+_DIAGONAL = [0, 2, 5, 9]  # of a triangle of 4 x 4
 Ways = Sequence[tuple[float, float]]
 """Largest entry of R, to which a larger one is scaled down, and radius of a ball that z may not leave.
 
@@ -279,38 +271,39 @@ The ball closes a program whose least value no finite z attains.
 """
 
 
-def solve_cone(program: ConeProgram, ways: Ways = ((1e5, np.inf),)) -> ConeSolution:
+def solve_cone(program: ConeProgram, ways: Ways = ((1e5, np.inf),)) -> tuple[Array, Array]:
     """Solve a cone program in the first way that gives a clean solution.
 
     ``ways``: the usual one cares for data almost without noise.
+
+    Returns:
+        z, (n,), and how fast ||R z - d|| falls with e in A z + b >= -e, then in J >= -e times identity, (r + p,).
     """
     (k, n), r, p, status = program.R.shape, len(program.A), len(program.bodies), ""
-    bodies = np.pad(TRIANGLE @ program.bodies, ((0, 0), (0, 0), (0, 2)))
-    for largest, ball in ways:
+    rows = np.zeros((r + 1 + k + 10 * p + n + 1, n + 2))  # in (z, t, 1)
+    rules, norm, bodies, ball = np.split(rows, [r, r + 1 + k, len(rows) - n - 1])
+    rules[:, :n], rules[:, -1], norm[0, n] = program.A, program.b, 1.0
+    bodies[:, :n], ball[1:, :n] = (TRIANGLE @ program.bodies).reshape(-1, n), np.eye(n)
+    for largest, radius in ways:
         scale = max(1.0, float(np.abs(program.R).max()) / largest)
-        # Rows in (z, t, 1).
-        norm = np.column_stack([program.R, np.zeros(k), -program.d]) / scale
-        parts: list[Part] = [
-            ("Nonnegative", np.column_stack([program.A, np.zeros(r), program.b])),
-            ("SecondOrder", np.vstack([np.eye(1, n + 2, n), norm])),
-            *(("PSDTriangle", body) for body in bodies),
-        ]
-        if np.isfinite(ball):
-            parts.append(("SecondOrder", np.vstack([ball * np.eye(1, n + 2, n + 1), np.eye(n, n + 2)])))
+        norm[1:, :n], norm[1:, -1], ball[0, -1] = program.R / scale, -program.d / scale, radius
+        parts: list[Part] = [("Nonnegative", rules), ("SecondOrder", norm)]
+        parts += [("PSDTriangle", body) for body in bodies.reshape(p, 10, n + 2)]
+        if np.isfinite(radius):
+            parts.append(("SecondOrder", ball))
         solution = cone_solver(np.eye(n + 1)[n], parts).solve()
         status = str(solution.status)
         if status == "Solved":
-            z, dual = np.asarray(solution.x)[:n], np.asarray(solution.z) * scale
+            dual = np.asarray(solution.z) * scale
             traces = dual[r + k + 1 : r + k + 1 + 10 * p].reshape(p, 10)[:, _DIAGONAL].sum(axis=1)
-            return ConeSolution(z, float(np.linalg.norm(program.R @ z - program.d)), np.append(dual[:r], traces))
+            return np.asarray(solution.x)[:n], np.append(dual[:r], traces)
     raise SolverError(status)
 
 
 def cone_solver(cost: Array, parts: Sequence[Part], tolerance: float = 1e-8, reused: bool = False) -> Any:
     """Make a solver for the x of least cost whose parts lie in their cones; one thread, no output.
 
-    ``tolerance``: of gap and feasibility; ``reused``: whether other costs come later. Such a solver's rows are well
-    scaled and stay as they are.
+    ``tolerance``: of gap and feasibility; ``reused``: whether other costs come later. Its rows stay as they are.
     """
     import clarabel  # both take their time to import: only where a cone program is solved
     from scipy.sparse import csc_matrix
@@ -329,4 +322,8 @@ def cone_solver(cost: Array, parts: Sequence[Part], tolerance: float = 1e-8, reu
         if size:
             cones.append(getattr(clarabel, f"{kind}ConeT")(*(() if kind == "Exponential" else (size,))))
     matrix, no_squares = np.vstack([rows for _, rows in parts]), csc_matrix((len(cost), len(cost)))
-    return clarabel.DefaultSolver(no_squares, cost, csc_matrix(-matrix[:, :-1]), matrix[:, -1], cones, settings)
+    left = -matrix[:, :-1].T
+    column, row = left.nonzero()  # faster than SciPy finds them
+    starts = np.searchsorted(column, np.arange(len(cost) + 1))
+    A = csc_matrix((left[column, row], row, starts), left.shape[::-1])
+    return clarabel.DefaultSolver(no_squares, cost, A, matrix[:, -1], cones, settings)

@@ -13,6 +13,7 @@ the direction changes from one question to the next, so a solver is set up once.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import combinations_with_replacement, product
 
 import numpy as np
 
@@ -31,41 +32,41 @@ _ROUNDS = 10  # largest number of linearisations of a number that is not linear;
 _GAIN = 1e-4  # gain, as a fraction of the way so far, below which it is none
 _STEPS: Array = np.linspace(0.125, 1.0, 8)  # fractions of the way to a new point that are tried
 _NEXT_TO_NOTHING = 1e-3
-"""Fraction of the upper end: where the lower one is smaller, it is zero, and the payload may weigh nothing."""
-_NOT_NEGATIVE = [0, 3, 5, 9]  # XX, YY, ZZ, M
+"""Fraction of the upper end: where the lower one of what no body has negative is smaller, it is zero."""
+_NOT_NEGATIVE = np.isin(range(10), [0, 3, 5, 9])  # XX, YY, ZZ, M
 
 
-class ProfileSet:
-    """Payloads that keep a scaled problem's constraints, with squared distances up to ``q`` above the nearest's."""
+def profile_set(
+    problem: ScaledProblem, nearest: Array, q: float
+) -> tuple[Callable[[Array], Array], Callable[[Array], float]]:
+    """Pose the payloads that keep a scaled problem's constraints, squared distances up to q above the nearest's.
 
-    def __init__(self, problem: ScaledProblem, nearest: Array, q: float) -> None:
-        self.problem = problem
-        self.mass = int(problem.select[:, 9].argmax())
-        R, _, A, b, _ = problem.program
-        inverse = np.asarray(np.linalg.inv(R), dtype=float)
-        offset = R @ (nearest - problem.centre) / np.sqrt(q)  # kappa e
-        self._inverse, self._radius = inverse, float(np.sqrt(q * (1.0 + offset @ offset)))
-        self._to_z = np.column_stack([np.sqrt(q) * inverse, nearest])  # z = _to_z (u, 1)
-        n, bounds, body = len(nearest), A @ self._to_z, TRIANGLE @ problem.select.T @ self._to_z
-        bounds[:, -1] += b
-        distance = np.vstack([np.append(-offset, 1.0), np.eye(n, n + 1), np.append(offset, 0.0)])
-        K: list[Part] = [("Nonnegative", bounds), ("SecondOrder", distance), ("PSDTriangle", body)]
-        self._least_point = _least_in(K)  # in u
-        # In (u / z_k, 1 / z_k), z_k the mass.
-        scaled: list[Part] = [(kind, np.pad(rows, ((0, 0), (0, 1)))) for kind, rows in K]
-        self._least_ratios = _least_in([("Zero", np.append(-self._to_z[self.mass], 1.0)[None]), *scaled])
+    Returns:
+        Functions of c, (n,): the point z of the set with the largest c'z, and the largest c'z / z_k, z_k the mass,
+        positive in the whole set: it is linear in z / z_k and 1 / z_k.
+    """
+    R, _, A, b, _ = problem.program
+    inverse = np.asarray(np.linalg.inv(R), dtype=float)
+    offset = R @ (nearest - problem.centre) / np.sqrt(q)  # kappa e
+    radius = float(np.sqrt(q * (1.0 + offset @ offset)))
+    to_z = np.column_stack([np.sqrt(q) * inverse, nearest])  # z = to_z (u, 1)
+    n, bounds, body = len(nearest), A @ to_z, TRIANGLE @ problem.select.T @ to_z
+    bounds[:, -1] += b
+    distance = np.vstack([np.append(-offset, 1.0), np.eye(n, n + 1), np.append(offset, 0.0)])
+    K: list[Part] = [("Nonnegative", bounds), ("SecondOrder", distance), ("PSDTriangle", body)]
+    # In (u / z_k, 1 / z_k).
+    scaled: list[Part] = [(kind, np.pad(rows, ((0, 0), (0, 1)))) for kind, rows in K]
+    mass = np.append(-(problem.select[:, 9] @ to_z), 1.0)[None]
+    least_point, least_ratios = _least_in(K), _least_in([("Zero", mass), *scaled])
 
-    def farthest(self, c: Array) -> Array:
-        """Point z of the set with the largest c'z."""
-        direction = c @ self._inverse
-        by_distance = self.problem.centre + self._radius * self._inverse @ direction / np.linalg.norm(direction)
-        if self.problem.holds(by_distance):  # no constraint is in the way
+    def farthest(c: Array) -> Array:
+        direction = c @ inverse
+        by_distance = problem.centre + radius * inverse @ direction / np.linalg.norm(direction)
+        if problem.holds(by_distance):  # no constraint is in the way
             return np.asarray(by_distance)
-        return np.asarray(self._to_z @ np.append(self._least_point(-direction), 1.0))
+        return np.asarray(to_z @ np.append(least_point(-direction), 1.0))
 
-    def largest_per_mass(self, c: Array) -> float:
-        """Largest c'z / z_k, z_k the mass, positive in the whole set: linear in z / z_k and 1 / z_k."""
-        return float(c @ self._to_z @ self._least_ratios(-(c @ self._to_z)))
+    return farthest, lambda c: float(c @ to_z @ least_ratios(-(c @ to_z)))
 
 
 def _least_in(parts: list[Part]) -> Callable[[Array], Array]:
@@ -116,8 +117,7 @@ def profile_intervals(result: Possible) -> Intervals:
     other where they should be equal, go by the delta method with room for that: simulated for a disc, a cube and a
     body of three unequal moments it covers 89 to 100 %, the profile 72 to 99 %.
 
-    ``result``: the nearest payload; the covariance and the degrees of freedom of its free estimate are those that
-    the intervals go by.
+    ``result``: the nearest payload; intervals go by covariance and degrees of freedom of its free estimate.
 
     Raises:
         SolverError: for anything but a clean solve.
@@ -125,32 +125,42 @@ def profile_intervals(result: Possible) -> Intervals:
     problem = ScaledProblem.of(result.free, result.constraints)
     nearest = problem.select @ result.values / problem.scale
     t = student95(result.free.degrees_of_freedom)
-    profile = moments = ProfileSet(problem, nearest, WIDENING * t**2)
-    if thin_directions(result) > 1:
-        moments = ProfileSet(problem, nearest, THIN * t**2)
+    farthest, per_mass = profile_set(problem, nearest, WIDENING * t**2)
+    of_inertia = profile_set(problem, nearest, THIN * t**2)[0] if thin_directions(result) > 1 else farthest
     units, signs = np.eye(len(problem.scale)), (-1.0, 1.0)
-    sets = [moments if k < 6 else profile for k in problem.select.argmax(axis=1)]
-    ends = np.array([[u @ own.farthest(sign * u) for sign in signs] for u, own in zip(units, sets, strict=True)])
+    sets = [of_inertia if k < 6 else farthest for k in problem.select.argmax(axis=1)]
+    ends = np.array([[u @ end(sign * u) for sign in signs] for u, end in zip(units, sets, strict=True)])
     # Eliminated parameters are zero and certain.
     ten = _holding(problem.select.T @ (ends * problem.scale[:, None]), result.values)
-    ten[_NOT_NEGATIVE] = _from_zero(ten[_NOT_NEGATIVE])
+    ten[_NOT_NEGATIVE & (ten[:, 0] <= _NEXT_TO_NOTHING * ten[:, 1]), 0] = 0.0
     if ten[9, 0] == 0.0:
         unknown = np.tile([-np.inf, np.inf], (3, 3, 1))
         return Intervals(ten, unknown[0], unknown, unknown[0])
-    com = np.zeros((3, 2))
-    first_moments = (problem.scale[:, None] * problem.select)[:, 6:9]
-    for axis, c in enumerate(first_moments.T / problem.scale[profile.mass]):
+    com, by_mass = np.zeros((3, 2)), problem.scale / (problem.scale @ problem.select[:, 9])
+    for axis, c in enumerate((by_mass[:, None] * problem.select)[:, 6:9].T):
         if c.any():
-            com[axis] = [sign * profile.largest_per_mass(sign * c) for sign in signs]
-    points, inertia = [nearest], np.zeros((3, 3, 2))  # a search starts from the best so far
-    entries = [(i, j) for i in range(3) for j in range(i, 3)]
-    for i, j in entries:
-        for sign in signs:
-            _climb(moments, i, j, sign, points)
-    values = _inertias(problem.full(np.array(points)))
-    for i, j in entries:
-        inertia[i, j] = inertia[j, i] = values[:, i, j].min(), values[:, i, j].max()
-    inertia[range(3), range(3)] = _from_zero(inertia[range(3), range(3)])
+            com[axis] = [sign * per_mass(sign * c) for sign in signs]
+    # Points of ever larger I_ij, of both signs: along its gradient to the farthest, or as far that way as it gains.
+    points = [nearest]
+    for (i, j), sign in product(combinations_with_replacement(range(3), 2), signs):
+        known = sign * _inertias(problem.full(np.array(points)))[:, i, j]  # a search starts from the best so far
+        first, best, z = float(known[0]), float(known.max()), points[int(known.argmax())]
+        for _ in range(_ROUNDS):
+            gradient = problem.select @ inertia_gradient(problem.full(z), *np.eye(3)[[i, j]]) * problem.scale
+            if not gradient.any():  # all it depends on was eliminated
+                break
+            tried = z + _STEPS[:, None] * (of_inertia(sign * gradient) - z)
+            values = sign * _inertias(problem.full(tried))[:, i, j]
+            gain, k = float(values.max()) - best, int(values.argmax())
+            if gain <= 0.0:
+                break
+            z, best = tried[k], float(values[k])
+            points.append(z)
+            if gain < _GAIN * (best - first):
+                break
+    every = _inertias(problem.full(np.array(points)))
+    inertia = np.stack([every.min(axis=0), every.max(axis=0)], axis=-1)
+    inertia[(inertia[..., 0] <= _NEXT_TO_NOTHING * inertia[..., 1]) & np.eye(3, dtype=bool), 0] = 0.0
     return Intervals(ten, _holding(com, result.body.com), inertia, _moments(result, float(np.sqrt(WIDENING)) * t))
 
 
@@ -169,34 +179,9 @@ def thin_directions(result: Possible) -> int:
     return int(np.sum(values <= student95(result.free.degrees_of_freedom) * np.sqrt(variance)))
 
 
-def _from_zero(ends: Array) -> Array:
-    """Begin intervals of what no body has negative at zero, where they all but do."""
-    return np.column_stack([np.where(ends[:, 0] > _NEXT_TO_NOTHING * ends[:, 1], ends[:, 0], 0.0), ends[:, 1]])
-
-
 def _holding(ends: Array, values: Array) -> Array:
     """Stretch intervals by rounding to hold the estimate itself."""
     return np.column_stack([np.minimum(ends[:, 0], values), np.maximum(ends[:, 1], values)])
-
-
-def _climb(profile: ProfileSet, i: int, j: int, sign: float, points: list[Array]) -> None:
-    """Add points of ever larger sign I_ij: along its gradient to the farthest, or as far that way as it gains."""
-    problem = profile.problem
-    known = sign * _inertias(problem.full(np.array(points)))[:, i, j]
-    first, best, z = float(known[0]), float(known.max()), points[int(known.argmax())]
-    for _ in range(_ROUNDS):
-        gradient = problem.select @ inertia_gradient(problem.full(z), *np.eye(3)[[i, j]]) * problem.scale
-        if not gradient.any():  # all it depends on was eliminated
-            break
-        tried = z + _STEPS[:, None] * (profile.farthest(sign * gradient) - z)
-        values = sign * _inertias(problem.full(tried))[:, i, j]
-        gain, k = float(values.max()) - best, int(values.argmax())
-        if gain <= 0.0:
-            break
-        z, best = tried[k], float(values[k])
-        points.append(z)
-        if gain < _GAIN * (best - first):
-            break
 
 
 def _moments(result: Possible, half: float) -> Array:
@@ -208,15 +193,11 @@ def _moments(result: Possible, half: float) -> Array:
     away, take the largest variance along V alone. Simulated: 3 to 11 % shorter, and they hold the truth as often.
     """
     values, vectors = np.linalg.eigh(result.body.inertia_com)
-    index = [PAYLOAD.index(name) for name in result.free.names]
+    index, x = [PAYLOAD.index(name) for name in result.free.names], result.values
 
     def sigma(directions: Array) -> float:
-        pairs = [
-            (v, w, 1.0 if k == j else np.sqrt(2.0))
-            for k, v in enumerate(directions)
-            for j, w in enumerate(directions[: k + 1])
-        ]
-        J = np.array([factor * inertia_gradient(result.values, v, w)[index] for v, w, factor in pairs])
+        pairs = combinations_with_replacement(directions, 2)
+        J = np.array([(1.0 if v is w else np.sqrt(2.0)) * inertia_gradient(x, v, w)[index] for v, w in pairs])
         return float(np.sqrt(np.linalg.eigvalsh(J @ result.free.covariance @ J.T)[-1]))
 
     ends, own = np.zeros((3, 2)), np.array([sigma(v[None]) for v in vectors.T])

@@ -19,15 +19,7 @@ from ...common import Array, Brief, Document, Float, InputError, decomposed, fre
 from ...model import InertialParameters
 from ..equations.equations import PAYLOAD
 from ..fit.estimate import Estimate
-from .constraints import (
-    ConeProgram,
-    Constraint,
-    KnownMass,
-    PossibleBody,
-    SolverError,
-    lowest_eigenvalue,
-    solve_cone,
-)
+from .constraints import ConeProgram, Constraint, KnownMass, PossibleBody, SolverError, least_eigenvalue, solve_cone
 
 CONFLICT = 0.01  # probability below which a constraint and the data contradict each other
 
@@ -164,10 +156,8 @@ class ScaledProblem(NamedTuple):
         """Scale an estimate and its constraints."""
         unknown = [name for name in estimate.names if name not in PAYLOAD]
         if unknown or "M_L" not in estimate.names:
-            raise InputError(
-                f"an estimate of {', '.join(estimate.names)} is not that of a payload: it needs M_L and others of "
-                f"{', '.join(PAYLOAD)}"
-            )
+            given = f"an estimate of {', '.join(estimate.names)} is not that of a payload"
+            raise InputError(f"{given}: it needs M_L and others of {', '.join(PAYLOAD)}")
         if not any(isinstance(c, PossibleBody) for c in constraints):
             constraints = (*POSSIBLE, *constraints)
         select = np.eye(10)[[PAYLOAD.index(name) for name in estimate.names]]
@@ -197,7 +187,7 @@ class ScaledProblem(NamedTuple):
 
     def holds(self, z: Array, rounding: float = 0.0) -> bool:
         """True if z keeps every constraint, but for that much of an eigenvalue."""
-        return bool((self.program.slack(z) >= 0.0).all()) and lowest_eigenvalue(z @ self.select) >= -rounding
+        return bool((self.program.slack(z) >= 0.0).all()) and least_eigenvalue(z @ self.select) >= -rounding
 
 
 def holding(
@@ -208,7 +198,7 @@ def holding(
     ``prices``: multipliers of the rows, then of the bodies, where they have one; ``demands``: of rows and bodies,
     those of one constraint count together; ``slope``: of chi2 by what the prices are multipliers of.
     """
-    slacks = [*program.slack(z), *(lowest_eigenvalue(body @ z) for body in program.bodies)]
+    slacks = [*program.slack(z), *(least_eigenvalue(body @ z) for body in program.bodies)]
     found = dict[str, Active]()
     for demand, price, slack in zip(demands, prices.tolist(), slacks, strict=False):
         if price > max(slack, floor):
@@ -224,8 +214,7 @@ IDENTITY: Array = np.array([2.0, 0.0, 0.0, 2.0, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0])
 def lifted(z: Array, scale: Array) -> Array:
     """Move a body's ten in units of ``scale`` by as little as leaves no negative eigenvalue."""
     size, inward = max(1.0, float(np.abs(z).max())), np.where(scale > 0.0, IDENTITY, 0.0)
-    step = 1.01 * max(-lowest_eigenvalue(z), 0.0)
-    limit = TOLERANCE * size
+    step, limit = 1.01 * max(-least_eigenvalue(z), 0.0), TOLERANCE * size
     while step < limit and InertialParameters((z + step * inward) * scale).min_pseudo_inertia_eigenvalue < 0.0:
         step = 2.0 * step + 1e-16 * size
     if step >= limit:
@@ -240,10 +229,9 @@ def whitening(C: Array, names: Sequence[str], floor: Array) -> Array:
         raise InputError(f"the covariance of {', '.join(names)} is not a covariance: identify all of them first")
     values, vectors = np.linalg.eigh(C / np.outer(sigma, sigma))
     if values[0] < _DEPENDENT * values[-1]:
-        mixed = [name for name, part in zip(names, np.abs(vectors[:, 0]), strict=True) if part > 0.05]
-        raise InputError(
-            f"the data cannot separate {', '.join(mixed)}: constraints cannot replace motion, so move more joints"
-        )
+        mixed = ", ".join(name for name, part in zip(names, np.abs(vectors[:, 0]), strict=True) if part > 0.05)
+        advice = "constraints cannot replace motion, so move more joints"
+        raise InputError(f"the data cannot separate {mixed}: {advice}")
     L = np.linalg.cholesky((C + np.diag(floor**2)) / np.outer(sigma, sigma))
     return np.linalg.solve(L, np.diag(1.0 / sigma))
 
@@ -252,8 +240,7 @@ def whitening(C: Array, names: Sequence[str], floor: Array) -> Array:
 def solve_constrained(estimate: Estimate, constraints: Sequence[Constraint] = POSSIBLE) -> Possible:
     """Find the nearest payload that keeps the constraints.
 
-    Bounds hold to 1e-6 of the body's own size, the pseudo-inertia exactly: it is repaired after the solve, and chi2
-    is that of the repaired values.
+    Bounds hold to 1e-6 of the body's own size, the pseudo-inertia exactly: it is repaired, which chi2 knows of.
 
     Args:
         estimate: of some or all of ``PAYLOAD``; parameters that are absent were eliminated and stay zero.
@@ -264,24 +251,23 @@ def solve_constrained(estimate: Estimate, constraints: Sequence[Constraint] = PO
     """
     problem = ScaledProblem.of(estimate, constraints)
     constraints, select, scale, program = problem.constraints, problem.select, problem.scale, problem.program
-    z, status, active = problem.centre, "free", tuple[Active, ...]()
+    z, status, active, values = problem.centre, "free", tuple[Active, ...](), problem.full(problem.centre)
     try:
-        if any(constraint.violation(problem.full(z)) > 0.0 for constraint in constraints):
+        if any(constraint.violation(values) > 0.0 for constraint in constraints):
             # What is violated by rounding is too little for a solver to work on.
-            solution = None if problem.holds(z, NOISE_FLOOR) else solve_cone(program)
-            z, status = (z, "repaired") if solution is None else (solution.z, "Solved")
+            prices, status = np.zeros(0), "repaired"
+            if not problem.holds(z, NOISE_FLOOR):
+                (z, prices), status = solve_cone(program), "Solved"
+            slope = 2.0 * float(np.linalg.norm(program.R @ z - program.d))  # d chi2 = 2 norm d norm
             z = select @ lifted(z @ select, scale @ select)  # eliminated parameters stay zero
             if (program.slack(z) < -TOLERANCE).any():
                 raise SolverError("constraints missed by more than rounding")
-            if solution is not None:
-                every = [Active(c.description, constraint=c) for c in constraints for _ in c.rows[1]]
-                every += [Active(c.description, constraint=c) for c in constraints if isinstance(c, PossibleBody)]
-                # d chi2 = 2 norm d norm
-                active = holding(program, z, solution.multipliers, every, _NO_MULTIPLIER, 2.0 * solution.norm)
+            demands = [Active(c.description, constraint=c) for c in constraints for _ in c.rows[1]]
+            demands += [Active(c.description, constraint=c) for c in constraints if isinstance(c, PossibleBody)]
+            active, values = holding(program, z, prices, demands, _NO_MULTIPLIER, slope), problem.full(z)
     except SolverError as error:
         raise error.naming(*(constraint.description for constraint in constraints)) from None
     chi2 = problem.floor + float(np.sum((program.R @ (z - problem.centre)) ** 2))
-    values = problem.full(z)
     return Possible(estimate, values, chi2, active, (InertialParameters(values),), status, constraints)
 
 

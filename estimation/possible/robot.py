@@ -19,7 +19,7 @@ from ...model.base import sum_text
 from ...model.drives import parameter_kind
 from ...model.stand_in import MOVING, cylinder_radius, cylinders, missing_inertial
 from ..fit.estimate import Estimate, error_model
-from .constraints import PSEUDO_INERTIA, ConeProgram, MassBounds, Part, SolverError, cone_solver, solve_cone
+from .constraints import PSEUDO_INERTIA, ConeProgram, MassBounds, Part, SolverError, cone_solver, solve_cone, upper
 from .payload import NOISE_FLOOR, TOLERANCE, Active, Possible, holding, lifted, whitening
 
 _NOT_NEGATIVE = ("IA", "FV", "FS", "FL", "FVM", "FSM")
@@ -93,9 +93,8 @@ class RobotProgram(NamedTuple):
     def of(robot: Robot, base: BaseParameters, estimate: Estimate, total_mass: MassBounds | None) -> "RobotProgram":
         """Scale an estimate of all base parameters; raises InputError if it is not one."""
         if estimate.names != base.columns:
-            raise InputError(
-                f"the estimate is not of the {len(base.columns)} base parameters: identify the robot anew"
-            )
+            fault = f"the estimate is not of the {len(base.columns)} base parameters"
+            raise InputError(f"{fault}: identify the robot anew")
         # One mass and one length for all links, from the robot's own numbers.
         length, kinds = typical_length(robot), [parameter_kind(name) for name in estimate.names]
         own = zip(kinds, estimate.values.tolist(), strict=True)
@@ -126,10 +125,10 @@ class RobotProgram(NamedTuple):
 
     def nearest(self) -> PossibleRobot:
         """Find the nearest base parameters."""
-        solution = solve_cone(self.program, _WAYS)
-        floor = max(_NEXT_TO_NOTHING * float(solution.multipliers.max()), TOLERANCE)
-        z = self.repaired(solution.z)
-        return self.answer(z, "Solved", solution.multipliers, floor, 2.0 * solution.norm)
+        z, prices = solve_cone(self.program, _WAYS)
+        slope = 2.0 * float(np.linalg.norm(self.program.R @ z - self.program.d))  # d chi2 = 2 norm d norm
+        floor = max(_NEXT_TO_NOTHING * float(prices.max()), TOLERANCE)
+        return self.answer(self.repaired(z), "Solved", prices, floor, slope)
 
     def repaired(self, z: Array) -> Array:
         """Move z by rounding, so that no link has a negative eigenvalue and no drive a negative number."""
@@ -148,10 +147,7 @@ class RobotProgram(NamedTuple):
     def answer(
         self, z: Array, status: str, prices: Array, floor: float = TOLERANCE, slope: float = 1.0
     ) -> PossibleRobot:
-        """Make the robot that z stands for.
-
-        ``prices``, ``floor``, ``slope``: as of ``holding``.
-        """
+        """Make the robot that z stands for; ``prices``, ``floor``, ``slope``: as of ``holding``."""
         x = z * self.scale
         values = self.base.grouping @ x
         return PossibleRobot(
@@ -175,8 +171,7 @@ def solve_constrained_base(
     Every link can exist, friction and rotor inertias are not negative, and coupled drives share some. Nearest
     by robust standard deviations where the estimate has them (``error_model``).
 
-    ``estimate``: of all of them, in their order; ``total_mass``: bounds of the mass of all links together, where
-    known.
+    ``estimate``: of all of them, in their order; ``total_mass``: bounds of the mass of all links, where known.
 
     Raises:
         InputError: if the estimate is not of these parameters, or its covariance does not determine them.
@@ -263,47 +258,39 @@ class RobotPrior:
 
     def __post_init__(self) -> None:
         for link, body in enumerate(self.bodies, start=1):
-            if body.mass <= 0.0 or body.min_pseudo_inertia_eigenvalue <= 0.0:
-                raise InputError(
-                    f"prior of link {link} ({self.source}): smallest eigenvalue of its pseudo-inertia "
-                    f"{body.min_pseudo_inertia_eigenvalue:.2g}: give a body with mass and some extent"
-                )
+            least = body.min_pseudo_inertia_eigenvalue
+            if body.mass <= 0.0 or least <= 0.0:
+                own = f"prior of link {link} ({self.source}): smallest eigenvalue of its pseudo-inertia {least:.2g}"
+                raise InputError(f"{own}: give a body with mass and some extent")
 
 
 def robot_prior(robot: Robot, total_mass: float | None = None) -> RobotPrior:
     """Make the prior of a robot: the inertial parameters of its file, or cylinders of a total mass.
 
-    Without a stated mass, and where the file has no parameters, it is the fraction ``MOVING`` of the maker's mass
-    of the whole arm, for that holds the base.
+    Without either, the mass is the fraction ``MOVING`` of the maker's for the whole arm, for that holds the base.
 
     Args:
         total_mass: of all moving links [kg]; asks for the cylinders even if the file has parameters.
 
     Raises:
-        InputError: if none of them is there, the file holds only some of the parameters, or the mass is not
-            positive.
+        InputError: if none is there, the file holds only some of the parameters, or the mass is not positive.
     """
     names = [f"{kind}{link}" for link in range(1, robot.n + 1) for kind in INERTIAL]
     missing, derived = missing_inertial(robot), ""
     if total_mass is None and len(missing) == len(names):
         if robot.mass is None:
-            raise InputError(
-                f"robot {robot.name!r} has no inertial parameters in its file to serve as prior: give them under "
-                "[parameters] of a robot file of your own, or the total mass of its links (--prior-mass KG)"
-            )
+            advice = "[parameters] of a robot file of your own, or the total mass of its links (--prior-mass KG)"
+            without = f"robot {robot.name!r} has no inertial parameters in its file to serve as prior"
+            raise InputError(f"{without}: give them under {advice}")
         total_mass, doubt = MOVING * robot.mass, robot.assumed("mass").get("mass", "")
         derived = f": {100.0 * MOVING:g} % of the maker's {robot.mass:g} kg, which holds the base"
         derived += f" (assumed: {doubt})" if doubt else ""
     if total_mass is not None:
-        source = (
-            f"cylinders of one density, radius {cylinder_radius(robot):.3g} m, {total_mass:g} kg in all{derived}"
-        )
-        return RobotPrior(cylinders(robot, total_mass), source)
+        each = f"cylinders of one density, radius {cylinder_radius(robot):.3g} m"
+        return RobotPrior(cylinders(robot, total_mass), f"{each}, {total_mass:g} kg in all{derived}")
     if missing:
-        raise InputError(
-            f"robot {robot.name!r}: {', '.join(missing[:6])} missing in [parameters]: a prior needs the ten of "
-            "every link"
-        )
+        absent = f"robot {robot.name!r}: {', '.join(missing[:6])} missing in [parameters]"
+        raise InputError(f"{absent}: a prior needs the ten of every link")
     vectors = np.array([robot.parameters[name] for name in names]).reshape(robot.n, 10)
     return RobotPrior(tuple(map(InertialParameters, vectors)), f"the robot file of {robot.name}")
 
@@ -366,7 +353,7 @@ def solve_constrained_prior(
     within = bool((room[rows:] >= -TOLERANCE).all())
     if within and len(drives):
         part = ConeProgram(F[:, drives], d - F @ z0, A[:rows, drives], room[:rows], bodies[:0, :, drives])
-        solution[drives] = solve_cone(part, [(1e3, np.inf)]).z
+        solution[drives] = solve_cone(part, [(1e3, np.inf)])[0]
     weight, prices, status = np.inf, np.zeros(0), "prior"
     if not within or float(np.sum((F @ solution - d) ** 2)) > limit:
         (solution, weight, prices), status = _nearest(problem.program, expected, possible, np.sqrt(limit)), "Solved"
@@ -396,30 +383,22 @@ def _nearest(program: ConeProgram, prior: Array, possible: Array, radius: float)
     """
     (k, n), r, p = program.R.shape, len(program.A), len(program.bodies)
     root = np.linalg.inv(np.linalg.cholesky(prior))
-    own = np.einsum("pij,kjl,pml,pkn->pimn", root, PSEUDO_INERTIA, root, program.bodies, optimize=True)
-    # Unknown are z - possible, the ten of each Z, row by row, and the logarithms of their diagonals; what is known
-    # is the last column.
+    own = np.einsum("pij,kjl,pml,pkn->pnim", root, PSEUDO_INERTIA, root, program.bodies, optimize=True)
+    # Unknown are z - possible, the ten of each Z, row by row, and the logarithms of their diagonals; 1 comes last.
     Z, logs = n + np.arange(10 * p).reshape(p, 10), n + 10 * p + np.arange(4 * p).reshape(p, 4)
-    (rows, columns), blocks = np.tril_indices(4), np.zeros((p, 8, 8, n + 14 * p + 1))
-    exponentials = np.zeros((p, 4, 3, n + 14 * p + 1))  # log, 1 and Z_ii of each diagonal entry
-    blocks[:, :4, :4, :n], blocks[:, :4, :4, -1], exponentials[:, :, 1, -1] = own, own @ possible, 1.0
-    for j in range(p):
-        blocks[j, rows, 4 + columns, Z[j]] = 1.0
-        for i, diagonal in enumerate(Z[j, rows == columns]):
-            blocks[j, 4 + i, 4 + i, diagonal] = exponentials[j, i, 2, diagonal] = 1.0
-            exponentials[j, i, 0, logs[j, i]] = 1.0
-    upper = [(i, j) for j in range(8) for i in range(j + 1)]
-    triangles = np.stack([(1.0 if i == j else np.sqrt(2.0)) * blocks[:, i, j] for i, j in upper], axis=1)
-    rules, norm, left = (
-        np.zeros((r, n + 14 * p + 1)),
-        np.zeros((k + 1, n + 14 * p + 1)),
-        program.R @ possible - program.d,
-    )
+    (rows, columns), width = np.tril_indices(4), n + 14 * p + 1
+    each, i, diagonal = np.arange(p)[:, None], np.arange(4), Z[:, rows == columns]
+    blocks, exponentials = np.zeros((p, width, 8, 8)), np.zeros((p, 4, 3, width))
+    blocks[:, :n, :4, :4], blocks[:, -1, :4, :4] = own, np.tensordot(own, possible, (1, 0))
+    blocks[each, Z, rows, 4 + columns] = blocks[each, diagonal, 4 + i, 4 + i] = 1.0
+    # Of each diagonal entry the logarithm, 1 and Z_ii.
+    exponentials[each, i, 0, logs] = exponentials[:, :, 1, -1] = exponentials[each, i, 2, diagonal] = 1.0
+    links: list[Part] = [("PSDTriangle", body.T) for body in upper(blocks)]
+    links += [("Exponential", rows) for rows in exponentials.reshape(4 * p, 3, -1)]
+    cost = np.concatenate([np.einsum("pnii->n", own), np.zeros(10 * p), -np.ones(4 * p)])
+    (rules, norm), left = (np.zeros((count, width)) for count in (r, k + 1)), program.R @ possible - program.d
     rules[:, :n], rules[:, -1], norm[0, -1] = program.A, program.slack(possible), radius
     norm[1:, :n], norm[1:, -1] = program.R, left
-    links: list[Part] = [("PSDTriangle", body) for body in triangles]
-    links += [("Exponential", rows) for rows in exponentials.reshape(4 * p, 3, -1)]
-    cost = np.concatenate([np.einsum("piin->n", own), np.zeros(10 * p), -np.ones(4 * p)])
     ends = dict[str, tuple[Any, float]]()
     for largest, tolerance in _TRIED:
         size = float(np.abs(program.R).max()) / largest

@@ -6,6 +6,7 @@ Data decide a number, a part of it, or nothing. Every table, document and export
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
+from itertools import product
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -144,25 +145,22 @@ def _labels(
     ]
 
 
-def _plain_friction(robot: Robot, parameters: Mapping[str, float]) -> list[dict[str, tuple[float, float]]]:
-    """Coulomb and viscous friction nearest to each other term, per unit of its parameter, by joint and name.
+def _add_plain_friction(drives: Sequence[dict[str, Slopes]], robot: Robot, parameters: Mapping[str, float]) -> None:
+    """Add to each drive the Coulomb and viscous friction nearest to each other term, per unit of its parameter.
 
-    Under the ``typical_load``, over speeds up to the joint's limit (1 without one) and, for a law of one's own, in
-    the middle of its range.
+    Under the ``typical_load``, over speeds up to the joint's limit (1 without one), laws of one's own in mid-range.
     """
-    rows = []
-    for j, (joint, load) in enumerate(zip(robot.joints, typical_load(robot, parameters), strict=True), 1):
+    every = zip(drives, robot.joints, typical_load(robot, parameters), strict=True)
+    for j, (drive, joint, load) in enumerate(every, start=1):
         top = joint.limits.speed if np.isfinite(joint.limits.speed) else 1.0
         speed, one = np.linspace(0.02, 1.0, 50) * top, np.ones(50)
         middle = one * np.mean(np.clip(joint.limits.position, -10.0, 10.0))
-        plain = dict[str, tuple[float, float]]()
         for term in robot.drives.friction:
-            if term not in PAPER and f"{term.kind}{j}" in parameters:
+            if term not in PAPER and (name := f"{term.kind}{j}") in parameters:
                 law = term.value(speed, one, middle, load * one)
-                dry, viscous = decomposed(np.column_stack([one, speed])).solution(law)
-                plain[f"{term.kind}{j}"] = float(dry), float(viscous)
-        rows.append(plain)
-    return rows
+                dry, viscous = decomposed(np.column_stack([one, speed])).solution(law).tolist()
+                drive.setdefault("friction", {})[name] = dry
+                drive.setdefault("damping", {})[name] = viscous
 
 
 def whole_robot(
@@ -188,14 +186,13 @@ def whole_robot(
     Raises:
         InputError: if parameters of a link are missing.
     """
-    bodies = bodies_in_link_frames(robot, parameters)
-    known, labels = base is not None and estimate is not None, partial(_labels, robot, base, estimate, parameters)
+    bodies, known = bodies_in_link_frames(robot, parameters), base is not None and estimate is not None
+    labels, links = partial(_labels, robot, base, estimate, parameters), list[LinkNumbers]()
     by_parameter = labels(list(parameters.values()), [{name: 1.0} for name in parameters])
-    own, links, columns = dict(zip(parameters, by_parameter, strict=True)), [], []
-    for unit in np.eye(len(INERTIAL)):
-        units = {f"{kind}{j}": one for j in range(1, robot.n + 1) for kind, one in zip(INERTIAL, unit, strict=True)}
-        columns.append([there.vector for there in bodies_in_link_frames(robot, units).values()])
+    own, every = dict(zip(parameters, by_parameter, strict=True)), [*product(range(1, robot.n + 1), INERTIAL)]
     # Per link, the ten in its own frame by the ten in the modified DH frame, 10 x 10.
+    units = ({f"{kind}{j}": float(kind == unit) for j, kind in every} for unit in INERTIAL)
+    columns = [[there.vector for there in bodies_in_link_frames(robot, one).values()] for one in units]
     moves = np.array(columns).transpose(1, 2, 0)
     for j, ((name, body), move) in enumerate(zip(bodies.items(), moves, strict=True), start=1):
         numbers = {"mass": own[f"M{j}"]}  # of a body without mass there is no more than that
@@ -227,10 +224,7 @@ def whole_robot(
         {quantity: {f"{kind}{j}": 1.0} for quantity, kind in DRIVE_NUMBERS.items() if f"{kind}{j}" in parameters}
         for j in range(1, robot.n + 1)
     ]
-    for row, plain in zip(apart, _plain_friction(robot, parameters), strict=True):
-        for name, (dry, viscous) in plain.items():
-            row.setdefault("friction", {})[name] = dry
-            row.setdefault("damping", {})[name] = viscous
+    _add_plain_friction(apart, robot, parameters)
     # Rotor k turns with q_j + q_k (8): its inertia IA_k and viscous friction FVM_k act on that sum, and
     # IA_j - IA_k, FV_j - FVM_k and FV_k - FVM_k remain.
     remaining, shared = [dict(row) for row in apart], dict[str, Slopes]()
@@ -245,5 +239,5 @@ def whole_robot(
             for joint in (j, k):
                 remaining[joint - 1]["damping"] = {**remaining[joint - 1]["damping"], f"FVM{k}": -1.0}
     *joints, coupled = drives([*remaining, shared])
-    groupings = tuple(base.groupings()) if base is not None and estimate is not None else ()
+    groupings = tuple(base.groupings()) if base is not None and known else ()
     return WholeRobot(robot, tuple(links), tuple(joints), coupled, tuple(drives(apart)), groupings, source, prior)

@@ -1,9 +1,10 @@
-"""Filters: recordings made even in time, filtered and decimated, once for all questions."""
+"""Recordings made even in time, filtered and decimated, and two of one trajectory brought onto one time."""
 
 import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
+from typing import NamedTuple
 from weakref import finalize
 
 import numpy as np
@@ -44,8 +45,7 @@ def measurement(recording: Recording, processing: Processing) -> Measurement:
     """Make a recording even in time and filter positions and speeds; torques stay as they are.
 
     Accelerations are central differences of the filtered speeds, speeds of the filtered positions where the
-    controller writes none. The filter runs forward and backward: nothing is delayed. What it gives is kept as long
-    as the recording lives.
+    controller writes none. The filter runs both ways: nothing is delayed. What it gives is kept with the recording.
     """
     key = id(recording), grid_rate(recording, processing), processing.cutoff
     if key in _made:
@@ -57,7 +57,8 @@ def measurement(recording: Recording, processing: Processing) -> Measurement:
         moves = np.abs(even.q[window:] - even.q[:-window])[:, even.q.std(axis=0) > _MOVES]
         full = _FULL_MOTION * moves.max(axis=0, initial=0.0)
         ends = mirrored * bool((moves[0] > full).any()), mirrored * bool((moves[-1] > full).any())
-    q = lowpass(even.q, step, processing.cutoff, recording.source, ends)
+    how = step, processing.cutoff, recording.source, ends
+    q = lowpass(even.q, *how)
     # A filter that changes the positions themselves is too low for the motion.
     spread, inner = even.q.std(axis=0), slice(ends[0], len(q) - ends[1])
     lost = np.sqrt(np.mean((even.q - q)[inner] ** 2, axis=0))
@@ -67,12 +68,9 @@ def measurement(recording: Recording, processing: Processing) -> Measurement:
         reason = "raise --cutoff"
         if step * len(q) < _BRIEF:
             reason = f"{step * len(q):.2g} s is too short for it; record longer"
-        raise InputError(
-            f"{recording.source}: a cut-off of {processing.cutoff:g} Hz removes {100 * ratio[j]:.1f} % of the "
-            f"motion of joint {j + 1}: {reason}"
-        )
-    qd = lowpass(even.qd, step, processing.cutoff, recording.source, ends) if even.qd is not None else None
-    qd = np.gradient(q, step, axis=0) if qd is None else qd
+        removed = f"removes {100 * ratio[j]:.1f} % of the motion of joint {j + 1}"
+        raise InputError(f"{recording.source}: a cut-off of {processing.cutoff:g} Hz {removed}: {reason}")
+    qd = np.gradient(q, step, axis=0) if even.qd is None else lowpass(even.qd, *how)
     _made[key] = Measurement(Motion(even.t, q, qd, np.gradient(qd, step, axis=0)), even.torque)
     finalize(recording, _made.pop, key, None)
     return _made[key]
@@ -90,15 +88,13 @@ def resampled(recording: Recording, rate: float | None) -> Recording:
     step = 1.0 / rate if rate else mean
     if abs(mean / step - 1.0) < 1e-6 and (np.abs(np.diff(times) - mean) < _EVEN * mean).all():
         return replace(recording, t=times[0] + mean * np.arange(count))
+    fault, count = "", math.floor((times[-1] - times[0]) / step * (1.0 + 1e-12)) + 1
     if mean / step > _MOST_OVERSAMPLING:
-        raise InputError(
-            f"{recording.source}: was recorded at {1 / mean:.4g} Hz; {rate:g} Hz would only interpolate: lower rate"
-        )
-    count = math.floor((times[-1] - times[0]) / step * (1.0 + 1e-12)) + 1
-    if count < _FEWEST:
-        raise InputError(
-            f"{recording.source}: {count} samples at {1 / step:g} Hz are too few: raise rate, record longer"
-        )
+        fault = f"was recorded at {1 / mean:.4g} Hz; {rate:g} Hz would only interpolate: lower rate"
+    elif count < _FEWEST:
+        fault = f"{count} samples at {1 / step:g} Hz are too few: raise rate, record longer"
+    if fault:
+        raise InputError(f"{recording.source}: {fault}")
     return on_grid(recording, times[0] + step * np.arange(count))
 
 
@@ -119,28 +115,22 @@ def taken(recording: Recording, rows: slice) -> Recording:
     return replace(recording, t=recording.t[rows], q=recording.q[rows], torque=recording.torque[rows], qd=qd)
 
 
-def lowpass(
-    signals: Array, step: float, cutoff: float | None, source: str, ends: tuple[int, int] = (0, 0)
-) -> Array:
+def lowpass(signals: Array, step: float, cutoff: float | None, name: str, ends: tuple[int, int] = (0, 0)) -> Array:
     """Filter signals (N, k), ``step`` [s] apart, by a zero-phase Butterworth; unchanged without a cut-off [Hz].
 
     Both ends are mirrored by as many samples as in ``scipy.signal.sosfiltfilt``, or by ``ends`` if these are more.
     """
     if cutoff is None:
         return signals
+    count, seconds, fault = len(signals), step * len(signals), ""
     if cutoff * step >= 0.5:
-        raise InputError(
-            f"{source}: cut-off {cutoff:g} Hz is not below {0.5 / step:.4g} Hz, half the sampling rate: "
-            "lower --cutoff"
-        )
-    if len(signals) < _FEWEST or step * len(signals) < _SHORTEST:
-        raise InputError(
-            f"{source}: {len(signals)} samples in {step * len(signals):.3g} s are too few to filter: record longer"
-        )
-    if cutoff * step * len(signals) < 1.0:
-        raise InputError(
-            f"{source}: a cut-off of {cutoff:g} Hz leaves nothing of {step * len(signals):.4g} s: raise --cutoff"
-        )
+        fault = f"cut-off {cutoff:g} Hz is not below {0.5 / step:.4g} Hz, half the sampling rate: lower --cutoff"
+    elif count < _FEWEST or seconds < _SHORTEST:
+        fault = f"{count} samples in {seconds:.3g} s are too few to filter: record longer"
+    elif cutoff * step * count < 1.0:
+        fault = f"a cut-off of {cutoff:g} Hz leaves nothing of {seconds:.4g} s: raise --cutoff"
+    if fault:
+        raise InputError(f"{name}: {fault}")
     sections = butterworth(_ORDER, 2.0 * cutoff * step)
     first, last = (max(3 * (2 * len(sections) + 1), end) for end in ends)
     before = 2.0 * signals[0] - signals[first:0:-1]
@@ -161,8 +151,7 @@ def noise_bandwidth(factor: int) -> float:
     """Fraction of the new frequency range that white noise still fills after decimation.
 
     r decimated rows hold as much independent noise as ``noise_bandwidth * r`` white ones: in the pass band, where
-    the columns of W live, the noise keeps its density, but its variance, which residuals show, is smaller by this
-    factor.
+    the columns of W live, the noise keeps its density, but its variance is smaller by this factor.
     """
     return float(factor * np.sum(_taps(factor) ** 2))
 
@@ -185,8 +174,7 @@ class Decimator:
         """Take the next samples, rows x N; give the decimated samples that are complete, rows x M."""
         if self._factor == 1:
             return signals
-        waiting = np.concatenate([self._held, signals], axis=1)
-        width = 2 * self._reach + 1
+        waiting, width = np.concatenate([self._held, signals], axis=1), 2 * self._reach + 1
         count = max(0, (waiting.shape[1] - width) // self._factor + 1)
         self._held = waiting[:, count * self._factor :]
         result = np.empty((len(waiting), count))
@@ -205,3 +193,119 @@ def decimated(signals: Array, factor: int) -> Array:
     """Decimate whole signals, rows x N, to rows x ceil(N / factor)."""
     decimator = Decimator(len(signals), factor)
     return np.concatenate([decimator.push(signals), decimator.finish()], axis=1) if factor > 1 else signals
+
+
+_NEIGHBOURS = 3  # samples on either side of an interval that decide its cubic
+_FINE = 50  # steps per sample in the search for the best lag
+_MOST = 200_000  # samples that are correlated, of longer recordings
+_COMPARED = 40_000  # samples that are compared in the search for the best lag, of longer recordings
+_STRETCHES = 50  # in as many stretches
+_NEAR_LIMIT = 5.0  # of the largest mismatch allowed, below which a user may mean to allow more
+
+OFFSET, CONSTANT = 0.002, 0.2
+"""Difference of positions [rad or m] of one motion if an encoder's zero was set anew, and the fraction of it that
+may change: an arm that sags differs by more where its load is far out."""
+CHANGING = 0.01  # difference of positions [rad or m, rms], constants aside, above which they are not of one motion
+
+
+class AlignedPair(NamedTuple):
+    """Two recordings of one trajectory on the same even time, and how far their positions differ [rad or m]."""
+
+    unloaded: Recording
+    loaded: Recording
+    lag: float  # what the loaded recording's clock shows more at the same point of the trajectory [s]
+    max_mismatch: float  # largest difference of all
+    rms_mismatch: float  # root mean square of the joint that differs most
+    constant: tuple[float, ...] = ()  # mean of loaded less unloaded positions, (n,)
+    changing: tuple[float, ...] = ()  # root mean square of what differs besides, (n,)
+
+    @property
+    def new_zeros(self) -> tuple[int, ...]:
+        """Find the joints (from 0) whose positions differ by a constant in two recordings of one motion."""
+        apart, rest = np.abs(self.constant), np.array(self.changing)
+        if not len(rest) or rest.max() > CHANGING:
+            return ()
+        return tuple(int(j) for j in np.flatnonzero((apart > OFFSET) & (rest < CONSTANT * apart)))
+
+
+def check_mismatch(pair: AlignedPair, max_mismatch: float) -> None:
+    """Refuse a pair whose positions differ by more than that, rms of the worst joint [rad or m]."""
+    if (rms := pair.rms_mismatch) <= max_mismatch:
+        return
+    joint = int(np.argmax(np.hypot(pair.constant, pair.changing)))
+    how = f" by a constant {pair.constant[joint]:+.3g}" if joint in pair.new_zeros else ""
+    far = f"q{joint + 1} differs{how} by {rms:.3g} (rms, limit {max_mismatch:g}; rad or m) after alignment"
+    or_else = ", or raise the setting max-mismatch" * (rms < _NEAR_LIMIT * max_mismatch)
+    raise _different(pair.unloaded, pair.loaded, far, or_else)
+
+
+def aligned(
+    unloaded: Recording, loaded: Recording, rate: float | None, most: float = np.inf, near: float | None = None
+) -> AlignedPair:
+    """Align recordings of one trajectory by cross-correlation of the positions, to a fraction of a sample.
+
+    Args:
+        rate: even rate to resample to [Hz]; None: the loaded one's mean.
+        most: largest mismatch allowed, as of ``check_mismatch``.
+        near: the lag [s] to a sample, where it is known.
+
+    Raises:
+        InputError: if they overlap by less than half, or differ by more.
+    """
+    loaded = resampled(loaded, rate)
+    step = float(loaded.t[1] - loaded.t[0])
+    reference = resampled(unloaded, 1.0 / step)
+    every = 1 + max(len(reference.t), len(loaded.t)) // _MOST
+    if near is None:
+        # The largest cross-correlation of all joints; one at rest is exactly zero.
+        early, late = (own.q[::every] - own.q[0] for own in (reference, loaded))
+        lags = len(early) + len(late) - 1
+        length = 1 << (lags - 1).bit_length()  # of the transforms: at least as many as there are lags
+        spectrum = np.zeros(length // 2 + 1, dtype=complex)
+        for x, y in zip((early - early.mean(axis=0)).T, (late - late.mean(axis=0)).T, strict=True):
+            if (size := float(np.linalg.norm(x) * np.linalg.norm(y))) > 0.0:
+                spectrum += np.fft.rfft(x, length).conj() * np.fft.rfft(y, length) / size
+        # Lags below zero stand at the end.
+        correlation = np.roll(np.fft.irfft(spectrum, length), len(early) - 1)[:lags]
+        near = every * step * (int(np.argmax(correlation)) - len(early) + 1) + loaded.t[0] - reference.t[0]
+    # To ``every`` steps the lag is known; of long recordings some stretches are compared.
+    width, compared = 2.0 * step * every, list[tuple[Array, Array, Callable[[Array], Array]]]()
+    size = len(loaded.t) if len(loaded.t) <= _COMPARED else _COMPARED // _STRETCHES
+    for start in range(0, len(loaded.t), max(size, len(loaded.t) // _STRETCHES)):
+        t, q = loaded.t[start : start + size], loaded.q[start : start + size]
+        low, high = np.searchsorted(unloaded.t, [t[0] - near - 2.0 * width, t[-1] - near + 2.0 * width])
+        around = slice(max(int(low) - _NEIGHBOURS, 0), int(high) + _NEIGHBOURS)
+        if len(unloaded.t[around]) > 1:
+            compared.append((t, q, monotone_cubic(unloaded.t[around], unloaded.q[around])))
+
+    def squares(lag: float) -> float:
+        difference = np.concatenate([positions(t - lag) - q for t, q, positions in compared])
+        return float(np.nanmean(difference**2)) if np.isfinite(difference).any() else np.inf
+
+    # The smallest squared difference of position, by a parabola around the best fine step.
+    lag = near
+    while width > step / _FINE:
+        candidates = lag + width * np.linspace(-1.0, 1.0, 9)
+        lag = float(candidates[int(np.argmin([squares(c) for c in candidates]))])
+        width /= 4.0
+    before, middle, after = (squares(lag + d) for d in (-width, 0.0, width))
+    curve = before - 2.0 * middle + after
+    lag += 0.5 * width * (before - after) / curve if 0.0 < curve < np.inf else 0.0
+    low, high = max(loaded.t[0], unloaded.t[0] + lag), min(loaded.t[-1], unloaded.t[-1] + lag)
+    inside = slice(*np.searchsorted(loaded.t, [low, np.nextafter(high, np.inf)]))
+    if inside.stop - inside.start < 0.5 * min(len(loaded.t), len(reference.t)):
+        raise _different(unloaded, loaded, "they overlap by less than half")
+    b = taken(loaded, inside)
+    a = replace(on_grid(unloaded, b.t - lag), t=b.t)
+    apart = b.q - a.q
+    largest, rms = float(np.abs(apart).max()), float(np.sqrt(np.mean(apart**2, axis=0)).max())
+    constant, changing = tuple(apart.mean(axis=0).tolist()), tuple(apart.std(axis=0).tolist())
+    check_mismatch(pair := AlignedPair(a, b, lag, largest, rms, constant, changing), most)
+    return pair
+
+
+def _different(unloaded: Recording, loaded: Recording, why: str, or_else: str = "") -> InputError:
+    return InputError(
+        f"{unloaded.source} and {loaded.source} are not the same trajectory: {why}: run the same motion without "
+        f"and with the payload{or_else}"
+    )

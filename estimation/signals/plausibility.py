@@ -37,10 +37,8 @@ def check_given(robot: Robot, *groups: object) -> None:
             if not isinstance(recording, Recording):
                 raise InputError(f"{recording!r:.60} is no recording: give read_recording(path, robot)")
             if (n := recording.q.shape[1]) != robot.n:
-                raise InputError(
-                    f"{recording.source} is of {n} joints, robot {robot.name!r} has {robot.n}: give the robot that "
-                    "was recorded"
-                )
+                fault = f"{recording.source} is of {n} joints, robot {robot.name!r} has {robot.n}"
+                raise InputError(f"{fault}: give the robot that was recorded")
 
 
 def check_recordings(robot: Robot, recordings: Sequence[Recording]) -> None:
@@ -49,10 +47,8 @@ def check_recordings(robot: Robot, recordings: Sequence[Recording]) -> None:
         raise InputError("no recordings: give at least one")
     for k, recording in enumerate(recordings):
         if earlier := next((earlier for earlier in recordings[:k] if _same(recording, earlier)), None):
-            raise InputError(
-                f"{recording.source} has the same numbers as {earlier.source}, which would only make the "
-                "result look more certain: give it once"
-            )
+            advice = "which would only make the result look more certain: give it once"
+            raise InputError(f"{recording.source} has the same numbers as {earlier.source}, {advice}")
         if mistake := next(implausible(robot, recording), None):
             raise InputError(f"{recording.source}: {mistake}")
 
@@ -106,27 +102,22 @@ def _torques(robot: Robot, recording: Recording) -> Iterator[str]:
     for j, joint in enumerate(robot.joints):
         most = min(_OVER_LIMIT * joint.limits.torque, _MOST_TORQUE) if published else _MOST_TORQUE
         if worst[j] > most:
-            yield (
-                f"the torque of joint {j + 1} reaches {worst[j]:.4g} N·m, more than a joint of {robot.name} can "
-                "give: state the unit of the torques, such as --units tau=mN·m for N·mm (--drive-gains are in "
-                "N·m/A)"
-            )
+            more = f"more than a joint of {robot.name} can give"
+            advice = "state the unit of the torques, such as --units tau=mN·m for N·mm (--drive-gains are in N·m/A)"
+            yield f"the torque of joint {j + 1} reaches {worst[j]:.4g} N·m, {more}: {advice}"
         if lows[j] == highs[j] and j + 1 not in robot.drives.unmeasured:
             yield f"the torque of joint {j + 1} is {lows[j]:g} throughout: the channel is dead"
     # Torques lie between the arm's own weight and what any arm of its size can give.
     if robot.n >= 5 and all(joint.revolute for joint in robot.joints) and any(robot.gravity):
         reach = sum(abs(one.d) + abs(one.r) for one in robot.joints[1:])
         if 0.0 < worst.max() < _WEAKEST * reach**3:
-            yield (
-                f"no torque exceeds {worst.max():.3g}, too little for an arm of {reach:.2g} m reach to move its "
-                "own weight: looks like kN·m or motor-side torque; torques must be in N·m at the joint"
-            )
+            little = f"too little for an arm of {reach:.2g} m reach to move its own weight"
+            advice = "looks like kN·m or motor-side torque; torques must be in N·m at the joint"
+            yield f"no torque exceeds {worst.max():.3g}, {little}: {advice}"
         if worst.max() > _STRONGEST * reach**3:
-            yield (
-                f"the torque of joint {int(np.argmax(worst)) + 1} reaches {worst.max():.4g}, too much for an arm "
-                f"of {reach:.2g} m reach, and looks like mN·m or mA: state the unit of the torques, such as "
-                "--units tau=mN·m; drive gains are in N·m/A"
-            )
+            much = f"too much for an arm of {reach:.2g} m reach, and looks like mN·m or mA"
+            advice = "state the unit of the torques, such as --units tau=mN·m; drive gains are in N·m/A"
+            yield f"the torque of joint {int(np.argmax(worst)) + 1} reaches {worst.max():.4g}, {much}: {advice}"
     # No torque stays at its very extreme while the arm moves: it was cut off; at rest it is held.
     speed = np.abs(np.gradient(recording.q, recording.t, axis=0))
     moves = (speed > robot.processing.still_speed).any(axis=1)
@@ -134,14 +125,12 @@ def _torques(robot: Robot, recording: Recording) -> Iterator[str]:
         for j, torque in enumerate(recording.torque.T):
             there = moves & (torque == extreme[j])
             fraction = float(np.mean(there))
-            edges = np.flatnonzero(np.diff(np.concatenate([[False], there, [False]]).astype(int)))
+            edges = np.flatnonzero(np.diff(there, prepend=False, append=False))
             longest = (edges[1::2] - edges[::2]).max(initial=0)  # run of rows
             if fraction < max(_PLATEAU_SHARE, _PLATEAU_EXCESS / len(np.unique(torque))) or longest < _PLATEAU:
                 continue
-            yield (
-                f"the torque of joint {j + 1} stays at its extreme {extreme[j]:.4g} for "
-                f"{100 * fraction:.0f} % of the recording: it is saturated; record a gentler motion"
-            )
+            stays = f"stays at its extreme {extreme[j]:.4g} for {100 * fraction:.0f} % of the recording"
+            yield f"the torque of joint {j + 1} {stays}: it is saturated; record a gentler motion"
 
 
 def _steps(robot: Robot, recording: Recording) -> Iterator[str]:
@@ -149,8 +138,7 @@ def _steps(robot: Robot, recording: Recording) -> Iterator[str]:
     if not len(slope):
         return
     speeds = np.array([joint.limits.speed for joint in robot.joints])
-    most = np.where(np.isfinite(speeds), _OVER_SPEED * speeds, _MOST_SPEED)
-    ratio = np.abs(slope) / most
+    ratio = np.abs(slope) / np.where(np.isfinite(speeds), _OVER_SPEED * speeds, _MOST_SPEED)
     for j, k in enumerate(np.argmax(ratio, axis=0)):
         if ratio[k, j] > 1.0:
             step, elapsed = (array[k + window] - array[k] for array in (recording.q[:, j], recording.t))
@@ -182,19 +170,15 @@ def _speeds(_: Robot, recording: Recording) -> Iterator[str]:
         ratio = float(both[j] / moved[j])
         if not 0.8 < ratio < 1.25:
             unit = "; the speed looks like degrees per second" if 45 < ratio < 70 else ""
-            yield (
-                f"qd{j + 1} is {ratio:.3g} times the slope of q{j + 1}{unit}: both must be in "
-                "the same unit (rad and rad/s) and on the same time"
-            )
+            alike = "both must be in the same unit (rad and rad/s) and on the same time"
+            yield f"qd{j + 1} is {ratio:.3g} times the slope of q{j + 1}{unit}: {alike}"
 
 
 def check_apart(loaded: Sequence[Recording], unloaded: Sequence[Recording]) -> None:
     """Refuse one recording given both with and without payload."""
     if same := next((pair for pair in product(loaded, unloaded) if _same(*pair)), None):
-        raise InputError(
-            f"{same[0].source} with payload has the same numbers as {same[1].source} without: give two recordings, "
-            "one with and one without the payload"
-        )
+        without = f"{same[1].source} without: give two recordings, one with and one without the payload"
+        raise InputError(f"{same[0].source} with payload has the same numbers as {without}")
 
 
 def _same(a: Recording, b: Recording) -> bool:

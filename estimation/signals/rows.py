@@ -1,10 +1,7 @@
-"""Rows of a recording that are used.
+"""Rows of a recording that are used, and samples that a logger wrote again: held ones, and where it froze.
 
 Short gaps are interpolated later; at long ones it is split before anything is filtered. Of the pieces, rows are
 used where the robot moves, the speed's sign is known and the filter has settled.
-
-Samples that a logger wrote again, those of a slower signal, held, and those of moments in which it froze, are found
-here too.
 """
 
 import hashlib
@@ -38,29 +35,19 @@ _FROZEN = 3  # rows, and usual steps of a position after them
 
 
 def used_rows(motion: Motion, processing: Processing) -> Mask:
-    """Mark the rows of a motion that are used, N x n; decimated ones go by the sample in their middle."""
-    inner, speed = inner_samples(motion, processing), np.abs(motion.qd)
-    least = least_speed(speed[inner].max(axis=0, initial=0.0), processing)
-    used: Mask = (speed >= least) & (speed > 0.0) & inner[:, None]
-    return used
+    """Mark the rows of a motion that are used, N x n; decimated ones go by the sample in their middle.
 
-
-def inner_samples(motion: Motion, processing: Processing) -> Mask:
-    """Mark the samples at which the robot is on its way and the filter has settled, shape (N,).
-
-    Where the robot is in full motion at an end, three periods of the cut-off (5 % of the recording at most) are
-    left out: the filter does not know how the motion goes on.
+    The robot is on its way there, the joint not slow and the filter settled. Where it is in full motion at an end,
+    three periods of the cut-off (5 % of the recording at most) are left out: how it goes on the filter cannot know.
     """
-    t, qd = motion.t, motion.qd
-    moving = moving_parts(motion, processing.still_speed)
+    t, speed, inner = motion.t, np.abs(motion.qd), moving_parts(motion, processing.still_speed)
     if processing.cutoff:
-        full = np.maximum(_FULL_MOTION * np.abs(qd).max(axis=0), processing.still_speed)
+        full = np.maximum(_FULL_MOTION * speed.max(axis=0), processing.still_speed)
         seconds = min(_SETTLES / processing.cutoff, _MOST_LOST * float(t[-1] - t[0]))
-        if (np.abs(qd[0]) > full).any():
-            moving[: np.searchsorted(t, t[0] + seconds)] = False
-        if (np.abs(qd[-1]) > full).any():
-            moving[np.searchsorted(t, t[-1] - seconds, side="right") :] = False
-    return moving
+        first, last = (speed[[0, -1]] > full).any(axis=1)
+        inner &= ~(first & (t < t[0] + seconds)) & ~(last & (t > t[-1] - seconds))
+    least = least_speed(speed[inner].max(axis=0, initial=0.0), processing)
+    return np.asarray((speed >= least) & (speed > 0.0) & inner[:, None])
 
 
 def least_speed(fastest: Array, processing: Processing) -> Array:
@@ -75,12 +62,11 @@ def least_speed(fastest: Array, processing: Processing) -> Array:
 def moving_parts(motion: Motion, still_speed: float) -> Mask:
     """Mark the samples at which some joint is faster than ``still_speed`` [rad/s or m/s], shape (N,).
 
-    Pauses under 0.3 s belong to the motion; a stretch under 1 s (controllers often jog to the start) is left out,
-    unless there is no longer one.
+    Pauses under 0.3 s belong to the motion; stretches under 1 s (a jog to the start) do not, if one is longer.
     """
-    t, on_its_way = motion.t, np.asarray((np.abs(motion.qd) > still_speed).any(axis=1))
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], on_its_way, [False]])))
-    starts, stops, mask = edges[::2], edges[1::2], np.zeros(len(on_its_way), dtype=bool)
+    t, mask = motion.t, np.zeros(len(motion.t), dtype=bool)
+    edges = np.flatnonzero(np.diff((np.abs(motion.qd) > still_speed).any(axis=1), prepend=False, append=False))
+    starts, stops = edges[::2], edges[1::2]
     if starts.size == 0:
         return mask
     new = t[starts[1:]] - t[stops[:-1] - 1] > _BRIDGE
@@ -117,27 +103,21 @@ def pieces(t: Array, cutoff: float | None, source: str) -> tuple[list[slice], li
     lacking = steps[(steps > _LOST * typical) & (steps <= longest)].tolist()
     if lacking:
         rows = sum(max(1, round(step / typical) - 1) for step in lacking)
-        notes.append(
-            f"{rows} row{'s are' if rows > 1 else ' is'} missing ({len(lacking)} step{'s' * (len(lacking) > 1)} of "
-            f"up to {max(lacking):.3g} s): interpolated"
-        )
+        most = f"{len(lacking)} step{'s' * (len(lacking) > 1)} of up to {max(lacking):.3g} s"
+        notes.append(f"{rows} row{'s are' if rows > 1 else ' is'} missing ({most}): interpolated")
     if not len(gaps):
         return [slice(0, len(t))], notes
     least = shortest_piece(cutoff)
     every = [slice(start, stop) for start, stop in pairwise([0, *(gaps + 1).tolist(), len(t)])]
     lasts = [float(t[piece.stop - 1] - t[piece.start]) for piece in every]
     long_enough = [piece for piece, last in zip(every, lasts, strict=True) if last >= least]
-    begins = ", ".join(f"{begin:.4g}" for begin in t[gaps[:3]]) + " s"
-    begins, worst = begins + f" and {len(gaps) - 3} more" * (len(gaps) > 3), float(steps[gaps].max())
+    begins, worst = ", ".join(f"{begin:.4g}" for begin in t[gaps[:3]]) + " s", float(steps[gaps].max())
+    begins += f" and {len(gaps) - 3} more" * (len(gaps) > 3)
     if not long_enough:
-        raise InputError(
-            f"{source}: gaps after {begins} ({worst:.3g} s at most) leave no {least:.2g} s "
-            "without one: record without losing rows"
-        )
-    note = (
-        f"split at {len(gaps)} gap{'s' * (len(gaps) > 1)} (after {begins}; {worst:.3g} s at most) into "
-        f"{len(long_enough)} piece{'s' * (len(long_enough) > 1)}"
-    )
+        left = f"gaps after {begins} ({worst:.3g} s at most) leave no {least:.2g} s without one"
+        raise InputError(f"{source}: {left}: record without losing rows")
+    note = f"split at {len(gaps)} gap{'s' * (len(gaps) > 1)} (after {begins}; {worst:.3g} s at most) into "
+    note += f"{len(long_enough)} piece{'s' * (len(long_enough) > 1)}"
     if short := [last for last in lasts if last < least]:
         note += f"; {len(short)} shorter than {least:.2g} s left out ({sum(short):.3g} s)"
     return long_enough, [*notes, note]
@@ -171,7 +151,7 @@ def frozen_rows(values: Array, positions: Array) -> Mask:
     """
     frozen = np.zeros(len(values), dtype=bool)
     steps = np.abs(np.diff(positions, axis=0))
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], (values[1:] == values[:-1]).all(axis=1), [False]])))
+    edges = np.flatnonzero(np.diff((values[1:] == values[:-1]).all(axis=1), prepend=False, append=False))
     lengths = edges[1::2] - edges[::2]
     least = _FROZEN * (1.0 + np.median(lengths) if len(lengths) >= _FEWEST else 1.0)  # held samples repeat too
     for first, last, length in zip(edges[::2], edges[1::2], lengths, strict=True):

@@ -114,9 +114,8 @@ def test_the_load_settles() -> None:
     """Equations reduced again with the load of the estimate give it again to a thousandth of its sigma."""
     robot = rubbing("rx90")
     result = identify(load_robot("rx90"), [recorded(robot, 4)], Settings(robust=False))
-    again = base_problem(
-        result.robot, result.base, [recorded(robot, 4)], Settings(robust=False), fitted=result.estimate.values
-    )
+    fitted = result.estimate.values
+    again = base_problem(result.robot, [recorded(robot, 4)], Settings(robust=False), chi=fitted)
     moved = identify(
         result.robot, [recorded(robot, 4)], Settings(robust=False, friction=result.robot.drives.friction)
     )

@@ -14,7 +14,7 @@ from dynident.common.errors import InputError
 from dynident.estimation import Settings, identify
 from dynident.estimation.fit.own_equations import hidden_by
 from dynident.estimation.signals.plausibility import still_joints
-from dynident.model import Motion, Processing, Recording, Robot, base_parameters, load_robot
+from dynident.model import Motion, Processing, Recording, Robot, load_robot
 from dynident.trajectories import Simulator
 
 NOISE = (2.0, 2.0, 1.0, 0.5, 0.5, 0.3)
@@ -170,7 +170,6 @@ def test_a_joint_that_never_moves_is_named_with_its_parameters(rx90: Robot, wand
 
 def test_what_a_still_joint_hides_is_what_data_do_not_determine(rx90: Robot) -> None:
     """On the RX90 joint 1 alone shows ZZ1R and its own friction."""
-    base = base_parameters(rx90)
-    hidden = hidden_by(rx90, base, (1,))
+    hidden = hidden_by(rx90, (1,))
     assert {"ZZ1R", "FS1", "FV1"} <= set(hidden)
     assert not {"MX2R", "FS2", "IA3", "MX6"} & set(hidden)

@@ -84,7 +84,7 @@ def test_a_real_arms_friction_grows_with_load(
     assert result.estimate["FS2"] < 13.0  # 18.3 by the paper's terms
     values, settings = result.estimate.values, estimation.Settings(robust=False)
     for other, most in unseen.items():
-        rows = base_problem(result.robot, result.base, [ur10e[other]], settings, check=False, fitted=values)
+        rows = base_problem(result.robot, [ur10e[other]], settings, check=False, chi=values)
         assert 100.0 * fit(rows, values).relative < most
 
 

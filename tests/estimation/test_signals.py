@@ -3,9 +3,15 @@
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
-from dynident.estimation.signals.alignment import aligned, best_aligned
-from dynident.estimation.signals.filtering import Decimator, decimated, measurement, noise_bandwidth, resampled
-from dynident.estimation.signals.rows import inner_samples, used_rows
+from dynident.estimation.signals.filtering import (
+    Decimator,
+    aligned,
+    decimated,
+    measurement,
+    noise_bandwidth,
+    resampled,
+)
+from dynident.estimation.signals.rows import used_rows
 from dynident.model import Motion, Processing, Recording
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -100,8 +106,9 @@ def moved(begin: float, end: float, seconds: float = 20.0) -> Motion:
 def test_full_motion_at_an_end(begin: float, end: float, lost: tuple[int, int]) -> None:
     """Three periods of 10 Hz are 30 samples; of a motion the other way, too."""
     motion = moved(begin, end)
-    moving = inner_samples(motion, CUT_AT_10)
-    assert (inner_samples(Motion(motion.t, -motion.q, -motion.qd, -motion.qdd), CUT_AT_10) == moving).all()
+    moving = used_rows(motion, CUT_AT_10)[:, 0]
+    back = Motion(motion.t, -motion.q, -motion.qd, -motion.qdd)
+    assert (used_rows(back, CUT_AT_10)[:, 0] == moving).all()
     inside = np.flatnonzero(moving)
     assert (inside[0], len(moving) - 1 - inside[-1]) == lost
     assert moving[inside[0] : inside[-1] + 1].all()
@@ -169,7 +176,7 @@ def test_a_lag_between_samples_is_found(lag: float, samples: int) -> None:
         return Recording(t, q, q)
 
     for noise, most in ((0.0, step / 1000), (1e-3, step / 50)):
-        pair = aligned(run(0.0, noise), run(lag, noise), rate=100.0, max_mismatch=0.02)
+        pair = aligned(run(0.0, noise), run(lag, noise), rate=100.0, most=0.02)
         assert pair.lag == pytest.approx(lag, abs=most)
         assert np.array_equal(pair.unloaded.t, pair.loaded.t)
         ends = max(0.0, pair.lag), t[-1] + min(0.0, pair.lag)  # of what both have recorded
@@ -185,5 +192,5 @@ def test_joints_at_rest_leave_the_lag_of_a_pair_alone() -> None:
         q = np.column_stack([moving, np.tile(rest, (len(t), 1))])
         return Recording(t, q, 0.0 * q, source=source)
 
-    pair = best_aligned(recording(0.0, "unloaded"), recording(lag, "loaded"), 100.0)
+    pair = aligned(recording(0.0, "unloaded"), recording(lag, "loaded"), 100.0)
     assert pair.lag == pytest.approx(lag, abs=1e-3)

@@ -42,8 +42,8 @@ from dynident.estimation.payload.static import Rests
 from dynident.estimation.possible.constraints import Constraint, KnownMass, MassBounds, PossibleBody
 from dynident.estimation.possible.intervals import NO_INTERVALS
 from dynident.estimation.possible.payload import CONFLICT, Active, Weighing
-from dynident.estimation.signals import alignment
-from dynident.estimation.signals.alignment import AlignedPair
+from dynident.estimation.signals import filtering
+from dynident.estimation.signals.filtering import AlignedPair
 from dynident.model import InertialParameters, Recording, Robot, load_robot
 from dynident.model.inertia import PayloadSpread
 from hypothesis import given
@@ -508,9 +508,9 @@ SIDES: dict[str, list[tuple[Any, ...]]] = {
     ],
     "earth": [("error", "Earth's is 9.81", hypotheses.WEIGHT, lighter)],
     "new_zeros": [
-        ("error", "q3 of L differs from that of U", alignment.OFFSET, apart),
-        ("error", "constant -20.0", alignment.CONSTANT, lambda x: apart(-0.02, 0.02 * x), BELOW),
-        ("error", "constant +50.0", alignment.CHANGING, lambda x: apart(0.05, 0.0, x), BELOW),
+        ("error", "q3 of L differs from that of U", filtering.OFFSET, apart),
+        ("error", "constant -20.0", filtering.CONSTANT, lambda x: apart(-0.02, 0.02 * x), BELOW),
+        ("error", "constant +50.0", filtering.CHANGING, lambda x: apart(0.05, 0.0, x), BELOW),
     ],
     "other_readings": [
         ("error", "the robot is 'ur5e'", causes.ROBOT, lambda x: rival("robot", "ur5e", x)),
