@@ -45,8 +45,7 @@ from ..common import Array, Brief, InputError, Mask, frozen_array
 from ..common.linear import RANK_TOLERANCE
 from .drives import parameter_kind
 from .frames import FrameChange, frames_at
-from .inertia import INERTIAL, InertialParameters
-from .pose import Pose
+from .inertia import INERTIAL, InertialParameters, Pose
 from .regressors import regressor, standard_columns, standard_regressor
 from .robot import Robot, check_robot
 

@@ -17,9 +17,8 @@ from .base import base_parameters, base_regressor
 from .drives import DriveState, drive_terms, parameter_kind
 from .dynamics import coriolis, forward_dynamics, gravity, inverse_dynamics, inverse_dynamics_base, mass_matrix
 from .frames import FrameChange, add, cross, dot
-from .inertia import INERTIAL
+from .inertia import INERTIAL, cos_sin
 from .kernel.kernel import BY_CODE, OPERATIONS, c_body
-from .pose import cos_sin
 from .regressors import inertial_terms, link_wrenches, payload_columns, payload_regressor, standard_regressor
 from .robot import Joint, Limits, Robot
 
@@ -215,7 +214,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 Array, Vector, Robot = np.ndarray, tuple, Any
-_ROUNDING, ZERO = 1e-12, (0.0, 0.0, 0.0)
+_EXACT, ZERO = 1e-12, (0.0, 0.0, 0.0)
 INERTIAL = {inertial}
 
 

@@ -18,8 +18,7 @@ import numpy as np
 
 from ..common import Array
 from ..common.errors import InputError, listed
-from .inertia import INERTIAL, InertialParameters
-from .pose import Pose, check_metres, cos_sin
+from .inertia import INERTIAL, InertialParameters, Pose, check_metres, cos_sin
 from .robot import SNAP_ANGLE, SNAP_LENGTH, Joint, Limits, Robot
 
 Vector = tuple[Any, Any, Any]

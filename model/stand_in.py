@@ -14,8 +14,7 @@ from ..common.errors import listed
 from .drives import joint_of, parameter_kind
 from .dynamics import gravity, mass_matrix
 from .frames import FrameChange
-from .inertia import INERTIAL, InertialParameters
-from .pose import Pose
+from .inertia import INERTIAL, InertialParameters, Pose
 from .regressors import standard_columns
 from .robot import ASSUMED, SOURCED, Robot, check_robot
 

@@ -32,9 +32,8 @@ from ...common.schema import (
 )
 from ..drives import Coupling, Drives, Spring
 from ..friction import PAPER, friction_terms, term_names
-from ..inertia import INERTIAL, InertialParameters
+from ..inertia import INERTIAL, InertialParameters, Pose, check_metres
 from ..motion import Processing, usual_slow_speed
-from ..pose import Pose, check_metres
 from ..regressors import standard_columns
 from ..robot import SOURCED, Joint, Limits, Robot
 from .described import ENDING, described

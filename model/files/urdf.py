@@ -17,9 +17,8 @@ import numpy as np
 from ...common.errors import InputError, listed
 from ...common.schema import naming, read_text
 from ..frames import JointAxis, frames_at, modified_dh
-from ..inertia import InertialParameters, symmetric, ten_parameters
+from ..inertia import InertialParameters, Pose, symmetric, ten_parameters
 from ..motion import Processing, usual_slow_speed
-from ..pose import Pose
 from ..robot import Limits, Links, Mesh, Robot, snapped
 from .described import Source, expanded, package_places
 

@@ -20,7 +20,7 @@ from dynident.estimation import PayloadAnswer, Settings, Verdict, answer_payload
 from dynident.estimation.answers.system import TorquePrediction
 from dynident.estimation.results.payload import FlangeDocument
 from dynident.model import load_robot
-from dynident.model.pose import Pose
+from dynident.model.inertia import Pose
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
