@@ -79,13 +79,19 @@ def toml_data(text: str, source: str | Path) -> dict[str, Any]:
     raise InputError(f"{source}: {fault}")
 
 
-def toml_text(data: Mapping[str, Any], above: str = "") -> str:
-    """Write a plain mapping, at a path ``above``, as TOML: lists on one line, whole numbers without a point."""
+def toml_text(data: "Mapping[str, Any] | Table", above: str = "") -> str:
+    """Write a plain mapping, or a table without keys at their defaults, at a path ``above``, as TOML.
+
+    Lists stand on one line, whole numbers without a point.
+    """
     own = tables = ""
+    if isinstance(data, Table):
+        fields = [(field, getattr(data, field.name)) for field in msgspec.structs.fields(data)]
+        data = {field.encode_name: value for field, value in fields if value not in (field.default, {})}
     for key, value in data.items():
-        rows = [value] if isinstance(value, Mapping) else value if isinstance(value, list) else []
+        rows = [value] if isinstance(value, Mapping | Table) else value if isinstance(value, list | tuple) else []
         name = key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _toml_value(key)
-        if not rows or not all(isinstance(row, Mapping) for row in rows):
+        if not rows or not all(isinstance(row, Mapping | Table) for row in rows):
             own += f"{name} = {_toml_value(value)}\n"
             continue
         path, (left, right) = f"{above}{name}", ("[[", "]]") if rows is value else ("[", "]")
@@ -280,16 +286,6 @@ def _encodable(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return list(map(_encodable, value))
     return encodable(value) if isinstance(value, str) else value
-
-
-def given(value: Any) -> Any:
-    """Write a table as a plain mapping, without the keys that stand at their defaults."""
-    if isinstance(value, list | tuple):
-        return [given(entry) for entry in value]
-    if not isinstance(value, Table):
-        return value
-    fields = [(field, getattr(value, field.name)) for field in msgspec.structs.fields(value)]
-    return {field.encode_name: given(entry) for field, entry in fields if entry not in (field.default, {})}
 
 
 def _plain(value: Any) -> Any:

@@ -10,6 +10,7 @@ from contextlib import nullcontext
 from dataclasses import asdict, replace
 from difflib import get_close_matches
 from functools import cache
+from itertools import product
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, cast
 
@@ -17,19 +18,7 @@ import numpy as np
 from msgspec import Meta, defstruct, field, structs
 
 from ...common.errors import InputError
-from ...common.schema import (
-    Real,
-    Table,
-    Triple,
-    WrongKeyError,
-    at,
-    convert,
-    given,
-    naming,
-    read_toml,
-    toml_text,
-    unknown,
-)
+from ...common.schema import Real, Table, Triple, WrongKeyError, at, convert, naming, read_toml, toml_text, unknown
 from ..drives import Coupling, Drives, Spring
 from ..friction import PAPER, friction_terms, term_names
 from ..inertia import INERTIAL, InertialParameters, Pose, check_metres
@@ -43,14 +32,7 @@ _ROBOTS = Path(__file__).parents[1] / "robots"
 _TREES = "trees are not supported: give the joints of one chain, base to tip"
 _LIMITS = {"position": "position_{}", "speed": "speed_{}_s", "acceleration": "acceleration_{}_s2"}
 _UNITS = {"revolute": "deg", "prismatic": "m"}
-_SAME = (
-    "name",
-    "title",
-    "payload_frame",
-    "gravity",
-    "joint_names",
-    "parameters",
-)  # what a robot's table holds as the robot does
+_SAME = "name", "title", "payload_frame", "gravity", "joint_names", "parameters"  # keys that a Robot has as well
 Pair = tuple[Real, Real]  # pair of numbers
 
 
@@ -136,9 +118,7 @@ def robot_toml(robot: Robot, source: str = "") -> str:
         drives=DrivesTable.of(robot.drives),
         processing=ProcessingTable(**asdict(robot.processing)),
     )
-    table = given(whole)
-    table["joints"] = [{"alpha_deg": 0.0} | joint for joint in table["joints"]]
-    return f"# {robot.title or robot.name}. Lengths in m, angles in degrees.\n{toml_text(table)}"
+    return f"# {robot.title or robot.name}. Lengths in m, angles in degrees.\n{toml_text(whole)}"
 
 
 class PoseTable(Table, frozen=True):
@@ -167,8 +147,8 @@ class JointTable(Table, frozen=True):
         "kind": "must be 'revolute' or 'prismatic' (a body fixed to a link is part of it)",
     }
 
+    alpha_deg: Real | None = None  # written where it is zero, too
     kind: Literal["revolute", "prismatic"] = "revolute"
-    alpha_deg: Real = 0.0
     d: Real | str = 0.0
     theta_deg: Real = 0.0
     r: Real | str = 0.0
@@ -193,27 +173,24 @@ class JointTable(Table, frozen=True):
         alpha, theta = degrees(joint.alpha), degrees(joint.theta)
         if math.isfinite(joint.limits.torque):
             limits["torque"] = joint.limits.torque
-        return JointTable(joint.kind, alpha, d, theta, r, **limits)
+        return JointTable(alpha, joint.kind, d, theta, r, **limits)
 
     def joint(self, lengths: Mapping[str, float]) -> Joint:
         """Make the joint."""
         scale = math.pi / 180.0 if self.kind == "revolute" else 1.0
         limits: dict[str, Any] = {} if self.torque is None else {"torque": self.torque}
-        for name, key in _LIMITS.items():
-            for kind, unit in _UNITS.items():
-                value = getattr(self, key.format(unit))
-                if value is None:
-                    continue
-                if kind != self.kind:
-                    own = key.format(_UNITS[self.kind])
-                    raise WrongKeyError(key.format(unit), f"a {self.kind} joint takes {own}")
-                limits[name] = tuple(end * scale for end in value) if name == "position" else value * scale
+        for (name, key), (kind, unit) in product(_LIMITS.items(), _UNITS.items()):
+            if (value := getattr(self, key.format(unit))) is None:
+                continue
+            if kind != self.kind:
+                raise WrongKeyError(key.format(unit), f"a {self.kind} joint takes {key.format(_UNITS[self.kind])}")
+            limits[name] = tuple(end * scale for end in value) if name == "position" else value * scale
         for key, value in (("d", self.d), ("r", self.r)):
             if isinstance(value, str) and value not in lengths:
                 raise WrongKeyError(key, f"no length {value!r} in [lengths]")
         d, r = (lengths[x] if isinstance(x, str) else x for x in (self.d, self.r))
         d_name, r_name = (x if isinstance(x, str) else "" for x in (self.d, self.r))
-        alpha, theta = math.radians(self.alpha_deg), math.radians(self.theta_deg)
+        alpha, theta = math.radians(self.alpha_deg or 0.0), math.radians(self.theta_deg)
         return Joint(self.kind, alpha, d, theta, r, Limits(**limits), (d_name, r_name))
 
 
@@ -278,20 +255,16 @@ class DrivesTable(Table, frozen=True):
             if self.side == "link" and getattr(self, key):
                 raise WrongKeyError(key, "sensors on the link side do not see it: remove it")
         values: dict[str, Any] = {"rotor_inertia": self.rotor_inertia, "offsets": self.offsets}
-        if isinstance(self.friction, bool):
-            values["friction"] = PAPER if self.friction else ()
-        elif self.friction is not None:
-            with at("friction"):
-                values["friction"] = friction_terms(self.friction)
-        if self.coupling:
-            with at("coupling"):
-                values["coupling"] = Coupling(self.coupling.joints, self.coupling.coulomb)
-        if self.spring:
-            with at("spring"):
-                own = structs.asdict(self.spring)
-                zero, rows = own.pop("zero_deg"), own.pop("table")
-                own["table"] = tuple((math.radians(angle), torque) for angle, torque in rows)
-                values["spring"] = Spring(**own, zero=math.radians(zero))
+        names = ("FS", "FV") * self.friction if isinstance(self.friction, bool) else self.friction
+        with at("friction"):
+            values["friction"] = names if names is None else friction_terms(names)
+        with at("coupling"):
+            values["coupling"] = self.coupling and Coupling(self.coupling.joints, self.coupling.coulomb)
+        with at("spring"):
+            if table := self.spring:
+                rows = tuple((math.radians(angle), torque) for angle, torque in table.table)
+                zero = math.radians(table.zero_deg)
+                values["spring"] = Spring(table.joint, table.stiffness, table.length, table.arms, zero, rows)
         usual = Drives.on_link_side() if self.side == "link" else Drives()
         return replace(usual, **{key: value for key, value in values.items() if value is not None})
 
