@@ -25,8 +25,7 @@ from ..inertia import INERTIAL, InertialParameters, Pose, check_metres
 from ..motion import Processing, usual_slow_speed
 from ..regressors import standard_columns
 from ..robot import SOURCED, Joint, Limits, Robot
-from .described import ENDING, described
-from .urdf import load_urdf
+from .urdf import ENDING, described, load_urdf
 
 _ROBOTS = Path(__file__).parents[1] / "robots"
 _TREES = "trees are not supported: give the joints of one chain, base to tip"
