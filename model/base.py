@@ -217,22 +217,16 @@ def leftmost_independent(W: Array) -> list[int]:
 
 def left_residuals(W: Array) -> Array:
     """Residual of each column without those to its left, over the largest column; ``RANK_TOLERANCE`` decides."""
-    # Every residual is orthogonalised twice, so that the decision does not hang on rounding.
-    largest = np.linalg.norm(W, axis=0).max(initial=0.0)
-    residuals = np.zeros(W.shape[1])
-    basis = np.empty((W.shape[0], min(W.shape)))
-    known = 0
-    for k in range(W.shape[1]):
-        if known == basis.shape[1]:
-            break
-        before = basis[:, :known]
-        residual = W[:, k] - before @ (before.T @ W[:, k])
-        residual -= before @ (before.T @ residual)
+    largest = np.linalg.norm(W, axis=0).max(initial=0.0) or 1.0
+    residuals, basis = np.zeros(W.shape[1]), W[:, :0]
+    for k, column in enumerate(W.T):
+        # Orthogonalised twice, so that the decision does not hang on rounding.
+        residual = column - basis @ (basis.T @ column)
+        residual -= basis @ (basis.T @ residual)
         size = np.linalg.norm(residual)
-        residuals[k] = size / largest if largest > 0.0 else 0.0
+        residuals[k] = size / largest
         if residuals[k] > RANK_TOLERANCE:
-            basis[:, known] = residual / size
-            known += 1
+            basis = np.column_stack([basis, residual / size])
     return residuals
 
 

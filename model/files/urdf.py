@@ -340,11 +340,9 @@ def _joint(name: str, element: _Element, notes: _Notes) -> UrdfJoint:
         notes.setdefault(f"position limits {low:g} to {high:g} leave no range: not used", {})[where] = None
     position = (low, high) if kind != "continuous" and low < high else Limits().position
     reach = Limits(position, speed or math.inf, torque=torque if 0.0 < torque < _UNKNOWN_EFFORT else math.inf)
-    at, mimics = (
-        _pose(element.find("origin"), where, notes),
-        "" if mimic is None else mimic.get("joint", "another joint"),
-    )
-    return UrdfJoint(name, kind, ends["parent"], ends["child"], at, axis, reach, friction, mimics)
+    mimics, at = "" if mimic is None else mimic.get("joint", "another joint"), element.find("origin")
+    origin = _pose(at, where, notes)
+    return UrdfJoint(name, kind, ends["parent"], ends["child"], origin, axis, reach, friction, mimics)
 
 
 def _body(link: _Element, where: str, notes: _Notes) -> InertialParameters | None:
