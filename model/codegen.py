@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
-from ..common.arrays import Array
-from ..common.errors import InputError
+from ..common import Array, InputError
 from ..common.files import made_folder, write_text
 from .base import base_parameters, base_regressor
 from .drives import DriveState, drive_terms, parameter_kind

@@ -16,8 +16,7 @@ from typing import Any, Literal, NamedTuple
 import casadi as ca
 import numpy as np
 
-from ..common import Array
-from ..common.errors import InputError, listed
+from ..common import Array, InputError, listed
 from .inertia import INERTIAL, InertialParameters, Pose, check_metres, cos_sin
 from .robot import SNAP_ANGLE, SNAP_LENGTH, Joint, Limits, Robot
 

@@ -18,8 +18,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from ..common.arrays import Array, Brief
-from ..common.errors import InputError, listed
+from ..common import Array, Brief, InputError, listed
 from .drives import Coupling, Drives, Spring
 from .friction import Friction, term_names, terms_of
 from .inertia import INERTIAL, InertialParameters, Pose

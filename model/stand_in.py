@@ -9,8 +9,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ..common import Array, InputError
-from ..common.errors import listed
+from ..common import Array, InputError, listed
 from .drives import joint_of, parameter_kind
 from .dynamics import gravity, mass_matrix
 from .frames import FrameChange

@@ -21,7 +21,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ...common.errors import InputError, listed
+from ...common import InputError, listed
 from ...common.schema import naming, read_text
 from ..frames import JointAxis, frames_at, modified_dh
 from ..inertia import InertialParameters, Pose, symmetric, ten_parameters
