@@ -44,7 +44,7 @@ import numpy as np
 from ..common import Array, Brief, InputError, Mask, frozen_array
 from ..common.linear import RANK_TOLERANCE
 from .drives import parameter_kind
-from .frames import FrameChange, frames_at
+from .frames import frames_at, step
 from .inertia import INERTIAL, InertialParameters, Pose
 from .regressors import regressor, standard_columns, standard_regressor
 from .robot import Robot, check_robot
@@ -376,12 +376,13 @@ def _prismatic_rotor(robot: Robot, j: int, weight: float) -> Iterator[Move]:
 
 def _grouping(robot: Robot, regroupings: Sequence[Move], lengths: Mapping[str, float]) -> Array:
     """Carry out the moves: row k starts as parameter k and becomes what it stands for, N_s x N_s."""
-    index, changes = {name: k for k, name in enumerate(robot.standard)}, list[FrameChange]()
+    index, links = {name: k for k, name in enumerate(robot.standard)}, list[Pose]()
     rows = np.eye(len(index))
     for joint in robot.joints:  # a length that is zero has no name
         sizes = zip(joint.names, (joint.d, joint.r), strict=True)
         d, r = (lengths.get(name, x) if x else 0.0 for name, x in sizes)
-        changes.append(FrameChange.of(replace(joint, d=d, r=r), 0.0, np))
+        along_x, along_z = step(replace(joint, d=d, r=r), 0.0)
+        links.append(along_x @ along_z)
     for move in regroupings:
         amount = rows[index[f"{move.drop}{move.joint + 1}"]] / move.change[move.drop]
         for kind, size in move.change.items():
@@ -389,7 +390,7 @@ def _grouping(robot: Robot, regroupings: Sequence[Move], lengths: Mapping[str, f
         if not move.to_parent or move.joint == 0:
             continue
         body = InertialParameters(np.array([move.change.get(kind, 0.0) for kind in INERTIAL]))
-        before = body.moved(changes[move.joint].axes, changes[move.joint].origin)
+        before = body.moved(links[move.joint].R, links[move.joint].p)
         for name, size in before.named(str(move.joint)).items():
             rows[index[name]] += amount * size
     return rows

@@ -46,12 +46,6 @@ class FrameChange(NamedTuple):
         ca_, sa = cos_sin(joint.alpha)
         return FrameChange(c, s, (ca_, sa), (joint.d, -sa * along, ca_ * along))
 
-    @property
-    def axes(self) -> Array:
-        """Axes of frame j in frame j-1, 3 x 3, of a change of numbers."""
-        x, y, z = np.eye(3)
-        return np.array(self.out_of((x, y, z)))
-
     def into(self, x: Vector) -> Vector:
         """Rotate a vector of frame j-1 into the axes of frame j."""
         ca_, sa = self.alpha

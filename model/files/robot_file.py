@@ -100,8 +100,32 @@ def robot_toml(robot: Robot, source: str = "") -> str:
         robot: the robot; frames of a URDF it came from are not kept.
         source: where its numbers come from.
     """
-    numbered = [*enumerate(robot.joints, start=1)]
-    lengths = {name: value for number, joint in numbered for name, value in lengths_of(joint, number) if value}
+    joints, lengths, friction = list[JointTable](), dict[str, float](), robot.drives.friction
+    for number, joint in enumerate(robot.joints, start=1):
+        limits: dict[str, Any] = {}  # those that are infinite are left out
+        for name, key in _LIMITS.items():
+            ends = joint.limits.position if name == "position" else (getattr(joint.limits, name),)
+            if all(map(math.isfinite, ends)):
+                shown = tuple(map(degrees if joint.revolute else float, ends))
+                limits[key.format(_UNITS[joint.kind])] = shown if len(ends) > 1 else shown[0]
+        if math.isfinite(joint.limits.torque):
+            limits["torque"] = joint.limits.torque
+        named = (joint.names[0] or f"D{number}", joint.d), (joint.names[1] or f"R{number}", joint.r)
+        lengths |= {name: length for name, length in named if length}
+        d, r = (name if length else 0.0 for name, length in named)
+        joints.append(JointTable(degrees(joint.alpha), joint.kind, d, degrees(joint.theta), r, **limits))
+    spring, table = robot.spring, None
+    if spring:
+        rows = tuple((degrees(angle), torque) for angle, torque in spring.table)
+        table = SpringTable(spring.joint, spring.stiffness, spring.length, spring.arms, degrees(spring.zero), rows)
+    drives = DrivesTable(
+        robot.drives.side,
+        robot.drives.rotor_inertia,
+        bool(friction) if friction in ((), PAPER) else term_names(friction),
+        robot.drives.offsets,
+        CouplingTable(robot.coupling.joints, robot.coupling.coulomb) if robot.coupling else None,
+        table,
+    )
     same: dict[str, Any] = {key: getattr(robot, key) for key in _SAME}
     whole = RobotTable(
         **same,
@@ -113,8 +137,8 @@ def robot_toml(robot: Robot, source: str = "") -> str:
         flange=PoseTable.of(robot.flange),
         base=PoseTable.of(robot.base),
         lengths=lengths,
-        joints=tuple(JointTable.of(joint, number) for number, joint in numbered),
-        drives=DrivesTable.of(robot.drives),
+        joints=tuple(joints),
+        drives=drives,
         processing=ProcessingTable(**asdict(robot.processing)),
     )
     return f"# {robot.title or robot.name}. Lengths in m, angles in degrees.\n{toml_text(whole)}"
@@ -159,21 +183,6 @@ class JointTable(Table, frozen=True):
     acceleration_m_s2: Real | None = None
     torque: Real | None = None
 
-    @staticmethod
-    def of(joint: Joint, number: int) -> "JointTable":
-        """Make the table of a joint; limits that are infinite are left out."""
-        shown = degrees if joint.revolute else float
-        limits: dict[str, Any] = {}
-        for name, key in _LIMITS.items():
-            ends = joint.limits.position if name == "position" else (getattr(joint.limits, name),)
-            if all(map(math.isfinite, ends)):
-                limits[key.format(_UNITS[joint.kind])] = tuple(map(shown, ends)) if len(ends) > 1 else shown(*ends)
-        d, r = (name if length else 0.0 for name, length in lengths_of(joint, number))
-        alpha, theta = degrees(joint.alpha), degrees(joint.theta)
-        if math.isfinite(joint.limits.torque):
-            limits["torque"] = joint.limits.torque
-        return JointTable(alpha, joint.kind, d, theta, r, **limits)
-
     def joint(self, lengths: Mapping[str, float]) -> Joint:
         """Make the joint."""
         scale = math.pi / 180.0 if self.kind == "revolute" else 1.0
@@ -191,11 +200,6 @@ class JointTable(Table, frozen=True):
         d_name, r_name = (x if isinstance(x, str) else "" for x in (self.d, self.r))
         alpha, theta = math.radians(self.alpha_deg or 0.0), math.radians(self.theta_deg)
         return Joint(self.kind, alpha, d, theta, r, Limits(**limits), (d_name, r_name))
-
-
-def lengths_of(joint: Joint, number: int) -> tuple[tuple[str, float], ...]:
-    """Names and sizes of the lengths d and r of a joint (from 1)."""
-    return (joint.names[0] or f"D{number}", joint.d), (joint.names[1] or f"R{number}", joint.r)
 
 
 def degrees(angle: float) -> float:
@@ -234,19 +238,6 @@ class DrivesTable(Table, frozen=True):
     offsets: bool | None = None
     coupling: CouplingTable | None = None
     spring: SpringTable | None = None
-
-    @staticmethod
-    def of(drives: Drives) -> "DrivesTable":
-        """Make the table of the drives."""
-        friction, coupling, spring = drives.friction, drives.coupling, drives.spring
-        terms = bool(friction) if friction in ((), PAPER) else term_names(friction)
-        pair = CouplingTable(coupling.joints, coupling.coulomb) if coupling else None
-        table: SpringTable | None = None
-        if spring:
-            rows = tuple((degrees(angle), torque) for angle, torque in spring.table)
-            zero = degrees(spring.zero)
-            table = SpringTable(spring.joint, spring.stiffness, spring.length, spring.arms, zero, rows)
-        return DrivesTable(drives.side, drives.rotor_inertia, terms, drives.offsets, pair, table)
 
     def drives(self) -> Drives:
         """Make the drives."""
