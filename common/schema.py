@@ -154,19 +154,17 @@ class Document(Table, frozen=True):
 class Worked(Document, frozen=True, dict=True):
     """Base class of documents that keep what they were made from."""
 
-    @property
-    def working(self) -> Any:
-        """Values that it was made from; None where it was read from a file."""
-        return vars(self).get("made_from")
+    working: ClassVar[Any] = None
+    """Values that it was made from; None where it was read from a file."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle and copy with what it was made from, which may hold the document itself."""
         own = {name: getattr(self, name) for name in self.__struct_fields__}
-        return partial(type(self), **own), (), {"made_from": self.working}
+        return partial(type(self), **own), (), {"working": self.working}
 
     def made_by(self, working: Any) -> Self:
         """Keep what the document was made from, for ``working``."""
-        vars(self)["made_from"] = working
+        vars(self)["working"] = working
         return self
 
 
@@ -319,8 +317,9 @@ def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
             key += f"[{position + 1}]"
             continue
         if index:  # msgspec does not say which key of a mapping it is
-            kind = get_args(kind)[1]
-            name = next(name for name, value in data.items() if not _fits(value, kind))
+            for name, value in data.items():
+                with at(f"{key}.{name}"[1:]):
+                    convert(value, get_args(kind)[1])
         elif name not in _fields(kind):  # the tag that says which of several tables it is
             return WrongKeyError(f"{key}.{name}"[1:], f"{shown(data.get(name))} is not a kind of table known here")
         else:
@@ -350,13 +349,6 @@ def unknown(known: Collection[str], key: str) -> str:
 
 def _fields(table: type[Table]) -> dict[str, Any]:
     return {field.encode_name: field.type for field in msgspec.structs.fields(table)}
-
-
-def _fits(value: Any, kind: Any) -> bool:
-    try:
-        return msgspec.convert(value, kind, dec_hook=_array) is not msgspec.UNSET
-    except msgspec.ValidationError:
-        return False
 
 
 def chosen(kind: Any, data: Any) -> Any:

@@ -276,9 +276,7 @@ def inertia_gradient(x: Array, v: Array, w: Array) -> Array:
 
 def gradients(x: Array) -> Array:
     """Gradients by the ten x of the centre of mass, then of the inertia there, XX XY XZ YY YZ ZZ; 9 x 10."""
-    units = np.eye(10)
-    com = [(units[6 + k] - x[6 + k] / x[9] * units[9]) / x[9] for k in range(3)]
-    axes = np.eye(3)
+    com, axes = (np.eye(3, 10, 6) - np.outer(x[6:9] / x[9], np.eye(10)[9])) / x[9], np.eye(3)
     return np.array([*com, *(inertia_gradient(x, axes[i], axes[j]) for i, j in zip(_ROWS, _COLUMNS, strict=True))])
 
 
