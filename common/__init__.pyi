@@ -7,6 +7,7 @@ from .arrays import Mask as Mask
 from .arrays import freeze_fields as freeze_fields
 from .arrays import frozen_array as frozen_array
 from .errors import InputError as InputError
+from .errors import listed as listed
 from .linear import decomposed as decomposed
 from .linear import one_thread as one_thread
 from .linear import without as without

@@ -79,13 +79,19 @@ def toml_data(text: str, source: str | Path) -> dict[str, Any]:
     raise InputError(f"{source}: {fault}")
 
 
-def toml_text(data: Mapping[str, Any], above: str = "") -> str:
-    """Write a plain mapping, at a path ``above``, as TOML: lists on one line, whole numbers without a point."""
+def toml_text(data: "Mapping[str, Any] | Table", above: str = "") -> str:
+    """Write a plain mapping, or a table without keys at their defaults, at a path ``above``, as TOML.
+
+    Lists stand on one line, whole numbers without a point.
+    """
     own = tables = ""
+    if isinstance(data, Table):
+        fields = [(field, getattr(data, field.name)) for field in msgspec.structs.fields(data)]
+        data = {field.encode_name: value for field, value in fields if value not in (field.default, {})}
     for key, value in data.items():
-        rows = [value] if isinstance(value, Mapping) else value if isinstance(value, list) else []
+        rows = [value] if isinstance(value, Mapping | Table) else value if isinstance(value, list | tuple) else []
         name = key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _toml_value(key)
-        if not rows or not all(isinstance(row, Mapping) for row in rows):
+        if not rows or not all(isinstance(row, Mapping | Table) for row in rows):
             own += f"{name} = {_toml_value(value)}\n"
             continue
         path, (left, right) = f"{above}{name}", ("[[", "]]") if rows is value else ("[", "]")
@@ -148,19 +154,17 @@ class Document(Table, frozen=True):
 class Worked(Document, frozen=True, dict=True):
     """Base class of documents that keep what they were made from."""
 
-    @property
-    def working(self) -> Any:
-        """Values that it was made from; None where it was read from a file."""
-        return vars(self).get("made_from")
+    working: ClassVar[Any] = None
+    """Values that it was made from; None where it was read from a file."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle and copy with what it was made from, which may hold the document itself."""
         own = {name: getattr(self, name) for name in self.__struct_fields__}
-        return partial(type(self), **own), (), {"made_from": self.working}
+        return partial(type(self), **own), (), {"working": self.working}
 
     def made_by(self, working: Any) -> Self:
         """Keep what the document was made from, for ``working``."""
-        vars(self)["made_from"] = working
+        vars(self)["working"] = working
         return self
 
 
@@ -282,16 +286,6 @@ def _encodable(value: Any) -> Any:
     return encodable(value) if isinstance(value, str) else value
 
 
-def given(value: Any) -> Any:
-    """Write a table as a plain mapping, without the keys that stand at their defaults."""
-    if isinstance(value, list | tuple):
-        return [given(entry) for entry in value]
-    if not isinstance(value, Table):
-        return value
-    fields = [(field, getattr(value, field.name)) for field in msgspec.structs.fields(value)]
-    return {field.encode_name: given(entry) for field, entry in fields if entry not in (field.default, {})}
-
-
 def _plain(value: Any) -> Any:
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
@@ -323,8 +317,9 @@ def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
             key += f"[{position + 1}]"
             continue
         if index:  # msgspec does not say which key of a mapping it is
-            kind = get_args(kind)[1]
-            name = next(name for name, value in data.items() if not _fits(value, kind))
+            for name, value in data.items():
+                with at(f"{key}.{name}"[1:]):
+                    convert(value, get_args(kind)[1])
         elif name not in _fields(kind):  # the tag that says which of several tables it is
             return WrongKeyError(f"{key}.{name}"[1:], f"{shown(data.get(name))} is not a kind of table known here")
         else:
@@ -354,13 +349,6 @@ def unknown(known: Collection[str], key: str) -> str:
 
 def _fields(table: type[Table]) -> dict[str, Any]:
     return {field.encode_name: field.type for field in msgspec.structs.fields(table)}
-
-
-def _fits(value: Any, kind: Any) -> bool:
-    try:
-        return msgspec.convert(value, kind, dec_hook=_array) is not msgspec.UNSET
-    except msgspec.ValidationError:
-        return False
 
 
 def chosen(kind: Any, data: Any) -> Any:

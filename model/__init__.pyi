@@ -39,10 +39,10 @@ from .friction import Friction as Friction
 from .friction import friction_terms as friction_terms
 from .inertia import INERTIAL as INERTIAL
 from .inertia import InertialParameters as InertialParameters
+from .inertia import Pose as Pose
 from .motion import Motion as Motion
 from .motion import Processing as Processing
 from .motion import Recording as Recording
-from .pose import Pose as Pose
 from .regressors import payload_regressor as payload_regressor
 from .regressors import regressor as regressor
 from .regressors import standard_columns as standard_columns

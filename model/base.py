@@ -44,9 +44,8 @@ import numpy as np
 from ..common import Array, Brief, InputError, Mask, frozen_array
 from ..common.linear import RANK_TOLERANCE
 from .drives import parameter_kind
-from .frames import FrameChange, frames_at
-from .inertia import INERTIAL, InertialParameters
-from .pose import Pose
+from .frames import frames_at, step
+from .inertia import INERTIAL, InertialParameters, Pose
 from .regressors import regressor, standard_columns, standard_regressor
 from .robot import Robot, check_robot
 
@@ -218,22 +217,16 @@ def leftmost_independent(W: Array) -> list[int]:
 
 def left_residuals(W: Array) -> Array:
     """Residual of each column without those to its left, over the largest column; ``RANK_TOLERANCE`` decides."""
-    # Every residual is orthogonalised twice, so that the decision does not hang on rounding.
-    largest = np.linalg.norm(W, axis=0).max(initial=0.0)
-    residuals = np.zeros(W.shape[1])
-    basis = np.empty((W.shape[0], min(W.shape)))
-    known = 0
-    for k in range(W.shape[1]):
-        if known == basis.shape[1]:
-            break
-        before = basis[:, :known]
-        residual = W[:, k] - before @ (before.T @ W[:, k])
-        residual -= before @ (before.T @ residual)
+    largest = np.linalg.norm(W, axis=0).max(initial=0.0) or 1.0
+    residuals, basis = np.zeros(W.shape[1]), W[:, :0]
+    for k, column in enumerate(W.T):
+        # Orthogonalised twice, so that the decision does not hang on rounding.
+        residual = column - basis @ (basis.T @ column)
+        residual -= basis @ (basis.T @ residual)
         size = np.linalg.norm(residual)
-        residuals[k] = size / largest if largest > 0.0 else 0.0
+        residuals[k] = size / largest
         if residuals[k] > RANK_TOLERANCE:
-            basis[:, known] = residual / size
-            known += 1
+            basis = np.column_stack([basis, residual / size])
     return residuals
 
 
@@ -383,12 +376,13 @@ def _prismatic_rotor(robot: Robot, j: int, weight: float) -> Iterator[Move]:
 
 def _grouping(robot: Robot, regroupings: Sequence[Move], lengths: Mapping[str, float]) -> Array:
     """Carry out the moves: row k starts as parameter k and becomes what it stands for, N_s x N_s."""
-    index, changes = {name: k for k, name in enumerate(robot.standard)}, list[FrameChange]()
+    index, links = {name: k for k, name in enumerate(robot.standard)}, list[Pose]()
     rows = np.eye(len(index))
     for joint in robot.joints:  # a length that is zero has no name
         sizes = zip(joint.names, (joint.d, joint.r), strict=True)
         d, r = (lengths.get(name, x) if x else 0.0 for name, x in sizes)
-        changes.append(FrameChange.of(replace(joint, d=d, r=r), 0.0, np))
+        along_x, along_z = step(replace(joint, d=d, r=r), 0.0)
+        links.append(along_x @ along_z)
     for move in regroupings:
         amount = rows[index[f"{move.drop}{move.joint + 1}"]] / move.change[move.drop]
         for kind, size in move.change.items():
@@ -396,7 +390,7 @@ def _grouping(robot: Robot, regroupings: Sequence[Move], lengths: Mapping[str, f
         if not move.to_parent or move.joint == 0:
             continue
         body = InertialParameters(np.array([move.change.get(kind, 0.0) for kind in INERTIAL]))
-        before = body.moved(changes[move.joint].axes, changes[move.joint].origin)
+        before = body.moved(links[move.joint].R, links[move.joint].p)
         for name, size in before.named(str(move.joint)).items():
             rows[index[name]] += amount * size
     return rows

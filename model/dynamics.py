@@ -13,9 +13,7 @@ import casadi as ca
 
 from .base import BaseParameters
 from .drives import DriveState, drive_terms, parameter_kind, smooth_sign
-from .frames import ZERO, FrameChange, add, cross
-from .inertia import INERTIAL
-from .regressors import link_wrenches, standard_columns
+from .regressors import link_torques, load_expression, standard_columns, term_matrix
 from .robot import Robot
 
 _STEPS = 5
@@ -32,16 +30,11 @@ def inverse_dynamics(robot: Robot, smooth: float = 0.0) -> ca.Function:
         smooth: width w of tanh(qd / w), which stands for the sign in dry friction [rad/s or m/s]; 0 for the sign.
     """
     q, qd, qdd, chi = _symbols(robot)
-    value = dict(zip(standard_columns(robot), ca.vertsplit(chi), strict=True))
-    load = _rigid_body_torque(robot, q, qd, qdd, chi)
-    if robot.spring:
-        row = robot.spring.joint - 1
-        load[row] -= robot.spring.torque_symbol(q[row])
-    torque = ca.SX(load)
+    columns = standard_columns(robot)
+    load = load_expression(robot, DriveState(q, qd, qdd, None), columns, chi)
     sign = smooth_sign(smooth) if smooth > 0.0 else ca.sign
-    for name, rows in drive_terms(robot.drives, DriveState(q, qd, qdd, load), sign).items():
-        for row, factor in rows.items():
-            torque[row] += factor * value[name]
+    terms = drive_terms(robot.drives, DriveState(q, qd, qdd, load), sign)
+    torque = load + term_matrix([terms.get(name, {}) for name in columns], robot.n) @ chi
     return _function("inverse_dynamics", {"q": q, "qd": qd, "qdd": qdd, "chi": chi}, Gamma=torque)
 
 
@@ -79,7 +72,7 @@ def coriolis(robot: Robot) -> ca.Function:
     """``coriolis(q, qd, chi) -> c``, n x 1: Coriolis and centrifugal torques C(q, qd) qd."""
     q, qd, _, chi = _symbols(robot)
     weightless = replace(robot, gravity=(0.0, 0.0, 0.0))
-    torque = _rigid_body_torque(weightless, q, qd, ca.SX.zeros(robot.n), chi)
+    torque = link_torques(weightless, DriveState(q, qd, ca.SX.zeros(robot.n), None), standard_columns(robot), chi)
     return _function("coriolis", {"q": q, "qd": qd, "chi": chi}, c=torque)
 
 
@@ -95,7 +88,7 @@ def gravity(robot: Robot) -> ca.Function:
     """``gravity(q, chi) -> Q``, n x 1: torques that hold the links against gravity, without the spring."""
     q, _, _, chi = _symbols(robot)
     still = ca.SX.zeros(robot.n)
-    torque = _rigid_body_torque(robot, q, still, still, chi)
+    torque = link_torques(robot, DriveState(q, still, still, None), standard_columns(robot), chi)
     return _function("gravity", {"q": q, "chi": chi}, Q=torque)
 
 
@@ -139,10 +132,7 @@ def smooth_dry_friction(robot: Robot, width: float) -> ca.Function:
     qd, level, none = ca.SX.sym("qd", robot.n), ca.SX.sym("level", len(names)), ca.SX.zeros(robot.n)
     limits = [joint.limits.torque if math.isfinite(joint.limits.torque) else 0.0 for joint in robot.joints]
     terms = drive_terms(robot.drives, DriveState(none, qd, none, ca.SX(limits)), smooth_sign(width))
-    torque = ca.SX.zeros(robot.n)
-    for k, name in enumerate(names):
-        for row, factor in terms[name].items():
-            torque[row] += level[k] * factor
+    torque = term_matrix([terms[name] for name in names], robot.n) @ level
     return _function("smooth_dry_friction", {"qd": qd, "level": level}, Gamma=torque)
 
 
@@ -180,20 +170,3 @@ def _mass_matrix(inverse: ca.Function, q: ca.SX, chi: ca.SX) -> ca.SX:
     torque = inverse(q, ca.SX.zeros(q.numel()), qdd, chi)
     # The lower half needs fewer operations than the upper one.
     return ca.tril2symm(ca.tril(ca.jacobian(torque, qdd)))
-
-
-def _rigid_body_torque(robot: Robot, q: ca.SX, qd: ca.SX, qdd: ca.SX, chi: ca.SX) -> ca.SX:
-    value = dict(zip(standard_columns(robot), ca.vertsplit(chi), strict=True))
-    changes = [FrameChange.of(joint, q[j]) for j, joint in enumerate(robot.joints)]
-    wrenches = list(link_wrenches(robot, changes, DriveState(q, qd, qdd, None)))
-    torque = ca.SX.zeros(robot.n)
-    force = moment = ZERO
-    for j in reversed(range(robot.n)):
-        for kind, (unit_force, unit_moment) in zip(INERTIAL, wrenches[j], strict=True):
-            amount = value[f"{kind}{j + 1}"]
-            force = add(force, (unit_force[0] * amount, unit_force[1] * amount, unit_force[2] * amount))
-            moment = add(moment, (unit_moment[0] * amount, unit_moment[1] * amount, unit_moment[2] * amount))
-        torque[j] = moment[2] if robot.joints[j].revolute else force[2]
-        force = changes[j].out_of(force)
-        moment = add(changes[j].out_of(moment), cross(changes[j].origin, force))
-    return torque

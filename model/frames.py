@@ -16,10 +16,8 @@ from typing import Any, Literal, NamedTuple
 import casadi as ca
 import numpy as np
 
-from ..common import Array
-from ..common.errors import InputError, listed
-from .inertia import INERTIAL, InertialParameters
-from .pose import Pose, check_metres, cos_sin
+from ..common import Array, InputError, listed
+from .inertia import INERTIAL, InertialParameters, Pose, check_metres, cos_sin
 from .robot import SNAP_ANGLE, SNAP_LENGTH, Joint, Limits, Robot
 
 Vector = tuple[Any, Any, Any]
@@ -47,12 +45,6 @@ class FrameChange(NamedTuple):
             along = q + along
         ca_, sa = cos_sin(joint.alpha)
         return FrameChange(c, s, (ca_, sa), (joint.d, -sa * along, ca_ * along))
-
-    @property
-    def axes(self) -> Array:
-        """Axes of frame j in frame j-1, 3 x 3, of a change of numbers."""
-        x, y, z = np.eye(3)
-        return np.array(self.out_of((x, y, z)))
 
     def into(self, x: Vector) -> Vector:
         """Rotate a vector of frame j-1 into the axes of frame j."""

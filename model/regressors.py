@@ -1,7 +1,7 @@
 """The regressor Phi_s of (4): torque is linear in the standard parameters."""
 
 import functools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -79,12 +79,17 @@ def regressor_expression(
     state, terms = _terms(robot)
     if sign is not None:
         terms = terms | drive_terms(robot.drives, state, sign)
-    phi = ca.SX(robot.n, len(columns))
+    return state, term_matrix([terms[column] for column in columns], robot.n)
+
+
+def term_matrix(columns: Sequence[Mapping[int, Any]], n: int) -> ca.SX:
+    """Sparse matrix of n rows, of the factors of each column by row."""
+    phi = ca.SX(n, len(columns))
     for k, column in enumerate(columns):
-        for row, entry in terms[column].items():
+        for row, entry in column.items():
             if not (value := ca.SX(entry)).is_zero():
                 phi[row, k] = value
-    return state, phi
+    return phi
 
 
 def load_expression(robot: Robot, state: DriveState, columns: Sequence[str], chi: ca.SX) -> ca.SX:
@@ -92,22 +97,34 @@ def load_expression(robot: Robot, state: DriveState, columns: Sequence[str], chi
 
     Columns of drives do not count; values may be of base parameters, where the others are zero.
     """
-    _, terms = _terms(robot)
-    load = ca.SX.zeros(robot.n)
-    for value, name in zip(ca.vertsplit(chi), columns, strict=True):
-        for row, factor in terms[name].items() if parameter_kind(name) in INERTIAL else ():
-            load[row] += factor * value
+    load = link_torques(robot, state, columns, chi)
     if robot.spring is not None:
         row = robot.spring.joint - 1
         load[row] -= robot.spring.torque_symbol(state.q[row])
     return load
 
 
+def link_torques(robot: Robot, state: DriveState, columns: Sequence[str], chi: ca.SX) -> ca.SX:
+    """Torques of links and payload alone, n x 1, as ``load_expression``: wrenches summed from tip to base."""
+    value, torque = dict(zip(columns, chi.elements(), strict=True)), ca.SX.zeros(robot.n)
+    changes = [FrameChange.of(joint, state.q[j]) for j, joint in enumerate(robot.joints)]
+    wrenches = list(link_wrenches(robot, changes, state))
+    force = moment = ZERO
+    for j in reversed(range(robot.n)):
+        for kind, (unit_force, unit_moment) in zip(INERTIAL, wrenches[j], strict=True):
+            if (amount := value.get(f"{kind}{j + 1}")) is not None:
+                force = add(force, (unit_force[0] * amount, unit_force[1] * amount, unit_force[2] * amount))
+                moment = add(moment, (unit_moment[0] * amount, unit_moment[1] * amount, unit_moment[2] * amount))
+        torque[j] = moment[2] if robot.joints[j].revolute else force[2]
+        force = changes[j].out_of(force)
+        moment = add(changes[j].out_of(moment), cross(changes[j].origin, force))
+    return torque
+
+
 def own_regressor(robot: Robot, columns: Sequence[str], sign: Sign = ca.sign) -> tuple[DriveState, ca.SX]:
     """``regressor_expression`` under the load of the robot's own parameters."""
     state, phi = regressor_expression(robot, columns, sign)
-    known = {name: value for name, value in robot.parameters.items() if parameter_kind(name) in INERTIAL}
-    load = load_expression(robot, state, list(known), ca.SX(list(known.values())))
+    load = load_expression(robot, state, [*robot.parameters], ca.SX([*robot.parameters.values()]))
     return state, ca.substitute(phi, state.load, load)
 
 

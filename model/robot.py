@@ -18,13 +18,11 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from ..common.arrays import Array, Brief
-from ..common.errors import InputError, listed
+from ..common import Array, Brief, InputError, listed
 from .drives import Coupling, Drives, Spring
 from .friction import Friction, term_names, terms_of
-from .inertia import INERTIAL, InertialParameters
+from .inertia import INERTIAL, InertialParameters, Pose
 from .motion import Processing
-from .pose import Pose
 
 SNAP_ANGLE = 1e-4  # angle [rad]: one closer than this to a multiple of 90 degrees is taken as that multiple
 SNAP_LENGTH = 1e-6  # length [m]: a shorter one is taken as zero

@@ -9,13 +9,11 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ..common import Array, InputError
-from ..common.errors import listed
+from ..common import Array, InputError, listed
 from .drives import joint_of, parameter_kind
 from .dynamics import gravity, mass_matrix
 from .frames import FrameChange
-from .inertia import INERTIAL, InertialParameters
-from .pose import Pose
+from .inertia import INERTIAL, InertialParameters, Pose
 from .regressors import standard_columns
 from .robot import ASSUMED, SOURCED, Robot, check_robot
 
@@ -132,17 +130,34 @@ def with_stand_in(robot: Robot) -> Robot:
         inertias = rotor_inertias(robot, values)
         values |= {name: float(inertias[joint_of(name)]) for name in rotors}
         assumptions.append(f"rotors add {100 * ROTOR:g} % of the inertia that they turn")
-    limited, friction = _limited(robot, values), dict[str, float]()
-    for number, joint in enumerate(limited.joints, start=1):
-        most, fastest = joint.limits.torque, joint.limits.speed
+    sources, friction, limits = dict(robot.sources), dict[str, float](), [joint.limits for joint in robot.joints]
+    if not np.isfinite([limit.torque for limit in limits]).all():
+        rest, inertia, load = _needed(robot, values)
+        needed = SAFETY * (np.abs(rest) + inertia * np.array([[limit.acceleration] for limit in limits])).max(
+            axis=1
+        )
+        pairs = ((values.get(f"FS{j}", 0.0), values.get(f"FV{j}", 0.0)) for j in range(1, robot.n + 1))
+        rubs = SAFETY * np.array([FS + FV * limit.speed for (FS, FV), limit in zip(pairs, limits, strict=True)])
+        largest = zip(limits, np.maximum(needed, rubs).tolist(), strict=True)
+        limits = [replace(limit, torque=min(limit.torque, most)) for limit, most in largest]
+        rated = np.isfinite(robot.rated_payload)
+        payload = "rated payload" if rated else f"a payload of {load:.2g} kg (itself assumed)"
+        sources["torque"] = (
+            f"{ASSUMED}: {SAFETY:g} times the largest torque of links and {payload} at rest and at the largest "
+            f"acceleration{', or of friction where that is more' if (rubs > needed).any() else ''}"
+        )
+    for number, limit in enumerate(limits, start=1):
+        most, fastest = limit.torque, limit.speed
         if np.isfinite([most, fastest]).all():  # of coupled drives one rotor turns with both joints, and rubs too
             levels = {"FS": 1.0, "FV": 1.0 / fastest, "FSM": 0.5, "FVM": 0.5 / fastest}
             friction |= {f"{kind}{number}": 0.5 * FRICTION * most * part for kind, part in levels.items()}
     if friction := {name: value for name, value in friction.items() if name in unknown}:
         values |= friction
         assumptions.append(f"friction is {100 * FRICTION:g} % of the torque limits at full speed")
-    sources = {"parameters": f"{ASSUMED}: {', '.join(assumptions)}"} if assumptions else {}
-    return replace(limited, parameters=values, sources={**limited.sources, **sources})
+    if assumptions:
+        sources["parameters"] = f"{ASSUMED}: {', '.join(assumptions)}"
+    joints = tuple(replace(joint, limits=limit) for joint, limit in zip(robot.joints, limits, strict=True))
+    return replace(robot, joints=joints, parameters=values, sources=sources)
 
 
 def nominal_bodies(robot: Robot) -> tuple[dict[str, float], str]:
@@ -240,24 +255,3 @@ def poses_in_range(robot: Robot, count: int) -> Array:
     bound = np.array([np.pi if joint.revolute else 0.5 for joint in robot.joints])[:, None]
     low, high = np.clip([joint.limits.position for joint in robot.joints], -bound, bound).T
     return np.random.default_rng(0).uniform(low, high, (count, robot.n))
-
-
-def _limited(robot: Robot, parameters: Mapping[str, float]) -> Robot:
-    """Complete a robot without torque limits: ``SAFETY`` times what rest and acceleration need, or friction."""
-    limits = [joint.limits for joint in robot.joints]
-    if np.isfinite([limit.torque for limit in limits]).all():
-        return robot
-    rest, inertia, load = _needed(robot, parameters)
-    needed = SAFETY * (np.abs(rest) + inertia * np.array([[limit.acceleration] for limit in limits])).max(axis=1)
-    friction = ((parameters.get(f"FS{j}", 0.0), parameters.get(f"FV{j}", 0.0)) for j in range(1, robot.n + 1))
-    rubs = SAFETY * np.array([FS + FV * limit.speed for (FS, FV), limit in zip(friction, limits, strict=True)])
-    joints = []
-    for joint, most in zip(robot.joints, np.maximum(needed, rubs).tolist(), strict=True):
-        joints.append(replace(joint, limits=replace(joint.limits, torque=min(joint.limits.torque, most))))
-    rated = np.isfinite(robot.rated_payload)
-    payload = "rated payload" if rated else f"a payload of {load:.2g} kg (itself assumed)"
-    source = (
-        f"{ASSUMED}: {SAFETY:g} times the largest torque of links and {payload} at rest and at the largest "
-        f"acceleration{', or of friction where that is more' if (rubs > needed).any() else ''}"
-    )
-    return replace(robot, joints=tuple(joints), sources={**robot.sources, "torque": source})

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...common import Array, ArrayLike, InputError, frozen_array
 from ...model import InertialParameters
-from ...model.pose import check_metres
+from ...model.inertia import check_metres
 
 PSEUDO_INERTIA: Array = np.array([InertialParameters(unit).pseudo_inertia for unit in np.eye(10)])
 """Matrices of the pseudo-inertia: J = sum over k of x_k times the k-th: 10 x 4 x 4."""

@@ -10,6 +10,7 @@ from contextlib import nullcontext
 from dataclasses import asdict, replace
 from difflib import get_close_matches
 from functools import cache
+from itertools import product
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, cast
 
@@ -17,41 +18,20 @@ import numpy as np
 from msgspec import Meta, defstruct, field, structs
 
 from ...common.errors import InputError
-from ...common.schema import (
-    Real,
-    Table,
-    Triple,
-    WrongKeyError,
-    at,
-    convert,
-    given,
-    naming,
-    read_toml,
-    toml_text,
-    unknown,
-)
+from ...common.schema import Real, Table, Triple, WrongKeyError, at, convert, naming, read_toml, toml_text, unknown
 from ..drives import Coupling, Drives, Spring
 from ..friction import PAPER, friction_terms, term_names
-from ..inertia import INERTIAL, InertialParameters
+from ..inertia import INERTIAL, InertialParameters, Pose, check_metres
 from ..motion import Processing, usual_slow_speed
-from ..pose import Pose, check_metres
 from ..regressors import standard_columns
 from ..robot import SOURCED, Joint, Limits, Robot
-from .described import ENDING, described
-from .urdf import load_urdf
+from .urdf import ENDING, described, load_urdf
 
 _ROBOTS = Path(__file__).parents[1] / "robots"
 _TREES = "trees are not supported: give the joints of one chain, base to tip"
 _LIMITS = {"position": "position_{}", "speed": "speed_{}_s", "acceleration": "acceleration_{}_s2"}
 _UNITS = {"revolute": "deg", "prismatic": "m"}
-_SAME = (
-    "name",
-    "title",
-    "payload_frame",
-    "gravity",
-    "joint_names",
-    "parameters",
-)  # what a robot's table holds as the robot does
+_SAME = "name", "title", "payload_frame", "gravity", "joint_names", "parameters"  # keys that a Robot has as well
 Pair = tuple[Real, Real]  # pair of numbers
 
 
@@ -120,8 +100,32 @@ def robot_toml(robot: Robot, source: str = "") -> str:
         robot: the robot; frames of a URDF it came from are not kept.
         source: where its numbers come from.
     """
-    numbered = [*enumerate(robot.joints, start=1)]
-    lengths = {name: value for number, joint in numbered for name, value in lengths_of(joint, number) if value}
+    joints, lengths, friction = list[JointTable](), dict[str, float](), robot.drives.friction
+    for number, joint in enumerate(robot.joints, start=1):
+        limits: dict[str, Any] = {}  # those that are infinite are left out
+        for name, key in _LIMITS.items():
+            ends = joint.limits.position if name == "position" else (getattr(joint.limits, name),)
+            if all(map(math.isfinite, ends)):
+                shown = tuple(map(degrees if joint.revolute else float, ends))
+                limits[key.format(_UNITS[joint.kind])] = shown if len(ends) > 1 else shown[0]
+        if math.isfinite(joint.limits.torque):
+            limits["torque"] = joint.limits.torque
+        named = (joint.names[0] or f"D{number}", joint.d), (joint.names[1] or f"R{number}", joint.r)
+        lengths |= {name: length for name, length in named if length}
+        d, r = (name if length else 0.0 for name, length in named)
+        joints.append(JointTable(degrees(joint.alpha), joint.kind, d, degrees(joint.theta), r, **limits))
+    spring, table = robot.spring, None
+    if spring:
+        rows = tuple((degrees(angle), torque) for angle, torque in spring.table)
+        table = SpringTable(spring.joint, spring.stiffness, spring.length, spring.arms, degrees(spring.zero), rows)
+    drives = DrivesTable(
+        robot.drives.side,
+        robot.drives.rotor_inertia,
+        bool(friction) if friction in ((), PAPER) else term_names(friction),
+        robot.drives.offsets,
+        CouplingTable(robot.coupling.joints, robot.coupling.coulomb) if robot.coupling else None,
+        table,
+    )
     same: dict[str, Any] = {key: getattr(robot, key) for key in _SAME}
     whole = RobotTable(
         **same,
@@ -133,13 +137,11 @@ def robot_toml(robot: Robot, source: str = "") -> str:
         flange=PoseTable.of(robot.flange),
         base=PoseTable.of(robot.base),
         lengths=lengths,
-        joints=tuple(JointTable.of(joint, number) for number, joint in numbered),
-        drives=DrivesTable.of(robot.drives),
+        joints=tuple(joints),
+        drives=drives,
         processing=ProcessingTable(**asdict(robot.processing)),
     )
-    table = given(whole)
-    table["joints"] = [{"alpha_deg": 0.0} | joint for joint in table["joints"]]
-    return f"# {robot.title or robot.name}. Lengths in m, angles in degrees.\n{toml_text(table)}"
+    return f"# {robot.title or robot.name}. Lengths in m, angles in degrees.\n{toml_text(whole)}"
 
 
 class PoseTable(Table, frozen=True):
@@ -168,8 +170,8 @@ class JointTable(Table, frozen=True):
         "kind": "must be 'revolute' or 'prismatic' (a body fixed to a link is part of it)",
     }
 
+    alpha_deg: Real | None = None  # written where it is zero, too
     kind: Literal["revolute", "prismatic"] = "revolute"
-    alpha_deg: Real = 0.0
     d: Real | str = 0.0
     theta_deg: Real = 0.0
     r: Real | str = 0.0
@@ -181,46 +183,23 @@ class JointTable(Table, frozen=True):
     acceleration_m_s2: Real | None = None
     torque: Real | None = None
 
-    @staticmethod
-    def of(joint: Joint, number: int) -> "JointTable":
-        """Make the table of a joint; limits that are infinite are left out."""
-        shown = degrees if joint.revolute else float
-        limits: dict[str, Any] = {}
-        for name, key in _LIMITS.items():
-            ends = joint.limits.position if name == "position" else (getattr(joint.limits, name),)
-            if all(map(math.isfinite, ends)):
-                limits[key.format(_UNITS[joint.kind])] = tuple(map(shown, ends)) if len(ends) > 1 else shown(*ends)
-        d, r = (name if length else 0.0 for name, length in lengths_of(joint, number))
-        alpha, theta = degrees(joint.alpha), degrees(joint.theta)
-        if math.isfinite(joint.limits.torque):
-            limits["torque"] = joint.limits.torque
-        return JointTable(joint.kind, alpha, d, theta, r, **limits)
-
     def joint(self, lengths: Mapping[str, float]) -> Joint:
         """Make the joint."""
         scale = math.pi / 180.0 if self.kind == "revolute" else 1.0
         limits: dict[str, Any] = {} if self.torque is None else {"torque": self.torque}
-        for name, key in _LIMITS.items():
-            for kind, unit in _UNITS.items():
-                value = getattr(self, key.format(unit))
-                if value is None:
-                    continue
-                if kind != self.kind:
-                    own = key.format(_UNITS[self.kind])
-                    raise WrongKeyError(key.format(unit), f"a {self.kind} joint takes {own}")
-                limits[name] = tuple(end * scale for end in value) if name == "position" else value * scale
+        for (name, key), (kind, unit) in product(_LIMITS.items(), _UNITS.items()):
+            if (value := getattr(self, key.format(unit))) is None:
+                continue
+            if kind != self.kind:
+                raise WrongKeyError(key.format(unit), f"a {self.kind} joint takes {key.format(_UNITS[self.kind])}")
+            limits[name] = tuple(end * scale for end in value) if name == "position" else value * scale
         for key, value in (("d", self.d), ("r", self.r)):
             if isinstance(value, str) and value not in lengths:
                 raise WrongKeyError(key, f"no length {value!r} in [lengths]")
         d, r = (lengths[x] if isinstance(x, str) else x for x in (self.d, self.r))
         d_name, r_name = (x if isinstance(x, str) else "" for x in (self.d, self.r))
-        alpha, theta = math.radians(self.alpha_deg), math.radians(self.theta_deg)
+        alpha, theta = math.radians(self.alpha_deg or 0.0), math.radians(self.theta_deg)
         return Joint(self.kind, alpha, d, theta, r, Limits(**limits), (d_name, r_name))
-
-
-def lengths_of(joint: Joint, number: int) -> tuple[tuple[str, float], ...]:
-    """Names and sizes of the lengths d and r of a joint (from 1)."""
-    return (joint.names[0] or f"D{number}", joint.d), (joint.names[1] or f"R{number}", joint.r)
 
 
 def degrees(angle: float) -> float:
@@ -260,39 +239,22 @@ class DrivesTable(Table, frozen=True):
     coupling: CouplingTable | None = None
     spring: SpringTable | None = None
 
-    @staticmethod
-    def of(drives: Drives) -> "DrivesTable":
-        """Make the table of the drives."""
-        friction, coupling, spring = drives.friction, drives.coupling, drives.spring
-        terms = bool(friction) if friction in ((), PAPER) else term_names(friction)
-        pair = CouplingTable(coupling.joints, coupling.coulomb) if coupling else None
-        table: SpringTable | None = None
-        if spring:
-            rows = tuple((degrees(angle), torque) for angle, torque in spring.table)
-            zero = degrees(spring.zero)
-            table = SpringTable(spring.joint, spring.stiffness, spring.length, spring.arms, zero, rows)
-        return DrivesTable(drives.side, drives.rotor_inertia, terms, drives.offsets, pair, table)
-
     def drives(self) -> Drives:
         """Make the drives."""
         for key in ("rotor_inertia", "coupling"):
             if self.side == "link" and getattr(self, key):
                 raise WrongKeyError(key, "sensors on the link side do not see it: remove it")
         values: dict[str, Any] = {"rotor_inertia": self.rotor_inertia, "offsets": self.offsets}
-        if isinstance(self.friction, bool):
-            values["friction"] = PAPER if self.friction else ()
-        elif self.friction is not None:
-            with at("friction"):
-                values["friction"] = friction_terms(self.friction)
-        if self.coupling:
-            with at("coupling"):
-                values["coupling"] = Coupling(self.coupling.joints, self.coupling.coulomb)
-        if self.spring:
-            with at("spring"):
-                own = structs.asdict(self.spring)
-                zero, rows = own.pop("zero_deg"), own.pop("table")
-                own["table"] = tuple((math.radians(angle), torque) for angle, torque in rows)
-                values["spring"] = Spring(**own, zero=math.radians(zero))
+        names = ("FS", "FV") * self.friction if isinstance(self.friction, bool) else self.friction
+        with at("friction"):
+            values["friction"] = names if names is None else friction_terms(names)
+        with at("coupling"):
+            values["coupling"] = self.coupling and Coupling(self.coupling.joints, self.coupling.coulomb)
+        with at("spring"):
+            if table := self.spring:
+                rows = tuple((math.radians(angle), torque) for angle, torque in table.table)
+                zero = math.radians(table.zero_deg)
+                values["spring"] = Spring(table.joint, table.stiffness, table.length, table.arms, zero, rows)
         usual = Drives.on_link_side() if self.side == "link" else Drives()
         return replace(usual, **{key: value for key, value in values.items() if value is not None})
 

@@ -79,12 +79,8 @@ def read_program(function: ca.Function) -> Program:
     sizes = tuple(function.nnz_in(k) for k in range(function.n_in()))
     rows = list(accumulate(sizes, initial=0))
     offsets = list(accumulate(map(function.nnz_out, range(function.n_out())), initial=0))
-    register: dict[int, int] = {}
-    inputs: dict[int, int] = {}
-    constants: dict[int, float] = {}
-    steps: list[tuple[str, int, tuple[int, ...]]] = []
-    outputs = [-1] * offsets[-1]
-    size = 0
+    register, inputs, constants = dict[int, int](), dict[int, int](), dict[int, float]()
+    steps, outputs, size = list[tuple[str, int, tuple[int, ...]]](), [-1] * offsets[-1], 0
     for k in range(function.n_instructions()):
         code = function.instruction_id(k)
         source, target = function.instruction_input(k), function.instruction_output(k)
@@ -259,11 +255,9 @@ def compiled_fill(program: Program) -> Fill:
         starts = (ctypes.c_void_p * len(inputs))(*(x.ctypes.data for x in inputs))
         apart = [x.shape[-1] if x.ndim >= 2 else 0 for x in inputs]
         ahead = [x.strides[0] // x.itemsize if x.ndim == 3 else 0 for x in inputs]
-        numbers = ctypes.c_longlong * len(inputs)
+        counts, (steps, _, samples) = ctypes.c_longlong * len(inputs), out.shape
         work, state = np.empty(len(program.outputs) * _CHUNK), inputs[0].ctypes.data if chained else 0
-        steps, _, samples = out.shape
-        arrays = starts, numbers(*apart), numbers(*ahead)
-        run(*arrays, state, out.ctypes.data, work.ctypes.data, samples, steps)
+        run(starts, counts(*apart), counts(*ahead), state, out.ctypes.data, work.ctypes.data, samples, steps)
 
     return fill
 

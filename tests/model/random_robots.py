@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from dynident.model import Joint, Robot
 from dynident.model.drives import Drives
-from dynident.model.frames import FrameChange
+from dynident.model.frames import step
 
 _Kind = Literal["revolute", "prismatic"]
 _SPECIAL = (0.0, 90.0, -90.0, 180.0)
@@ -49,7 +49,8 @@ def _random_gravity(draw: np.random.Generator, joints: tuple[Joint, ...]) -> tup
     else:
         R = np.eye(3)
         for joint in joints:
-            R = R @ FrameChange.of(joint, 0.0, np).axes
+            along_x, along_z = step(joint, 0.0)
+            R = R @ along_x.R @ along_z.R
             if joint.revolute:
                 break
         direction = R[:, 2]

@@ -10,8 +10,7 @@ from dynident.common.errors import InputError
 from dynident.common.linear import RANK_TOLERANCE
 from dynident.model import BaseParameters, closed_form_base_parameters
 from dynident.model.base import STATES_PER_JOINT, base_parameters_of, left_residuals, moves, random_states
-from dynident.model.inertia import InertialParameters, skew
-from dynident.model.pose import cos_sin
+from dynident.model.inertia import InertialParameters, cos_sin, skew
 from dynident.model.regressors import regressor_at, standard_columns
 from dynident.model.robot import Joint, Robot
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.model import Drives, Robot, robot_names
-from dynident.model.pose import Pose
+from dynident.model.inertia import Pose
 
 AXES = ("0 0 1", "0 0 -1", "0 1 0", "0 -1 0", "1 0 0", "-1 0 0")
 _QUARTERS = (0.0, math.pi / 2, -math.pi / 2, math.pi)

@@ -19,7 +19,7 @@ from dynident.cli import main
 from dynident.estimation import PayloadAnswer, Settings, Verdict, answer_payload, payload_problem
 from dynident.estimation.results.payload import FlangeDocument, TorquePrediction
 from dynident.model import load_robot
-from dynident.model.pose import Pose
+from dynident.model.inertia import Pose
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
