@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import isfinite
 from typing import TYPE_CHECKING, Literal, NamedTuple
-
-from ..numbers import interval_digits
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -62,11 +59,15 @@ class Text(NamedTuple):
     level: str = ""
 
 
-class Notes(NamedTuple):
-    """Lines of words, a list in a page; of ``optional`` ones the first screen shows as many as fit."""
+class Notes:
+    """Lines of words, a list in a page; of ``optional`` ones the first screen shows as many as fit.
 
-    lines: Sequence[str]
-    optional: bool = False
+    Attributes:
+        lines: without those that say nothing.
+    """
+
+    def __init__(self, lines: Iterable[str], optional: bool = False) -> None:
+        self.lines, self.optional = list(filter(None, lines)), optional
 
 
 class Pair(NamedTuple):
@@ -145,16 +146,3 @@ class Report:
                 left[:0] = [*block.left, *block.right]
             elif isinstance(block, OnPage):
                 left[:0] = block.blocks
-
-
-def lines(*texts: str) -> list[str]:
-    """The texts that say something."""
-    return [text for text in texts if text]
-
-
-def with_sigma(value: float, sigma: float) -> str:
-    """Value and standard deviation in one cell: two digits of sigma, the value to the same place."""
-    if not isfinite(sigma) or sigma <= 0.0:
-        return f"{value:.6g}"
-    digits = interval_digits(2.0 * sigma)
-    return f"{value:.{digits}f}±{sigma:.{digits}f}"

@@ -16,7 +16,7 @@ from ....trajectories.design.problem import BALL
 from ....trajectories.design.score import Learnt, holding_torques, load_torques
 from ...export.motion import assumed_line, rests_on
 from ...numbers import joined
-from ..blocks import Block, Drawing, Notes, OnPage, Report, Section, Table, Text, lines
+from ..blocks import Block, Drawing, Notes, OnPage, Report, Section, Table, Text
 from ..documents import JudgedMotion, NearResult
 from ..figures import Figure, by_joint, log_scale, named_panels, signals
 from .robot import assumed_notes
@@ -78,7 +78,7 @@ def design_report(judged: JudgedMotion) -> Report:
         limits,
         _taught_table(problem, learnt),
         Notes([noise_line(problem), f"Criterion {criterion_text(kind, reached)}.", *after]),
-        Notes(lines(replayed, *brakes_note, *assumed, floored), optional=True),
+        Notes([replayed, *brakes_note, *assumed, floored], optional=True),
         *([_how_to_run(score.duration, writers, "payload")] if after else []),
     ]
     recorded = f"{length:g} s of data, the motion repeated" if length else "recorded once"
@@ -177,7 +177,7 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
         _spread_table(f"Predicted accuracy for {payload}", result.spread),
         *([Table(ladder, headings, rungs)] if rungs else []),
         Notes([*noted, after]),
-        Notes(lines(*hints, *remarks, *assumed_notes(robot, *rests_on(problem))), optional=True),
+        Notes([*hints, *remarks, *assumed_notes(robot, *rests_on(problem))], optional=True),
         OnPage(lambda: [limits]),
         _how_to_run(plan.duration, writers, command),
     ]

@@ -1,16 +1,15 @@
 """A payload, by a long motion or a short one: first what to use and what to type in; then what it rests on."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from ....common.arrays import Array
-from ....common.errors import InputError
+from ....common import Array, InputError
+from ....estimation import METHOD_NAMES
 from ....estimation.fit.covariance import NORMAL95
-from ....estimation.fit.settings import METHOD_NAMES
 from ....estimation.payload.by_joints import Repeats
 from ....estimation.payload.short_motion import OFFSET_SHARE, RIPPLE_CHANCE
 from ....estimation.possible.payload import CONFLICT
@@ -18,8 +17,8 @@ from ....estimation.results.payload import FreeEstimate, PayloadResult, Possible
 from ....model import INERTIAL
 from ...export.controllers import FORMATS
 from ...export.load import is_flange, load_of
-from ...numbers import SIX, interval_digits, rounded, six, with_interval
-from ..blocks import Block, Code, Drawing, Notes, OnPage, Pair, Report, Section, Table, Text, lines, with_sigma
+from ...numbers import SIX, interval_digits, rounded, six, with_interval, with_sigma
+from ..blocks import Block, Code, Drawing, Notes, OnPage, Pair, Report, Section, Table, Text
 from ..figures import BLUE, Figure, flange_figure, interval_rows, legend, panels
 from . import evidence
 
@@ -54,22 +53,19 @@ _METHODS = {
 def payload_report(result: PayloadResult, document: str | None = None, notes: Sequence[str] = ()) -> Report:
     """Verdict, what to enter, quantities, reasons; what it rests on; ``document``: its JSON file."""
     best, made, method, level = result.best, result.working, result.method, result.verdict.level
-    mass, interval = float(result.mass), tuple(result.mass.interval95.tolist())
-    sections = [methods_section(result), evidence.joints_section(result.mass_by_joints or (), mass, interval)]
-    subtitle, worst = "Identified from recordings of joint positions and torques", None
+    agreed = (float(result.mass), *result.mass.interval95.tolist())
+    sections = [methods_section(result), evidence.joints_section(result.mass_by_joints or (), agreed)]
+    subtitle, more = "Identified from recordings of joint positions and torques", list[Block]()
     if joints := result.joints:
         subtitle = f"Weighed by a motion of joint{'s' * (len(joints) > 1)} {', '.join(map(str, joints))}"
     if result.standing:
         subtitle = f"Weighed at rest in {result.standing.poses} poses"
     if result.repeats:
-        sections.insert(0, repeats_section(result.repeats, mass, interval))
+        sections.insert(0, repeats_section(result.repeats, agreed))
     if not result.short:
-        base, source = (made.problem.base, made.problem.source) if made else (None, None)
-        count = (len(source.loaded) if source else 0) + (len(made.held_out) if made else 0)
-        labels = dict(zip(base.columns, base.names, strict=True)) if base else {}
-        worst, torques = evidence.torques(made, count)
-        essential = evidence.essential_section(result.essential or None, result.title)
-        sections += [torques, evidence.excitation_section(made, labels), essential]
+        worst, torques = evidence.torques(made, lambda: (*made.problem.source.loaded, *made.held_out))
+        more, essential = [worst], evidence.essential_section(result.essential or None, result.title)
+        sections += [torques, evidence.excitation_section(made), essential]
     to_do = [evidence.MEND]
     if level != "do_not_use":
         export = f"'dynident export {document or 'P.json'} --to ur' (abb, kuka, fanuc, ...)"
@@ -95,14 +91,14 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
         Pair(controller, [quantities]),
         *evidence.reason_blocks(result.verdict),
         Notes([*answer_notes(result), *notes], optional=True),
-        *([worst] if worst else []),
+        *more,
     ]
-    more = "every method, all parameters, joints, residuals"
-    return Report(f"Payload on the {result.title}", first, sections, more, subtitle, data_notes(result))
+    details, told = "every method, all parameters, joints, residuals", list(data_notes(result))
+    return Report(f"Payload on the {result.title}", first, sections, details, subtitle, told)
 
 
-def repeats_section(repeats: Repeats, mass: float, interval: tuple[float, float]) -> Section:
-    """Mass [kg] by each recording in the order they were given; drawn where two or more show it."""
+def repeats_section(repeats: Repeats, agreed: Sequence[float]) -> Section:
+    """Mass [kg] by each recording in the order they were given, ``agreed`` by all; drawn where two show it."""
     masses, sigmas = (np.array(x, dtype=float) for x in (repeats.masses, repeats.sigmas))
     shown = np.flatnonzero(np.isfinite(masses)).tolist()
 
@@ -110,7 +106,7 @@ def repeats_section(repeats: Repeats, mass: float, interval: tuple[float, float]
         names = [f"{k}: {source[-_NAME:]}" for k, source in enumerate(repeats.sources, 1)]
         figure, ((axis,),) = panels((7.0, 0.32 * len(names) + 1.0))
         ends = masses[:, None] + NORMAL95 * sigmas[:, None] * [-1.0, 1.0]
-        interval_rows(axis, names, masses, ends, (mass, *interval))
+        interval_rows(axis, names, masses, ends, agreed)
         axis.set_xlabel("mass [kg]")
         return figure
 
@@ -136,16 +132,16 @@ def answer_notes(result: PayloadResult) -> list[str]:
         for weighing in (result.best or result.best_free).weighed or ()
     ]
     if result.mass_from_scale and result.scale:
-        known, sigma = result.scale
-        scale = [f"The mass is the scale's, {known:g} ± {sigma:g} kg: the torques of these joints do not show it."]
-    noted = lines(
+        weighed = "{:g} ± {:g} kg".format(*result.scale)
+        scale = [f"The mass is the scale's, {weighed}: the torques of these joints do not show it."]
+    noted = [
         f"Inertia ASSUMED, not measured: {result.assumed.inertia}." if result.assumed else "",
         f"Largest disagreement: {worst}." if worst else "No joint can be compared with the others.",
         f"Mass by method: {each} kg." if len(masses) > 1 else "",
         f"Method {chosen.method} is recommended: {chosen.reason}." if chosen is not None and chosen.reason else "",
         *(f"Note: {text}." for text in result.verdict.notes),
         *(scale or ["If you can weigh the payload, --mass KG+-KG checks the torques and sharpens the result."]),
-    )
+    ]
     for way in result.agreement or ():
         com = ", ".join("-" if not np.isfinite(x) else f"{1e3 * x:.1f}" for x in way.com)
         noted.append(f"Cross-check, {way.name}: {array(way.mass):.4g} kg, centre of mass ({com}) mm.")
@@ -166,7 +162,7 @@ def answer_notes(result: PayloadResult) -> list[str]:
         if drift := standing.drift:
             told = f"drift of {array(drift.mass):+.2g} kg per recording removed ({drift.ratio:.0%} of the variance)"
         noted.append(f"{standing.poses} poses at rest, {standing.order}: {told}.")
-    noted += evidence.model_notes(result.friction or (), result.settings, result.gains)
+    noted += evidence.model_notes(result)
     if not result.short and not (residual and residual.validation):
         noted.append("To test the model, keep one recording without payload out of the fit (--validate).")
     if robust and robust.unavailable:
@@ -328,9 +324,9 @@ def parameters_table(result: PayloadResult) -> Table:
     return Table(f"Every parameter in {result.frame}", list(columns), rows, ("M", "com z", "YZ at com"))
 
 
-def method_notes(result: PayloadResult) -> list[str]:
+def method_notes(result: PayloadResult) -> Iterator[str]:
     """Say where intervals and sigma come from, what constraints cost and which methods contradict them."""
-    best, robust, lines = result.best, result.best_free.robust, list[str]()
+    best, robust, against = result.best, result.best_free.robust, dict[str, dict[int, float]]()
     if best is not None:
         source = (
             "from the formula (17)-(19) for white torque noise; on real robots they are too short by a factor of "
@@ -339,24 +335,21 @@ def method_notes(result: PayloadResult) -> list[str]:
         if robust and robust.blocks is not None:
             by = f": {robust.warning}" if robust.by_memory else f", by the jackknife ({robust.blocks} blocks)"
             source = f"over all bodies that satisfy the constraints{by}"
-        if np.isnan(bounds(best.interval95)).any():
-            lines.append("No intervals, because the constraints contradict the data.")
-        else:
-            lines.append(f"95 % intervals {source}.")
+        contradicted = np.isnan(bounds(best.interval95)).any()
+        none = "No intervals, because the constraints contradict the data."
+        yield none if contradicted else f"95 % intervals {source}."
         price = "No constraint is active: the free estimate is already physical."
         if best.active:
             held = "; ".join(str(active.constraint) for active in best.active)
             rise, p_value = array(best.chi2_rise), array(best.p_value)
             price = f"Active constraints: {held}; chi2 rises by {rise:.3g} (p {p_value:.2g})."
-        lines.append(price)
-    against: dict[str, dict[int, float]] = {}  # p values by method of each constraint that is contradicted
-    for estimate in result.possible if best is not None else ():
-        for active in estimate.active or ():
-            if (p := float(array(active.p_value))) < CONFLICT:
-                against.setdefault(str(active.constraint), {})[estimate.method] = p
-    for text, methods in against.items():
-        numbers_of = ", ".join(map(str, methods))
-        lines.append(f"Contradicted by method {numbers_of}: {text} (p {max(methods.values()):.1g}).")
+        yield price
+        for estimate in result.possible:
+            for active in estimate.active or ():
+                if (p := float(array(active.p_value))) < CONFLICT:
+                    against.setdefault(str(active.constraint), {})[estimate.method] = p
+    for text, methods in against.items():  # p values by method of each constraint that is contradicted
+        yield f"Contradicted by method {', '.join(map(str, methods))}: {text} (p {max(methods.values()):.1g})."
     # Then where the standard deviations of the free estimates come from.
     robusts = [(e, e.robust) for e in result.free if e.robust and e.robust.blocks is not None]
     if robusts:
@@ -365,34 +358,33 @@ def method_notes(result: PayloadResult) -> list[str]:
             length, other = array(first.block_length), "the block jackknife's standard deviation"
             parts = f"blocks of {length:.2g} s or more" if length else "poses"
             source = f"jackknife over {first.blocks} {parts}"
-        lines.append(f"± the larger of the formula's (17)-(19) and {other}.")
+        yield f"± the larger of the formula's (17)-(19) and {other}."
         measured = [e for e, _ in robusts if not e.from_scale]
         ratios = [f"method {e.method} {numbers(e.sigma_robust)[-1] / numbers(e.sigma)[-1]:.2f}" for e in measured]
         if ratios:
-            lines.append(f"Mass, sigma_robust/sigma ({source} to formula): {', '.join(ratios)}.")
+            yield f"Mass, sigma_robust/sigma ({source} to formula): {', '.join(ratios)}."
     else:
-        lines.append("± one standard deviation by (17)-(19), for white torque noise and an exact torque scale.")
-    lines += sorted({str(own.warning) for _, own in robusts if own.warning})
+        yield "± one standard deviation by (17)-(19), for white torque noise and an exact torque scale."
+    yield from sorted({str(own.warning) for _, own in robusts if own.warning})
     for why in dict.fromkeys(e.unavailable for e in result.free if e.unavailable):
         alone = ", ".join(str(e.method) for e in result.free if e.unavailable == why)
-        lines.append(f"± of method {alone} by the formula alone: {why}")
-    return [*lines, *(f"Method {method} left out: {why}" for method, why in (result.left_out or {}).items())]
+        yield f"± of method {alone} by the formula alone: {why}"
+    yield from (f"Method {method} left out: {why}" for method, why in (result.left_out or {}).items())
 
 
-def data_notes(result: PayloadResult) -> list[str]:
+def data_notes(result: PayloadResult) -> Iterator[str]:
     """Equations, condition numbers, residuals, friction and the alignment of recordings."""
     data, residual = result.data, result.relative_residual
     if not data:
-        return []
-    lines = list[str]()
+        return
     if data.condition_number is not None:
         moving = f"Joints {', '.join(map(str, result.joints))} move" if result.joints else "Without payload"
-        lines.append(f"{moving}: {evidence.conditioning(data.equations, data.base_parameters, data)}")
+        yield f"{moving}: {evidence.conditioning(data.equations, data.base_parameters, data)}"
     if result.short:
         unexplained = array(residual.relative_per_joint, 0) if residual else np.zeros(0)
         joints = " ".join(rounded(100.0 * ratio, 1) for ratio in unexplained.tolist())
         own = 100.0 * array(residual.relative if residual else None)
-        lines.append(f"Unexplained: {joints} % of each joint's torque, {own:.1f} % of the payload's torque.")
+        yield f"Unexplained: {joints} % of each joint's torque, {own:.1f} % of the payload's torque."
         friction = "Friction is that of the stored robot."
         if data.friction == "may differ":
             friction = (
@@ -409,25 +401,25 @@ def data_notes(result: PayloadResult) -> list[str]:
                     "it."
                 )
             friction = f"Coulomb friction is estimated anew in each recording; {offsets}"
-        lines.append(friction)
+        yield friction
         if waves := dict.fromkeys((wave.joint, round(wave.waves)) for wave in result.ripple or ()):
             counts = ", ".join(f"joint {joint} {count}" for joint, count in waves)
             recordings = max(1, len(result.repeats.sources if result.repeats else ()), len(data.lags_s))
             by_noise = 1.0 - (1.0 - RIPPLE_CHANCE) ** (len(result.joints or ()) * recordings)
-            lines.append(
+            yield (
                 f"Ripple that comes with the payload, in waves per turn (or per 2 pi m): {counts}. It may be "
                 f"chance: noise alone shows such a wave in {100 * RIPPLE_CHANCE:.0f} % of joints and recordings, "
                 f"here in at least one with a probability of {100 * by_noise:.0f} %. It is estimated too, which "
                 "widens the intervals."
             )
         sums = result.visibility.combinations if result.visibility else ()
-        lines += [f"Only this sum is visible: {names}." for names in sums]
+        yield from (f"Only this sum is visible: {names}." for names in sums)
     elif residual and residual.relative is not None:
-        lines.append(f"Relative residual of the robot's model: {evidence.residual_text(residual)}")
+        yield f"Relative residual of the robot's model: {evidence.residual_text(residual)}"
     if residual and residual.validation:
-        lines.append(f"On the validation recording: {evidence.residual_text(residual.validation)}")
+        yield f"On the validation recording: {evidence.residual_text(residual.validation)}"
     if data.friction == "may differ" and not result.short:
-        lines.append(
+        yield (
             "In methods 3 and 4, and in method 1 with a stored robot, friction under load may differ from that "
             "without (--friction-change); the intervals allow for it."
         )
@@ -436,5 +428,4 @@ def data_notes(result: PayloadResult) -> list[str]:
         pairs = f"{len(data.lags_s)} pair{'s' * (len(data.lags_s) > 1)}"
         largest, rms = (1e3 * array(x) for x in (data.max_position_mismatch_rad, data.rms_position_mismatch_rad))
         apart = f"positions then differ by at most {largest:.2f} mrad (rms {rms:.3f})."
-        lines.append(f"{pairs} aligned by {' to '.join(ends)} s; {apart}")
-    return lines
+        yield f"{pairs} aligned by {' to '.join(ends)} s; {apart}"
