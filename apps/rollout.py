@@ -15,12 +15,12 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common.arrays import Array
-from ..common.errors import InputError
+from ..common import Array, InputError
 from ..common.progress import each
-from ..estimation.fit.settings import DEFAULTS, Settings
+from ..estimation import Settings, measurement
+from ..estimation.fit.settings import DEFAULTS
 from ..estimation.results.parts import Horizon, Rollout
-from ..estimation.signals.filtering import lowpass, measurement
+from ..estimation.signals.filtering import lowpass
 from ..estimation.signals.rows import least_speed
 from ..model import BaseParameters, Processing, Recording, Robot, base_parameters, forward_dynamics_base
 from ..model.dynamics import SMOOTHING, dry_friction_names, smooth_dry_friction, stable_steps
@@ -83,7 +83,28 @@ class IdentifiedArm:
         """``path``: positions, speeds, torques beside the controller's, S x K x 3 n; no inertia, no controller."""
         from scipy.interpolate import CubicHermiteSpline, make_interp_spline
 
-        count, n, samples = self._steps(q, inertia, step), self.robot.n, path.shape[1]
+        # Steps per sample that integrate the stiffest mode stably: dry friction about rest, or the controller.
+        n, samples, mobilities = self.robot.n, path.shape[1], self._mobilities(q)
+        speed = ca.SX.sym("qd", n)
+        slope = ca.jacobian(self._friction(speed, self._level), speed)
+        slopes = np.array(ca.Function("slope", [speed], [ca.densify(slope)])(np.zeros(n)))
+        damping, stiffness = slopes + np.diag(2.0 * _BANDWIDTH * inertia), np.diag(_BANDWIDTH**2 * inertia)
+        rate = max(np.abs(np.linalg.eigvals(mobility @ damping)).max() for mobility in mobilities)
+        spring = max(np.abs(np.linalg.eigvals(mobility @ stiffness)).max() ** 0.5 for mobility in mobilities)
+        count = max(1, int(np.ceil(step / _STEP - 1e-9)), stable_steps(max(rate, spring), step))
+        if count > _FINEST:
+            j = int(np.argmax(np.max([np.diag(m @ damping) for m in mobilities], axis=0))) + 1
+            advice = (
+                f"is its rotor inertia IA{j} missing, or at its bound of zero? Identify it with a motion that "
+                f"accelerates joint {j} more"
+            )
+            if self.robot.drives.side == "link":
+                advice = (
+                    "sensors on the link side see no rotor, and the links alone weigh too little: open loop judges "
+                    "nothing here, the torques of 'dynident identify --validate' do"
+                )
+            fault = f"friction of joint {j} of {self.robot.name} is too fast to integrate ({rate:.0f} 1/s)"
+            raise InputError(f"{fault}: {advice}")
         settings = np.concatenate([[step / count, 0.5 * _BANDWIDTH, 2.0 * _BANDWIDTH, 0.0], inertia, np.zeros(n)])
         positions, torques = (np.empty((len(q), samples, n)) for _ in range(2))
         x = np.hstack([q, qd, np.zeros_like(q)])
@@ -105,30 +126,6 @@ class IdentifiedArm:
                 torques[:, part] = out[::count, :, 3 * n : 4 * n].swapaxes(0, 1)
                 x = states[-1]
         return positions, torques
-
-    def _steps(self, q: Array, inertia: Array, step: float) -> int:
-        """Steps per sample that integrate the stiffest mode stably: dry friction about rest, or the controller."""
-        n, mobilities = self.robot.n, self._mobilities(q)
-        speed = ca.SX.sym("qd", n)
-        slope = ca.jacobian(self._friction(speed, self._level), speed)
-        slopes = np.array(ca.Function("slope", [speed], [ca.densify(slope)])(np.zeros(n)))
-        damping, stiffness = slopes + np.diag(2.0 * _BANDWIDTH * inertia), np.diag(_BANDWIDTH**2 * inertia)
-        rate = max(np.abs(np.linalg.eigvals(mobility @ damping)).max() for mobility in mobilities)
-        spring = max(np.abs(np.linalg.eigvals(mobility @ stiffness)).max() ** 0.5 for mobility in mobilities)
-        count = max(1, int(np.ceil(step / _STEP - 1e-9)), stable_steps(max(rate, spring), step))
-        if count > _FINEST:
-            j = int(np.argmax(np.max([np.diag(m @ damping) for m in mobilities], axis=0))) + 1
-            of_motor = (
-                f"is its rotor inertia IA{j} missing, or at its bound of zero? Identify it with a motion that "
-                f"accelerates joint {j} more"
-            )
-            of_link = (
-                "sensors on the link side see no rotor, and the links alone weigh too little: open loop judges "
-                "nothing here, the torques of 'dynident identify --validate' do"
-            )
-            fault = f"friction of joint {j} of {self.robot.name} is too fast to integrate ({rate:.0f} 1/s)"
-            raise InputError(f"{fault}: {of_link if self.robot.drives.side == 'link' else of_motor}")
-        return count
 
     def _mobilities(self, q: Array) -> list[Array]:
         """Inverses of the inertia matrix at some states of paths S x K x n, n x n each."""
@@ -180,16 +177,11 @@ class Errors:
     by: Mapping[str, Array]  # model -> root mean square over the joints of each start at each time, S x K
     resting: NDArray[np.bool_]  # starts at which no joint moved, shape (S,)
 
-    def spread(self, model: str, seconds: float, resting: bool = False) -> tuple[float, float] | None:
-        """Error of a model after one of ``times``, median and 90 % of the starts; None without such starts."""
-        errors = np.sort(self.by[model][self.resting == resting, int(np.argmin(np.abs(self.times - seconds)))])
-        last = len(errors) - 1
-        return (float(errors[int(0.5 * last)]), float(errors[int(0.9 * last)])) if len(errors) else None
-
     def spreads(self, seconds: float, resting: bool = False) -> dict[str, tuple[float, float]]:
-        """Errors of every model by its name; empty without such starts."""
-        every = {model: self.spread(model, seconds, resting) for model in self.by}
-        return {model: spread for model, spread in every.items() if spread is not None}
+        """Error of every model after one of ``times``, median and 90 % of the starts; empty without such starts."""
+        chosen, at = self.resting == resting, int(np.argmin(np.abs(self.times - seconds)))
+        last, every = int(chosen.sum()) - 1, {by: np.sort(own[chosen, at]).tolist() for by, own in self.by.items()}
+        return {by: (own[int(0.5 * last)], own[int(0.9 * last)]) for by, own in every.items() if own}
 
 
 def roll_out_all(

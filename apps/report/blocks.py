@@ -52,11 +52,12 @@ class Table:
 
 
 class Text(NamedTuple):
-    """A paragraph; a heading within a section, which pages alone have; or a verdict, by its ``level``."""
+    """A paragraph; a verdict, by its ``level``; or, of pages alone, a heading in a section or text to be copied."""
 
     words: str
     heading: bool = False
     level: str = ""
+    copied: str = ""  # identifier of the text to be copied
 
 
 class Notes:
@@ -75,13 +76,6 @@ class Pair(NamedTuple):
 
     left: Sequence[Block]
     right: Sequence[Block]
-
-
-class Code(NamedTuple):
-    """Text of a page that is to be copied; ``name``: its identifier there."""
-
-    name: str
-    text: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +107,7 @@ class Drawing:
         return self.draw()
 
 
-Block = Table | Text | Notes | Pair | Code | OnPage | Drawing
+Block = Table | Text | Notes | Pair | OnPage | Drawing
 
 
 class Section(NamedTuple):

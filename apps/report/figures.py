@@ -46,11 +46,21 @@ def matplotlib() -> Any:
     return matplotlib
 
 
-def panels(size: tuple[float, float], rows: int = 1, columns: int = 1, **options: Any) -> tuple[Figure, Any]:
-    """A figure of width and height [inches] and its panels, shape (rows, columns); ``options``: of ``subplots``."""
+def panels(
+    size: tuple[float, float], rows: int = 1, columns: int = 1, framed: bool = False, **options: Any
+) -> tuple[Figure, Any]:
+    """A figure of width and height [inches] and its panels, shape (rows, columns); ``options``: of ``subplots``.
+
+    Panels have a light grid and no frame at the top and the right, unless they are ``framed``.
+    """
     figure: Any = matplotlib().figure.Figure(figsize=size, layout="constrained")
     figure._repr_svg_ = partial(svg_text, figure, "figure")  # a notebook shows it, whatever backend it has chosen
-    return figure, figure.subplots(rows, columns, squeeze=False, **options)
+    axes = figure.subplots(rows, columns, squeeze=False, **options)
+    for axis in () if framed else axes.flat:
+        axis.grid(visible=True, color="0.9", linewidth=0.6)
+        axis.set_axisbelow(True)
+        axis.spines[["top", "right"]].set_visible(False)
+    return figure, axes
 
 
 def legend(figure: Figure, axes: Iterable[Axes]) -> None:
@@ -70,13 +80,6 @@ def log_scale(axis: Axes) -> None:
     axis.yaxis.set_minor_locator(ticker.NullLocator())
 
 
-def plain(axis: Axes) -> None:
-    """A light grid, and no frame at the top and the right."""
-    axis.grid(visible=True, color="0.9", linewidth=0.6)
-    axis.set_axisbelow(True)
-    axis.spines[["top", "right"]].set_visible(False)
-
-
 def named_panels(rows: Sequence[Sequence[str]], **options: Any) -> tuple[Figure, list[Axes]]:
     """Panels one below the other, each with upright names below the whole numbers from 0 on."""
     size = (max(0.18 * max(map(len, rows)) + 1.2, 6.0), 2.5 * len(rows) + 0.5)
@@ -85,7 +88,6 @@ def named_panels(rows: Sequence[Sequence[str]], **options: Any) -> tuple[Figure,
         axis.set_xticks(range(len(names)), names, rotation=90, fontsize=7)
         axis.tick_params(axis="x", length=0)
         axis.set_xlim(-0.8, len(names) - 0.2)
-        plain(axis)
     return figure, list(axes[:, 0])
 
 
@@ -105,7 +107,6 @@ def interval_rows(
         axis.text(middle, row, missing, bbox=box, ha="center", va="center", fontsize=9, style="italic")
     axis.set_yticks(rows, names)
     axis.set_ylim(len(names) - 0.4, -0.6)
-    plain(axis)
 
 
 def by_joint(n: int, columns: Mapping[str, Callable[[Axes, int], None]], title: str = "", **options: Any) -> Figure:
@@ -115,7 +116,6 @@ def by_joint(n: int, columns: Mapping[str, Callable[[Axes, int], None]], title: 
         for j, axis in enumerate(column):
             draw(axis, j)
             axis.tick_params(labelsize=8)
-            plain(axis)
         column[0].set_title(heading, fontsize=9)
         column[-1].set_xlabel("lag [s]" if heading == LAG else "time [s]")
     for j, axis in enumerate(axes[:, 0], 1):
@@ -185,8 +185,6 @@ def prediction_figures(prediction: TorquePrediction, name: str) -> tuple[Drawing
         figure, ((above,), (below,)) = panels((5.8, 3.2), 2, sharex=True, height_ratios=(2, 1))
         torques(above, worst)
         residual(below, worst)
-        plain(above)
-        plain(below)
         above.set_ylabel(f"joint {worst + 1} [N·m]")
         legend(figure, [above])
         below.set(xlabel="time [s]", ylabel="residual")
@@ -266,7 +264,6 @@ def flange_figure(payload: PossibleEstimate, inertia: bool, flange: bool) -> Dra
                 axis.tick_params(labelsize=8)
                 axis.locator_params(nbins=5)
                 axis.margins(0.12)
-                plain(axis)
             above.set(xlim=(middle[i] - half, middle[i] + half), ylim=(middle[k] - half, middle[k] + half))
         legend(figure, [axes[0, 0]])
         return figure
@@ -277,7 +274,7 @@ def flange_figure(payload: PossibleEstimate, inertia: bool, flange: bool) -> Dra
 
 def save_drawing(path: str | Path, robot: Robot, q: Sequence[float], title: str) -> None:
     """Draw the arm at a pose [rad or m] from three sides with its joint axes [mm], as PNG, SVG or PDF."""
-    (figure, (axes,)), frames = panels((15.0, 5.6), 1, 3), frames_at(robot, q)
+    (figure, (axes,)), frames = panels((15.0, 5.6), 1, 3, framed=True), frames_at(robot, q)
     bends = [np.zeros(3), frames[0].p]
     for before, frame, joint, position in zip(frames, frames[1:], robot.joints, q, strict=False):
         bends += [(before @ step(joint, position)[0]).p, frame.p]

@@ -89,7 +89,7 @@ def printed(blocks: Sequence[Block]) -> Iterator[Table | Text | Notes]:
     for block in blocks:
         if isinstance(block, Pair):
             yield from printed((*block.left, *block.right))
-        elif isinstance(block, Table | Notes) or (isinstance(block, Text) and not block.heading):
+        elif isinstance(block, Table | Notes) or (isinstance(block, Text) and not (block.heading or block.copied)):
             yield block
 
 

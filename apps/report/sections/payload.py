@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import starmap
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from ....model import INERTIAL
 from ...export.controllers import FORMATS
 from ...export.load import is_flange, load_of
 from ...numbers import SIX, interval_digits, rounded, six, with_interval, with_sigma
-from ..blocks import Block, Code, Drawing, Notes, OnPage, Pair, Report, Section, Table, Text
+from ..blocks import Block, Drawing, Notes, OnPage, Pair, Report, Section, Table, Text
 from ..figures import BLUE, Figure, flange_figure, interval_rows, legend, panels
 from . import evidence
 
@@ -210,13 +211,13 @@ def controller_blocks(result: PayloadResult) -> list[Block]:
             "payload.json --to NAME --flange-frame X Y Z RX RY RZ' converts it, given the pose of the flange in "
             "that frame. The numbers as identified:"
         )
-        return [Text(where), Code("controller-plain", controller_line(result))]
+        return [Text(where), Text(controller_line(result), copied="controller-plain")]
     load = replace(at_flange, reasons=())  # which stand beside it
     maker = next((form for word, form in _MAKERS.items() if word in result.title.lower()), "")
 
     def written(form: str) -> list[Block]:
         try:
-            return [Code(f"controller-{form}", FORMATS[form].text(load).rstrip("\n"))]
+            return [Text(FORMATS[form].text(load).rstrip("\n"), copied=f"controller-{form}")]
         except InputError as error:
             return [Text(f"This controller would refuse it: {error}.")]
 
@@ -231,20 +232,17 @@ def methods_section(result: PayloadResult) -> Section:
     free, possible, best = {estimate.method: estimate for estimate in result.free}, result.possible, result.best
 
     def draw() -> Figure:
+        scale, places = np.array([[1.0], [1e3], [1e3], [1e3]]), _FREE + np.arange(len(possible))
         pairs = (possible, [free[each.method] for each in possible])
-        filled, opened = (np.array([[e.ten[9], *1e3 * array(e.com, 3)] for e in own]) for own in pairs)
-        coms = (1e3 * array(each.com_interval95, 3, 2) for each in possible)
-        ends = np.array([[bounds(each.interval95)[9], *com] for each, com in zip(possible, coms, strict=True)])
-        agreed = np.full((4, 3), np.nan)
-        if best is not None:
-            agreed = np.concatenate([filled[..., None], ends], axis=2)[possible.index(best)]
+        filled, opened = (np.array([scale * known_rows(each)[9:13, :3] for each in own]) for own in pairs)
+        agreed = np.full((4, 3), np.nan) if best is None else filled[possible.index(best)]
         figure, (axes,) = panels((9.0, 0.42 * len(filled) + 1.35), 1, 4, sharey=True)
         names = [f"method {each.method}" for each in possible]
         titles = ("mass [kg]", *(f"centre of mass {axis} [mm]" for axis in "xyz"))
         for k, (axis, title) in enumerate(zip(axes, titles, strict=True)):
-            interval_rows(axis, names, filled[:, k], ends[:, k], agreed[k])
+            interval_rows(axis, names, filled[:, k, 0], filled[:, k, 1:], agreed[k])
             look: dict[str, Any] = {"color": "black", "fillstyle": "none", "markersize": 5, "linestyle": "none"}
-            axis.plot(opened[:, k], np.arange(len(opened)) + _FREE, "D", label="least squares alone", **look)
+            axis.plot(opened[:, k, 0], places, "D", label="least squares alone", **look)
             axis.set_title(title, fontsize=10)
             axis.locator_params(axis="x", nbins=4)
         axes[0].plot([], [], "o-", color=BLUE, label="with constraints, 95 %")
@@ -286,42 +284,44 @@ def methods_section(result: PayloadResult) -> Section:
     return Section("methods", "Every parameter, and the methods side by side", blocks)
 
 
+def known_rows(estimate: FreeEstimate | PossibleEstimate) -> Array:
+    """Value, 95 % interval and larger sigma of the parameters in ``_UNITS``, nan where there is none, N x 4."""
+    larger = np.fmax(numbers(estimate.sigma), numbers(estimate.sigma_robust))
+    rows = [np.column_stack([estimate.ten, bounds(estimate.interval95), larger])]
+    for name, shape in (("com", (3,)), ("inertia_com", (3, 3)), ("principal_moments", (3,))):
+        ends = array(getattr(estimate, f"{name}_interval95", None), *shape, 2)
+        of = (getattr(estimate, f"{name}{kind}", None) for kind in ("", "_sigma", "_sigma_robust"))
+        value, sigma, robust = (array(each, *shape)[..., None] for each in of)
+        row = np.concatenate([value, ends, np.fmax(sigma, robust)], axis=-1)
+        rows.append(six(row) if name == "inertia_com" else row)
+    return np.concatenate(rows)
+
+
 def parameters_table(result: PayloadResult) -> Table:
     """One row a number: value and 95 % interval, other methods, least squares with the larger sigma."""
     best = result.best or result.best_free
-
-    def column(ten: Array, com: Any, inertia: Any, moments: Any = None) -> Array:
-        # Numbers or intervals of the rows, nan where not determined.
-        end = ten.shape[1:]
-        return np.concatenate([ten, array(com, 3, *end), six(array(inertia, 3, 3, *end)), array(moments, 3, *end)])
-
-    def values(estimate: FreeEstimate | PossibleEstimate) -> list[float]:
-        moments = getattr(estimate, "principal_moments", None)
-        return list(column(estimate.ten, estimate.com, estimate.inertia_com, moments).tolist())
-
-    ends = column(np.vstack([np.full((9, 2), np.nan), result.mass.interval95]), result.com.interval95, None)
-    if isinstance(best, PossibleEstimate):
-        intervals = (best.com_interval95, best.inertia_com_interval95, best.principal_moments_interval95)
-        ends = column(bounds(best.interval95), *intervals)
-    shown = [with_interval(x, *end) for x, end in zip(values(best), ends.tolist(), strict=True)]
+    shown = known_rows(best)[:, :3]
+    if result.best is None:  # intervals of what was determined
+        shown[:, 1:] = np.nan
+        shown[9:13, 1:] = np.vstack([result.mass.interval95, result.com.interval95])
     columns: dict[str, Sequence[str]] = {"": [*_UNITS], "unit": [*_UNITS.values()]}
-    columns[f"method {result.method}"], columns["95 % interval"] = zip(*shown, strict=True)
-    digits = [interval_digits(high - low) for low, high in ends]
+    columns[f"method {result.method}"], columns["95 % interval"] = zip(
+        *starmap(with_interval, shown.tolist()), strict=True
+    )
+    digits = list(map(interval_digits, shown[:, 2] - shown[:, 1]))
     for each in result.possible:
         if each is not result.best:
-            columns[f"method {each.method}"] = list(map(rounded, values(each), digits))
+            columns[f"method {each.method}"] = list(map(rounded, known_rows(each)[:, 0].tolist(), digits))
     for own in result.free:
-        coms = np.fmax(array(own.com_sigma, 3), array(own.com_sigma_robust, 3))
-        inertias = np.fmax(array(own.inertia_com_sigma, 3, 3), array(own.inertia_com_sigma_robust, 3, 3))
-        with_sigmas = zip(values(own), column(own.larger_sigma, coms, inertias).tolist(), strict=True)
-        columns[f"method {own.method} free"] = [with_sigma(x, s) if np.isfinite(x) else "-" for x, s in with_sigmas]
+        rows = [with_sigma(x, sigma) if np.isfinite(x) else "-" for x, _, _, sigma in known_rows(own).tolist()]
+        columns[f"method {own.method} free"] = rows
     if result.gain_sigma:
         by_gains = [f"{x:.2g}" if np.isfinite(x) else "" for x in numbers(best.sigma_with_gains)]
         columns["sigma with gains"] = [*by_gains, *[""] * (len(_UNITS) - len(by_gains))]
     if result.visibility:
         columns["by these joints"] = [result.visibility.parameters.get(name, "") for name in _UNITS]
-    rows = list(zip(*columns.values(), strict=True))
-    return Table(f"Every parameter in {result.frame}", list(columns), rows, ("M", "com z", "YZ at com"))
+    title, lines = f"Every parameter in {result.frame}", list(zip(*columns.values(), strict=True))
+    return Table(title, list(columns), lines, ("M", "com z", "YZ at com"))
 
 
 def method_notes(result: PayloadResult) -> Iterator[str]:

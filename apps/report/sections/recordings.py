@@ -19,7 +19,7 @@ from ...logs.log_check import FollowingChange, LogReport, RobotFits
 from ...numbers import joined, percent
 from ..blocks import Block, Drawing, Notes, OnPage, Report, Section, Table, Text
 from ..documents import Look
-from ..figures import BLUE, GREY, ORANGE, Figure, by_joint, panels, plain, signals
+from ..figures import BLUE, GREY, ORANGE, Figure, by_joint, panels, signals
 from .robot import robot_description
 
 _MARKS = {"error": "ERROR", "warning": "warning", "note": "note"}
@@ -243,7 +243,6 @@ def following_report(change: FollowingChange, robot: Robot) -> Report:
         axis.set_xticks(places, [row.name for row in joints])
         axis.set_ylabel(f"root mean square [{unit}]")
         axis.legend(fontsize=9, frameon=False)
-        plain(axis)
         return figure
 
     caption = f"Root mean square of the {change.kind} before and after the number was entered, with 95 % intervals."
@@ -336,7 +335,7 @@ def _multiples(arms: Sequence[Arm], kind: str) -> Figure:
     rows = {arm.name: [line for line in arm.series if line.quantity.startswith(kind)] for arm in arms}
     columns = max(map(len, rows.values()))
     size = (0.5 + 0.08 * max(map(len, rows)) + 1.05 * columns, 0.55 + 0.48 * len(arms))
-    figure, axes = panels(size, len(arms), columns, sharex=True, sharey="col")
+    figure, axes = panels(size, len(arms), columns, framed=True, sharex=True, sharey="col")
     for line, (arm, row) in zip(axes, rows.items(), strict=True):
         for axis, series in zip(line, row, strict=False):
             drift: Drift = series.working

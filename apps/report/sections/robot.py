@@ -21,7 +21,7 @@ from ....model.robot import SOURCED
 from ...numbers import joined, percent, with_sigma
 from ...rollout import CONSTANT, GROWTH_TIME, IDENTIFIED
 from ..blocks import Block, Drawing, Notes, Report, Section, Table, Text
-from ..figures import BLUE, GREY, ORANGE, Figure, log_scale, panels, plain
+from ..figures import BLUE, GREY, ORANGE, Figure, log_scale, panels
 from . import evidence
 
 _HEADINGS = ("joint", "kind", "alpha", "d", "theta", "r", "from", "to", "speed", "accel.", "torque")
@@ -320,13 +320,13 @@ def _rolled(rollout: Rollout, number: int) -> tuple[str, list[Block]]:
     def draw() -> Figure:
         figure, ((axis,),) = panels((5.8, 3.2))
         for by, (colour, style) in zip(errors.by, _STYLES, strict=False):
-            low, high = np.array([errors.spread(by, seconds, not moving) for seconds in errors.times]).T / size
+            spreads = (errors.spreads(seconds, not moving)[by] for seconds in errors.times)
+            low, high = np.array(list(spreads)).T / size
             axis.plot(errors.times, low, color=colour, linestyle=style, label=by)
             axis.fill_between(errors.times, low, high, color=colour, alpha=0.2, linewidth=0)
         log_scale(axis)
         axis.set(xlabel="time after the start [s]", ylabel=f"error [{unit}]")
         axis.legend(fontsize=9, frameon=False)
-        plain(axis)
         return figure
 
     headings = ("after", *(heading for by in errors.by for heading in (by, f"{by}, 90 %")))
