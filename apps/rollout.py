@@ -22,10 +22,9 @@ from ..estimation.fit.settings import DEFAULTS
 from ..estimation.results.parts import Horizon, Rollout
 from ..estimation.signals.filtering import lowpass
 from ..estimation.signals.rows import least_speed
-from ..model import BaseParameters, Processing, Recording, Robot, base_parameters, forward_dynamics_base
+from ..model import BaseParameters, Recording, Robot, base_parameters, forward_dynamics_base
 from ..model.dynamics import SMOOTHING, dry_friction_names, smooth_dry_friction, stable_steps
 from ..model.kernel.kernel import Kernel
-from ..model.motion import Measurement
 from .extras import mujoco_model
 
 HORIZONS = (0.1, 0.5, 1.0, 2.0)  # s: after which times the error is stated, unless others are asked for
@@ -245,7 +244,23 @@ def roll_out_all(
             with np.errstate(all="ignore"):
                 grown = np.linalg.norm(ends[1] - ends[0], axis=1) / _NUDGE
             growth = float(np.median(np.where(np.isfinite(grown), grown, np.inf)))
-        relative, joints, strayed = _replay(arm, measured, processing, recording.source)
+        # Replay: the path is followed in overlapping pieces, all at once; torques are compared below the cut-off.
+        lead = min(round(_LEAD / step), size // 4)
+        length = min(round(_SEGMENT / step), size - lead)
+        pieces = max(1, (size - lead) // length)
+        windows = length * np.arange(pieces)[:, None] + np.arange(lead + length)
+        # A stiff controller would feel speeds that are not the slopes of the positions.
+        path, followed = arm.followed(motion.q[windows], np.gradient(motion.q, step, axis=0)[windows], step)
+        joined, speeds = slice(lead, lead + pieces * length), np.abs(motion.qd)
+        fast = speeds[joined] >= least_speed(speeds.max(axis=0), processing)
+        torque, replayed = (
+            np.where(fast, lowpass(torques, step, cutoff, recording.source), 0.0)
+            for torques in (measured.torque[joined], followed[:, lead:].reshape(-1, robot.n))
+        )
+        missed, norms = np.linalg.norm(replayed - torque, axis=0), np.linalg.norm(torque, axis=0)
+        with np.errstate(all="ignore"):
+            joints = np.where(norms > 0.0, missed / norms, np.nan)
+            relative = float(np.linalg.norm(missed) / np.linalg.norm(norms))
         errors = Errors(all(joint.revolute for joint in arm.robot.joints), step * samples, by, resting)
         told = Rollout(
             source=recording.source,
@@ -256,7 +271,7 @@ def roll_out_all(
             growth=growth,
             replay_relative=relative,
             replay_joints=joints,
-            replay_strayed=strayed,
+            replay_strayed=float(np.sqrt(np.mean(np.square((path - motion.q[windows])[:, lead:])))),
         )
         rollouts.append(told.made_by(errors))
     return tuple(rollouts)
@@ -267,32 +282,3 @@ def _rms(difference: Array) -> Array:
     with np.errstate(all="ignore"):
         rms = np.sqrt(np.mean(np.square(difference), axis=2))
     return np.where(np.isfinite(rms), rms, np.inf)
-
-
-def _replay(
-    arm: IdentifiedArm, measured: Measurement, processing: Processing, source: str
-) -> tuple[float, Array, float]:
-    """Follow the path in overlapping pieces, all at once; torques are compared below the cut-off."""
-    motion, size = measured.motion, len(measured.motion.t)
-    step = float(motion.t[1] - motion.t[0])
-    lead = min(round(_LEAD / step), size // 4)
-    length = min(round(_SEGMENT / step), size - lead)
-    pieces = max(1, (size - lead) // length)
-    windows = length * np.arange(pieces)[:, None] + np.arange(lead + length)
-    # A stiff controller would feel speeds that are not the slopes of the positions.
-    q, torque = arm.followed(motion.q[windows], np.gradient(motion.q, step, axis=0)[windows], step)
-    joined = slice(lead, lead + pieces * length)
-    n = motion.q.shape[1]
-    predicted = torque[:, lead:].reshape(-1, n)
-    strayed = (q - motion.q[windows])[:, lead:]
-    speeds = np.abs(motion.qd)
-    fast = speeds[joined] >= least_speed(speeds.max(axis=0), processing)
-    measured_q, followed = (
-        np.where(fast, lowpass(torques, step, processing.cutoff, source), 0.0)
-        for torques in (measured.torque[joined], predicted)
-    )
-    errors, norms = np.linalg.norm(followed - measured_q, axis=0), np.linalg.norm(measured_q, axis=0)
-    with np.errstate(all="ignore"):
-        joints = np.where(norms > 0.0, errors / norms, np.nan)
-        relative = float(np.linalg.norm(errors) / np.linalg.norm(norms))
-    return relative, joints, float(np.sqrt(np.mean(np.square(strayed))))

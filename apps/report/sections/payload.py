@@ -227,6 +227,19 @@ def controller_blocks(result: PayloadResult) -> list[Block]:
     return [*([every.pop(maker)] if maker else []), OnPage(lambda: [*every.values(), more], title)]
 
 
+def known_rows(estimate: FreeEstimate | PossibleEstimate) -> Array:
+    """Value, 95 % interval and larger sigma of the parameters in ``_UNITS``, nan where there is none, N x 4."""
+    larger = np.fmax(numbers(estimate.sigma), numbers(estimate.sigma_robust))
+    rows = [np.column_stack([estimate.ten, bounds(estimate.interval95), larger])]
+    for name, shape in (("com", (3,)), ("inertia_com", (3, 3)), ("principal_moments", (3,))):
+        ends = array(getattr(estimate, f"{name}_interval95", None), *shape, 2)
+        of = (getattr(estimate, f"{name}{kind}", None) for kind in ("", "_sigma", "_sigma_robust"))
+        value, sigma, robust = (array(each, *shape)[..., None] for each in of)
+        row = np.concatenate([value, ends, np.fmax(sigma, robust)], axis=-1)
+        rows.append(six(row) if name == "inertia_com" else row)
+    return np.concatenate(rows)
+
+
 def methods_section(result: PayloadResult) -> Section:
     """Every method's payload, with constraints and without, whether it can exist, and where sigma comes from."""
     free, possible, best = {estimate.method: estimate for estimate in result.free}, result.possible, result.best
@@ -259,12 +272,37 @@ def methods_section(result: PayloadResult) -> Section:
             f"{result.method})."
         )
         blocks.append(Drawing("methods", caption, draw, f"{caption} Masses: {masses}."))
+    # One row a number: value and 95 % interval, other methods, least squares with the larger sigma.
+    shown = known_rows(best or result.best_free)[:, :3]
+    if best is None:  # intervals of what was determined
+        shown[:, 1:] = np.nan
+        shown[9:13, 1:] = np.vstack([result.mass.interval95, result.com.interval95])
+    columns: dict[str, Sequence[str]] = {"": [*_UNITS], "unit": [*_UNITS.values()]}
+    columns[f"method {result.method}"], columns["95 % interval"] = zip(
+        *starmap(with_interval, shown.tolist()), strict=True
+    )
+    digits = list(map(interval_digits, shown[:, 2] - shown[:, 1]))
+    for each in result.possible:
+        if each is not best:
+            columns[f"method {each.method}"] = list(map(rounded, known_rows(each)[:, 0].tolist(), digits))
+    for own in result.free:
+        cells = [with_sigma(x, sigma) if np.isfinite(x) else "-" for x, _, _, sigma in known_rows(own).tolist()]
+        columns[f"method {own.method} free"] = cells
+    if result.gain_sigma:
+        by_gains = [
+            f"{x:.2g}" if np.isfinite(x) else "" for x in numbers((best or result.best_free).sigma_with_gains)
+        ]
+        columns["sigma with gains"] = [*by_gains, *[""] * (len(_UNITS) - len(by_gains))]
+    if result.visibility:
+        columns["by these joints"] = [result.visibility.parameters.get(name, "") for name in _UNITS]
+    title, ends = f"Every parameter in {result.frame}", ("M", "com z", "YZ at com")
+    rows = list(zip(*columns.values(), strict=True))
     text = (
         "XY is the entry of the inertia matrix, minus the integral of x y dm. On the same trajectories methods "
         "3 and 4 use the same equations, so their agreement confirms nothing. Methods 1 and 2 use the robot's "
         "identified parameters."
     )
-    blocks += [parameters_table(result), Text(text)]
+    blocks += [Table(title, list(columns), rows, ends), Text(text)]
     if best is not None:
         rows = []
         for each in possible:
@@ -282,46 +320,6 @@ def methods_section(result: PayloadResult) -> Section:
         blocks += [Table("Physical consistency", headings, rows), Notes([text, constraints])]
     blocks.append(Notes(method_notes(result)))
     return Section("methods", "Every parameter, and the methods side by side", blocks)
-
-
-def known_rows(estimate: FreeEstimate | PossibleEstimate) -> Array:
-    """Value, 95 % interval and larger sigma of the parameters in ``_UNITS``, nan where there is none, N x 4."""
-    larger = np.fmax(numbers(estimate.sigma), numbers(estimate.sigma_robust))
-    rows = [np.column_stack([estimate.ten, bounds(estimate.interval95), larger])]
-    for name, shape in (("com", (3,)), ("inertia_com", (3, 3)), ("principal_moments", (3,))):
-        ends = array(getattr(estimate, f"{name}_interval95", None), *shape, 2)
-        of = (getattr(estimate, f"{name}{kind}", None) for kind in ("", "_sigma", "_sigma_robust"))
-        value, sigma, robust = (array(each, *shape)[..., None] for each in of)
-        row = np.concatenate([value, ends, np.fmax(sigma, robust)], axis=-1)
-        rows.append(six(row) if name == "inertia_com" else row)
-    return np.concatenate(rows)
-
-
-def parameters_table(result: PayloadResult) -> Table:
-    """One row a number: value and 95 % interval, other methods, least squares with the larger sigma."""
-    best = result.best or result.best_free
-    shown = known_rows(best)[:, :3]
-    if result.best is None:  # intervals of what was determined
-        shown[:, 1:] = np.nan
-        shown[9:13, 1:] = np.vstack([result.mass.interval95, result.com.interval95])
-    columns: dict[str, Sequence[str]] = {"": [*_UNITS], "unit": [*_UNITS.values()]}
-    columns[f"method {result.method}"], columns["95 % interval"] = zip(
-        *starmap(with_interval, shown.tolist()), strict=True
-    )
-    digits = list(map(interval_digits, shown[:, 2] - shown[:, 1]))
-    for each in result.possible:
-        if each is not result.best:
-            columns[f"method {each.method}"] = list(map(rounded, known_rows(each)[:, 0].tolist(), digits))
-    for own in result.free:
-        rows = [with_sigma(x, sigma) if np.isfinite(x) else "-" for x, _, _, sigma in known_rows(own).tolist()]
-        columns[f"method {own.method} free"] = rows
-    if result.gain_sigma:
-        by_gains = [f"{x:.2g}" if np.isfinite(x) else "" for x in numbers(best.sigma_with_gains)]
-        columns["sigma with gains"] = [*by_gains, *[""] * (len(_UNITS) - len(by_gains))]
-    if result.visibility:
-        columns["by these joints"] = [result.visibility.parameters.get(name, "") for name in _UNITS]
-    title, lines = f"Every parameter in {result.frame}", list(zip(*columns.values(), strict=True))
-    return Table(title, list(columns), lines, ("M", "com z", "YZ at com"))
 
 
 def method_notes(result: PayloadResult) -> Iterator[str]:
