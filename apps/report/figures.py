@@ -92,18 +92,18 @@ def named_panels(rows: Sequence[Sequence[str]], **options: Any) -> tuple[Figure,
 
 
 def interval_rows(
-    axis: Axes, names: Sequence[str], values: Array, ends: Array, agreed: Sequence[float], missing: str = ""
+    axis: Axes, names: Sequence[str], known: Array, agreed: Sequence[float], missing: str = ""
 ) -> None:
-    """A row a name: its value and interval (N, 2), or a word; ``agreed``: value, low and high of all together."""
+    """A row a name: its value, low and high (N, 3), or a word; ``agreed``: those of all together."""
     middle, *band = agreed
     if np.isfinite(band).all():
         axis.axvspan(*band, facecolor="0.9", edgecolor="0.7", hatch="//", linewidth=0.0)
     if np.isfinite(middle):
         axis.axvline(middle, color="black", linestyle="--", linewidth=1.0)
     rows, box = np.arange(len(names)), {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
-    axis.hlines(rows, *ends.T, color=BLUE, linewidth=2.0)
-    axis.plot(values, rows, "o", color=BLUE, markersize=6)
-    for row in np.flatnonzero(np.isnan(values)).tolist():
+    axis.hlines(rows, known[:, 1], known[:, 2], color=BLUE, linewidth=2.0)
+    axis.plot(known[:, 0], rows, "o", color=BLUE, markersize=6)
+    for row in np.flatnonzero(np.isnan(known[:, 0])).tolist():
         axis.text(middle, row, missing, bbox=box, ha="center", va="center", fontsize=9, style="italic")
     axis.set_yticks(rows, names)
     axis.set_ylim(len(names) - 0.4, -0.6)

@@ -115,29 +115,30 @@ def joints_section(masses: Sequence[JointsMass], agreed: Sequence[float], name: 
 
     ``name``: of a known weight among several.
     """
-    ends, rows, told = np.array([array(group.interval95, 2) for group in masses]), [], list[str]()
-    for group, own in zip(masses, ends.tolist(), strict=True):
+    known, rows, told = [(group.mass, *(group.interval95 or (None, None))) for group in masses], [], list[str]()
+    for group, own in zip(masses, np.array(known, dtype=float).tolist(), strict=True):
         share = present(group.share)
-        cells = with_interval(group.mass, *own) if group.mass is not None else ("not visible", "-")
+        cells = with_interval(*own) if group.mass is not None else ("not visible", "-")
         told.append(f"{group.name} {'does not see it' if group.mass is None else f'{group.mass:.4g} kg'}")
         ratio = "-" if share is None else with_sigma(share, float(array(group.share_sigma)))
         rows.append((group.name, "kg", *cells, ratio))
 
     def draw() -> figures.Figure:
         figure, ((left, right),) = figures.panels((9.0, 0.32 * len(masses) + 1.2), 1, 2, width_ratios=(3, 2))
-        values = np.array([group.mass if group.interval95 is not None else None for group in masses], dtype=float)
-        names, mass = [group.name for group in masses], agreed[0]
-        figures.interval_rows(left, names, values, ends, agreed, "not visible")
-        reaches = np.abs(ends - mass).max(axis=1)
+        mass, seen = agreed[0], np.array(known, dtype=float)
+        figures.interval_rows(left, [group.name for group in masses], seen, agreed, "not visible")
+        reaches = np.abs(seen[:, 1:] - mass).max(axis=1)
         reaches = reaches[np.isfinite(reaches)]
         # One joint that hardly sees the mass must not squeeze the others to a line.
         reach = 1.1 * min(float(reaches.max()), max(6.0 * float(np.median(reaches)), 0.1 * abs(mass)))
         left.set_xlim(mass - reach, mass + reach)
         joints = [group for group in masses if len(group.joints) == 1]
-        pairs = [[array(group.share), array(group.share_sigma)] for group in joints]
-        shares, sigmas = np.array(pairs, dtype=float).reshape(-1, 2).T
-        both, alike = np.stack([shares - 2.0 * sigmas, shares + 2.0 * sigmas], axis=1), (1.0, np.nan, np.nan)
-        figures.interval_rows(right, [group.name for group in joints], shares, both, alike, "not determined")
+        shares, sigmas = (
+            np.array([array(getattr(group, of)) for group in joints]) for of in ("share", "share_sigma")
+        )
+        ratios = np.column_stack([shares, shares - 2.0 * sigmas, shares + 2.0 * sigmas])
+        names = [group.name for group in joints]
+        figures.interval_rows(right, names, ratios, (1.0, np.nan, np.nan), "not determined")
         right.set_ylim(left.get_ylim())
         left.set_title("mass [kg]", fontsize=10)
         right.set_title("ratio to the others' payload", fontsize=10)

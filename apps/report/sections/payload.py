@@ -106,8 +106,8 @@ def repeats_section(repeats: Repeats, agreed: Sequence[float]) -> Section:
     def draw() -> Figure:
         names = [f"{k}: {source[-_NAME:]}" for k, source in enumerate(repeats.sources, 1)]
         figure, ((axis,),) = panels((7.0, 0.32 * len(names) + 1.0))
-        ends = masses[:, None] + NORMAL95 * sigmas[:, None] * [-1.0, 1.0]
-        interval_rows(axis, names, masses, ends, agreed)
+        reach = NORMAL95 * sigmas
+        interval_rows(axis, names, np.column_stack([masses, masses - reach, masses + reach]), agreed)
         axis.set_xlabel("mass [kg]")
         return figure
 
@@ -253,7 +253,7 @@ def methods_section(result: PayloadResult) -> Section:
         names = [f"method {each.method}" for each in possible]
         titles = ("mass [kg]", *(f"centre of mass {axis} [mm]" for axis in "xyz"))
         for k, (axis, title) in enumerate(zip(axes, titles, strict=True)):
-            interval_rows(axis, names, filled[:, k, 0], filled[:, k, 1:], agreed[k])
+            interval_rows(axis, names, filled[:, k], agreed[k])
             look: dict[str, Any] = {"color": "black", "fillstyle": "none", "markersize": 5, "linestyle": "none"}
             axis.plot(opened[:, k, 0], places, "D", label="least squares alone", **look)
             axis.set_title(title, fontsize=10)
