@@ -61,7 +61,7 @@ class Text(NamedTuple):
 
 
 class Notes:
-    """Lines of words but empty ones, a list in a page; of ``optional`` ones the first screen shows as many as fit."""
+    """Lines of words but empty ones, a list in a page; a first screen shows as many ``optional`` ones as fit."""
 
     def __init__(self, lines: Iterable[str], optional: bool = False) -> None:
         self.lines, self.optional = list(filter(None, lines)), optional

@@ -164,16 +164,13 @@ def prediction_figures(prediction: TorquePrediction, name: str) -> tuple[Drawing
         for (label, values), (colour, line, width) in zip(prediction.curves.items(), cycle(_CURVES), strict=False):
             axis.plot(*parted(j, values[j]), line, label=label, color=colour, linewidth=width)
 
-    def residual(axis: Axes, j: int) -> None:
+    def residual(axis: Axes, j: int, note: str = "") -> None:
         values = prediction.residual(j)
         largest = 1.15 * float(np.abs(values).max(initial=0.0)) or 1.0
         axis.set_ylim(-largest, largest)
         axis.axhline(0.0, color="0.4", linewidth=0.6)
         axis.plot(*parted(j, values), color="black", linewidth=0.8)
-
-    def noted(axis: Axes, j: int) -> None:
-        residual(axis, j)
-        axis.annotate(f"{percents[j]} %", (0.99, 0.95), xycoords="axes fraction", ha="right", va="top", fontsize=8)
+        axis.annotate(note, (0.99, 0.95), xycoords="axes fraction", ha="right", va="top", fontsize=8)
 
     def autocorrelation(axis: Axes, j: int) -> None:
         axis.plot(*prediction.autocorrelation(j), color="black", linewidth=1.0)
@@ -198,7 +195,8 @@ def prediction_figures(prediction: TorquePrediction, name: str) -> tuple[Drawing
         f"Every joint on {words_of(prediction)}: torque, residual, and the residual's autocorrelation; the dashed "
         "lines hold 95 % of it if the noise were white."
     )
-    columns = {"torque [N·m]": torques, "residual [N·m]": noted, LAG: autocorrelation}
+    noted = {"residual [N·m]": lambda axis, j: residual(axis, j, f"{percents[j]} %")}
+    columns = {"torque [N·m]": torques, **noted, LAG: autocorrelation}
     every = partial(by_joint, n, columns, width_ratios=(5, 3, 2))
     text = f"{of_all} Relative residuals of the joints in percent: {', '.join(percents)}."
     return Drawing("worst_joint", of_one, draw), Drawing(name, of_all, every, text)
