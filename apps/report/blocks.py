@@ -57,7 +57,7 @@ class Text(NamedTuple):
     words: str
     heading: bool = False
     level: str = ""
-    copied: str = ""  # identifier of the text to be copied
+    copied: str | None = None  # identifier of a text to be copied
 
 
 class Notes:

@@ -89,7 +89,9 @@ def printed(blocks: Sequence[Block]) -> Iterator[Table | Text | Notes]:
     for block in blocks:
         if isinstance(block, Pair):
             yield from printed((*block.left, *block.right))
-        elif isinstance(block, Table | Notes) or (isinstance(block, Text) and not (block.heading or block.copied)):
+        elif isinstance(block, Text):
+            yield from [block] * (not block.heading and block.copied is None)
+        elif isinstance(block, Table | Notes):
             yield block
 
 
