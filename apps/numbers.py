@@ -34,6 +34,14 @@ def with_interval(value: float, low: float, high: float) -> tuple[str, str]:
     return rounded(value, digits), f"{rounded(low, digits)} to {rounded(high, digits)}"
 
 
+def with_sigma(value: float, sigma: float) -> str:
+    """Value and standard deviation in one cell: two digits of sigma, the value to the same place."""
+    if not np.isfinite(sigma) or sigma <= 0.0:
+        return f"{value:.6g}"
+    digits = interval_digits(2.0 * sigma)
+    return f"{value:.{digits}f}±{sigma:.{digits}f}"
+
+
 def joined(values: Iterable[float], form: str, separator: str = ", ") -> str:
     """Numbers in a format, one after the other."""
     return separator.join(format(value, form) for value in values)

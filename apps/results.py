@@ -8,14 +8,13 @@ from typing import Any
 import numpy as np
 
 from .. import trajectories  # its rooms are loaded where a next motion is asked for
-from ..common.arrays import Array
-from ..common.errors import InputError
+from ..common import Array, InputError
 from ..common.files import write_bytes
 from ..common.linear import is_covariance
 from ..common.schema import WrongKeyError, naming, present, read_json
-from ..estimation.equations.equations import PAYLOAD, Equations, triangular
-from ..estimation.results.payload import ObservationSystem, PayloadResult
-from ..estimation.results.robot import GainsResult, RobotResult
+from ..estimation import PAYLOAD, Equations, GainsResult, ObservationSystem, PayloadResult, RobotResult
+from ..estimation.equations.equations import triangular
+from ..estimation.results.robot import RobotData
 
 _OF_GAINS = "give the file that --json of 'dynident gains' wrote"
 _OF_ROBOT = "give the file that --json of 'dynident identify' wrote"
@@ -85,17 +84,15 @@ def shown_noise(path: str | Path) -> tuple[Array, float]:
             if "weights" not in data:
                 raise InputError(f"{path}: has no weights: give --torque-noise, or --like JSON")
             return trajectories.MEMORY / np.asarray(data["weights"]), trajectories.INDEPENDENT
-    if read_json(path, dict[str, Any], _OF_BOTH).get("kind") == "payload":
-        shown = present(read_stored_payload(path).data)
-        sigma, rate = (present(shown.torque_noise), present(shown.independent)) if shown else (None, None)
-        if sigma is None or rate is None:
-            raise InputError(f"{path}: has no torque noise of recordings without payload: {_OF_BOTH}")
+    payload = read_json(path, dict[str, Any], _OF_BOTH).get("kind") == "payload"
+    shown = present(read_stored_payload(path).data) if payload else read_stored_robot(path).data
+    sigma, rate = (present(shown.torque_noise), present(shown.independent)) if shown else (None, None)
+    if sigma is not None and rate is not None:
         return np.asarray(sigma), rate
-    own = read_stored_robot(path).data
-    sigma, rate = present(own.torque_noise), present(own.independent)
-    if sigma is None or rate is None:  # without robust standard deviations
-        return trajectories.MEMORY / np.asarray(own.weights), trajectories.INDEPENDENT
-    return np.asarray(sigma), rate
+    if not isinstance(shown, RobotData):
+        raise InputError(f"{path}: has no torque noise of recordings without payload: {_OF_BOTH}")
+    # A robot without robust standard deviations.
+    return trajectories.MEMORY / np.asarray(shown.weights), trajectories.INDEPENDENT
 
 
 def read_earlier(

@@ -15,17 +15,16 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ..common.arrays import Array
-from ..common.errors import InputError
+from ..common import Array, InputError
 from ..common.progress import each
-from ..estimation.fit.settings import DEFAULTS, Settings
+from ..estimation import Settings, measurement
+from ..estimation.fit.settings import DEFAULTS
 from ..estimation.results.robot import Horizon, Rollout
-from ..estimation.signals.filtering import lowpass, measurement
+from ..estimation.signals.filtering import lowpass
 from ..estimation.signals.rows import least_speed
-from ..model import BaseParameters, Processing, Recording, Robot, base_parameters, forward_dynamics_base
+from ..model import BaseParameters, Recording, Robot, base_parameters, forward_dynamics_base
 from ..model.dynamics import SMOOTHING, dry_friction_names, smooth_dry_friction, stable_steps
 from ..model.kernel.kernel import Kernel
-from ..model.motion import Measurement
 from .extras import mujoco_model
 
 HORIZONS = (0.1, 0.5, 1.0, 2.0)  # s: after which times the error is stated, unless others are asked for
@@ -83,7 +82,28 @@ class IdentifiedArm:
         """``path``: positions, speeds, torques beside the controller's, S x K x 3 n; no inertia, no controller."""
         from scipy.interpolate import CubicHermiteSpline, make_interp_spline
 
-        count, n, samples = self._steps(q, inertia, step), self.robot.n, path.shape[1]
+        # Steps per sample that integrate the stiffest mode stably: dry friction about rest, or the controller.
+        n, samples, mobilities = self.robot.n, path.shape[1], self._mobilities(q)
+        speed = ca.SX.sym("qd", n)
+        slope = ca.jacobian(self._friction(speed, self._level), speed)
+        slopes = np.array(ca.Function("slope", [speed], [ca.densify(slope)])(np.zeros(n)))
+        damping, stiffness = slopes + np.diag(2.0 * _BANDWIDTH * inertia), np.diag(_BANDWIDTH**2 * inertia)
+        rate = max(np.abs(np.linalg.eigvals(mobility @ damping)).max() for mobility in mobilities)
+        spring = max(np.abs(np.linalg.eigvals(mobility @ stiffness)).max() ** 0.5 for mobility in mobilities)
+        count = max(1, int(np.ceil(step / _STEP - 1e-9)), stable_steps(max(rate, spring), step))
+        if count > _FINEST:
+            j = int(np.argmax(np.max([np.diag(m @ damping) for m in mobilities], axis=0))) + 1
+            advice = (
+                f"is its rotor inertia IA{j} missing, or at its bound of zero? Identify it with a motion that "
+                f"accelerates joint {j} more"
+            )
+            if self.robot.drives.side == "link":
+                advice = (
+                    "sensors on the link side see no rotor, and the links alone weigh too little: open loop judges "
+                    "nothing here, the torques of 'dynident identify --validate' do"
+                )
+            fault = f"friction of joint {j} of {self.robot.name} is too fast to integrate ({rate:.0f} 1/s)"
+            raise InputError(f"{fault}: {advice}")
         settings = np.concatenate([[step / count, 0.5 * _BANDWIDTH, 2.0 * _BANDWIDTH, 0.0], inertia, np.zeros(n)])
         positions, torques = (np.empty((len(q), samples, n)) for _ in range(2))
         x = np.hstack([q, qd, np.zeros_like(q)])
@@ -105,30 +125,6 @@ class IdentifiedArm:
                 torques[:, part] = out[::count, :, 3 * n : 4 * n].swapaxes(0, 1)
                 x = states[-1]
         return positions, torques
-
-    def _steps(self, q: Array, inertia: Array, step: float) -> int:
-        """Steps per sample that integrate the stiffest mode stably: dry friction about rest, or the controller."""
-        n, mobilities = self.robot.n, self._mobilities(q)
-        speed = ca.SX.sym("qd", n)
-        slope = ca.jacobian(self._friction(speed, self._level), speed)
-        slopes = np.array(ca.Function("slope", [speed], [ca.densify(slope)])(np.zeros(n)))
-        damping, stiffness = slopes + np.diag(2.0 * _BANDWIDTH * inertia), np.diag(_BANDWIDTH**2 * inertia)
-        rate = max(np.abs(np.linalg.eigvals(mobility @ damping)).max() for mobility in mobilities)
-        spring = max(np.abs(np.linalg.eigvals(mobility @ stiffness)).max() ** 0.5 for mobility in mobilities)
-        count = max(1, int(np.ceil(step / _STEP - 1e-9)), stable_steps(max(rate, spring), step))
-        if count > _FINEST:
-            j = int(np.argmax(np.max([np.diag(m @ damping) for m in mobilities], axis=0))) + 1
-            of_motor = (
-                f"is its rotor inertia IA{j} missing, or at its bound of zero? Identify it with a motion that "
-                f"accelerates joint {j} more"
-            )
-            of_link = (
-                "sensors on the link side see no rotor, and the links alone weigh too little: open loop judges "
-                "nothing here, the torques of 'dynident identify --validate' do"
-            )
-            fault = f"friction of joint {j} of {self.robot.name} is too fast to integrate ({rate:.0f} 1/s)"
-            raise InputError(f"{fault}: {of_link if self.robot.drives.side == 'link' else of_motor}")
-        return count
 
     def _mobilities(self, q: Array) -> list[Array]:
         """Inverses of the inertia matrix at some states of paths S x K x n, n x n each."""
@@ -180,16 +176,11 @@ class Errors:
     by: Mapping[str, Array]  # model -> root mean square over the joints of each start at each time, S x K
     resting: NDArray[np.bool_]  # starts at which no joint moved, shape (S,)
 
-    def spread(self, model: str, seconds: float, resting: bool = False) -> tuple[float, float] | None:
-        """Error of a model after one of ``times``, median and 90 % of the starts; None without such starts."""
-        errors = np.sort(self.by[model][self.resting == resting, int(np.argmin(np.abs(self.times - seconds)))])
-        last = len(errors) - 1
-        return (float(errors[int(0.5 * last)]), float(errors[int(0.9 * last)])) if len(errors) else None
-
     def spreads(self, seconds: float, resting: bool = False) -> dict[str, tuple[float, float]]:
-        """Errors of every model by its name; empty without such starts."""
-        every = {model: self.spread(model, seconds, resting) for model in self.by}
-        return {model: spread for model, spread in every.items() if spread is not None}
+        """Error of every model after one of ``times``, median and 90 % of the starts; empty without such starts."""
+        chosen, at = self.resting == resting, int(np.argmin(np.abs(self.times - seconds)))
+        last, every = int(chosen.sum()) - 1, {by: np.sort(own[chosen, at]).tolist() for by, own in self.by.items()}
+        return {by: (own[int(0.5 * last)], own[int(0.9 * last)]) for by, own in every.items() if own}
 
 
 def roll_out_all(
@@ -253,7 +244,23 @@ def roll_out_all(
             with np.errstate(all="ignore"):
                 grown = np.linalg.norm(ends[1] - ends[0], axis=1) / _NUDGE
             growth = float(np.median(np.where(np.isfinite(grown), grown, np.inf)))
-        relative, joints, strayed = _replay(arm, measured, processing, recording.source)
+        # Replay: the path is followed in overlapping pieces, all at once; torques are compared below the cut-off.
+        lead = min(round(_LEAD / step), size // 4)
+        length = min(round(_SEGMENT / step), size - lead)
+        pieces = max(1, (size - lead) // length)
+        windows = length * np.arange(pieces)[:, None] + np.arange(lead + length)
+        # A stiff controller would feel speeds that are not the slopes of the positions.
+        path, followed = arm.followed(motion.q[windows], np.gradient(motion.q, step, axis=0)[windows], step)
+        joined, speeds = slice(lead, lead + pieces * length), np.abs(motion.qd)
+        fast = speeds[joined] >= least_speed(speeds.max(axis=0), processing)
+        torque, replayed = (
+            np.where(fast, lowpass(torques, step, cutoff, recording.source), 0.0)
+            for torques in (measured.torque[joined], followed[:, lead:].reshape(-1, robot.n))
+        )
+        missed, norms = np.linalg.norm(replayed - torque, axis=0), np.linalg.norm(torque, axis=0)
+        with np.errstate(all="ignore"):
+            joints = np.where(norms > 0.0, missed / norms, np.nan)
+            relative = float(np.linalg.norm(missed) / np.linalg.norm(norms))
         errors = Errors(all(joint.revolute for joint in arm.robot.joints), step * samples, by, resting)
         told = Rollout(
             source=recording.source,
@@ -264,7 +271,7 @@ def roll_out_all(
             growth=growth,
             replay_relative=relative,
             replay_joints=joints,
-            replay_strayed=strayed,
+            replay_strayed=float(np.sqrt(np.mean(np.square((path - motion.q[windows])[:, lead:])))),
         )
         rollouts.append(told.made_by(errors))
     return tuple(rollouts)
@@ -275,32 +282,3 @@ def _rms(difference: Array) -> Array:
     with np.errstate(all="ignore"):
         rms = np.sqrt(np.mean(np.square(difference), axis=2))
     return np.where(np.isfinite(rms), rms, np.inf)
-
-
-def _replay(
-    arm: IdentifiedArm, measured: Measurement, processing: Processing, source: str
-) -> tuple[float, Array, float]:
-    """Follow the path in overlapping pieces, all at once; torques are compared below the cut-off."""
-    motion, size = measured.motion, len(measured.motion.t)
-    step = float(motion.t[1] - motion.t[0])
-    lead = min(round(_LEAD / step), size // 4)
-    length = min(round(_SEGMENT / step), size - lead)
-    pieces = max(1, (size - lead) // length)
-    windows = length * np.arange(pieces)[:, None] + np.arange(lead + length)
-    # A stiff controller would feel speeds that are not the slopes of the positions.
-    q, torque = arm.followed(motion.q[windows], np.gradient(motion.q, step, axis=0)[windows], step)
-    joined = slice(lead, lead + pieces * length)
-    n = motion.q.shape[1]
-    predicted = torque[:, lead:].reshape(-1, n)
-    strayed = (q - motion.q[windows])[:, lead:]
-    speeds = np.abs(motion.qd)
-    fast = speeds[joined] >= least_speed(speeds.max(axis=0), processing)
-    measured_q, followed = (
-        np.where(fast, lowpass(torques, step, processing.cutoff, source), 0.0)
-        for torques in (measured.torque[joined], predicted)
-    )
-    errors, norms = np.linalg.norm(followed - measured_q, axis=0), np.linalg.norm(measured_q, axis=0)
-    with np.errstate(all="ignore"):
-        joints = np.where(norms > 0.0, errors / norms, np.nan)
-        relative = float(np.linalg.norm(errors) / np.linalg.norm(norms))
-    return relative, joints, float(np.sqrt(np.mean(np.square(strayed))))

@@ -98,11 +98,11 @@ class Options:
 
     def tell(self, *lines: str) -> None:
         """Print lines no wider than the terminal, unless the run is quiet."""
-        from ..report.blocks import Notes
-        from ..report.render import print_blocks
+        from ..report.blocks import Notes, Report
+        from ..report.render import print_report
 
         if not self.quiet:
-            print_blocks([Notes(lines)])
+            print_report(Report("", [Notes(lines)]), details=True)
 
     def has(self, option: str) -> bool:
         """True for an option that was given."""

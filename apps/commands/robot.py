@@ -19,9 +19,10 @@ from .. import logs, results, view
 from ..export import simulators
 from ..export.own_model import into
 from ..export.robot import robot_notes, stored_whole_robot
+from ..report.blocks import Report
 from ..report.documents import robot_check_document
 from ..report.figures import save_drawing
-from ..report.render import print_blocks
+from ..report.render import print_report
 from ..report.sections.recordings import readings_agree, readings_report
 from ..report.sections.robot import base_description, robot_description
 from . import values
@@ -55,7 +56,8 @@ class _Show(ViewOptions, RobotOptions):
         at = self.at or (0.0,) * robot.n
         with about("--at"):
             q = in_si(at, robot)[None]
-        print_blocks(base_description(robot) if self.base else robot_description(model.stand_in.rehearsed(robot)))
+        shown = base_description(robot) if self.base else robot_description(model.stand_in.rehearsed(robot))
+        print_report(Report("", shown), details=True)
         if self.drawing:
             self.tell(draw(robot, self.drawing, at))
         still = model.Motion(np.zeros(1), q, np.zeros_like(q), np.zeros_like(q))
@@ -159,7 +161,7 @@ class _New(Options):
         if self.template:
             self.tell(f"Written: {out}. Fill it in, then: dynident robot show --robot {out}")
             return
-        print_blocks(robot_description(robot))
+        print_report(Report("", robot_description(robot)), details=True)
         self.tell(draw(robot, self.drawing or str(out.with_suffix(".svg")), drawn_at))
         self.tell(
             f"Written: {out}. Compare the drawing with the data sheet before you use it. What else is known goes "

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import isfinite
 from typing import TYPE_CHECKING, Literal, NamedTuple
-
-from ..numbers import interval_digits
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -55,18 +52,19 @@ class Table:
 
 
 class Text(NamedTuple):
-    """A paragraph; a heading within a section, which pages alone have; or a verdict, by its ``level``."""
+    """A paragraph; a verdict, by its ``level``; or, of pages alone, a heading in a section or text to be copied."""
 
     words: str
     heading: bool = False
     level: str = ""
+    copied: str | None = None  # identifier of a text to be copied
 
 
-class Notes(NamedTuple):
-    """Lines of words, a list in a page; of ``optional`` ones the first screen shows as many as fit."""
+class Notes:
+    """Lines of words but empty ones, a list in a page; a first screen shows as many ``optional`` ones as fit."""
 
-    lines: Sequence[str]
-    optional: bool = False
+    def __init__(self, lines: Iterable[str], optional: bool = False) -> None:
+        self.lines, self.optional = list(filter(None, lines)), optional
 
 
 class Pair(NamedTuple):
@@ -74,13 +72,6 @@ class Pair(NamedTuple):
 
     left: Sequence[Block]
     right: Sequence[Block]
-
-
-class Code(NamedTuple):
-    """Text of a page that is to be copied; ``name``: its identifier there."""
-
-    name: str
-    text: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +103,7 @@ class Drawing:
         return self.draw()
 
 
-Block = Table | Text | Notes | Pair | Code | OnPage | Drawing
+Block = Table | Text | Notes | Pair | OnPage | Drawing
 
 
 class Section(NamedTuple):
@@ -145,16 +136,3 @@ class Report:
                 left[:0] = [*block.left, *block.right]
             elif isinstance(block, OnPage):
                 left[:0] = block.blocks
-
-
-def lines(*texts: str) -> list[str]:
-    """The texts that say something."""
-    return [text for text in texts if text]
-
-
-def with_sigma(value: float, sigma: float) -> str:
-    """Value and standard deviation in one cell: two digits of sigma, the value to the same place."""
-    if not isfinite(sigma) or sigma <= 0.0:
-        return f"{value:.6g}"
-    digits = interval_digits(2.0 * sigma)
-    return f"{value:.{digits}f}±{sigma:.{digits}f}"

@@ -13,22 +13,21 @@ import numpy as np
 from msgspec import UNSET, UnsetType, field
 
 from ... import __version__
-from ...common.arrays import Array
+from ...common import Array, Document, Vector
 from ...common.files import write_bytes
-from ...common.schema import Document, Matrix, Vector
-from ...estimation import measurement
+from ...common.schema import Matrix
+from ...estimation import GainsResult, PayloadResult, RobotResult, measurement
 from ...estimation.diagnosis.kinematics import PoseCheck, Readings
 from ...estimation.equations.observer import Observer, used
-from ...estimation.results.payload import PayloadResult, VisibilityDocument
-from ...estimation.results.robot import GainsResult, Number, RobotResult, Rollout
+from ...estimation.results.payload import VisibilityDocument
+from ...estimation.results.robot import Number, Rollout
 from ...model import Motion, Recording, Robot
 from ...model.inertia import PayloadSpread
 from ...model.motion import Measurement
 from ...model.visibility import PayloadVisibility
-from ...trajectories import Design, DesignProblem, Fourier, NearShape, Score, StaticShape, Trapezoid, ViaPoints
+from ...trajectories import Design, DesignProblem, Floor, Fourier, NearShape, Rung, Score, StaticShape, ViaPoints
 from ...trajectories.design.limits import LimitCheck
-from ...trajectories.design.score import Learnt, Rung, holding_torques, learnt_of, score_samples
-from ...trajectories.design.search import Floor
+from ...trajectories.design.score import Learnt, holding_torques, learnt_of, score_samples
 from ...trajectories.motions.family import Samples
 from ..export.motion import rests_on
 from ..fleet.comparing import Compared, Fleet
@@ -310,12 +309,12 @@ def design_document(judged: JudgedMotion) -> DesignDocument:
     problem, learnt, relative = score.problem, judged.learnt, judged.learnt.relative_sigma(judged.reference)
     percent = {name: 100.0 * relative[name] if name in relative else None for name in learnt.sigma}
     motion: MotionDocument | UnsetType = UNSET
-    plan = None if design is None else design.plan
-    if isinstance(plan, ViaPoints):
-        ramp = plan.segment.ramp if isinstance(plan.segment, Trapezoid) else None
-        motion = MotionDocument.of(plan, kind="via points", segments=plan.segment.name, ramp=ramp)
-    elif isinstance(plan, Fourier):
-        motion = MotionDocument.of(plan, kind="fourier", offset=plan.offset[0], a=plan.a[0], b=plan.b[0])
+    match design and design.plan:
+        case ViaPoints() as plan:
+            ramp = getattr(plan.segment, "ramp", None)
+            motion = MotionDocument.of(plan, kind="via points", segments=plan.segment.name, ramp=ramp)
+        case Fourier() as plan:
+            motion = MotionDocument.of(plan, kind="fourier", offset=plan.offset[0], a=plan.a[0], b=plan.b[0])
     return DesignDocument.made(
         *(problem, score, score, learnt, design, judged),
         robot_fingerprint=problem.robot.fingerprint,

@@ -45,11 +45,21 @@ def matplotlib() -> Any:
     return matplotlib
 
 
-def panels(size: tuple[float, float], rows: int = 1, columns: int = 1, **options: Any) -> tuple[Figure, Any]:
-    """A figure of width and height [inches] and its panels, shape (rows, columns); ``options``: of ``subplots``."""
+def panels(
+    size: tuple[float, float], rows: int = 1, columns: int = 1, framed: bool = False, **options: Any
+) -> tuple[Figure, Any]:
+    """A figure of width and height [inches] and its panels, shape (rows, columns); ``options``: of ``subplots``.
+
+    Panels have a light grid and no frame at the top and the right, unless they are ``framed``.
+    """
     figure: Any = matplotlib().figure.Figure(figsize=size, layout="constrained")
     figure._repr_svg_ = partial(svg_text, figure, "figure")  # a notebook shows it, whatever backend it has chosen
-    return figure, figure.subplots(rows, columns, squeeze=False, **options)
+    axes = figure.subplots(rows, columns, squeeze=False, **options)
+    for axis in () if framed else axes.flat:
+        axis.grid(visible=True, color="0.9", linewidth=0.6)
+        axis.set_axisbelow(True)
+        axis.spines[["top", "right"]].set_visible(False)
+    return figure, axes
 
 
 def legend(figure: Figure, axes: Iterable[Axes]) -> None:
@@ -69,13 +79,6 @@ def log_scale(axis: Axes) -> None:
     axis.yaxis.set_minor_locator(ticker.NullLocator())
 
 
-def plain(axis: Axes) -> None:
-    """A light grid, and no frame at the top and the right."""
-    axis.grid(visible=True, color="0.9", linewidth=0.6)
-    axis.set_axisbelow(True)
-    axis.spines[["top", "right"]].set_visible(False)
-
-
 def named_panels(rows: Sequence[Sequence[str]], **options: Any) -> tuple[Figure, list[Axes]]:
     """Panels one below the other, each with upright names below the whole numbers from 0 on."""
     size = (max(0.18 * max(map(len, rows)) + 1.2, 6.0), 2.5 * len(rows) + 0.5)
@@ -84,27 +87,25 @@ def named_panels(rows: Sequence[Sequence[str]], **options: Any) -> tuple[Figure,
         axis.set_xticks(range(len(names)), names, rotation=90, fontsize=7)
         axis.tick_params(axis="x", length=0)
         axis.set_xlim(-0.8, len(names) - 0.2)
-        plain(axis)
     return figure, list(axes[:, 0])
 
 
 def interval_rows(
-    axis: Axes, names: Sequence[str], values: Array, ends: Array, agreed: Sequence[float], missing: str = ""
+    axis: Axes, names: Sequence[str], known: Array, agreed: Sequence[float], missing: str = ""
 ) -> None:
-    """A row a name: its value and interval (N, 2), or a word; ``agreed``: value, low and high of all together."""
+    """A row a name: its value, low and high (N, 3), or a word; ``agreed``: those of all together."""
     middle, *band = agreed
     if np.isfinite(band).all():
         axis.axvspan(*band, facecolor="0.9", edgecolor="0.7", hatch="//", linewidth=0.0)
     if np.isfinite(middle):
         axis.axvline(middle, color="black", linestyle="--", linewidth=1.0)
     rows, box = np.arange(len(names)), {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
-    axis.hlines(rows, *ends.T, color=BLUE, linewidth=2.0)
-    axis.plot(values, rows, "o", color=BLUE, markersize=6)
-    for row in np.flatnonzero(np.isnan(values)).tolist():
+    axis.hlines(rows, known[:, 1], known[:, 2], color=BLUE, linewidth=2.0)
+    axis.plot(known[:, 0], rows, "o", color=BLUE, markersize=6)
+    for row in np.flatnonzero(np.isnan(known[:, 0])).tolist():
         axis.text(middle, row, missing, bbox=box, ha="center", va="center", fontsize=9, style="italic")
     axis.set_yticks(rows, names)
     axis.set_ylim(len(names) - 0.4, -0.6)
-    plain(axis)
 
 
 def by_joint(n: int, columns: Mapping[str, Callable[[Axes, int], None]], title: str = "", **options: Any) -> Figure:
@@ -114,7 +115,6 @@ def by_joint(n: int, columns: Mapping[str, Callable[[Axes, int], None]], title: 
         for j, axis in enumerate(column):
             draw(axis, j)
             axis.tick_params(labelsize=8)
-            plain(axis)
         column[0].set_title(heading, fontsize=9)
         column[-1].set_xlabel("lag [s]" if heading == LAG else "time [s]")
     for j, axis in enumerate(axes[:, 0], 1):
@@ -163,16 +163,13 @@ def prediction_figures(prediction: TorquePrediction, name: str) -> tuple[Drawing
         for (label, values), (colour, line, width) in zip(prediction.curves.items(), cycle(_CURVES), strict=False):
             axis.plot(*parted(j, values[j]), line, label=label, color=colour, linewidth=width)
 
-    def residual(axis: Axes, j: int) -> None:
+    def residual(axis: Axes, j: int, note: str = "") -> None:
         values = prediction.residual(j)
         largest = 1.15 * float(np.abs(values).max(initial=0.0)) or 1.0
         axis.set_ylim(-largest, largest)
         axis.axhline(0.0, color="0.4", linewidth=0.6)
         axis.plot(*parted(j, values), color="black", linewidth=0.8)
-
-    def noted(axis: Axes, j: int) -> None:
-        residual(axis, j)
-        axis.annotate(f"{percents[j]} %", (0.99, 0.95), xycoords="axes fraction", ha="right", va="top", fontsize=8)
+        axis.annotate(note, (0.99, 0.95), xycoords="axes fraction", ha="right", va="top", fontsize=8)
 
     def autocorrelation(axis: Axes, j: int) -> None:
         axis.plot(*prediction.autocorrelation(j), color="black", linewidth=1.0)
@@ -184,8 +181,6 @@ def prediction_figures(prediction: TorquePrediction, name: str) -> tuple[Drawing
         figure, ((above,), (below,)) = panels((5.8, 3.2), 2, sharex=True, height_ratios=(2, 1))
         torques(above, worst)
         residual(below, worst)
-        plain(above)
-        plain(below)
         above.set_ylabel(f"joint {worst + 1} [N·m]")
         legend(figure, [above])
         below.set(xlabel="time [s]", ylabel="residual")
@@ -199,7 +194,8 @@ def prediction_figures(prediction: TorquePrediction, name: str) -> tuple[Drawing
         f"Every joint on {words_of(prediction)}: torque, residual, and the residual's autocorrelation; the dashed "
         "lines hold 95 % of it if the noise were white."
     )
-    columns = {"torque [N·m]": torques, "residual [N·m]": noted, LAG: autocorrelation}
+    noted = {"residual [N·m]": lambda axis, j: residual(axis, j, f"{percents[j]} %")}
+    columns = {"torque [N·m]": torques, **noted, LAG: autocorrelation}
     every = partial(by_joint, n, columns, width_ratios=(5, 3, 2))
     text = f"{of_all} Relative residuals of the joints in percent: {', '.join(percents)}."
     return Drawing("worst_joint", of_one, draw), Drawing(name, of_all, every, text)
@@ -265,7 +261,6 @@ def flange_figure(payload: PossibleEstimate, inertia: bool, flange: bool) -> Dra
                 axis.tick_params(labelsize=8)
                 axis.locator_params(nbins=5)
                 axis.margins(0.12)
-                plain(axis)
             above.set(xlim=(middle[i] - half, middle[i] + half), ylim=(middle[k] - half, middle[k] + half))
         legend(figure, [axes[0, 0]])
         return figure
@@ -276,7 +271,7 @@ def flange_figure(payload: PossibleEstimate, inertia: bool, flange: bool) -> Dra
 
 def save_drawing(path: str | Path, robot: Robot, q: Sequence[float], title: str) -> None:
     """Draw the arm at a pose [rad or m] from three sides with its joint axes [mm], as PNG, SVG or PDF."""
-    (figure, (axes,)), frames = panels((15.0, 5.6), 1, 3), frames_at(robot, q)
+    (figure, (axes,)), frames = panels((15.0, 5.6), 1, 3, framed=True), frames_at(robot, q)
     bends = [np.zeros(3), frames[0].p]
     for before, frame, joint, position in zip(frames, frames[1:], robot.joints, q, strict=False):
         bends += [(before @ step(joint, position)[0]).p, frame.p]

@@ -39,13 +39,11 @@ _MERGED = 24  # letters of words that stand beside several rows
 _WIDE = 7.5  # inches: a wider figure scrolls where the screen is narrow
 
 
-def print_blocks(blocks: Sequence[Block], stream: IO[str] | None = None) -> None:
-    """Print tables and lines; a table wider than the terminal is printed in parts, one below the other."""
-    print_report(Report("", blocks), details=True, stream=stream)
-
-
 def print_report(report: Report, details: bool = False, stream: IO[str] | None = None) -> None:
-    """Print what fits on a screen of 25 lines and how much is left out, or all of it, with ``details``."""
+    """Print what fits on a screen of 25 lines and how much is left out, or all of it, with ``details``.
+
+    A table wider than the terminal is printed in parts, one below the other.
+    """
     width, stream = max(get_terminal_size((COLUMNS, LINES)).columns, _FEWEST), stream or sys.stdout
     try:
         stream.writelines(f"{printable(line)}\n" for line in _screen(report, details, width))
@@ -64,8 +62,8 @@ def _screen(report: Report, details: bool, width: int) -> list[str]:
     if details:
         for section in report.sections:
             if inside := list(printed(section.blocks)):
-                blocks += [Notes(["", section.title.upper()]), *inside]
-        blocks += [Notes(["", *report.notes])] if report.notes else []
+                blocks += [Text(""), Text(section.title.upper()), *inside]
+        blocks += [Text(""), Notes(report.notes)] if report.notes else []
         return [line for block in blocks for line in _lines(block, width)]
     shown = [_lines(block, width, first=True) for block in blocks]
     room, left_out, said = LINES - 1 - sum(map(len, shown)), 0, set[str]()
@@ -91,7 +89,9 @@ def printed(blocks: Sequence[Block]) -> Iterator[Table | Text | Notes]:
     for block in blocks:
         if isinstance(block, Pair):
             yield from printed((*block.left, *block.right))
-        elif isinstance(block, Table | Notes) or (isinstance(block, Text) and not block.heading):
+        elif isinstance(block, Text):
+            yield from [block] * (not block.heading and block.copied is None)
+        elif isinstance(block, Table | Notes):
             yield block
 
 

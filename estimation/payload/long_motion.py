@@ -21,12 +21,11 @@ import numpy as np
 from ...common import Array, Brief, InputError, decomposed, frozen_array, one_thread
 from ...common.errors import listed
 from ...common.schema import naming
-from ...model import BaseParameters, InertialParameters, Processing, Recording, Robot, base_parameters
+from ...model import BaseParameters, InertialParameters, Pose, Processing, Recording, Robot, base_parameters
 from ...model.drives import joint_of, parameter_kind
 from ...model.friction import is_friction
 from ...model.inertia import INERTIAL
 from ...model.motion import Measurement
-from ...model.pose import Pose
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations, check_blocks, merged
 from ..equations.observer import PATH, Observation, Observer, Used, known_spring, recorded, reduced, used

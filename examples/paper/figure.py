@@ -23,7 +23,7 @@ def save_repetitions(path: str | Path, scenarios: Mapping[str, Mapping[str, Repe
         scenarios: title -> method -> its answers.
     """
     size = (9.0, 2.6 * len(scenarios) + 0.6)
-    figure, rows = panels(size, len(scenarios), 2, sharex="col", width_ratios=(3, 2))
+    figure, rows = panels(size, len(scenarios), 2, framed=True, sharex="col", width_ratios=(3, 2))
     for (left, right), (title, methods) in zip(rows, scenarios.items(), strict=True):
         for k, (who, repetition) in enumerate(methods.items()):
             _spread(left, who, repetition, k, len(methods))

@@ -19,8 +19,8 @@ from dynident.apps.commands.simulate import (
     simulate_paper,
 )
 from dynident.apps.commands.values import share, whole
-from dynident.apps.report.blocks import Notes, Table
-from dynident.apps.report.render import print_blocks
+from dynident.apps.report.blocks import Notes, Report, Table
+from dynident.apps.report.render import print_report
 from dynident.apps.report.sections.evidence import residual_text
 from dynident.common.progress import Progress
 from dynident.estimation import PAYLOAD as TEN
@@ -188,7 +188,7 @@ def main() -> None:
         experiment = simulate_paper(robot, noise, arguments.seed, arguments.trajectories, told)
     with status("reducing") as progress:
         blocks = compared(experiment, progress)
-    print_blocks(blocks)
+    print_report(Report("", blocks), details=True)
 
 
 def compared(experiment: Experiment, progress: Progress) -> list[Table | Notes]:

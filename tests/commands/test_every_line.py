@@ -18,8 +18,8 @@ import pytest
 from cyclopts import CycloptsError
 from dynident.apps.commands import BROKEN_PIPE, COMMANDS, entry
 from dynident.apps.commands.entry import application
-from dynident.apps.report.blocks import Notes
-from dynident.apps.report.render import COLUMNS, print_blocks
+from dynident.apps.report.blocks import Notes, Report
+from dynident.apps.report.render import COLUMNS, print_report
 from dynident.apps.report.render import LINES as LINES_OF_SCREEN
 from dynident.common.errors import InputError
 from dynident.model import load_robot
@@ -356,7 +356,7 @@ def test_a_full_disk_is_one_line(check: list[str]) -> None:
 
 
 def test_what_is_printed_moves_no_terminal(capsys: pytest.CaptureFixture[str]) -> None:
-    print_blocks([Notes([SPEAKS_TO_TERMINALS])])
+    print_report(Report("", [Notes([SPEAKS_TO_TERMINALS])]), details=True)
     assert capsys.readouterr().out == "\\x1b[31m\\x9b2J\\u202e\\udcff\n"
 
 

@@ -218,7 +218,7 @@ def test_what_excludes_the_truth_is_named(problem: LongMotion, wrong: Constraint
         assert right not in [conflict.constraint for conflict in estimate.conflicts]
         assert estimate.conflict
         assert np.isnan(estimate.intervals.parameters).all()
-    notes = method_notes(answer.result)
+    notes = list(method_notes(answer.result))
     assert any(note.startswith("Contradicted by method 1, 2, 3, 4: " + wrong.description) for note in notes)
     assert notes[0].startswith("No intervals")
 

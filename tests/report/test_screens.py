@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident import trajectories
-from dynident.apps.report.blocks import Block, Notes, Report, Section, Table, with_sigma
+from dynident.apps.numbers import with_sigma
+from dynident.apps.report.blocks import Block, Notes, Report, Section, Table
 from dynident.apps.report.documents import DOCUMENTS, schema_text
 from dynident.apps.report.figures import log_scale, svg_text
 from dynident.apps.report.render import COLUMNS, LINES, screen_text

@@ -1,23 +1,22 @@
 """Parts that several reports share: verdict, errors of the gains, torques, joints, and how well parameters show."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from msgspec import UnsetType
 
 from ....common.schema import present
-from ....estimation import Gains
-from ....estimation.diagnosis.evidence import Verdict
+from ....estimation import PayloadResult, RobotResult, Verdict
 from ....estimation.fit.estimate import Fit
 from ....estimation.fit.linear_problem import Excitation
-from ....estimation.fit.own_equations import TermChoice
 from ....estimation.payload.by_joints import JointsMass
 from ....estimation.results.payload import PayloadData, TorquePrediction, array
-from ....estimation.results.robot import EliminationDocument, ProcessingDocument, ResidualDocument, RobotResult
-from ...numbers import joined, percent, with_interval
+from ....estimation.results.robot import EliminationDocument, ProcessingDocument, ResidualDocument
+from ....model import Recording
+from ...numbers import joined, percent, with_interval, with_sigma
 from .. import figures
-from ..blocks import Block, Drawing, Notes, OnPage, Section, Table, Text, with_sigma
+from ..blocks import Block, Drawing, Notes, OnPage, Section, Table, Text
 
 _GOOD = 10.0  # ten times the noise: 10 % relative sigma
 _LEAST, _MOST = 1e-2, 1e9
@@ -41,22 +40,23 @@ def reason_blocks(verdict: Verdict) -> list[Block]:
     return [Text("Reasons for the verdict", heading=True), Notes(reasons, optional=True)]
 
 
-def model_notes(terms: Sequence[TermChoice], processing: ProcessingDocument, gains: Gains | None) -> list[str]:
+def model_notes(result: PayloadResult | RobotResult) -> list[str]:
     """Lines on friction beside Coulomb and viscous, and on errors of the drive gains that intervals allow for."""
-    kept, tried = [], [term for term in terms if term.fall is not None]
-    for term in tried:
-        share, error = (100 * array(x) for x in (term.fall, term.error))
-        kept += [f"{term.name} ({share:.0f} ± {error:.0f} %)"] if term.kept else []
-    untried = [str(present(term.why_not)) for term in terms if term.fall is None]
-    told = [f"Load-dependent and root-of-speed friction were not tried: {why}." for why in untried[:1]]
+    kept, told, gains = list[str](), "", result.gains
+    for term in result.friction or ():
+        if term.fall is None:
+            told = f"Load-dependent and root-of-speed friction were not tried: {present(term.why_not)}."
+        elif term.kept:
+            kept.append(f"{term.name} ({100 * term.fall:.0f} ± {100 * array(term.error):.0f} %)")
     if kept:
         falls = "in brackets, how much each lowers the squared error on held-out data (--friction)"
-        told = [f"Friction terms beyond Coulomb and viscous: {', '.join(kept)}; {falls}."]
+        told = f"Friction terms beyond Coulomb and viscous: {', '.join(kept)}; {falls}."
     # Torque sensors on the link side have scales, motors have gains.
+    processing = present(result.processing) or ProcessingDocument()
     scales = "scales of the torque sensors" if processing.torque_side == "link" else "drive gains"
     each = "motor" if processing.coulomb else "joint"
     if gains is None or not (gains.identified or any((*gains.per_joint, gains.common))):
-        return [*told, f"{scales.capitalize()} are taken as exact; errors in them would not show in any residual."]
+        return [told, f"{scales.capitalize()} are taken as exact; errors in them would not show in any residual."]
     if gains.identified:
         percents = joined(100.0 * np.sqrt(np.diag(gains.covariance(len(gains.identified)))), ".2g")
         line = f"The intervals allow for the errors of the identified drive gains: {percents} % per {each}."
@@ -65,7 +65,7 @@ def model_notes(terms: Sequence[TermChoice], processing: ProcessingDocument, gai
         common = f" and {100.0 * gains.common:g} % common to all joints" if gains.common else ""
         source = ", the default (--gain-sigma changes it)" if gains.assumed else ""
         line = f"The intervals allow for errors of the {scales}: {percents} % per {each}{common}{source}."
-    return [*told, line, *gains.notes]
+    return [told, line, *gains.notes]
 
 
 def residual_text(fit: Fit | ResidualDocument) -> str:
@@ -81,8 +81,8 @@ def conditioning(equations: int | UnsetType, parameters: int | UnsetType, of: Pa
     return f"{size}; condition number {raw:.4g} (SI units, unweighted), {scaled:.3g} with columns scaled."
 
 
-def torques(made: Any, recordings: int = 0) -> tuple[OnPage, Section]:
-    """The worst joint's torque for the first page; all torques of some of ``recordings``; made when a page asks."""
+def torques(made: Any, used: Callable[[], Sequence[Recording]] = tuple) -> tuple[OnPage, Section]:
+    """The worst joint's torque for the first page; all torques of some recordings ``used``, when a page asks."""
 
     def worst() -> list[Block]:
         # Held out before fitted, with payload before without.
@@ -96,11 +96,10 @@ def torques(made: Any, recordings: int = 0) -> tuple[OnPage, Section]:
             "autocorrelation and is an error of the model; white noise would stay within the dashed lines."
         )
         if not any(prediction.held_out for prediction in shown):
-            text += (
-                " No recording was held out (--validate), so this is the fit itself; new data would fit less well."
-            )
-        if recordings > len(shown):
-            text += f" {recordings - len(shown)} more recordings were used but are not drawn."
+            fitted = "so this is the fit itself; new data would fit less well."
+            text += f" No recording was held out (--validate), {fitted}"
+        if (left_out := len(used()) - len(shown)) > 0:
+            text += f" {left_out} more recordings were used but are not drawn."
         rows = [(figures.words_of(each), *map(percent, each.relative_per_joint.tolist())) for each in shown]
         joints = [f"joint {j}" for j in range(1, len(shown[0].t) + 1)] if shown else []
         headings = ("norm of the residual over norm of the torque", *joints)
@@ -110,32 +109,35 @@ def torques(made: Any, recordings: int = 0) -> tuple[OnPage, Section]:
     return OnPage(worst), Section("torques", "Measured and predicted torques", [OnPage(drawn)])
 
 
-def joints_section(masses: Sequence[JointsMass], mass: float, interval: Sequence[float], name: str = "") -> Section:
-    """Mass [kg] by groups of joints and each joint's share; ``name``: of a known weight among several."""
-    ends, rows, told = np.array([array(group.interval95, 2) for group in masses]), [], list[str]()
-    for group, own in zip(masses, ends.tolist(), strict=True):
-        share, ratio = present(group.share), "-"
-        cells = with_interval(group.mass, *own) if group.mass is not None else ("not visible", "-")
+def joints_section(masses: Sequence[JointsMass], agreed: Sequence[float], name: str = "") -> Section:
+    """Mass by groups of joints and each joint's share; ``agreed``: by all together, and its interval [kg].
+
+    ``name``: of a known weight among several.
+    """
+    known, rows, told = [(group.mass, *(group.interval95 or (None, None))) for group in masses], [], list[str]()
+    for group, own in zip(masses, np.array(known, dtype=float).tolist(), strict=True):
+        share = present(group.share)
+        cells = with_interval(*own) if group.mass is not None else ("not visible", "-")
         told.append(f"{group.name} {'does not see it' if group.mass is None else f'{group.mass:.4g} kg'}")
-        if share is not None:
-            ratio = with_sigma(share, float(array(group.share_sigma)))
+        ratio = "-" if share is None else with_sigma(share, float(array(group.share_sigma)))
         rows.append((group.name, "kg", *cells, ratio))
 
     def draw() -> figures.Figure:
         figure, ((left, right),) = figures.panels((9.0, 0.32 * len(masses) + 1.2), 1, 2, width_ratios=(3, 2))
-        values = np.array([group.mass if group.interval95 is not None else None for group in masses], dtype=float)
-        names = [group.name for group in masses]
-        figures.interval_rows(left, names, values, ends, (mass, *interval), "not visible")
-        reaches = np.abs(ends - mass).max(axis=1)
+        mass, seen = agreed[0], np.array(known, dtype=float)
+        figures.interval_rows(left, [group.name for group in masses], seen, agreed, "not visible")
+        reaches = np.abs(seen[:, 1:] - mass).max(axis=1)
         reaches = reaches[np.isfinite(reaches)]
         # One joint that hardly sees the mass must not squeeze the others to a line.
         reach = 1.1 * min(float(reaches.max()), max(6.0 * float(np.median(reaches)), 0.1 * abs(mass)))
         left.set_xlim(mass - reach, mass + reach)
         joints = [group for group in masses if len(group.joints) == 1]
-        pairs = [[array(group.share), array(group.share_sigma)] for group in joints]
-        shares, sigmas = np.array(pairs, dtype=float).reshape(-1, 2).T
-        both, alike = np.stack([shares - 2.0 * sigmas, shares + 2.0 * sigmas], axis=1), (1.0, np.nan, np.nan)
-        figures.interval_rows(right, [group.name for group in joints], shares, both, alike, "not determined")
+        shares, sigmas = (
+            np.array([array(getattr(group, of)) for group in joints]) for of in ("share", "share_sigma")
+        )
+        ratios = np.column_stack([shares, shares - 2.0 * sigmas, shares + 2.0 * sigmas])
+        names = [group.name for group in joints]
+        figures.interval_rows(right, names, ratios, (1.0, np.nan, np.nan), "not determined")
         right.set_ylim(left.get_ylim())
         left.set_title("mass [kg]", fontsize=10)
         right.set_title("ratio to the others' payload", fontsize=10)
@@ -157,8 +159,8 @@ def joints_section(masses: Sequence[JointsMass], mass: float, interval: Sequence
     return Section(f"joints{name}", "The payload as each joint sees it", blocks)
 
 
-def excitation_section(made: Any, labels: Mapping[str, str]) -> Section:
-    """A figure, and the numbers to be opened; ``labels`` are shown in the place of parameters' names."""
+def excitation_section(made: Any) -> Section:
+    """A figure, and the numbers to be opened; parameters are called as they are grouped ("ZZ1R")."""
 
     def shown() -> list[Block]:
         excitation: Excitation | None = made.excitation
@@ -168,6 +170,8 @@ def excitation_section(made: Any, labels: Mapping[str, str]) -> Section:
                 "identification shows what its motion excited."
             )
             return [Text(text)]
+        base = getattr(made, "base", None) or made.problem.base
+        labels = dict(zip(base.columns, base.names, strict=True))
         names, weak, rows = [labels.get(name, name) for name in excitation.names], list[str](), []
         columns = zip(names, excitation.signal, excitation.independent, excitation.share, strict=True)
         for name, signal, own, ratio in columns:

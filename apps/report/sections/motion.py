@@ -16,7 +16,7 @@ from ....trajectories.design.problem import BALL
 from ....trajectories.design.score import Learnt, holding_torques, load_torques
 from ...export.motion import assumed_line, rests_on
 from ...numbers import joined
-from ..blocks import Block, Drawing, Notes, OnPage, Report, Section, Table, Text, lines
+from ..blocks import Block, Drawing, Notes, OnPage, Report, Section, Table, Text
 from ..documents import JudgedMotion, NearResult
 from ..figures import Figure, by_joint, log_scale, named_panels, signals
 from .robot import assumed_notes
@@ -78,7 +78,7 @@ def design_report(judged: JudgedMotion) -> Report:
         limits,
         _taught_table(problem, learnt),
         Notes([noise_line(problem), f"Criterion {criterion_text(kind, reached)}.", *after]),
-        Notes(lines(replayed, *brakes_note, *assumed, floored), optional=True),
+        Notes([replayed, *brakes_note, *assumed, floored], optional=True),
         *([_how_to_run(score.duration, writers, "payload")] if after else []),
     ]
     recorded = f"{length:g} s of data, the motion repeated" if length else "recorded once"
@@ -165,9 +165,8 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
         "--arm-mass). A slow run does not reveal them either."
     )
     remarks = [f"Duration {course}", "" if problem.torque_limited else unchecked, *brakes_note]
-    rungs = []
-    for k, rung in enumerate(result.ladder, 1):
-        rungs.append((f"run {k}", f"{100.0 * rung.speed:.0f}", f"{rung.mass:.2f}", f"{rung.bound:.2f}"))
+    steps = [(f"{100.0 * rung.speed:.0f}", f"{rung.mass:.2f}", f"{rung.bound:.2f}") for rung in result.ladder]
+    rungs = [(f"run {k}", *step) for k, step in enumerate(steps, 1)]
     headings = ("step", "speed %", "safe up to kg", "then known to be below kg")
     ladder = "Ladder: go on only if the last run showed no more than the next one allows"
     payload = f"{mass:g} kg at ({joined(1e3 * expected.com, 'g')}) mm"
@@ -177,7 +176,7 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
         _spread_table(f"Predicted accuracy for {payload}", result.spread),
         *([Table(ladder, headings, rungs)] if rungs else []),
         Notes([*noted, after]),
-        Notes(lines(*hints, *remarks, *assumed_notes(robot, *rests_on(problem))), optional=True),
+        Notes([*hints, *remarks, *assumed_notes(robot, *rests_on(problem))], optional=True),
         OnPage(lambda: [limits]),
         _how_to_run(plan.duration, writers, command),
     ]
@@ -195,22 +194,23 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
 
 def _limits(title: str, score: Score) -> tuple[Text, Table]:
     """Say if a motion keeps its limits, what was not checked, and how near it comes to each limit."""
-    rows, missed = [], dict[str, None]()
+    rows, missed = [], [limit for limit in score.limits if str(limit) in score.violations]
     for limit in score.limits:
-        kept = "met"
-        if str(limit) in score.violations:
-            kept, missed[limit.name] = f"violated by {limit.violation:.4g}", None
+        kept = f"violated by {limit.violation:.4g}" if limit in missed else "met"
         rows.append((limit.name, f"{limit.value:.4g}", f"{limit.limit:.4g}", limit.worst, kept))
     scene = score.problem.scene or Scene()
     unseen = [kind for kind in _KINDS if not any(row[0].startswith(kind) for row in rows)]
     level, keeps = ("mass_and_com_only", "within all checked limits") if unseen else ("use", "within all limits")
     if not score.feasible:
-        level, keeps = "do_not_use", f"NOT within its limits of {', '.join(missed)}"
+        level, keeps = (
+            "do_not_use",
+            f"NOT within its limits of {', '.join(dict.fromkeys(one.name for one in missed))}",
+        )
     radii = {body.radius for body in scene.bodies if body.link and body.name != BALL}
     tubes = f" (tubes of {1e3 * max(radii):.0f} mm radius)" if len(radii) == 1 else ""
     looked = [f"the arm itself{tubes}"] * bool(scene.pairs) + [f"the {surface.name}" for surface in scene.surfaces]
-    unseen += ["self-collision"] * (not scene.pairs)
-    unseen += ["floor"] * (not any("floor" in surface.name for surface in scene.surfaces))
+    floored = any("floor" in surface.name for surface in scene.surfaces)
+    unseen += [*["self-collision"] * (not scene.pairs), *["floor"] * (not floored)]
     unseen += [*["payload"] * (score.problem.payloads is None), "cables and cell"]
     clear = f" Collisions checked with {' and '.join(looked)}." * bool(looked)
     banner = Text(f"{title}: {keeps}.{clear} NOT checked: {', '.join(unseen)}.", level=level)

@@ -1,16 +1,16 @@
 """A payload, by a long motion or a short one: first what to use and what to type in; then what it rests on."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import starmap
 from typing import Any
 
 import numpy as np
 
-from ....common.arrays import Array
-from ....common.errors import InputError
+from ....common import Array, InputError
+from ....estimation import METHOD_NAMES
 from ....estimation.fit.covariance import NORMAL95
-from ....estimation.fit.settings import METHOD_NAMES
 from ....estimation.payload.by_joints import Repeats
 from ....estimation.payload.short_motion import OFFSET_SHARE, RIPPLE_CHANCE
 from ....estimation.possible.payload import CONFLICT
@@ -18,8 +18,8 @@ from ....estimation.results.payload import FreeEstimate, PayloadResult, Possible
 from ....model import INERTIAL
 from ...export.controllers import FORMATS
 from ...export.load import is_flange, load_of
-from ...numbers import SIX, interval_digits, rounded, six, with_interval
-from ..blocks import Block, Code, Drawing, Notes, OnPage, Pair, Report, Section, Table, Text, lines, with_sigma
+from ...numbers import SIX, interval_digits, rounded, six, with_interval, with_sigma
+from ..blocks import Block, Drawing, Notes, OnPage, Pair, Report, Section, Table, Text
 from ..figures import BLUE, Figure, flange_figure, interval_rows, legend, panels
 from . import evidence
 
@@ -54,22 +54,19 @@ _METHODS = {
 def payload_report(result: PayloadResult, document: str | None = None, notes: Sequence[str] = ()) -> Report:
     """Verdict, what to enter, quantities, reasons; what it rests on; ``document``: its JSON file."""
     best, made, method, level = result.best, result.working, result.method, result.verdict.level
-    mass, interval = float(result.mass), tuple(result.mass.interval95.tolist())
-    sections = [methods_section(result), evidence.joints_section(result.mass_by_joints or (), mass, interval)]
-    subtitle, worst = "Identified from recordings of joint positions and torques", None
+    agreed = (float(result.mass), *result.mass.interval95.tolist())
+    sections = [methods_section(result), evidence.joints_section(result.mass_by_joints or (), agreed)]
+    subtitle, more = "Identified from recordings of joint positions and torques", list[Block]()
     if joints := result.joints:
         subtitle = f"Weighed by a motion of joint{'s' * (len(joints) > 1)} {', '.join(map(str, joints))}"
     if result.standing:
         subtitle = f"Weighed at rest in {result.standing.poses} poses"
     if result.repeats:
-        sections.insert(0, repeats_section(result.repeats, mass, interval))
+        sections.insert(0, repeats_section(result.repeats, agreed))
     if not result.short:
-        base, source = (made.problem.base, made.problem.source) if made else (None, None)
-        count = (len(source.loaded) if source else 0) + (len(made.held_out) if made else 0)
-        labels = dict(zip(base.columns, base.names, strict=True)) if base else {}
-        worst, torques = evidence.torques(made, count)
-        essential = evidence.essential_section(result.essential or None, result.title)
-        sections += [torques, evidence.excitation_section(made, labels), essential]
+        worst, torques = evidence.torques(made, lambda: (*made.problem.source.loaded, *made.held_out))
+        more, essential = [worst], evidence.essential_section(result.essential or None, result.title)
+        sections += [torques, evidence.excitation_section(made), essential]
     to_do = [evidence.MEND]
     if level != "do_not_use":
         export = f"'dynident export {document or 'P.json'} --to ur' (abb, kuka, fanuc, ...)"
@@ -95,22 +92,22 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
         Pair(controller, [quantities]),
         *evidence.reason_blocks(result.verdict),
         Notes([*answer_notes(result), *notes], optional=True),
-        *([worst] if worst else []),
+        *more,
     ]
-    more = "every method, all parameters, joints, residuals"
-    return Report(f"Payload on the {result.title}", first, sections, more, subtitle, data_notes(result))
+    details, told = "every method, all parameters, joints, residuals", list(data_notes(result))
+    return Report(f"Payload on the {result.title}", first, sections, details, subtitle, told)
 
 
-def repeats_section(repeats: Repeats, mass: float, interval: tuple[float, float]) -> Section:
-    """Mass [kg] by each recording in the order they were given; drawn where two or more show it."""
+def repeats_section(repeats: Repeats, agreed: Sequence[float]) -> Section:
+    """Mass [kg] by each recording in the order they were given, ``agreed`` by all; drawn where two show it."""
     masses, sigmas = (np.array(x, dtype=float) for x in (repeats.masses, repeats.sigmas))
     shown = np.flatnonzero(np.isfinite(masses)).tolist()
 
     def draw() -> Figure:
         names = [f"{k}: {source[-_NAME:]}" for k, source in enumerate(repeats.sources, 1)]
         figure, ((axis,),) = panels((7.0, 0.32 * len(names) + 1.0))
-        ends = masses[:, None] + NORMAL95 * sigmas[:, None] * [-1.0, 1.0]
-        interval_rows(axis, names, masses, ends, (mass, *interval))
+        reach = NORMAL95 * sigmas
+        interval_rows(axis, names, np.column_stack([masses, masses - reach, masses + reach]), agreed)
         axis.set_xlabel("mass [kg]")
         return figure
 
@@ -136,16 +133,16 @@ def answer_notes(result: PayloadResult) -> list[str]:
         for weighing in (result.best or result.best_free).weighed or ()
     ]
     if result.mass_from_scale and result.scale:
-        known, sigma = result.scale
-        scale = [f"The mass is the scale's, {known:g} ± {sigma:g} kg: the torques of these joints do not show it."]
-    noted = lines(
+        weighed = "{:g} ± {:g} kg".format(*result.scale)
+        scale = [f"The mass is the scale's, {weighed}: the torques of these joints do not show it."]
+    noted = [
         f"Inertia ASSUMED, not measured: {result.assumed.inertia}." if result.assumed else "",
         f"Largest disagreement: {worst}." if worst else "No joint can be compared with the others.",
         f"Mass by method: {each} kg." if len(masses) > 1 else "",
         f"Method {chosen.method} is recommended: {chosen.reason}." if chosen is not None and chosen.reason else "",
         *(f"Note: {text}." for text in result.verdict.notes),
         *(scale or ["If you can weigh the payload, --mass KG+-KG checks the torques and sharpens the result."]),
-    )
+    ]
     for way in result.agreement or ():
         com = ", ".join("-" if not np.isfinite(x) else f"{1e3 * x:.1f}" for x in way.com)
         noted.append(f"Cross-check, {way.name}: {array(way.mass):.4g} kg, centre of mass ({com}) mm.")
@@ -166,7 +163,7 @@ def answer_notes(result: PayloadResult) -> list[str]:
         if drift := standing.drift:
             told = f"drift of {array(drift.mass):+.2g} kg per recording removed ({drift.ratio:.0%} of the variance)"
         noted.append(f"{standing.poses} poses at rest, {standing.order}: {told}.")
-    noted += evidence.model_notes(result.friction or (), result.settings, result.gains)
+    noted += evidence.model_notes(result)
     if not result.short and not (residual and residual.validation):
         noted.append("To test the model, keep one recording without payload out of the fit (--validate).")
     if robust and robust.unavailable:
@@ -214,13 +211,13 @@ def controller_blocks(result: PayloadResult) -> list[Block]:
             "payload.json --to NAME --flange-frame X Y Z RX RY RZ' converts it, given the pose of the flange in "
             "that frame. The numbers as identified:"
         )
-        return [Text(where), Code("controller-plain", controller_line(result))]
+        return [Text(where), Text(controller_line(result), copied="controller-plain")]
     load = replace(at_flange, reasons=())  # which stand beside it
     maker = next((form for word, form in _MAKERS.items() if word in result.title.lower()), "")
 
     def written(form: str) -> list[Block]:
         try:
-            return [Code(f"controller-{form}", FORMATS[form].text(load).rstrip("\n"))]
+            return [Text(FORMATS[form].text(load).rstrip("\n"), copied=f"controller-{form}")]
         except InputError as error:
             return [Text(f"This controller would refuse it: {error}.")]
 
@@ -230,25 +227,35 @@ def controller_blocks(result: PayloadResult) -> list[Block]:
     return [*([every.pop(maker)] if maker else []), OnPage(lambda: [*every.values(), more], title)]
 
 
+def known_rows(estimate: FreeEstimate | PossibleEstimate) -> Array:
+    """Value, 95 % interval and larger sigma of the parameters in ``_UNITS``, nan where there is none, N x 4."""
+    larger = np.fmax(numbers(estimate.sigma), numbers(estimate.sigma_robust))
+    rows = [np.column_stack([estimate.ten, numbers(estimate.interval95, 2), larger])]
+    for name, shape in (("com", (3,)), ("inertia_com", (3, 3)), ("principal_moments", (3,))):
+        ends = array(getattr(estimate, f"{name}_interval95", None), *shape, 2)
+        of = (getattr(estimate, f"{name}{kind}", None) for kind in ("", "_sigma", "_sigma_robust"))
+        value, sigma, robust = (array(each, *shape)[..., None] for each in of)
+        row = np.concatenate([value, ends, np.fmax(sigma, robust)], axis=-1)
+        rows.append(six(row) if name == "inertia_com" else row)
+    return np.concatenate(rows)
+
+
 def methods_section(result: PayloadResult) -> Section:
     """Every method's payload, with constraints and without, whether it can exist, and where sigma comes from."""
     free, possible, best = {estimate.method: estimate for estimate in result.free}, result.possible, result.best
 
     def draw() -> Figure:
+        scale, places = np.array([[1.0], [1e3], [1e3], [1e3]]), _FREE + np.arange(len(possible))
         pairs = (possible, [free[each.method] for each in possible])
-        filled, opened = (np.array([[e.ten[9], *1e3 * array(e.com, 3)] for e in own]) for own in pairs)
-        coms = (1e3 * array(each.com_interval95, 3, 2) for each in possible)
-        ends = np.array([[numbers(each.interval95, 2)[9], *com] for each, com in zip(possible, coms, strict=True)])
-        agreed = np.full((4, 3), np.nan)
-        if best is not None:
-            agreed = np.concatenate([filled[..., None], ends], axis=2)[possible.index(best)]
+        filled, opened = (np.array([scale * known_rows(each)[9:13, :3] for each in own]) for own in pairs)
+        agreed = np.full((4, 3), np.nan) if best is None else filled[possible.index(best)]
         figure, (axes,) = panels((9.0, 0.42 * len(filled) + 1.35), 1, 4, sharey=True)
         names = [f"method {each.method}" for each in possible]
         titles = ("mass [kg]", *(f"centre of mass {axis} [mm]" for axis in "xyz"))
         for k, (axis, title) in enumerate(zip(axes, titles, strict=True)):
-            interval_rows(axis, names, filled[:, k], ends[:, k], agreed[k])
+            interval_rows(axis, names, filled[:, k], agreed[k])
             look: dict[str, Any] = {"color": "black", "fillstyle": "none", "markersize": 5, "linestyle": "none"}
-            axis.plot(opened[:, k], np.arange(len(opened)) + _FREE, "D", label="least squares alone", **look)
+            axis.plot(opened[:, k, 0], places, "D", label="least squares alone", **look)
             axis.set_title(title, fontsize=10)
             axis.locator_params(axis="x", nbins=4)
         axes[0].plot([], [], "o-", color=BLUE, label="with constraints, 95 %")
@@ -265,12 +272,37 @@ def methods_section(result: PayloadResult) -> Section:
             f"{result.method})."
         )
         blocks.append(Drawing("methods", caption, draw, f"{caption} Masses: {masses}."))
+    # One row a number: value and 95 % interval, other methods, least squares with the larger sigma.
+    shown = known_rows(best or result.best_free)[:, :3]
+    if best is None:  # intervals of what was determined
+        shown[:, 1:] = np.nan
+        shown[9:13, 1:] = np.vstack([result.mass.interval95, result.com.interval95])
+    columns: dict[str, Sequence[str]] = {"": [*_UNITS], "unit": [*_UNITS.values()]}
+    columns[f"method {result.method}"], columns["95 % interval"] = zip(
+        *starmap(with_interval, shown.tolist()), strict=True
+    )
+    digits = list(map(interval_digits, shown[:, 2] - shown[:, 1]))
+    for each in result.possible:
+        if each is not best:
+            columns[f"method {each.method}"] = list(map(rounded, known_rows(each)[:, 0].tolist(), digits))
+    for own in result.free:
+        cells = [with_sigma(x, sigma) if np.isfinite(x) else "-" for x, _, _, sigma in known_rows(own).tolist()]
+        columns[f"method {own.method} free"] = cells
+    if result.gain_sigma:
+        by_gains = [
+            f"{x:.2g}" if np.isfinite(x) else "" for x in numbers((best or result.best_free).sigma_with_gains)
+        ]
+        columns["sigma with gains"] = [*by_gains, *[""] * (len(_UNITS) - len(by_gains))]
+    if result.visibility:
+        columns["by these joints"] = [result.visibility.parameters.get(name, "") for name in _UNITS]
+    title, ends = f"Every parameter in {result.frame}", ("M", "com z", "YZ at com")
+    rows = list(zip(*columns.values(), strict=True))
     text = (
         "XY is the entry of the inertia matrix, minus the integral of x y dm. On the same trajectories methods "
         "3 and 4 use the same equations, so their agreement confirms nothing. Methods 1 and 2 use the robot's "
         "identified parameters."
     )
-    blocks += [parameters_table(result), Text(text)]
+    blocks += [Table(title, list(columns), rows, ends), Text(text)]
     if best is not None:
         rows = []
         for each in possible:
@@ -290,47 +322,9 @@ def methods_section(result: PayloadResult) -> Section:
     return Section("methods", "Every parameter, and the methods side by side", blocks)
 
 
-def parameters_table(result: PayloadResult) -> Table:
-    """One row a number: value and 95 % interval, other methods, least squares with the larger sigma."""
-    best = result.best or result.best_free
-
-    def column(ten: Array, com: Any, inertia: Any, moments: Any = None) -> Array:
-        # Numbers or intervals of the rows, nan where not determined.
-        end = ten.shape[1:]
-        return np.concatenate([ten, array(com, 3, *end), six(array(inertia, 3, 3, *end)), array(moments, 3, *end)])
-
-    def values(estimate: FreeEstimate | PossibleEstimate) -> list[float]:
-        moments = getattr(estimate, "principal_moments", None)
-        return list(column(estimate.ten, estimate.com, estimate.inertia_com, moments).tolist())
-
-    ends = column(np.vstack([np.full((9, 2), np.nan), result.mass.interval95]), result.com.interval95, None)
-    if isinstance(best, PossibleEstimate):
-        intervals = (best.com_interval95, best.inertia_com_interval95, best.principal_moments_interval95)
-        ends = column(numbers(best.interval95, 2), *intervals)
-    shown = [with_interval(x, *end) for x, end in zip(values(best), ends.tolist(), strict=True)]
-    columns: dict[str, Sequence[str]] = {"": [*_UNITS], "unit": [*_UNITS.values()]}
-    columns[f"method {result.method}"], columns["95 % interval"] = zip(*shown, strict=True)
-    digits = [interval_digits(high - low) for low, high in ends]
-    for each in result.possible:
-        if each is not result.best:
-            columns[f"method {each.method}"] = list(map(rounded, values(each), digits))
-    for own in result.free:
-        coms = np.fmax(array(own.com_sigma, 3), array(own.com_sigma_robust, 3))
-        inertias = np.fmax(array(own.inertia_com_sigma, 3, 3), array(own.inertia_com_sigma_robust, 3, 3))
-        with_sigmas = zip(values(own), column(own.larger_sigma, coms, inertias).tolist(), strict=True)
-        columns[f"method {own.method} free"] = [with_sigma(x, s) if np.isfinite(x) else "-" for x, s in with_sigmas]
-    if result.gain_sigma:
-        by_gains = [f"{x:.2g}" if np.isfinite(x) else "" for x in numbers(best.sigma_with_gains)]
-        columns["sigma with gains"] = [*by_gains, *[""] * (len(_UNITS) - len(by_gains))]
-    if result.visibility:
-        columns["by these joints"] = [result.visibility.parameters.get(name, "") for name in _UNITS]
-    rows = list(zip(*columns.values(), strict=True))
-    return Table(f"Every parameter in {result.frame}", list(columns), rows, ("M", "com z", "YZ at com"))
-
-
-def method_notes(result: PayloadResult) -> list[str]:
+def method_notes(result: PayloadResult) -> Iterator[str]:
     """Say where intervals and sigma come from, what constraints cost and which methods contradict them."""
-    best, robust, lines = result.best, result.best_free.robust, list[str]()
+    best, robust, against = result.best, result.best_free.robust, dict[str, dict[int, float]]()
     if best is not None:
         source = (
             "from the formula (17)-(19) for white torque noise; on real robots they are too short by a factor of "
@@ -339,24 +333,21 @@ def method_notes(result: PayloadResult) -> list[str]:
         if robust and robust.blocks is not None:
             by = f": {robust.warning}" if robust.by_memory else f", by the jackknife ({robust.blocks} blocks)"
             source = f"over all bodies that satisfy the constraints{by}"
-        if np.isnan(numbers(best.interval95, 2)).any():
-            lines.append("No intervals, because the constraints contradict the data.")
-        else:
-            lines.append(f"95 % intervals {source}.")
+        contradicted = np.isnan(numbers(best.interval95, 2)).any()
+        none = "No intervals, because the constraints contradict the data."
+        yield none if contradicted else f"95 % intervals {source}."
         price = "No constraint is active: the free estimate is already physical."
         if best.active:
             held = "; ".join(str(active.constraint) for active in best.active)
             rise, p_value = array(best.chi2_rise), array(best.p_value)
             price = f"Active constraints: {held}; chi2 rises by {rise:.3g} (p {p_value:.2g})."
-        lines.append(price)
-    against: dict[str, dict[int, float]] = {}  # p values by method of each constraint that is contradicted
-    for estimate in result.possible if best is not None else ():
-        for active in estimate.active or ():
-            if (p := float(array(active.p_value))) < CONFLICT:
-                against.setdefault(str(active.constraint), {})[estimate.method] = p
-    for text, methods in against.items():
-        numbers_of = ", ".join(map(str, methods))
-        lines.append(f"Contradicted by method {numbers_of}: {text} (p {max(methods.values()):.1g}).")
+        yield price
+        for estimate in result.possible:
+            for active in estimate.active or ():
+                if (p := float(array(active.p_value))) < CONFLICT:
+                    against.setdefault(str(active.constraint), {})[estimate.method] = p
+    for text, methods in against.items():  # p values by method of each constraint that is contradicted
+        yield f"Contradicted by method {', '.join(map(str, methods))}: {text} (p {max(methods.values()):.1g})."
     # Then where the standard deviations of the free estimates come from.
     robusts = [(e, e.robust) for e in result.free if e.robust and e.robust.blocks is not None]
     if robusts:
@@ -365,34 +356,33 @@ def method_notes(result: PayloadResult) -> list[str]:
             length, other = array(first.block_length), "the block jackknife's standard deviation"
             parts = f"blocks of {length:.2g} s or more" if length else "poses"
             source = f"jackknife over {first.blocks} {parts}"
-        lines.append(f"± the larger of the formula's (17)-(19) and {other}.")
+        yield f"± the larger of the formula's (17)-(19) and {other}."
         measured = [e for e, _ in robusts if not e.from_scale]
         ratios = [f"method {e.method} {numbers(e.sigma_robust)[-1] / numbers(e.sigma)[-1]:.2f}" for e in measured]
         if ratios:
-            lines.append(f"Mass, sigma_robust/sigma ({source} to formula): {', '.join(ratios)}.")
+            yield f"Mass, sigma_robust/sigma ({source} to formula): {', '.join(ratios)}."
     else:
-        lines.append("± one standard deviation by (17)-(19), for white torque noise and an exact torque scale.")
-    lines += sorted({str(own.warning) for _, own in robusts if own.warning})
+        yield "± one standard deviation by (17)-(19), for white torque noise and an exact torque scale."
+    yield from sorted({str(own.warning) for _, own in robusts if own.warning})
     for why in dict.fromkeys(e.unavailable for e in result.free if e.unavailable):
         alone = ", ".join(str(e.method) for e in result.free if e.unavailable == why)
-        lines.append(f"± of method {alone} by the formula alone: {why}")
-    return [*lines, *(f"Method {method} left out: {why}" for method, why in (result.left_out or {}).items())]
+        yield f"± of method {alone} by the formula alone: {why}"
+    yield from (f"Method {method} left out: {why}" for method, why in (result.left_out or {}).items())
 
 
-def data_notes(result: PayloadResult) -> list[str]:
+def data_notes(result: PayloadResult) -> Iterator[str]:
     """Equations, condition numbers, residuals, friction and the alignment of recordings."""
     data, residual = result.data, result.relative_residual
     if not data:
-        return []
-    lines = list[str]()
+        return
     if data.condition_number is not None:
         moving = f"Joints {', '.join(map(str, result.joints))} move" if result.joints else "Without payload"
-        lines.append(f"{moving}: {evidence.conditioning(data.equations, data.base_parameters, data)}")
+        yield f"{moving}: {evidence.conditioning(data.equations, data.base_parameters, data)}"
     if result.short:
         unexplained = array(residual.relative_per_joint, 0) if residual else np.zeros(0)
         joints = " ".join(rounded(100.0 * ratio, 1) for ratio in unexplained.tolist())
         own = 100.0 * array(residual.relative if residual else None)
-        lines.append(f"Unexplained: {joints} % of each joint's torque, {own:.1f} % of the payload's torque.")
+        yield f"Unexplained: {joints} % of each joint's torque, {own:.1f} % of the payload's torque."
         friction = "Friction is that of the stored robot."
         if data.friction == "may differ":
             friction = (
@@ -409,25 +399,25 @@ def data_notes(result: PayloadResult) -> list[str]:
                     "it."
                 )
             friction = f"Coulomb friction is estimated anew in each recording; {offsets}"
-        lines.append(friction)
+        yield friction
         if waves := dict.fromkeys((wave.joint, round(wave.waves)) for wave in result.ripple or ()):
             counts = ", ".join(f"joint {joint} {count}" for joint, count in waves)
             recordings = max(1, len(result.repeats.sources if result.repeats else ()), len(data.lags_s))
             by_noise = 1.0 - (1.0 - RIPPLE_CHANCE) ** (len(result.joints or ()) * recordings)
-            lines.append(
+            yield (
                 f"Ripple that comes with the payload, in waves per turn (or per 2 pi m): {counts}. It may be "
                 f"chance: noise alone shows such a wave in {100 * RIPPLE_CHANCE:.0f} % of joints and recordings, "
                 f"here in at least one with a probability of {100 * by_noise:.0f} %. It is estimated too, which "
                 "widens the intervals."
             )
         sums = result.visibility.combinations if result.visibility else ()
-        lines += [f"Only this sum is visible: {names}." for names in sums]
+        yield from (f"Only this sum is visible: {names}." for names in sums)
     elif residual and residual.relative is not None:
-        lines.append(f"Relative residual of the robot's model: {evidence.residual_text(residual)}")
+        yield f"Relative residual of the robot's model: {evidence.residual_text(residual)}"
     if residual and residual.validation:
-        lines.append(f"On the validation recording: {evidence.residual_text(residual.validation)}")
+        yield f"On the validation recording: {evidence.residual_text(residual.validation)}"
     if data.friction == "may differ" and not result.short:
-        lines.append(
+        yield (
             "In methods 3 and 4, and in method 1 with a stored robot, friction under load may differ from that "
             "without (--friction-change); the intervals allow for it."
         )
@@ -436,5 +426,4 @@ def data_notes(result: PayloadResult) -> list[str]:
         pairs = f"{len(data.lags_s)} pair{'s' * (len(data.lags_s) > 1)}"
         largest, rms = (1e3 * array(x) for x in (data.max_position_mismatch_rad, data.rms_position_mismatch_rad))
         apart = f"positions then differ by at most {largest:.2f} mrad (rms {rms:.3f})."
-        lines.append(f"{pairs} aligned by {' to '.join(ends)} s; {apart}")
-    return lines
+        yield f"{pairs} aligned by {' to '.join(ends)} s; {apart}"

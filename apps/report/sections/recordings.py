@@ -17,9 +17,9 @@ from ...fleet.reduction import ReducedDocument
 from ...fleet.store import Log
 from ...logs.log_check import FollowingChange, LogReport, RobotFits
 from ...numbers import joined, percent
-from ..blocks import Block, Drawing, Notes, OnPage, Report, Section, Table, Text, lines
+from ..blocks import Block, Drawing, Notes, OnPage, Report, Section, Table, Text
 from ..documents import Look
-from ..figures import BLUE, GREY, ORANGE, Figure, by_joint, panels, plain, signals
+from ..figures import BLUE, GREY, ORANGE, Figure, by_joint, panels, signals
 from .robot import robot_description
 
 _MARKS = {"error": "ERROR", "warning": "warning", "note": "note"}
@@ -109,7 +109,7 @@ def fits_report(fits: RobotFits) -> Report:
         return Report(fits.source, [Notes([f"{fits.source}: columns {shown}", f"Fix first: {fits.fault}"])])
     left = {fit.robot: "" if fit.residual is None else f" ({percent(fit.residual)})" for fit in fits.fitting}
     fitting, beyond = ", ".join(map("".join, left.items())), "(positions, speeds or torques exceed their limits)"
-    told = lines(
+    told = (
         f"{fits.source}: no --robot given. Possible robots (with the torque left unexplained): {fitting}",
         f"Impossible: {', '.join(fits.others)} {beyond}" if fits.others else "",
         f"Checked as {fits.fitting[0].robot}; use --robot to name the right one:",
@@ -243,7 +243,6 @@ def following_report(change: FollowingChange, robot: Robot) -> Report:
         axis.set_xticks(places, [row.name for row in joints])
         axis.set_ylabel(f"root mean square [{unit}]")
         axis.legend(fontsize=9, frameon=False)
-        plain(axis)
         return figure
 
     caption = f"Root mean square of the {change.kind} before and after the number was entered, with 95 % intervals."
@@ -273,7 +272,7 @@ def fleet_report(fleet: Fleet) -> Report:
     """Changes of the last night, the clearest first; then a line an arm, and small multiples."""
     (arms, twins), refused = fleet.working, fleet.refused
     few = [arm.name for arm in arms if len(arm.days) <= FEWEST]
-    notes = lines(
+    notes = (
         f"Too few nights to tell a change yet: {', '.join(few[:6])}{' and more' * (len(few) > 6)}." if few else "",
         f"{len(refused)} logs were refused; see logs.parquet of the store." if refused else "",
     )
@@ -336,7 +335,7 @@ def _multiples(arms: Sequence[Arm], kind: str) -> Figure:
     rows = {arm.name: [line for line in arm.series if line.quantity.startswith(kind)] for arm in arms}
     columns = max(map(len, rows.values()))
     size = (0.5 + 0.08 * max(map(len, rows)) + 1.05 * columns, 0.55 + 0.48 * len(arms))
-    figure, axes = panels(size, len(arms), columns, sharex=True, sharey="col")
+    figure, axes = panels(size, len(arms), columns, framed=True, sharex=True, sharey="col")
     for line, (arm, row) in zip(axes, rows.items(), strict=True):
         for axis, series in zip(line, row, strict=False):
             drift: Drift = series.working

@@ -8,18 +8,19 @@ from pathlib import PurePath
 import numpy as np
 from msgspec import UnsetType
 
+from ....estimation import GainsResult, RobotResult
 from ....estimation.possible.payload import CONFLICT
 from ....estimation.results.payload import array, numbers
-from ....estimation.results.robot import GainsResult, MountingDocument, RobotResult, Rollout
-from ....model import INERTIAL, Robot, base_parameters
+from ....estimation.results.robot import MountingDocument, Rollout
+from ....model import INERTIAL, PAPER, Robot, base_parameters
 from ....model.drives import parameter_kind
 from ....model.frames import frames_at
-from ....model.friction import PAPER, term_names
+from ....model.friction import term_names
 from ....model.robot import SOURCED
-from ...numbers import joined, percent
+from ...numbers import joined, percent, with_sigma
 from ...rollout import CONSTANT, GROWTH_TIME, IDENTIFIED
-from ..blocks import Block, Drawing, Notes, Report, Section, Table, Text, lines, with_sigma
-from ..figures import BLUE, GREY, ORANGE, Figure, log_scale, panels, plain
+from ..blocks import Block, Drawing, Notes, Report, Section, Table, Text
+from ..figures import BLUE, GREY, ORANGE, Figure, log_scale, panels
 from . import evidence
 
 _HEADINGS = ("joint", "kind", "alpha", "d", "theta", "r", "from", "to", "speed", "accel.", "torque")
@@ -63,7 +64,7 @@ def robot_description(robot: Robot) -> list[Block]:
         position = joined((1e3 * value for value in robot.flange_pose.origin), "g")
         turn = joined((math.degrees(angle) + 0.0 for angle in robot.flange_pose.rpy), "g")
         flange_text = f"The maker's flange is at ({position}) mm, rpy ({turn}) deg in the payload's frame."
-    told = lines(
+    told = (
         f"Payloads are given in {robot.payload_frame}.",
         f"With all joints at zero, that frame is at ({place}) m from the base, z along ({along_z}), x along "
         f"({along_x}).",
@@ -86,9 +87,8 @@ def base_description(robot: Robot) -> list[Block]:
     base = base_parameters(robot)
     rows = [tuple(line.split(" = ", 1)) for line in base.groupings()]
     counted = f"{len(base.columns)} base parameters of {len(base.standard)} standard ones"
-    hidden = ", ".join(base.unidentifiable)
-    notes = Notes([f"Without effect on any torque: {hidden}."] if hidden else [])
-    return [Table(f"{robot.title or robot.name}: {counted}", ("", "grouping"), rows), notes]
+    hidden = f"Without effect on any torque: {', '.join(base.unidentifiable)}." if base.unidentifiable else ""
+    return [Table(f"{robot.title or robot.name}: {counted}", ("", "grouping"), rows), Notes([hidden])]
 
 
 def assumed_notes(robot: Robot, *parts: str) -> list[str]:
@@ -111,7 +111,6 @@ def robot_report(result: RobotResult, document: str | None = None) -> Report:
     verdict, made, estimate, held_out = result.judged, result.working, result.estimate, result.validation
     after = f"'dynident payload --robot-parameters {document or 'robot.json'} --loaded LOG'"
     ask = "" if document or not made else "add --json robot.json, then "
-    labels = dict(zip(made.base.columns, made.base.names, strict=True)) if made else {}
     on_held_out = f"; {percent(float(array(held_out.relative)))} on the recording held out" if held_out else ""
     known = int((estimate.total_sigma <= 0.1 * np.abs(estimate.values)).sum())
     possible = ""
@@ -119,7 +118,7 @@ def robot_report(result: RobotResult, document: str | None = None) -> Report:
         possible = "They are physically consistent within their uncertainty."
         if (p_value := float(array(result.constrained.p_value))) < CONFLICT:
             possible = f"They are not physically consistent: no robot can have them (p {p_value:.2g})."
-    told = lines(
+    told = (
         f"The model leaves {percent(estimate.fit.relative)} of the torque unexplained{on_held_out}.",
         f"{len(result.columns)} base parameters: {known} are known to 10 % (1 sigma), "
         f"{len(result.essential)} are essential.",
@@ -127,7 +126,6 @@ def robot_report(result: RobotResult, document: str | None = None) -> Report:
         evidence.MEND if verdict.reasons else f"Next: {ask}{after}.",
     )
     notes = [f"Note: {text}." for text in verdict.notes]
-    notes += evidence.model_notes(result.friction or (), result.processing, result.gains)
     # What of each joint's torque is not explained, and its friction as far as it was identified.
     residuals = {"unexplained": estimate.fit.relative_per_joint}
     residuals |= {"held out": array(held_out.relative_per_joint, 0)} if held_out else {}
@@ -139,13 +137,13 @@ def robot_report(result: RobotResult, document: str | None = None) -> Report:
         coulomb, viscous = friction.get(f"FS{j}", "-"), friction.get(f"FV{j}", "-")
         rows.append((f"joint {j}", *ratios, coulomb, unit, viscous, f"{unit}·s"))
     headings = ("", *residuals, "Coulomb friction", "unit", "viscous friction", "unit")
-    worst, torques = evidence.torques(made, len(made.held_out or made.recordings) if made else 0)
+    worst, torques = evidence.torques(made, lambda: made.held_out or made.recordings)
     first = [
         Text(f"Verdict: {_BAD if verdict.reasons else _GOOD}", level="do_not_use" if verdict.reasons else "use"),
         *evidence.reason_blocks(verdict),
         Table(f"Torques of {result.title}", headings, rows),
         Notes(told),
-        Notes([*(line for line, _ in rolled), *notes], optional=True),
+        Notes([*(line for line, _ in rolled), *notes, *evidence.model_notes(result)], optional=True),
         worst,
     ]
     predicted = [Text(_WORDS), *(block for _, blocks in rolled for block in blocks)]
@@ -153,7 +151,7 @@ def robot_report(result: RobotResult, document: str | None = None) -> Report:
         robot_section(result),
         *([Section("rollout", "Predicted motion", predicted)] if rolled else []),
         torques,
-        evidence.excitation_section(made, labels),
+        evidence.excitation_section(made),
         evidence.essential_section(result.elimination or None, result.title),
     )
     robust = estimate.robust
@@ -171,7 +169,7 @@ def robot_report(result: RobotResult, document: str | None = None) -> Report:
             "where errors of the torque last longer than a sample. chi2 and p by the jackknife's.",
             robust.warning,
         ]
-    data = lines(
+    data = (
         evidence.conditioning(result.data.equations, len(result.columns), result),
         f"Relative residual: {evidence.residual_text(estimate.fit)}",
         f"On the validation recording: {evidence.residual_text(held_out)}" if held_out else "",
@@ -214,7 +212,7 @@ def robot_section(result: RobotResult) -> Section:
             rows.append((term.name, falls, error, "kept" if term.kept else term.why_not or ""))
         headings = ("", "error falls by, %", "its standard error, %", "")
         tables.append(Table("Terms of friction, on blocks of time that were held out", headings, rows))
-    notes = list[str]()
+    notes: Sequence[str] = ()
     if nearest is not None:
         p_value = f"p {array(nearest.p_value):.2g} for {len(result.columns)} parameters"
         smallest = min((nearest.min_eigenvalues or {"": float("nan")}).values())
@@ -229,7 +227,7 @@ def robot_section(result: RobotResult) -> Section:
                 f"Prior: {nearest.source}; chi2 {nearest.chi2_rise - least:.3g} above the constrained minimum of "
                 f"{least:.3g}. What the prior decides is not identified."
             )
-        notes = lines(
+        notes = (
             f"Constrained: the nearest robot that can exist; chi2 rises by {nearest.chi2_rise:.3g} ({p_value}); "
             f"smallest eigenvalue of a link {smallest:.2g}; {nearest.status}.",
             prior,
@@ -264,7 +262,7 @@ def gains_report(gains: GainsResult, document: str | None = None) -> Report:
     ]
     sections = []
     for name, known, by_joints in zip(made.mountings, made.loads, made.by_joints, strict=True) if made else ():
-        section = evidence.joints_section(by_joints.masses, known.mass, (known.mass, known.mass), f"_{name}")
+        section = evidence.joints_section(by_joints.masses, (known.mass,) * 3, f"_{name}")
         title = f"The known weight as each joint sees it{f', mounting {name}' if mounted else ''}"
         sections.append(section._replace(title=title))
     notes = list[str]()
@@ -321,13 +319,13 @@ def _rolled(rollout: Rollout, number: int) -> tuple[str, list[Block]]:
     def draw() -> Figure:
         figure, ((axis,),) = panels((5.8, 3.2))
         for by, (colour, style) in zip(errors.by, _STYLES, strict=False):
-            low, high = np.array([errors.spread(by, seconds, not moving) for seconds in errors.times]).T / size
+            spreads = (errors.spreads(seconds, not moving)[by] for seconds in errors.times)
+            low, high = np.array(list(spreads)).T / size
             axis.plot(errors.times, low, color=colour, linestyle=style, label=by)
             axis.fill_between(errors.times, low, high, color=colour, alpha=0.2, linewidth=0)
         log_scale(axis)
         axis.set(xlabel="time after the start [s]", ylabel=f"error [{unit}]")
         axis.legend(fontsize=9, frameon=False)
-        plain(axis)
         return figure
 
     headings = ("after", *(heading for by in errors.by for heading in (by, f"{by}, 90 %")))
@@ -348,7 +346,7 @@ def _rolled(rollout: Rollout, number: int) -> tuple[str, list[Block]]:
     hides = ": open loop says nothing here, whatever the parameters; go by the replay" * (rollout.growth > _GROWS)
     grows = f"An error of the start grows {rollout.growth:.2g}-fold within {GROWTH_TIME:g} s{hides}."
     diverged = f"{rollout.diverged} of {moving + resting} starts of the identified robot diverged."
-    told = lines(
+    told = (
         f"Replay: torque {replayed:.2g} % from the measured one (joints {joints} %), path kept to "
         f"{rollout.replay_strayed / size:.2g} {unit}.",
         grows if rollout.growth == rollout.growth else "",

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from dynident.apps.logs.read import read_recording
 from dynident.apps.numbers import with_interval
-from dynident.apps.report.blocks import Code, Notes, Report, Section, Table, Text
+from dynident.apps.report.blocks import Notes, Report, Section, Table, Text
 from dynident.apps.report.figures import prediction_figures
 from dynident.apps.report.render import blocks_html, page_html
 from dynident.apps.report.sections.payload import controller_line, payload_report
@@ -161,7 +161,7 @@ EVIL = "<script>alert(1)</script>\"'&lt;</code></pre>"
 @given(st.text(st.characters(exclude_categories=["Cs", "Cc"])))
 def test_text_comes_back(text: str) -> None:
     """Whatever it holds, it is escaped once, in content and in attributes."""
-    page = read(blocks_html([Text(text), Code(text, text)]))
+    page = read(blocks_html([Text(text), Text(text, copied=text)]))
     assert page.texts["p"] == page.texts["code"] == [text]
     assert ("code", "id", text) in page.attributes
     assert blocks_html([Notes([])]).strip() == ""
