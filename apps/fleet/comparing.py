@@ -26,7 +26,7 @@ from ...estimation.results.parts import Number
 from ...model.drives import parameter_kind
 from ...model.friction import is_friction
 from ...model.regressors import payload_columns
-from .store import Log, Stored
+from .reduction import Log, Stored
 
 TINY = np.finfo(float).tiny ** 0.25  # no standard deviation of anything measured is smaller
 CHANCE = 1e-3  # probability that recordings of one and the same thing are said to differ
