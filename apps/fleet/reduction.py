@@ -2,7 +2,6 @@
 
 import hashlib
 import multiprocessing
-import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
@@ -29,10 +28,8 @@ from ..logs.read import SUFFIXES, read_recordings
 
 KNOWN = ("arm", "day", "payload")
 """Facts that may be known of a log: the arm's own name, ISO day or time, and kg that the controller was told."""
-_YEARS = (1970, 2100)
 _AGAIN = "run 'dynident fleet reduce' again, what is done is kept"
 _REMEDY = f"delete it and {_AGAIN}"
-_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 _AHEAD = 3  # logs that wait for each worker
 _CLOCKS = (9.0e8, 4.1e9)  # s since 1970: 1998 to 2099
 _NIGHT = timedelta(days=2)
@@ -95,8 +92,8 @@ def catalog(logs: Sequence[str], pattern: str = "") -> tuple[Log, ...]:
             wrong = f"payload {log.payload!r} is no number"
             float(log.payload or 0.0)
             wrong = "no arm is named" if log.arm == "" else ""
-            if not _YEARS[0] <= year <= _YEARS[1]:
-                wrong = f"day {log.day!r} is of no recording: years {_YEARS[0]} to {_YEARS[1]} are"
+            if not 1970 <= year <= 2100:
+                wrong = f"day {log.day!r} is of no recording: years 1970 to 2100 are"
         wrong = wrong if match else f"its path does not end in {pattern}"
         found.append(replace(log, reason=wrong))
     if all(log.reason for log in found):
@@ -389,16 +386,12 @@ def _by_processes(reduced: _Reduce, logs: Sequence[Log], workers: int) -> Iterat
 
 @contextmanager
 def process_pool(workers: int) -> Iterator[Executor]:
-    """Processes with one thread of linear algebra each; what waits is dropped when the block is left."""
-    before = {name: os.environ.get(name) for name in _THREADS}
-    os.environ.update(dict.fromkeys(_THREADS, "1"))
+    """Processes; what waits is dropped when the block is left."""
     pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"))
     try:
         yield pool
     finally:
         pool.shutdown(cancel_futures=True)
-        for name, value in before.items():
-            os.environ.pop(name) if value is None else os.environ.update({name: value})
 
 
 @contextmanager
