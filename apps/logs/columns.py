@@ -17,7 +17,7 @@ import numpy as np
 
 from ...common import Array, InputError
 from ...model import Robot
-from .map import LONGEST_NAME, QUANTITIES, LogMap, listed, repeated, standard_pose
+from .map import LONGEST_NAME, QUANTITIES, LogMap, ToolColumns, listed, repeated
 
 _TIME = re.compile(r"(?:t|time|timestamp|time_?stamp|stamp|__time)(?:_(s|sec|ms|msec|us|ns|nsec))?", re.IGNORECASE)
 _SUFFIXES = {"sec": "s", "msec": "ms", "nsec": "ns"}
@@ -74,11 +74,6 @@ class Known:
     prefixes: tuple[str, ...] = ()  # what the "*" of a log's positions stands for, several for several arms alike
     joints: tuple[str, ...] = ()  # names in the log's order, none where columns are numbered
     size: int = 0  # joints that have a position in the log
-
-    @property
-    def by_name(self) -> bool:
-        """True where the joints' names distinguish the columns."""
-        return "{joint}" in self.columns["position"][0]
 
     def expanded(self, pattern: str, joints: Sequence[str], n: int) -> tuple[str, ...]:
         """Names of the columns of n joints."""
@@ -163,9 +158,8 @@ def _positions(known: Known, pattern: str, names: Sequence[str]) -> Known | None
     joints = max(arms.values(), key=len)
     prefixes = tuple(prefix for prefix, own in arms.items() if len(own) == len(joints))
     if "{joint}" in pattern:
-        return (
-            replace(known, prefixes=prefixes, joints=tuple(joints), size=len(joints)) if len(joints) > 1 else None
-        )
+        layout = replace(known, prefixes=prefixes, joints=tuple(joints), size=len(joints))
+        return layout if len(joints) > 1 else None
     first = 0 if "{0}" in pattern else 1
     size = next(k for k in range(len(joints) + 1) if str(first + k) not in joints)
     # Numbers that begin before the first joint's are others.
@@ -190,7 +184,7 @@ class Naming:
     def known(self) -> Known:
         """The table of columns that counts: the recorder's, or that of plain logs."""
         known = recognised(self.raw.names)
-        if self.raw.joints or (self.log_map.joints and not known.by_name):
+        if self.raw.joints or (self.log_map.joints and not known.joints):
             return replace(NAMED, prefixes=known.prefixes, joints=known.joints)
         return known
 
@@ -209,6 +203,13 @@ class Naming:
                 raise InputError(f"{self.raw.path}: {several}: name one's columns in a log map")
             candidates.append(self.known.expanded(pattern, joints, self.robot.n))
         return next((names for names in candidates if set(names) & set(self.raw.names)), candidates[0])
+
+    @property
+    def pose(self) -> ToolColumns | None:
+        """Columns of the tool's pose by the map, else x, y, z [m], perhaps with qx, qy, qz, qw; None without."""
+        place, turn, there = ("x", "y", "z"), ("qx", "qy", "qz", "qw"), set(self.raw.names)
+        turned = ToolColumns(place, "m", turn, "quaternion") if there >= set(turn) else ToolColumns(place)
+        return self.log_map.pose or (turned if there >= set(place) else None)
 
     @property
     def time(self) -> str:
@@ -274,8 +275,7 @@ def choose(naming: Naming, gains: Sequence[float] | None) -> tuple[dict[str, tup
     if twice := repeated([name for name in raw.names if name in names]):
         raise InputError(f"{raw.path}: column {twice!r} is in the header twice: rename one")
     check_missing(raw, names)
-    pose = log_map.pose or standard_pose(raw.names)
-    used = {*names, *(pose.all if pose else ())}
+    used = {*names, *((*pose.columns, *pose.rotation) if (pose := naming.pose) else ())}
     if ignored := [name for name in raw.names if name not in used]:
         notes = [*notes, f"columns not used: {in_a_row(ignored)}"]
     return columns, notes
@@ -284,7 +284,7 @@ def choose(naming: Naming, gains: Sequence[float] | None) -> tuple[dict[str, tup
 def _check_layout(naming: Naming) -> list[str]:
     raw, robot, known = naming.raw, naming.robot, naming.known
     if known.columns is not PLAIN.columns:
-        if known.size > robot.n and not known.by_name and not known.more:
+        if known.size > robot.n and not known.joints and not known.more:
             fault = f"holds {known.size} joints ({known.title}), but robot {robot.name!r} has {robot.n}"
             raise InputError(f"{raw.path}: {fault}: is it the right robot?")
         return [] if known.columns is NAMED.columns else [f"columns of: {known.title}"]

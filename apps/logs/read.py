@@ -22,7 +22,7 @@ from . import formats
 from .columns import PLAIN, Naming, RawLog, check_missing, choose, in_a_row, recognised, time_column
 from .csv_log import csv_log
 from .formats.ros_bag import ros_bag
-from .map import SHORT, SI, Layout, LogMap, Quantity, factor, standard_pose
+from .map import SHORT, SI, Layout, LogMap, Quantity, factor
 
 _READERS: dict[str, Callable[[Path, Layout], RawLog]] = {
     ending: reader
@@ -312,11 +312,10 @@ def read_tool_poses(path: LogPath, robot: Robot, log_map: LogMap | None = None) 
     The map's ``pose`` names the columns; without it x, y, z [m] and qx, qy, qz, qw are taken, if there.
     """
     naming = named(path, robot, log_map)
-    raw, log_map = naming.raw, naming.log_map
-    pose = log_map.pose or standard_pose(raw.names)
+    raw, log_map, pose = naming.raw, naming.log_map, naming.pose
     if pose is None:
         return None
-    columns = (*naming.columns("position"), *pose.all)
+    columns = (*naming.columns("position"), *pose.columns, *pose.rotation)
     check_missing(raw, columns)
     values = raw.whole(columns)
     if len(values) < 4:
