@@ -123,7 +123,7 @@ def _read_mjcf(path: str) -> tuple[dict[str, Placed], Extra]:
         pose = Pose.of(data.xmat[body].reshape(3, 3), data.xpos[body])
         placed[model.joint(k).name] = Placed(data.xanchor[k].copy(), data.xaxis[k].copy(), names[body], pose)
     loads = enumerate(zip(model.body_weldid.tolist(), model.body_mass.tolist(), strict=True))
-    return placed, {names[k]: (names[on], mass) for k, (on, mass) in loads if on not in (0, k) and mass > 0.0}
+    return placed, {names[k]: (names[on], mass) for k, (on, mass) in loads if on not in (0, k)}
 
 
 def _read_urdf(path: str) -> tuple[dict[str, Placed], Extra]:

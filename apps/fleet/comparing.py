@@ -17,10 +17,10 @@ from scipy.special import stdtrit
 
 from ...common import Array, InputError
 from ...common.schema import Document, Matrix, Vector, Worked
-from ...estimation.equations.equations import PAYLOAD, Equations, merged
+from ...estimation import PAYLOAD, Equations, Estimate, weighted
+from ...estimation.equations.equations import merged
 from ...estimation.fit.covariance import student95
-from ...estimation.fit.estimate import Estimate
-from ...estimation.fit.linear_problem import LinearProblem, weighted
+from ...estimation.fit.linear_problem import LinearProblem
 from ...estimation.payload.methods import jackknifed
 from ...estimation.results.parts import Number
 from ...model.drives import parameter_kind
