@@ -19,8 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from ..common.arrays import Array
-from ..common.errors import InputError
+from ..common import Array, InputError
 from ..common.files import write_bytes
 from .extras import parquet_bytes
 
@@ -252,9 +251,10 @@ class Recorder:
 
     def add(self, samples: Samples) -> Samples:
         """Keep samples, and give those that are new; a time that runs back or stands still ends it all."""
-        new: list[int] = []
+        new, safe = list[int](), SAFETY not in (samples.dtype.names or ())
+        modes = [0] * len(samples) if safe else samples[SAFETY].tolist()
         try:
-            for k, now in enumerate(samples[TIME].tolist()):
+            for k, (now, mode) in enumerate(zip(samples[TIME].tolist(), modes, strict=True)):
                 if self.over:
                     break
                 step, after = now - self._last, f"after {self.seconds:.1f} s"
@@ -275,15 +275,13 @@ class Recorder:
                     raise InputError(f"{fault}: it is no clock")
                 new.append(k)
                 self.count += 1
+                if (stop := _STOPS.get(mode, "")) not in ("", self._stop):
+                    self.stops.append((self.seconds, stop))
+                self._stop = stop
         finally:
             self._kept.append(kept := samples[new])
         self._lowest = np.minimum(self._lowest, kept[POSITION].min(axis=0, initial=np.inf))
         self._highest = np.maximum(self._highest, kept[POSITION].max(axis=0, initial=-np.inf))
-        modes = kept[SAFETY] if SAFETY in (kept.dtype.names or ()) else ()
-        for now, mode in zip(kept[TIME].tolist(), modes, strict=False):
-            stop = _STOPS.get(int(mode), "")
-            self.stops += [(now - self._first, stop)] if stop not in ("", self._stop) else []
-            self._stop = stop
         return kept
 
     def write(self, path: str | Path) -> None:

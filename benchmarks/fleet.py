@@ -11,8 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from dynident.apps.fleet.reduction import process_pool, reduce_fleet
-from dynident.apps.fleet.store import Store
+from dynident.apps.fleet.reduction import Store, process_pool, reduce_fleet
 from dynident.benchmarks.shared import options, show
 from dynident.model import load_robot
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points

@@ -16,8 +16,7 @@ from ...common.files import checksum
 from ...common.progress import each, silent
 from .. import logs
 from ..fleet.comparing import arm_of, excess, fleet_of, side_by_side, widened
-from ..fleet.reduction import dask_executor, reduce_fleet
-from ..fleet.store import Recipe, Store, catalog, found_logs
+from ..fleet.reduction import Recipe, Store, catalog, dask_executor, found_logs, reduce_fleet
 from ..logs.log_check import check_log, following_change, longest, read_following, robot_fits
 from ..report.documents import Look, check_document
 from ..report.sections import recordings as sections

@@ -5,7 +5,6 @@ Elements of XML that several formats have, and bodies as URDF, SDFormat and MJCF
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from xml.etree.ElementTree import Element, indent, tostring
 
@@ -20,9 +19,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 _ASCII = str.maketrans({"±": "+-", "·": " ", "ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue"})
 FIRST = '<?xml version="1.0" encoding="utf-8"?>'
-COMMENT = ("<!-- ", " -->")
 DYNIDENT = "urn:dynident"  # namespace of the elements beside the standard ones
-_NONE: Mapping[str, str] = MappingProxyType({})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +28,7 @@ class Format(Generic[T]):
 
     title: str  # whose format it is
     source: str  # where it is documented
-    write: Callable[[T], str]  # the text below the head
+    write: Callable[[T], "str | Element[Any]"]  # what stands below the head: a text, or the root of an XML file
     # What must be said beside the numbers, a line each: alike for all formats of a kind.
     head: Callable[["Format[T]", T], Iterable[str]] = lambda form, value: form.remarks
     ready: Callable[[T], T] = lambda value: value  # what is written in a value's place; refuses what has no place
@@ -39,7 +36,7 @@ class Format(Generic[T]):
     remarks: tuple[str, ...] = ()  # what must be known of its numbers, a line each
     in_part: str = ""  # what it makes of a payload without inertia
     first_line: str = ""  # what must stand before the head
-    comment: tuple[str, str] = ("# ", "")  # what goes before and after a line of the head
+    comment: tuple[str, str] = ("# ", "")  # what goes before and after a line of the head; XML has its own
     beside: Callable[[T], Mapping[str, str]] = lambda value: {}  # further files that belong to the text, by name
     replay: Callable[[T], "Plan"] | None = None  # what a controller makes of a motion's file, by its interpolation
     replayed: tuple[str, str] = ("", "")  # that in words, and advice where it does not keep a limit
@@ -48,9 +45,11 @@ class Format(Generic[T]):
     def text(self, value: T) -> str:
         """The whole file."""
         value = self.ready(value)
-        before, after = self.comment
+        written = self.write(value)
+        before, after = self.comment if isinstance(written, str) else ("<!-- ", " -->")
         head = (f"{before}{plain(line)}{after}" for line in self.head(self, value))
-        return "\n".join([*filter(None, [self.first_line]), *head, self.write(value).rstrip("\n")]) + "\n"
+        text = written if isinstance(written, str) else xml_text(written)
+        return "\n".join([*filter(None, [self.first_line]), *head, text.rstrip("\n")]) + "\n"
 
 
 def plain(line: str) -> str:
@@ -65,14 +64,11 @@ def formats(package: str, folders: Iterable[str], constant: str = "FORMAT", **al
     return {name: replace(getattr(module, constant), name=name, **alike) for name, module in found}
 
 
-def element(tag: str, values: Mapping[str, str] = _NONE, *inside: "Element[Any] | str") -> Element:
-    """An element, its attributes, and what stands in it."""
-    made = Element(tag, dict(values))
-    for part in inside:
-        if isinstance(part, str):
-            made.text = part
-        else:
-            made.append(part)
+def element(tag: str, values: Mapping[str, str] | None = None, *inside: "Element[Any] | str") -> Element:
+    """An element, its attributes, and what stands in it: a text or elements."""
+    made = Element(tag, dict(values or {}))
+    made.text = "".join(part for part in inside if isinstance(part, str)) or None
+    made.extend(part for part in inside if not isinstance(part, str))
     return made
 
 

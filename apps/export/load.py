@@ -4,7 +4,6 @@ import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -50,7 +49,7 @@ class ControllerLoad:
     # numbers are rounded before they are written; None: they are not.
     half_widths: tuple[float, ...] | None = None
     moment_digits: int | None = None  # decimals of moments, one more than those of a rounded inertia [kg m^2]
-    added: float = 0.0  # to each moment before, so that the rounded body can exist [kg m^2]
+    widened: float = 0.0  # added to each moment [kg m^2], by which rounding makes no flat body impossible
 
     def __post_init__(self) -> None:
         mass, body, fault, units = self.mass, self.body, "", "kg and metres are needed"
@@ -95,38 +94,31 @@ class ControllerLoad:
         """Centre of mass in ``frame`` [m], shape (3,)."""
         return self.body.com
 
-    @cached_property
+    @property
     def inertia(self) -> Array:
         """Inertia about the centre of mass in the axes of ``frame`` [kg m^2], 3 x 3; zero for a point mass."""
-        return np.zeros((3, 3)) if self.point_mass else self.body.inertia_com + self._lack * np.eye(3)
-
-    @property
-    def widened(self) -> float:
-        """Addition to each moment [kg m^2] by which rounding makes no flat body impossible."""
-        return self.added + self._lack
-
-    @cached_property
-    def _lack(self) -> float:
-        inertia = self.body.inertia_com
-        return 0.0 if self.point_mass else max(0.0, _EDGE * float(np.trace(inertia)) - _excess(inertia))
+        return np.zeros((3, 3)) if self.point_mass else self.body.inertia_com
 
     def rounded(self) -> "ControllerLoad":
-        """The load with as many digits as its intervals support: two of each half-width."""
-        if self.half_widths is None:
+        """The load with as many digits as its intervals support, two of each half-width, and not too flat."""
+        lack = 0.0 if self.point_mass else max(0.0, _EDGE * float(np.trace(self.inertia)) - _excess(self.inertia))
+        if self.half_widths is None and not lack:
             return self
-        values, places = (np.array(self.mass), self.com, self.inertia), []
-        for value, half in zip(values, self.half_widths, strict=True):
+        values, places = [np.array(self.mass), self.com, self.inertia + lack * np.eye(3)], []
+        for k, half in enumerate(self.half_widths or ()):
             # Two digits of the half-width, or four of the largest number where there is none.
-            largest = float(np.abs(value).max())
+            largest = float(np.abs(values[k]).max())
             four = 3 - int(np.floor(np.log10(largest))) if largest > 0.0 else 4
             places.append(interval_digits(2.0 * half) if 0.0 < half < math.inf else four)
-        mass, com, inertia = (np.round(value, digits) for value, digits in zip(values, places, strict=True))
-        added, unit, digits = self.widened, 10.0 ** -places[2], None if self.point_mass else places[2] + 1
-        # Rounding can make a thin body impossible; one unit is left for the rounding of principal moments.
-        while not self.point_mass and _excess(inertia) < unit:
-            inertia, added = np.round(inertia + unit * np.eye(3), places[2]), added + unit
+            values[k] = np.round(values[k], places[k])
+        (mass, com, inertia), widened, digits = values, self.widened + lack, self.moment_digits
+        if places and not self.point_mass:
+            unit, digits = 10.0 ** -places[2], places[2] + 1
+            # Rounding can make a thin body impossible; one unit is left for the rounding of principal moments.
+            while _excess(inertia) < unit:
+                inertia, widened = np.round(inertia + unit * np.eye(3), places[2]), widened + unit
         body = InertialParameters(ten_parameters(float(mass), com, inertia))
-        return replace(self, body=body, half_widths=None, moment_digits=digits, added=added)
+        return replace(self, body=body, half_widths=None, moment_digits=digits, widened=widened)
 
     def seen_from(self, pose: Pose, frame: str) -> "ControllerLoad":
         """The load in another frame, whose pose is given in this one."""

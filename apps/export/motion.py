@@ -10,6 +10,7 @@ from ...model import Motion, Robot
 from ...model.robot import SOURCED
 from ...trajectories import Design, DesignProblem, JointBounds, Plan, Trapezoid, ViaPoints
 from ...trajectories.design.score import Learnt
+from ..numbers import joined
 
 DIGITS = 9  # decimals of positions, speeds and accelerations: a nanoradian
 DENSER = "write more of them a second, or leave more room by the setting torque-margin"
@@ -53,7 +54,7 @@ class WrittenMotion:
 
 def listed(values: Array) -> str:
     """Numbers in brackets with ``DIGITS`` decimals."""
-    return f"[{', '.join(f'{value:.{DIGITS}f}' for value in values)}]"
+    return f"[{joined(values, f'.{DIGITS}f')}]"
 
 
 def require_six_turning(robot: Robot, form: str) -> None:
@@ -71,7 +72,7 @@ def design_head(design: Design, learnt: Learnt) -> tuple[str, ...]:
         shape = f"{len(plan.points)} via points, {'at rest in each' if plan.rests else 'passing'}"
         if isinstance(plan.segment, Trapezoid):
             shape += f", trapezoids of speed with ramps of {plan.segment.ramp:g} of each move's time"
-    torque = f"Torque limits [N m or N]: {_numbers(bounds.torque)}."
+    torque = f"Torque limits [N m or N]: {joined(bounds.torque, '.5g')}."
     return (
         f"Exciting motion of {problem.robot.title or problem.robot.name} by dynident {__version__}.",
         f"Duration {plan.duration:.6g} s; {shape}.",
@@ -79,9 +80,9 @@ def design_head(design: Design, learnt: Learnt) -> tuple[str, ...]:
         f"{design.starts} starts{', interrupted' if design.interrupted else ''}.",
         f"Condition number {learnt.condition_number:.4g}, columns scaled {learnt.condition_number_scaled:.4g}, "
         f"log det {learnt.log_det:.4g}.",
-        f"Position limits [rad or m]: {_numbers(bounds.low)} to {_numbers(bounds.high)}.",
-        f"Speed limits [per s]: {_numbers(bounds.speed)}.",
-        f"Acceleration limits [per s^2]: {_numbers(bounds.acceleration)}.",
+        f"Position limits [rad or m]: {joined(bounds.low, '.5g')} to {joined(bounds.high, '.5g')}.",
+        f"Speed limits [per s]: {joined(bounds.speed, '.5g')}.",
+        f"Acceleration limits [per s^2]: {joined(bounds.acceleration, '.5g')}.",
         *[torque] * bool(np.isfinite(bounds.torque).any()),
         *(f"Nearest to its limit: {limit}." for limit in design.score.limits),
         *assumed_line(problem),
@@ -97,7 +98,3 @@ def assumed_line(problem: DesignProblem) -> list[str]:
 def rests_on(problem: DesignProblem) -> tuple[str, ...]:
     """Names of ``model.robot.SOURCED`` that a motion rests on."""
     return ("position", "speed", "acceleration", *(("torque", "parameters") if problem.torque_limited else ()))
-
-
-def _numbers(values: Array) -> str:
-    return ", ".join(f"{value:.5g}" for value in values)

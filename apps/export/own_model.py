@@ -6,8 +6,6 @@ Of its XML some elements change: all else stays, byte for byte.
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from html import unescape
 from itertools import combinations
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
@@ -37,77 +35,61 @@ _TOKEN = re.compile(
 _ATTRIBUTE = re.compile(r"""([^\s=]+)\s*=\s*("[^"]*"|'[^']*')""")
 
 
-@dataclass(eq=False)
-class Spot:
-    """An element of a text: its place, from its first tag, over what is inside, to its end."""
-
-    tag: str
-    values: Mapping[str, str]
-    above: "Spot | None"
-    begin: int
-    inside: int
-    end: int
-
-
 class XmlEdits:
-    """Elements of a text, in the order of their first tags, and what is to stand in their places."""
+    """Elements of a text, and what is to stand in their places."""
 
     def __init__(self, path: str) -> None:
         text = read_text(path)
         if "<!DOCTYPE" in text or "<!ENTITY" in text:
             raise InputError(f"{path}: <!DOCTYPE and <!ENTITY are not accepted in a model: remove them")
         try:
-            ElementTree.fromstring(text)
+            self.root = ElementTree.fromstring(text)
         except ElementTree.ParseError as error:
             raise InputError(f"{path}: not valid XML: {error}") from None
         self._path, self._text, self._changes = path, text, list[tuple[int, int, str]]()
-        self.spots: list[Spot] = []
-        opened: list[Spot] = []
+        places, opened = list[list[int]](), list[list[int]]()
         for found in _TOKEN.finditer(text):
             if found["close"]:
-                opened.pop().end = found.end()
+                opened.pop()[2] = found.end()
             elif found["tag"]:
-                values = {name: unescape(value[1:-1]) for name, value in _ATTRIBUTE.findall(found["values"])}
-                above = opened[-1] if opened else None
-                self.spots.append(Spot(found["tag"], values, above, found.start(), found.end(), found.end()))
-                opened += [] if found["alone"] else self.spots[-1:]
+                places.append([found.start(), found.end(), found.end()])
+                opened += [] if found["alone"] else places[-1:]
+        # Of each element where it begins, where what is inside begins, and where it ends.
+        self._places = dict(zip(self.root.iter(), places, strict=True))
 
-    def named(self, tag: str, name: str) -> Spot:
+    def named(self, tag: str, name: str) -> "Element[Any]":
         """The element of a tag and a name, which must stand in the file."""
-        found = next((spot for spot in self.spots if spot.tag == tag and spot.values.get("name") == name), None)
-        if found is None:
+        if (found := next((each for each in self.root.iter(tag) if each.get("name") == name), None)) is None:
             fault = f"{tag} {name!r} does not stand in this file: give the file that it is included from"
             raise InputError(f"{self._path}: {fault}")
         return found
 
-    def within(self, above: Spot, tag: str) -> Spot | None:
-        """The first element of a tag straight in another one."""
-        return next((spot for spot in self.spots if spot.above is above and spot.tag == tag), None)
-
-    def set(self, spot: Spot, values: Mapping[str, str]) -> None:
+    def set(self, spot: "Element[Any]", values: Mapping[str, str]) -> None:
         """Give an element attributes, in the place of those of the same names."""
-        tag = self._text[spot.begin : spot.inside]
+        begin, inside, _ = self._places[spot]
+        tag = self._text[begin:inside]
         there, end = {found[1]: found.span() for found in _ATTRIBUTE.finditer(tag)}, len(tag.rstrip("/> \t\r\n"))
         # From the last one on, so that the places before it stay.
         for (start, stop), name in sorted(((there.get(name, (end, end)), name) for name in values), reverse=True):
             blank = "" if name in there else " "
             tag = f"{tag[:start]}{blank}{name}={quoteattr(values[name])}{tag[stop:]}"
-        self._changes.append((spot.begin, spot.inside, tag))
+        self._changes.append((begin, inside, tag))
 
     def put(
-        self, above: Spot, elements: "Sequence[Element[Any]]", old: Spot | None = None, last: bool = False
+        self, above: "Element[Any]", elements: "Sequence[Element[Any]]", place: "Element[Any] | str | None" = None
     ) -> None:
-        """Put elements into another one, each on lines of its own: in the place of one in it, first, or last."""
-        before = self._text[: above.begin].rpartition("\n")[2]
+        """Put elements into another one, a line each: in the ``place`` of one in it, "last", or first."""
+        start, inside, stop = self._places[above]
+        before = self._text[:start].rpartition("\n")[2]
         margin = f"\n{before if before.isspace() else ''}  "
         text = "".join(margin + xml_text(each).replace("\n", margin) for each in elements)
-        begin = end = above.inside
-        if old is not None:
-            begin, end, text = old.begin, old.end, text.lstrip()
-        elif above.inside == above.end:
-            begin, text = above.inside - 2, f">{text}</{above.tag}>"
-        elif last:
-            begin = end = len(self._text[: self._text.rindex("<", above.begin, above.end)].rstrip())
+        begin = end = inside
+        if isinstance(place, Element):
+            (begin, _, end), text = self._places[place], text.lstrip()
+        elif inside == stop:
+            begin, text = inside - 2, f">{text}</{above.tag}>"
+        elif place:
+            begin = end = len(self._text[: self._text.rindex("<", start, stop)].rstrip())
         self._changes.append((begin, end, text))
 
     def text(self) -> str:
@@ -141,7 +123,7 @@ def _read_mjcf(path: str) -> tuple[dict[str, Placed], Extra]:
         pose = Pose.of(data.xmat[body].reshape(3, 3), data.xpos[body])
         placed[model.joint(k).name] = Placed(data.xanchor[k].copy(), data.xaxis[k].copy(), names[body], pose)
     loads = enumerate(zip(model.body_weldid.tolist(), model.body_mass.tolist(), strict=True))
-    return placed, {names[k]: (names[on], mass) for k, (on, mass) in loads if on not in (0, k) and mass > 0.0}
+    return placed, {names[k]: (names[on], mass) for k, (on, mass) in loads if on not in (0, k)}
 
 
 def _read_urdf(path: str) -> tuple[dict[str, Placed], Extra]:
@@ -168,7 +150,7 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[
     of_mujoco = kind == "mjcf"
     model = XmlEdits(path)
     placed, extra = _read_mjcf(path) if of_mujoco else _read_urdf(path)
-    if of_mujoco and any(spot.values.get("inertiafromgeom") == "true" for spot in model.spots):
+    if of_mujoco and any(each.get("inertiafromgeom") == "true" for each in model.root.iter()):
         raise InputError(f'{path}: inertiafromgeom="true" makes MuJoCo pass over inertials: set it to auto')
     names, moved = _matched(whole, placed, path)
     coupled = whole.robot.coupling
@@ -179,21 +161,21 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[
         write_inertial = mjcf_inertial if of_mujoco else urdf_inertial
         inertial = write_inertial(body.mass, body.com, body.inertia_com)
         if of_mujoco:
-            link = joint.above
-            if link is None or link.tag != "body":
+            link = next((body for body in model.root.iter("body") if joint in list(body)), None)
+            if link is None:
                 raise InputError(f"{path}: joint {name!r} is in no body")
             model.set(joint, drive_attributes(drive, mjcf.DRIVE))
         else:
             link, values = model.named("link", placed[name].body), drive_attributes(drive)
-            if dynamics := model.within(joint, "dynamics"):
+            if (dynamics := joint.find("dynamics")) is not None:
                 model.set(dynamics, values)
             elif values:
                 model.put(joint, [element("dynamics", values)])
-        model.put(link, [links[j].comment(), inertial], model.within(link, "inertial"))
+        model.put(link, [links[j].comment(), inertial], link.find("inertial"))
     joints = tuple(names.get(j, "") for j in range(whole.robot.n))
     tendon = [element("tendon", {}, *mjcf.coupled_tendon(whole, joints))] if both else []
-    model.put(model.spots[0], [Comment(f" {plain(line)} ") for line in head])
-    model.put(model.spots[0], [*([mjcf.custom(whole)] if of_mujoco else []), *tendon], last=True)
+    model.put(model.root, [Comment(f" {plain(line)} ") for line in head])
+    model.put(model.root, [*([mjcf.custom(whole)] if of_mujoco else []), *tendon], "last")
     notes = list[str]()
     if missing := [joint for j, joint in enumerate(whole.joint_names) if j not in names]:
         notes.append(f"Joints of {whole.robot.name} that are not in {path}: {', '.join(missing)}.")
@@ -205,7 +187,7 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[
             continue
         nothing = [mjcf_inertial(0.0, np.zeros(3), np.zeros((3, 3)))] if of_mujoco else []
         link = model.named("body" if of_mujoco else "link", name)
-        model.put(link, nothing, model.within(link, "inertial"))
+        model.put(link, nothing, link.find("inertial"))
         note = f"Taken out: the {mass:.4g} kg of {name}, for what is fixed to a link is part of its numbers"
         notes.append(f"{note}; put them back if it was not there in the recording.")
     if coupled is not None and not both:

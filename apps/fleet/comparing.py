@@ -17,16 +17,16 @@ from scipy.special import stdtrit
 
 from ...common import Array, InputError
 from ...common.schema import Document, Matrix, Vector, Worked
-from ...estimation.equations.equations import PAYLOAD, Equations, merged
+from ...estimation import PAYLOAD, Equations, Estimate, weighted
+from ...estimation.equations.equations import merged
 from ...estimation.fit.covariance import student95
-from ...estimation.fit.estimate import Estimate
-from ...estimation.fit.linear_problem import LinearProblem, weighted
+from ...estimation.fit.linear_problem import LinearProblem
 from ...estimation.payload.methods import jackknifed
 from ...estimation.results.robot import Number
 from ...model.drives import parameter_kind
 from ...model.friction import is_friction
 from ...model.regressors import payload_columns
-from .store import Log, Stored
+from .reduction import Log, Stored
 
 TINY = np.finfo(float).tiny ** 0.25  # no standard deviation of anything measured is smaller
 CHANCE = 1e-3  # probability that recordings of one and the same thing are said to differ

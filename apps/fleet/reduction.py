@@ -1,33 +1,229 @@
-"""A fleet's recordings, each reduced to its equations by processes or by whatever executor there is."""
+"""Recordings of a fleet: logs, the store of their equations, and processes that reduce logs to equations."""
 
+import hashlib
 import multiprocessing
-import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from functools import partial
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
+import msgspec
+import numpy as np
 from msgspec.structs import replace
 
 from ...common.errors import InputError, encodable
-from ...common.files import checksum, write_bytes
-from ...common.schema import Document
-from ...estimation import Settings, identify
-from ...model import Robot
-from ..extras import extra
-from ..logs.read import read_recordings
-from .store import Log, Recipe, Store, Stored
+from ...common.files import checksum, made_folder, write_bytes
+from ...common.schema import Document, convert, naming, read_json, write_json
+from ...estimation import Equations, Estimate, Gains, Settings, identify
+from ...model import BaseParameters, Processing, Robot
+from ..extras import extra, parquet_bytes, parquet_rows
+from ..logs.map import LogMap
+from ..logs.read import SUFFIXES, read_recordings
 
-_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+KNOWN = ("arm", "day", "payload")
+"""Facts that may be known of a log: the arm's own name, ISO day or time, and kg that the controller was told."""
+_AGAIN = "run 'dynident fleet reduce' again, what is done is kept"
+_REMEDY = f"delete it and {_AGAIN}"
 _AHEAD = 3  # logs that wait for each worker
 _CLOCKS = (9.0e8, 4.1e9)  # s since 1970: 1998 to 2099
 _NIGHT = timedelta(days=2)
 """Time that a log's clock may be beside the day told: a day without time, zones, a night's two days."""
 KILLS = "ends whatever process reads it, alone too: look at this log, and report it if it is a good one"
 """Why a log is refused that no worker survives."""
+
+
+class Log(Document, frozen=True, omit_defaults=True):
+    """A log and what is known of it; ``reason``: why it is refused, if it is.
+
+    ``sha256`` of its bytes and ``key``, the name of its equations in a store, once they are known.
+    """
+
+    file: str
+    arm: str | None = None
+    day: str | None = None
+    payload: str | None = None
+    reason: str = ""
+    sha256: str = ""
+    key: str = ""
+
+
+def found_logs(paths: Sequence[str]) -> tuple[str, ...]:
+    """Find logs by names, globs and folders, none of them in vain: each log once, in the order of their names."""
+    logs = set[str]()
+    for path in paths:
+        place, anchor = Path(path), Path(path).anchor
+        inside = [place] if place.exists() else Path(anchor).glob(str(place.relative_to(anchor)))
+        if place.is_dir():
+            inside = (file for file in place.rglob("*") if file.name.endswith(SUFFIXES))
+        found = {str(file) for file in inside if file == place or file.is_file()}
+        logs |= found
+        if not found:
+            raise InputError(f"{path}: no log there")
+    return tuple(sorted(logs))
+
+
+def catalog(logs: Sequence[str], pattern: str = "") -> tuple[Log, ...]:
+    """Tell by each log's path what is known of it; a pattern that no path has is refused.
+
+    ``pattern`` is the end of a path, "{arm}/{day}.csv": words of ``KNOWN`` in braces, ``*`` for anything else.
+    """
+    if not pattern:
+        return tuple(map(Log, logs))
+    if unknown := [word for word in re.findall(r"\{(\w+)\}", pattern) if word not in KNOWN]:
+        raise InputError(f"--pattern {pattern!r}: {{{unknown[0]}}} is not known; known: {', '.join(KNOWN)}")
+    form = re.sub(r"\\\{(\w+)\\\}", r"(?P<\1>[^/]+?)", re.escape(pattern).replace(r"\*", "[^/]*"))
+    try:
+        ending = re.compile(f"(?:^|/){form}$")
+    except re.error as error:
+        raise InputError(f"--pattern {pattern!r}: {error}") from None
+    found = []
+    for path in logs:
+        match = ending.search(Path(path).as_posix())
+        log = Log(path, **(match.groupdict() if match else {}))
+        wrong = f"day {log.day!r} is no date: write 2026-01-31 or 2026-01-31T02:00"
+        with suppress(ValueError):
+            year = datetime.fromisoformat(log.day or "2000-01-01").year
+            wrong = f"payload {log.payload!r} is no number"
+            float(log.payload or 0.0)
+            wrong = "no arm is named" if log.arm == "" else ""
+            if not 1970 <= year <= 2100:
+                wrong = f"day {log.day!r} is of no recording: years 1970 to 2100 are"
+        wrong = wrong if match else f"its path does not end in {pattern}"
+        found.append(replace(log, reason=wrong))
+    if all(log.reason for log in found):
+        raise InputError(f"--pattern {pattern!r}: no log's path ends so; {logs[0]}: {found[0].reason}")
+    return tuple(found)
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """Settings that make equations of logs."""
+
+    processing: Processing
+    drive_gains: tuple[float, ...] | None = None  # [N·m/A or N/A], if currents were read
+    gains: Gains | None = None  # unless these are taken as exact
+    log_map: LogMap = LogMap()
+
+    @property
+    def fingerprint(self) -> str:
+        """Short text that differs between recipes; what a log map is called counts for nothing."""
+        unnamed = vars(self) | {"log_map": replace(self.log_map, source="")}
+        return hashlib.sha256(packed(unnamed)).hexdigest()[:16]
+
+    def key(self, log: Log) -> str:
+        """Name of a recording's file: by the log's bytes, what is known of it, and the recipe."""
+        identity = packed([log.sha256, log.arm, log.day, log.payload, self.fingerprint])
+        return hashlib.sha256(identity).hexdigest()[:32]
+
+
+@dataclass(frozen=True)
+class Stored:
+    """A recording of a store: its log, and equations in the robot's base parameters, in blocks of time."""
+
+    log: Log
+    robot: Robot
+    base: BaseParameters
+    equations: Equations
+
+    def parquet(self, estimate: Estimate) -> bytes:
+        """A table of one row: the log, the parameters identified by it alone, and the equations, packed."""
+        row = {fact: getattr(self.log, fact) for fact in ("file", *KNOWN)} | {"equations": packed(self)}
+        row |= {"parameters": estimate.names, "values": estimate.values, "sigma": estimate.sigma}
+        return parquet_bytes({name: [value] for name, value in row.items()})
+
+
+def packed(value: Any) -> bytes:
+    """Frozen values as bytes; the same for the same values."""
+    return msgspec.msgpack.encode(value, enc_hook=_plain)
+
+
+def _plain(value: Any) -> Any:
+    """An array as its shape, its order in memory, which sums round by, and its bytes; a mapping as a plain one."""
+    if isinstance(value, np.ndarray):
+        turned = value.flags.f_contiguous and not value.flags.c_contiguous
+        return [value.shape, "F" if turned else "C", np.asarray(value, "<f8").tobytes("F" if turned else "C")]
+    if isinstance(value, Mapping):
+        return dict(value)
+    raise TypeError(f"{type(value).__name__} has no place in a store")
+
+
+def _made(kind: Any, value: Any) -> Any:
+    shape, order, content = value
+    return np.frombuffer(content, "<f8").reshape(shape, order=order)
+
+
+@dataclass(frozen=True)
+class Store:
+    """A folder of reduced recordings of one type of robot, made by one recipe; each file is written in one step."""
+
+    root: Path
+
+    @staticmethod
+    def made(root: str | Path, robot: Robot, recipe: Recipe) -> "Store":
+        """Open the store at a place, made if there is none; one of another robot or recipe is refused."""
+        labels = {"robot": robot.name, "fingerprint": robot.fingerprint, "recipe": recipe.fingerprint}
+        store = Store(Path(root))
+        path = store.root / "store.json"
+        if path.exists():
+            there = read_json(path, dict[str, str], "give another folder")
+            if there != labels:
+                kind = "recipe" if there.get("fingerprint") == labels["fingerprint"] else "robot"
+                raise InputError(f"{root}: a store of another {kind} ({there.get('robot')}): give another folder")
+        elif store.root.is_dir() and any(store.root.iterdir()):
+            raise InputError(f"{root}: is a folder of other things: give a new one")
+        made_folder(store.root / "recordings")
+        if not path.exists():
+            write_json(path, labels)
+        return store
+
+    @staticmethod
+    def opened(root: str | Path) -> "Store":
+        """Open a store that is there and was finished once."""
+        store = Store(Path(root))
+        if not (store.root / "store.json").exists():
+            raise InputError(f"{root}: no store: give the --store of 'dynident fleet reduce'")
+        if not store.index.exists():
+            raise InputError(f"{root}: reduced in part: {_AGAIN}")
+        return store
+
+    @property
+    def index(self) -> Path:
+        """Table of the logs, of those that were refused too."""
+        return self.root / "logs.parquet"
+
+    def path(self, key: str) -> Path:
+        """Place of a recording's equations."""
+        return self.root / "recordings" / f"{key}.parquet"
+
+    def logs(self) -> tuple[Log, ...]:
+        """The logs, by name, with a ``reason`` where refused; none as long as the store was never finished."""
+        if not self.index.exists():
+            return ()
+        with naming(self.index, _REMEDY):
+            return convert(parquet_rows(self.index, _REMEDY), tuple[Log, ...])
+
+    def finish(self, logs: Iterable[Log]) -> None:
+        """Write what is in it, and what was refused, and why."""
+        ordered = sorted(logs, key=lambda log: log.file)
+        columns = {name: [getattr(log, name) for log in ordered] for name in Log.__struct_fields__}
+        write_bytes(self.index, parquet_bytes(columns))
+
+    def read(self, key: str) -> Stored:
+        """Read a recording's equations."""
+        path = self.path(key)
+        rows = parquet_rows(path, _REMEDY, ["equations"])
+        try:
+            return msgspec.msgpack.decode(rows[0]["equations"], type=Stored, dec_hook=_made)
+        except (LookupError, ValueError, TypeError) as error:
+            fault = f"not as it was written, or by another version ({error})"
+            raise InputError(f"{path}: {fault}: reduce it again") from None
+
 
 _Done = tuple[Log, bytes]  # the bytes of its equations, or none and in the log why
 _Reduce = Callable[[Log], _Done]
@@ -190,16 +386,12 @@ def _by_processes(reduced: _Reduce, logs: Sequence[Log], workers: int) -> Iterat
 
 @contextmanager
 def process_pool(workers: int) -> Iterator[Executor]:
-    """Processes with one thread of linear algebra each; what waits is dropped when the block is left."""
-    before = {name: os.environ.get(name) for name in _THREADS}
-    os.environ.update(dict.fromkeys(_THREADS, "1"))
+    """Processes; what waits is dropped when the block is left."""
     pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"))
     try:
         yield pool
     finally:
         pool.shutdown(cancel_futures=True)
-        for name, value in before.items():
-            os.environ.pop(name) if value is None else os.environ.update({name: value})
 
 
 @contextmanager

@@ -9,15 +9,14 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import chain
+from itertools import chain, product
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ...common import Array, InputError
 from ...model import Robot
-from .map import LONGEST_NAME, QUANTITIES, LogMap, listed, repeated, standard_pose
+from .map import LONGEST_NAME, QUANTITIES, LogMap, ToolColumns, listed, repeated
 
 _TIME = re.compile(r"(?:t|time|timestamp|time_?stamp|stamp|__time)(?:_(s|sec|ms|msec|us|ns|nsec))?", re.IGNORECASE)
 _SUFFIXES = {"sec": "s", "msec": "ms", "nsec": "ns"}
@@ -67,7 +66,8 @@ class Known:
     """
 
     title: str  # whose they are
-    columns: Mapping[str, tuple[str, ...]]
+    forms: str  # of columns, in which "@" stands for any of a quantity's names
+    names: Mapping[str, str]  # of each quantity and reference
     time: tuple[str, ...] = ()  # names of the column of time, where it has none of the usual ones
     time_unit: str = ""  # of that column; empty: it is found out
     more: bool = False  # columns beyond the robot's joints are a gripper's
@@ -75,25 +75,17 @@ class Known:
     joints: tuple[str, ...] = ()  # names in the log's order, none where columns are numbered
     size: int = 0  # joints that have a position in the log
 
-    @property
-    def by_name(self) -> bool:
-        """True where the joints' names distinguish the columns."""
-        return "{joint}" in self.columns["position"][0]
+    @cached_property
+    def columns(self) -> dict[str, tuple[str, ...]]:
+        """Patterns of each quantity's and reference's columns."""
+        each = {kind: product(names.split(), self.forms.split()) for kind, names in self.names.items()}
+        return {kind: tuple(form.replace("@", name) for name, form in pairs) for kind, pairs in each.items()}
 
     def expanded(self, pattern: str, joints: Sequence[str], n: int) -> tuple[str, ...]:
         """Names of the columns of n joints."""
         pattern = pattern.replace("*", self.prefixes[0] if self.prefixes else "", 1)
         named = (pattern.replace("{joint}", joints[j] if joints else "") for j in range(n))
         return tuple(name.replace("{}", str(j + 1)).replace("{0}", str(j)) for j, name in enumerate(named))
-
-
-def _recorder(title: str, forms: str, names: Mapping[str, str], **more: Any) -> Known:
-    """A recorder that writes columns of these forms, in which "@" stands for a quantity's names of ``names``."""
-    columns = {
-        kind: tuple(form.replace("@", name) for name in own.split() for form in forms.split())
-        for kind, own in names.items()
-    }
-    return Known(title, columns, **more)
 
 
 _SHORT = {"position": "q", "velocity": "qd", "torque": "tau", "current": "i"}
@@ -106,9 +98,9 @@ _LEROBOT = {
     "position": "state position", "velocity": "velocity joint_velocities",
     "torque": "effort torque joint_torques", "current": "current",
 }  # fmt: skip
-PLAIN = _recorder("plain columns", "@{}", {**_SHORT, "position_reference": "qref", "torque_reference": "tauref"})
+PLAIN = Known("plain columns", "@{}", {**_SHORT, "position_reference": "qref", "torque_reference": "tauref"})
 """Columns of a log that follows the documentation."""
-NAMED = _recorder(
+NAMED = Known(
     "columns by joint",
     "@",
     {
@@ -121,17 +113,17 @@ NAMED = _recorder(
 """Columns of a log whose joints have names, as in a ROS bag."""
 KNOWN = (
     PLAIN,
-    _recorder("columns counted from 0", "@{0} @_{0}", _SHORT),
-    _recorder("Universal Robots, RTDE", "@_{0}", _RTDE),
-    _recorder("Franka, libfranka", "state.@[{0}] @[{0}]", _FRANKA, time=("time", "duration"), time_unit="ms"),
-    _recorder("Franka, arrays of its state", "@{}", _FRANKA),
-    _recorder("Franka, PlotJuggler", "*franka_states/@[{0}] *franka_states/@.{0}", _FRANKA),
-    _recorder(
+    Known("columns counted from 0", "@{0} @_{0}", _SHORT),
+    Known("Universal Robots, RTDE", "@_{0}", _RTDE),
+    Known("Franka, libfranka", "state.@[{0}] @[{0}]", _FRANKA, time=("time", "duration"), time_unit="ms"),
+    Known("Franka, arrays of its state", "@{}", _FRANKA),
+    Known("Franka, PlotJuggler", "*franka_states/@[{0}] *franka_states/@.{0}", _FRANKA),
+    Known(
         "ROS joint states, PlotJuggler",
         "*joint_states/{joint}/@ *measured_joint_state/{joint}/@",
         {"position": "position", "velocity": "velocity", "torque": "effort"},
     ),
-    _recorder("LeRobot data set", "observation.@{}", _LEROBOT, more=True),
+    Known("LeRobot data set", "observation.@{}", _LEROBOT, more=True),
     NAMED,
 )
 """Every recorder whose columns are known; of two that fit alike the first counts."""
@@ -163,9 +155,8 @@ def _positions(known: Known, pattern: str, names: Sequence[str]) -> Known | None
     joints = max(arms.values(), key=len)
     prefixes = tuple(prefix for prefix, own in arms.items() if len(own) == len(joints))
     if "{joint}" in pattern:
-        return (
-            replace(known, prefixes=prefixes, joints=tuple(joints), size=len(joints)) if len(joints) > 1 else None
-        )
+        layout = replace(known, prefixes=prefixes, joints=tuple(joints), size=len(joints))
+        return layout if len(joints) > 1 else None
     first = 0 if "{0}" in pattern else 1
     size = next(k for k in range(len(joints) + 1) if str(first + k) not in joints)
     # Numbers that begin before the first joint's are others.
@@ -190,7 +181,7 @@ class Naming:
     def known(self) -> Known:
         """The table of columns that counts: the recorder's, or that of plain logs."""
         known = recognised(self.raw.names)
-        if self.raw.joints or (self.log_map.joints and not known.by_name):
+        if self.raw.joints or (self.log_map.joints and not known.joints):
             return replace(NAMED, prefixes=known.prefixes, joints=known.joints)
         return known
 
@@ -209,6 +200,13 @@ class Naming:
                 raise InputError(f"{self.raw.path}: {several}: name one's columns in a log map")
             candidates.append(self.known.expanded(pattern, joints, self.robot.n))
         return next((names for names in candidates if set(names) & set(self.raw.names)), candidates[0])
+
+    @property
+    def pose(self) -> ToolColumns | None:
+        """Columns of the tool's pose by the map, else x, y, z [m], perhaps with qx, qy, qz, qw; None without."""
+        place, turn, there = ("x", "y", "z"), ("qx", "qy", "qz", "qw"), set(self.raw.names)
+        turned = ToolColumns(place, "m", turn, "quaternion") if there >= set(turn) else ToolColumns(place)
+        return self.log_map.pose or (turned if there >= set(place) else None)
 
     @property
     def time(self) -> str:
@@ -274,8 +272,7 @@ def choose(naming: Naming, gains: Sequence[float] | None) -> tuple[dict[str, tup
     if twice := repeated([name for name in raw.names if name in names]):
         raise InputError(f"{raw.path}: column {twice!r} is in the header twice: rename one")
     check_missing(raw, names)
-    pose = log_map.pose or standard_pose(raw.names)
-    used = {*names, *(pose.all if pose else ())}
+    used = {*names, *((*pose.columns, *pose.rotation) if (pose := naming.pose) else ())}
     if ignored := [name for name in raw.names if name not in used]:
         notes = [*notes, f"columns not used: {in_a_row(ignored)}"]
     return columns, notes
@@ -283,11 +280,11 @@ def choose(naming: Naming, gains: Sequence[float] | None) -> tuple[dict[str, tup
 
 def _check_layout(naming: Naming) -> list[str]:
     raw, robot, known = naming.raw, naming.robot, naming.known
-    if known.columns is not PLAIN.columns:
-        if known.size > robot.n and not known.by_name and not known.more:
+    if known.names is not PLAIN.names:
+        if known.size > robot.n and not known.joints and not known.more:
             fault = f"holds {known.size} joints ({known.title}), but robot {robot.name!r} has {robot.n}"
             raise InputError(f"{raw.path}: {fault}: is it the right robot?")
-        return [] if known.columns is NAMED.columns else [f"columns of: {known.title}"]
+        return [] if known.names is NAMED.names else [f"columns of: {known.title}"]
     plain = {"t"}.union(*(PLAIN.expanded(PLAIN.columns[kind][0], (), robot.n) for kind in QUANTITIES))
     time = time_column(raw.names, PLAIN)
     for name in raw.names:
@@ -313,7 +310,7 @@ def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]
             by = "'dynident gains' identifies them, 'dynident check' estimates them from the weight of the links"
             raise InputError(f"{path}: {fault} ({by})")
         # The controller's own prediction does not stand in the place of a measured torque.
-        plain = naming.known.columns is PLAIN.columns
+        plain = naming.known.names is PLAIN.names
         computed = () if plain or naming.holds("torque") else naming.columns("torque_reference")
         if computed and there >= set(computed):
             fault = f"{computed[0]} and so on are what the controller computes, not what was measured"

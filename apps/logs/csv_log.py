@@ -5,12 +5,12 @@ import gzip
 import re
 import zlib
 from bisect import bisect_right
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
-from itertools import chain, islice
+from itertools import chain
 from pathlib import Path
-from typing import IO, Any
+from typing import IO
 
 import numpy as np
 
@@ -154,15 +154,14 @@ class _Text:
         indices = [0] if per_row else wanted
         self._passed, self._cut = [], ""
         with _opened(self._path, self._encoding) as text:
-            lines = islice(self._lines(text), self._before, None)
-            rows = map(self._plain, lines) if per_row else self._rows(lines, indices)
+            rows = self._rows(text, indices)
             first = next(rows, None)
             if first is None:
                 return np.empty((0, len(columns)))
             between, quote = (None, None) if per_row else (self._delimiter, '"')
-            form: dict[str, Any] = {"delimiter": between, "quotechar": quote, "usecols": indices, "comments": None}
             try:
-                values = np.loadtxt(chain([first], rows), ndmin=2, **form)
+                rows = chain([first], rows)
+                values = np.loadtxt(rows, np.float64, None, between, usecols=indices, ndmin=2, quotechar=quote)
             except InputError:
                 raise
             except (ValueError, IndexError, TypeError) as error:
@@ -176,18 +175,18 @@ class _Text:
             raise InputError(f"{self._path}: {values.size} numbers are not a multiple of {per_row}: it is cut")
         return values.reshape(-1, per_row)[:, wanted] if per_row else values
 
-    def _lines(self, text: IO[str]) -> Iterator[str]:
-        """Lines of a text, which may be packed: one of 10 GB takes 10 MB."""
-        for number, line in enumerate(iter(partial(text.readline, _SAMPLE), ""), 1):
-            if len(line) == _SAMPLE:
-                fault = f"line {number} has more than {_SAMPLE:,} characters, which no row of numbers has"
-                raise InputError(f"{self._path}: {fault}: correct or remove it")
-            yield line
-
-    def _rows(self, lines: Iterable[str], indices: list[int]) -> Iterator[str]:
+    def _rows(self, text: IO[str], indices: list[int]) -> Iterator[str]:
         """Rows as wide as the header: without remarks and empty lines, and without a last row that is cut."""
         width, count = len(self.names), 0
-        for number, line in enumerate(lines, self._before + 1):
+        for number, line in enumerate(iter(partial(text.readline, _SAMPLE), ""), 1):
+            if len(line) == _SAMPLE:  # of a packed text one of 10 GB takes 10 MB
+                fault = f"line {number} has more than {_SAMPLE:,} characters, which no row of numbers has"
+                raise InputError(f"{self._path}: {fault}: correct or remove it")
+            if number <= self._before:
+                continue
+            if self._per_row:
+                yield self._plain(line)
+                continue
             if not _has_cells(line):
                 self._passed.append(count)
                 if len(self._passed) > _MOST_PASSED:

@@ -328,7 +328,7 @@ def read_following(
         if missing := [name for name in names if name not in there]:
             beside = f", but {there[0]} is there: record it for every joint" if there else ""
             raise InputError(f"{naming.raw.path}: no column {', '.join(missing)}{beside}")
-        recording, wanted = read_beside(path, robot, drive_gains, log_map, quantity)
+        recording, wanted = read_beside(naming, drive_gains, quantity)
         missed = wanted - recording.q if quantity == "position_reference" else recording.torque - wanted
         recording = dataclasses.replace(recording, torque=missed, qd=None, fingerprint="")
         rows, notes = pieces(recording.t, robot.processing.cutoff, recording.source)

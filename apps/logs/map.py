@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -45,19 +45,15 @@ SHORT = {"t": "time", "q": "position", "qd": "velocity", "tau": "torque", "i": "
 
 def factor(quantity: str, unit: str) -> float:
     """Factor from a number in ``unit`` to SI; "percent" gives the ratio to the rated value."""
-    known, unit = _UNITS[quantity], _spelt(unit)
+    known, unit = _UNITS[quantity], _SPELLINGS.get(unit, unit)
     if unit not in known:
         raise InputError(f"unit {unit!r} of {quantity}: give one of {', '.join(known)}")
     return known[unit]
 
 
-def _spelt(unit: str) -> str:
-    return _SPELLINGS.get(unit, unit)
-
-
 def known_unit(text: str) -> bool:
     """Tell whether a text is a unit of time or of anything that a log holds of a joint."""
-    return any(_spelt(text) in units for units in _UNITS.values())
+    return any(_SPELLINGS.get(text, text) in units for units in _UNITS.values())
 
 
 def with_unit(name: str) -> tuple[str, str]:
@@ -169,21 +165,20 @@ class Quantity(Table, frozen=True):
 
     def __post_init__(self) -> None:
         force_setattr(self, "columns", listed(self.columns))
-        force_setattr(self, "unit", listed(self.unit))
+        force_setattr(self, "unit", tuple(_SPELLINGS.get(unit, unit) for unit in listed(self.unit)))
 
     def check(self, kind: str) -> None:
         """Refuse what contradicts itself, and what no quantity of this kind has."""
-        percent = "percent" in map(_spelt, self.unit)
         if kind in REFERENCES:
             if not self.columns:
                 raise WrongKeyError("columns", "name the columns")
             if self != Quantity(self.columns, self.unit):
                 raise ValueError("give columns and unit; side, sign and zero are those of the measured quantity")
-            if percent:
+            if "percent" in self.unit:
                 raise WrongKeyError("unit", "percent needs a rated value: give N·m")
         if any(abs(sign) != 1.0 for sign in self.sign):
             raise ValueError("sign must be 1 or -1")
-        if self.rated and not percent:
+        if self.rated and "percent" not in self.unit:
             raise ValueError("rated goes with the unit percent: what 100 percent is, for each joint")
         if self.side == "motor" and kind == "current":
             raise ValueError("a current has no side: remove 'side'; the drive gains include it")
@@ -200,8 +195,7 @@ class Quantity(Table, frozen=True):
     @property
     def of_unknown_gain(self) -> bool:
         """True where the unit is that of a current, of counts, or percent of an unknown torque."""
-        units = {_spelt(unit) for unit in self.unit}
-        return bool(units & _CURRENT.keys()) and not self.rated
+        return not self.rated and not _CURRENT.keys().isdisjoint(self.unit)
 
 
 class ToolColumns(Table, frozen=True):
@@ -229,18 +223,6 @@ class ToolColumns(Table, frozen=True):
             raise ValueError(f"pose.rotation has {turns} names: a {self.form} has {FORMS[self.form]} columns")
         if self.form == "quaternion" and self.rotation_unit != "rad":
             raise ValueError("pose.rotation_unit: a quaternion has none: remove it")
-
-    @property
-    def all(self) -> tuple[str, ...]:
-        """Every column."""
-        return (*self.columns, *self.rotation)
-
-
-def standard_pose(names: Collection[str]) -> ToolColumns | None:
-    """Find x, y, z [m], perhaps with a quaternion qx, qy, qz, qw, in a log without a map; None without them."""
-    place, turn = ("x", "y", "z"), ("qx", "qy", "qz", "qw")
-    turned = ToolColumns(place, "m", turn, "quaternion") if set(names) >= set(turn) else ToolColumns(place)
-    return turned if set(names) >= set(place) else None
 
 
 class LogMap(Table, frozen=True):

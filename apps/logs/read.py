@@ -22,7 +22,7 @@ from . import formats
 from .columns import PLAIN, Naming, RawLog, check_missing, choose, in_a_row, recognised, time_column
 from .csv_log import csv_log
 from .formats.ros_bag import ros_bag
-from .map import SHORT, SI, Layout, LogMap, Quantity, factor, standard_pose
+from .map import SHORT, SI, Layout, LogMap, Quantity, factor
 
 _READERS: dict[str, Callable[[Path, Layout], RawLog]] = {
     ending: reader
@@ -173,7 +173,7 @@ def read_recordings(
     Raises:
         InputError: names the file, line and column of whatever cannot be used.
     """
-    recording, _ = read_beside(path, robot, drive_gains, log_map)
+    recording, _ = read_beside(named(path, robot, log_map), drive_gains)
     cutoff = (processing or robot.processing).cutoff
     return tuple(cut(recording, *pieces(recording.t, cutoff, recording.source)))
 
@@ -193,11 +193,10 @@ def read_recording(
 
 
 def read_beside(
-    path: LogPath, robot: Robot, drive_gains: Sequence[float] | None, log_map: LogMap | None, reference: str = ""
+    naming: Naming, drive_gains: Sequence[float] | None, reference: str = ""
 ) -> tuple[Recording, Array]:
     """Read one log whole, gaps in it, with one of ``REFERENCES`` [rad, m, N·m or N], N x n, or N x 0 without."""
-    naming = named(path, robot, log_map)
-    raw, log_map, told = naming.raw, naming.log_map, list[str]()
+    raw, log_map, robot, told = naming.raw, naming.log_map, naming.robot, list[str]()
     columns, chosen = choose(naming, drive_gains)
     # Units that the file itself tells, where the map says none.
     for option, kind in ((option, kind) for option, kind in SHORT.items() if kind in columns and kind in SI):
@@ -312,11 +311,10 @@ def read_tool_poses(path: LogPath, robot: Robot, log_map: LogMap | None = None) 
     The map's ``pose`` names the columns; without it x, y, z [m] and qx, qy, qz, qw are taken, if there.
     """
     naming = named(path, robot, log_map)
-    raw, log_map = naming.raw, naming.log_map
-    pose = log_map.pose or standard_pose(raw.names)
+    raw, log_map, pose = naming.raw, naming.log_map, naming.pose
     if pose is None:
         return None
-    columns = (*naming.columns("position"), *pose.all)
+    columns = (*naming.columns("position"), *pose.columns, *pose.rotation)
     check_missing(raw, columns)
     values = raw.whole(columns)
     if len(values) < 4:

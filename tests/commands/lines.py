@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from dynident.apps.fleet.store import Log, Recipe, Store, Stored
+from dynident.apps.fleet.reduction import Log, Recipe, Store, Stored
 from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
 from dynident.estimation import identify

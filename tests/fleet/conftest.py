@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from dynident.apps.fleet.comparing import compared_by
-from dynident.apps.fleet.reduction import reduce_fleet
-from dynident.apps.fleet.store import Log, Stored, catalog, found_logs
+from dynident.apps.fleet.reduction import Log, Stored, catalog, found_logs, reduce_fleet
 from dynident.common.arrays import Array
 from dynident.estimation.equations.equations import Equations, merged
 from dynident.model import load_robot

@@ -17,8 +17,7 @@ from typing import Any
 import numpy as np
 import pytest
 from dynident.apps.fleet import reduction
-from dynident.apps.fleet.reduction import reduce_fleet
-from dynident.apps.fleet.store import Log, Recipe, Store, catalog
+from dynident.apps.fleet.reduction import Log, Recipe, Store, catalog, reduce_fleet
 from dynident.apps.logs.map import LogMap
 from dynident.apps.logs.read import read_recordings
 from dynident.cli import main

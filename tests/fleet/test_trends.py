@@ -7,7 +7,7 @@ from typing import cast
 import numpy as np
 import pytest
 from dynident.apps.fleet.comparing import CHANGED, FEWEST, MASS, Fleet, Series, arm_of, fleet_of, side_by_side
-from dynident.apps.fleet.store import Log, Stored
+from dynident.apps.fleet.reduction import Log, Stored
 from dynident.apps.logs.read import read_recording
 from dynident.apps.report.render import page_html
 from dynident.apps.report.sections.recordings import fleet_report

@@ -8,6 +8,7 @@ as in the public VAL3 applications of ros-industrial/staubli_val3_driver.
 """
 
 import re
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from ....common import Array, InputError
 from ....model import Robot, forward_kinematics
 from ....trajectories import PointToPoint, Trapezoid, ViaPoints, plan_point_to_point
 from ....trajectories.motions.point_to_point import plan_stops
-from ..format import COMMENT, FIRST, Format, element, plain, xml_text
+from ..format import FIRST, Format, element, plain, xml_text
 from ..motion import WrittenMotion, require_six_turning
 
 _XSI = "http://www.w3.org/2001/XMLSchema-instance"
@@ -98,7 +99,7 @@ def check_val3(robot: Robot, via_points: bool, name: str) -> None:
         )
 
 
-def _write(motion: WrittenMotion) -> str:
+def _write(motion: WrittenMotion) -> Element:
     plan, held = _points(motion)
     angles, motions = np.degrees(plan.points).tolist(), []
     for accel, vel, leave in [(_APPROACH, _APPROACH, 0.0), *zip(*_moves(motion, plan), strict=True)]:
@@ -117,7 +118,7 @@ def _write(motion: WrittenMotion) -> str:
         about = {"name": name, "access": "private", "xsi:type": "array", "type": kind, "size": f"{len(values)}"}
         entries = (element("Value", {"key": f"{k}"} | value) for k, value in enumerate(values))
         data.append(element("Data", about, *entries))
-    return xml_text(element("Database", {"xmlns:xsi": _XSI, "xmlns": f"{_SPACE}/Data/2"}, data))
+    return element("Database", {"xmlns:xsi": _XSI, "xmlns": f"{_SPACE}/Data/2"}, data)
 
 
 def _beside(motion: WrittenMotion) -> dict[str, str]:
@@ -168,7 +169,6 @@ FORMAT = Format(
     write=_write,
     remarks=_WARNING,
     first_line=FIRST,
-    comment=COMMENT,
     beside=_beside,
     replay=val3_replay,
     replayed=(

@@ -15,7 +15,7 @@ from ....common.errors import InputError
 from ....estimation.possible.whole_robot import Labelled, WholeRobot
 from ....model import Pose
 from ...numbers import exact, principal_axes, quaternion
-from ..format import COMMENT, FIRST, Format, element, mjcf_inertial, xml_text
+from ..format import FIRST, Format, element, mjcf_inertial
 from ..load import ControllerLoad, load_format
 from ..robot import drive_attributes, fields, flange_of, gravity_of, moved_links
 
@@ -24,7 +24,7 @@ DRIVE = {"armature": "armature", "damping": "damping", "friction": "frictionloss
 """Attributes of a joint or a tendon for its drive."""
 
 
-def _write(whole: WholeRobot) -> str:
+def _write(whole: WholeRobot) -> Element:
     spring, flange = whole.robot.spring, flange_of(whole.robot)
     tendons, motors = coupled_tendon(whole, whole.joint_names), list[Element]()
     moved, sites = moved_links(whole, apart=False), defaultdict[int, list[Element]](list)  # of links, 0: the base
@@ -63,7 +63,7 @@ def _write(whole: WholeRobot) -> str:
             values |= {"biastype": "affine", "biasprm": exact([-drive["offset"].value, 0.0, 0.0])}
         motors.append(element("general", values))
     outer.append(element("site", {"name": flange[0]} | _pose(flange[1])))
-    root = element(
+    return element(
         "mujoco",
         {"model": whole.robot.name},
         element("compiler", {"angle": "radian", "autolimits": "true"}),
@@ -73,7 +73,6 @@ def _write(whole: WholeRobot) -> str:
         *([element("tendon", {}, *tendons)] if tendons else []),
         element("actuator", {}, *motors),
     )
-    return xml_text(root)
 
 
 def custom(whole: WholeRobot) -> Element:
@@ -83,11 +82,11 @@ def custom(whole: WholeRobot) -> Element:
         marked |= {f"{link.link}:{name}": label for name, label in (link.numbers | link.parameters).items()}
         marked |= {f"{joint}:{name}": label for name, label in drive.items()}
     marked |= {f"coupled drive:{name}": label for name, label in whole.coupled.items()}
-    words = {
-        name: " ".join(f"{key}={word}" for key, word in fields(label).items()) for name, label in marked.items()
-    }
-    texts = (element("text", {"name": f"dynident:{name}", "data": data}) for name, data in words.items())
-    return element("custom", {}, *texts)
+    made = element("custom")
+    for name, label in marked.items():
+        data = " ".join(f"{key}={word}" for key, word in fields(label).items())
+        made.append(element("text", {"name": f"dynident:{name}", "data": data}))
+    return made
 
 
 def _pose(pose: Pose) -> dict[str, str]:
@@ -116,14 +115,13 @@ FORMAT = Format(
         "the actuators' bias.",
     ),
     first_line=FIRST,
-    comment=COMMENT,
 )
 
 
-def _write_payload(load: ControllerLoad) -> str:
+def _write_payload(load: ControllerLoad) -> Element:
     body = element("body", {"name": "payload"}, mjcf_inertial(load.mass, load.com, load.inertia))
     world = element("worldbody", {}, element("body", {"name": "flange"}, body))
-    return xml_text(element("mujoco", {"model": "payload"}, world))
+    return element("mujoco", {"model": "payload"}, world)
 
 
 def _ready(load: ControllerLoad) -> ControllerLoad:
@@ -141,5 +139,4 @@ PAYLOAD = load_format(
     ready=_ready,
     order="pos x, y, z; fullinertia M11, M22, M33, M12, M13, M23",
     in_part="the inertia is zero, a point mass; a moving link needs inertia of its own",
-    comment=COMMENT,
 )

@@ -12,12 +12,12 @@ from xml.etree.ElementTree import Element
 from ....estimation.possible.whole_robot import WholeRobot
 from ....model import Pose
 from ...numbers import exact
-from ..format import COMMENT, DYNIDENT, FIRST, Format, element, sdf_inertial, texts, xml_text
+from ..format import DYNIDENT, FIRST, Format, element, sdf_inertial, texts
 from ..load import ControllerLoad, load_format
 from ..robot import drive_attributes, drive_value, flange_of, moved_links
 
 
-def _write(whole: WholeRobot) -> str:
+def _write(whole: WholeRobot) -> Element:
     base = whole.link_names[0]
     model = element(
         "model", {"name": whole.robot.name},
@@ -46,7 +46,7 @@ def _write(whole: WholeRobot) -> str:
         attached = {"name": flange, "attached_to": whole.link_names[-1]}
         model.append(element("frame", attached, _pose(pose_of_flange)))
     spaces = {"xmlns:drake": "drake.mit.edu", "xmlns:dynident": DYNIDENT}
-    return xml_text(element("sdf", {"version": "1.9"} | spaces, model))
+    return element("sdf", {"version": "1.9"} | spaces, model)
 
 
 def _pose(pose: Pose) -> Element:
@@ -64,13 +64,12 @@ FORMAT = Format(
         "world.",
     ),
     first_line=FIRST,
-    comment=COMMENT,
 )
 
 
-def _write_payload(load: ControllerLoad) -> str:
+def _write_payload(load: ControllerLoad) -> Element:
     link = element("link", {"name": "payload"}, sdf_inertial(load.mass, load.com, load.inertia))
-    return xml_text(element("sdf", {"version": "1.7"}, element("model", {"name": "payload"}, link)))
+    return element("sdf", {"version": "1.7"}, element("model", {"name": "payload"}, link))
 
 
 PAYLOAD = load_format(
@@ -80,5 +79,4 @@ PAYLOAD = load_format(
     order="pose x, y, z, roll, pitch, yaw; ixx, ixy, ixz, iyy, iyz, izz, entries of the matrix",
     in_part="the inertia is zero, a point mass (left out it would be 1 kg m^2); simulators may ask for one of "
     "your own",
-    comment=COMMENT,
 )

@@ -12,14 +12,14 @@ from xml.etree.ElementTree import Element
 from ....estimation.possible.whole_robot import WholeRobot
 from ....model import Pose
 from ...numbers import exact
-from ..format import COMMENT, DYNIDENT, FIRST, Format, element, urdf_inertial, xml_text
+from ..format import DYNIDENT, FIRST, Format, element, urdf_inertial
 from ..load import ControllerLoad, load_format
 from ..robot import drive_attributes, drive_value, flange_of, moved_links
 
 _UNKNOWN = 1e6  # URDF demands numbers for limits: this stands for none
 
 
-def _write(whole: WholeRobot) -> str:
+def _write(whole: WholeRobot) -> Element:
     links, base = moved_links(whole), whole.link_names[0]
     spaces = {"xmlns:drake": "http://drake.mit.edu", "xmlns:dynident": DYNIDENT}
     root = element("robot", {"name": whole.robot.name} | spaces, element("link", {"name": base}))
@@ -51,7 +51,7 @@ def _write(whole: WholeRobot) -> str:
             element("actuator", {"name": f"{each.name}_motor"}, rotor, gear),
         ]
         root.append(element("transmission", {"name": f"{each.name}_transmission"}, *parts))
-    return xml_text(root)
+    return root
 
 
 def _place(parent: str, child: str, pose: Pose) -> list[Element]:
@@ -72,15 +72,14 @@ FORMAT = Format(
         "set them there by hand (rotorInertia and armature, dof_armature). Drake has no dry friction.",
     ),
     first_line=FIRST,
-    comment=COMMENT,
 )
 
 
-def _write_payload(load: ControllerLoad) -> str:
+def _write_payload(load: ControllerLoad) -> Element:
     fixed = {"name": "tool0-payload", "type": "fixed"}
     joint = element("joint", fixed, *_place("tool0", "payload", Pose()))
     link = element("link", {"name": "payload"}, urdf_inertial(load.mass, load.com, load.inertia))
-    return xml_text(element("robot", {"name": "payload"}, element("link", {"name": "tool0"}), joint, link))
+    return element("robot", {"name": "payload"}, element("link", {"name": "tool0"}), joint, link)
 
 
 PAYLOAD = load_format(
@@ -89,5 +88,4 @@ PAYLOAD = load_format(
     write=_write_payload,
     order="ixx, ixy, ixz, iyy, iyz, izz, entries of the matrix (ixy = -integral of x y dm)",
     in_part="the inertia is zero, a point mass; simulators may ask for one of your own",
-    comment=COMMENT,
 )

@@ -13,8 +13,7 @@ import numpy as np
 from ....estimation.diagnosis.kinematics import PoseCheck, Readings
 from ....model import Pose, Robot
 from ...fleet.comparing import CHANCE, CHANGED, FEWEST, Arm, Compared, Drift, Fleet, farness
-from ...fleet.reduction import ReducedDocument
-from ...fleet.store import Log
+from ...fleet.reduction import Log, ReducedDocument
 from ...logs.log_check import FollowingChange, LogReport, RobotFits
 from ...numbers import joined, percent
 from ..blocks import Block, Drawing, Notes, OnPage, Report, Section, Table, Text

@@ -28,7 +28,7 @@ class Sheet(NamedTuple):
 
 def sheet_of(known: Known, robot: Robot, signals: Mapping[str, np.ndarray]) -> Sheet:
     """The signals as a recorder calls them, with currents where it knows of no torque."""
-    joints = robot.joint_names[0] if known.by_name else ()
+    joints = robot.joint_names[0] if "{joint}" in known.columns["position"][0] else ()
     layout = replace(known, prefixes=("/robot/",))
     load = "torque" if "torque" in known.columns else "current"
     time = known.time[0] if known.time else "__time" if "*" in known.columns["position"][0] else "timestamp"
