@@ -8,8 +8,8 @@ from .design.goal import Earlier, Goal, NearGoal
 from .design.goal import Shape as Shape
 from .design.goal import assumed_noise as assumed_noise
 from .design.goal import second_pose as second_pose
-from .design.limits import PayloadSet
-from .design.problem import DesignProblem, Loads, build_design
+from .design.limits import Loads, PayloadSet
+from .design.problem import DesignProblem, build_design
 from .design.scene import Scene, read_scene
 from .design.scene import usual_scene as usual_scene
 from .design.score import REHEARSAL as REHEARSAL

@@ -25,7 +25,6 @@ from ..model import (
     inverse_dynamics,
     inverse_dynamics_base,
     mass_matrix,
-    standard_columns,
 )
 from ..model.dynamics import SMOOTHING, dry_friction_names, runge_kutta, smooth_dry_friction, stable_steps
 from ..model.kernel.kernel import Kernel
@@ -95,10 +94,8 @@ class Simulator(Brief):
         """Record positions and torques on a motion, torques with white noise and to an exact scale.
 
         Args:
-            motion: what the robot does, exactly.
             payload: fixed to the last link, given in the robot's payload frame.
             noise: standard deviation of the torque noise per joint [N·m or N]; None for none.
-            seed: of the noise.
             source: name of the recording.
             parameters: of a twin of the robot; the robot's own by default.
         """
@@ -140,8 +137,8 @@ class Disturbances(Brief):
     def __post_init__(self) -> None:
         if not len(self.white) == len(self.slow) == len(self.ripple):
             raise ValueError("white, slow and ripple need one number per joint")
-        single = (self.friction, self.encoder, self.gain_error)
-        if not all(0.0 <= level < np.inf for level in (*self.white, *self.slow, *self.ripple, *single)):
+        levels = (*self.white, *self.slow, *self.ripple, self.friction, self.encoder, self.gain_error)
+        if not all(0.0 <= level < np.inf for level in levels):
             raise ValueError("a level must not be negative")
         if not (self.slow_memory > 0.0 and self.friction_memory > 0.0 and all(wave > 0 for wave in self.waves)):
             raise ValueError("memories and waves must be positive")
@@ -149,7 +146,7 @@ class Disturbances(Brief):
 
 def no_disturbances(n: int) -> Disturbances:
     """Make levels of zero: recordings exactly as the robot moves."""
-    return Disturbances((0.0,) * n, (0.0,) * n, (0.0,) * n)
+    return Disturbances(*((0.0,) * n,) * 3)
 
 
 RX90_DISTURBANCES = Disturbances(
@@ -212,12 +209,10 @@ def record(
 
     ``gains``: of the drives, measured over true torque, shape (n,).
     """
-    motion, torque = exact.motion, exact.torque
+    motion, torque, step = exact.motion, exact.torque, disturbances.encoder
     draw = np.random.default_rng([*seed, _RECORDING])
-    noise = np.array(disturbances.white) * draw.standard_normal(torque.shape)
-    slow = _exponential(draw, torque.shape, disturbances.slow_memory * motion.rate)
-    noise += np.array(disturbances.slow) * slow
-    step = disturbances.encoder
+    noise = disturbances.white * draw.standard_normal(torque.shape)
+    noise += disturbances.slow * _exponential(draw, torque.shape, disturbances.slow_memory * motion.rate)
     q = step * np.round(motion.q / step) if step > 0.0 else motion.q
     return Recording(motion.t, q, gains * torque + noise, None, source, gain_sigma=disturbances.gain_error)
 
@@ -285,8 +280,8 @@ class Controller:
         simulator, differences = Simulator(robot), []
         for reference in references:
             t = np.linspace(0.0, reference.duration, _TIMES)
-            motion = Motion(t, *reference.at(t))
-            differences.append(simulator.measure(motion, payload).torque - simulator.measure(motion).torque)
+            loaded, bare = (simulator.measure(Motion(t, *reference.at(t)), body) for body in (payload, None))
+            differences.append(loaded.torque - bare.torque)
         inertia = np.diagonal(inertia_matrices(robot), axis1=1, axis2=2).mean(axis=0)
         acceleration = np.sqrt(np.mean(np.concatenate(differences) ** 2, axis=0)) / inertia
         ratio = np.sqrt(float(acceleration.max()) / sag / (self.position * self.speed))
@@ -369,11 +364,10 @@ def closed_loop(
     settings = np.concatenate([gains, inertia, *ripple])
     step = Kernel(integration_step(plant, base, len(disturbances.waves)))
     model_torque = Kernel(inverse_dynamics_base(plant, base))
-    chi = []  # without payload, and of each task; dry friction left out
-    for payload in (None, *(task.payload for task in tasks)):
-        values = dict(zip(standard_columns(plant), plant.chi(payload=payload), strict=True))
-        chi.append(base.value(values | dict.fromkeys(dry, 0.0)))
-    bare, loaded = chi[0], np.array(chi[1:])
+    bodies = (None, *(task.payload for task in tasks))
+    values = (dict(zip(plant.standard, plant.chi(payload=body), strict=True)) for body in bodies)
+    bare, *loads = (base.value(of_body | dict.fromkeys(dry, 0.0)) for of_body in values)
+    loaded = np.array(loads)
     halves, moving = 2 * steps, float(controller.compensates == "motion")
     counts = np.array([sample_count(task.reference.duration, rate) for task in tasks])
     own = np.array([[robot.parameters[name] for name in dry]])
@@ -388,11 +382,10 @@ def closed_loop(
         # Positions, speeds and feed-forward at every half step.
         t, sample = np.arange(start * halves, stop * halves + 1) / (rate * halves), np.arange(start, stop)
         known = dict[int, Array]()  # once for runs on the same reference
-        for plan in (tasks[k].reference for k in active):
-            if id(plan) not in known:
-                q, qd, qdd = plan.at(t)
-                torque = model_torque(q, moving * qd, moving * qdd, bare).T
-                known[id(plan)] = np.hstack([q, qd, controller.feed_forward * torque])
+        for plan in {id(tasks[k].reference): tasks[k].reference for k in active}.values():
+            q, qd, qdd = plan.at(t)
+            torque = model_torque(q, moving * qd, moving * qdd, bare).T
+            known[id(plan)] = np.hstack([q, qd, controller.feed_forward * torque])
         reference = np.stack([known[id(tasks[k].reference)] for k in active], axis=1)
         wanted = (reference[k : len(reference) - 2 + k : 2] for k in range(3))
         levels = [frictions[k][np.clip(sample, 0, len(frictions[k]) - 1)] for k in active]
@@ -432,15 +425,12 @@ def integration_step(robot: Robot, base: BaseParameters, waves: int) -> ca.Funct
 
     It gives x after the step, then motor torque and acceleration at its start, 5 n x 1.
     """
-    n = robot.n
-    x = ca.SX.sym("x", 3 * n)
-    reference = [ca.SX.sym(f"wanted{k}", 3 * n) for k in range(3)]
-    chi, level = ca.SX.sym("chi", len(base.columns)), ca.SX.sym("level", len(dry_friction_names(robot)))
-    settings = ca.SX.sym("settings", 4 + 2 * n + waves * (n + 1))
-    h, kp, kv, ki, J, amplitude, w, phases = ca.vertsplit(
-        settings, np.cumsum([0, 1, 1, 1, 1, n, n, waves, n * waves]).tolist()
-    )
-    forward, dry = forward_dynamics_base(robot, base, SMOOTHING), dry_friction_names(robot)
+    n, dry, forward = robot.n, dry_friction_names(robot), forward_dynamics_base(robot, base, SMOOTHING)
+    x, reference = ca.SX.sym("x", 3 * n), [ca.SX.sym(f"wanted{k}", 3 * n) for k in range(3)]
+    chi, level = ca.SX.sym("chi", len(base.columns)), ca.SX.sym("level", len(dry))
+    ends = np.cumsum([0, 1, 1, 1, 1, n, n, waves, n * waves]).tolist()
+    settings = ca.SX.sym("settings", ends[-1])
+    h, kp, kv, ki, J, amplitude, w, phases = ca.vertsplit(settings, ends)
     own = ca.SX(chi)
     apart = [k for k, name in enumerate(dry) if name in base.columns]  # the others are grouped, as constant
     own[[base.columns.index(dry[k]) for k in apart]] = level[apart]
@@ -499,9 +489,8 @@ class Experiment(Brief):
         Raises:
             ValueError: if the robot itself would move otherwise.
         """
-        own = self.disturbances
         for name in ("ripple", "waves", "friction", "friction_memory"):
-            if getattr(own, name) != getattr(disturbances, name):
+            if getattr(self.disturbances, name) != getattr(disturbances, name):
                 raise ValueError(f"{name} acts on the moving robot: simulate again")
         phases, gains = draw_robot_errors(disturbances, self.seed)
         runs = []
@@ -530,15 +519,14 @@ def run_experiment(
     """
     robot, controller, runs = completed(robot, limits=False), controller or Controller(), []
     phases, gains = draw_robot_errors(disturbances, seed)
-    rubbing, levels, names = [], [], dry_friction_names(robot)
+    frictions, names = [], dry_friction_names(robot)
     for k, task in enumerate(tasks):
         count = sample_count(task.reference.duration, controller.rate)
-        friction = draw_friction(robot, disturbances, count, controller.rate, [seed, k])
-        rubbing.append(task._replace(friction=friction))
-        levels.append(dict(zip(names, friction.mean(axis=0).tolist(), strict=True)))
+        frictions.append(draw_friction(robot, disturbances, count, controller.rate, [seed, k]))
+    rubbing = [task._replace(friction=friction) for task, friction in zip(tasks, frictions, strict=True)]
     found = closed_loop(robot, rubbing, controller, disturbances, phases, progress)
     for k, (task, (exact, reference)) in enumerate(zip(tasks, found, strict=True)):
         recording = record(exact, disturbances, gains, [seed, k], task.name)
-        distance = np.abs(exact.motion.q - reference).max(axis=0)
-        runs.append(SimulatedRun(task, recording, exact, levels[k], distance))
+        levels = dict(zip(names, frictions[k].mean(axis=0).tolist(), strict=True))
+        runs.append(SimulatedRun(task, recording, exact, levels, np.abs(exact.motion.q - reference).max(axis=0)))
     return Experiment(robot, disturbances, phases, gains, seed, tuple(runs))

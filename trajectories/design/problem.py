@@ -5,7 +5,7 @@ It is built from a robot, the shape of its motion, a goal and what stands in the
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -14,8 +14,8 @@ from msgspec import structs
 
 from ...common import Array, Brief, Indices, InputError
 from ...common.errors import listed
-from ...model import InertialParameters, Robot, base_parameters, standard_columns
-from ...model.base import BaseParameters, base_parameters_of
+from ...model import Robot, base_parameters, standard_columns
+from ...model.base import base_parameters_of
 from ...model.drives import SPRING
 from ...model.regressors import payload_columns
 from ...model.stand_in import completed
@@ -34,7 +34,7 @@ from .goal import (
     assumed_noise,
     regressor_kernel,
 )
-from .limits import Limit, PayloadSet, Penalty, check, payload_limit, slowed, state_limits, torque_limit, total_time
+from .limits import Limit, Loads, PayloadSet, Penalty, check, slowed, state_limits, torque_limits, total_time
 from .scene import Capsule, Scene, clearance, tubes
 
 BALL = "payload within bounds"  # name of the body that stands for every payload within bounds
@@ -126,9 +126,11 @@ class DesignProblem(Brief):
 
     def with_torque_share(self, part: float) -> DesignProblem:
         """Pose the same problem with only a part of the torque limits."""
-        parts = (part if limit.kind == "torque" else 1.0 for limit in self.limits)
-        limits = (replace(x, low=k * x.low, high=k * x.high) for x, k in zip(self.limits, parts, strict=True))
-        return replace(self, limits=tuple(limits))
+        own = {
+            limit.name: replace(limit, low=part * limit.low, high=part * limit.high)
+            for limit in self.of_kind("torque")
+        }
+        return replace(self, limits=tuple(own.get(limit.name, limit) for limit in self.limits))
 
     def with_slow_torques(self, speed: float) -> DesignProblem:
         """Require besides that the same way keeps the torque limits at a fraction of the speed.
@@ -218,30 +220,6 @@ class DesignProblem(Brief):
         )
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Loads(Brief):
-    """Loads: parameters that torque limits are computed from.
-
-    Attributes:
-        parameters: standard or base parameters of the robot by name.
-        heaviest: the heaviest payload expected, in the last link's frame; the limits then hold without and
-            with it. A set: they hold for each of its bodies, and without any.
-        covariance: of ``parameters`` in their order; None where they are taken as exact. It counts for a set, by
-            two standard deviations of the robot's own torque.
-        margin: fraction of the torque limits that stays free.
-    """
-
-    parameters: Mapping[str, float]
-    heaviest: InertialParameters | PayloadSet | None = None
-    covariance: Array | None = None
-    margin: float = 0.0
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "parameters", dict(self.parameters))
-        if not 0.0 <= self.margin < 1.0:
-            raise InputError(f"a torque margin of {self.margin:g}: give a share of the limits from 0 to below 1")
-
-
 def build_design(
     robot: Robot,
     shape: Shape | None = None,
@@ -289,7 +267,7 @@ def build_design(
     kernel = regressor_kernel(model, (*columns, *spring))
     limits: list[Limit] = [*state_limits(bounds, family.reach)]
     if base is not None:
-        limits += _torque_limits(robot, base, kernel, bounds.torque, loads)
+        limits += torque_limits(robot, base, kernel, bounds.torque, loads)
     if isinstance(shape, ViaPointShape) and shape.longest is not None:
         low, high, middle, unit = np.array([[-np.inf], [1.0], [0.0], [shape.longest]])
         measure = partial(total_time, shape.longest)
@@ -303,43 +281,3 @@ def build_design(
             raise InputError(f"choose another start pose: {nearest} m")
     problem.require_full_rank(family.random(np.random.default_rng(0)))
     return problem
-
-
-def _torque_limits(
-    robot: Robot, base: BaseParameters, kernel: RegressorKernel, torque: Array, loads: Loads
-) -> Iterator[Limit]:
-    known, torque, heaviest = loads.parameters, (1.0 - loads.margin) * torque, loads.heaviest
-    if all(name in known for name in base.standard):
-        values = base.value(known)
-    elif missing := [name for name in base.columns if name not in known]:
-        raise InputError(
-            f"torque limits need the parameters of robot {robot.name!r}: {listed(missing)} are missing; identify "
-            "the robot first, or omit torque limits"
-        )
-    else:
-        values = np.array([known[name] for name in base.columns])
-    places = [kernel.columns.index(name) for name in base.columns]
-
-    def by_column(values: Array) -> Array:
-        chi = np.array([-1.0 if name == SPRING else 0.0 for name in kernel.columns])
-        chi[places] = values
-        return chi
-
-    if isinstance(heaviest, PayloadSet):
-        root = np.zeros((len(kernel.columns), 0))
-        if loads.covariance is not None:
-            names = list(known)
-            if not set(base.columns) <= set(names) or np.shape(loads.covariance) != (len(names),) * 2:
-                raise InputError(
-                    "a covariance of the torques' parameters must be that of all base parameters, in their order"
-                )
-            variances, V = np.linalg.eigh(loads.covariance)
-            root = np.zeros((len(kernel.columns), len(names)))
-            root[places] = (V * np.sqrt(np.maximum(variances, 0.0)))[[names.index(name) for name in base.columns]]
-        yield payload_limit(kernel, by_column(values), root, torque, heaviest, payload_columns(robot))
-    elif heaviest is not None:
-        change = base.effect_of(payload_columns(robot)) @ heaviest.vector
-        yield torque_limit(kernel, by_column(values), torque, "without payload")
-        yield torque_limit(kernel, by_column(values + change), torque, "with the heaviest payload")
-    else:
-        yield torque_limit(kernel, by_column(values), torque)
