@@ -16,7 +16,7 @@ from .design.score import REHEARSAL as REHEARSAL
 from .design.score import Rung as Rung
 from .design.score import Score, score_motion
 from .design.score import check_held as check_held
-from .design.score import missed_on_replay as missed_on_replay
+from .design.score import missed_on_run as missed_on_run
 from .design.score import speed_ladder as speed_ladder
 from .design.search import Design, floor_under, solve_design
 from .design.search import Floor as Floor

@@ -14,19 +14,7 @@ import numpy as np
 
 from ..common import Array, Brief, InputError
 from ..common.recursion import filtered
-from ..model import (
-    BaseParameters,
-    InertialParameters,
-    Motion,
-    Recording,
-    Robot,
-    base_parameters,
-    forward_dynamics_base,
-    inverse_dynamics,
-    inverse_dynamics_base,
-    mass_matrix,
-)
-from ..model.dynamics import SMOOTHING, dry_friction_names, runge_kutta, smooth_dry_friction, stable_steps
+from ..model import BaseParameters, InertialParameters, Motion, Recording, Robot, base_parameters, dynamics
 from ..model.kernel.kernel import Kernel
 from ..model.motion import Measurement
 from ..model.stand_in import completed, poses_in_range, rotor_inertias, with_rotors
@@ -47,7 +35,7 @@ RX90_NOISE = (24.0, 30.0, 10.8, 5.1, 6.6, 2.3)
 
 @lru_cache(maxsize=16)
 def _torque_code(robot: Robot) -> Kernel:
-    return Kernel(inverse_dynamics(robot))
+    return Kernel(dynamics.inverse_dynamics(robot))
 
 
 @dataclass(frozen=True, repr=False)
@@ -168,8 +156,7 @@ RX90_SLOW_NOISE = replace(
 )
 """Make the paper's levels with noise that remembers 0.8 s instead of white noise.
 
-What decimation by 10 leaves of white noise at 250 Hz it leaves of this noise whole: residuals are as large, but say
-far less about the robot.
+Residuals are as large as those of white noise at 250 Hz after decimation by 10, but say far less about the robot.
 """
 
 
@@ -195,7 +182,7 @@ def draw_robot_errors(disturbances: Disturbances, seed: int) -> tuple[Array, Arr
 
 def draw_friction(robot: Robot, disturbances: Disturbances, count: int, rate: float, seed: Sequence[int]) -> Array:
     """Draw dry friction of one run, one row a sample [N·m or N], columns as ``dry_friction_names``."""
-    names = dry_friction_names(robot)
+    names = dynamics.dry_friction_names(robot)
     mean = np.array([robot.parameters[name] for name in names])
     draw = np.random.default_rng([*seed, _RUN])
     change = _exponential(draw, (count, len(names)), disturbances.friction_memory * rate)
@@ -234,9 +221,8 @@ class Controller:
 
     The feed-forward is the model's torque on the reference motion: the unloaded robot's, without dry friction, for
     a controller knows neither the payload nor how stiff the gears are today. Without an integral nothing takes up
-    what the payload adds: the arm sags until the position error holds it, by its torque / (J kp kv). The loops
-    see the exact positions and speeds: a step of the encoder of 1e-5 rad changes the torque by far less than the
-    recorded noise.
+    what the payload adds: the arm sags until the position error holds it, by its torque / (J kp kv). The loops see
+    exact positions and speeds: an encoder's step of 1e-5 rad changes the torque far less than the recorded noise.
 
     Attributes:
         position: kp [1/s].
@@ -339,10 +325,10 @@ def closed_loop(
         # Sensors behind the gears see no rotor, but the arm turns them.
         rotors = rotor_inertias(robot, robot.parameters)
         plant = with_rotors(robot, rotors)
-    base, dry, matrices = base_parameters(plant), dry_friction_names(plant), inertia_matrices(plant)
+    base, dry, matrices = base_parameters(plant), dynamics.dry_friction_names(plant), inertia_matrices(plant)
     inertia = np.diagonal(matrices, axis1=1, axis2=2).mean(axis=0)
     # So many steps a sample integrate the stiffest mode, dry friction about rest, stably.
-    dry_torque, speeds = smooth_dry_friction(plant, SMOOTHING), ca.SX.sym("qd", n)
+    dry_torque, speeds = dynamics.smooth_dry_friction(plant, dynamics.SMOOTHING), ca.SX.sym("qd", n)
     resisting = dry_torque(speeds, [plant.parameters[name] for name in dry])
     slope = ca.Function("slope", [speeds], [ca.densify(ca.jacobian(resisting, speeds))])
     damping = np.array(slope(0.0)) + np.diag(inertia * (controller.speed + controller.position))
@@ -353,7 +339,7 @@ def closed_loop(
         )
     # Rates of A qdd = -D qd: the eigenvalues of A^-1 D.
     fastest = float(np.abs(np.linalg.eigvals(np.linalg.inv(matrices[:_STIFF]) @ damping)).max())
-    steps = max(_FEWEST, stable_steps(fastest, 1.0 / rate))
+    steps = max(_FEWEST, dynamics.stable_steps(fastest, 1.0 / rate))
     if steps > _FINEST:
         raise InputError(
             f"robot {robot.name!r}: friction about rest has a rate of {fastest:.0f} 1/s, too fast to integrate: "
@@ -363,7 +349,7 @@ def closed_loop(
     ripple = (disturbances.ripple, disturbances.waves, phases.T.ravel())
     settings = np.concatenate([gains, inertia, *ripple])
     step = Kernel(integration_step(plant, base, len(disturbances.waves)))
-    model_torque = Kernel(inverse_dynamics_base(plant, base))
+    model_torque = Kernel(dynamics.inverse_dynamics_base(plant, base))
     bodies = (None, *(task.payload for task in tasks))
     values = (dict(zip(plant.standard, plant.chi(payload=body), strict=True)) for body in bodies)
     bare, *loads = (base.value(of_body | dict.fromkeys(dry, 0.0)) for of_body in values)
@@ -425,7 +411,8 @@ def integration_step(robot: Robot, base: BaseParameters, waves: int) -> ca.Funct
 
     It gives x after the step, then motor torque and acceleration at its start, 5 n x 1.
     """
-    n, dry, forward = robot.n, dry_friction_names(robot), forward_dynamics_base(robot, base, SMOOTHING)
+    n, dry = robot.n, dynamics.dry_friction_names(robot)
+    forward = dynamics.forward_dynamics_base(robot, base, dynamics.SMOOTHING)
     x, reference = ca.SX.sym("x", 3 * n), [ca.SX.sym(f"wanted{k}", 3 * n) for k in range(3)]
     chi, level = ca.SX.sym("chi", len(base.columns)), ca.SX.sym("level", len(dry))
     ends = np.cumsum([0, 1, 1, 1, 1, n, n, waves, n * waves]).tolist()
@@ -443,14 +430,14 @@ def integration_step(robot: Robot, base: BaseParameters, waves: int) -> ca.Funct
         return ca.vertcat(qd, forward(q, qd, torque + ripple, own), error), torque
 
     (start, middle, end), (at_start, torque) = reference, slope(x, reference[0])
-    after = runge_kutta(lambda x, reference: slope(x, reference)[0], x, h, (start, middle, end))
+    after = dynamics.runge_kutta(lambda x, reference: slope(x, reference)[0], x, h, (start, middle, end))
     out = ca.cse(ca.densify(ca.vertcat(after, torque, at_start[n : 2 * n])))
     return ca.Function("step", [x, *reference, chi, level, settings], [out])
 
 
 def inertia_matrices(robot: Robot) -> Array:
     """Inertia matrices [kg m^2 or kg], K x n x n, in random poses of the joints' ranges."""
-    A, chi = mass_matrix(robot), robot.chi()
+    A, chi = dynamics.mass_matrix(robot), robot.chi()
     return np.array([np.array(A(q, chi)) for q in poses_in_range(robot, _POSES)])
 
 
@@ -519,7 +506,7 @@ def run_experiment(
     """
     robot, controller, runs = completed(robot, limits=False), controller or Controller(), []
     phases, gains = draw_robot_errors(disturbances, seed)
-    frictions, names = [], dry_friction_names(robot)
+    frictions, names = [], dynamics.dry_friction_names(robot)
     for k, task in enumerate(tasks):
         count = sample_count(task.reference.duration, controller.rate)
         frictions.append(draw_friction(robot, disturbances, count, controller.rate, [seed, k]))

@@ -160,8 +160,7 @@ def view_of_answer(robot: Robot, recording: Recording, result: PayloadResult) ->
 def ground_of(robot: Robot, frames: Sequence[tuple[Pose, ...]], scene: Scene) -> tuple[float, list[Shape]]:
     """Height of the scene's floor, and what the arm stands on there, in frame 0.
 
-    Without a floor it is the base's own plane, or the lowest place of the arm that is below it; no description says
-    what an arm is bolted to.
+    Without a floor, which no description has, it is the base's own plane, or the lowest place of the arm below it.
     """
     first, radius = frames[0][0], cylinder_radius(robot)
     lowest = min(float(pose.p[2]) for poses in frames for pose in poses)

@@ -10,7 +10,6 @@ from dynident.model import Motion, load_robot
 from dynident.tests.report.motions.motion_parsers import trapezoid_time
 from dynident.trajectories.design.goal import Family, Shape
 from dynident.trajectories.motions.family import FreeStates, Samples
-from dynident.trajectories.motions.point_to_point import plan_stops
 from dynident.trajectories.motions.via_points import FreeViaPoints, joined, random_points
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -81,7 +80,7 @@ def test_stops_run_each_move_by_its_own_law() -> None:
     """Speeds and accelerations reached in every move are its own; without smoothing it is a trapezoid's time."""
     points, draw = random_points(RX90, 6, 2), np.random.default_rng(0)
     speed, acceleration = draw.uniform(0.1, 1.0, (2, 5, 1))
-    plan = plan_stops(RX90, points, speed, acceleration)
+    plan = trajectories.plan_point_to_point(RX90, points, speed, acceleration, blend=None)
     ends = np.concatenate([[0.0], np.cumsum(plan.durations + plan.ramps[:, 0])])
     assert plan.duration == pytest.approx(ends[-1])
     for k in range(5):
@@ -92,7 +91,7 @@ def test_stops_run_each_move_by_its_own_law() -> None:
         shares = np.array(peaks(Motion(t, q, qd, qdd))) / (speed[k, 0], acceleration[k, 0])
         assert shares.max() <= 1.0 + 1e-9
         assert shares[1] == pytest.approx(1.0, abs=1e-3)
-    sharp = plan_stops(RX90, points, speed, acceleration, smoothing=1e-6)
+    sharp = trajectories.plan_point_to_point(RX90, points, speed, acceleration, None, smoothing=1e-6)
     step = np.abs(np.diff(points, axis=0))
     times = [trapezoid_time(step[k], speed[k] * TOP, acceleration[k] * STRONG) for k in range(5)]
     assert sharp.duration >= sum(times) * (1.0 - 1e-9)

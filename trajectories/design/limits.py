@@ -1,14 +1,12 @@
 """Limits of a motion as numbers that must stay within an interval, with their slopes.
 
-Every limit is written as low <= y(x) <= high with y of the order of 1: the two-sided form of g(x) <= 0. Slopes in
-y are pulled back to the states and, for torques, to the entries of the observation matrix, from where the design's
-one adjoint takes them on.
+Every limit is written as low <= y(x) <= high with y of the order of 1. Slopes in y are pulled back to the states
+and, for torques, to the entries of the observation matrix, from where the design's one adjoint takes them on.
 
 Torques keep their limits for one load, or for a set of payloads not known yet: every body of at most a mass within
-a region at the flange, down to none. A joint's torque is linear in a body's mass distribution, and the distribution
-is a mixture of points of the region.
-So the largest torque over all bodies is the larger of zero and the mass times the largest torque of a unit point:
-a quadratic in the point's three coordinates.
+a region at the flange, down to none. A joint's torque is linear in a body's mass distribution, a mixture of points
+of the region. So the largest torque over all bodies is the larger of zero and the mass times the largest torque of
+a unit point: a quadratic in the point's three coordinates.
 
 Over the unit ball its largest value is the trust-region problem's, solved to global optimality by its dual (Conn,
 Gould and Toint, Trust-Region Methods, chapter 7). In the eigenvectors of Q, with beta = V' b / 2,
@@ -81,8 +79,7 @@ def joint_labels(n: int) -> tuple[str, ...]:
 def state_limits(bounds: JointBounds, reach: tuple[Array, Array] | None = None) -> tuple[Limit, ...]:
     """Limit position, speed and acceleration of each joint; 1 at the limit.
 
-    ``reach``: lowest and highest positions instead of the bounds' own, each (n,), or (k, n) for k equal parts of
-    the samples.
+    ``reach``: lowest and highest positions, each (n,), or (k, n) for k equal parts of the samples; else the bounds.
     """
     v, a, limits = bounds.speed, bounds.acceleration, []
     ranges = {"position": reach or (bounds.low, bounds.high), "speed": (-v, v), "acceleration": (-a, a)}
@@ -299,8 +296,7 @@ def _largest_in_ball(values: list[ca.SX], V: ca.SX, b: ca.SX) -> tuple[ca.SX, li
         mu = ca.fmax(mu + (ca.sqrt(square) - 1.0) * square / (bend + _LEAST), least)
     s = beta / (mu - eigenvalues)
     value = mu + ca.dot(beta, s)
-    # It is taken on the sphere unless mu is 0. In the hard case s is too short, and the direction of the largest
-    # eigenvalue makes up for what it lacks.
+    # On the sphere unless mu is 0. In the hard case the largest eigenvalue's direction makes up for what s lacks.
     outside, point = mu > 0.0, ca.vertsplit(s)
     free = outside
     for i in range(3):
@@ -322,8 +318,7 @@ def _largest_in_cube(Q: ca.SX, b: ca.SX) -> tuple[ca.SX, list[ca.SX]]:
         slopes = ca.vertcat(*(-0.5 * b[i] - sum(pattern[j] * Q[i, j] for j in fixed) for i in free))
         adjugate = ca.adj(Q[free, free]) if len(free) > 1 else ca.SX.eye(len(free))
         for row, i in enumerate(free):
-            # By cofactors. Along the directions of a singular system the quadratic is linear, so that its largest
-            # value is taken on a smaller face too.
+            # By cofactors. Along directions of a singular system the largest value is taken on a smaller face too.
             determinant = ca.mtimes(Q[free[0], free], adjugate[:, 0])
             x = ca.if_else(determinant == 0.0, 0.0, ca.mtimes(adjugate[row, :], slopes) / determinant)
             s[i] = ca.fmin(ca.fmax(x, -1.0), 1.0)
@@ -364,8 +359,7 @@ def torque_limits(
     """Limit the torque of each joint over ``torque`` [N·m or N], (n,), infinite where there is no limit.
 
     For a set of payloads the first n values are the largest torques, bounded above alone, the others the smallest,
-    bounded below alone. Where the worst body is unique, the slope of the largest torque is that of the worst body's
-    torque (Danskin's envelope theorem).
+    bounded below alone; slopes are those of the torque of the worst body (Danskin's envelope theorem).
 
     Raises:
         InputError: if parameters are missing, or their covariance does not fit.
@@ -424,7 +418,7 @@ def _extreme_torques(
 ) -> tuple[Array, Pullback]:
     (kernel, chi, root), (payloads, ten) = robot, load
     own = kernel.torque(state.entries, chi)
-    extremes = payloads.extremes(kernel.dense(state.entries)[:, :, ten].reshape(-1, 10))
+    extremes = payloads.extremes(kernel.matrix(state)[:, :, ten].reshape(-1, 10))
     spread = [root[names].T @ state.entries[part] for part, names in kernel.parts]
     doubt = np.stack([np.sqrt((part**2).sum(axis=0)) for part in spread], axis=1)
     largest, smallest = (torque.reshape(own.T.shape).T for torque in extremes[:, 0])

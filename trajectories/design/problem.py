@@ -22,18 +22,7 @@ from ...model.stand_in import completed
 from ..motions.family import JointBounds, Samples
 from ..motions.fourier import NearShape
 from ..motions.via_points import ViaPointShape
-from .goal import (
-    ASSUMED_NOISE,
-    CRITERIA,
-    Criterion,
-    Family,
-    Goal,
-    NearGoal,
-    RegressorKernel,
-    Shape,
-    assumed_noise,
-    regressor_kernel,
-)
+from .goal import CRITERIA, Criterion, Family, Goal, NearGoal, RegressorKernel, Shape, regressor_kernel
 from .limits import Limit, Loads, PayloadSet, Penalty, check, slowed, state_limits, torque_limits, total_time
 from .scene import Capsule, Scene, clearance, tubes
 
@@ -89,17 +78,7 @@ class DesignProblem(Brief):
     @cached_property
     def noise(self) -> Array:
         """Standard deviation of the torques per joint [N·m or N], shape (n,); 1 where no limit tells it."""
-        robot, given = self.robot, self.goal.noise
-        assumed = assumed_noise(robot)
-        noise = np.where(np.isfinite(assumed), assumed, 1.0) if given is None else np.asarray(given, dtype=float)
-        if noise.shape != (robot.n,) or not (noise > 0.0).all() or not np.isfinite(noise).any():
-            raise InputError(f"torque noise: robot {robot.name!r} needs {robot.n} positive numbers")
-        return noise
-
-    @property
-    def noise_from(self) -> str:
-        """Source of the noise, in words."""
-        return ASSUMED_NOISE if self.goal.noise is None else self.goal.noise_from
+        return self.goal.sigma(self.robot)
 
     @cached_property
     def earlier(self) -> Array:
@@ -155,15 +134,18 @@ class DesignProblem(Brief):
         """True if all poses (N, n) keep clear of obstacles and of each other's bodies."""
         return all(check(limit, self.at_rest(poses)).room >= 0.0 for limit in self.of_kind("clearance"))
 
-    def row_weights(self, samples: Samples, weighted: bool, duration: float | None = None) -> Array:
+    def row_weights(self, samples: Samples, weighted: bool) -> Array:
         """Weight of each row's square, (n, N): the number of independent recordings it stands for.
 
-        ``weighted``: by the joints' torque noise too. Recorded is for ``duration`` [s]; for the goal's data length,
-        or else 1 s, if None.
+        ``weighted``: by the joints' torque noise too. Recorded is for the goal's data length, or else 1 s.
         """
-        recorded = self.goal.single_rate * (duration or self.goal.data_length or 1.0)
+        recorded = self.goal.single_rate * (self.goal.data_length or 1.0)
         joints = 1.0 / self.noise**2 if weighted else np.ones(self.robot.n)
         return np.asarray(joints[:, None] * (samples.weight * (recorded / samples.weight.sum())))
+
+    def rows(self, state: Samples) -> Array:
+        """Rows of W that a state gives for ``names``, n x N x c."""
+        return self.kernel.matrix(state)[:, :, self.places]
 
     def information(self, entries: Array, weights: Array) -> Array:
         """Information W' diag(w) W of the parameters, c x c, earlier recordings included; ``weights`` (n, N)."""
@@ -202,7 +184,7 @@ class DesignProblem(Brief):
 
     def require_full_rank(self, x: Array) -> None:
         """Refuse parameters that no motion of the family tells apart, seen on a random one."""
-        W = self.kernel.matrix(self.family.sample(x))[:, self.places]
+        W = self.rows(self.kernel.state(self.family.sample(x))).reshape(-1, len(self.names))
         W = np.vstack([W, self.earlier])
         if len(W) < W.shape[1]:
             raise InputError(f"{len(W)} equations cannot tell {W.shape[1]} parameters: use more samples")

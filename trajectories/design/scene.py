@@ -180,9 +180,8 @@ def _distances(robot: Robot, scene: Scene, state: Samples) -> tuple[Array, Pullb
 
 
 @lru_cache(maxsize=16)
-def _kernels(robot: Robot, scene: Scene) -> tuple[Kernel, Kernel]:
-    distance, adjoint, _ = _functions(robot, scene)
-    return Kernel(distance), Kernel(adjoint)
+def _kernels(robot: Robot, scene: Scene) -> tuple[Kernel, ...]:
+    return tuple(map(Kernel, _functions(robot, scene)[:2]))
 
 
 @lru_cache(maxsize=16)

@@ -19,7 +19,7 @@ from ...model import Motion, Robot, inverse_dynamics, standard_columns
 from ...model.kernel.kernel import Kernel
 from ..motions.family import Plan, Samples, sample_count
 from ..motions.fourier import Fourier, FreeSeries, NearShape
-from .limits import Limit, LimitCheck, PayloadSet, check, excess, state_limits
+from .limits import LimitCheck, PayloadSet, check, excess, state_limits
 from .problem import DesignProblem
 
 FINER = 10  # ratio of the final check's grid to the optimisation's
@@ -64,8 +64,7 @@ class Score(Brief):
     """Score of a motion, whatever the criterion it was designed for.
 
     Attributes:
-        value: of the goal's criterion without surrogate, for one second of data or the goal's data length: small
-            is good.
+        value: of the goal's criterion without surrogate, for 1 s of data or the goal's data length: small is good.
         problem: by whose goal and limits it was judged.
     """
 
@@ -82,8 +81,7 @@ class Score(Brief):
     @cached_property
     def learnt(self) -> Learnt:
         """Information of the ideal motion and the earlier recordings, where these are in the weights needed."""
-        state = self.problem.kernel.state(self.samples)
-        W = self.problem.kernel.dense(state.entries)[:, :, self.problem.places]
+        W = self.problem.rows(self.problem.kernel.state(self.samples))
         return learnt_of(self.problem, list(W), [self.samples.weight / self.duration] * len(W), self.duration)
 
     @property
@@ -214,7 +212,7 @@ def score_samples(problem: DesignProblem, samples: Samples) -> Score:
 
 def _rows(problem: DesignProblem, state: Samples, weights: Array) -> Array:
     """Rows of a motion whose Gram matrix is its information."""
-    W = problem.kernel.dense(state.entries)[:, :, problem.places] * np.sqrt(weights)[:, :, None]
+    W = problem.rows(state) * np.sqrt(weights)[:, :, None]
     return W.reshape(-1, W.shape[2])
 
 
@@ -223,13 +221,17 @@ Missed = tuple[tuple[LimitCheck, ...], tuple[LimitCheck, ...]]
 
 
 def missed_on_run(
-    problem: DesignProblem, plan: Plan, rate: float = RUN_RATE, further: Sequence[Limit] = ()
+    problem: DesignProblem, plan: Plan, rate: float = RUN_RATE, states: bool = False
 ) -> tuple[LimitCheck, ...]:
-    """List torque, clearance and ``further`` limits that a run misses, between two poses too; the worst first.
+    """List torque and clearance limits that a run misses, between two poses too; the worst first.
 
-    The moments just before and after each joint's turns come on top of a grid of ``rate`` [Hz].
+    The moments just before and after each joint's turns come on top of a grid of ``rate`` [Hz]. ``states``: look at
+    positions and speeds too, which a controller's own curves may miss.
     """
-    limits, worst = (*problem.of_kind("torque", "clearance"), *further), dict[str, LimitCheck]()
+    limits, worst = problem.of_kind("torque", "clearance"), dict[str, LimitCheck]()
+    if states:
+        low, high = (np.atleast_2d(reach) for reach in problem.family.reach)
+        limits += state_limits(problem.bounds, (low.min(axis=0), high.max(axis=0)))[:2]
     t = np.union1d(np.arange(sample_count(plan.duration, rate)) / rate, plan.duration)
     for start in range(0, max(len(t) - 1, 1), _BLOCK) if limits else ():
         own = t[start : start + _BLOCK + 1]
@@ -241,13 +243,6 @@ def missed_on_run(
     return tuple(sorted(worst.values(), key=lambda near: -near.relative))
 
 
-def missed_on_replay(problem: DesignProblem, plan: Plan, rate: float) -> tuple[LimitCheck, ...]:
-    """List limits that a run by a controller's own curves misses, positions and speeds too; the worst first."""
-    low, high = (np.atleast_2d(reach) for reach in problem.family.reach)
-    position, speed, _ = state_limits(problem.bounds, (low.min(axis=0), high.max(axis=0)))
-    return missed_on_run(problem, plan, rate, (position, speed))
-
-
 def kept_throughout(problem: DesignProblem, x: Array, score: Score) -> tuple[Array, Score, Missed]:
     """Keep a motion that keeps all limits throughout, or one slower or smaller by what torques miss that does.
 
@@ -256,30 +251,29 @@ def kept_throughout(problem: DesignProblem, x: Array, score: Score) -> tuple[Arr
     run, rehearsal = missed = _missed(problem, x) if score.feasible else ((), ())
     if any(missed) and _by_torques(run + rehearsal, _BETWEEN):
         slower = max(_LEAST, *(limit.relative for limit in run + rehearsal))
-        for ease in range(_EASES):
-            eased = problem.family.eased(x, 1.0 + 2.0**ease * slower, 1.0)
-            after = score_of(problem, eased)
-            if after.feasible and not any(now := _missed(problem, eased)):
+        for times in 2.0 ** np.arange(_EASES):
+            eased = problem.family.eased(x, 1.0 + times * slower, 1.0)
+            if (after := score_of(problem, eased)).feasible and not any(now := _missed(problem, eased)):
                 return eased, after, now
     return x, score, missed
 
 
 def harder(problem: DesignProblem, missed: Missed) -> DesignProblem | None:
     """Pose the problem to go on with where a run misses torque limits; None where a search sees what is missed."""
-    # What a run misses between samples is taken off the limits, and some more.
     run, rehearsal = missed
     if not any(missed) or not _by_torques(run, _BETWEEN) or not _by_torques(rehearsal, np.inf):
         return None
+    # What a run misses between samples is taken off the limits, and some more.
     lower = problem.with_torque_share(1.0 - _BELOW * max((limit.relative for limit in run), default=0.0))
     return lower.with_slow_torques(REHEARSAL) if rehearsal else lower
 
 
 def _missed(problem: DesignProblem, x: Array) -> Missed:
-    family = problem.family
-    rehearsal: tuple[LimitCheck, ...] = ()
-    if isinstance(family, FreeSeries) and isinstance(family.shape, NearShape):
-        rehearsal = missed_on_run(problem, family.plan(x).slowed(REHEARSAL), REHEARSAL * RUN_RATE)
-    return missed_on_run(problem, family.plan(x)), rehearsal
+    plan = problem.family.plan(x)
+    watched = isinstance(problem.family, FreeSeries) and isinstance(problem.family.shape, NearShape)
+    slow = plan.slowed(REHEARSAL) if isinstance(plan, Fourier) and watched else None
+    rehearsal = () if slow is None else missed_on_run(problem, slow, REHEARSAL * RUN_RATE)
+    return missed_on_run(problem, plan), rehearsal
 
 
 def _by_torques(missed: tuple[LimitCheck, ...], most: float) -> bool:

@@ -1,8 +1,7 @@
 """Motions made of pieces, and the families of them among which a design chooses.
 
 In a piece q = start + B(s) C with s = t / T from 0 to 1: a basis in unit time, coefficients C and a duration T.
-From that follow, alike for every kind of motion, its states at any time, the samples that an optimiser looks at,
-and their exact gradients.
+From that follow, alike for every kind of motion, its states, an optimiser's samples, and their exact gradients.
 """
 
 from collections.abc import Callable, Sequence
@@ -112,17 +111,19 @@ def check_pose(pose: Array, robot: Robot, bounds: JointBounds) -> None:
     """Refuse a pose [rad or m] that is not within the limits."""
     if pose.shape == (robot.n,) and ((pose >= bounds.low) & (pose <= bounds.high)).all():
         return
-    shown, ranges = f"of {len(pose)} numbers", ""
+    shown, ranges = f"of {len(pose)} numbers", list[str]()
     if len(pose) == robot.n:
         scales = np.array([180.0 / np.pi if joint.revolute else 1.0 for joint in robot.joints])
         shown = ", ".join(f"{x:g}" for x in scales * pose)
-        ends = zip(pose, bounds.low, bounds.high, scales, strict=True)
-        ranges = ", ".join(
-            f" (joint {j}: {scale * low:.4g} to {scale * high:.4g}{'' if scale == 1.0 else ' deg'})"
-            for j, (x, low, high, scale) in enumerate(ends, 1)
-            if not low <= x <= high
-        )
-    raise InputError(f"the pose {shown} must be {robot.n} positions within the limits of {robot.name}{ranges}")
+        for j in np.flatnonzero(~((pose >= bounds.low) & (pose <= bounds.high))):
+            low, high, unit = (
+                scales[j] * bounds.low[j],
+                scales[j] * bounds.high[j],
+                " deg" * robot.joints[j].revolute,
+            )
+            ranges.append(f" (joint {j + 1}: {low:.4g} to {high:.4g}{unit})")
+    fault = f"the pose {shown} must be {robot.n} positions within the limits of {robot.name}"
+    raise InputError(fault + ", ".join(ranges))
 
 
 class Samples(NamedTuple):
@@ -200,13 +201,12 @@ class Plan:
         """Position, speed and acceleration at times [s], each (N, n); at rest before 0 and after ``duration``."""
         pieces = self.pieces
         knots = np.concatenate([[0.0], np.cumsum(pieces.durations)])
-        moves = ((t >= 0.0) & (t <= knots[-1]))[:, None]
         inside = np.clip(t, 0.0, knots[-1])
         k = np.clip(np.searchsorted(knots, inside, side="right") - 1, 0, len(pieces.durations) - 1)
-        T = pieces.durations[k]
-        factors = pieces.basis(np.clip((inside - knots[k]) / T, 0.0, 1.0))
+        T, moves = pieces.durations[k][:, None], (t == inside)[:, None]
+        factors = pieces.basis(np.clip((inside - knots[k]) / T[:, 0], 0.0, 1.0))
         q, qd, qdd = (np.einsum("Nm,Nmn->Nn", B, pieces.coefficients[k]) for B in factors)
-        return pieces.start[k] + q, qd / T[:, None] * moves, qdd / T[:, None] ** 2 * moves
+        return pieces.start[k] + q, qd / T * moves, qdd / T**2 * moves
 
     def motion(self, rate: float) -> Motion:
         """Sample the motion at ``rate`` [Hz], its end included where a sample falls on it."""
@@ -215,7 +215,7 @@ class Plan:
 
 
 class FreeStates:
-    """A family whose members are weighted sets of states, each within the joints' limits by itself.
+    """Family of weighted sets of states, each within the joints' limits by itself.
 
     x holds q, qd and qdd of each state over their limits, then the logs of the weights, which share one second.
     """

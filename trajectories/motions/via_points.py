@@ -1,8 +1,7 @@
 """Motions through points: designed via points, and trajectories that somebody else planned.
 
 A segment between two points is a quintic, or a trapezoid of speed that rests at both ends. Its coefficients are
-T v0, T^2 a0, T^2 a1 and T v1 of the states at its ends, and the step p1 - p0. The step alone enters, so that a
-joint that stays put does so exactly.
+T v0, T^2 a0, T^2 a1 and T v1 at its ends, and the step p1 - p0: a joint that stays put does so exactly.
 """
 
 from dataclasses import dataclass
@@ -64,8 +63,7 @@ QUINTIC = Quintic()
 class Trapezoid:
     """Trapezoidal segment: a ramp to constant speed and a ramp down, as in a controller's synchronised joint move.
 
-    It rests at both ends. All joints follow one law q0 + (q1 - q0) f(t / T). Its acceleration is constant in each
-    phase and steps between them.
+    It rests at both ends. All joints follow one law q0 + (q1 - q0) f(t / T), with constant acceleration in a phase.
 
     Attributes:
         ramp: fraction of the time that each of the two ramps takes, above 0, at most 0.5 (no constant speed then).
@@ -228,8 +226,7 @@ class FreeViaPoints:
     """Family of motions through via points; for given durations their states are linear in those at the points.
 
     x holds (p - middle) / half range of the points, v / speed limit and a / acceleration limit of the inner ones,
-    then log(T / 1 s) of the segments unless their durations are fixed. A given start is the first point and is not
-    free. First and last point are at rest.
+    then log(T / 1 s) of the segments unless fixed. A given start is not free; first and last point are at rest.
     """
 
     def __init__(self, bounds: JointBounds, shape: ViaPointShape) -> None:
@@ -377,8 +374,7 @@ def random_via_points(robot: Robot, count: int, seed: int, speed: float = 0.5, s
 class SampledTrajectory(Plan, Brief):
     """A smooth curve through samples; it rests before the first and after the last.
 
-    With speeds and accelerations a quintic between samples, with speeds alone a cubic, with neither the quintic
-    spline that starts and ends at rest.
+    With speeds and accelerations quintics between samples, with speeds alone cubics, with neither a quintic spline.
 
     Attributes:
         t: times [s], shape (N,), rising; counted from the first.
