@@ -98,13 +98,12 @@ class Disturbances(Brief):
     """Levels of all that stands between a robot's model and its recordings.
 
     Ripple and the level of dry friction act on the moving robot; the rest on what its controller writes down.
-    Torques in N·m or N, one number per joint.
 
     Attributes:
-        white: standard deviation of the torque's noise, independent from sample to sample.
-        slow: standard deviation of a torque noise with exponential memory.
+        white: standard deviation of each joint's torque noise, independent from sample to sample [N·m or N].
+        slow: standard deviation of a torque noise with exponential memory [N·m or N].
         slow_memory: its correlation time [s].
-        ripple: amplitude of a torque that is periodic in the joint's position, for each of ``waves`` alike.
+        ripple: amplitude of a torque [N·m or N], periodic in the joint's position for each of ``waves`` alike.
         waves: periods per turn [1 per 2 pi rad or 2 pi m].
         friction: standard deviation of the level of dry friction, relative to its mean.
         friction_memory: correlation time of the level [s].
@@ -137,8 +136,9 @@ def no_disturbances(n: int) -> Disturbances:
     return Disturbances(*((0.0,) * n,) * 3)
 
 
+_WHITE = (16.9, 29.7, 9.4, 4.66, 6.07, 2.74)  # N m
 RX90_DISTURBANCES = Disturbances(
-    white=(16.9, 29.7, 9.4, 4.66, 6.07, 2.74),
+    white=_WHITE,
     slow=(0.0,) * 6,
     ripple=(1.7, 2.7, 0.95, 0.46, 0.54, 0.24),
     friction=0.12,
@@ -151,9 +151,7 @@ Its printed deviations need a relative residual of 7 to 8 % in all and of 20 to 
 noise, ripple and friction is not published; it is assumed here, as are the encoder's step and the ripple's waves.
 """
 
-RX90_SLOW_NOISE = replace(
-    RX90_DISTURBANCES, white=(0.0,) * 6, slow=tuple(_AFTER_DECIMATION * x for x in RX90_DISTURBANCES.white)
-)
+RX90_SLOW_NOISE = replace(RX90_DISTURBANCES, white=(0.0,) * 6, slow=tuple(_AFTER_DECIMATION * x for x in _WHITE))
 """Make the paper's levels with noise that remembers 0.8 s instead of white noise.
 
 Residuals are as large as those of white noise at 250 Hz after decimation by 10, but say far less about the robot.
@@ -169,8 +167,8 @@ def remembered_disturbances(noise: Array, rate: float) -> Disturbances:
 def relative_disturbances(torque: Array, share: float) -> Disturbances:
     """Make levels of the joints' rms torque, (n,): the fraction ``share`` white, half of it ripple and friction."""
     joints = tuple(float(x) for x in share * torque)
-    half = tuple(0.5 * x for x in joints)
-    return Disturbances(joints, (0.0,) * len(joints), half, friction=0.5 * share, encoder=1e-5)
+    half, none = tuple(0.5 * x for x in joints), (0.0,) * len(joints)
+    return Disturbances(joints, none, half, friction=0.5 * share, encoder=1e-5)
 
 
 def draw_robot_errors(disturbances: Disturbances, seed: int) -> tuple[Array, Array]:
@@ -283,14 +281,13 @@ CONTROLLERS = {
 
 
 class Task(NamedTuple):
-    """Run to be simulated.
+    """Run to be simulated; its recording takes its name.
 
     Attributes:
-        name: of the recording.
         reference: what the robot is to do.
         payload: fixed to the last link, in the robot's payload frame.
-        friction: dry friction at each sample [N·m or N], at least (samples, names) with the columns of
-            ``dry_friction_names``; the last row holds on. None for the robot's own at all times.
+        friction: at each sample [N·m or N], its columns ``dry_friction_names``, the last row holding on; None for
+            the robot's own at all times.
     """
 
     name: str
@@ -309,13 +306,12 @@ def closed_loop(
 ) -> list[tuple[Measurement, Array]]:
     """Simulate a robot, its controller and its gears in all tasks side by side; no task has an effect on another.
 
+    For each it gives the exact motion with the motor torques, and the reference positions (N, n).
+
     Args:
         robot: with all its parameters.
         disturbances: only the ripple acts.
         phases: of the ripple [rad], n x waves.
-
-    Returns:
-        For each task the exact motion with the motor torques, and the reference positions (N, n).
 
     Raises:
         InputError: if the robot cannot move, friction is too fast to integrate, or the controller loses the robot.
@@ -333,21 +329,16 @@ def closed_loop(
     slope = ca.Function("slope", [speeds], [ca.densify(ca.jacobian(resisting, speeds))])
     damping = np.array(slope(0.0)) + np.diag(inertia * (controller.speed + controller.position))
     if np.linalg.eigvalsh(matrices[:_STIFF]).min() <= 0.0:
-        raise InputError(
-            f"robot {robot.name!r} cannot move: its parameters give an inertia matrix that is not positive "
-            "definite: correct the inertias in its description"
-        )
+        fault = "its parameters give an inertia matrix that is not positive definite"
+        raise InputError(f"robot {robot.name!r} cannot move: {fault}: correct the inertias in its description")
     # Rates of A qdd = -D qd: the eigenvalues of A^-1 D.
     fastest = float(np.abs(np.linalg.eigvals(np.linalg.inv(matrices[:_STIFF]) @ damping)).max())
     steps = max(_FEWEST, dynamics.stable_steps(fastest, 1.0 / rate))
     if steps > _FINEST:
-        raise InputError(
-            f"robot {robot.name!r}: friction about rest has a rate of {fastest:.0f} 1/s, too fast to integrate: "
-            "are its rotor inertias (IA) missing?"
-        )
+        fault = f"robot {robot.name!r}: friction about rest has a rate of {fastest:.0f} 1/s, too fast to integrate"
+        raise InputError(f"{fault}: are its rotor inertias (IA) missing?")
     gains = [1.0 / (rate * steps), controller.position, controller.speed, controller.integral]
-    ripple = (disturbances.ripple, disturbances.waves, phases.T.ravel())
-    settings = np.concatenate([gains, inertia, *ripple])
+    settings = np.concatenate([gains, inertia, disturbances.ripple, disturbances.waves, phases.T.ravel()])
     step = Kernel(integration_step(plant, base, len(disturbances.waves)))
     model_torque = Kernel(dynamics.inverse_dynamics_base(plant, base))
     bodies = (None, *(task.payload for task in tasks))
@@ -378,19 +369,16 @@ def closed_loop(
         friction = np.repeat(np.stack(levels, axis=1), steps, axis=0)
         out = step.chain(state[active], *wanted, loaded[active], friction, settings).swapaxes(1, 2)
         states = np.concatenate([state[active][None], out[:, :, : 3 * n]])
-        logged = slice(max(start, 0), stop)
-        if logged.start < stop:
-            at = steps * np.arange(logged.start - start, stop - start)
-            parts = [states[at, :, : 2 * n], out[at, :, 3 * n :], reference[2 * at, :, :n]]
-            log[logged, active] = np.concatenate(parts, axis=2)
+        begin, end = max(start, 0), max(stop, 0)
+        at = steps * np.arange(begin - start, end - start)
+        parts = [states[at, :, : 2 * n], out[at, :, 3 * n :], reference[2 * at, :, :n]]
+        log[begin:end, active] = np.concatenate(parts, axis=2)
         state[active] = states[-1]
         far = np.abs(states[-1][:, :n] - reference[-1, :, :n])
         if not (far < _LOST).all():
             joint = int(np.argmax(np.nan_to_num(far, nan=np.inf).max(axis=0))) + 1
-            raise InputError(
-                f"robot {robot.name!r}: its controller loses joint {joint} at {stop / rate:.2f} s: "
-                "make the motion slower or the payload lighter (is its mass in kg?)"
-            )
+            fault = f"robot {robot.name!r}: its controller loses joint {joint} at {stop / rate:.2f} s"
+            raise InputError(f"{fault}: make the motion slower or the payload lighter (is its mass in kg?)")
         if progress:
             progress((start - first) / (counts.max() - first))
     finished = []
@@ -406,10 +394,8 @@ def integration_step(robot: Robot, base: BaseParameters, waves: int) -> ca.Funct
 
     x holds q, qd and the controller's integral z; the three wanted hold q_r, qd_r and the feed-forward torque at
     the start, middle and end of the step; chi the base parameters with dry friction zero; level the dry friction;
-    settings the step [s], kp, kv, ki, the controller's inertia, and the ripple's amplitudes, waves and phases.
-    Nothing else is fixed: the code of a robot is compiled once.
-
-    It gives x after the step, then motor torque and acceleration at its start, 5 n x 1.
+    settings the step [s], kp, kv, ki, the controller's inertia, and the ripple's amplitudes, waves and phases: the
+    code of a robot is compiled once. It gives x after the step, then motor torque and acceleration at its start.
     """
     n, dry = robot.n, dynamics.dry_friction_names(robot)
     forward = dynamics.forward_dynamics_base(robot, base, dynamics.SMOOTHING)
@@ -458,8 +444,7 @@ class Experiment(Brief):
 
     Attributes:
         robot: the robot; its parameters are the truth, dry friction on average over all times.
-        phases, gains: of the ripple and of the drives, as ``draw_robot_errors`` gives them.
-        seed: of everything that was drawn.
+        phases, gains: of the ripple and of the drives, as ``draw_robot_errors`` gives them by ``seed``.
         runs: in the order of the tasks.
     """
 
@@ -497,9 +482,7 @@ def run_experiment(
 ) -> Experiment:
     """Run tasks under the controller and record them, dry friction drawn by the disturbances.
 
-    Args:
-        disturbances: what the robot and its recordings suffer from.
-        seed: the same seed gives the same recordings.
+    ``seed``: the same seed gives the same recordings.
 
     Raises:
         InputError: if the robot's parameters are missing, or its controller loses it.

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from trimesh import Trimesh
 
 from ...common.arrays import Array
@@ -102,7 +102,7 @@ def view_of(
         touched = np.logical_or.reduceat(room_over_time(problem, motion) < _TOUCHED, picked, axis=0)
     radius = cylinder_radius(robot)
     shapes = [
-        Shape(tube.name, tube.link, capsule(np.array(tube.start), np.array(tube.end), tube.radius), _LINK)
+        Shape(tube.name, tube.link, capsule(tube.start, tube.end, tube.radius), _LINK)
         for tube in tubes(robot, _THICK * radius)
         if tube.link not in drawn_links
     ]
@@ -117,8 +117,8 @@ def view_of(
     for surface in scene.surfaces:
         shapes.append(Shape(surface.name, 0, plane(surface.normal, surface.offset, 12.0 * radius), _FLOOR, 0.6))
     for obstacle in scene.bodies:
-        start, end = np.array(obstacle.start), np.array(obstacle.start if obstacle.end is None else obstacle.end)
-        shapes.append(Shape(obstacle.name, obstacle.link, capsule(start, end, obstacle.radius), _BODY, 0.4))
+        solid = capsule(obstacle.start, obstacle.end, obstacle.radius)
+        shapes.append(Shape(obstacle.name, obstacle.link, solid, _BODY, 0.4))
     if problem is not None and (payloads := problem.payloads) is not None:
         mesh = (box if payloads.region == "cube" else ellipsoid)(payloads.centre, payloads.axes)
         shapes.append(Shape("payloads within bounds", robot.n, mesh, _BALL, 0.25))
@@ -184,10 +184,11 @@ def _picked(motion: Motion, finer: int = 1) -> NDArray[np.intp]:
     return np.unique(np.linspace(0, len(motion.t) - 1, count).round().astype(np.intp))
 
 
-def capsule(start: Array, end: Array, radius: float) -> Trimesh:
-    """Points within ``radius`` of a line [m]."""
-    axis = np.asarray(end, dtype=float) - start
-    pose = _affine(_along(axis if axis.any() else [0.0, 0.0, 1.0]), start + 0.5 * axis)
+def capsule(start: ArrayLike, end: ArrayLike | None, radius: float) -> Trimesh:
+    """Points within ``radius`` of a line [m], or of its start alone."""
+    first, last = (np.asarray(x, dtype=float) for x in (start, start if end is None else end))
+    axis = last - first
+    pose = _affine(_along(axis if axis.any() else [0.0, 0.0, 1.0]), first + 0.5 * axis)
     return trimesh.creation.capsule(float(np.linalg.norm(axis)), radius, _CORNERS, pose)
 
 

@@ -32,14 +32,14 @@ from ...model.inertia import PayloadSpread, payload_spread
 from ...model.kernel.kernel import Kernel
 from ...model.regressors import own_regressor, payload_columns
 from ...model.visibility import check_mass_visible, friction_columns, visibility_of
-from ..motions.family import FreeStates, JointBounds, Plan, Samples
+from ..motions.family import JointBounds, Plan, Samples
 from ..motions.fourier import FourierShape, FreeSeries, NearShape
 from ..motions.rests import FreeRests, StaticShape
 from ..motions.via_points import FreeViaPoints, ViaPoints, ViaPointShape
 
 Shape = ViaPointShape | FourierShape | NearShape | StaticShape
 """Kinds of motion among which a design chooses: each is a small value that stands for a family."""
-Family = FreeViaPoints | FreeSeries | FreeRests | FreeStates
+Family = FreeViaPoints | FreeSeries | FreeRests
 """Families of motions that depend smoothly on a vector x of a ``size``, its entries of the order of 1 within
 ``low`` and ``high``: ``random`` draws an x to start from, through clear poses if it can, ``sample`` evaluates
 states on the grid of the optimisation, or on a finer one, ``pullback`` gives the gradient in x of a number by that

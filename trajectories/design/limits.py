@@ -71,11 +71,6 @@ class Limit(Brief):
         return self.measure(state)[0]
 
 
-def joint_labels(n: int) -> tuple[str, ...]:
-    """Names of the columns of n joints in messages."""
-    return tuple(f"joint {j + 1}" for j in range(n))
-
-
 def state_limits(bounds: JointBounds, reach: tuple[Array, Array] | None = None) -> tuple[Limit, ...]:
     """Limit position, speed and acceleration of each joint; 1 at the limit.
 
@@ -88,7 +83,7 @@ def state_limits(bounds: JointBounds, reach: tuple[Array, Array] | None = None) 
         middle, half, unit = 0.5 * (low + high), 0.5 * (high - low), np.ones(low.shape[1])
         measure = partial(_states, index, middle, half)
         # In messages the first part stands for all; each sample is judged by its own.
-        labels = joint_labels(len(unit))
+        labels = tuple(f"joint {j + 1}" for j in range(len(unit)))
         limits.append(Limit("state", name, labels, -unit, unit, middle[0], half[0], measure))
     return tuple(limits)
 
@@ -368,15 +363,14 @@ def torque_limits(
     if all(name in known for name in base.standard):
         values = base.value(known)
     elif missing := [name for name in base.columns if name not in known]:
-        raise InputError(
-            f"torque limits need the parameters of robot {robot.name!r}: {listed(missing)} are missing; identify "
-            "the robot first, or omit torque limits"
-        )
+        fault = f"torque limits need the parameters of robot {robot.name!r}: {listed(missing)} are missing"
+        raise InputError(f"{fault}; identify the robot first, or omit torque limits")
     else:
         values = np.array([known[name] for name in base.columns])
     unit, bound = np.where(finite, (1.0 - loads.margin) * torque, 1.0), np.where(finite, 1.0, np.inf)
     chi = np.array([-1.0 if name == SPRING else 0.0 for name in kernel.columns])
-    places, labels = [kernel.columns.index(name) for name in base.columns], joint_labels(robot.n)
+    labels = tuple(f"joint {j + 1}" for j in range(robot.n))
+    places = [kernel.columns.index(name) for name in base.columns]
     chi[places] = values
     if isinstance(heaviest, PayloadSet):
         # C = root root' is the covariance of chi, c x r; r = 0 where it is taken as exact.
@@ -384,9 +378,8 @@ def torque_limits(
         if loads.covariance is not None:
             names = list(known)
             if not set(base.columns) <= set(names) or np.shape(loads.covariance) != (len(names),) * 2:
-                raise InputError(
-                    "a covariance of the torques' parameters must be that of all base parameters, in their order"
-                )
+                needed = "that of all base parameters, in their order"
+                raise InputError(f"a covariance of the torques' parameters must be {needed}")
             variances, V = np.linalg.eigh(loads.covariance)
             root = np.zeros((len(chi), len(names)))
             root[places] = (V * np.sqrt(np.maximum(variances, 0.0)))[[names.index(name) for name in base.columns]]

@@ -88,10 +88,8 @@ class DesignProblem(Brief):
             return np.zeros((0, len(self.names)))
         unmatched = sorted(set(known.columns) ^ set(self.names))
         if unmatched or np.shape(known.factor)[-1] != len(known.columns):
-            raise InputError(
-                f"the earlier recordings' factor does not fit the design's columns: {listed(unmatched)} stand on "
-                "one side only; select the same columns"
-            )
+            fault = f"the earlier recordings' factor does not fit the design's columns: {listed(unmatched)}"
+            raise InputError(f"{fault} stand on one side only; select the same columns")
         return np.asarray(known.factor)[:, [known.columns.index(name) for name in self.names]]
 
     def of_kind(self, *kinds: str) -> tuple[Limit, ...]:
@@ -105,11 +103,8 @@ class DesignProblem(Brief):
 
     def with_torque_share(self, part: float) -> DesignProblem:
         """Pose the same problem with only a part of the torque limits."""
-        own = {
-            limit.name: replace(limit, low=part * limit.low, high=part * limit.high)
-            for limit in self.of_kind("torque")
-        }
-        return replace(self, limits=tuple(own.get(limit.name, limit) for limit in self.limits))
+        own = [replace(x, low=part * x.low, high=part * x.high) if x.kind == "torque" else x for x in self.limits]
+        return replace(self, limits=tuple(own))
 
     def with_slow_torques(self, speed: float) -> DesignProblem:
         """Require besides that the same way keeps the torque limits at a fraction of the speed.
@@ -196,10 +191,9 @@ class DesignProblem(Brief):
         if len(base.chosen) == len(self.names):
             return
         more = f"; and {len(texts) - 6} more" if len(texts) > 6 else ""
-        raise InputError(
-            f"these parameters cannot all be told apart (rank {len(base.chosen)} of {len(self.names)}): "
-            f"{'; '.join(texts[:6])}{more}; leave some out, or give the motion more freedom"
-        )
+        fault = f"these parameters cannot all be told apart (rank {len(base.chosen)} of {len(self.names)})"
+        advice = "leave some out, or give the motion more freedom"
+        raise InputError(f"{fault}: {'; '.join(texts[:6])}{more}; {advice}")
 
 
 def build_design(

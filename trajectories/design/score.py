@@ -148,10 +148,8 @@ def check_held(problem: DesignProblem, poses: Array) -> None:
     state = problem.at_rest(poses)
     for holding in (check(limit, state) for limit in problem.of_kind("torque")):
         if holding.violation > 0.0:
-            raise InputError(
-                f"at rest in the pose: {holding.name} of {holding.worst} is {holding.value:.4g} against "
-                f"{holding.limit:.4g}: choose another pose, or a lighter payload"
-            )
+            fault = f"{holding.name} of {holding.worst} is {holding.value:.4g} against {holding.limit:.4g}"
+            raise InputError(f"at rest in the pose: {fault}: choose another pose, or a lighter payload")
 
 
 def room_over_time(problem: DesignProblem, motion: Motion) -> Array:
@@ -174,15 +172,13 @@ def load_torques(problem: DesignProblem, motion: Motion) -> dict[str, Array]:
 
     They are those of the torque limits; without any, those of the description's parameters; nothing without these.
     """
-    n, torques = motion.q.shape[1], {}
+    n, torques = motion.q.shape[1], dict[str, Array]()
     if problem.torque_limited:
         state = problem.kernel.state(Samples.of(motion))
         for limit in problem.of_kind("torque"):
-            torque = limit.values(state) * limit.unit
-            if torque.shape[1] == n:
-                torques[limit.name] = torque
-            else:  # the limit stands for many payloads
-                torques |= {f"largest {limit.name}": torque[:, :n], f"smallest {limit.name}": torque[:, n:]}
+            parts = np.split(limit.values(state) * limit.unit, len(limit.unit) // n, axis=1)
+            ends = ("",) if len(parts) == 1 else ("largest ", "smallest ")  # the limit stands for many payloads
+            torques |= {f"{end}{limit.name}": part for end, part in zip(ends, parts, strict=True)}
         return torques
     known, names = problem.robot.parameters, standard_columns(problem.robot)
     if not all(name in known for name in names):
@@ -342,38 +338,28 @@ def speed_ladder(
     Raises:
         InputError: if even a slow run breaks a limit, or the runs do not tell enough to get faster.
     """
-    rungs: list[Rung] = []
-    mass, last = payloads.mass, 0.0
+    rungs, mass, last = list[Rung](), payloads.mass, 0.0
+    advice = "omit --ladder, so that the motion itself holds for every payload"
+
+    def at(speed: float) -> Fourier:
+        return motion if speed == 1.0 else motion.slowed(speed)
+
+    def bears(problem: DesignProblem, speed: float) -> bool:
+        return not missed_on_run(problem, at(speed), speed * _LADDER_RATE)
+
     while last < 1.0:
-        speed = _fastest(bearing(payloads.lighter(mass)), motion)
+        problem, high = bearing(payloads.lighter(mass)), 1.0
+        speed = next((speed for speed in (1.0, _SLOWEST) if bears(problem, speed)), None)
         if speed is None:
-            raise InputError(
-                f"at {100 * _SLOWEST:g} % of its speed the motion does not bear {mass:.3g} kg everywhere within "
-                "bounds: omit --ladder, so that the motion itself holds for every payload"
-            )
+            fault = f"at {100 * _SLOWEST:g} % of its speed the motion does not bear {mass:.3g} kg everywhere within"
+            raise InputError(f"{fault} bounds: {advice}")
+        for _ in range(_HALVINGS if speed < 1.0 else 0):
+            middle = 0.5 * (speed + high)
+            speed, high = (middle, high) if bears(problem, middle) else (speed, middle)
         if speed < min(_FASTER * last, 1.0) or len(rungs) == _RUNGS:
-            raise InputError(
-                f"the run at {100 * last:.0f} % of the speed bounds the mass by {mass:.3g} kg, which allows "
-                "no faster one: omit --ladder, so that the motion itself holds for every payload"
-            )
-        run = motion if speed == 1.0 else motion.slowed(speed)
-        bound = min(mass, expected + _SIGMAS * sigma(run))
-        rungs.append(Rung(speed, mass, bound, run.duration))
+            fault = f"the run at {100 * last:.0f} % of the speed bounds the mass by {mass:.3g} kg, which allows"
+            raise InputError(f"{fault} no faster one: {advice}")
+        bound = min(mass, expected + _SIGMAS * sigma(at(speed)))
+        rungs.append(Rung(speed, mass, bound, at(speed).duration))
         mass, last = bound, speed
     return tuple(rungs)
-
-
-def _fastest(problem: DesignProblem, motion: Fourier) -> float | None:
-    def bears(speed: float) -> bool:
-        run = motion if speed == 1.0 else motion.slowed(speed)
-        return not missed_on_run(problem, run, speed * _LADDER_RATE)
-
-    if bears(1.0):
-        return 1.0
-    low, high = _SLOWEST, 1.0
-    if not bears(low):
-        return None
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if bears(middle) else (low, middle)
-    return low

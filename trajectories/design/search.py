@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 from msgspec import field
@@ -278,14 +279,9 @@ class _Search:
 
 def _overstepped(score: Score) -> tuple[float, float]:
     """Ratio by which a motion would have to be slower and smaller if all that it misses went with its size."""
-    slower, smaller = 1.0, 1.0
-    for limit in score.limits:
-        over = 1.0 + _ROOM - limit.room
-        if limit.name == "position":
-            smaller = min(smaller, 1.0 / over)
-        elif limit.name != "duration":
-            slower = max(slower, over)
-    return slower, smaller
+    over = {limit.name: 1.0 + _ROOM - limit.room for limit in score.limits if limit.name != "duration"}
+    larger = over.pop("position", 1.0)
+    return max(1.0, *over.values()), 1.0 / max(1.0, larger)
 
 
 class Floor(Document, frozen=True):
@@ -320,7 +316,7 @@ def floor_under(
         effort: rounds of 200 iterations at the surrogate's last order.
     """
     count = states or 3 * len(problem.names)
-    family = FreeStates(problem.bounds, count)
+    family: Any = FreeStates(problem.bounds, count)  # a family without plans
     free = replace(problem, family=family, limits=problem.of_kind("torque", "clearance"))
     course = Lagrangian(free, family.random(np.random.default_rng(seed), problem.clear), _STIFFNESS, _FLOOR_MARGIN)
     orders = problem.criterion.orders

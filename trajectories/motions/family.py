@@ -33,9 +33,8 @@ def everywhere(poses: Array) -> bool:
 def sample_count(duration: float, rate: float) -> int:
     """Count samples of a motion of so many seconds at ``rate`` [Hz], its end included where one falls on it."""
     if not duration * rate < _MOST:
-        raise InputError(
-            f"a motion of {duration:g} s at {rate:g} Hz has more than {_MOST} samples: make it shorter"
-        )
+        fault = f"a motion of {duration:g} s at {rate:g} Hz has more than {_MOST} samples"
+        raise InputError(f"{fault}: make it shorter")
     return int(duration * rate * (1.0 + _END)) + 1
 
 
@@ -82,17 +81,14 @@ class JointBounds(Brief):
             if values is not None:
                 limits[kind] = np.array(values, dtype=float)
                 if limits[kind].shape != (robot.n,) or not (limits[kind] > 0.0).all():
-                    raise InputError(
-                        f"{kind} limits {values} do not fit: robot {robot.name!r} needs {robot.n} positive numbers"
-                    )
+                    fault = f"{kind} limits {values} do not fit"
+                    raise InputError(f"{fault}: robot {robot.name!r} needs {robot.n} positive numbers")
         for kind in kinds[:3]:
             finite = np.isfinite(limits[kind]).reshape(robot.n, -1).all(axis=1)
             if not finite.all():
                 missing = ", ".join(str(j + 1) for j in np.flatnonzero(~finite))
-                raise InputError(
-                    f"robot {robot.name!r} has no {kind} limit for joint {missing}: "
-                    "a motion cannot be designed; add it to the description"
-                )
+                fault = f"robot {robot.name!r} has no {kind} limit for joint {missing}"
+                raise InputError(f"{fault}: a motion cannot be designed; add it to the description")
         low, high = limits["position"].T
         return JointBounds(low, high, override * limits["speed"], limits["acceleration"], limits["torque"])
 
@@ -116,12 +112,8 @@ def check_pose(pose: Array, robot: Robot, bounds: JointBounds) -> None:
         scales = np.array([180.0 / np.pi if joint.revolute else 1.0 for joint in robot.joints])
         shown = ", ".join(f"{x:g}" for x in scales * pose)
         for j in np.flatnonzero(~((pose >= bounds.low) & (pose <= bounds.high))):
-            low, high, unit = (
-                scales[j] * bounds.low[j],
-                scales[j] * bounds.high[j],
-                " deg" * robot.joints[j].revolute,
-            )
-            ranges.append(f" (joint {j + 1}: {low:.4g} to {high:.4g}{unit})")
+            low, high = (scales[j] * end[j] for end in (bounds.low, bounds.high))
+            ranges.append(f" (joint {j + 1}: {low:.4g} to {high:.4g}{' deg' * robot.joints[j].revolute})")
     fault = f"the pose {shown} must be {robot.n} positions within the limits of {robot.name}"
     raise InputError(fault + ", ".join(ranges))
 
@@ -215,7 +207,7 @@ class Plan:
 
 
 class FreeStates:
-    """Family of weighted sets of states, each within the joints' limits by itself.
+    """Family of weighted sets of states, each within the joints' limits by itself; a set is no motion.
 
     x holds q, qd and qdd of each state over their limits, then the logs of the weights, which share one second.
     """
@@ -251,11 +243,3 @@ class FreeStates:
         """Apply the Jacobian transposed to the slopes."""
         w = self.sample(x).weight
         return np.concatenate([(np.stack(slope[1:4]) * self._unit).ravel(), w * (slope.weight - w @ slope.weight)])
-
-    def plan(self, x: Array) -> Plan:
-        """Refuse a plan: states without order are no motion."""
-        raise TypeError("a set of states is no motion")
-
-    def eased(self, x: Array, slower: float, smaller: float) -> Array:
-        """Keep states as they are: each keeps its limits by itself."""
-        return x

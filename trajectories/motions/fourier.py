@@ -113,10 +113,8 @@ class FourierShape:
 
     def __post_init__(self) -> None:
         if not 2 <= self.harmonics <= _MOST or not 0.0 < self.duration <= LONGEST:
-            raise InputError(
-                f"{self.harmonics} harmonics in {self.duration:g} s: give at least 2, at most {_MOST}, in up to "
-                f"{LONGEST:g} s"
-            )
+            given = f"{self.harmonics} harmonics in {self.duration:g} s"
+            raise InputError(f"{given}: give at least 2, at most {_MOST}, in up to {LONGEST:g} s")
 
     def family(self, robot: Robot, bounds: JointBounds) -> "FreeSeries":
         """Make the family of motions of this shape: about a middle that is free, or from a start within limits."""
@@ -168,10 +166,8 @@ class NearShape(Brief):
             transfer = float(way[0]) + _TRANSFER_MORE
         stay = self.duration / len(poses) - transfer
         if stay < _SHORTEST:
-            raise InputError(
-                f"{self.duration:g} s leave {stay:.1f} s at each pose beside the way between them: give a longer "
-                "--duration"
-            )
+            left = f"{self.duration:g} s leave {stay:.1f} s at each pose beside the way between them"
+            raise InputError(f"{left}: give a longer --duration")
         repeats = max(1, round(stay / _PERIOD))
         return FreeSeries(self, bounds, poses, moving, self.ranges, stay / repeats, repeats, transfer)
 

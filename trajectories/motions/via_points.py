@@ -210,10 +210,8 @@ class ViaPointShape:
             raise InputError("the durations of the moves are fixed: leave the longest duration of the motion out")
         times, moves = np.asarray(self.fixed, dtype=float), self.count - 1
         if times.shape not in ((), (moves,)) or not ((times > 0.0) & (times <= LONGEST)).all():
-            seconds = ", ".join(f"{time:g}" for time in times.ravel())
-            raise InputError(
-                f"fixed durations {seconds}: {self.count} via points need {moves} positive ones [s], or one for all"
-            )
+            given = f"fixed durations {', '.join(f'{time:g}' for time in times.ravel())}"
+            raise InputError(f"{given}: {self.count} via points need {moves} positive ones [s], or one for all")
 
     def family(self, robot: Robot, bounds: JointBounds) -> "FreeViaPoints":
         """Make the family of motions of this shape."""
@@ -399,10 +397,8 @@ class SampledTrajectory(Plan, Brief):
         for k, where in ((0, "start"), (-1, "end")):
             moving = np.abs(qd[k]) > _REST * np.abs(qd).max() + 1e-9
             if moving.any():
-                raise InputError(
-                    f"{self.source}: joint {int(np.argmax(moving)) + 1} moves at the {where}: a trajectory must "
-                    "start and end at rest"
-                )
+                fault = f"{self.source}: joint {int(np.argmax(moving)) + 1} moves at the {where}"
+                raise InputError(f"{fault}: a trajectory must start and end at rest")
 
     @cached_property
     def pieces(self) -> Pieces:
@@ -434,10 +430,8 @@ class SampledTrajectory(Plan, Brief):
         for quantity, share in shares.items():
             k, j = np.unravel_index(int(np.argmax(share)), share.shape)
             if share[k, j] > _OVER:
-                raise InputError(
-                    f"{self.source}: joint {j + 1} goes beyond its {quantity} limit at {self.t[k]:.3f} s "
-                    f"({share[k, j]:.2f} times): make the trajectory smaller or slower"
-                )
+                fault = f"{self.source}: joint {j + 1} goes beyond its {quantity} limit at {self.t[k]:.3f} s"
+                raise InputError(f"{fault} ({share[k, j]:.2f} times): make the trajectory smaller or slower")
 
 
 def joined(motion: Motion, rate: float) -> Motion:
