@@ -136,14 +136,8 @@ def no_disturbances(n: int) -> Disturbances:
     return Disturbances(*((0.0,) * n,) * 3)
 
 
-_WHITE = (16.9, 29.7, 9.4, 4.66, 6.07, 2.74)  # N m
-RX90_DISTURBANCES = Disturbances(
-    white=_WHITE,
-    slow=(0.0,) * 6,
-    ripple=(1.7, 2.7, 0.95, 0.46, 0.54, 0.24),
-    friction=0.12,
-    encoder=1e-5,
-)
+_RX90 = (16.9, 29.7, 9.4, 4.66, 6.07, 2.74)  # N·m: white noise
+RX90_DISTURBANCES = Disturbances(_RX90, (0.0,) * 6, (1.7, 2.7, 0.95, 0.46, 0.54, 0.24), friction=0.12, encoder=1e-5)
 """Make levels as noisy as the paper's robot: (17)-(19) come out like Table 2's.
 
 Its printed deviations need a relative residual of 7 to 8 % in all and of 20 to 25 % on joints 5 and 6: residuals of
@@ -151,7 +145,7 @@ Its printed deviations need a relative residual of 7 to 8 % in all and of 20 to 
 noise, ripple and friction is not published; it is assumed here, as are the encoder's step and the ripple's waves.
 """
 
-RX90_SLOW_NOISE = replace(RX90_DISTURBANCES, white=(0.0,) * 6, slow=tuple(_AFTER_DECIMATION * x for x in _WHITE))
+RX90_SLOW_NOISE = replace(RX90_DISTURBANCES, white=(0.0,) * 6, slow=tuple(_AFTER_DECIMATION * x for x in _RX90))
 """Make the paper's levels with noise that remembers 0.8 s instead of white noise.
 
 Residuals are as large as those of white noise at 250 Hz after decimation by 10, but say far less about the robot.
@@ -190,10 +184,7 @@ def draw_friction(robot: Robot, disturbances: Disturbances, count: int, rate: fl
 def record(
     exact: Measurement, disturbances: Disturbances, gains: Array, seed: Sequence[int], source: str = "simulated"
 ) -> Recording:
-    """Record a motion and its motor torques as the controller writes them down.
-
-    ``gains``: of the drives, measured over true torque, shape (n,).
-    """
+    """Record a motion and its motor torques as controllers do; ``gains``: measured over true torque, (n,)."""
     motion, torque, step = exact.motion, exact.torque, disturbances.encoder
     draw = np.random.default_rng([*seed, _RECORDING])
     noise = disturbances.white * draw.standard_normal(torque.shape)

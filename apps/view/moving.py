@@ -101,11 +101,8 @@ def view_of(
     if problem is not None:
         touched = np.logical_or.reduceat(room_over_time(problem, motion) < _TOUCHED, picked, axis=0)
     radius = cylinder_radius(robot)
-    shapes = [
-        Shape(tube.name, tube.link, capsule(tube.start, tube.end, tube.radius), _LINK)
-        for tube in tubes(robot, _THICK * radius)
-        if tube.link not in drawn_links
-    ]
+    bare = (tube for tube in tubes(robot, _THICK * radius) if tube.link not in drawn_links)
+    shapes = [Shape(tube.name, tube.link, capsule(tube.start, tube.end, tube.radius), _LINK) for tube in bare]
     shapes += meshes
     ends = np.array([0.0, 0.0, 1.2 * radius])
     for j in range(robot.n):  # joint axes; a red one over it while the joint is at a limit
@@ -264,10 +261,7 @@ def _placed(mesh: Mesh) -> Trimesh:
 
 
 def coarse(mesh: Trimesh, most: int) -> Trimesh:
-    """At most so many triangles: corners that share a cell of a grid become one (Rossignac 1993).
-
-    The coarsest grid may leave more.
-    """
+    """So many triangles or fewer, if a grid allows: corners that share a cell become one (Rossignac 1993)."""
     fewer = mesh
     for cells in _CELLS:
         if len(fewer.faces) <= most:

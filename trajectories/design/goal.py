@@ -98,10 +98,7 @@ class Criterion(NamedTuple):
 
 
 def determinant(criterion: Criterion, G: Array, _: float) -> ValueSlope:
-    """-log det of the information about the parameters of interest, per one: twice the log of their mean sigma.
-
-    The mean is the geometric one.
-    """
+    """-log det of the information on parameters of interest, per one: twice the log of sigma's geometric mean."""
     inverse, log_det = _inverted(G)
     if criterion.interest is None:
         return -log_det / len(G), inverse / -len(G)
@@ -238,8 +235,10 @@ class RegressorKernel:
         return W
 
 
-regressor_kernel = functools.lru_cache(maxsize=16)(RegressorKernel)
-"""Make the kernel of a robot and a tuple of its columns, once."""
+@functools.lru_cache(maxsize=16)
+def regressor_kernel(robot: Robot, columns: tuple[str, ...]) -> RegressorKernel:
+    """Make the kernel of a robot and its columns, once."""
+    return RegressorKernel(robot, columns)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -380,19 +379,9 @@ class NearGoal(Brief):
         if isinstance(shape, StaticShape):
             known |= {f"OFF{j + 1}": _CHANGE * self.noise[j] for j in range(max(robot.n - _WRIST, 1))}
         rows = [[float(name == own) / sigma for name in names] for own, sigma in known.items() if own in names]
-        return Goal(
-            "a",
-            names,
-            interest=interest,
-            reference=alike,
-            noise=noise,
-            rate=self.rate,
-            noise_from=self.noise_from,
-            data_length=shape.duration,
-            earlier=Earlier(names, np.array(rows)) if rows else None,
-            offsets=True,
-            paired=True,
-        )
+        earlier = Earlier(names, np.array(rows)) if rows else None
+        own = Goal("a", names, interest=interest, reference=alike, noise=noise, rate=self.rate, paired=True)
+        return replace(own, noise_from=self.noise_from, data_length=shape.duration, earlier=earlier, offsets=True)
 
     def predicted(
         self, robot: Robot, plan: Plan, joints: Sequence[int], sample_rate: float | None = None
@@ -435,10 +424,7 @@ def assumed_noise(robot: Robot, ratio: float = ASSUMED_RATIO) -> Array:
 def second_pose(
     robot: Robot, shape: NearShape, goal: NearGoal, bounds: JointBounds | None = None, seed: int = 0
 ) -> Array | None:
-    """Find a second pose, wrist joints turned by 90 degrees, that tells clearly more on a few random motions.
-
-    None where no such pose does.
-    """
+    """Find a pose, wrist turned by 90 degrees, that tells clearly more on random motions; None without one."""
     bounds, n = bounds or JointBounds.of(robot), robot.n
     wrist = [j for j in range(max(n - 3, 0), n) if j + 1 in shape.joints and robot.joints[j].revolute]
     pose, candidates = shape.poses[0], []

@@ -138,19 +138,17 @@ class DesignProblem(Brief):
         joints = 1.0 / self.noise**2 if weighted else np.ones(self.robot.n)
         return np.asarray(joints[:, None] * (samples.weight * (recorded / samples.weight.sum())))
 
-    def rows(self, state: Samples) -> Array:
-        """Rows of W that a state gives for ``names``, n x N x c."""
-        return self.kernel.matrix(state)[:, :, self.places]
+    def rows(self, state: Samples, weights: Array | float = 1.0) -> Array:
+        """Rows of W for ``names`` on samples, (n N) x c, times the roots of ``weights``, (n, N)."""
+        W = self.kernel.matrix(state)[:, :, self.places] * np.sqrt(weights)[..., None]
+        return W.reshape(-1, len(self.names))
 
     def information(self, entries: Array, weights: Array) -> Array:
         """Information W' diag(w) W of the parameters, c x c, earlier recordings included; ``weights`` (n, N)."""
         return self.kernel.gram(entries, weights)[np.ix_(self.places, self.places)] + self.earlier.T @ self.earlier
 
     def evaluate(self, x: Array, width: float, terms: Sequence[Penalty]) -> tuple[float, Array]:
-        """Sum of terms, with its exact gradient in x: one adjoint of the regressor, then the family's.
-
-        ``width``: of the smoothed sign [rad/s or m/s].
-        """
+        """Sum of terms and its exact gradient in x; the sign is smoothed over ``width`` [rad/s or m/s]."""
         state, value = self.state(x, width), 0.0
         slopes = Samples.zeros(state)
         for term in terms:
@@ -179,8 +177,7 @@ class DesignProblem(Brief):
 
     def require_full_rank(self, x: Array) -> None:
         """Refuse parameters that no motion of the family tells apart, seen on a random one."""
-        W = self.rows(self.kernel.state(self.family.sample(x))).reshape(-1, len(self.names))
-        W = np.vstack([W, self.earlier])
+        W = np.vstack([self.rows(self.kernel.state(self.family.sample(x))), self.earlier])
         if len(W) < W.shape[1]:
             raise InputError(f"{len(W)} equations cannot tell {W.shape[1]} parameters: use more samples")
         base = base_parameters_of(self.names, W)

@@ -81,8 +81,9 @@ class Score(Brief):
     @cached_property
     def learnt(self) -> Learnt:
         """Information of the ideal motion and the earlier recordings, where these are in the weights needed."""
-        W = self.problem.rows(self.problem.kernel.state(self.samples))
-        return learnt_of(self.problem, list(W), [self.samples.weight / self.duration] * len(W), self.duration)
+        problem, parts = self.problem, [self.samples.weight / self.duration] * self.problem.robot.n
+        W = np.split(problem.rows(problem.kernel.state(self.samples)), problem.robot.n)
+        return learnt_of(problem, W, parts, self.duration)
 
     @property
     def max_violation(self) -> float:
@@ -163,7 +164,7 @@ def room_over_time(problem: DesignProblem, motion: Motion) -> Array:
 def taught_over_time(problem: DesignProblem, motion: Motion) -> Array:
     """Fraction of the information in each sample of a motion, (N,): the trace of the hat matrix, by samples."""
     state = problem.kernel.state(Samples.of(motion))
-    rows = _rows(problem, state, problem.row_weights(state, True))
+    rows = problem.rows(state, problem.row_weights(state, True))
     return np.asarray((decomposed(rows).range ** 2).sum(axis=1).reshape(problem.robot.n, -1).sum(axis=0))
 
 
@@ -199,17 +200,11 @@ def score_samples(problem: DesignProblem, samples: Samples) -> Score:
     state, kind = problem.kernel.state(samples), problem.criterion.kind
     weights = problem.row_weights(samples, problem.criterion.weighted)
     if kind in ("cond", "cond-scaled"):
-        W = np.vstack([_rows(problem, state, weights), problem.earlier])
+        W = np.vstack([problem.rows(state, weights), problem.earlier])
         value = float(np.log(condition_numbers(W)[kind == "cond-scaled"]))
     else:
         value = problem.criterion(problem.information(state.entries, weights), problem.criterion.orders[-1])[0]
     return Score(value, tuple(check(limit, state) for limit in problem.limits), problem, samples)
-
-
-def _rows(problem: DesignProblem, state: Samples, weights: Array) -> Array:
-    """Rows of a motion whose Gram matrix is its information."""
-    W = problem.rows(state) * np.sqrt(weights)[:, :, None]
-    return W.reshape(-1, W.shape[2])
 
 
 Missed = tuple[tuple[LimitCheck, ...], tuple[LimitCheck, ...]]

@@ -15,8 +15,8 @@ from ...common import Array, Brief, InputError
 from ...model import Motion, Robot
 
 Clear = Callable[[Array], bool]  # function that is true if the robot may take all of some poses, (N, n) [rad or m]
-Factors = tuple[Array, Array, Array]
-"""Basis at some s: factors of the coefficients in q, in T qd and in T^2 qdd, each (N, m)."""
+Factors = Array
+"""Basis at some s: factors of the coefficients in q, in T qd and in T^2 qdd, (3, N, m)."""
 Grid = tuple[Array, Factors]
 """Samples of a piece: the fraction of its time that each stands for, shape (N,), and the basis there."""
 _END = 1e-12  # of the duration: what rounding may keep the last sample from falling on the end

@@ -30,7 +30,7 @@ def _series(s: Array, harmonics: int) -> Factors:
     """Factors of period a_1 .. a_H and period b_1 .. b_H, q counted from s = 0."""
     wl = 2.0 * np.pi * np.arange(1, harmonics + 1)
     sin, cos = np.sin(wl * s[:, None]), np.cos(wl * s[:, None])
-    return np.hstack([sin / wl, (1.0 - cos) / wl]), np.hstack([cos, sin]), np.hstack([-sin * wl, cos * wl])
+    return np.concatenate([[sin / wl, cos, -sin * wl], [(1.0 - cos) / wl, sin, cos * wl]], axis=2)
 
 
 def _from_offset(b: Array, period: float) -> Array:
@@ -82,9 +82,7 @@ class Fourier(Plan, Brief):
         durations = np.tile([*[self.period] * self.repeats, *[self.transfer] * ways], count)
 
         def basis(s: Array) -> Factors:
-            pairs = zip(_series(s, harmonics), QUINTIC.basis(s), strict=True)
-            q, qd, qdd = (np.hstack([own, quintic[:, -1:]]) for own, quintic in pairs)
-            return q, qd, qdd
+            return np.concatenate([_series(s, harmonics), QUINTIC.basis(s)[..., -1:]], axis=2)
 
         start = np.repeat(self.poses, self.repeats + ways, axis=0)
         return Pieces(start, coefficients.reshape(len(start), -1, n), durations, basis)
@@ -235,9 +233,8 @@ class FreeSeries:
 
     def pullback(self, x: Array, slope: Samples) -> Array:
         """Apply the Jacobian transposed to the slopes."""
-        by_start, by_C, _ = self._pieces(x).pullback(
-            _grid(self.harmonics, self.harmonics * self.shape.samples), slope
-        )
+        grid = _grid(self.harmonics, self.harmonics * self.shape.samples)
+        by_start, by_C, _ = self._pieces(x).pullback(grid, slope)
         gradient, count = np.empty(self.layout), self.functions.shape[1]
         by_c = self.period * by_C[:, :, self.moving].swapaxes(1, 2)
         if self.free_middle:

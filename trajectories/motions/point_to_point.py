@@ -73,7 +73,7 @@ def _cubic(s: Array) -> Factors:
     """Factors of T qd and T^2 qdd at the beginning, and of T^3 times the constant jerk."""
     still, one = np.zeros_like(s), np.ones_like(s)
     powers = np.stack([still, one, s, s**2 / 2.0, s**3 / 6.0], axis=1)
-    return powers[:, 2:], powers[:, 1:4], powers[:, :3]
+    return np.stack([powers[:, 2:], powers[:, 1:4], powers[:, :3]])
 
 
 def plan_point_to_point(

@@ -53,7 +53,7 @@ class Quintic:
         first, second = np.zeros_like(powers), np.zeros_like(powers)
         first[:, 1:] = k * powers[:, :5]
         second[:, 2:] = k[1:] * k[:4] * powers[:, :4]
-        return powers @ _HERMITE.T, first @ _HERMITE.T, second @ _HERMITE.T
+        return np.asarray(np.stack([powers, first, second]) @ _HERMITE.T)
 
 
 QUINTIC = Quintic()
@@ -108,8 +108,7 @@ class Trapezoid:
         f = np.select([up, down], [0.5 * a * s**2, 1.0 - 0.5 * a * left**2], v * (s - 0.5 * self.ramp))
         slope = np.select([up, down], [a * s, a * left], v)
         curve = np.select([up, down], [a, -a], 0.0)
-        of_step = np.array([0.0, 0.0, 0.0, 0.0, 1.0])
-        return np.outer(f, of_step), np.outer(slope, of_step), np.outer(curve, of_step)
+        return np.asarray(np.stack([f, slope, curve])[..., None] * [0.0, 0.0, 0.0, 0.0, 1.0])
 
 
 Segment = Quintic | Trapezoid
@@ -320,10 +319,7 @@ class FreeViaPoints:
 def quickest(
     step: Array, speed: Array, acceleration: Array, segment: Segment = QUINTIC, least: float = 0.0
 ) -> Array:
-    """Compute durations in which steps (K, n) at rest at both ends keep speeds and accelerations (n,), shape (K,).
-
-    None is shorter than ``least`` [s].
-    """
+    """Compute durations (K,), ``least`` or more, in which steps (K, n) from rest to rest keep both limits, (n,)."""
     # In a time T speeds fall as 1/T and accelerations as 1/T^2.
     by_speed = segment.peak_speed * np.abs(step) / speed
     by_acceleration = np.sqrt(segment.peak_acceleration * np.abs(step) / acceleration)
@@ -422,11 +418,9 @@ class SampledTrajectory(Plan, Brief):
         limits, (q, qd, qdd) = [joint.limits for joint in robot.joints], self.at(self.t)
         ranges = [limit.position for limit in limits]
         middle = np.array([0.5 * (low + high) if np.isfinite(high - low) else 0.0 for low, high in ranges])
-        shares = {
-            "position": np.abs(q - middle) / (0.5 * np.diff(ranges)[:, 0]),
-            "speed": np.abs(qd) / [limit.speed for limit in limits],
-            "acceleration": np.abs(qdd) / [limit.acceleration for limit in limits],
-        }
+        shares = {"position": np.abs(q - middle) / (0.5 * np.diff(ranges)[:, 0])}
+        for kind, x in (("speed", qd), ("acceleration", qdd)):
+            shares[kind] = np.abs(x) / [getattr(limit, kind) for limit in limits]
         for quantity, share in shares.items():
             k, j = np.unravel_index(int(np.argmax(share)), share.shape)
             if share[k, j] > _OVER:
