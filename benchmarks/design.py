@@ -118,7 +118,7 @@ def _compared(
 
 def _spread(problem: trajectories.DesignProblem, samples: Samples) -> tuple[float, float]:
     """Median and worst predicted relative sigma, for one second of motion."""
-    weights = problem.row_weights(samples, weighted=True, duration=1.0)
+    weights = problem.row_weights(samples, weighted=True)
     G = problem.information(problem.kernel.state(samples).entries, weights)
     sigma = np.sqrt(np.diag(np.linalg.inv(G))) / np.abs([TABLE2[name] for name in problem.names])
     return float(np.median(sigma)), float(sigma.max())

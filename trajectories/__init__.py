@@ -1,7 +1,6 @@
 """Motions that excite the parameters, designs of them, and recordings simulated on them.
 
-Floors: ``motions`` (kinds of motion) below ``design`` (the most informative one) and ``simulation`` (recordings of
-one); these two do not know each other.
+Floors: ``motions`` (kinds of motion) below ``design`` (the most informative one) and ``simulation`` of recordings.
 """
 
 from ..common.lazy import attach

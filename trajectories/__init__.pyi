@@ -8,15 +8,15 @@ from .design.goal import Earlier, Goal, NearGoal
 from .design.goal import Shape as Shape
 from .design.goal import assumed_noise as assumed_noise
 from .design.goal import second_pose as second_pose
-from .design.limits import PayloadSet
-from .design.problem import DesignProblem, Loads, build_design
+from .design.limits import Loads, PayloadSet
+from .design.problem import DesignProblem, build_design
 from .design.scene import Scene, read_scene
 from .design.scene import usual_scene as usual_scene
 from .design.score import REHEARSAL as REHEARSAL
 from .design.score import Rung as Rung
 from .design.score import Score, score_motion
 from .design.score import check_held as check_held
-from .design.score import missed_on_replay as missed_on_replay
+from .design.score import missed_on_run as missed_on_run
 from .design.score import speed_ladder as speed_ladder
 from .design.search import Design, floor_under, solve_design
 from .design.search import Floor as Floor

@@ -14,20 +14,7 @@ import numpy as np
 
 from ..common import Array, Brief, InputError
 from ..common.recursion import filtered
-from ..model import (
-    BaseParameters,
-    InertialParameters,
-    Motion,
-    Recording,
-    Robot,
-    base_parameters,
-    forward_dynamics_base,
-    inverse_dynamics,
-    inverse_dynamics_base,
-    mass_matrix,
-    standard_columns,
-)
-from ..model.dynamics import SMOOTHING, dry_friction_names, runge_kutta, smooth_dry_friction, stable_steps
+from ..model import BaseParameters, InertialParameters, Motion, Recording, Robot, base_parameters, dynamics
 from ..model.kernel.kernel import Kernel
 from ..model.motion import Measurement
 from ..model.stand_in import completed, poses_in_range, rotor_inertias, with_rotors
@@ -48,7 +35,7 @@ RX90_NOISE = (24.0, 30.0, 10.8, 5.1, 6.6, 2.3)
 
 @lru_cache(maxsize=16)
 def _torque_code(robot: Robot) -> Kernel:
-    return Kernel(inverse_dynamics(robot))
+    return Kernel(dynamics.inverse_dynamics(robot))
 
 
 @dataclass(frozen=True, repr=False)
@@ -95,10 +82,8 @@ class Simulator(Brief):
         """Record positions and torques on a motion, torques with white noise and to an exact scale.
 
         Args:
-            motion: what the robot does, exactly.
             payload: fixed to the last link, given in the robot's payload frame.
             noise: standard deviation of the torque noise per joint [N·m or N]; None for none.
-            seed: of the noise.
             source: name of the recording.
             parameters: of a twin of the robot; the robot's own by default.
         """
@@ -113,13 +98,12 @@ class Disturbances(Brief):
     """Levels of all that stands between a robot's model and its recordings.
 
     Ripple and the level of dry friction act on the moving robot; the rest on what its controller writes down.
-    Torques in N·m or N, one number per joint.
 
     Attributes:
-        white: standard deviation of the torque's noise, independent from sample to sample.
-        slow: standard deviation of a torque noise with exponential memory.
+        white: standard deviation of each joint's torque noise, independent from sample to sample [N·m or N].
+        slow: standard deviation of a torque noise with exponential memory [N·m or N].
         slow_memory: its correlation time [s].
-        ripple: amplitude of a torque that is periodic in the joint's position, for each of ``waves`` alike.
+        ripple: amplitude of a torque [N·m or N], periodic in the joint's position for each of ``waves`` alike.
         waves: periods per turn [1 per 2 pi rad or 2 pi m].
         friction: standard deviation of the level of dry friction, relative to its mean.
         friction_memory: correlation time of the level [s].
@@ -140,8 +124,8 @@ class Disturbances(Brief):
     def __post_init__(self) -> None:
         if not len(self.white) == len(self.slow) == len(self.ripple):
             raise ValueError("white, slow and ripple need one number per joint")
-        single = (self.friction, self.encoder, self.gain_error)
-        if not all(0.0 <= level < np.inf for level in (*self.white, *self.slow, *self.ripple, *single)):
+        levels = (*self.white, *self.slow, *self.ripple, self.friction, self.encoder, self.gain_error)
+        if not all(0.0 <= level < np.inf for level in levels):
             raise ValueError("a level must not be negative")
         if not (self.slow_memory > 0.0 and self.friction_memory > 0.0 and all(wave > 0 for wave in self.waves)):
             raise ValueError("memories and waves must be positive")
@@ -149,16 +133,11 @@ class Disturbances(Brief):
 
 def no_disturbances(n: int) -> Disturbances:
     """Make levels of zero: recordings exactly as the robot moves."""
-    return Disturbances((0.0,) * n, (0.0,) * n, (0.0,) * n)
+    return Disturbances(*((0.0,) * n,) * 3)
 
 
-RX90_DISTURBANCES = Disturbances(
-    white=(16.9, 29.7, 9.4, 4.66, 6.07, 2.74),
-    slow=(0.0,) * 6,
-    ripple=(1.7, 2.7, 0.95, 0.46, 0.54, 0.24),
-    friction=0.12,
-    encoder=1e-5,
-)
+_RX90 = (16.9, 29.7, 9.4, 4.66, 6.07, 2.74)  # N·m: white noise
+RX90_DISTURBANCES = Disturbances(_RX90, (0.0,) * 6, (1.7, 2.7, 0.95, 0.46, 0.54, 0.24), friction=0.12, encoder=1e-5)
 """Make levels as noisy as the paper's robot: (17)-(19) come out like Table 2's.
 
 Its printed deviations need a relative residual of 7 to 8 % in all and of 20 to 25 % on joints 5 and 6: residuals of
@@ -166,13 +145,10 @@ Its printed deviations need a relative residual of 7 to 8 % in all and of 20 to 
 noise, ripple and friction is not published; it is assumed here, as are the encoder's step and the ripple's waves.
 """
 
-RX90_SLOW_NOISE = replace(
-    RX90_DISTURBANCES, white=(0.0,) * 6, slow=tuple(_AFTER_DECIMATION * x for x in RX90_DISTURBANCES.white)
-)
+RX90_SLOW_NOISE = replace(RX90_DISTURBANCES, white=(0.0,) * 6, slow=tuple(_AFTER_DECIMATION * x for x in _RX90))
 """Make the paper's levels with noise that remembers 0.8 s instead of white noise.
 
-What decimation by 10 leaves of white noise at 250 Hz it leaves of this noise whole: residuals are as large, but say
-far less about the robot.
+Residuals are as large as those of white noise at 250 Hz after decimation by 10, but say far less about the robot.
 """
 
 
@@ -185,8 +161,8 @@ def remembered_disturbances(noise: Array, rate: float) -> Disturbances:
 def relative_disturbances(torque: Array, share: float) -> Disturbances:
     """Make levels of the joints' rms torque, (n,): the fraction ``share`` white, half of it ripple and friction."""
     joints = tuple(float(x) for x in share * torque)
-    half = tuple(0.5 * x for x in joints)
-    return Disturbances(joints, (0.0,) * len(joints), half, friction=0.5 * share, encoder=1e-5)
+    half, none = tuple(0.5 * x for x in joints), (0.0,) * len(joints)
+    return Disturbances(joints, none, half, friction=0.5 * share, encoder=1e-5)
 
 
 def draw_robot_errors(disturbances: Disturbances, seed: int) -> tuple[Array, Array]:
@@ -198,7 +174,7 @@ def draw_robot_errors(disturbances: Disturbances, seed: int) -> tuple[Array, Arr
 
 def draw_friction(robot: Robot, disturbances: Disturbances, count: int, rate: float, seed: Sequence[int]) -> Array:
     """Draw dry friction of one run, one row a sample [N·m or N], columns as ``dry_friction_names``."""
-    names = dry_friction_names(robot)
+    names = dynamics.dry_friction_names(robot)
     mean = np.array([robot.parameters[name] for name in names])
     draw = np.random.default_rng([*seed, _RUN])
     change = _exponential(draw, (count, len(names)), disturbances.friction_memory * rate)
@@ -208,16 +184,11 @@ def draw_friction(robot: Robot, disturbances: Disturbances, count: int, rate: fl
 def record(
     exact: Measurement, disturbances: Disturbances, gains: Array, seed: Sequence[int], source: str = "simulated"
 ) -> Recording:
-    """Record a motion and its motor torques as the controller writes them down.
-
-    ``gains``: of the drives, measured over true torque, shape (n,).
-    """
-    motion, torque = exact.motion, exact.torque
+    """Record a motion and its motor torques as controllers do; ``gains``: measured over true torque, (n,)."""
+    motion, torque, step = exact.motion, exact.torque, disturbances.encoder
     draw = np.random.default_rng([*seed, _RECORDING])
-    noise = np.array(disturbances.white) * draw.standard_normal(torque.shape)
-    slow = _exponential(draw, torque.shape, disturbances.slow_memory * motion.rate)
-    noise += np.array(disturbances.slow) * slow
-    step = disturbances.encoder
+    noise = disturbances.white * draw.standard_normal(torque.shape)
+    noise += disturbances.slow * _exponential(draw, torque.shape, disturbances.slow_memory * motion.rate)
     q = step * np.round(motion.q / step) if step > 0.0 else motion.q
     return Recording(motion.t, q, gains * torque + noise, None, source, gain_sigma=disturbances.gain_error)
 
@@ -239,9 +210,8 @@ class Controller:
 
     The feed-forward is the model's torque on the reference motion: the unloaded robot's, without dry friction, for
     a controller knows neither the payload nor how stiff the gears are today. Without an integral nothing takes up
-    what the payload adds: the arm sags until the position error holds it, by its torque / (J kp kv). The loops
-    see the exact positions and speeds: a step of the encoder of 1e-5 rad changes the torque by far less than the
-    recorded noise.
+    what the payload adds: the arm sags until the position error holds it, by its torque / (J kp kv). The loops see
+    exact positions and speeds: an encoder's step of 1e-5 rad changes the torque far less than the recorded noise.
 
     Attributes:
         position: kp [1/s].
@@ -285,8 +255,8 @@ class Controller:
         simulator, differences = Simulator(robot), []
         for reference in references:
             t = np.linspace(0.0, reference.duration, _TIMES)
-            motion = Motion(t, *reference.at(t))
-            differences.append(simulator.measure(motion, payload).torque - simulator.measure(motion).torque)
+            loaded, bare = (simulator.measure(Motion(t, *reference.at(t)), body) for body in (payload, None))
+            differences.append(loaded.torque - bare.torque)
         inertia = np.diagonal(inertia_matrices(robot), axis1=1, axis2=2).mean(axis=0)
         acceleration = np.sqrt(np.mean(np.concatenate(differences) ** 2, axis=0)) / inertia
         ratio = np.sqrt(float(acceleration.max()) / sag / (self.position * self.speed))
@@ -302,14 +272,13 @@ CONTROLLERS = {
 
 
 class Task(NamedTuple):
-    """Run to be simulated.
+    """Run to be simulated; its recording takes its name.
 
     Attributes:
-        name: of the recording.
         reference: what the robot is to do.
         payload: fixed to the last link, in the robot's payload frame.
-        friction: dry friction at each sample [N·m or N], at least (samples, names) with the columns of
-            ``dry_friction_names``; the last row holds on. None for the robot's own at all times.
+        friction: at each sample [N·m or N], its columns ``dry_friction_names``, the last row holding on; None for
+            the robot's own at all times.
     """
 
     name: str
@@ -328,13 +297,12 @@ def closed_loop(
 ) -> list[tuple[Measurement, Array]]:
     """Simulate a robot, its controller and its gears in all tasks side by side; no task has an effect on another.
 
+    For each it gives the exact motion with the motor torques, and the reference positions (N, n).
+
     Args:
         robot: with all its parameters.
         disturbances: only the ripple acts.
         phases: of the ripple [rad], n x waves.
-
-    Returns:
-        For each task the exact motion with the motor torques, and the reference positions (N, n).
 
     Raises:
         InputError: if the robot cannot move, friction is too fast to integrate, or the controller loses the robot.
@@ -344,36 +312,30 @@ def closed_loop(
         # Sensors behind the gears see no rotor, but the arm turns them.
         rotors = rotor_inertias(robot, robot.parameters)
         plant = with_rotors(robot, rotors)
-    base, dry, matrices = base_parameters(plant), dry_friction_names(plant), inertia_matrices(plant)
+    base, dry, matrices = base_parameters(plant), dynamics.dry_friction_names(plant), inertia_matrices(plant)
     inertia = np.diagonal(matrices, axis1=1, axis2=2).mean(axis=0)
     # So many steps a sample integrate the stiffest mode, dry friction about rest, stably.
-    dry_torque, speeds = smooth_dry_friction(plant, SMOOTHING), ca.SX.sym("qd", n)
+    dry_torque, speeds = dynamics.smooth_dry_friction(plant, dynamics.SMOOTHING), ca.SX.sym("qd", n)
     resisting = dry_torque(speeds, [plant.parameters[name] for name in dry])
     slope = ca.Function("slope", [speeds], [ca.densify(ca.jacobian(resisting, speeds))])
     damping = np.array(slope(0.0)) + np.diag(inertia * (controller.speed + controller.position))
     if np.linalg.eigvalsh(matrices[:_STIFF]).min() <= 0.0:
-        raise InputError(
-            f"robot {robot.name!r} cannot move: its parameters give an inertia matrix that is not positive "
-            "definite: correct the inertias in its description"
-        )
+        fault = "its parameters give an inertia matrix that is not positive definite"
+        raise InputError(f"robot {robot.name!r} cannot move: {fault}: correct the inertias in its description")
     # Rates of A qdd = -D qd: the eigenvalues of A^-1 D.
     fastest = float(np.abs(np.linalg.eigvals(np.linalg.inv(matrices[:_STIFF]) @ damping)).max())
-    steps = max(_FEWEST, stable_steps(fastest, 1.0 / rate))
+    steps = max(_FEWEST, dynamics.stable_steps(fastest, 1.0 / rate))
     if steps > _FINEST:
-        raise InputError(
-            f"robot {robot.name!r}: friction about rest has a rate of {fastest:.0f} 1/s, too fast to integrate: "
-            "are its rotor inertias (IA) missing?"
-        )
+        fault = f"robot {robot.name!r}: friction about rest has a rate of {fastest:.0f} 1/s, too fast to integrate"
+        raise InputError(f"{fault}: are its rotor inertias (IA) missing?")
     gains = [1.0 / (rate * steps), controller.position, controller.speed, controller.integral]
-    ripple = (disturbances.ripple, disturbances.waves, phases.T.ravel())
-    settings = np.concatenate([gains, inertia, *ripple])
+    settings = np.concatenate([gains, inertia, disturbances.ripple, disturbances.waves, phases.T.ravel()])
     step = Kernel(integration_step(plant, base, len(disturbances.waves)))
-    model_torque = Kernel(inverse_dynamics_base(plant, base))
-    chi = []  # without payload, and of each task; dry friction left out
-    for payload in (None, *(task.payload for task in tasks)):
-        values = dict(zip(standard_columns(plant), plant.chi(payload=payload), strict=True))
-        chi.append(base.value(values | dict.fromkeys(dry, 0.0)))
-    bare, loaded = chi[0], np.array(chi[1:])
+    model_torque = Kernel(dynamics.inverse_dynamics_base(plant, base))
+    bodies = (None, *(task.payload for task in tasks))
+    values = (dict(zip(plant.standard, plant.chi(payload=body), strict=True)) for body in bodies)
+    bare, *loads = (base.value(of_body | dict.fromkeys(dry, 0.0)) for of_body in values)
+    loaded = np.array(loads)
     halves, moving = 2 * steps, float(controller.compensates == "motion")
     counts = np.array([sample_count(task.reference.duration, rate) for task in tasks])
     own = np.array([[robot.parameters[name] for name in dry]])
@@ -388,30 +350,26 @@ def closed_loop(
         # Positions, speeds and feed-forward at every half step.
         t, sample = np.arange(start * halves, stop * halves + 1) / (rate * halves), np.arange(start, stop)
         known = dict[int, Array]()  # once for runs on the same reference
-        for plan in (tasks[k].reference for k in active):
-            if id(plan) not in known:
-                q, qd, qdd = plan.at(t)
-                torque = model_torque(q, moving * qd, moving * qdd, bare).T
-                known[id(plan)] = np.hstack([q, qd, controller.feed_forward * torque])
+        for plan in {id(tasks[k].reference): tasks[k].reference for k in active}.values():
+            q, qd, qdd = plan.at(t)
+            torque = model_torque(q, moving * qd, moving * qdd, bare).T
+            known[id(plan)] = np.hstack([q, qd, controller.feed_forward * torque])
         reference = np.stack([known[id(tasks[k].reference)] for k in active], axis=1)
         wanted = (reference[k : len(reference) - 2 + k : 2] for k in range(3))
         levels = [frictions[k][np.clip(sample, 0, len(frictions[k]) - 1)] for k in active]
         friction = np.repeat(np.stack(levels, axis=1), steps, axis=0)
         out = step.chain(state[active], *wanted, loaded[active], friction, settings).swapaxes(1, 2)
         states = np.concatenate([state[active][None], out[:, :, : 3 * n]])
-        logged = slice(max(start, 0), stop)
-        if logged.start < stop:
-            at = steps * np.arange(logged.start - start, stop - start)
-            parts = [states[at, :, : 2 * n], out[at, :, 3 * n :], reference[2 * at, :, :n]]
-            log[logged, active] = np.concatenate(parts, axis=2)
+        begin, end = max(start, 0), max(stop, 0)
+        at = steps * np.arange(begin - start, end - start)
+        parts = [states[at, :, : 2 * n], out[at, :, 3 * n :], reference[2 * at, :, :n]]
+        log[begin:end, active] = np.concatenate(parts, axis=2)
         state[active] = states[-1]
         far = np.abs(states[-1][:, :n] - reference[-1, :, :n])
         if not (far < _LOST).all():
             joint = int(np.argmax(np.nan_to_num(far, nan=np.inf).max(axis=0))) + 1
-            raise InputError(
-                f"robot {robot.name!r}: its controller loses joint {joint} at {stop / rate:.2f} s: "
-                "make the motion slower or the payload lighter (is its mass in kg?)"
-            )
+            fault = f"robot {robot.name!r}: its controller loses joint {joint} at {stop / rate:.2f} s"
+            raise InputError(f"{fault}: make the motion slower or the payload lighter (is its mass in kg?)")
         if progress:
             progress((start - first) / (counts.max() - first))
     finished = []
@@ -427,20 +385,16 @@ def integration_step(robot: Robot, base: BaseParameters, waves: int) -> ca.Funct
 
     x holds q, qd and the controller's integral z; the three wanted hold q_r, qd_r and the feed-forward torque at
     the start, middle and end of the step; chi the base parameters with dry friction zero; level the dry friction;
-    settings the step [s], kp, kv, ki, the controller's inertia, and the ripple's amplitudes, waves and phases.
-    Nothing else is fixed: the code of a robot is compiled once.
-
-    It gives x after the step, then motor torque and acceleration at its start, 5 n x 1.
+    settings the step [s], kp, kv, ki, the controller's inertia, and the ripple's amplitudes, waves and phases: the
+    code of a robot is compiled once. It gives x after the step, then motor torque and acceleration at its start.
     """
-    n = robot.n
-    x = ca.SX.sym("x", 3 * n)
-    reference = [ca.SX.sym(f"wanted{k}", 3 * n) for k in range(3)]
-    chi, level = ca.SX.sym("chi", len(base.columns)), ca.SX.sym("level", len(dry_friction_names(robot)))
-    settings = ca.SX.sym("settings", 4 + 2 * n + waves * (n + 1))
-    h, kp, kv, ki, J, amplitude, w, phases = ca.vertsplit(
-        settings, np.cumsum([0, 1, 1, 1, 1, n, n, waves, n * waves]).tolist()
-    )
-    forward, dry = forward_dynamics_base(robot, base, SMOOTHING), dry_friction_names(robot)
+    n, dry = robot.n, dynamics.dry_friction_names(robot)
+    forward = dynamics.forward_dynamics_base(robot, base, dynamics.SMOOTHING)
+    x, reference = ca.SX.sym("x", 3 * n), [ca.SX.sym(f"wanted{k}", 3 * n) for k in range(3)]
+    chi, level = ca.SX.sym("chi", len(base.columns)), ca.SX.sym("level", len(dry))
+    ends = np.cumsum([0, 1, 1, 1, 1, n, n, waves, n * waves]).tolist()
+    settings = ca.SX.sym("settings", ends[-1])
+    h, kp, kv, ki, J, amplitude, w, phases = ca.vertsplit(settings, ends)
     own = ca.SX(chi)
     apart = [k for k, name in enumerate(dry) if name in base.columns]  # the others are grouped, as constant
     own[[base.columns.index(dry[k]) for k in apart]] = level[apart]
@@ -453,14 +407,14 @@ def integration_step(robot: Robot, base: BaseParameters, waves: int) -> ca.Funct
         return ca.vertcat(qd, forward(q, qd, torque + ripple, own), error), torque
 
     (start, middle, end), (at_start, torque) = reference, slope(x, reference[0])
-    after = runge_kutta(lambda x, reference: slope(x, reference)[0], x, h, (start, middle, end))
+    after = dynamics.runge_kutta(lambda x, reference: slope(x, reference)[0], x, h, (start, middle, end))
     out = ca.cse(ca.densify(ca.vertcat(after, torque, at_start[n : 2 * n])))
     return ca.Function("step", [x, *reference, chi, level, settings], [out])
 
 
 def inertia_matrices(robot: Robot) -> Array:
     """Inertia matrices [kg m^2 or kg], K x n x n, in random poses of the joints' ranges."""
-    A, chi = mass_matrix(robot), robot.chi()
+    A, chi = dynamics.mass_matrix(robot), robot.chi()
     return np.array([np.array(A(q, chi)) for q in poses_in_range(robot, _POSES)])
 
 
@@ -481,8 +435,7 @@ class Experiment(Brief):
 
     Attributes:
         robot: the robot; its parameters are the truth, dry friction on average over all times.
-        phases, gains: of the ripple and of the drives, as ``draw_robot_errors`` gives them.
-        seed: of everything that was drawn.
+        phases, gains: of the ripple and of the drives, as ``draw_robot_errors`` gives them by ``seed``.
         runs: in the order of the tasks.
     """
 
@@ -499,9 +452,8 @@ class Experiment(Brief):
         Raises:
             ValueError: if the robot itself would move otherwise.
         """
-        own = self.disturbances
         for name in ("ripple", "waves", "friction", "friction_memory"):
-            if getattr(own, name) != getattr(disturbances, name):
+            if getattr(self.disturbances, name) != getattr(disturbances, name):
                 raise ValueError(f"{name} acts on the moving robot: simulate again")
         phases, gains = draw_robot_errors(disturbances, self.seed)
         runs = []
@@ -521,24 +473,21 @@ def run_experiment(
 ) -> Experiment:
     """Run tasks under the controller and record them, dry friction drawn by the disturbances.
 
-    Args:
-        disturbances: what the robot and its recordings suffer from.
-        seed: the same seed gives the same recordings.
+    ``seed``: the same seed gives the same recordings.
 
     Raises:
         InputError: if the robot's parameters are missing, or its controller loses it.
     """
     robot, controller, runs = completed(robot, limits=False), controller or Controller(), []
     phases, gains = draw_robot_errors(disturbances, seed)
-    rubbing, levels, names = [], [], dry_friction_names(robot)
+    frictions, names = [], dynamics.dry_friction_names(robot)
     for k, task in enumerate(tasks):
         count = sample_count(task.reference.duration, controller.rate)
-        friction = draw_friction(robot, disturbances, count, controller.rate, [seed, k])
-        rubbing.append(task._replace(friction=friction))
-        levels.append(dict(zip(names, friction.mean(axis=0).tolist(), strict=True)))
+        frictions.append(draw_friction(robot, disturbances, count, controller.rate, [seed, k]))
+    rubbing = [task._replace(friction=friction) for task, friction in zip(tasks, frictions, strict=True)]
     found = closed_loop(robot, rubbing, controller, disturbances, phases, progress)
     for k, (task, (exact, reference)) in enumerate(zip(tasks, found, strict=True)):
         recording = record(exact, disturbances, gains, [seed, k], task.name)
-        distance = np.abs(exact.motion.q - reference).max(axis=0)
-        runs.append(SimulatedRun(task, recording, exact, levels[k], distance))
+        levels = dict(zip(names, frictions[k].mean(axis=0).tolist(), strict=True))
+        runs.append(SimulatedRun(task, recording, exact, levels, np.abs(exact.motion.q - reference).max(axis=0)))
     return Experiment(robot, disturbances, phases, gains, seed, tuple(runs))

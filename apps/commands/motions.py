@@ -287,7 +287,7 @@ class MotionFiles(LimitOptions, group=FILES):
             form = motions.FORMATS[name]
             if name in estimated or form.replay is None:
                 continue
-            for limit in trajectories.missed_on_replay(problem, form.replay(motion), _REPLAY_RATE):
+            for limit in trajectories.missed_on_run(problem, form.replay(motion), _REPLAY_RATE, states=True):
                 does, advice = form.replayed
                 raise InputError(f"as {does} the motion does not keep its limits ({limit}): {advice}")
 

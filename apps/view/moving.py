@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from trimesh import Trimesh
 
 from ...common.arrays import Array
@@ -101,11 +101,8 @@ def view_of(
     if problem is not None:
         touched = np.logical_or.reduceat(room_over_time(problem, motion) < _TOUCHED, picked, axis=0)
     radius = cylinder_radius(robot)
-    shapes = [
-        Shape(tube.name, tube.link, capsule(np.array(tube.start), np.array(tube.end), tube.radius), _LINK)
-        for tube in tubes(robot, _THICK * radius)
-        if tube.link not in drawn_links
-    ]
+    bare = (tube for tube in tubes(robot, _THICK * radius) if tube.link not in drawn_links)
+    shapes = [Shape(tube.name, tube.link, capsule(tube.start, tube.end, tube.radius), _LINK) for tube in bare]
     shapes += meshes
     ends = np.array([0.0, 0.0, 1.2 * radius])
     for j in range(robot.n):  # joint axes; a red one over it while the joint is at a limit
@@ -117,8 +114,8 @@ def view_of(
     for surface in scene.surfaces:
         shapes.append(Shape(surface.name, 0, plane(surface.normal, surface.offset, 12.0 * radius), _FLOOR, 0.6))
     for obstacle in scene.bodies:
-        start, end = np.array(obstacle.start), np.array(obstacle.start if obstacle.end is None else obstacle.end)
-        shapes.append(Shape(obstacle.name, obstacle.link, capsule(start, end, obstacle.radius), _BODY, 0.4))
+        solid = capsule(obstacle.start, obstacle.end, obstacle.radius)
+        shapes.append(Shape(obstacle.name, obstacle.link, solid, _BODY, 0.4))
     if problem is not None and (payloads := problem.payloads) is not None:
         mesh = (box if payloads.region == "cube" else ellipsoid)(payloads.centre, payloads.axes)
         shapes.append(Shape("payloads within bounds", robot.n, mesh, _BALL, 0.25))
@@ -160,8 +157,7 @@ def view_of_answer(robot: Robot, recording: Recording, result: PayloadResult) ->
 def ground_of(robot: Robot, frames: Sequence[tuple[Pose, ...]], scene: Scene) -> tuple[float, list[Shape]]:
     """Height of the scene's floor, and what the arm stands on there, in frame 0.
 
-    Without a floor it is the base's own plane, or the lowest place of the arm that is below it; no description says
-    what an arm is bolted to.
+    Without a floor, which no description has, it is the base's own plane, or the lowest place of the arm below it.
     """
     first, radius = frames[0][0], cylinder_radius(robot)
     lowest = min(float(pose.p[2]) for poses in frames for pose in poses)
@@ -185,10 +181,11 @@ def _picked(motion: Motion, finer: int = 1) -> NDArray[np.intp]:
     return np.unique(np.linspace(0, len(motion.t) - 1, count).round().astype(np.intp))
 
 
-def capsule(start: Array, end: Array, radius: float) -> Trimesh:
-    """Points within ``radius`` of a line [m]."""
-    axis = np.asarray(end, dtype=float) - start
-    pose = _affine(_along(axis if axis.any() else [0.0, 0.0, 1.0]), start + 0.5 * axis)
+def capsule(start: ArrayLike, end: ArrayLike | None, radius: float) -> Trimesh:
+    """Points within ``radius`` of a line [m], or of its start alone."""
+    first, last = (np.asarray(x, dtype=float) for x in (start, start if end is None else end))
+    axis = last - first
+    pose = _affine(_along(axis if axis.any() else [0.0, 0.0, 1.0]), first + 0.5 * axis)
     return trimesh.creation.capsule(float(np.linalg.norm(axis)), radius, _CORNERS, pose)
 
 
@@ -264,10 +261,7 @@ def _placed(mesh: Mesh) -> Trimesh:
 
 
 def coarse(mesh: Trimesh, most: int) -> Trimesh:
-    """At most so many triangles: corners that share a cell of a grid become one (Rossignac 1993).
-
-    The coarsest grid may leave more.
-    """
+    """So many triangles or fewer, if a grid allows: corners that share a cell become one (Rossignac 1993)."""
     fewer = mesh
     for cells in _CELLS:
         if len(fewer.faces) <= most:

@@ -338,7 +338,7 @@ def test_the_matrix_is_the_regressor(kernel: tuple[Robot, RegressorKernel]) -> N
     data = samples(robot)
     names = [name for name in own.columns if name != SPRING]
     phi = regressor(robot, names)
-    W = own.matrix(data).reshape(robot.n, -1, len(own.columns))
+    W = own.matrix(own.state(data))
     for k in range(len(data.q)):
         expected = np.asarray(phi(data.q[k], data.qd[k], data.qdd[k]))
         assert np.allclose(W[:, k, [own.columns.index(name) for name in names]], expected, atol=1e-12)
@@ -350,7 +350,8 @@ def test_the_matrix_is_the_regressor(kernel: tuple[Robot, RegressorKernel]) -> N
 def test_gram_and_torque_are_products_of_the_matrix(kernel: tuple[Robot, RegressorKernel]) -> None:
     robot, own = kernel
     data, draw = samples(robot), np.random.default_rng(1)
-    entries, W = own.state(data).entries, own.matrix(data)
+    state = own.state(data)
+    entries, W = state.entries, own.matrix(state).reshape(-1, len(own.columns))
     weights = draw.uniform(0.5, 2.0, (robot.n, len(data.q)))
     assert np.allclose(own.gram(entries, weights), (W * weights.reshape(-1, 1)).T @ W, rtol=1e-10)
     chi = draw.standard_normal(len(own.columns))

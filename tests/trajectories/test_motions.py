@@ -1,6 +1,7 @@
 """Motions and their families: derivatives exact, within the limits, at rest at the ends."""
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,9 +9,8 @@ from dynident import trajectories
 from dynident.common.arrays import Array
 from dynident.model import Motion, load_robot
 from dynident.tests.report.motions.motion_parsers import trapezoid_time
-from dynident.trajectories.design.goal import Family, Shape
+from dynident.trajectories.design.goal import Shape
 from dynident.trajectories.motions.family import FreeStates, Samples
-from dynident.trajectories.motions.point_to_point import plan_stops
 from dynident.trajectories.motions.via_points import FreeViaPoints, joined, random_points
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -81,7 +81,7 @@ def test_stops_run_each_move_by_its_own_law() -> None:
     """Speeds and accelerations reached in every move are its own; without smoothing it is a trapezoid's time."""
     points, draw = random_points(RX90, 6, 2), np.random.default_rng(0)
     speed, acceleration = draw.uniform(0.1, 1.0, (2, 5, 1))
-    plan = plan_stops(RX90, points, speed, acceleration)
+    plan = trajectories.plan_point_to_point(RX90, points, speed, acceleration, blend=None)
     ends = np.concatenate([[0.0], np.cumsum(plan.durations + plan.ramps[:, 0])])
     assert plan.duration == pytest.approx(ends[-1])
     for k in range(5):
@@ -92,7 +92,7 @@ def test_stops_run_each_move_by_its_own_law() -> None:
         shares = np.array(peaks(Motion(t, q, qd, qdd))) / (speed[k, 0], acceleration[k, 0])
         assert shares.max() <= 1.0 + 1e-9
         assert shares[1] == pytest.approx(1.0, abs=1e-3)
-    sharp = plan_stops(RX90, points, speed, acceleration, smoothing=1e-6)
+    sharp = trajectories.plan_point_to_point(RX90, points, speed, acceleration, None, smoothing=1e-6)
     step = np.abs(np.diff(points, axis=0))
     times = [trapezoid_time(step[k], speed[k] * TOP, acceleration[k] * STRONG) for k in range(5)]
     assert sharp.duration >= sum(times) * (1.0 - 1e-9)
@@ -163,7 +163,7 @@ STEPS = ("trapezoid", "triangle", "fixed trapezoid from a pose")
 """Their accelerations have steps."""
 
 
-def families() -> dict[str, Family]:
+def families() -> dict[str, Any]:
     start = tuple(POSE.tolist())
     shapes: dict[str, Shape] = {
         "passing": trajectories.ViaPointShape(5),
@@ -185,18 +185,18 @@ def families() -> dict[str, Family]:
 
 
 @pytest.fixture(params=families())
-def family(request: pytest.FixtureRequest) -> Family:
+def family(request: pytest.FixtureRequest) -> Any:
     return families()[request.param]
 
 
-def somewhere(family: Family, seed: int = 0) -> Array:
+def somewhere(family: Any, seed: int = 0) -> Array:
     """Away from rest in the via points."""
     draw = np.random.default_rng(seed)
     x = family.random(draw) + 0.1 * draw.standard_normal(family.size)
     return np.asarray(np.clip(x, family.low, family.high))
 
 
-def test_pullback_is_the_derivative_of_each_state(family: Family) -> None:
+def test_pullback_is_the_derivative_of_each_state(family: Any) -> None:
     """Every state by itself: what it does not depend on has no slope."""
     x, draw, step = somewhere(family), np.random.default_rng(2), 1e-5
     samples, direction = family.sample(x), draw.standard_normal(family.size)
@@ -211,7 +211,7 @@ def test_pullback_is_the_derivative_of_each_state(family: Family) -> None:
                 assert derivative == pytest.approx(difference[row, joint], abs=1e-6 * np.abs(difference).max())
 
 
-def test_weights_are_pulled_back_too(family: Family) -> None:
+def test_weights_are_pulled_back_too(family: Any) -> None:
     x, draw, step = somewhere(family), np.random.default_rng(3), 1e-6
     samples = family.sample(x)
     seed = draw.standard_normal(samples.weight.shape)

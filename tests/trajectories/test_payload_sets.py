@@ -143,7 +143,7 @@ def test_what_is_added_to_the_robots_own_torque_is_the_sets(kind: str) -> None:
     unit = np.where(np.isfinite(torque), torque, 1.0)
     expected = np.hstack([own + extreme[0].reshape(-1, 6) / unit for extreme in (largest, smallest)])
     assert np.allclose(known_well, expected, rtol=1e-9, atol=1e-9)
-    W = plain.kernel.dense(states[0].entries)[:, :, [plain.kernel.columns.index(name) for name in names]]
+    W = plain.kernel.matrix(states[0])[:, :, [plain.kernel.columns.index(name) for name in names]]
     sigma = np.sqrt(np.einsum("jNc,c,jNc->Nj", W, np.diag(covariance), W)) / unit
     assert np.allclose(known_badly - known_well, np.hstack([2.0 * sigma, -2.0 * sigma]), atol=1e-9)
 

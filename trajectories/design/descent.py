@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from ...common import Array, Mask
+from ...common import Array
 from ..motions.family import Samples
 from .goal import Family
 from .limits import Pullback, excess
@@ -53,12 +53,17 @@ def by_matrix(
     """
     value, slope = function(x)
     for _ in range(iterations):
-        if np.abs(slope[_free(x, slope, family)]).max(initial=0.0) <= _FLAT:
+        # A step leaves numbers at a bound alone if the slope pushes them against it, and is cut at the bounds.
+        free = ~(((x <= family.low) & (slope > 0.0)) | ((x >= family.high) & (slope < 0.0)))
+        if np.abs(slope[free]).max(initial=0.0) <= _FLAT:
             break
-        way = None if H is None else _within(-H @ slope, x, slope, family)
-        if way is None:
-            H, way = None, _within(-slope / np.abs(slope).sum(), x, slope, family)
-        if way is None:
+        for learnt in (H, None):
+            way = -slope / np.abs(slope).sum() if learnt is None else -learnt @ slope
+            way = np.where(free, np.clip(x + way, family.low, family.high) - x, 0.0)
+            if slope @ way < 0.0:
+                H = learnt
+                break
+        else:
             break
         room = np.where(way > 0.0, family.high - x, x - family.low)
         longest = max(1.0, float((room[way != 0.0] / np.abs(way[way != 0.0])).min(initial=np.inf)))
@@ -79,17 +84,6 @@ def by_matrix(
         if gain <= _STILL * max(abs(value), 1.0):
             break
     return x, H
-
-
-def _free(x: Array, slope: Array, family: Family) -> Mask:
-    """Mark the numbers that a step may change: not those at a bound that the slope pushes them against."""
-    return ~(((x <= family.low) & (slope > 0.0)) | ((x >= family.high) & (slope < 0.0)))
-
-
-def _within(way: Array, x: Array, slope: Array, family: Family) -> Array | None:
-    """Cut a step at the family's bounds; None if it then leads up."""
-    way = np.where(_free(x, slope, family), np.clip(x + way, family.low, family.high) - x, 0.0)
-    return way if slope @ way < 0.0 else None
 
 
 def _step(
@@ -157,8 +151,7 @@ class Lagrangian:
         """Draw intervals in around where a limit is not kept on the fine grid; true if all are kept."""
         fine, coarse = self.problem.state(self.x, 0.0, FINER), self.problem.state(self.x, FINE_WIDTH)
         # The coarse sample within whose time each fine one lies.
-        middle = np.cumsum(fine.weight) - 0.5 * fine.weight
-        nearest = np.searchsorted(np.cumsum(coarse.weight), middle)
+        nearest = np.searchsorted(np.cumsum(coarse.weight), np.cumsum(fine.weight) - 0.5 * fine.weight)
         nearest = np.minimum(nearest, len(coarse.weight) - 1)
         all_kept = True
         for limit, drawn in zip(self.problem.limits, self.drawn, strict=True):

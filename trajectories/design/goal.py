@@ -3,14 +3,13 @@
 A motion near a pose is to tell of a payload, together with constant torques and friction that change by the day.
 
 The observation matrix W on a motion's samples has the Gram matrix G = W' diag(w) W, c x c. Each criterion is a
-number to be made small, with the symmetric M = dC/dG. The condition number is not smooth where eigenvalues meet;
-its surrogate of order p,
+number to be made small, with the symmetric M = dC/dG. The condition number is not smooth where eigenvalues meet,
 
     log cond(W) <= (log tr G^p + log tr G^-p) / (2 p),
 
-is, and tends to it as p grows (a Schatten norm). With M, dC/dW = 2 w W M. Torques are linear in W as well, so that
-the slopes of torque limits join the same seed; reverse mode of the regressor then gives the slopes in q, qd and qdd
-at about the cost of a few evaluations. W'W itself is never differentiated.
+its surrogate of order p, is, and tends to it as p grows (a Schatten norm). With M, dC/dW = 2 w W M. Torques are
+linear in W as well, so that slopes of torque limits join the same seed; reverse mode of the regressor then gives
+the slopes in q, qd and qdd at about the cost of a few evaluations.
 """
 
 from __future__ import annotations
@@ -33,14 +32,14 @@ from ...model.inertia import PayloadSpread, payload_spread
 from ...model.kernel.kernel import Kernel
 from ...model.regressors import own_regressor, payload_columns
 from ...model.visibility import check_mass_visible, friction_columns, visibility_of
-from ..motions.family import FreeStates, JointBounds, Plan, Samples
+from ..motions.family import JointBounds, Plan, Samples
 from ..motions.fourier import FourierShape, FreeSeries, NearShape
 from ..motions.rests import FreeRests, StaticShape
 from ..motions.via_points import FreeViaPoints, ViaPoints, ViaPointShape
 
 Shape = ViaPointShape | FourierShape | NearShape | StaticShape
 """Kinds of motion among which a design chooses: each is a small value that stands for a family."""
-Family = FreeViaPoints | FreeSeries | FreeRests | FreeStates
+Family = FreeViaPoints | FreeSeries | FreeRests
 """Families of motions that depend smoothly on a vector x of a ``size``, its entries of the order of 1 within
 ``low`` and ``high``: ``random`` draws an x to start from, through clear poses if it can, ``sample`` evaluates
 states on the grid of the optimisation, or on a finer one, ``pullback`` gives the gradient in x of a number by that
@@ -99,15 +98,11 @@ class Criterion(NamedTuple):
 
 
 def determinant(criterion: Criterion, G: Array, _: float) -> ValueSlope:
-    """-log det of the information about the parameters of interest, per one: twice the log of their mean sigma.
-
-    The mean is the geometric one.
-    """
+    """-log det of the information on parameters of interest, per one: twice the log of sigma's geometric mean."""
     inverse, log_det = _inverted(G)
     if criterion.interest is None:
         return -log_det / len(G), inverse / -len(G)
-    # The others estimated as well, the covariance of interest is its block of the inverse: value log det of it, and
-    # by d(G^-1) = -G^-1 dG G^-1 the slope.
+    # The others estimated as well, the covariance is its block of the inverse; d(G^-1) = -G^-1 dG G^-1 its slope.
     own = list(criterion.interest)
     part = inverse[np.ix_(own, own)]
     scale = np.sqrt(np.diag(part))
@@ -141,34 +136,28 @@ def _sizes(G: Array) -> Array:
     return scale
 
 
-def condition(_: Criterion, G: Array, order: float) -> ValueSlope:
-    """Surrogate of log cond(W) of order p, and its slope in G = W'W."""
-    value, V = np.linalg.eigh(G)
+def condition(criterion: Criterion, G: Array, order: float) -> ValueSlope:
+    """Surrogate of log cond(W) of order p, by "cond-scaled" with W's columns scaled to norm 1; slope in G = W'W."""
+    scaled = criterion.kind == "cond-scaled"
+    scale = _sizes(G) if scaled else np.ones(len(G))
+    D = np.outer(scale, scale)
+    value, V = np.linalg.eigh(G / D)
     log = np.log(np.maximum(value, _SINGULAR * value[-1]))
     up, down = np.exp(order * (log - log[-1])), np.exp(order * (log[0] - log))
     level = (np.log(up.sum()) + np.log(down.sum())) / (2.0 * order) + 0.5 * (log[-1] - log[0])
-    slope = 0.5 * (up / up.sum() - down / down.sum()) * np.exp(-log)
-    return float(level), (V * slope) @ V.T
-
-
-def scaled_condition(criterion: Criterion, G: Array, order: float) -> ValueSlope:
-    """Surrogate of W with its columns scaled to norm 1."""
-    scale = _sizes(G)
-    D = np.outer(scale, scale)
-    value, M = condition(criterion, G / D, order)
-    # The chain rule through D, whose entries are those of G's diagonal.
+    M = (V * (0.5 * (up / up.sum() - down / down.sum()) * np.exp(-log))) @ V.T
     slope = M / D
-    slope[np.diag_indices_from(slope)] -= np.einsum("ij,ij->i", M, G / D) / np.diag(G)
-    return value, slope
+    if scaled:  # the chain rule through D, whose entries are those of G's diagonal
+        slope[np.diag_indices_from(slope)] -= np.einsum("ij,ij->i", M, G / D) / np.diag(G)
+    return float(level), slope
 
 
-SURROGATE = (1.0, 8.0, 24.0)
-"""Orders p of the surrogate, one after the other: the last is near the condition number itself."""
+_SURROGATE = (1.0, 8.0, 24.0)  # orders p, one after the other: the last is near the condition number itself
 CRITERIA = {
     "d": Criterion("d", determinant, weighted=True, orders=(1.0,), usual_starts=6),
     "a": Criterion("a", relative_sigma, weighted=True, orders=(1.0,), usual_starts=6),
-    "cond": Criterion("cond", condition, weighted=False, orders=SURROGATE, usual_starts=3),
-    "cond-scaled": Criterion("cond-scaled", scaled_condition, weighted=False, orders=SURROGATE, usual_starts=3),
+    "cond": Criterion("cond", condition, weighted=False, orders=_SURROGATE, usual_starts=3),
+    "cond-scaled": Criterion("cond-scaled", condition, weighted=False, orders=_SURROGATE, usual_starts=3),
 }
 """Criteria by name: d: log det; a: relative standard deviations; cond: condition number of W in SI
 units; cond-scaled: of W with its columns scaled to norm 1. To add one, add a row."""
@@ -238,15 +227,11 @@ class RegressorKernel:
         """Slopes in q, qd, qdd, each (N, n), from slopes in the entries."""
         return np.split(self._adjoint(*state[1:4], state.width, seed.T).T, 3, axis=1)
 
-    def matrix(self, samples: Samples) -> Array:
-        """Matrix W, (n * N) x c, joint after joint."""
-        return self.dense(self.state(samples).entries).reshape(-1, len(self.columns))
-
-    def dense(self, entries: Array) -> Array:
-        """Matrix W with its zeros, n x N x c."""
-        W = np.zeros((len(self.parts), entries.shape[1], len(self.columns)))
+    def matrix(self, state: Samples) -> Array:
+        """Matrix W with its zeros, n x N x c, of samples whose entries are known."""
+        W = np.zeros((len(self.parts), len(state.q), len(self.columns)))
         for rows, (part, columns) in zip(W, self.parts, strict=True):
-            rows[:, columns] = entries[part].T
+            rows[:, columns] = state.entries[part].T
         return W
 
 
@@ -284,7 +269,7 @@ class Goal(Brief):
         noise: standard deviation of the torque noise of a recording per joint [N·m or N], shape (n,); None for
             ``assumed_noise``, inf for a joint whose torque is not used.
         rate: independent samples per second that will be recorded [Hz].
-        noise_from: source of the noise, in words.
+        noise_from: source of the noise, in words; of assumed noise it is known.
         data_length: how long will be recorded, the motion being repeated [s]; None for one motion as it is.
         offsets: whether ``columns`` may name constant torques of the joints, though the robot has none of its own.
         paired: whether torques are differences of two recordings, as those of a payload alone always are.
@@ -314,6 +299,17 @@ class Goal(Brief):
             raise InputError("criterion a needs reference values that standard deviations are relative to")
         if self.earlier is not None and self.data_length is None:
             raise InputError("with earlier recordings the data length to come must be given")
+        if self.noise is None:
+            object.__setattr__(self, "noise_from", ASSUMED_NOISE)
+
+    def sigma(self, robot: Robot) -> Array:
+        """Standard deviation of the torques per joint [N·m or N], shape (n,); 1 where no limit tells it."""
+        assumed = assumed_noise(robot)
+        usual = np.where(np.isfinite(assumed), assumed, 1.0)
+        noise = usual if self.noise is None else np.asarray(self.noise, dtype=float)
+        if noise.shape != (robot.n,) or not (noise > 0.0).all() or not np.isfinite(noise).any():
+            raise InputError(f"torque noise: robot {robot.name!r} needs {robot.n} positive numbers")
+        return noise
 
     def model(self, robot: Robot) -> Robot:
         """Robot with all columns that the goal may name."""
@@ -343,8 +339,7 @@ class Goal(Brief):
 class NearGoal(Brief):
     """Goal of a motion near a pose: a payload seen in noisy torques of the joints that the motion moves.
 
-    They move all the time as a ``NearShape`` says, or stand still as a ``StaticShape`` does, where each approach to
-    a pose is one sample.
+    They move all the time as a ``NearShape`` says, or stand still in a ``StaticShape``, each approach one sample.
 
     Attributes:
         noise: standard deviation of a torque sample of a recording per joint [N·m or N], shape (n,).
@@ -372,7 +367,7 @@ class NearGoal(Brief):
         check_mass_visible(visibility, self.mass_sigma is not None, "near this pose")
         payload, moving = payload_columns(robot), [joint - 1 for joint in shape.joints]
         kernel, samples = _payload_kernel(robot), family.sample(family.random(np.random.default_rng(0)))
-        W = kernel.matrix(samples).reshape(robot.n, len(samples.q), -1)[moving].reshape(-1, len(kernel.columns))
+        W = kernel.matrix(kernel.state(samples))[moving].reshape(-1, len(kernel.columns))
         indices = [*visibility.base.chosen, *range(len(payload), len(kernel.columns))]
         names = tuple(kernel.columns[indices[k]] for k in leftmost_independent(W[:, indices]))
         interest = tuple(name for name in names if name in payload)
@@ -384,19 +379,9 @@ class NearGoal(Brief):
         if isinstance(shape, StaticShape):
             known |= {f"OFF{j + 1}": _CHANGE * self.noise[j] for j in range(max(robot.n - _WRIST, 1))}
         rows = [[float(name == own) / sigma for name in names] for own, sigma in known.items() if own in names]
-        return Goal(
-            "a",
-            names,
-            interest=interest,
-            reference=alike,
-            noise=noise,
-            rate=self.rate,
-            noise_from=self.noise_from,
-            data_length=shape.duration,
-            earlier=Earlier(names, np.array(rows)) if rows else None,
-            offsets=True,
-            paired=True,
-        )
+        earlier = Earlier(names, np.array(rows)) if rows else None
+        own = Goal("a", names, interest=interest, reference=alike, noise=noise, rate=self.rate, paired=True)
+        return replace(own, noise_from=self.noise_from, data_length=shape.duration, earlier=earlier, offsets=True)
 
     def predicted(
         self, robot: Robot, plan: Plan, joints: Sequence[int], sample_rate: float | None = None
@@ -413,7 +398,7 @@ class NearGoal(Brief):
             motion = plan.motion(sample_rate or 2.0 * self.rate)
             samples, rate = Samples.of(motion), motion.rate
         kernel, rows = _payload_kernel(robot), []
-        W = kernel.matrix(samples).reshape(robot.n, len(samples.q), -1)
+        W = kernel.matrix(kernel.state(samples))
         for joint in joints:
             own = W[joint - 1][held | (np.abs(samples.qd[:, joint - 1]) >= _SLOW)]
             if held and joint <= max(robot.n - _WRIST, 1):
@@ -439,10 +424,7 @@ def assumed_noise(robot: Robot, ratio: float = ASSUMED_RATIO) -> Array:
 def second_pose(
     robot: Robot, shape: NearShape, goal: NearGoal, bounds: JointBounds | None = None, seed: int = 0
 ) -> Array | None:
-    """Find a second pose, wrist joints turned by 90 degrees, that tells clearly more on a few random motions.
-
-    None where no such pose does.
-    """
+    """Find a pose, wrist turned by 90 degrees, that tells clearly more on random motions; None without one."""
     bounds, n = bounds or JointBounds.of(robot), robot.n
     wrist = [j for j in range(max(n - 3, 0), n) if j + 1 in shape.joints and robot.joints[j].revolute]
     pose, candidates = shape.poses[0], []

@@ -1,14 +1,12 @@
 """Limits of a motion as numbers that must stay within an interval, with their slopes.
 
-Every limit is written as low <= y(x) <= high with y of the order of 1: the two-sided form of g(x) <= 0. Slopes in
-y are pulled back to the states and, for torques, to the entries of the observation matrix, from where the design's
-one adjoint takes them on.
+Every limit is written as low <= y(x) <= high with y of the order of 1. Slopes in y are pulled back to the states
+and, for torques, to the entries of the observation matrix, from where the design's one adjoint takes them on.
 
 Torques keep their limits for one load, or for a set of payloads not known yet: every body of at most a mass within
-a region at the flange, down to none. A joint's torque is linear in a body's mass distribution, and the distribution
-is a mixture of points of the region.
-So the largest torque over all bodies is the larger of zero and the mass times the largest torque of a unit point:
-a quadratic in the point's three coordinates.
+a region at the flange, down to none. A joint's torque is linear in a body's mass distribution, a mixture of points
+of the region. So the largest torque over all bodies is the larger of zero and the mass times the largest torque of
+a unit point: a quadratic in the point's three coordinates.
 
 Over the unit ball its largest value is the trust-region problem's, solved to global optimality by its dual (Conn,
 Gould and Toint, Trust-Region Methods, chapter 7). In the eigenvectors of Q, with beta = V' b / 2,
@@ -22,7 +20,7 @@ the unit cube it is taken at a stationary point of the inside, of a face, of an 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
@@ -32,8 +30,11 @@ import casadi as ca
 import numpy as np
 
 from ...common import Array, ArrayLike, Brief, Document, InputError, freeze_fields
-from ...model import Pose
+from ...common.errors import listed
+from ...model import BaseParameters, InertialParameters, Pose, Robot
+from ...model.drives import SPRING
 from ...model.kernel.kernel import Kernel
+from ...model.regressors import payload_columns
 from ..motions.family import JointBounds, Samples
 from .goal import RegressorKernel
 
@@ -70,16 +71,10 @@ class Limit(Brief):
         return self.measure(state)[0]
 
 
-def joint_labels(n: int) -> tuple[str, ...]:
-    """Names of the columns of n joints in messages."""
-    return tuple(f"joint {j + 1}" for j in range(n))
-
-
 def state_limits(bounds: JointBounds, reach: tuple[Array, Array] | None = None) -> tuple[Limit, ...]:
     """Limit position, speed and acceleration of each joint; 1 at the limit.
 
-    ``reach``: lowest and highest positions instead of the bounds' own, each (n,), or (k, n) for k equal parts of
-    the samples.
+    ``reach``: lowest and highest positions, each (n,), or (k, n) for k equal parts of the samples; else the bounds.
     """
     v, a, limits = bounds.speed, bounds.acceleration, []
     ranges = {"position": reach or (bounds.low, bounds.high), "speed": (-v, v), "acceleration": (-a, a)}
@@ -88,7 +83,7 @@ def state_limits(bounds: JointBounds, reach: tuple[Array, Array] | None = None) 
         middle, half, unit = 0.5 * (low + high), 0.5 * (high - low), np.ones(low.shape[1])
         measure = partial(_states, index, middle, half)
         # In messages the first part stands for all; each sample is judged by its own.
-        labels = joint_labels(len(unit))
+        labels = tuple(f"joint {j + 1}" for j in range(len(unit)))
         limits.append(Limit("state", name, labels, -unit, unit, middle[0], half[0], measure))
     return tuple(limits)
 
@@ -102,21 +97,6 @@ def _states(index: int, middle: Array, half: Array, state: Samples) -> tuple[Arr
         into[index][...] += slope / half
 
     return (x - middle) / half, pullback
-
-
-def torque_limit(kernel: RegressorKernel, chi: Array, torque: Array, load: str = "") -> Limit:
-    """Limit the torque of each joint, over its limit (infinite where there is none), tau = W chi, for one load."""
-    finite, n = np.isfinite(torque), len(torque)
-    unit, high, name = np.where(finite, torque, 1.0), np.where(finite, 1.0, np.inf), f"torque {load}".strip()
-    measure = partial(_torques, kernel, chi, unit)
-    return Limit("torque", name, joint_labels(n), -high, high, np.zeros(n), unit, measure)
-
-
-def _torques(kernel: RegressorKernel, chi: Array, unit: Array, state: Samples) -> tuple[Array, Pullback]:
-    def pullback(slope: Array, into: Samples) -> None:
-        kernel.torque_slope(slope / unit, chi, into.entries)
-
-    return kernel.torque(state.entries, chi) / unit, pullback
 
 
 def total_time(longest: float, state: Samples) -> tuple[Array, Pullback]:
@@ -311,8 +291,7 @@ def _largest_in_ball(values: list[ca.SX], V: ca.SX, b: ca.SX) -> tuple[ca.SX, li
         mu = ca.fmax(mu + (ca.sqrt(square) - 1.0) * square / (bend + _LEAST), least)
     s = beta / (mu - eigenvalues)
     value = mu + ca.dot(beta, s)
-    # It is taken on the sphere unless mu is 0. In the hard case s is too short, and the direction of the largest
-    # eigenvalue makes up for what it lacks.
+    # On the sphere unless mu is 0. In the hard case the largest eigenvalue's direction makes up for what s lacks.
     outside, point = mu > 0.0, ca.vertsplit(s)
     free = outside
     for i in range(3):
@@ -334,8 +313,7 @@ def _largest_in_cube(Q: ca.SX, b: ca.SX) -> tuple[ca.SX, list[ca.SX]]:
         slopes = ca.vertcat(*(-0.5 * b[i] - sum(pattern[j] * Q[i, j] for j in fixed) for i in free))
         adjugate = ca.adj(Q[free, free]) if len(free) > 1 else ca.SX.eye(len(free))
         for row, i in enumerate(free):
-            # By cofactors. Along the directions of a singular system the quadratic is linear, so that its largest
-            # value is taken on a smaller face too.
+            # By cofactors. Along directions of a singular system the largest value is taken on a smaller face too.
             determinant = ca.mtimes(Q[free[0], free], adjugate[:, 0])
             x = ca.if_else(determinant == 0.0, 0.0, ca.mtimes(adjugate[row, :], slopes) / determinant)
             s[i] = ca.fmin(ca.fmax(x, -1.0), 1.0)
@@ -346,30 +324,86 @@ def _largest_in_cube(Q: ca.SX, b: ca.SX) -> tuple[ca.SX, list[ca.SX]]:
     return value, point
 
 
-def payload_limit(
-    kernel: RegressorKernel, chi: Array, root: Array, torque: Array, payloads: PayloadSet, columns: Sequence[str]
-) -> Limit:
-    """Limit largest and smallest torque of each joint, over its limit, of all payloads of a set.
+@dataclass(frozen=True, eq=False, repr=False)
+class Loads(Brief):
+    """Loads: parameters that torque limits are computed from.
 
-    Where the worst body is unique, the slope of the largest torque is that of the worst body's torque (Danskin's
-    envelope theorem). The first n values are the largest torques, bounded above alone, the others the smallest,
-    bounded below alone.
-
-    Args:
-        chi: coefficients of the robot's own torque in the kernel's columns, shape (c,).
-        root: C = root root' is the covariance of chi, c x r; r = 0 where it is taken as exact.
-        torque: limits [N·m or N], shape (n,), infinite where there is none.
-        payloads: in the last link's frame.
-        columns: names of the payload's ten columns, which the kernel holds.
+    Attributes:
+        parameters: standard or base parameters of the robot by name.
+        heaviest: the heaviest payload expected, in the last link's frame; the limits then hold without and
+            with it. A set: they hold for each of its bodies, and without any.
+        covariance: of ``parameters`` in their order; None where they are taken as exact. It counts for a set, by
+            two standard deviations of the robot's own torque.
+        margin: fraction of the torque limits that stays free.
     """
-    n, finite = len(torque), np.isfinite(torque)
-    unit = np.tile(np.where(finite, torque, 1.0), 2)
-    none, bound = np.full(n, np.inf), np.where(finite, 1.0, np.inf)
-    ten = [kernel.columns.index(name) for name in columns]
-    name, labels = f"torque with any payload up to {payloads.mass:g} kg", joint_labels(n) * 2
-    low, high = np.concatenate([-none, -bound]), np.concatenate([bound, none])
-    measure = partial(_extreme_torques, (kernel, chi, root), (payloads, ten), unit)
-    return Limit("torque", name, labels, low, high, np.zeros(2 * n), unit, measure)
+
+    parameters: Mapping[str, float]
+    heaviest: InertialParameters | PayloadSet | None = None
+    covariance: Array | None = None
+    margin: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "parameters", dict(self.parameters))
+        if not 0.0 <= self.margin < 1.0:
+            raise InputError(f"a torque margin of {self.margin:g}: give a share of the limits from 0 to below 1")
+
+
+def torque_limits(
+    robot: Robot, base: BaseParameters, kernel: RegressorKernel, torque: Array, loads: Loads
+) -> Iterator[Limit]:
+    """Limit the torque of each joint over ``torque`` [N·m or N], (n,), infinite where there is no limit.
+
+    For a set of payloads the first n values are the largest torques, bounded above alone, the others the smallest,
+    bounded below alone; slopes are those of the torque of the worst body (Danskin's envelope theorem).
+
+    Raises:
+        InputError: if parameters are missing, or their covariance does not fit.
+    """
+    known, heaviest, finite, none = loads.parameters, loads.heaviest, np.isfinite(torque), np.full(robot.n, np.inf)
+    if all(name in known for name in base.standard):
+        values = base.value(known)
+    elif missing := [name for name in base.columns if name not in known]:
+        fault = f"torque limits need the parameters of robot {robot.name!r}: {listed(missing)} are missing"
+        raise InputError(f"{fault}; identify the robot first, or omit torque limits")
+    else:
+        values = np.array([known[name] for name in base.columns])
+    unit, bound = np.where(finite, (1.0 - loads.margin) * torque, 1.0), np.where(finite, 1.0, np.inf)
+    chi = np.array([-1.0 if name == SPRING else 0.0 for name in kernel.columns])
+    labels = tuple(f"joint {j + 1}" for j in range(robot.n))
+    places = [kernel.columns.index(name) for name in base.columns]
+    chi[places] = values
+    if isinstance(heaviest, PayloadSet):
+        # C = root root' is the covariance of chi, c x r; r = 0 where it is taken as exact.
+        root = np.zeros((len(chi), 0))
+        if loads.covariance is not None:
+            names = list(known)
+            if not set(base.columns) <= set(names) or np.shape(loads.covariance) != (len(names),) * 2:
+                needed = "that of all base parameters, in their order"
+                raise InputError(f"a covariance of the torques' parameters must be {needed}")
+            variances, V = np.linalg.eigh(loads.covariance)
+            root = np.zeros((len(chi), len(names)))
+            root[places] = (V * np.sqrt(np.maximum(variances, 0.0)))[[names.index(name) for name in base.columns]]
+        ten, unit = [kernel.columns.index(name) for name in payload_columns(robot)], np.tile(unit, 2)
+        low, high = np.concatenate([-none, -bound]), np.concatenate([bound, none])
+        measure = partial(_extreme_torques, (kernel, chi, root), (heaviest, ten), unit)
+        name = f"torque with any payload up to {heaviest.mass:g} kg"
+        yield Limit("torque", name, labels * 2, low, high, 0.0 * unit, unit, measure)
+        return
+    by_load = {"torque": chi}
+    if heaviest is not None:
+        loaded = chi.copy()
+        loaded[places] += base.effect_of(payload_columns(robot)) @ heaviest.vector
+        by_load = {"torque without payload": chi, "torque with the heaviest payload": loaded}
+    for name, own in by_load.items():
+        measure = partial(_torques, kernel, own, unit)
+        yield Limit("torque", name, labels, -bound, bound, 0.0 * unit, unit, measure)
+
+
+def _torques(kernel: RegressorKernel, chi: Array, unit: Array, state: Samples) -> tuple[Array, Pullback]:
+    def pullback(slope: Array, into: Samples) -> None:
+        kernel.torque_slope(slope / unit, chi, into.entries)
+
+    return kernel.torque(state.entries, chi) / unit, pullback
 
 
 def _extreme_torques(
@@ -377,7 +411,7 @@ def _extreme_torques(
 ) -> tuple[Array, Pullback]:
     (kernel, chi, root), (payloads, ten) = robot, load
     own = kernel.torque(state.entries, chi)
-    extremes = payloads.extremes(kernel.dense(state.entries)[:, :, ten].reshape(-1, 10))
+    extremes = payloads.extremes(kernel.matrix(state)[:, :, ten].reshape(-1, 10))
     spread = [root[names].T @ state.entries[part] for part, names in kernel.parts]
     doubt = np.stack([np.sqrt((part**2).sum(axis=0)) for part in spread], axis=1)
     largest, smallest = (torque.reshape(own.T.shape).T for torque in extremes[:, 0])

@@ -5,7 +5,7 @@ It is built from a robot, the shape of its motion, a goal and what stands in the
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -14,27 +14,16 @@ from msgspec import structs
 
 from ...common import Array, Brief, Indices, InputError
 from ...common.errors import listed
-from ...model import InertialParameters, Robot, base_parameters, standard_columns
-from ...model.base import BaseParameters, base_parameters_of
+from ...model import Robot, base_parameters, standard_columns
+from ...model.base import base_parameters_of
 from ...model.drives import SPRING
 from ...model.regressors import payload_columns
 from ...model.stand_in import completed
 from ..motions.family import JointBounds, Samples
 from ..motions.fourier import NearShape
 from ..motions.via_points import ViaPointShape
-from .goal import (
-    ASSUMED_NOISE,
-    CRITERIA,
-    Criterion,
-    Family,
-    Goal,
-    NearGoal,
-    RegressorKernel,
-    Shape,
-    assumed_noise,
-    regressor_kernel,
-)
-from .limits import Limit, PayloadSet, Penalty, check, payload_limit, slowed, state_limits, torque_limit, total_time
+from .goal import CRITERIA, Criterion, Family, Goal, NearGoal, RegressorKernel, Shape, regressor_kernel
+from .limits import Limit, Loads, PayloadSet, Penalty, check, slowed, state_limits, torque_limits, total_time
 from .scene import Capsule, Scene, clearance, tubes
 
 BALL = "payload within bounds"  # name of the body that stands for every payload within bounds
@@ -89,17 +78,7 @@ class DesignProblem(Brief):
     @cached_property
     def noise(self) -> Array:
         """Standard deviation of the torques per joint [N·m or N], shape (n,); 1 where no limit tells it."""
-        robot, given = self.robot, self.goal.noise
-        assumed = assumed_noise(robot)
-        noise = np.where(np.isfinite(assumed), assumed, 1.0) if given is None else np.asarray(given, dtype=float)
-        if noise.shape != (robot.n,) or not (noise > 0.0).all() or not np.isfinite(noise).any():
-            raise InputError(f"torque noise: robot {robot.name!r} needs {robot.n} positive numbers")
-        return noise
-
-    @property
-    def noise_from(self) -> str:
-        """Source of the noise, in words."""
-        return ASSUMED_NOISE if self.goal.noise is None else self.goal.noise_from
+        return self.goal.sigma(self.robot)
 
     @cached_property
     def earlier(self) -> Array:
@@ -109,10 +88,8 @@ class DesignProblem(Brief):
             return np.zeros((0, len(self.names)))
         unmatched = sorted(set(known.columns) ^ set(self.names))
         if unmatched or np.shape(known.factor)[-1] != len(known.columns):
-            raise InputError(
-                f"the earlier recordings' factor does not fit the design's columns: {listed(unmatched)} stand on "
-                "one side only; select the same columns"
-            )
+            fault = f"the earlier recordings' factor does not fit the design's columns: {listed(unmatched)}"
+            raise InputError(f"{fault} stand on one side only; select the same columns")
         return np.asarray(known.factor)[:, [known.columns.index(name) for name in self.names]]
 
     def of_kind(self, *kinds: str) -> tuple[Limit, ...]:
@@ -126,9 +103,8 @@ class DesignProblem(Brief):
 
     def with_torque_share(self, part: float) -> DesignProblem:
         """Pose the same problem with only a part of the torque limits."""
-        parts = (part if limit.kind == "torque" else 1.0 for limit in self.limits)
-        limits = (replace(x, low=k * x.low, high=k * x.high) for x, k in zip(self.limits, parts, strict=True))
-        return replace(self, limits=tuple(limits))
+        own = [replace(x, low=part * x.low, high=part * x.high) if x.kind == "torque" else x for x in self.limits]
+        return replace(self, limits=tuple(own))
 
     def with_slow_torques(self, speed: float) -> DesignProblem:
         """Require besides that the same way keeps the torque limits at a fraction of the speed.
@@ -153,25 +129,26 @@ class DesignProblem(Brief):
         """True if all poses (N, n) keep clear of obstacles and of each other's bodies."""
         return all(check(limit, self.at_rest(poses)).room >= 0.0 for limit in self.of_kind("clearance"))
 
-    def row_weights(self, samples: Samples, weighted: bool, duration: float | None = None) -> Array:
+    def row_weights(self, samples: Samples, weighted: bool) -> Array:
         """Weight of each row's square, (n, N): the number of independent recordings it stands for.
 
-        ``weighted``: by the joints' torque noise too. Recorded is for ``duration`` [s]; for the goal's data length,
-        or else 1 s, if None.
+        ``weighted``: by the joints' torque noise too. Recorded is for the goal's data length, or else 1 s.
         """
-        recorded = self.goal.single_rate * (duration or self.goal.data_length or 1.0)
+        recorded = self.goal.single_rate * (self.goal.data_length or 1.0)
         joints = 1.0 / self.noise**2 if weighted else np.ones(self.robot.n)
         return np.asarray(joints[:, None] * (samples.weight * (recorded / samples.weight.sum())))
+
+    def rows(self, state: Samples, weights: Array | float = 1.0) -> Array:
+        """Rows of W for ``names`` on samples, (n N) x c, times the roots of ``weights``, (n, N)."""
+        W = self.kernel.matrix(state)[:, :, self.places] * np.sqrt(weights)[..., None]
+        return W.reshape(-1, len(self.names))
 
     def information(self, entries: Array, weights: Array) -> Array:
         """Information W' diag(w) W of the parameters, c x c, earlier recordings included; ``weights`` (n, N)."""
         return self.kernel.gram(entries, weights)[np.ix_(self.places, self.places)] + self.earlier.T @ self.earlier
 
     def evaluate(self, x: Array, width: float, terms: Sequence[Penalty]) -> tuple[float, Array]:
-        """Sum of terms, with its exact gradient in x: one adjoint of the regressor, then the family's.
-
-        ``width``: of the smoothed sign [rad/s or m/s].
-        """
+        """Sum of terms and its exact gradient in x; the sign is smoothed over ``width`` [rad/s or m/s]."""
         state, value = self.state(x, width), 0.0
         slopes = Samples.zeros(state)
         for term in terms:
@@ -200,8 +177,7 @@ class DesignProblem(Brief):
 
     def require_full_rank(self, x: Array) -> None:
         """Refuse parameters that no motion of the family tells apart, seen on a random one."""
-        W = self.kernel.matrix(self.family.sample(x))[:, self.places]
-        W = np.vstack([W, self.earlier])
+        W = np.vstack([self.rows(self.kernel.state(self.family.sample(x))), self.earlier])
         if len(W) < W.shape[1]:
             raise InputError(f"{len(W)} equations cannot tell {W.shape[1]} parameters: use more samples")
         base = base_parameters_of(self.names, W)
@@ -212,34 +188,9 @@ class DesignProblem(Brief):
         if len(base.chosen) == len(self.names):
             return
         more = f"; and {len(texts) - 6} more" if len(texts) > 6 else ""
-        raise InputError(
-            f"these parameters cannot all be told apart (rank {len(base.chosen)} of {len(self.names)}): "
-            f"{'; '.join(texts[:6])}{more}; leave some out, or give the motion more freedom"
-        )
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Loads(Brief):
-    """Loads: parameters that torque limits are computed from.
-
-    Attributes:
-        parameters: standard or base parameters of the robot by name.
-        heaviest: the heaviest payload expected, in the last link's frame; the limits then hold without and
-            with it. A set: they hold for each of its bodies, and without any.
-        covariance: of ``parameters`` in their order; None where they are taken as exact. It counts for a set, by
-            two standard deviations of the robot's own torque.
-        margin: fraction of the torque limits that stays free.
-    """
-
-    parameters: Mapping[str, float]
-    heaviest: InertialParameters | PayloadSet | None = None
-    covariance: Array | None = None
-    margin: float = 0.0
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "parameters", dict(self.parameters))
-        if not 0.0 <= self.margin < 1.0:
-            raise InputError(f"a torque margin of {self.margin:g}: give a share of the limits from 0 to below 1")
+        fault = f"these parameters cannot all be told apart (rank {len(base.chosen)} of {len(self.names)})"
+        advice = "leave some out, or give the motion more freedom"
+        raise InputError(f"{fault}: {'; '.join(texts[:6])}{more}; {advice}")
 
 
 def build_design(
@@ -289,7 +240,7 @@ def build_design(
     kernel = regressor_kernel(model, (*columns, *spring))
     limits: list[Limit] = [*state_limits(bounds, family.reach)]
     if base is not None:
-        limits += _torque_limits(robot, base, kernel, bounds.torque, loads)
+        limits += torque_limits(robot, base, kernel, bounds.torque, loads)
     if isinstance(shape, ViaPointShape) and shape.longest is not None:
         low, high, middle, unit = np.array([[-np.inf], [1.0], [0.0], [shape.longest]])
         measure = partial(total_time, shape.longest)
@@ -303,43 +254,3 @@ def build_design(
             raise InputError(f"choose another start pose: {nearest} m")
     problem.require_full_rank(family.random(np.random.default_rng(0)))
     return problem
-
-
-def _torque_limits(
-    robot: Robot, base: BaseParameters, kernel: RegressorKernel, torque: Array, loads: Loads
-) -> Iterator[Limit]:
-    known, torque, heaviest = loads.parameters, (1.0 - loads.margin) * torque, loads.heaviest
-    if all(name in known for name in base.standard):
-        values = base.value(known)
-    elif missing := [name for name in base.columns if name not in known]:
-        raise InputError(
-            f"torque limits need the parameters of robot {robot.name!r}: {listed(missing)} are missing; identify "
-            "the robot first, or omit torque limits"
-        )
-    else:
-        values = np.array([known[name] for name in base.columns])
-    places = [kernel.columns.index(name) for name in base.columns]
-
-    def by_column(values: Array) -> Array:
-        chi = np.array([-1.0 if name == SPRING else 0.0 for name in kernel.columns])
-        chi[places] = values
-        return chi
-
-    if isinstance(heaviest, PayloadSet):
-        root = np.zeros((len(kernel.columns), 0))
-        if loads.covariance is not None:
-            names = list(known)
-            if not set(base.columns) <= set(names) or np.shape(loads.covariance) != (len(names),) * 2:
-                raise InputError(
-                    "a covariance of the torques' parameters must be that of all base parameters, in their order"
-                )
-            variances, V = np.linalg.eigh(loads.covariance)
-            root = np.zeros((len(kernel.columns), len(names)))
-            root[places] = (V * np.sqrt(np.maximum(variances, 0.0)))[[names.index(name) for name in base.columns]]
-        yield payload_limit(kernel, by_column(values), root, torque, heaviest, payload_columns(robot))
-    elif heaviest is not None:
-        change = base.effect_of(payload_columns(robot)) @ heaviest.vector
-        yield torque_limit(kernel, by_column(values), torque, "without payload")
-        yield torque_limit(kernel, by_column(values + change), torque, "with the heaviest payload")
-    else:
-        yield torque_limit(kernel, by_column(values), torque)

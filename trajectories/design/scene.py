@@ -39,10 +39,7 @@ _Pairs = tuple[tuple[str, str], ...]
 class Capsule(Table, frozen=True):
     """Capsule: all points within ``radius`` of the line from ``start`` to ``end``, in the frame of a link [m]."""
 
-    advice: ClassVar[Mapping[str, str]] = {
-        "link": "must be a whole number, 0 for the world",
-        "radius": "must be a number [m]",
-    }
+    advice: ClassVar = {"link": "must be a whole number, 0 for the world", "radius": "must be a number [m]"}
 
     name: _Name
     link: int  # number of the link; 0 for the world
@@ -180,9 +177,8 @@ def _distances(robot: Robot, scene: Scene, state: Samples) -> tuple[Array, Pullb
 
 
 @lru_cache(maxsize=16)
-def _kernels(robot: Robot, scene: Scene) -> tuple[Kernel, Kernel]:
-    distance, adjoint, _ = _functions(robot, scene)
-    return Kernel(distance), Kernel(adjoint)
+def _kernels(robot: Robot, scene: Scene) -> tuple[Kernel, ...]:
+    return tuple(map(Kernel, _functions(robot, scene)[:2]))
 
 
 @lru_cache(maxsize=16)

@@ -19,7 +19,7 @@ from ...model import Motion, Robot, inverse_dynamics, standard_columns
 from ...model.kernel.kernel import Kernel
 from ..motions.family import Plan, Samples, sample_count
 from ..motions.fourier import Fourier, FreeSeries, NearShape
-from .limits import Limit, LimitCheck, PayloadSet, check, excess, state_limits
+from .limits import LimitCheck, PayloadSet, check, excess, state_limits
 from .problem import DesignProblem
 
 FINER = 10  # ratio of the final check's grid to the optimisation's
@@ -64,8 +64,7 @@ class Score(Brief):
     """Score of a motion, whatever the criterion it was designed for.
 
     Attributes:
-        value: of the goal's criterion without surrogate, for one second of data or the goal's data length: small
-            is good.
+        value: of the goal's criterion without surrogate, for 1 s of data or the goal's data length: small is good.
         problem: by whose goal and limits it was judged.
     """
 
@@ -82,9 +81,9 @@ class Score(Brief):
     @cached_property
     def learnt(self) -> Learnt:
         """Information of the ideal motion and the earlier recordings, where these are in the weights needed."""
-        state = self.problem.kernel.state(self.samples)
-        W = self.problem.kernel.dense(state.entries)[:, :, self.problem.places]
-        return learnt_of(self.problem, list(W), [self.samples.weight / self.duration] * len(W), self.duration)
+        problem, parts = self.problem, [self.samples.weight / self.duration] * self.problem.robot.n
+        W = np.split(problem.rows(problem.kernel.state(self.samples)), problem.robot.n)
+        return learnt_of(problem, W, parts, self.duration)
 
     @property
     def max_violation(self) -> float:
@@ -150,10 +149,8 @@ def check_held(problem: DesignProblem, poses: Array) -> None:
     state = problem.at_rest(poses)
     for holding in (check(limit, state) for limit in problem.of_kind("torque")):
         if holding.violation > 0.0:
-            raise InputError(
-                f"at rest in the pose: {holding.name} of {holding.worst} is {holding.value:.4g} against "
-                f"{holding.limit:.4g}: choose another pose, or a lighter payload"
-            )
+            fault = f"{holding.name} of {holding.worst} is {holding.value:.4g} against {holding.limit:.4g}"
+            raise InputError(f"at rest in the pose: {fault}: choose another pose, or a lighter payload")
 
 
 def room_over_time(problem: DesignProblem, motion: Motion) -> Array:
@@ -167,7 +164,7 @@ def room_over_time(problem: DesignProblem, motion: Motion) -> Array:
 def taught_over_time(problem: DesignProblem, motion: Motion) -> Array:
     """Fraction of the information in each sample of a motion, (N,): the trace of the hat matrix, by samples."""
     state = problem.kernel.state(Samples.of(motion))
-    rows = _rows(problem, state, problem.row_weights(state, True))
+    rows = problem.rows(state, problem.row_weights(state, True))
     return np.asarray((decomposed(rows).range ** 2).sum(axis=1).reshape(problem.robot.n, -1).sum(axis=0))
 
 
@@ -176,15 +173,13 @@ def load_torques(problem: DesignProblem, motion: Motion) -> dict[str, Array]:
 
     They are those of the torque limits; without any, those of the description's parameters; nothing without these.
     """
-    n, torques = motion.q.shape[1], {}
+    n, torques = motion.q.shape[1], dict[str, Array]()
     if problem.torque_limited:
         state = problem.kernel.state(Samples.of(motion))
         for limit in problem.of_kind("torque"):
-            torque = limit.values(state) * limit.unit
-            if torque.shape[1] == n:
-                torques[limit.name] = torque
-            else:  # the limit stands for many payloads
-                torques |= {f"largest {limit.name}": torque[:, :n], f"smallest {limit.name}": torque[:, n:]}
+            parts = np.split(limit.values(state) * limit.unit, len(limit.unit) // n, axis=1)
+            ends = ("",) if len(parts) == 1 else ("largest ", "smallest ")  # the limit stands for many payloads
+            torques |= {f"{end}{limit.name}": part for end, part in zip(ends, parts, strict=True)}
         return torques
     known, names = problem.robot.parameters, standard_columns(problem.robot)
     if not all(name in known for name in names):
@@ -205,17 +200,11 @@ def score_samples(problem: DesignProblem, samples: Samples) -> Score:
     state, kind = problem.kernel.state(samples), problem.criterion.kind
     weights = problem.row_weights(samples, problem.criterion.weighted)
     if kind in ("cond", "cond-scaled"):
-        W = np.vstack([_rows(problem, state, weights), problem.earlier])
+        W = np.vstack([problem.rows(state, weights), problem.earlier])
         value = float(np.log(condition_numbers(W)[kind == "cond-scaled"]))
     else:
         value = problem.criterion(problem.information(state.entries, weights), problem.criterion.orders[-1])[0]
     return Score(value, tuple(check(limit, state) for limit in problem.limits), problem, samples)
-
-
-def _rows(problem: DesignProblem, state: Samples, weights: Array) -> Array:
-    """Rows of a motion whose Gram matrix is its information."""
-    W = problem.kernel.dense(state.entries)[:, :, problem.places] * np.sqrt(weights)[:, :, None]
-    return W.reshape(-1, W.shape[2])
 
 
 Missed = tuple[tuple[LimitCheck, ...], tuple[LimitCheck, ...]]
@@ -223,13 +212,17 @@ Missed = tuple[tuple[LimitCheck, ...], tuple[LimitCheck, ...]]
 
 
 def missed_on_run(
-    problem: DesignProblem, plan: Plan, rate: float = RUN_RATE, further: Sequence[Limit] = ()
+    problem: DesignProblem, plan: Plan, rate: float = RUN_RATE, states: bool = False
 ) -> tuple[LimitCheck, ...]:
-    """List torque, clearance and ``further`` limits that a run misses, between two poses too; the worst first.
+    """List torque and clearance limits that a run misses, between two poses too; the worst first.
 
-    The moments just before and after each joint's turns come on top of a grid of ``rate`` [Hz].
+    The moments just before and after each joint's turns come on top of a grid of ``rate`` [Hz]. ``states``: look at
+    positions and speeds too, which a controller's own curves may miss.
     """
-    limits, worst = (*problem.of_kind("torque", "clearance"), *further), dict[str, LimitCheck]()
+    limits, worst = problem.of_kind("torque", "clearance"), dict[str, LimitCheck]()
+    if states:
+        low, high = (np.atleast_2d(reach) for reach in problem.family.reach)
+        limits += state_limits(problem.bounds, (low.min(axis=0), high.max(axis=0)))[:2]
     t = np.union1d(np.arange(sample_count(plan.duration, rate)) / rate, plan.duration)
     for start in range(0, max(len(t) - 1, 1), _BLOCK) if limits else ():
         own = t[start : start + _BLOCK + 1]
@@ -241,13 +234,6 @@ def missed_on_run(
     return tuple(sorted(worst.values(), key=lambda near: -near.relative))
 
 
-def missed_on_replay(problem: DesignProblem, plan: Plan, rate: float) -> tuple[LimitCheck, ...]:
-    """List limits that a run by a controller's own curves misses, positions and speeds too; the worst first."""
-    low, high = (np.atleast_2d(reach) for reach in problem.family.reach)
-    position, speed, _ = state_limits(problem.bounds, (low.min(axis=0), high.max(axis=0)))
-    return missed_on_run(problem, plan, rate, (position, speed))
-
-
 def kept_throughout(problem: DesignProblem, x: Array, score: Score) -> tuple[Array, Score, Missed]:
     """Keep a motion that keeps all limits throughout, or one slower or smaller by what torques miss that does.
 
@@ -256,30 +242,29 @@ def kept_throughout(problem: DesignProblem, x: Array, score: Score) -> tuple[Arr
     run, rehearsal = missed = _missed(problem, x) if score.feasible else ((), ())
     if any(missed) and _by_torques(run + rehearsal, _BETWEEN):
         slower = max(_LEAST, *(limit.relative for limit in run + rehearsal))
-        for ease in range(_EASES):
-            eased = problem.family.eased(x, 1.0 + 2.0**ease * slower, 1.0)
-            after = score_of(problem, eased)
-            if after.feasible and not any(now := _missed(problem, eased)):
+        for times in 2.0 ** np.arange(_EASES):
+            eased = problem.family.eased(x, 1.0 + times * slower, 1.0)
+            if (after := score_of(problem, eased)).feasible and not any(now := _missed(problem, eased)):
                 return eased, after, now
     return x, score, missed
 
 
 def harder(problem: DesignProblem, missed: Missed) -> DesignProblem | None:
     """Pose the problem to go on with where a run misses torque limits; None where a search sees what is missed."""
-    # What a run misses between samples is taken off the limits, and some more.
     run, rehearsal = missed
     if not any(missed) or not _by_torques(run, _BETWEEN) or not _by_torques(rehearsal, np.inf):
         return None
+    # What a run misses between samples is taken off the limits, and some more.
     lower = problem.with_torque_share(1.0 - _BELOW * max((limit.relative for limit in run), default=0.0))
     return lower.with_slow_torques(REHEARSAL) if rehearsal else lower
 
 
 def _missed(problem: DesignProblem, x: Array) -> Missed:
-    family = problem.family
-    rehearsal: tuple[LimitCheck, ...] = ()
-    if isinstance(family, FreeSeries) and isinstance(family.shape, NearShape):
-        rehearsal = missed_on_run(problem, family.plan(x).slowed(REHEARSAL), REHEARSAL * RUN_RATE)
-    return missed_on_run(problem, family.plan(x)), rehearsal
+    plan = problem.family.plan(x)
+    watched = isinstance(problem.family, FreeSeries) and isinstance(problem.family.shape, NearShape)
+    slow = plan.slowed(REHEARSAL) if isinstance(plan, Fourier) and watched else None
+    rehearsal = () if slow is None else missed_on_run(problem, slow, REHEARSAL * RUN_RATE)
+    return missed_on_run(problem, plan), rehearsal
 
 
 def _by_torques(missed: tuple[LimitCheck, ...], most: float) -> bool:
@@ -348,38 +333,28 @@ def speed_ladder(
     Raises:
         InputError: if even a slow run breaks a limit, or the runs do not tell enough to get faster.
     """
-    rungs: list[Rung] = []
-    mass, last = payloads.mass, 0.0
+    rungs, mass, last = list[Rung](), payloads.mass, 0.0
+    advice = "omit --ladder, so that the motion itself holds for every payload"
+
+    def at(speed: float) -> Fourier:
+        return motion if speed == 1.0 else motion.slowed(speed)
+
+    def bears(problem: DesignProblem, speed: float) -> bool:
+        return not missed_on_run(problem, at(speed), speed * _LADDER_RATE)
+
     while last < 1.0:
-        speed = _fastest(bearing(payloads.lighter(mass)), motion)
+        problem, high = bearing(payloads.lighter(mass)), 1.0
+        speed = next((speed for speed in (1.0, _SLOWEST) if bears(problem, speed)), None)
         if speed is None:
-            raise InputError(
-                f"at {100 * _SLOWEST:g} % of its speed the motion does not bear {mass:.3g} kg everywhere within "
-                "bounds: omit --ladder, so that the motion itself holds for every payload"
-            )
+            fault = f"at {100 * _SLOWEST:g} % of its speed the motion does not bear {mass:.3g} kg everywhere within"
+            raise InputError(f"{fault} bounds: {advice}")
+        for _ in range(_HALVINGS if speed < 1.0 else 0):
+            middle = 0.5 * (speed + high)
+            speed, high = (middle, high) if bears(problem, middle) else (speed, middle)
         if speed < min(_FASTER * last, 1.0) or len(rungs) == _RUNGS:
-            raise InputError(
-                f"the run at {100 * last:.0f} % of the speed bounds the mass by {mass:.3g} kg, which allows "
-                "no faster one: omit --ladder, so that the motion itself holds for every payload"
-            )
-        run = motion if speed == 1.0 else motion.slowed(speed)
-        bound = min(mass, expected + _SIGMAS * sigma(run))
-        rungs.append(Rung(speed, mass, bound, run.duration))
+            fault = f"the run at {100 * last:.0f} % of the speed bounds the mass by {mass:.3g} kg, which allows"
+            raise InputError(f"{fault} no faster one: {advice}")
+        bound = min(mass, expected + _SIGMAS * sigma(at(speed)))
+        rungs.append(Rung(speed, mass, bound, at(speed).duration))
         mass, last = bound, speed
     return tuple(rungs)
-
-
-def _fastest(problem: DesignProblem, motion: Fourier) -> float | None:
-    def bears(speed: float) -> bool:
-        run = motion if speed == 1.0 else motion.slowed(speed)
-        return not missed_on_run(problem, run, speed * _LADDER_RATE)
-
-    if bears(1.0):
-        return 1.0
-    low, high = _SLOWEST, 1.0
-    if not bears(low):
-        return None
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if bears(middle) else (low, middle)
-    return low

@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 from msgspec import field
@@ -117,21 +118,19 @@ def solve_design(
         The motion with its score. If the limits cannot be met, the motion that misses them least, with
         ``feasible`` False and the violations named in ``score.violations``.
     """
-    begun = time.process_time()
     starts = problem.criterion.usual_starts if starts is None else starts
-    search = _Search(problem, np.random.default_rng(seed), progress, begun)
+    search = _Search(problem, np.random.default_rng(seed), progress, time.process_time())
     search.run(starts)
-    begun_at, cut = search.starts, search.starts < starts
-    x, score, missed = kept_throughout(problem, *search.found)
-    further = None if search.interrupted else harder(problem, missed)
-    if further is not None:
-        search = replace(search, problem=further, begin=search.found[0], best=None)
+    begun, found = search.starts, search.found
+    x, score, missed = kept_throughout(problem, *found)
+    if not search.interrupted and (further := harder(problem, missed)) is not None:
+        search = replace(search, problem=further, begin=found[0], best=None)
         search.run(1)
         x, score = search.found
         x, score, missed = kept_throughout(problem, x, score_samples(problem, score.samples))
-    plan, cpu, (run, rehearsal) = problem.family.plan(x), time.process_time() - begun, missed
-    stopped = search.interrupted or cut
-    return Design(problem, plan, score, seed, begun_at, search.evaluations, cpu, stopped, run + rehearsal)
+    cpu, stopped = time.process_time() - search.begun, search.interrupted or begun < starts
+    plan, (run, rehearsal) = problem.family.plan(x), missed
+    return Design(problem, plan, score, seed, begun, search.evaluations, cpu, stopped, run + rehearsal)
 
 
 @dataclass
@@ -155,17 +154,15 @@ class _Search:
     gain: float = -np.inf  # of the criterion: a stage that gains no more is the last of its kind
 
     def __post_init__(self) -> None:
-        family = self.problem.family
-        if family.size > _SMALL:
-            return
-        if isinstance(family, FreeRests) or (
-            isinstance(family, FreeSeries) and isinstance(family.shape, NearShape)
-        ):
-            self.first, self.refined, self.settled, self.stages = 150, 50, 40, 3
-            self.by_matrix, self.gain = True, 2e-3
-        elif isinstance(family, FreeViaPoints) and self.problem.criterion.weighted:
-            self.first, self.refined, self.settled, self.stages = 100, 100, 50, 2
-            self.by_matrix, self.turns = True, 14
+        match self.problem.family:
+            case family if family.size > _SMALL:
+                pass
+            case FreeRests() | FreeSeries(shape=NearShape()):
+                self.first, self.refined, self.settled, self.stages = 150, 50, 40, 3
+                self.by_matrix, self.gain = True, 2e-3
+            case FreeViaPoints() if self.problem.criterion.weighted:
+                self.first, self.refined, self.settled, self.stages = 100, 100, 50, 2
+                self.by_matrix, self.turns = True, 14
 
     @property
     def found(self) -> tuple[Array, Score]:
@@ -282,14 +279,9 @@ class _Search:
 
 def _overstepped(score: Score) -> tuple[float, float]:
     """Ratio by which a motion would have to be slower and smaller if all that it misses went with its size."""
-    slower, smaller = 1.0, 1.0
-    for limit in score.limits:
-        over = 1.0 + _ROOM - limit.room
-        if limit.name == "position":
-            smaller = min(smaller, 1.0 / over)
-        elif limit.name != "duration":
-            slower = max(slower, over)
-    return slower, smaller
+    over = {limit.name: 1.0 + _ROOM - limit.room for limit in score.limits if limit.name != "duration"}
+    larger = over.pop("position", 1.0)
+    return max(1.0, *over.values()), 1.0 / max(1.0, larger)
 
 
 class Floor(Document, frozen=True):
@@ -324,9 +316,8 @@ def floor_under(
         effort: rounds of 200 iterations at the surrogate's last order.
     """
     count = states or 3 * len(problem.names)
-    family = FreeStates(problem.bounds, count)
-    further_limits = tuple(limit for limit in problem.limits if limit.kind not in ("state", "duration"))
-    free = replace(problem, family=family, limits=further_limits)
+    family: Any = FreeStates(problem.bounds, count)  # a family without plans
+    free = replace(problem, family=family, limits=problem.of_kind("torque", "clearance"))
     course = Lagrangian(free, family.random(np.random.default_rng(seed), problem.clear), _STIFFNESS, _FLOOR_MARGIN)
     orders = problem.criterion.orders
     for order, width in [(p, WIDTH) for p in (*orders, *[orders[-1]] * effort)] + [(orders[-1], FINE_WIDTH)]:
@@ -347,9 +338,8 @@ def floor_under(
     def each(state: Samples, into: Samples) -> Array:
         """Evaluate tr M I of each state as if it were all, with slopes of the sum."""
         weights = free.row_weights(state, True) * state.weight.sum() / state.weight
-        return np.asarray(
-            (weights * free.kernel.gram_slope(state.entries, weights, wide, into.entries)).sum(axis=0)
-        )
+        by_weight = free.kernel.gram_slope(state.entries, weights, wide, into.entries)
+        return np.asarray((weights * by_weight).sum(axis=0))
 
     least = np.inf
     for start in (course.x, family.random(np.random.default_rng([seed, 1]), free.clear)):

@@ -1,8 +1,7 @@
 """Motions made of pieces, and the families of them among which a design chooses.
 
 In a piece q = start + B(s) C with s = t / T from 0 to 1: a basis in unit time, coefficients C and a duration T.
-From that follow, alike for every kind of motion, its states at any time, the samples that an optimiser looks at,
-and their exact gradients.
+From that follow, alike for every kind of motion, its states, an optimiser's samples, and their exact gradients.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,8 +15,8 @@ from ...common import Array, Brief, InputError
 from ...model import Motion, Robot
 
 Clear = Callable[[Array], bool]  # function that is true if the robot may take all of some poses, (N, n) [rad or m]
-Factors = tuple[Array, Array, Array]
-"""Basis at some s: factors of the coefficients in q, in T qd and in T^2 qdd, each (N, m)."""
+Factors = Array
+"""Basis at some s: factors of the coefficients in q, in T qd and in T^2 qdd, (3, N, m)."""
 Grid = tuple[Array, Factors]
 """Samples of a piece: the fraction of its time that each stands for, shape (N,), and the basis there."""
 _END = 1e-12  # of the duration: what rounding may keep the last sample from falling on the end
@@ -34,9 +33,8 @@ def everywhere(poses: Array) -> bool:
 def sample_count(duration: float, rate: float) -> int:
     """Count samples of a motion of so many seconds at ``rate`` [Hz], its end included where one falls on it."""
     if not duration * rate < _MOST:
-        raise InputError(
-            f"a motion of {duration:g} s at {rate:g} Hz has more than {_MOST} samples: make it shorter"
-        )
+        fault = f"a motion of {duration:g} s at {rate:g} Hz has more than {_MOST} samples"
+        raise InputError(f"{fault}: make it shorter")
     return int(duration * rate * (1.0 + _END)) + 1
 
 
@@ -83,17 +81,14 @@ class JointBounds(Brief):
             if values is not None:
                 limits[kind] = np.array(values, dtype=float)
                 if limits[kind].shape != (robot.n,) or not (limits[kind] > 0.0).all():
-                    raise InputError(
-                        f"{kind} limits {values} do not fit: robot {robot.name!r} needs {robot.n} positive numbers"
-                    )
+                    fault = f"{kind} limits {values} do not fit"
+                    raise InputError(f"{fault}: robot {robot.name!r} needs {robot.n} positive numbers")
         for kind in kinds[:3]:
             finite = np.isfinite(limits[kind]).reshape(robot.n, -1).all(axis=1)
             if not finite.all():
                 missing = ", ".join(str(j + 1) for j in np.flatnonzero(~finite))
-                raise InputError(
-                    f"robot {robot.name!r} has no {kind} limit for joint {missing}: "
-                    "a motion cannot be designed; add it to the description"
-                )
+                fault = f"robot {robot.name!r} has no {kind} limit for joint {missing}"
+                raise InputError(f"{fault}: a motion cannot be designed; add it to the description")
         low, high = limits["position"].T
         return JointBounds(low, high, override * limits["speed"], limits["acceleration"], limits["torque"])
 
@@ -112,17 +107,15 @@ def check_pose(pose: Array, robot: Robot, bounds: JointBounds) -> None:
     """Refuse a pose [rad or m] that is not within the limits."""
     if pose.shape == (robot.n,) and ((pose >= bounds.low) & (pose <= bounds.high)).all():
         return
-    shown, ranges = f"of {len(pose)} numbers", ""
+    shown, ranges = f"of {len(pose)} numbers", list[str]()
     if len(pose) == robot.n:
         scales = np.array([180.0 / np.pi if joint.revolute else 1.0 for joint in robot.joints])
         shown = ", ".join(f"{x:g}" for x in scales * pose)
-        ends = zip(pose, bounds.low, bounds.high, scales, strict=True)
-        ranges = ", ".join(
-            f" (joint {j}: {scale * low:.4g} to {scale * high:.4g}{'' if scale == 1.0 else ' deg'})"
-            for j, (x, low, high, scale) in enumerate(ends, 1)
-            if not low <= x <= high
-        )
-    raise InputError(f"the pose {shown} must be {robot.n} positions within the limits of {robot.name}{ranges}")
+        for j in np.flatnonzero(~((pose >= bounds.low) & (pose <= bounds.high))):
+            low, high = (scales[j] * end[j] for end in (bounds.low, bounds.high))
+            ranges.append(f" (joint {j + 1}: {low:.4g} to {high:.4g}{' deg' * robot.joints[j].revolute})")
+    fault = f"the pose {shown} must be {robot.n} positions within the limits of {robot.name}"
+    raise InputError(fault + ", ".join(ranges))
 
 
 class Samples(NamedTuple):
@@ -200,13 +193,12 @@ class Plan:
         """Position, speed and acceleration at times [s], each (N, n); at rest before 0 and after ``duration``."""
         pieces = self.pieces
         knots = np.concatenate([[0.0], np.cumsum(pieces.durations)])
-        moves = ((t >= 0.0) & (t <= knots[-1]))[:, None]
         inside = np.clip(t, 0.0, knots[-1])
         k = np.clip(np.searchsorted(knots, inside, side="right") - 1, 0, len(pieces.durations) - 1)
-        T = pieces.durations[k]
-        factors = pieces.basis(np.clip((inside - knots[k]) / T, 0.0, 1.0))
+        T, moves = pieces.durations[k][:, None], (t == inside)[:, None]
+        factors = pieces.basis(np.clip((inside - knots[k]) / T[:, 0], 0.0, 1.0))
         q, qd, qdd = (np.einsum("Nm,Nmn->Nn", B, pieces.coefficients[k]) for B in factors)
-        return pieces.start[k] + q, qd / T[:, None] * moves, qdd / T[:, None] ** 2 * moves
+        return pieces.start[k] + q, qd / T * moves, qdd / T**2 * moves
 
     def motion(self, rate: float) -> Motion:
         """Sample the motion at ``rate`` [Hz], its end included where a sample falls on it."""
@@ -215,7 +207,7 @@ class Plan:
 
 
 class FreeStates:
-    """A family whose members are weighted sets of states, each within the joints' limits by itself.
+    """Family of weighted sets of states, each within the joints' limits by itself; a set is no motion.
 
     x holds q, qd and qdd of each state over their limits, then the logs of the weights, which share one second.
     """
@@ -251,11 +243,3 @@ class FreeStates:
         """Apply the Jacobian transposed to the slopes."""
         w = self.sample(x).weight
         return np.concatenate([(np.stack(slope[1:4]) * self._unit).ravel(), w * (slope.weight - w @ slope.weight)])
-
-    def plan(self, x: Array) -> Plan:
-        """Refuse a plan: states without order are no motion."""
-        raise TypeError("a set of states is no motion")
-
-    def eased(self, x: Array, slower: float, smaller: float) -> Array:
-        """Keep states as they are: each keeps its limits by itself."""
-        return x

@@ -30,7 +30,7 @@ def _series(s: Array, harmonics: int) -> Factors:
     """Factors of period a_1 .. a_H and period b_1 .. b_H, q counted from s = 0."""
     wl = 2.0 * np.pi * np.arange(1, harmonics + 1)
     sin, cos = np.sin(wl * s[:, None]), np.cos(wl * s[:, None])
-    return np.hstack([sin / wl, (1.0 - cos) / wl]), np.hstack([cos, sin]), np.hstack([-sin * wl, cos * wl])
+    return np.concatenate([[sin / wl, cos, -sin * wl], [(1.0 - cos) / wl, sin, cos * wl]], axis=2)
 
 
 def _from_offset(b: Array, period: float) -> Array:
@@ -82,9 +82,7 @@ class Fourier(Plan, Brief):
         durations = np.tile([*[self.period] * self.repeats, *[self.transfer] * ways], count)
 
         def basis(s: Array) -> Factors:
-            pairs = zip(_series(s, harmonics), QUINTIC.basis(s), strict=True)
-            q, qd, qdd = (np.hstack([own, quintic[:, -1:]]) for own, quintic in pairs)
-            return q, qd, qdd
+            return np.concatenate([_series(s, harmonics), QUINTIC.basis(s)[..., -1:]], axis=2)
 
         start = np.repeat(self.poses, self.repeats + ways, axis=0)
         return Pieces(start, coefficients.reshape(len(start), -1, n), durations, basis)
@@ -113,10 +111,8 @@ class FourierShape:
 
     def __post_init__(self) -> None:
         if not 2 <= self.harmonics <= _MOST or not 0.0 < self.duration <= LONGEST:
-            raise InputError(
-                f"{self.harmonics} harmonics in {self.duration:g} s: give at least 2, at most {_MOST}, in up to "
-                f"{LONGEST:g} s"
-            )
+            given = f"{self.harmonics} harmonics in {self.duration:g} s"
+            raise InputError(f"{given}: give at least 2, at most {_MOST}, in up to {LONGEST:g} s")
 
     def family(self, robot: Robot, bounds: JointBounds) -> "FreeSeries":
         """Make the family of motions of this shape: about a middle that is free, or from a start within limits."""
@@ -168,10 +164,8 @@ class NearShape(Brief):
             transfer = float(way[0]) + _TRANSFER_MORE
         stay = self.duration / len(poses) - transfer
         if stay < _SHORTEST:
-            raise InputError(
-                f"{self.duration:g} s leave {stay:.1f} s at each pose beside the way between them: give a longer "
-                "--duration"
-            )
+            left = f"{self.duration:g} s leave {stay:.1f} s at each pose beside the way between them"
+            raise InputError(f"{left}: give a longer --duration")
         repeats = max(1, round(stay / _PERIOD))
         return FreeSeries(self, bounds, poses, moving, self.ranges, stay / repeats, repeats, transfer)
 
@@ -239,9 +233,8 @@ class FreeSeries:
 
     def pullback(self, x: Array, slope: Samples) -> Array:
         """Apply the Jacobian transposed to the slopes."""
-        by_start, by_C, _ = self._pieces(x).pullback(
-            _grid(self.harmonics, self.harmonics * self.shape.samples), slope
-        )
+        grid = _grid(self.harmonics, self.harmonics * self.shape.samples)
+        by_start, by_C, _ = self._pieces(x).pullback(grid, slope)
         gradient, count = np.empty(self.layout), self.functions.shape[1]
         by_c = self.period * by_C[:, :, self.moving].swapaxes(1, 2)
         if self.free_middle:

@@ -25,8 +25,7 @@ class PointToPoint(Plan, Brief):
         points: positions [rad or m], shape (K, n).
         durations: of the moves, from the middle of a ramp up to the middle of the ramp down [s], shape (K - 1,).
         ramps: durations of the ramps up and down of each move [s], shape (K - 1, 2).
-        blend: part of a ramp for which the moves before and after a via point overlap: 1 passes it at speed, 0
-            stops there.
+        blend: part of a ramp for which moves overlap at a via point: 1 passes it at speed, 0 stops there.
         smoothing: part of a ramp in which its acceleration rises, and again falls; in (0, 0.5].
     """
 
@@ -74,7 +73,7 @@ def _cubic(s: Array) -> Factors:
     """Factors of T qd and T^2 qdd at the beginning, and of T^3 times the constant jerk."""
     still, one = np.zeros_like(s), np.ones_like(s)
     powers = np.stack([still, one, s, s**2 / 2.0, s**3 / 6.0], axis=1)
-    return powers[:, 2:], powers[:, 1:4], powers[:, :3]
+    return np.stack([powers[:, 2:], powers[:, 1:4], powers[:, :3]])
 
 
 def plan_point_to_point(
@@ -82,7 +81,7 @@ def plan_point_to_point(
     points: Array,
     speed: float | Array = 0.5,
     acceleration: float | Array = 0.5,
-    blend: float = 1.0,
+    blend: float | None = 1.0,
     smoothing: float = 0.25,
 ) -> PointToPoint:
     """Plan the quickest such motion through points that keeps the speed and acceleration limits.
@@ -92,14 +91,22 @@ def plan_point_to_point(
         points: positions [rad or m], shape (K, n).
         speed: fraction of the speed limits to use; for each move its own with shape (K - 1, 1).
         acceleration: fraction of the acceleration limits to use; at each point its own with shape (K, 1).
+        blend: None for stops at every point by the quickest law; an acceleration may then be each move's own.
 
     Raises:
         ValueError: if no limit bounds a move, or two neighbouring points are the same.
     """
-    step, top, strong = _step_and_limits(robot, points, speed, acceleration, smoothing)
+    step, limits = np.diff(np.asarray(points, dtype=float), axis=0), [joint.limits for joint in robot.joints]
+    top = np.array([limit.speed for limit in limits]) * speed
+    strong = np.array([limit.acceleration for limit in limits]) * acceleration * (1.0 - smoothing)
     durations = (np.abs(step) / top).max(axis=1)
     if not ((durations > 0.0).all() and np.isfinite(strong).any()):
         raise ValueError("no speed or acceleration limit bounds a move, or two points are the same")
+    if blend is None:
+        # A move of duration D and ramps R <= D: speed step / D <= top, acceleration step / (D R) <= strong.
+        by_acceleration = (np.abs(step) / strong).max(axis=1)
+        durations = np.maximum(durations, np.sqrt(by_acceleration))
+        return PointToPoint(points, durations, np.tile(by_acceleration / durations, (2, 1)).T, 0.0, smoothing)
     while True:
         moving = step / durations[:, None]
         before = np.vstack([np.zeros_like(step[:1]), moving])
@@ -111,26 +118,3 @@ def plan_point_to_point(
         if not short.any():
             return PointToPoint(points, durations, np.column_stack([ramps[:-1], ramps[1:]]), blend, smoothing)
         durations = np.where(short, durations * _STRETCH, durations)
-
-
-def plan_stops(
-    robot: Robot, points: Array, speed: float | Array, acceleration: float | Array, smoothing: float = 0.25
-) -> PointToPoint:
-    """Plan the quickest motion that stops at every point; speed and acceleration may be each move's, (K - 1, 1)."""
-    step, top, strong = _step_and_limits(robot, points, speed, acceleration, smoothing)
-    by_speed, by_acceleration = ((np.abs(step) / most).max(axis=1) for most in (top, strong))
-    # A move of duration D and ramps R turns by step, with speed step / D <= top and step / (D R) <= strong; R <= D.
-    durations = np.maximum(by_speed, np.sqrt(by_acceleration))
-    if not ((by_speed > 0.0).all() and (by_acceleration > 0.0).all()):
-        raise ValueError("no speed or acceleration limit bounds a move, or two points are the same")
-    ramps = by_acceleration / durations
-    return PointToPoint(points, durations, np.column_stack([ramps, ramps]), 0.0, smoothing)
-
-
-def _step_and_limits(
-    robot: Robot, points: Array, speed: float | Array, acceleration: float | Array, smoothing: float
-) -> tuple[Array, Array, Array]:
-    limits = [joint.limits for joint in robot.joints]
-    top = np.array([limit.speed for limit in limits]) * speed
-    strong = np.array([limit.acceleration for limit in limits]) * acceleration * (1.0 - smoothing)
-    return np.diff(np.asarray(points, dtype=float), axis=0), top, strong

@@ -71,11 +71,9 @@ class StaticShape(Brief):
         for joint, room, approach in zip(self.joints, self.high - self.low, self.approach, strict=True):
             if not 0.0 < 2.0 * approach < room:
                 scale, unit = (180.0 / np.pi, "deg") if robot.joints[joint - 1].revolute else (1.0, "m")
-                raise InputError(
-                    f"joint {joint} has {scale * room:.3g} {unit} of room in its range: none for a pose and "
-                    f"{scale * approach:.3g} {unit} to either side; give a wider --range, a smaller approach, or "
-                    "remove it from --joints"
-                )
+                fault = f"joint {joint} has {scale * room:.3g} {unit} of room in its range: none for a pose and"
+                advice = "give a wider --range, a smaller approach, or remove it from --joints"
+                raise InputError(f"{fault} {scale * approach:.3g} {unit} to either side; {advice}")
         return FreeRests(self, bounds)
 
     def visibility(self, robot: Robot) -> PayloadVisibility:
@@ -94,21 +92,20 @@ class FreeRests:
 
     def __init__(self, shape: StaticShape, bounds: JointBounds) -> None:
         self.shape, self._bounds = shape, bounds
-        self._moving = [joint - 1 for joint in shape.joints]
+        self._moving = moving = [joint - 1 for joint in shape.joints]
         self._middle, self._half = 0.5 * (shape.low + shape.high), 0.5 * (shape.high - shape.low) - shape.approach
-        self.size = shape.count * len(self._moving) + 1
+        self.size = shape.count * len(moving) + 1
         self.low, self.high = -np.ones(self.size), np.ones(self.size)
         self.low[-1], self.high[-1] = 0.0, np.log(_SLOWEST)
         self.reach = low, high = bounds.low.copy(), bounds.high.copy()
-        low[self._moving], high[self._moving] = shape.low, shape.high
+        low[moving], high[moving] = shape.low, shape.high
         self._fixed = np.tile(shape.start, (4 * shape.count + 2, 1))
-        self._fixed[1:-1, self._moving] = np.outer(np.tile(_SIDES, shape.count), shape.approach)
+        self._fixed[1:-1, moving] = np.outer(np.tile(_SIDES, shape.count), shape.approach)
 
     def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
         """Draw random poses, each reached from the one before on a straight line if ``_TRIES`` contain one.
 
-        In one draw of two every other is the mirror image of the one before if that can be: gravity then often
-        pulls the other way.
+        In one draw of two every other mirrors the one before if that can be: gravity often pulls the other way.
         """
         x, on_line, before = np.zeros(self.size), np.linspace(0.0, 1.0, 21)[:, None], self.shape.start
         poses, pairs = x[:-1].reshape(self.shape.count, -1), draw.random() < 0.5

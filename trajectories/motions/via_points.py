@@ -1,8 +1,7 @@
 """Motions through points: designed via points, and trajectories that somebody else planned.
 
 A segment between two points is a quintic, or a trapezoid of speed that rests at both ends. Its coefficients are
-T v0, T^2 a0, T^2 a1 and T v1 of the states at its ends, and the step p1 - p0. The step alone enters, so that a
-joint that stays put does so exactly.
+T v0, T^2 a0, T^2 a1 and T v1 at its ends, and the step p1 - p0: a joint that stays put does so exactly.
 """
 
 from dataclasses import dataclass
@@ -54,7 +53,7 @@ class Quintic:
         first, second = np.zeros_like(powers), np.zeros_like(powers)
         first[:, 1:] = k * powers[:, :5]
         second[:, 2:] = k[1:] * k[:4] * powers[:, :4]
-        return powers @ _HERMITE.T, first @ _HERMITE.T, second @ _HERMITE.T
+        return np.asarray(np.stack([powers, first, second]) @ _HERMITE.T)
 
 
 QUINTIC = Quintic()
@@ -64,8 +63,7 @@ QUINTIC = Quintic()
 class Trapezoid:
     """Trapezoidal segment: a ramp to constant speed and a ramp down, as in a controller's synchronised joint move.
 
-    It rests at both ends. All joints follow one law q0 + (q1 - q0) f(t / T). Its acceleration is constant in each
-    phase and steps between them.
+    It rests at both ends. All joints follow one law q0 + (q1 - q0) f(t / T), with constant acceleration in a phase.
 
     Attributes:
         ramp: fraction of the time that each of the two ramps takes, above 0, at most 0.5 (no constant speed then).
@@ -110,8 +108,7 @@ class Trapezoid:
         f = np.select([up, down], [0.5 * a * s**2, 1.0 - 0.5 * a * left**2], v * (s - 0.5 * self.ramp))
         slope = np.select([up, down], [a * s, a * left], v)
         curve = np.select([up, down], [a, -a], 0.0)
-        of_step = np.array([0.0, 0.0, 0.0, 0.0, 1.0])
-        return np.outer(f, of_step), np.outer(slope, of_step), np.outer(curve, of_step)
+        return np.asarray(np.stack([f, slope, curve])[..., None] * [0.0, 0.0, 0.0, 0.0, 1.0])
 
 
 Segment = Quintic | Trapezoid
@@ -212,10 +209,8 @@ class ViaPointShape:
             raise InputError("the durations of the moves are fixed: leave the longest duration of the motion out")
         times, moves = np.asarray(self.fixed, dtype=float), self.count - 1
         if times.shape not in ((), (moves,)) or not ((times > 0.0) & (times <= LONGEST)).all():
-            seconds = ", ".join(f"{time:g}" for time in times.ravel())
-            raise InputError(
-                f"fixed durations {seconds}: {self.count} via points need {moves} positive ones [s], or one for all"
-            )
+            given = f"fixed durations {', '.join(f'{time:g}' for time in times.ravel())}"
+            raise InputError(f"{given}: {self.count} via points need {moves} positive ones [s], or one for all")
 
     def family(self, robot: Robot, bounds: JointBounds) -> "FreeViaPoints":
         """Make the family of motions of this shape."""
@@ -228,8 +223,7 @@ class FreeViaPoints:
     """Family of motions through via points; for given durations their states are linear in those at the points.
 
     x holds (p - middle) / half range of the points, v / speed limit and a / acceleration limit of the inner ones,
-    then log(T / 1 s) of the segments unless their durations are fixed. A given start is the first point and is not
-    free. First and last point are at rest.
+    then log(T / 1 s) of the segments unless fixed. A given start is not free; first and last point are at rest.
     """
 
     def __init__(self, bounds: JointBounds, shape: ViaPointShape) -> None:
@@ -325,10 +319,7 @@ class FreeViaPoints:
 def quickest(
     step: Array, speed: Array, acceleration: Array, segment: Segment = QUINTIC, least: float = 0.0
 ) -> Array:
-    """Compute durations in which steps (K, n) at rest at both ends keep speeds and accelerations (n,), shape (K,).
-
-    None is shorter than ``least`` [s].
-    """
+    """Compute durations (K,), ``least`` or more, in which steps (K, n) from rest to rest keep both limits, (n,)."""
     # In a time T speeds fall as 1/T and accelerations as 1/T^2.
     by_speed = segment.peak_speed * np.abs(step) / speed
     by_acceleration = np.sqrt(segment.peak_acceleration * np.abs(step) / acceleration)
@@ -377,8 +368,7 @@ def random_via_points(robot: Robot, count: int, seed: int, speed: float = 0.5, s
 class SampledTrajectory(Plan, Brief):
     """A smooth curve through samples; it rests before the first and after the last.
 
-    With speeds and accelerations a quintic between samples, with speeds alone a cubic, with neither the quintic
-    spline that starts and ends at rest.
+    With speeds and accelerations quintics between samples, with speeds alone cubics, with neither a quintic spline.
 
     Attributes:
         t: times [s], shape (N,), rising; counted from the first.
@@ -403,10 +393,8 @@ class SampledTrajectory(Plan, Brief):
         for k, where in ((0, "start"), (-1, "end")):
             moving = np.abs(qd[k]) > _REST * np.abs(qd).max() + 1e-9
             if moving.any():
-                raise InputError(
-                    f"{self.source}: joint {int(np.argmax(moving)) + 1} moves at the {where}: a trajectory must "
-                    "start and end at rest"
-                )
+                fault = f"{self.source}: joint {int(np.argmax(moving)) + 1} moves at the {where}"
+                raise InputError(f"{fault}: a trajectory must start and end at rest")
 
     @cached_property
     def pieces(self) -> Pieces:
@@ -430,18 +418,14 @@ class SampledTrajectory(Plan, Brief):
         limits, (q, qd, qdd) = [joint.limits for joint in robot.joints], self.at(self.t)
         ranges = [limit.position for limit in limits]
         middle = np.array([0.5 * (low + high) if np.isfinite(high - low) else 0.0 for low, high in ranges])
-        shares = {
-            "position": np.abs(q - middle) / (0.5 * np.diff(ranges)[:, 0]),
-            "speed": np.abs(qd) / [limit.speed for limit in limits],
-            "acceleration": np.abs(qdd) / [limit.acceleration for limit in limits],
-        }
+        shares = {"position": np.abs(q - middle) / (0.5 * np.diff(ranges)[:, 0])}
+        for kind, x in (("speed", qd), ("acceleration", qdd)):
+            shares[kind] = np.abs(x) / [getattr(limit, kind) for limit in limits]
         for quantity, share in shares.items():
             k, j = np.unravel_index(int(np.argmax(share)), share.shape)
             if share[k, j] > _OVER:
-                raise InputError(
-                    f"{self.source}: joint {j + 1} goes beyond its {quantity} limit at {self.t[k]:.3f} s "
-                    f"({share[k, j]:.2f} times): make the trajectory smaller or slower"
-                )
+                fault = f"{self.source}: joint {j + 1} goes beyond its {quantity} limit at {self.t[k]:.3f} s"
+                raise InputError(f"{fault} ({share[k, j]:.2f} times): make the trajectory smaller or slower")
 
 
 def joined(motion: Motion, rate: float) -> Motion:

@@ -15,7 +15,6 @@ import numpy as np
 from ....common import Array, InputError
 from ....model import Robot, forward_kinematics
 from ....trajectories import PointToPoint, Trapezoid, ViaPoints, plan_point_to_point
-from ....trajectories.motions.point_to_point import plan_stops
 from ..format import FIRST, Format, element, plain, xml_text
 from ..motion import WrittenMotion, require_six_turning
 
@@ -45,7 +44,7 @@ def val3_replay(motion: WrittenMotion) -> PointToPoint:
     plan, _ = _points(motion)
     accel, speed = (0.01 * percent[:, None] for percent in _moves(motion, plan)[:2])
     if plan.rests:
-        return plan_stops(motion.described, plan.points, speed, accel)
+        return plan_point_to_point(motion.described, plan.points, speed, accel, blend=None)
     at_points = np.minimum(np.vstack([accel, accel[-1:]]), np.vstack([accel[:1], accel]))
     return plan_point_to_point(motion.described, plan.points, speed, at_points)
 
