@@ -115,6 +115,15 @@ def test_gradient_is_the_derivative(goal: str, shape: str) -> None:
     assert slope @ direction == pytest.approx(expected, rel=1e-6, abs=1e-6 * float(np.linalg.norm(slope)) / len(x))
 
 
+@pytest.mark.parametrize("goal", GOALS)
+def test_rows_of_a_motion_hold_its_information(goal: str) -> None:
+    task, draw = problem(goal, "fourier"), np.random.default_rng(0)
+    state = task.state(task.family.random(draw), 0.0)
+    weights = task.row_weights(state, True) * draw.uniform(0.5, 2.0, (task.robot.n, len(state.q)))
+    rows, information = task.rows(state, weights), task.information(state.entries, weights)
+    np.testing.assert_allclose(rows.T @ rows, information, atol=1e-9 * np.abs(information).max())
+
+
 def test_what_was_recorded_counts_as_what_will_be() -> None:
     """A motion after a recording of itself teaches what it teaches when recorded twice as long."""
     task = problem("a", "fourier")
