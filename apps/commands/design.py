@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import field, replace
 from functools import partial
 from pathlib import Path
@@ -96,8 +96,10 @@ class _Learning(LimitOptions, group=GOAL):
         problem = self.problem(shape, goal, loads if counting else None, stood)
         return problem, {"reference": reference, "labels": labels}
 
-    def judge(self, judged: documents.JudgedMotion, seed: int) -> None:
-        """Show and write a motion, with the floor under its criterion if asked for, and its view."""
+    def judge(
+        self, judged: documents.JudgedMotion, seed: int, write: Callable[[], None] = lambda: None
+    ) -> None:
+        """Show a motion, with the floor under its criterion if asked for, ``write`` its files and its view."""
         problem = judged.score.problem
         if self.bound:
             try:
@@ -106,6 +108,7 @@ class _Learning(LimitOptions, group=GOAL):
                 judged = judged._replace(floor=floor)
             except KeyboardInterrupt:  # it costs no motion
                 note("interrupted: the floor is not known")
+        write()
         self.give(sections.design_report(judged), lambda: documents.design_document(judged), {})
         self.write_view(lambda: view.view_of(problem.robot, judged.motion, problem=problem))
 
@@ -136,6 +139,7 @@ class _Design(MotionFiles, _Learning, group=MOTION):
 
     def __call__(self) -> None:
         (robot, bounds, _), start = self.limited, None
+        self.check_formats(robot, not self.fourier)
         if self.start:
             with about("--start"):
                 pose = in_si(self.start, robot)
@@ -154,7 +158,7 @@ class _Design(MotionFiles, _Learning, group=MOTION):
         if self.fourier is not None:
             shape = trajectories.FourierShape(self.fourier, self.duration, start=start)
         problem, named = self.request(shape)
-        design = self.best_motion(problem, self.starts, not self.fourier, problem.criterion.kind)
+        design = self.best_motion(problem, self.starts, problem.criterion.kind)
         judged = documents.JudgedMotion.of(design)._replace(**named)
         written = WrittenMotion(problem.robot, design.plan, problem.bounds, design_head(design, judged.learnt))
         if self.val3:  # what a controller would make of the via points if its profiles are trapezoidal
@@ -162,8 +166,7 @@ class _Design(MotionFiles, _Learning, group=MOTION):
             judged = judged._replace(replay=trajectories.score_motion(problem, profile))
         estimated = () if problem.payloads is not None else ("val3",)
         self.check_replays(problem, written, *estimated)
-        self.write_motion(written)
-        self.judge(judged, self.seed)
+        self.judge(judged, self.seed, partial(self.write_motion, written))
 
     def check(self) -> None:
         """Refuse options of the other shape."""
@@ -256,6 +259,7 @@ class _Near(MotionFiles, group=MOTION):
 
     def __call__(self) -> None:
         robot, bounds, known = self.limited
+        self.check_formats(robot, self.static)
         payload = known.heaviest
         mass, scale = self.mass
         if isinstance(payload, trajectories.PayloadSet) and mass > payload.mass:
@@ -286,7 +290,7 @@ class _Near(MotionFiles, group=MOTION):
             raise InputError(f"{option} needs --torque-limits, and --robot-parameters or --arm-mass")
         problem = self.problem(shape, goal, loads)
         trajectories.check_held(problem, shape.poses)
-        design = self.best_motion(problem, self.starts or (None if self.static else 1), self.static)
+        design = self.best_motion(problem, self.starts or (None if self.static else 1))
         samples = design.motion(documents.FIGURE_RATE)
         if self.static:  # the search looks at poses on the way, not at the motion through them
             run = trajectories.score_motion(problem, samples)

@@ -242,19 +242,19 @@ class MotionFiles(LimitOptions, group=FILES):
         }
         return {name: (path, motion) for name, (path, motion) in files.items() if path}
 
-    def best_motion(
-        self, problem: trajectories.DesignProblem, starts: int | None, via_points: bool, kind: str = ""
-    ) -> trajectories.Design:
-        """The best motion that keeps every limit; the best criterion so far is told if its ``kind`` is given.
-
-        What a format has no place for is refused before.
-        """
+    def check_formats(self, robot: model.Robot, via_points: bool) -> None:
+        """Refuse what a format has no place for, before any search."""
         if self.ros2:
-            check_joint_names(self.joint_names, problem.robot.n)
+            check_joint_names(self.joint_names, robot.n)
         if self.urscript:
-            check_urscript(problem.robot, self.controller_rate)
+            check_urscript(robot, self.controller_rate)
         if self.val3:
-            check_val3(problem.robot, via_points, Path(self.val3).name)
+            check_val3(robot, via_points, Path(self.val3).name)
+
+    def best_motion(
+        self, problem: trajectories.DesignProblem, starts: int | None, kind: str = ""
+    ) -> trajectories.Design:
+        """The best motion that keeps every limit; the best criterion so far is told if its ``kind`` is given."""
         with status("building") as progress:
 
             def show(text: str, best: float | None, evaluations: int) -> None:

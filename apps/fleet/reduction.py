@@ -2,6 +2,7 @@
 
 import hashlib
 import multiprocessing
+import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
@@ -26,6 +27,7 @@ from ..extras import extra, parquet_bytes, parquet_rows
 from ..logs.map import LogMap
 from ..logs.read import SUFFIXES, read_recordings
 
+_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 KNOWN = ("arm", "day", "payload")
 """Facts that may be known of a log: the arm's own name, ISO day or time, and kg that the controller was told."""
 _AGAIN = "run 'dynident fleet reduce' again, what is done is kept"
@@ -386,12 +388,16 @@ def _by_processes(reduced: _Reduce, logs: Sequence[Log], workers: int) -> Iterat
 
 @contextmanager
 def process_pool(workers: int) -> Iterator[Executor]:
-    """Processes; what waits is dropped when the block is left."""
+    """Processes with one thread of linear algebra each; what waits is dropped when the block is left."""
+    before = {name: os.environ.get(name) for name in _THREADS}
+    os.environ.update(dict.fromkeys(_THREADS, "1"))
     pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"))
     try:
         yield pool
     finally:
         pool.shutdown(cancel_futures=True)
+        for name, value in before.items():
+            os.environ.pop(name) if value is None else os.environ.update({name: value})
 
 
 @contextmanager

@@ -318,7 +318,7 @@ def design_document(judged: JudgedMotion) -> DesignDocument:
     return DesignDocument.made(
         *(problem, score, score, learnt, design, judged),
         robot_fingerprint=problem.robot.fingerprint,
-        noise_from=problem.goal.noise_from,
+        noise_from=problem.goal.noise_source,
         predicted_sigma_percent=percent,
         limits=LimitsDocument.of(score, nearest=score.limits),
         evaluated=judged.source,
@@ -342,7 +342,7 @@ def near_document(result: NearResult) -> NearDocument:
     return NearDocument.made(
         *(problem, score, learnt, plan, design),
         **kind,
-        noise_from=problem.goal.noise_from,
+        noise_from=problem.goal.noise_source,
         visibility=VisibilityDocument.of(result.visibility),
         predicted_sigma=result.spread,
         ladder=result.ladder or None,

@@ -86,8 +86,7 @@ class LongMotion(Brief):
         counts = {len(part.blocks) for part in (self.loaded, self.unloaded, self.difference) if part}
         if self.difference and self.difference.blocks and self.loaded.blocks and len(counts) > 1:
             raise ValueError("paired blocks must be as many without and with payload")
-        if self.known is not None:
-            measured_part(self.known, self.robot)
+        check_known(self.robot, self.base, self.known)
 
     @property
     def why_no_pair(self) -> str:
@@ -176,13 +175,18 @@ def measured_part(known: Estimate, robot: Robot) -> Estimate:
     base = base_parameters(robot)
     if robot.drives.unmeasured and set(known.names) <= set(base.standard):
         return known.mapped(base.effect_of(known.names), base.columns)
-    if known.names != base.columns:
+    check_known(robot, base, known)
+    return known
+
+
+def check_known(robot: Robot, base: BaseParameters, known: Estimate | None) -> None:
+    """Refuse parameters that are not those of this model."""
+    if known is not None and known.names != base.columns:
         missing = sorted(set(known.names) ^ set(base.columns)) or ["their order"]
         raise InputError(
             f"the stored robot parameters are of another model of {robot.name}: they differ in "
             f"{', '.join(missing[:8])}: identify the robot again with the same options"
         )
-    return known
 
 
 def stored_robot(robot: Estimate) -> Known:

@@ -283,11 +283,14 @@ def under_load(motion: LongMotion, friction: Mapping[str, SoftPrior]) -> tuple[E
         # It scales the torque of both, without friction; the payload's own is therefore found first.
         every = zip(robot.names, robot.values.tolist(), strict=True)
         scaled = {name: value for name, value in every if not is_friction(name)}
-        for _ in range(2):
+
+        def with_scale() -> Equations:
             column = [scaled.get(name, 0.0) for name in columns[:-1]]
-            loaded = motion.loaded.transformed(np.column_stack([np.eye(len(column)), column]), columns)
-            values = LinearProblem(loaded, (*PAYLOAD, _SCALE), (robot,), near).solved().values
-            scaled |= zip(PAYLOAD, (values[:-1] / (1.0 + values[-1])).tolist(), strict=True)
+            return motion.loaded.transformed(np.column_stack([np.eye(len(column)), column]), columns)
+
+        values = LinearProblem(with_scale(), (*PAYLOAD, _SCALE), (robot,), near).solved().values
+        scaled |= zip(PAYLOAD, (values[:-1] / (1.0 + values[-1])).tolist(), strict=True)
+        loaded = with_scale()
     loaded = in_payload_frame(motion.robot, loaded)
     M = np.eye(len(loaded.columns))[:, [*range(len(loaded.columns)), *map(loaded.columns.index, friction)]]
     changes = {f"{name} under load": role for name, role in friction.items()}

@@ -265,8 +265,7 @@ class ShortMotion(Brief):
 
     def __post_init__(self) -> None:
         """Refuse another model's robot."""
-        if self.known is not None:
-            long_motion.measured_part(self.known, self.robot)
+        long_motion.check_known(self.robot, self.base, self.known)
 
     @cached_property
     def loaded(self) -> Equations:

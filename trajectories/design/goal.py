@@ -269,7 +269,7 @@ class Goal(Brief):
         noise: standard deviation of the torque noise of a recording per joint [N·m or N], shape (n,); None for
             ``assumed_noise``, inf for a joint whose torque is not used.
         rate: independent samples per second that will be recorded [Hz].
-        noise_from: source of the noise, in words; of assumed noise it is known.
+        noise_from: source of the noise, in words; that of assumed noise is ``noise_source``.
         data_length: how long will be recorded, the motion being repeated [s]; None for one motion as it is.
         offsets: whether ``columns`` may name constant torques of the joints, though the robot has none of its own.
         paired: whether torques are differences of two recordings, as those of a payload alone always are.
@@ -299,8 +299,11 @@ class Goal(Brief):
             raise InputError("criterion a needs reference values that standard deviations are relative to")
         if self.earlier is not None and self.data_length is None:
             raise InputError("with earlier recordings the data length to come must be given")
-        if self.noise is None:
-            object.__setattr__(self, "noise_from", ASSUMED_NOISE)
+
+    @property
+    def noise_source(self) -> str:
+        """Source of the torque noise, in words."""
+        return ASSUMED_NOISE if self.noise is None else self.noise_from
 
     def sigma(self, robot: Robot) -> Array:
         """Standard deviation of the torques per joint [N·m or N], shape (n,); 1 where no limit tells it."""

@@ -105,6 +105,8 @@ def plan_point_to_point(
     if blend is None:
         # A move of duration D and ramps R <= D: speed step / D <= top, acceleration step / (D R) <= strong.
         by_acceleration = (np.abs(step) / strong).max(axis=1)
+        if not (by_acceleration > 0.0).all():
+            raise ValueError("no acceleration limit bounds a move")
         durations = np.maximum(durations, np.sqrt(by_acceleration))
         return PointToPoint(points, durations, np.tile(by_acceleration / durations, (2, 1)).T, 0.0, smoothing)
     while True:

@@ -143,7 +143,7 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
         scatter = joined(problem.noise[np.isfinite(problem.noise)], ".2g")
         noted = [
             f"1 sigma is {100.0 * ratio:.2g} % of the mass.{advice}",
-            f"Scatter of the torque at rest from one approach to the next ({problem.goal.noise_from}): {scatter} "
+            f"Scatter of the torque at rest from one approach to the next ({problem.goal.noise_source}): {scatter} "
             "N·m or N. Constant torques may change between recordings, those of the arm by 0.66 times that, of the "
             "wrist freely.",
         ]
@@ -262,7 +262,7 @@ def noise_line(problem: DesignProblem) -> str:
     """The torque errors that predicted standard deviations rest on."""
     values, goal = joined(problem.noise[np.isfinite(problem.noise)], ".2g"), problem.goal
     known = f"{values} N·m or N, {'in each of two recordings, ' * (goal.single_rate < goal.rate)}"
-    return f"Torque noise {problem.goal.noise_from}: {known}{goal.rate:.3g} independent samples a second."
+    return f"Torque noise {problem.goal.noise_source}: {known}{goal.rate:.3g} independent samples a second."
 
 
 def _taught_table(problem: DesignProblem, learnt: Learnt) -> Table:
