@@ -47,15 +47,15 @@ class XmlEdits:
         except ElementTree.ParseError as error:
             raise InputError(f"{path}: not valid XML: {error}") from None
         self._path, self._text, self._changes = path, text, list[tuple[int, int, str]]()
-        places, opened = list[list[int]](), list[list[int]]()
+        # Of each element where it begins, where what is inside begins, and where it ends.
+        self._places, opened, elements = dict[Element, list[int]](), list[list[int]](), self.root.iter()
         for found in _TOKEN.finditer(text):
             if found["close"]:
                 opened.pop()[2] = found.end()
             elif found["tag"]:
-                places.append([found.start(), found.end(), found.end()])
-                opened += [] if found["alone"] else places[-1:]
-        # Of each element where it begins, where what is inside begins, and where it ends.
-        self._places = dict(zip(self.root.iter(), places, strict=True))
+                each, place = next(elements), [found.start(), found.end(), found.end()]
+                each.tag, self._places[each] = found["tag"], place  # as it is written, without its namespace
+                opened += [] if found["alone"] else [place]
 
     def named(self, tag: str, name: str) -> "Element[Any]":
         """The element of a tag and a name, which must stand in the file."""
