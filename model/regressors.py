@@ -95,7 +95,7 @@ def term_matrix(columns: Sequence[Mapping[int, Any]], n: int) -> ca.SX:
 def load_expression(robot: Robot, state: DriveState, columns: Sequence[str], chi: ca.SX) -> ca.SX:
     """Torques of links, payload and spring, which the gears carry, n x 1, by values ``chi`` of some columns.
 
-    Columns of drives do not count, and none may stand twice; values may be of base parameters, where the others are zero.
+    Columns of drives do not count, and none may stand twice; values may be of base parameters, the others zero.
     """
     load = link_torques(robot, state, columns, chi)
     if robot.spring is not None:

@@ -96,9 +96,7 @@ class _Learning(LimitOptions, group=GOAL):
         problem = self.problem(shape, goal, loads if counting else None, stood)
         return problem, {"reference": reference, "labels": labels}
 
-    def judge(
-        self, judged: documents.JudgedMotion, seed: int, write: Callable[[], None] = lambda: None
-    ) -> None:
+    def judge(self, judged: documents.JudgedMotion, seed: int, write: Callable[[], None] = lambda: None) -> None:
         """Show a motion, with the floor under its criterion if asked for, ``write`` its files and its view."""
         problem = judged.score.problem
         if self.bound:
