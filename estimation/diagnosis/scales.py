@@ -100,7 +100,9 @@ def nominal_gravity(robot: Robot, states: States | None) -> NominalGravity | Non
     squares, counts = np.array([one.whole[-1, -1] for one in joints]), rows[:, 0].sum(axis=1)
     left = np.maximum([1.0 - one.effect(range(3)).fall for one in joints], _FLOOR) * squares
     weights = np.where(left > 0.0, counts / np.where(left > 0.0, left, 1.0), 0.0)
-    whole, left_out = (np.tensordot(weights, [one[k] for one in joints], 1) for k in range(2))
+    # A standard deviation by the formula is one of weighted rows.
+    joints = [one._replace(whole=w * one.whole, left=w * one.left) for w, one in zip(weights, joints, strict=True)]
+    whole, left_out = (np.sum([one[k] for one in joints], axis=0) for k in range(2))
     gravity, each = Added(whole, left_out, joints[0].payload).effect(range(3)), [one.effect([3]) for one in joints]
     needed = np.linalg.norm(expected * states.keep.T, axis=1)
     shown = needed > CARRIES * needed.max()
