@@ -102,7 +102,7 @@ def nominal_gravity(robot: Robot, states: States | None) -> NominalGravity | Non
     weights = np.where(left > 0.0, counts / np.where(left > 0.0, left, 1.0), 0.0)
     # A standard deviation by the formula is one of weighted rows.
     joints = [one._replace(whole=w * one.whole, left=w * one.left) for w, one in zip(weights, joints, strict=True)]
-    whole, left_out = (np.sum([one[k] for one in joints], axis=0) for k in range(2))
+    whole, left_out = (np.sum(np.array([one[k] for one in joints]), axis=0) for k in range(2))
     gravity, each = Added(whole, left_out, joints[0].payload).effect(range(3)), [one.effect([3]) for one in joints]
     needed = np.linalg.norm(expected * states.keep.T, axis=1)
     shown = needed > CARRIES * needed.max()
