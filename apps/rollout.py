@@ -176,11 +176,16 @@ class Errors:
     by: Mapping[str, Array]  # model -> root mean square over the joints of each start at each time, S x K
     resting: NDArray[np.bool_]  # starts at which no joint moved, shape (S,)
 
+    def spread(self, model: str, seconds: float, resting: bool = False) -> tuple[float, float] | None:
+        """Error of a model after one of ``times``, median and 90 % of the starts; None without such starts."""
+        errors = np.sort(self.by[model][self.resting == resting, int(np.argmin(np.abs(self.times - seconds)))])
+        last = len(errors) - 1
+        return (float(errors[int(0.5 * last)]), float(errors[int(0.9 * last)])) if len(errors) else None
+
     def spreads(self, seconds: float, resting: bool = False) -> dict[str, tuple[float, float]]:
-        """Error of every model after one of ``times``, median and 90 % of the starts; empty without such starts."""
-        chosen, at = self.resting == resting, int(np.argmin(np.abs(self.times - seconds)))
-        last, every = int(chosen.sum()) - 1, {by: np.sort(own[chosen, at]).tolist() for by, own in self.by.items()}
-        return {by: (own[int(0.5 * last)], own[int(0.9 * last)]) for by, own in every.items() if own}
+        """Errors of every model by its name; empty without such starts."""
+        every = {model: self.spread(model, seconds, resting) for model in self.by}
+        return {model: spread for model, spread in every.items() if spread is not None}
 
 
 def roll_out_all(
