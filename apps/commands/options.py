@@ -99,6 +99,11 @@ class Setup:
     stored: estimation.RobotResult | None = None  # an earlier identification, if its parameters count
     told: set[str] = field(default_factory=set)  # notes that were printed already
 
+    @property
+    def known(self) -> estimation.Estimate | None:
+        """The estimate of an earlier identification."""
+        return self.stored.estimate if self.stored is not None else None
+
     def read(self, paths: Sequence[str | tuple[str, ...]]) -> list[model.Recording]:
         """Read recordings, one with gaps as its pieces; what a file says of how it was read is told once."""
         with status("reading") as progress:

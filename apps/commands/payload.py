@@ -17,7 +17,6 @@ from .entry import KNOWN, SETTING, about, note, status
 from .options import EquationsFile, PageOptions, RecordingOptions, ViewOptions
 from .values import Share, number, numbers, word
 
-_SETTINGS = ("friction", "essential", "friction_change", "free_friction", "scale_sigma")
 _KNOWN = Parameter(group=KNOWN)
 _BOX, _CENTRED = "X0,X1,Y0,Y1,Z0,Z1", "X,Y,Z,A,B,C"
 _bounds = word(values.bounds, "LEAST,MOST")
@@ -79,42 +78,6 @@ class PayloadOptions(ViewOptions, PageOptions, RecordingOptions):
                 "give --unloaded recordings or --robot-parameters: without either nothing can be compared"
             )
 
-    def __call__(self) -> bool:
-        """Reduce the recordings, estimate the payload, and judge it."""
-        constraints, stand_in = self.constraints(), None
-        # Options that one of the two commands has.
-        names = ("method", "static", "inertia", "npz", "validate", "moving", *_SETTINGS)
-        method, static, inertia, npz, validate, moving, *asked = (getattr(self, name, None) for name in names)
-        if inertia is not None:
-            stand_in = estimation.StandIn.parse(inertia)
-        setup = self.setup()
-        known = setup.stored.estimate if setup.stored else None
-        robot, unloaded, loaded = setup.robot, setup.read(self.unloaded), setup.read(self.loaded)
-        held_out = setup.read(validate or ())
-        gains = self.errors(setup, loaded, unloaded)
-        with status("reading") as progress, about(fault=estimation.SolverError):  # constraints may leave no body
-            methods = None if method in (None, "all") else (int(method),)
-            chosen = dict(zip(_SETTINGS, asked, strict=True))
-            settings = setup.settings(progress, gains=gains, methods=methods, joints=moving, **chosen)
-            if static:
-                result = estimation.weigh_at_rest(robot, loaded, unloaded, constraints, settings)
-            elif method is None:
-                result = estimation.weigh(robot, loaded, unloaded, known, constraints, settings)
-            else:
-                problem = estimation.payload_problem(robot, loaded, unloaded, known, settings)
-                progress("estimating")
-                if methods is None and settings.scale_sigma:
-                    note("--scale-sigma: methods 2 and 3 have no column for the scale of loaded torques: left out")
-                result = estimation.answer_payload(problem, held_out, constraints).result
-            result = result.assuming(stand_in) if stand_in is not None else result
-        spare = "--inertia is not needed: the inertia was measured well enough."
-        notes = [spare] if stand_in is not None and not result.assumed else []
-        self.give(payload_report(result, self.document, notes), lambda: result, setup.in_words())
-        if npz:
-            results.write_npz(npz, estimation.payload_system(result.working.problem))
-        self.write_view(lambda: view.view_of_answer(robot, loaded[0], result))
-        return result.verdict.level != "do_not_use"
-
 
 class _Payload(PayloadOptions):
     rules: ClassVar = {
@@ -148,6 +111,26 @@ class _Payload(PayloadOptions):
         elif self.method in ("1", "2"):
             self.refuse("friction_change", "belongs to methods 3, 4 and to --robot-parameters: none is asked for")
 
+    def __call__(self) -> bool:
+        constraints, setup = self.constraints(), self.setup()
+        unloaded, loaded, held_out = map(setup.read, (self.unloaded, self.loaded, self.validate))
+        gains = self.errors(setup, loaded, unloaded)
+        with status("reading") as progress, about(fault=estimation.SolverError):  # constraints may leave no body
+            names = ("friction", "essential", "friction_change", "free_friction", "scale_sigma")
+            asked = {name: getattr(self, name) for name in names}
+            methods = None if self.method == "all" else (int(self.method),)
+            settings = setup.settings(progress, gains=gains, methods=methods, **asked)
+            problem = estimation.payload_problem(setup.robot, loaded, unloaded, setup.known, settings)
+            progress("estimating")
+            if methods is None and self.scale_sigma:
+                note("--scale-sigma: methods 2 and 3 have no column for the scale of loaded torques: left out")
+            result = estimation.answer_payload(problem, held_out, constraints).result
+        self.give(payload_report(result, self.document), lambda: result, setup.in_words())
+        if self.npz:
+            results.write_npz(self.npz, estimation.payload_system(problem))
+        self.write_view(lambda: view.view_of_answer(setup.robot, loaded[0], result))
+        return result.verdict.level != "do_not_use"
+
 
 class _Weigh(PayloadOptions):
     # A difference of torques frees friction.
@@ -162,3 +145,23 @@ class _Weigh(PayloadOptions):
     """Weigh at rest: the arm stands still in poses, each reached from both sides (see near --static)."""
     inertia: Annotated[str | None, Parameter(metavar="box:AxBxC|cylinder:DxL")] = None
     """Assume the inertia of this body, in mm, if none is measured."""
+
+    def __call__(self) -> bool:
+        constraints = self.constraints()
+        stand_in = estimation.StandIn.parse(self.inertia) if self.inertia is not None else None
+        setup = self.setup()
+        loaded, unloaded = setup.read(self.loaded), setup.read(self.unloaded)
+        gains, change = self.errors(setup, loaded, unloaded), self.friction_change
+        with status("reading") as progress, about(fault=estimation.SolverError):  # constraints may leave no body
+            settings = setup.settings(progress, gains=gains, joints=self.moving, friction_change=change)
+            if self.static:
+                result = estimation.weigh_at_rest(setup.robot, loaded, unloaded, constraints, settings)
+            else:
+                result = estimation.weigh(setup.robot, loaded, unloaded, setup.known, constraints, settings)
+            result = result.assuming(stand_in) if stand_in is not None else result
+        spare = "--inertia is not needed: the inertia was measured well enough."
+        measured = stand_in is not None and not result.assumed
+        shown = payload_report(result, self.document, [spare] if measured else [])
+        self.give(shown, lambda: result, setup.in_words())
+        self.write_view(lambda: view.view_of_answer(setup.robot, loaded[0], result))
+        return result.verdict.level != "do_not_use"

@@ -126,9 +126,9 @@ class States(NamedTuple):
 
     def mixed(self, other: "States", mask: Mask) -> "States":
         """Take some of the states in another reading."""
-        both = zip(States._fields[1:6], other[1:6], self[1:6], strict=True)
-        motion: dict[str, Any] = {name: np.where(mask[:, None], one, rest) for name, one, rest in both}
-        return self._replace(**motion)
+        names, own = ("q", "qd", "qdd", "torque", "keep"), mask[:, None]
+        arrays: dict[str, Any] = {name: np.where(own, getattr(other, name), getattr(self, name)) for name in names}
+        return self._replace(**arrays)
 
 
 def states_of(source: Source | None, fewest: int = _FEWEST) -> States | None:

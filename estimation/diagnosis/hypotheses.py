@@ -434,6 +434,7 @@ def bursts(system: System) -> Effect | None:
     states, recording = system.states, system.states.recording
     passed = (states.t - states.t[np.searchsorted(recording, recording)]) / STRETCH
     _, stretch = np.unique(np.stack([recording, passed.astype(int)]), axis=1, return_inverse=True)
+    stretch = stretch.ravel()  # one release of numpy keeps the axis
     rows = np.bincount(stretch, system.keep.sum(axis=0))
     grams, rows = system.grams(stretch)[rows > 0], rows[rows > 0]
     values = solved(grams.sum(axis=0), system.prior)[:, 0]

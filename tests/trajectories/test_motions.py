@@ -1,5 +1,6 @@
 """Motions and their families: derivatives exact, within the limits, at rest at the ends."""
 
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -97,6 +98,10 @@ def test_stops_run_each_move_by_its_own_law() -> None:
     times = [trapezoid_time(step[k], speed[k] * TOP, acceleration[k] * STRONG) for k in range(5)]
     assert sharp.duration >= sum(times) * (1.0 - 1e-9)
     assert sharp.duration == pytest.approx(sum(times), rel=0.05), "one law for all joints is hardly slower"
+    first, *others = RX90.joints
+    free = replace(RX90, joints=(replace(first, limits=replace(first.limits, acceleration=np.inf)), *others))
+    with pytest.raises(ValueError, match="no speed or acceleration limit bounds a move"):
+        trajectories.plan_point_to_point(free, np.outer([0.0, 1.0], np.eye(6)[0]), blend=None)
 
 
 T = np.linspace(0.0, 2.0, 201)

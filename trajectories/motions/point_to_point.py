@@ -99,14 +99,14 @@ def plan_point_to_point(
     step, limits = np.diff(np.asarray(points, dtype=float), axis=0), [joint.limits for joint in robot.joints]
     top = np.array([limit.speed for limit in limits]) * speed
     strong = np.array([limit.acceleration for limit in limits]) * acceleration * (1.0 - smoothing)
-    durations = (np.abs(step) / top).max(axis=1)
+    durations, unbounded = (np.abs(step) / top).max(axis=1), "no speed or acceleration limit bounds a move"
     if not ((durations > 0.0).all() and np.isfinite(strong).any()):
-        raise ValueError("no speed or acceleration limit bounds a move, or two points are the same")
+        raise ValueError(f"{unbounded}, or two points are the same")
     if blend is None:
         # A move of duration D and ramps R <= D: speed step / D <= top, acceleration step / (D R) <= strong.
         by_acceleration = (np.abs(step) / strong).max(axis=1)
         if not (by_acceleration > 0.0).all():
-            raise ValueError("no acceleration limit bounds a move")
+            raise ValueError(f"{unbounded}, or two points are the same")
         durations = np.maximum(durations, np.sqrt(by_acceleration))
         return PointToPoint(points, durations, np.tile(by_acceleration / durations, (2, 1)).T, 0.0, smoothing)
     while True:
