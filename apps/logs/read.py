@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from msgspec import structs
@@ -14,7 +14,6 @@ from msgspec import structs
 from ...common.arrays import Array, Mask
 from ...common.errors import InputError, encodable
 from ...common.schema import WrongKeyError
-from ...estimation.diagnosis.kinematics import ToolPoses
 from ...estimation.signals.rows import cut, frozen_rows, origin, pieces, typical_step, without_held
 from ...model import Processing, Recording, Robot
 from ..extras import modules
@@ -23,6 +22,9 @@ from .columns import PLAIN, Naming, RawLog, check_missing, choose, in_a_row, rec
 from .csv_log import csv_log
 from .formats.ros_bag import ros_bag
 from .map import SHORT, SI, Layout, LogMap, Quantity, factor
+
+if TYPE_CHECKING:
+    from ...estimation.diagnosis.kinematics import ToolPoses
 
 _READERS: dict[str, Callable[[Path, Layout], RawLog]] = {
     ending: reader
@@ -305,11 +307,13 @@ def _clock(raw: RawLog, column: str, unit: str, values: Array, notes: list[str])
     return t[later], later, origin * scale
 
 
-def read_tool_poses(path: LogPath, robot: Robot, log_map: LogMap | None = None) -> ToolPoses | None:
+def read_tool_poses(path: LogPath, robot: Robot, log_map: LogMap | None = None) -> "ToolPoses | None":
     """Read joint positions and tool poses of a log; None if it has none.
 
     The map's ``pose`` names the columns; without it x, y, z [m] and qx, qy, qz, qw are taken, if there.
     """
+    from ...estimation.diagnosis.kinematics import ToolPoses
+
     naming = named(path, robot, log_map)
     raw, log_map, pose = naming.raw, naming.log_map, naming.pose
     if pose is None:

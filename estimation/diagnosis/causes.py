@@ -16,7 +16,6 @@ from ...model import Coupling, Robot, load_robot, robot_names
 from .engine import States, System
 from .evidence import Alternative, Evidence, Finding, Severity, note
 from .hypotheses import HELPFUL, pull_of
-from .kinematics import Reading
 
 ROBOT, ROBOT_Z = 0.01, 3.0
 """Fraction by which chi2 falls with another robot, and Vuong's statistic, above which it is that robot's."""
@@ -98,8 +97,8 @@ def alternatives(robot: Robot, states: States | None, free_gains: bool = False) 
     speed = own.states.qd.T
     rubs = np.eye(robot.n)[:, :, None] * (np.sign(speed) * np.sqrt(np.abs(speed)))[:, None]
     friction = own.fit.system.with_columns(rubs).effect(range(robot.n)).fall
-    plain, gravity = Reading.as_recorded(robot.n), robot.gravity
-    turned = ((str(j + 1), plain.changed(j, sign=-1).of(states), None) for j in range(robot.n))
+    gravity, turns = robot.gravity, 1.0 - 2.0 * np.eye(robot.n)
+    turned = ((str(j), states.read(np.diag(signs)), None) for j, signs in enumerate(turns, 1))
     found = [own.compared(reading, kind="turned") for reading in turned]
     if any(gravity):
         found.append(own.compared(("", states, replace(robot, gravity=(0.0, 0.0, 0.0))), kind="weightless"))
@@ -207,21 +206,23 @@ def clocks(own: Comparison, _: Mask) -> Iterator[Read]:
 
 def joint_columns(own: Comparison, _: Mask) -> Iterator[Read]:
     """Joints, torques or positions exchanged, of the wrong sign, or with a zero a quarter or half turn away."""
-    n, states, plain = own.robot.n, own.states, Reading.as_recorded(own.robot.n)
-    for j in range(n):
-        yield f"the sign of the torque of joint {j + 1} is wrong", plain.changed(j, torque=-1).of(states), None
+    n, states, one = own.robot.n, own.states, np.eye(own.robot.n)
+    for j, signs in enumerate(1.0 - 2.0 * one, 1):
+        yield f"the sign of the torque of joint {j} is wrong", states._replace(torque=states.torque * signs), None
     for i, j in combinations(range(n), 2):
-        changed, names = plain.swapped(i, j).of(states), f"joints {i + 1} and {j + 1} are exchanged"
+        names, order = f"joints {i + 1} and {j + 1} are exchanged", np.arange(n)
+        order[[i, j]] = j, i
+        changed = states.read(one[order])
         yield f"the torques of {names}", states._replace(torque=changed.torque), None
         yield names, changed, None
         yield f"the positions of {names}", changed._replace(torque=states.torque), None
-    for j in range(n):
-        changed = plain.changed(j, sign=-1).of(states)
-        yield f"the sign of q{j + 1} is wrong", changed._replace(torque=states.torque), None
-        yield f"joint {j + 1} has the opposite sign, in position and torque", changed, None
+    for j, signs in enumerate(1.0 - 2.0 * one, 1):
+        changed = states.read(np.diag(signs))
+        yield f"the sign of q{j} is wrong", changed._replace(torque=states.torque), None
+        yield f"joint {j} has the opposite sign, in position and torque", changed, None
     for j, quarters in product(range(1, n), (1, 3, 2)):
         text = f"the zero of q{j + 1} is off by {180 if quarters == 2 else 90} degrees"
-        yield text, plain.changed(j, quarters=quarters).of(states), None
+        yield text, states._replace(q=states.q + quarters * np.pi / 2 * one[j]), None
 
 
 def gravity(own: Comparison, mask: Mask) -> Iterator[Read]:

@@ -124,6 +124,17 @@ class States(NamedTuple):
         """Take some of the states: a slice, a mask or numbers."""
         return self._replace(**{name: getattr(self, name)[index] for name in States._fields[:-2]})
 
+    def read(self, M: Array, turn: "float | Array" = 0.0, torque: Array | None = None) -> "States":
+        """Read joints from columns of the log: positions M q + ``turn``, and torques by the same matrix or another.
+
+        Rows of that of torques are columns of the log, or their opposites.
+        """
+        T = M if torque is None else torque
+        return self._replace(
+            q=self.q @ M.T + turn, qd=self.qd @ M.T, qdd=self.qdd @ M.T, torque=self.torque @ T.T,
+            keep=self.keep[:, np.abs(T).argmax(axis=1)],
+        )  # fmt: skip
+
     def mixed(self, other: "States", mask: Mask) -> "States":
         """Take some of the states in another reading."""
         names, own = ("q", "qd", "qdd", "torque", "keep"), mask[:, None]

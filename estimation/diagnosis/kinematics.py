@@ -51,12 +51,6 @@ class Reading(NamedTuple):
         """Take every column as it stands."""
         return Reading(tuple(range(n)), (1,) * n, (0,) * n, (1,) * n, (0,) * n)
 
-    def swapped(self, i: int, j: int) -> "Reading":
-        """Exchange the columns of two joints."""
-        order = list(self.order)
-        order[i], order[j] = order[j], order[i]
-        return self._replace(order=tuple(order))
-
     def changed(self, *joints: int, sign: int = 1, quarters: int = 0, torque: int = 1, along: int = 0) -> "Reading":
         """Count joints the other way (sign -1), from other zeros, along the joint before; or turn torques round."""
         order, *parts = map(list, self)
@@ -66,19 +60,18 @@ class Reading(NamedTuple):
             sums[j] = along or sums[j]
         return Reading(*map(tuple, (order, *parts)))
 
-    def positions(self, q: Array, turned: bool = True) -> Array:
-        """Read joint positions [rad or m], N x n, or speeds, which no zero changes."""
-        own = q[:, self.order] * self.sign + turned * np.array(self.quarters) * (math.pi / 2)
+    @property
+    def matrices(self) -> tuple[Array, Array, Array]:
+        """Matrix M, turns t [rad] and matrix T of q = M q_log + t and tau = T tau_log, n x n and (n,)."""
+        M, turns = (
+            np.diag(self.sign) @ np.eye(len(self.sign))[list(self.order)],
+            np.array(self.quarters) * np.pi / 2,
+        )
+        T = np.diag(self.torque) @ M
         for j in np.flatnonzero(self.along):
-            own[:, j] += self.along[j] * own[:, j - 1]
-        return np.asarray(own)
-
-    def of(self, states: States) -> States:
-        """Read the states of a log."""
-        qd, qdd = (self.positions(values, False) for values in (states.qd, states.qdd))
-        torque = states.torque[:, self.order] * self.sign * self.torque
-        q, keep = self.positions(states.q), states.keep[:, self.order]
-        return states._replace(q=q, qd=qd, qdd=qdd, torque=torque, keep=keep)
+            M[j] += self.along[j] * M[j - 1]
+            turns[j] += self.along[j] * turns[j - 1]
+        return M, turns, T
 
     @property
     def changes(self) -> list[tuple[int, str]]:
@@ -186,7 +179,8 @@ def check_pose(robot: Robot, poses: ToolPoses, progress: Progress = silent) -> P
     some = poses.evenly(_SOME)
 
     def residual(reading: Reading) -> float:
-        fit = _fitted(robot, some._replace(q=reading.positions(some.q)), _STARTS[:1], 1e-6)
+        M, turns, _ = reading.matrices
+        fit = _fitted(robot, some._replace(q=some.q @ M.T + turns), _STARTS[:1], 1e-6)
         return math.hypot(fit.rms, _LEVER * (fit.rms_angle or 0.0))
 
     unit = "m, rms distance of the tool" + ("" if rotations is None else " and of its axes at 0.2 m")
@@ -265,7 +259,7 @@ def rank_readings(
     together = States.joined(parts)
 
     def residual(reading: Reading) -> float:
-        system = System.of(robot, reading.of(together))
+        system = System.of(robot, together.read(*reading.matrices))
         # Outside the spring's table: this cannot be the reading.
         return _rms(system.fit(1.0 / system.norms).left()[0]) if system.keep.any() else math.inf
 
@@ -309,7 +303,9 @@ def _neighbours(robot: Robot, reading: Reading, torques: bool) -> Iterator[Readi
     """Change a reading in one thing, or in two that go together: two senses, sense and zero, zeros in a row."""
     turning = [j for j, joint in enumerate(robot.joints) if joint.revolute]
     for i, j in combinations(range(robot.n), 2):
-        yield from (reading.swapped(i, j), reading.changed(i, j, sign=-1))
+        order = list(reading.order)
+        order[i], order[j] = order[j], order[i]
+        yield from (reading._replace(order=tuple(order)), reading.changed(i, j, sign=-1))
     for j in range(robot.n):
         yield from (reading.changed(j, sign=-1), *([reading.changed(j, torque=-1)] if torques else []))
     for j, step, sign in product(turning, (1, 2, 3), (1, -1)):
