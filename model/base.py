@@ -46,7 +46,7 @@ from ..common.linear import RANK_TOLERANCE
 from .drives import parameter_kind
 from .frames import frames_at, step
 from .inertia import INERTIAL, InertialParameters, Pose
-from .regressors import regressor, standard_columns, standard_regressor
+from .regressors import regressor, regressor_at, standard_columns
 from .robot import Robot, check_robot
 
 STATES_PER_JOINT = 12  # random states for each joint: n rows each, so 12 n^2 rows for at most 14 n columns
@@ -198,12 +198,9 @@ def random_states(robot: Robot, count: int, seed: int) -> tuple[Array, Array, Ar
 
 def stacked_regressor(robot: Robot, q: Array, qd: Array, qdd: Array) -> Array:
     """Evaluate the standard regressor on all states, one below the other: (count * n) x N_s."""
-    # So few states are not worth a kernel, which must be compiled once.
-    phi, states = standard_regressor(robot), [q.T, qd.T, qdd.T]
-    if phi.n_in() > len(states):  # friction that depends on load, which any parameters may cause
-        states.append(np.random.default_rng(len(q)).uniform(-1.0, 1.0, q.T.shape))
-    side_by_side = phi.map(len(q))(*states)
-    W = np.asarray(side_by_side.full().reshape(robot.n * len(q), -1))
+    # Friction may depend on load, which any parameters may cause.
+    load = np.random.default_rng(len(q)).uniform(-1.0, 1.0, q.shape)
+    W = regressor_at(robot, standard_columns(robot), q, qd, qdd, load).transpose(0, 2, 1).reshape(q.size, -1)
     if not np.isfinite(W).all():
         names = [robot.standard[k] for k in np.flatnonzero(~np.isfinite(W).all(axis=0))]
         raise InputError(f"{', '.join(names)}: the law is no number at some speed, position or load: correct it")

@@ -99,23 +99,22 @@ class Spring:
             InputError: if an angle lies outside the table.
         """
         if self.table:
-            angles, torques = np.array(self.table).T
+            angles, _ = np.array(self.table).T
             if q.size and (q.min() < angles[0] or q.max() > angles[-1]):
                 reach = f"joint {self.joint} moves from {q.min():.3f} to {q.max():.3f} rad"
                 table = f"the spring's table ({angles[0]:.3f} to {angles[-1]:.3f} rad)"
                 raise InputError(f"{reach}, outside {table}: extend the table")
-            return np.asarray(np.interp(q, angles, torques))
         return np.asarray(self.law(q, np))
 
     def torque_symbol(self, q: ca.SX) -> ca.SX:
         """Torque of the spring as an expression; a table goes on linearly beyond its ends."""
-        if self.table:
-            angles, torques = zip(*self.table, strict=True)
-            return ca.pw_lin(q, list(angles), list(torques))
         return ca.SX(self.law(q, ca))
 
     def law(self, q: Any, lib: Any) -> Any:
-        """Evaluate the geometric law by the functions of ``lib``."""
+        """Evaluate table or geometric law by CasADi or NumPy, by which a table's ends hold on."""
+        if self.table:
+            angles, torques = map(list, zip(*self.table, strict=True))
+            return ca.pw_lin(q, angles, torques) if lib is ca else np.interp(q, angles, torques)
         a, b = self.arms
         psi = q - self.zero
         stretched = lib.sqrt(a * a + b * b + 2.0 * a * b * lib.cos(psi))

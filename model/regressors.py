@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from ..common import Array
-from .drives import SPRING, DriveState, Sign, drive_terms, parameter_kind
+from .drives import SPRING, Drives, DriveState, Sign, drive_terms, parameter_kind
 from .frames import ZERO, FrameChange, Vector, add, cross, dot
 from .inertia import INERTIAL
 from .robot import Robot, check_robot
@@ -76,7 +76,7 @@ def regressor_expression(
 
     ``sign``: what stands for the sign in dry friction; by ``smooth_sign`` the matrix has a slope everywhere.
     """
-    state, terms = _terms(robot)
+    state, terms = _expressions(robot)
     if sign is not None:
         terms = terms | drive_terms(robot.drives, state, sign)
     return state, term_matrix([terms[column] for column in columns], robot.n)
@@ -138,7 +138,7 @@ def regressor_at(
     """
     W, carried = np.zeros((robot.n, len(columns), len(q))), np.zeros(q.shape) if load is None else load
     state = DriveState(q.T, qd.T, qdd.T, carried.T)
-    terms = inertial_terms(robot, state, np) | drive_terms(replace(robot.drives, offsets=True), state, np.sign)
+    terms = _terms(robot, replace(robot.drives, offsets=True), state, np)
     for k, name in enumerate(columns):
         for row, values in terms[name].items():
             W[row, k] = values
@@ -146,13 +146,17 @@ def regressor_at(
 
 
 @functools.lru_cache(maxsize=16)
-def _terms(robot: Robot) -> tuple[DriveState, dict[str, dict[int, Any]]]:
+def _expressions(robot: Robot) -> tuple[DriveState, dict[str, dict[int, Any]]]:
     state = DriveState(*(ca.SX.sym(symbol, robot.n) for symbol in DriveState._fields))
-    terms = inertial_terms(robot, state) | drive_terms(robot.drives, state)
-    if robot.spring is not None and robot.spring.column:
-        row = robot.spring.joint - 1
-        terms[f"{SPRING}{row + 1}"] = {row: -robot.spring.torque_symbol(state.q[row])}
-    return state, terms
+    return state, _terms(robot, robot.drives, state, ca)
+
+
+def _terms(robot: Robot, drives: Drives, state: DriveState, lib: Any) -> dict[str, dict[int, Any]]:
+    terms, spring = inertial_terms(robot, state, lib) | drive_terms(drives, state, lib.sign), drives.spring
+    if spring is not None and spring.column:
+        row = spring.joint - 1
+        terms[f"{SPRING}{row + 1}"] = {row: -spring.law(state.q[row], lib)}
+    return terms
 
 
 def inertial_terms(robot: Robot, state: DriveState, lib: Any = ca) -> dict[str, dict[int, Any]]:
