@@ -15,8 +15,9 @@ from dynident.apps.report.blocks import Notes, Report, Section, Table, Text
 from dynident.apps.report.figures import prediction_figures
 from dynident.apps.report.render import blocks_html, page_html
 from dynident.apps.report.sections.payload import controller_line, payload_report
+from dynident.apps.report.sections.robot import robot_report as robot_page
 from dynident.cli import main
-from dynident.estimation import PayloadAnswer, Settings, Verdict, answer_payload, payload_problem
+from dynident.estimation import PayloadAnswer, Settings, Verdict, answer_payload, identify, payload_problem
 from dynident.estimation.results.payload import FlangeDocument, TorquePrediction
 from dynident.model import load_robot
 from dynident.model.inertia import Pose
@@ -234,6 +235,16 @@ def test_verdict_quantity_by_quantity(level: Any, sentence: str, uses: list[str]
     assert ("There is nothing to enter" in text) == (level == "do_not_use")
     assert ("equivalent ellipsoid" in text) == (level == "use")
     assert "No recording was held out" in text
+
+
+def test_friction_is_in_the_units_of_its_joint(short_logs: Path) -> None:
+    robot = load_robot("rx90")
+    result = identify(robot, [read_recording(short_logs / "bare0.csv", robot)], Settings(robust=False)).result
+    table = next(block for block in robot_page(result).first if isinstance(block, Table))
+    assert {(row[-3], row[-1]) for row in table.rows} == {("N·m", "N·m·s")}
+    sliding = structs.replace(result, joints=("prismatic", *("revolute",) * 5))
+    table = next(block for block in robot_page(sliding).first if isinstance(block, Table))
+    assert [row[-1] for row in table.rows] == ["N·s", *["N·m·s"] * 5]
 
 
 def test_the_line_for_a_controller_is_the_body_at_the_flange(answer: PayloadAnswer) -> None:
