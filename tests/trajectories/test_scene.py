@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.model import load_robot
+from dynident.model import load_robot, robot_names
 from dynident.model.frames import frames_at
 from dynident.trajectories import Scene, read_scene
-from dynident.trajectories.design.scene import Capsule, HalfSpace, clearance
+from dynident.trajectories.design.scene import Capsule, HalfSpace, clearance, usual_scene
 from dynident.trajectories.motions.family import Samples
 
 ROBOT = load_robot("rx90")
@@ -134,3 +134,14 @@ def test_mistakes_are_named(tmp_path: Path, old: str, new: str, words: str) -> N
     with pytest.raises(InputError, match=words) as caught:
         read_scene(write(tmp_path, WHOLE.replace(old, new)))
     assert "scene.toml" in str(caught.value)
+
+
+@pytest.mark.parametrize("name", [name for name in robot_names() if name != "rx90"])
+def test_an_arm_without_a_floor_still_keeps_off_itself(name: str) -> None:
+    robot = load_robot(name)
+    at_rest = np.mean([joint.limits.position for joint in robot.joints], axis=1)[None]
+    with_floor, without = usual_scene(robot, at_rest), usual_scene(robot, at_rest, floor=False)
+    assert with_floor is not None
+    assert without is not None
+    assert without.pairs == with_floor.pairs != ()
+    assert not without.surfaces
