@@ -188,10 +188,6 @@ class Drives:
         kinds = ("IA",) * self.rotor_inertia + friction + ("OFF",) * self.offsets + (SPRING,) * springs
         return tuple(f"{kind}{joint}" for kind in kinds)
 
-    def coupling_names(self) -> tuple[str, ...]:
-        """Names of the friction parameters of coupled drives: FVMk and FSMk."""
-        return (f"FVM{self.coupling.joints[1]}", f"FSM{self.coupling.joints[1]}") if self.coupling else ()
-
 
 class DriveState(NamedTuple):
     """State of the joints that drives depend on; each n x 1, or as arrays n x N."""

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from ..common import Array
-from .drives import SPRING, DriveState, Sign, drive_terms, parameter_kind
+from .drives import SPRING, DriveState, Sign, drive_terms, joint_of, parameter_kind
 from .frames import ZERO, FrameChange, Vector, add, cross, dot
 from .inertia import INERTIAL
 from .robot import Robot, check_robot
@@ -31,13 +31,9 @@ def own_columns(robot: Robot) -> tuple[str, ...]:
 
     Three of the ten of each link that turns, the inertia of each that slides, are regrouped to the link before.
     """
-    names: list[str] = []
-    for link, joint in enumerate(robot.joints, start=1):
-        passed = ("YY", "MZ", "M") if joint.revolute else INERTIAL[:6]
-        names += [f"{kind}{link}" for kind in INERTIAL if kind not in passed]
-    for link in range(1, robot.n + 1):
-        names += [name for name in robot.drives.names(link) if parameter_kind(name) != SPRING]
-    return (*names, *robot.drives.coupling_names())
+    passed = [("YY", "MZ", "M") if joint.revolute else INERTIAL[:6] for joint in robot.joints]
+    names = [x for x in robot.standard if parameter_kind(x) not in (*passed[joint_of(x)], SPRING)]
+    return tuple(sorted(names, key=lambda name: parameter_kind(name) not in INERTIAL))
 
 
 def standard_regressor(robot: Robot) -> ca.Function:
@@ -96,16 +92,8 @@ def load_expression(robot: Robot, state: DriveState, columns: Sequence[str], chi
     """Torques of links, payload and spring, which the gears carry, n x 1, by values ``chi`` of some columns.
 
     Columns of drives do not count, and none may stand twice; values may be of base parameters, the others zero.
+    Wrenches are summed from tip to base.
     """
-    load = link_torques(robot, state, columns, chi)
-    if robot.spring is not None:
-        row = robot.spring.joint - 1
-        load[row] -= robot.spring.torque_symbol(state.q[row])
-    return load
-
-
-def link_torques(robot: Robot, state: DriveState, columns: Sequence[str], chi: ca.SX) -> ca.SX:
-    """Torques of links and payload alone, n x 1, as ``load_expression``: wrenches summed from tip to base."""
     value, torque = dict(zip(columns, chi.elements(), strict=True)), ca.SX.zeros(robot.n)
     changes = [FrameChange.of(joint, state.q[j]) for j, joint in enumerate(robot.joints)]
     wrenches = list(link_wrenches(robot, changes, state))
@@ -118,6 +106,9 @@ def link_torques(robot: Robot, state: DriveState, columns: Sequence[str], chi: c
         torque[j] = moment[2] if robot.joints[j].revolute else force[2]
         force = changes[j].out_of(force)
         moment = add(changes[j].out_of(moment), cross(changes[j].origin, force))
+    if robot.spring is not None:
+        row = robot.spring.joint - 1
+        torque[row] -= robot.spring.torque_symbol(state.q[row])
     return torque
 
 

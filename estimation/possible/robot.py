@@ -135,7 +135,7 @@ class RobotProgram(NamedTuple):
         result = z.copy()
         for link in self.links:
             result[link] = lifted(z[link], self.scale[link])
-        if (self.program.slack(result) < -TOLERANCE).any():
+        if (self.program.A @ result + self.program.b < -TOLERANCE).any():
             raise SolverError("friction, rotor inertia or mass missed by more than rounding")
         for rule in self.program.A[: self.rules]:
             whole = int(rule.argmax())
@@ -347,8 +347,8 @@ def solve_constrained_prior(
     expected = np.tensordot(problem.program.bodies @ z0, PSEUDO_INERTIA, 1)
     limit, possible = nearest.chi2_rise + budget, np.array(list(nearest.parameters.values())) / problem.scale
     # The prior's links with the drives that suit them best will do if they hold the mass's bounds and the limit.
-    F, d, A, _, bodies = problem.program
-    room, rows = problem.program.slack(z0), problem.rules
+    F, d, A, b, bodies = problem.program
+    room, rows = A @ z0 + b, problem.rules
     drives, solution = np.setdiff1d(np.arange(len(z0)), problem.links), z0.copy()
     within = bool((room[rows:] >= -TOLERANCE).all())
     if within and len(drives):
@@ -397,7 +397,7 @@ def _nearest(program: ConeProgram, prior: Array, possible: Array, radius: float)
     links += [("Exponential", rows) for rows in exponentials.reshape(4 * p, 3, -1)]
     cost = np.concatenate([np.einsum("pnii->n", own), np.zeros(10 * p), -np.ones(4 * p)])
     (rules, norm), left = (np.zeros((count, width)) for count in (r, k + 1)), program.R @ possible - program.d
-    rules[:, :n], rules[:, -1], norm[0, -1] = program.A, program.slack(possible), radius
+    rules[:, :n], rules[:, -1], norm[0, -1] = program.A, program.A @ possible + program.b, radius
     norm[1:, :n], norm[1:, -1] = program.R, left
     ends = dict[str, tuple[Any, float]]()
     for largest, tolerance in _TRIED:
