@@ -266,7 +266,10 @@ def convert(data: Any, kind: type[_Kind], advice: str = "") -> _Kind:
     # The part that is wrong, converted by itself, names its key, which msgspec does not always tell.
     one: Any = chosen(kind, data)
     if isinstance(data, dict) and hasattr(one, "__struct_fields__"):
-        known, config = {field.encode_name: field.type for field in msgspec.structs.fields(one)}, one.__struct_config__
+        known, config = (
+            {field.encode_name: field.type for field in msgspec.structs.fields(one)},
+            one.__struct_config__,
+        )
         for name, value in data.items():
             if name in known:
                 with at(name):
@@ -277,7 +280,9 @@ def convert(data: Any, kind: type[_Kind], advice: str = "") -> _Kind:
                 raise WrongKeyError(name, f"{shown(value)} is not a kind of table known here")
         if missing := re.search(r"required field `(.*)`", text):
             name = missing[1]  # a tag is no field
-            raise WrongKeyError(name, f"missing: {one.advice.get(name) or 'must be ' + words(known.get(name, str))}")
+            raise WrongKeyError(
+                name, f"missing: {one.advice.get(name) or 'must be ' + words(known.get(name, str))}"
+            )
     elif isinstance(data, dict) and get_origin(one) is dict:
         for name, value in data.items():
             with at(name):

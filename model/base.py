@@ -46,7 +46,7 @@ from ..common.linear import RANK_TOLERANCE
 from .drives import parameter_kind
 from .frames import frames_at, step
 from .inertia import INERTIAL, InertialParameters, Pose
-from .regressors import regressor, standard_columns, standard_regressor
+from .regressors import regressor, standard_columns
 from .robot import Robot, check_robot
 
 STATES_PER_JOINT = 12  # random states for each joint: n rows each, so 12 n^2 rows for at most 14 n columns
@@ -199,7 +199,7 @@ def random_states(robot: Robot, count: int, seed: int) -> tuple[Array, Array, Ar
 def stacked_regressor(robot: Robot, q: Array, qd: Array, qdd: Array) -> Array:
     """Evaluate the standard regressor on all states, one below the other: (count * n) x N_s."""
     # So few states are not worth a kernel, which must be compiled once.
-    phi, states = standard_regressor(robot), [q.T, qd.T, qdd.T]
+    phi, states = regressor(robot, robot.standard), [q.T, qd.T, qdd.T]
     if phi.n_in() > len(states):  # friction that depends on load, which any parameters may cause
         states.append(np.random.default_rng(len(q)).uniform(-1.0, 1.0, q.T.shape))
     side_by_side = phi.map(len(q))(*states)
@@ -320,16 +320,16 @@ def moves(robot: Robot) -> list[Move]:
                 ("revolute: MZ to link j-1", True, ["MZ"], True),
                 ("revolute: M to link j-1", True, ["M"], True),
                 ("revolute before r2: no XX, XY, XZ, YZ", before_r2, ["XX", "XY", "XZ", "YZ"], False),
-                ("revolute about gravity: no MX, MY", before_r2 and about_gravity[j], ["MX", "MY"], False),
+                ("revolute about gravity: no MX, MY", before_r2 and bool(about_gravity[j]), ["MX", "MY"], False),
                 (f"rotor of {rotor} into ZZ", bool(rotor), [{"IA": 1.0, "ZZ": -1.0}], rotor == "beside"),
             ]
         else:
             first = np.zeros(3) if j < r1 else frames[j].R.T @ axes[r1]  # axis of r1 in frame j
             along = {kind: x for kind, x in zip(INERTIAL[6:9], first.tolist(), strict=True) if abs(x) > _ZERO}
             between, last = r1 < j < r2, [*along][-1:]
-            beside = between and np.hypot(*first[:2]) < _ZERO
+            beside = between and bool(np.hypot(*first[:2]) < _ZERO)
             # A rotor without its mass, on a link that is lighter by as much: only gravity can still tell.
-            alone = before_r2 and np.where(turns[:j], parallel[:j, j], orthogonal[:j, j]).all()
+            alone = before_r2 and bool(np.where(turns[:j], parallel[:j, j], orthogonal[:j, j]).all())
             pull = float(axes[j] @ gravity)
             level = abs(pull) <= _ZERO * weight
             # FA is 1 for a joint that moves, as OFF is; a robot has one of them.

@@ -108,7 +108,7 @@ def load_expression(robot: Robot, state: DriveState, columns: Sequence[str], chi
         moment = add(changes[j].out_of(moment), cross(changes[j].origin, force))
     if robot.spring is not None:
         row = robot.spring.joint - 1
-        torque[row] -= robot.spring.torque_symbol(state.q[row])
+        torque[row] -= robot.spring.law(state.q[row])
     return torque
 
 
@@ -142,7 +142,7 @@ def _terms(robot: Robot) -> tuple[DriveState, dict[str, dict[int, Any]]]:
     terms = inertial_terms(robot, state) | drive_terms(robot.drives, state)
     if robot.spring is not None and robot.spring.column:
         row = robot.spring.joint - 1
-        terms[f"{SPRING}{row + 1}"] = {row: -robot.spring.torque_symbol(state.q[row])}
+        terms[f"{SPRING}{row + 1}"] = {row: -robot.spring.law(state.q[row])}
     return state, terms
 
 

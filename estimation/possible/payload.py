@@ -187,7 +187,10 @@ class ScaledProblem(NamedTuple):
 
     def holds(self, z: Array, rounding: float = 0.0) -> bool:
         """True if z keeps every constraint, but for that much of an eigenvalue."""
-        return bool((self.program.A @ z + self.program.b >= 0.0).all()) and least_eigenvalue(z @ self.select) >= -rounding
+        return (
+            bool((self.program.A @ z + self.program.b >= 0.0).all())
+            and least_eigenvalue(z @ self.select) >= -rounding
+        )
 
 
 def holding(
