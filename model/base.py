@@ -325,29 +325,24 @@ def moves(robot: Robot) -> list[Move]:
             ]
         else:
             first = np.zeros(3) if j < r1 else frames[j].R.T @ axes[r1]  # axis of r1 in frame j
-            along = {kind: x for kind, x in zip(INERTIAL[6:9], first.tolist(), strict=True) if abs(x) > _ZERO}
-            between, last = r1 < j < r2, [*along][-1:]
+            reverse = zip(INERTIAL[8:5:-1], first[::-1].tolist(), strict=True)
+            along = {kind: x for kind, x in reverse if abs(x) > _ZERO}
+            last, between = next(iter(along), ""), r1 < j < r2
             beside = between and bool(np.hypot(*first[:2]) < _ZERO)
             # A rotor without its mass, on a link that is lighter by as much: only gravity can still tell.
             alone = before_r2 and bool(np.where(turns[:j], parallel[:j, j], orthogonal[:j, j]).all())
             pull = float(axes[j] @ gravity)
-            level = abs(pull) <= _ZERO * weight
+            level, pulled = abs(pull) <= _ZERO * weight, alone and robot.drives.rotor_inertia
             # FA is 1 for a joint that moves, as OFF is; a robot has one of them.
-            constant = "FA" if "FA" in drives else "OFF"
-            along = {kind: along[kind] for kind in [*last, *along]}
+            lighter = {"FA" if "FA" in drives else "OFF": pull, "M": 1.0, "IA": -1.0}
             rules = [
                 ("prismatic: inertia to link j-1", True, INERTIAL[:6], True),
                 ("prismatic before r1: no MX, MY, MZ", j < r1, INERTIAL[6:9], False),
                 ("prismatic parallel to r1: no MZ", beside, ["MZ"], False),
                 ("prismatic parallel to r1: MX, MY to link j-1", beside, ["MX", "MY"], True),
-                (f"prismatic not parallel to r1: no {''.join(last)}", between and not beside, [along], False),
+                (f"prismatic not parallel to r1: no {last}", between and not beside, [along], False),
                 ("prismatic rotor into M", alone and level, [{"IA": 1.0, "M": -1.0}], True),
-                (
-                    "prismatic offset into M and IA",
-                    alone and not level and robot.drives.rotor_inertia,
-                    [{constant: pull, "M": 1.0, "IA": -1.0}],
-                    True,
-                ),
+                ("prismatic offset into M and IA", pulled and not level, [lighter], True),
             ]
         for rule, holds, changes, to_parent in rules:
             for change in changes if holds else ():
