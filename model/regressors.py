@@ -65,16 +65,13 @@ def regressor(robot: Robot, columns: Sequence[str], name: str = "regressor") -> 
     return ca.Function(name, [*inputs.values()], [ca.cse(phi)], [*inputs], ["Phi"])
 
 
-def regressor_expression(
-    robot: Robot, columns: Sequence[str], sign: Sign | None = None
-) -> tuple[DriveState, ca.SX]:
+def regressor_expression(robot: Robot, columns: Sequence[str], sign: Sign = ca.sign) -> tuple[DriveState, ca.SX]:
     """Symbols q, qd, qdd, load and the regressor's matrix, to build on; arguments, errors as ``regressor``.
 
     ``sign``: what stands for the sign in dry friction; by ``smooth_sign`` the matrix has a slope everywhere.
     """
     state, terms = _terms(robot)
-    if sign is not None:
-        terms = terms | drive_terms(robot.drives, state, sign)
+    terms = terms | drive_terms(robot.drives, state, sign)
     return state, term_matrix([terms[column] for column in columns], robot.n)
 
 
@@ -139,7 +136,7 @@ def regressor_at(
 @functools.lru_cache(maxsize=16)
 def _terms(robot: Robot) -> tuple[DriveState, dict[str, dict[int, Any]]]:
     state = DriveState(*(ca.SX.sym(symbol, robot.n) for symbol in DriveState._fields))
-    terms = inertial_terms(robot, state) | drive_terms(robot.drives, state)
+    terms = inertial_terms(robot, state)
     if robot.spring is not None and robot.spring.column:
         row = robot.spring.joint - 1
         terms[f"{SPRING}{row + 1}"] = {row: -robot.spring.law(state.q[row])}
