@@ -46,10 +46,6 @@ _FEW = 3  # largest size of an array whose numbers are shown
 
 
 class _Short(Repr):
-    def __init__(self) -> None:
-        super().__init__()
-        self.maxlevel, self.maxtuple, self.maxlist, self.maxdict, self.maxstring, self.maxother = 2, 4, 4, 3, 60, 60
-
     def repr_ndarray(self, array: Any, level: int) -> str:
         if array.size <= _FEW and array.dtype.kind == "f":
             return str(np.array2string(array, formatter={"float_kind": lambda x: f"{x:.5g}"}, separator=", "))
@@ -57,6 +53,7 @@ class _Short(Repr):
 
 
 _SHORT = _Short()
+vars(_SHORT).update(maxlevel=2, maxtuple=4, maxlist=4, maxdict=3, maxstring=60, maxother=60)
 
 
 class Brief:

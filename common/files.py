@@ -41,14 +41,14 @@ def write_bytes(path: str | Path, content: bytes) -> None:
     written, or was read or written in this run already.
     """
     target, pending = place_of(path), _kept.get()
-    if pending is not None and not is_device(target):
-        if target in pending:
-            raise InputError(f"{path}: this run has read or written it already: give another name or folder")
-        pending.add(target)
     try:
         if is_device(target):
             target.write_bytes(content)
             return
+        if pending is not None and target in pending:
+            raise InputError(f"{path}: this run has read or written it already: give another name or folder")
+        if pending is not None:
+            pending.add(target)
         os.umask(umask := os.umask(0o077))
         mode = target.stat().st_mode & 0o7777 if target.exists() else 0o666 & ~umask
         descriptor, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name[:50]}.")

@@ -1,7 +1,7 @@
 """Versions of the packages that decide numbers and figures."""
 
 import platform
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import distributions
 
 from .. import __version__
 
@@ -10,10 +10,5 @@ _PACKAGES = ("casadi", "clarabel", "cvxpy", "matplotlib", "numpy", "scipy")
 
 def versions() -> dict[str, str]:
     """Find the versions of dynident, Python, and the packages that decide numbers and figures."""
-    by_package = {"dynident": __version__, "Python": platform.python_version()}
-    for package in _PACKAGES:
-        try:
-            by_package[package] = version(package)
-        except PackageNotFoundError:
-            by_package[package] = "not installed"
-    return by_package
+    found = {name: next((one.version for one in distributions(name=name)), "not installed") for name in _PACKAGES}
+    return {"dynident": __version__, "Python": platform.python_version(), **found}

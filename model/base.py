@@ -32,10 +32,10 @@ about 3e-3 rad from one, effects of the angle squared can be too small for QR to
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from itertools import chain, combinations, groupby
+from itertools import combinations
 from typing import Literal, NamedTuple
 
 import casadi as ca
@@ -200,7 +200,7 @@ def stacked_regressor(robot: Robot, q: Array, qd: Array, qdd: Array) -> Array:
     """Evaluate the standard regressor on all states, one below the other: (count * n) x N_s."""
     # Friction may depend on load, which any parameters may cause.
     load = np.random.default_rng(len(q)).uniform(-1.0, 1.0, q.shape)
-    W = regressor_at(robot, standard_columns(robot), q, qd, qdd, load).transpose(0, 2, 1).reshape(q.size, -1)
+    W = regressor_at(robot, robot.standard, q, qd, qdd, load).transpose(0, 2, 1).reshape(q.size, -1)
     if not np.isfinite(W).all():
         names = [robot.standard[k] for k in np.flatnonzero(~np.isfinite(W).all(axis=0))]
         raise InputError(f"{', '.join(names)}: the law is no number at some speed, position or load: correct it")
@@ -237,9 +237,13 @@ class Move(NamedTuple):
 
     rule: str  # the rule's name
     joint: int  # index from 0
-    drop: str  # kind of the parameter that goes ("YY")
     change: dict[str, float]  # what has no effect on the torques when added to the joint's parameters, by kind
     to_parent: bool  # whether link j-1 has to lose the same body
+
+    @property
+    def drop(self) -> str:
+        """Kind of the parameter that goes ("YY"): the first that changes."""
+        return next(iter(self.change))
 
 
 def closed_form_base_parameters(robot: Robot) -> BaseParameters:
@@ -293,82 +297,59 @@ def moves(robot: Robot) -> list[Move]:
     r2 = next((j for j in range(r1, n) if turns[j] and not parallel[j, r1]), n)
     # Every revolute axis on the way has to coincide: two offsets may cancel at q = 0 only.
     apart = turns & ~_lie_along(origins - origins[min(r1, n - 1)], axes[min(r1, n - 1)])
-    gravity = np.array(robot.gravity) / math.hypot(*robot.gravity)
-    # Of coupled drives rotor k turns with both joints.
-    coupled = [joint - 1 for joint in robot.coupling.joints] if robot.coupling else [n, n]
-    beside = _beside(robot, coupled, axes, [r1, r2] if r2 < n and orthogonal[r2, r1] else [r1])
-    about_gravity = np.logical_and.accumulate(_lie_along(axes, gravity) & ~apart)
+    gravity, weight = np.array(robot.gravity), math.hypot(*robot.gravity)
+    about_gravity = np.logical_and.accumulate(_lie_along(axes, gravity / weight) & ~apart)
+    rotors = {r1: "r1", r2: "r2"} if r2 < n and orthogonal[r2, r1] else {r1: "r1"}
+    if robot.coupling:  # rotor k turns with both joints, next to each other like ZZ of link k less ZZ of link j
+        k, (a, b) = robot.coupling.joints[1] - 1, sorted(joint - 1 for joint in robot.coupling.joints)
+        follows = a in rotors and not turns[a + 1 : b].any()
+        alike = follows and bool(axes[a] @ axes[b] > 1.0 - _ZERO)
+        if not (turns[a] and turns[b]) or (follows and k == a) or (alike and b > a + 1):
+            raise InputError(f"robot {robot.name!r} has coupled drives that no rule covers: use base_parameters")
+        rotors[k] = "beside" if alike else ""
     regroupings: list[Move] = []
     for j in reversed(range(n)):
+        before_r2, rotor, drives = j < r2, rotors.get(j), [*map(parameter_kind, robot.drives.names(j + 1))]
+        rules: list[tuple[str, bool, Sequence[str | dict[str, float]], bool]]
         if turns[j]:
-            rotor = "r1" if j == r1 else "r2" if j == r2 and orthogonal[j, r1] else ""
-            if j == coupled[1]:
-                rotor = "beside" if beside else ""
-            rules = _revolute(j, j < r2, bool(about_gravity[j]), rotor)
+            rules = [
+                ("revolute: YY to link j-1", True, [{"YY": 1.0, "XX": 1.0}], True),
+                ("revolute: MZ to link j-1", True, ["MZ"], True),
+                ("revolute: M to link j-1", True, ["M"], True),
+                ("revolute before r2: no XX, XY, XZ, YZ", before_r2, ["XX", "XY", "XZ", "YZ"], False),
+                ("revolute about gravity: no MX, MY", before_r2 and bool(about_gravity[j]), ["MX", "MY"], False),
+                (f"rotor of {rotor} into ZZ", bool(rotor), [{"IA": 1.0, "ZZ": -1.0}], rotor == "beside"),
+            ]
         else:
-            rules = _prismatic(j, None if j < r1 else frames[j].R.T @ axes[r1], j < r2)
-            if j < r2 and np.where(turns[:j], parallel[:j, j], orthogonal[:j, j]).all():
-                rules = chain(rules, _prismatic_rotor(robot, j, float(axes[j] @ np.array(robot.gravity))))
-        known = (*INERTIAL, *(parameter_kind(name) for name in robot.drives.names(j + 1)))
-        regroupings += [move for move in rules if move.drop in known]
+            first = np.zeros(3) if j < r1 else frames[j].R.T @ axes[r1]  # axis of r1 in frame j
+            reverse = zip(INERTIAL[8:5:-1], first[::-1].tolist(), strict=True)
+            along = {kind: x for kind, x in reverse if abs(x) > _ZERO}
+            last, between = next(iter(along), ""), r1 < j < r2
+            beside = between and bool(np.hypot(*first[:2]) < _ZERO)
+            # A rotor without its mass, on a link that is lighter by as much: only gravity can still tell.
+            alone = before_r2 and bool(np.where(turns[:j], parallel[:j, j], orthogonal[:j, j]).all())
+            pull = float(axes[j] @ gravity)
+            level, pulled = abs(pull) <= _ZERO * weight, alone and robot.drives.rotor_inertia
+            # FA is 1 for a joint that moves, as OFF is; a robot has one of them.
+            lighter = {"FA" if "FA" in drives else "OFF": pull, "M": 1.0, "IA": -1.0}
+            rules = [
+                ("prismatic: inertia to link j-1", True, INERTIAL[:6], True),
+                ("prismatic before r1: no MX, MY, MZ", j < r1, INERTIAL[6:9], False),
+                ("prismatic parallel to r1: no MZ", beside, ["MZ"], False),
+                ("prismatic parallel to r1: MX, MY to link j-1", beside, ["MX", "MY"], True),
+                (f"prismatic not parallel to r1: no {last}", between and not beside, [along], False),
+                ("prismatic rotor into M", alone and level, [{"IA": 1.0, "M": -1.0}], True),
+                ("prismatic offset into M and IA", pulled and not level, [lighter], True),
+            ]
+        for rule, holds, changes, to_parent in rules:
+            for change in changes if holds else ():
+                move = Move(rule, j, {change: 1.0} if isinstance(change, str) else change, to_parent)
+                regroupings += [move] if move.drop in (*INERTIAL, *drives) else []
     return regroupings
 
 
 def _lie_along(vectors: Array, axes: Array) -> Mask:
     return np.asarray(np.linalg.norm(np.cross(vectors, axes), axis=-1) < _ZERO)
-
-
-def _revolute(j: int, before_r2: bool, about_gravity: bool, rotor: str) -> Iterator[Move]:
-    """Apply the rules of a revolute joint; ``rotor``: "r1" or "r2" where that rule holds."""
-    yield Move("revolute: YY to link j-1", j, "YY", {"XX": 1.0, "YY": 1.0}, True)
-    yield Move("revolute: MZ to link j-1", j, "MZ", {"MZ": 1.0}, True)
-    yield Move("revolute: M to link j-1", j, "M", {"M": 1.0}, True)
-    for kind in ("XX", "XY", "XZ", "YZ") if before_r2 else ():
-        yield Move("revolute before r2: no XX, XY, XZ, YZ", j, kind, {kind: 1.0}, False)
-    for kind in ("MX", "MY") if before_r2 and about_gravity else ():
-        yield Move("revolute about gravity: no MX, MY", j, kind, {kind: 1.0}, False)
-    if rotor:
-        yield Move(f"rotor of {rotor} into ZZ", j, "IA", {"IA": 1.0, "ZZ": -1.0}, rotor == "beside")
-
-
-def _beside(robot: Robot, coupled: Sequence[int], axes: Array, first: Sequence[int]) -> bool:
-    """True if rotor k of coupled drives acts like ZZ of link k less ZZ of link j: joints next to each other."""
-    if not robot.coupling:
-        return False
-    (a, b), turns = sorted(coupled), [joint.revolute for joint in robot.joints]
-    follows = a in first and not any(turns[a + 1 : b])
-    alike = follows and bool(axes[a] @ axes[b] > 1.0 - _ZERO)
-    if not (turns[a] and turns[b]) or (follows and coupled[1] == a) or (alike and b > a + 1):
-        raise InputError(f"robot {robot.name!r} has coupled drives that no rule covers: use base_parameters")
-    return alike
-
-
-def _prismatic(j: int, r1: Array | None, before_r2: bool) -> Iterator[Move]:
-    """Apply the rules of a prismatic joint; ``r1``: axis of r1 in frame j, if it is an earlier joint."""
-    for kind in INERTIAL[:6]:
-        yield Move("prismatic: inertia to link j-1", j, kind, {kind: 1.0}, True)
-    if r1 is None:
-        for kind in ("MX", "MY", "MZ"):
-            yield Move("prismatic before r1: no MX, MY, MZ", j, kind, {kind: 1.0}, False)
-    elif before_r2 and np.hypot(*r1[:2]) < _ZERO:
-        yield Move("prismatic parallel to r1: no MZ", j, "MZ", {"MZ": 1.0}, False)
-        for kind in ("MX", "MY"):
-            yield Move("prismatic parallel to r1: MX, MY to link j-1", j, kind, {kind: 1.0}, True)
-    elif before_r2:
-        components = zip(INERTIAL[6:9], r1.tolist(), strict=True)
-        along = {kind: value for kind, value in components if abs(value) > _ZERO}
-        last = list(along)[-1]
-        yield Move(f"prismatic not parallel to r1: no {last}", j, last, along, False)
-
-
-def _prismatic_rotor(robot: Robot, j: int, weight: float) -> Iterator[Move]:
-    """Group a rotor without its mass, carried by a link that is lighter by as much: only gravity can still tell."""
-    if abs(weight) <= _ZERO * math.hypot(*robot.gravity):
-        yield Move("prismatic rotor into M", j, "IA", {"IA": 1.0, "M": -1.0}, True)
-    elif robot.drives.rotor_inertia:
-        # FA is 1 for a joint that moves, as OFF is; a robot has one of them.
-        constant = "FA" if f"FA{j + 1}" in robot.drives.names(j + 1) else "OFF"
-        yield Move("prismatic offset into M and IA", j, constant, {"M": 1.0, "IA": -1.0, constant: weight}, True)
 
 
 def _grouping(robot: Robot, regroupings: Sequence[Move], lengths: Mapping[str, float]) -> Array:
@@ -398,21 +379,20 @@ def _sum_text(terms: Iterable[tuple[_Monomial, float, str]]) -> str:
 
     Parameters with the same factor share a bracket, factors are in alphabetical order, terms in that of their last.
     """
-    single = sorted(
-        (product, float(f"{factor:.9g}"), name) for product, factor, name in terms if abs(factor) > _ROUNDED
-    )
-    joined = []
-    for (product, factor), group in groupby(single, key=lambda term: term[:2]):
-        names = [name for _, _, name in group]
-        apart = not product and abs(factor) == 1.0
-        for some in [[name] for name in names] if apart else [names]:
-            powers = sorted({**Counter(product), some[0]: 1}.items())
-            joined.append((powers, factor, some))
-    text = ""
-    for powers, factor, names in sorted(joined, key=lambda term: term[0][::-1]):
-        bracket = names[0] if len(names) == 1 else f"({'+'.join(names)})"
-        written = [] if abs(factor) == 1.0 else [f"{abs(factor):.6g}"]
+    groups: dict[tuple[_Monomial, float, str], list[str]] = {}
+    for product, factor, name in terms:
+        if abs(factor) > _ROUNDED:
+            rounded = float(f"{factor:.9g}")
+            alone = name if not product and abs(rounded) == 1.0 else ""
+            groups.setdefault((product, rounded, alone), []).append(name)
+    parts = []
+    for (product, factor, _), group in groups.items():
+        first, *more = sorted(group)
+        bracket = f"({'+'.join([first, *more])})" if more else first
+        powers = sorted({**Counter(product), first: 1}.items())
+        factors = [] if abs(factor) == 1.0 else [f"{abs(factor):.6g}"]
         for name, power in powers:
-            written.append(bracket if name == names[0] else name if power == 1 else f"{name}^{power}")
-        text += f" {'-' if factor < 0 else '+'} {'*'.join(written)}"
+            factors.append(bracket if name == first else name if power == 1 else f"{name}^{power}")
+        parts.append((powers[::-1], f" {'-' if factor < 0 else '+'} {'*'.join(factors)}"))
+    text = "".join(part for _, part in sorted(parts))
     return ("-" if text.startswith(" -") else "") + text[3:]

@@ -63,8 +63,8 @@ def generate_code(robot: Robot, name: str, folder: str | Path) -> tuple[Path, ..
     make = _FUNCTIONS[name]
     base = base_parameters(robot) if make in _OF_BASE else None
     function = make(robot, base) if base else make(robot)
-    columns = payload_columns(robot) if name == "payload_regressor" else robot.standard
-    columns = base.columns if base else columns
+    own = payload_columns(robot) if name == "payload_regressor" else robot.standard
+    columns = base.columns if base else own
     where = "Columns of Phi" if function.name_out(0) == "Phi" else "Entries of chi"
     about = _wrapped(" * ", f"{where}: {', '.join(f'{k}={column}' for k, column in enumerate(columns))}")
     if name == "payload_regressor":
@@ -249,7 +249,7 @@ def generate_numpy(robot: Robot, folder: str | Path) -> Path:
     state = DriveState(*(ca.vertcat(*symbols) for symbols in vectors))
     if robot.spring is not None:
         j, table = robot.spring.joint - 1, ", ".join(map(str, zip(*robot.spring.table, strict=True)))
-        spring[j] = f"np.interp(q[{j}], {table})" if table else _written(robot.spring.law(state.q[j], ca))
+        spring[j] = f"np.interp(q[{j}], {table})" if table else _written(robot.spring.law(state.q[j]))
     grouped = [{base.standard[k]: float(row[k]) for k in np.flatnonzero(row)} for row in base.grouping]
 
     def entries(table: Any) -> str:

@@ -1,5 +1,6 @@
 """Drives' part of a joint's torque: friction (2), rotor inertia (3), coupling (8)-(11), spring, offset."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -50,16 +51,15 @@ class Coupling:
 
     def joint_torques(self, motors: Array) -> Array:
         """Convert torques of the motors on the joint side to those of the joints, both N x n [N·m] (9)."""
-        return self._turned(motors, 1.0)
+        torques, (j, k) = np.array(motors, dtype=np.float64), self.joints
+        torques[:, j - 1] += torques[:, k - 1]
+        return torques
 
     def motor_torques(self, joints: Array) -> Array:
         """Convert torques of the joints to those of the motors on the joint side, both N x n [N·m] (9)."""
-        return self._turned(joints, -1.0)
-
-    def _turned(self, torques: Array, sign: float) -> Array:
-        turned, (j, k) = np.array(torques, dtype=np.float64), self.joints
-        turned[:, j - 1] += sign * turned[:, k - 1]
-        return turned
+        torques, (j, k) = np.array(joints, dtype=np.float64), self.joints
+        torques[:, j - 1] -= torques[:, k - 1]
+        return torques
 
 
 @dataclass(frozen=True)
@@ -98,20 +98,15 @@ class Spring:
         Raises:
             InputError: if an angle lies outside the table.
         """
-        if self.table:
-            angles, _ = np.array(self.table).T
-            if q.size and (q.min() < angles[0] or q.max() > angles[-1]):
-                reach = f"joint {self.joint} moves from {q.min():.3f} to {q.max():.3f} rad"
-                table = f"the spring's table ({angles[0]:.3f} to {angles[-1]:.3f} rad)"
-                raise InputError(f"{reach}, outside {table}: extend the table")
+        low, high = (self.table[0][0], self.table[-1][0]) if self.table else (-math.inf, math.inf)
+        if q.size and (q.min() < low or q.max() > high):
+            reach = f"joint {self.joint} moves from {q.min():.3f} to {q.max():.3f} rad"
+            table = f"the spring's table ({low:.3f} to {high:.3f} rad)"
+            raise InputError(f"{reach}, outside {table}: extend the table")
         return np.asarray(self.law(q, np))
 
-    def torque_symbol(self, q: ca.SX) -> ca.SX:
-        """Torque of the spring as an expression; a table goes on linearly beyond its ends."""
-        return ca.SX(self.law(q, ca))
-
-    def law(self, q: Any, lib: Any) -> Any:
-        """Evaluate table or geometric law by CasADi or NumPy, by which a table's ends hold on."""
+    def law(self, q: Any, lib: Any = ca) -> Any:
+        """Torque as an expression, or of arrays by NumPy; a table goes on linearly beyond its ends as the first."""
         if self.table:
             angles, torques = map(list, zip(*self.table, strict=True))
             return ca.pw_lin(q, angles, torques) if lib is ca else np.interp(q, angles, torques)
@@ -186,10 +181,6 @@ class Drives:
         springs = self.spring is not None and self.spring.column and self.spring.joint == joint
         kinds = ("IA",) * self.rotor_inertia + friction + ("OFF",) * self.offsets + (SPRING,) * springs
         return tuple(f"{kind}{joint}" for kind in kinds)
-
-    def coupling_names(self) -> tuple[str, ...]:
-        """Names of the friction parameters of coupled drives: FVMk and FSMk."""
-        return (f"FVM{self.coupling.joints[1]}", f"FSM{self.coupling.joints[1]}") if self.coupling else ()
 
 
 class DriveState(NamedTuple):

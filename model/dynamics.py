@@ -13,7 +13,7 @@ import casadi as ca
 
 from .base import BaseParameters
 from .drives import DriveState, drive_terms, parameter_kind, smooth_sign
-from .regressors import link_torques, load_expression, standard_columns, term_matrix
+from .regressors import load_expression, standard_columns, term_matrix
 from .robot import Robot
 
 _STEPS = 5
@@ -71,8 +71,8 @@ def mass_matrix(robot: Robot) -> ca.Function:
 def coriolis(robot: Robot) -> ca.Function:
     """``coriolis(q, qd, chi) -> c``, n x 1: Coriolis and centrifugal torques C(q, qd) qd."""
     q, qd, _, chi = _symbols(robot)
-    weightless = replace(robot, gravity=(0.0, 0.0, 0.0))
-    torque = link_torques(weightless, DriveState(q, qd, ca.SX.zeros(robot.n), None), standard_columns(robot), chi)
+    bare = replace(robot, gravity=(0.0, 0.0, 0.0), drives=replace(robot.drives, spring=None))
+    torque = load_expression(bare, DriveState(q, qd, ca.SX.zeros(robot.n), None), standard_columns(robot), chi)
     return _function("coriolis", {"q": q, "qd": qd, "chi": chi}, c=torque)
 
 
@@ -87,8 +87,8 @@ def coriolis_matrix(robot: Robot) -> ca.Function:
 def gravity(robot: Robot) -> ca.Function:
     """``gravity(q, chi) -> Q``, n x 1: torques that hold the links against gravity, without the spring."""
     q, _, _, chi = _symbols(robot)
-    still = ca.SX.zeros(robot.n)
-    torque = link_torques(robot, DriveState(q, still, still, None), standard_columns(robot), chi)
+    still, bare = ca.SX.zeros(robot.n), replace(robot, drives=replace(robot.drives, spring=None))
+    torque = load_expression(bare, DriveState(q, still, still, None), standard_columns(robot), chi)
     return _function("gravity", {"q": q, "chi": chi}, Q=torque)
 
 

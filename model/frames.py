@@ -93,10 +93,8 @@ def forward_kinematics(robot: Robot) -> ca.Function:
 
 def point_at(robot: Robot, point: Array, q: Array) -> tuple[Array, Array]:
     """Position of a point of frame n at positions q, N x n, in frame 0 [m], and its Jacobian; 3 x (n x) N."""
-    x, y, z = point[:, None] + np.zeros(len(q))
-    position: Vector = (x, y, z)
-    x, y, z = np.zeros((3, *q.T.shape))
-    moved: Vector = (x, y, z)
+    position: Any = point[:, None] + np.zeros(len(q))
+    moved: Any = np.zeros((3, *q.T.shape))
     for j in reversed(range(robot.n)):
         if robot.joints[j].revolute:
             moved[0][j], moved[1][j] = -position[1], position[0]

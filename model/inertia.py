@@ -306,18 +306,12 @@ def payload_spread(values: Array, covariance: Array, indices: Sequence[int]) -> 
     """
     C = np.zeros((10, 10))
     C[np.ix_(indices, indices)] = covariance
-    x, known = np.where(np.isin(np.arange(10), indices), values, 0.0), set(indices)
-    mass = float(np.sqrt(C[9, 9])) if 9 in known else np.inf
-    com, inertia = np.full(3, np.inf), np.full((3, 3), np.inf)
-    if 9 not in known or x[9] == 0.0:
-        return PayloadSpread(mass, com, inertia)
-    J = gradients(x)
-    sigma = np.sqrt(np.maximum(np.einsum("ik,kl,il->i", J, C, J), 0.0))
-    for k in known & {6, 7, 8}:
-        com[k - 6] = sigma[k - 6]
-    for entry, (i, j) in enumerate(zip(_ROWS, _COLUMNS, strict=True)):
-        # A moment needs the other two first moments, a product its own two.
-        needed = {entry, *({6, 7, 8} - {6 + int(i)} if i == j else {6 + int(i), 6 + int(j)})}
-        if needed <= known:
-            inertia[i, j] = inertia[j, i] = sigma[3 + entry]
-    return PayloadSpread(mass, com, inertia)
+    known, sigma = np.isin(np.arange(10), indices), np.full(9, np.inf)
+    x = np.where(known, values, 0.0)
+    if known[9] and x[9] != 0.0:
+        J = gradients(x)
+        # Known is what depends on known ones alone: a moment on the other two first moments, a product on its own.
+        rest = (gradients(np.ones(10)) != 0.0) @ ~known
+        sigma = np.where(rest, np.inf, np.sqrt(np.maximum(np.einsum("ik,kl,il->i", J, C, J), 0.0)))
+    mass = float(np.sqrt(C[9, 9])) if known[9] else np.inf
+    return PayloadSpread(mass, sigma[:3], symmetric(sigma[3:]))

@@ -189,11 +189,6 @@ class Processing:
             return recorded
         return self.rate * max(1, min(round(recorded / self.rate), int(_OVERSAMPLING * recorded / self.rate)))
 
-    def equations_a_second(self, recorded: float) -> float:
-        """Rate of each joint's equations [Hz] of a recording of some mean rate, slow rows counted."""
-        rate = self.grid_rate(recorded)
-        return rate / self.thinning(rate)
-
     def thinning(self, rate: float) -> int:
         """Whole factor of the parallel decimation of samples at an even rate [Hz]."""
         if self.equation_rate is not None:

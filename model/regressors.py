@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from ..common import Array
-from .drives import SPRING, Drives, DriveState, Sign, drive_terms, parameter_kind
+from .drives import SPRING, DriveState, Sign, drive_terms, joint_of, parameter_kind
 from .frames import ZERO, FrameChange, Vector, add, cross, dot
 from .inertia import INERTIAL
 from .robot import Robot, check_robot
@@ -31,13 +31,9 @@ def own_columns(robot: Robot) -> tuple[str, ...]:
 
     Three of the ten of each link that turns, the inertia of each that slides, are regrouped to the link before.
     """
-    names: list[str] = []
-    for link, joint in enumerate(robot.joints, start=1):
-        passed = ("YY", "MZ", "M") if joint.revolute else INERTIAL[:6]
-        names += [f"{kind}{link}" for kind in INERTIAL if kind not in passed]
-    for link in range(1, robot.n + 1):
-        names += [name for name in robot.drives.names(link) if parameter_kind(name) != SPRING]
-    return (*names, *robot.drives.coupling_names())
+    passed = [("YY", "MZ", "M") if joint.revolute else INERTIAL[:6] for joint in robot.joints]
+    names = [x for x in robot.standard if parameter_kind(x) not in (*passed[joint_of(x)], SPRING)]
+    return tuple(sorted(names, key=lambda name: parameter_kind(name) not in INERTIAL))
 
 
 def standard_regressor(robot: Robot) -> ca.Function:
@@ -69,16 +65,13 @@ def regressor(robot: Robot, columns: Sequence[str], name: str = "regressor") -> 
     return ca.Function(name, [*inputs.values()], [ca.cse(phi)], [*inputs], ["Phi"])
 
 
-def regressor_expression(
-    robot: Robot, columns: Sequence[str], sign: Sign | None = None
-) -> tuple[DriveState, ca.SX]:
+def regressor_expression(robot: Robot, columns: Sequence[str], sign: Sign = ca.sign) -> tuple[DriveState, ca.SX]:
     """Symbols q, qd, qdd, load and the regressor's matrix, to build on; arguments, errors as ``regressor``.
 
     ``sign``: what stands for the sign in dry friction; by ``smooth_sign`` the matrix has a slope everywhere.
     """
     state, terms = _expressions(robot)
-    if sign is not None:
-        terms = terms | drive_terms(robot.drives, state, sign)
+    terms = terms | drive_terms(robot.drives, state, sign)
     return state, term_matrix([terms[column] for column in columns], robot.n)
 
 
@@ -96,16 +89,8 @@ def load_expression(robot: Robot, state: DriveState, columns: Sequence[str], chi
     """Torques of links, payload and spring, which the gears carry, n x 1, by values ``chi`` of some columns.
 
     Columns of drives do not count, and none may stand twice; values may be of base parameters, the others zero.
+    Wrenches are summed from tip to base.
     """
-    load = link_torques(robot, state, columns, chi)
-    if robot.spring is not None:
-        row = robot.spring.joint - 1
-        load[row] -= robot.spring.torque_symbol(state.q[row])
-    return load
-
-
-def link_torques(robot: Robot, state: DriveState, columns: Sequence[str], chi: ca.SX) -> ca.SX:
-    """Torques of links and payload alone, n x 1, as ``load_expression``: wrenches summed from tip to base."""
     value, torque = dict(zip(columns, chi.elements(), strict=True)), ca.SX.zeros(robot.n)
     changes = [FrameChange.of(joint, state.q[j]) for j, joint in enumerate(robot.joints)]
     wrenches = list(link_wrenches(robot, changes, state))
@@ -118,6 +103,9 @@ def link_torques(robot: Robot, state: DriveState, columns: Sequence[str], chi: c
         torque[j] = moment[2] if robot.joints[j].revolute else force[2]
         force = changes[j].out_of(force)
         moment = add(changes[j].out_of(moment), cross(changes[j].origin, force))
+    if robot.spring is not None:
+        row = robot.spring.joint - 1
+        torque[row] -= robot.spring.law(state.q[row])
     return torque
 
 
@@ -138,7 +126,7 @@ def regressor_at(
     """
     W, carried = np.zeros((robot.n, len(columns), len(q))), np.zeros(q.shape) if load is None else load
     state = DriveState(q.T, qd.T, qdd.T, carried.T)
-    terms = _terms(robot, replace(robot.drives, offsets=True), state, np)
+    terms = _rigid_terms(robot, state, np) | drive_terms(replace(robot.drives, offsets=True), state, np.sign)
     for k, name in enumerate(columns):
         for row, values in terms[name].items():
             W[row, k] = values
@@ -148,14 +136,14 @@ def regressor_at(
 @functools.lru_cache(maxsize=16)
 def _expressions(robot: Robot) -> tuple[DriveState, dict[str, dict[int, Any]]]:
     state = DriveState(*(ca.SX.sym(symbol, robot.n) for symbol in DriveState._fields))
-    return state, _terms(robot, robot.drives, state, ca)
+    return state, _rigid_terms(robot, state, ca)
 
 
-def _terms(robot: Robot, drives: Drives, state: DriveState, lib: Any) -> dict[str, dict[int, Any]]:
-    terms, spring = inertial_terms(robot, state, lib) | drive_terms(drives, state, lib.sign), drives.spring
+def _rigid_terms(robot: Robot, state: DriveState, lib: Any) -> dict[str, dict[int, Any]]:
+    """Factors of all but the drives' own parameters: links, payload, and a spring whose torque is a column."""
+    terms, spring = inertial_terms(robot, state, lib), robot.spring
     if spring is not None and spring.column:
-        row = spring.joint - 1
-        terms[f"{SPRING}{row + 1}"] = {row: -spring.law(state.q[row], lib)}
+        terms[f"{SPRING}{spring.joint}"] = {spring.joint - 1: -spring.law(state.q[spring.joint - 1], lib)}
     return terms
 
 

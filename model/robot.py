@@ -205,7 +205,8 @@ class Robot(Brief):
     def standard(self) -> tuple[str, ...]:
         """Names of the standard parameters, link by link in the order of (6), coupled friction last."""
         links = ((*(f"{kind}{j}" for kind in INERTIAL), *self.drives.names(j)) for j in range(1, self.n + 1))
-        return (*chain.from_iterable(links), *self.drives.coupling_names())
+        coupled = (f"{kind}{self.coupling.joints[1]}" for kind in ("FVM", "FSM")) if self.coupling else ()
+        return (*chain.from_iterable(links), *coupled)
 
     def chi(
         self, parameters: Mapping[str, float] | None = None, payload: InertialParameters | None = None

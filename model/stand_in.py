@@ -14,7 +14,6 @@ from .drives import joint_of, parameter_kind
 from .dynamics import gravity, mass_matrix
 from .frames import FrameChange
 from .inertia import INERTIAL, InertialParameters, Pose
-from .regressors import standard_columns
 from .robot import ASSUMED, SOURCED, Robot, check_robot
 
 SPEED = {"revolute": np.pi / 3.0, "prismatic": 0.1}
@@ -63,7 +62,7 @@ LOAD = 0.2  # payload that drives are taken to be made for over the links' mass,
 PAYLOAD_COM = (0.05, 0.0, 0.1)
 """Centre of mass of a rated payload in the flange's frame [m]: out of the flange and off its axis."""
 PAYLOAD_INERTIA = 0.003  # moments of inertia of a rated payload over its mass [m^2]
-_POSES = 2000
+POSES = 2000  # random poses over which what a joint carries is looked for
 
 
 def cylinders(robot: Robot, total_mass: float) -> tuple[InertialParameters, ...]:
@@ -239,15 +238,8 @@ def _needed(robot: Robot, parameters: Mapping[str, float]) -> tuple[Array, Array
     chi = robot.chi(parameters, body.moved(flange.R, flange.p))
     q = ca.SX.sym("q", robot.n)
     torque = ca.Function("torque", [q], [gravity(robot)(q, chi), ca.diag(mass_matrix(robot)(q, chi))])
-    rest, inertia = (np.array(part) for part in torque.map(_POSES)(poses_in_range(robot, _POSES).T))
+    rest, inertia = (np.array(part) for part in torque.map(POSES)(poses_in_range(robot, POSES).T))
     return rest, inertia, load
-
-
-def typical_load(robot: Robot, parameters: Mapping[str, float]) -> Array:
-    """Mean size of the torque that carries the links alone, over ``poses_in_range`` [N·m or N], shape (n,)."""
-    chi = [parameters.get(name, 0.0) for name in standard_columns(robot)]
-    rest = np.array(gravity(robot).map(_POSES)(poses_in_range(robot, _POSES).T, np.tile(chi, (_POSES, 1)).T))
-    return np.asarray(np.abs(rest).mean(axis=1))
 
 
 def poses_in_range(robot: Robot, count: int) -> Array:

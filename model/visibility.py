@@ -58,18 +58,15 @@ class PayloadVisibility:
         """True if the torques determine the mass without further knowledge."""
         return self.parameters["M"] == "yes"
 
-    def determined(self, mass_known: bool) -> tuple[int, ...]:
-        """Indices of the parameters that are determined; with the mass itself where it is known."""
-        answers: tuple[Shown, ...] = ("yes", "only with a known mass") if mass_known else ("yes",)
-        shown = self.parameters.values()
-        return tuple(k for k, how in enumerate(shown) if how in answers or (k == 9 and mass_known))
-
     def resolved(self, mass_known: bool) -> tuple[tuple[int, ...], Array, Array]:
-        """Map from the least-squares values of the r chosen columns to ``determined``: x = A theta + b M.
+        """Map from the least-squares values of the r chosen columns to what is determined: x = A theta + b M.
 
-        Gives indices of x among ``INERTIAL``, k; A, k x r; b, (k,), zero where the known mass M is not needed.
+        Gives indices of x among ``INERTIAL``, k, with the mass itself where it is known; A, k x r; b, (k,), zero
+        where the known mass M is not needed.
         """
-        indices, chosen = self.determined(mass_known), self.base.chosen
+        answers: tuple[Shown, ...] = ("yes", "only with a known mass") if mass_known else ("yes",)
+        shown, chosen = self.parameters.values(), self.base.chosen
+        indices = tuple(k for k, how in enumerate(shown) if how in answers or (k == 9 and mass_known))
         A, b = np.zeros((len(indices), self.rank)), np.ones(len(indices))
         for row, k in enumerate(indices):
             if k in chosen:

@@ -366,7 +366,8 @@ def torque_noise(
     estimate: Estimate, problem: Equations, inflation: Any, recording: Recording, processing: Processing
 ) -> dict[str, Any]:
     """Errors without payload: sigma of each joint, memory counted [N·m or N], and independent ones a second."""
-    independent = processing.equations_a_second(recording.rate) * problem.independent
+    rate = processing.grid_rate(recording.rate)
+    independent = rate / processing.thinning(rate) * problem.independent
     return {"torque_noise": np.sqrt(inflation) * estimate.noise, "independent": independent}
 
 

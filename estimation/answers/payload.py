@@ -431,7 +431,8 @@ def answer_payload(
     verdict = judge(evidence)
     if failures and not constrained:
         failure = next(failures[estimate.method] for estimate in free if estimate.method in failures)
-        raise failure.naming(*failure.demands, *(verdict.reasons if verdict.level == "do_not_use" else ()))
+        against = verdict.reasons if verdict.level == "do_not_use" else ()
+        raise SolverError(failure.status, [*failure.demands, *against])
     return PayloadAnswer(
         problem=problem,
         estimates=tuple(shown),

@@ -128,7 +128,7 @@ def equation_code(robot: Robot, columns: tuple[str, ...]) -> tuple[Kernel, tuple
     motors: list[tuple[int, ...]] = [()] * robot.n  # that also stand in a joint's right-hand side
     if spring is not None:
         joint, before = spring.joint - 1, ca.SX.sym("before")
-        apart[NO_MOTOR] = spring.torque_symbol(q[joint]) - before
+        apart[NO_MOTOR] = spring.law(q[joint]) - before
         left[joint] += apart[NO_MOTOR]
         motors[joint] = (NO_MOTOR,)
         inputs.append(before)

@@ -200,10 +200,6 @@ class ConeProgram(NamedTuple):
     b: Array  # (r,)
     bodies: Array  # maps from z to the ten of each body, p x 10 x n
 
-    def slack(self, z: Array) -> Array:
-        """Slack A z + b, shape (r,)."""
-        return np.asarray(self.A @ z + self.b)
-
     def posed(self, scale: Array) -> tuple[Any, Any, list[Any]]:
         """Pose it in CVXPY: the problem, its parameters in SI units, and the pseudo-inertias of its bodies."""
         import cvxpy  # slow to import
@@ -239,20 +235,15 @@ class SolverError(RuntimeError):
     """
 
     def __init__(self, status: str, demands: Sequence[str] = ()) -> None:
+        super().__init__(status, demands)  # by which it is pickled
         self.status, self.demands, self.explanation = status, tuple(demands), _MEANING.get(status, status)
+
+    def __str__(self) -> str:
         text, advice = "no body holds all constraints", "correct them"
-        if "Infeasible" not in status:
+        if "Infeasible" not in self.status:
             text = f"the constrained estimate was not found: {self.explanation}"
             advice = "check that the constraints allow some body near the data"
-        super().__init__(": ".join([text, *filter(None, ["; ".join(demands)]), advice]))
-
-    def __reduce__(self) -> tuple[type[SolverError], tuple[str, tuple[str, ...]]]:
-        """Pickle what it is made from."""
-        return SolverError, (self.status, self.demands)
-
-    def naming(self, *demands: str) -> SolverError:
-        """Name the constraints in the error."""
-        return SolverError(self.status, demands)
+        return ": ".join([text, *filter(None, ["; ".join(self.demands)]), advice])
 
 
 def upper(matrices: Array) -> Array:

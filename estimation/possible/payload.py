@@ -187,7 +187,10 @@ class ScaledProblem(NamedTuple):
 
     def holds(self, z: Array, rounding: float = 0.0) -> bool:
         """True if z keeps every constraint, but for that much of an eigenvalue."""
-        return bool((self.program.slack(z) >= 0.0).all()) and least_eigenvalue(z @ self.select) >= -rounding
+        return (
+            bool((self.program.A @ z + self.program.b >= 0.0).all())
+            and least_eigenvalue(z @ self.select) >= -rounding
+        )
 
 
 def holding(
@@ -198,7 +201,7 @@ def holding(
     ``prices``: multipliers of the rows, then of the bodies, where they have one; ``demands``: of rows and bodies,
     those of one constraint count together; ``slope``: of chi2 by what the prices are multipliers of.
     """
-    slacks = [*program.slack(z), *(least_eigenvalue(body @ z) for body in program.bodies)]
+    slacks = [*(program.A @ z + program.b), *(least_eigenvalue(body @ z) for body in program.bodies)]
     found = dict[str, Active]()
     for demand, price, slack in zip(demands, prices.tolist(), slacks, strict=False):
         if price > max(slack, floor):
@@ -260,13 +263,13 @@ def solve_constrained(estimate: Estimate, constraints: Sequence[Constraint] = PO
                 (z, prices), status = solve_cone(program), "Solved"
             slope = 2.0 * float(np.linalg.norm(program.R @ z - program.d))  # d chi2 = 2 norm d norm
             z = select @ lifted(z @ select, scale @ select)  # eliminated parameters stay zero
-            if (program.slack(z) < -TOLERANCE).any():
+            if (program.A @ z + program.b < -TOLERANCE).any():
                 raise SolverError("constraints missed by more than rounding")
             demands = [Active(c.description, constraint=c) for c in constraints for _ in c.rows[1]]
             demands += [Active(c.description, constraint=c) for c in constraints if isinstance(c, PossibleBody)]
             active, values = holding(program, z, prices, demands, _NO_MULTIPLIER, slope), problem.full(z)
     except SolverError as error:
-        raise error.naming(*(constraint.description for constraint in constraints)) from None
+        raise SolverError(error.status, [constraint.description for constraint in constraints]) from None
     chi2 = problem.floor + float(np.sum((program.R @ (z - problem.centre)) ** 2))
     return Possible(estimate, values, chi2, active, (InertialParameters(values),), status, constraints)
 

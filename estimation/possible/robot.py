@@ -95,6 +95,7 @@ class RobotProgram(NamedTuple):
         if estimate.names != base.columns:
             fault = f"the estimate is not of the {len(base.columns)} base parameters"
             raise InputError(f"{fault}: identify the robot anew")
+        estimate = error_model(estimate)
         # One mass and one length for all links, from the robot's own numbers.
         length, kinds = typical_length(robot), [parameter_kind(name) for name in estimate.names]
         own = zip(kinds, estimate.values.tolist(), strict=True)
@@ -123,19 +124,12 @@ class RobotProgram(NamedTuple):
         program = ConeProgram(R @ G, R @ estimate.values, A, b, np.eye(len(scale))[links])
         return RobotProgram(base, estimate, scale, R, program, list(map(Active, texts)), rules, links)
 
-    def nearest(self) -> PossibleRobot:
-        """Find the nearest base parameters."""
-        z, prices = solve_cone(self.program, _WAYS)
-        slope = 2.0 * float(np.linalg.norm(self.program.R @ z - self.program.d))  # d chi2 = 2 norm d norm
-        floor = max(_NEXT_TO_NOTHING * float(prices.max()), TOLERANCE)
-        return self.answer(self.repaired(z), "Solved", prices, floor, slope)
-
     def repaired(self, z: Array) -> Array:
         """Move z by rounding, so that no link has a negative eigenvalue and no drive a negative number."""
         result = z.copy()
         for link in self.links:
             result[link] = lifted(z[link], self.scale[link])
-        if (self.program.slack(result) < -TOLERANCE).any():
+        if (self.program.A @ result + self.program.b < -TOLERANCE).any():
             raise SolverError("friction, rotor inertia or mass missed by more than rounding")
         for rule in self.program.A[: self.rules]:
             whole = int(rule.argmax())
@@ -144,9 +138,7 @@ class RobotProgram(NamedTuple):
             raise SolverError("constraints missed by more than the data's accuracy")
         return result
 
-    def answer(
-        self, z: Array, status: str, prices: Array, floor: float = TOLERANCE, slope: float = 1.0
-    ) -> PossibleRobot:
+    def answer(self, z: Array, status: str, prices: Array, floor: float, slope: float) -> PossibleRobot:
         """Make the robot that z stands for; ``prices``, ``floor``, ``slope``: as of ``holding``."""
         x = z * self.scale
         values = self.base.grouping @ x
@@ -177,7 +169,11 @@ def solve_constrained_base(
         InputError: if the estimate is not of these parameters, or its covariance does not determine them.
         SolverError: for anything but a clean solve.
     """
-    return RobotProgram.of(robot, base, error_model(estimate), total_mass).nearest()
+    problem = RobotProgram.of(robot, base, estimate, total_mass)
+    z, prices = solve_cone(problem.program, _WAYS)
+    slope = 2.0 * float(np.linalg.norm(problem.program.R @ z - problem.program.d))  # d chi2 = 2 norm d norm
+    floor = max(_NEXT_TO_NOTHING * float(prices.max()), TOLERANCE)
+    return problem.answer(problem.repaired(z), "Solved", prices, floor, slope)
 
 
 def build_constrained_base(
@@ -192,7 +188,7 @@ def build_constrained_base(
     Raises:
         InputError: if the estimate is not of these parameters, or its covariance does not determine them.
     """
-    made = RobotProgram.of(robot, base, error_model(estimate), total_mass)
+    made = RobotProgram.of(robot, base, estimate, total_mass)
     problem, x, inertias = made.program.posed(made.scale)
     return problem, {name: x[k] for k, name in enumerate(base.standard)}, inertias
 
@@ -225,8 +221,7 @@ class Origin(NamedTuple):
 
     def decided_by(self) -> str:
         """Label of every table, document and export: "data", "prior", or "prior within MX2R, ZZ2R"."""
-        within = f"prior within {', '.join(self.base)}"
-        return {"identified": "data", "prior": "prior", "combination": within}[self.kind]
+        return {"identified": "data", "prior": "prior"}.get(self.kind, f"prior within {', '.join(self.base)}")
 
 
 def origins(robot: Robot, base: BaseParameters, gradients: Array | None = None) -> list[Origin]:
@@ -340,15 +335,15 @@ def solve_constrained_prior(
         raise InputError(f"a prior of {len(prior.bodies)} links for the {robot.n} of {robot.name}: give one each")
     if not 0.0 < budget < np.inf:
         raise InputError(f"budget {budget:g} of the prior must be positive: 1 is one standard deviation")
-    problem = RobotProgram.of(robot, base, error_model(estimate), total_mass)
-    nearest = problem.nearest()
+    nearest = solve_constrained_base(robot, base, estimate, total_mass)
+    problem = RobotProgram.of(robot, base, estimate, total_mass)
     z0 = np.zeros(len(problem.scale))  # the prior's links; drives are zero
     z0[problem.links] = [body.vector for body in prior.bodies] / problem.scale[problem.links]
     expected = np.tensordot(problem.program.bodies @ z0, PSEUDO_INERTIA, 1)
     limit, possible = nearest.chi2_rise + budget, np.array(list(nearest.parameters.values())) / problem.scale
     # The prior's links with the drives that suit them best will do if they hold the mass's bounds and the limit.
-    F, d, A, _, bodies = problem.program
-    room, rows = problem.program.slack(z0), problem.rules
+    F, d, A, b, bodies = problem.program
+    room, rows = A @ z0 + b, problem.rules
     drives, solution = np.setdiff1d(np.arange(len(z0)), problem.links), z0.copy()
     within = bool((room[rows:] >= -TOLERANCE).all())
     if within and len(drives):
@@ -361,7 +356,7 @@ def solve_constrained_prior(
     ratio = np.linalg.solve(expected, np.tensordot(problem.program.bodies @ z, PSEUDO_INERTIA, 1))
     distances = np.trace(ratio, axis1=1, axis2=2) - np.linalg.slogdet(ratio)[1] - 4.0
     return PriorRobot(
-        **vars(problem.answer(z, status, prices)),
+        **vars(problem.answer(z, status, prices, TOLERANCE, 1.0)),
         nearest=nearest,
         prior=prior,
         budget=budget,
@@ -397,7 +392,7 @@ def _nearest(program: ConeProgram, prior: Array, possible: Array, radius: float)
     links += [("Exponential", rows) for rows in exponentials.reshape(4 * p, 3, -1)]
     cost = np.concatenate([np.einsum("pnii->n", own), np.zeros(10 * p), -np.ones(4 * p)])
     (rules, norm), left = (np.zeros((count, width)) for count in (r, k + 1)), program.R @ possible - program.d
-    rules[:, :n], rules[:, -1], norm[0, -1] = program.A, program.slack(possible), radius
+    rules[:, :n], rules[:, -1], norm[0, -1] = program.A, program.A @ possible + program.b, radius
     norm[1:, :n], norm[1:, -1] = program.R, left
     ends = dict[str, tuple[Any, float]]()
     for largest, tolerance in _TRIED:

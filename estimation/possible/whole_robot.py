@@ -5,7 +5,7 @@ Data decide a number, a part of it, or nothing. Every table, document and export
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import product
 from typing import Literal, NamedTuple
 
@@ -14,10 +14,11 @@ import numpy as np
 from ...common import Array, decomposed
 from ...model import INERTIAL, BaseParameters, InertialParameters, Robot
 from ...model.drives import parameter_kind
+from ...model.dynamics import gravity
 from ...model.frames import bodies_in_link_frames
 from ...model.friction import PAPER
 from ...model.inertia import gradients
-from ...model.stand_in import typical_load
+from ...model.stand_in import POSES, poses_in_range
 from ..fit.estimate import Estimate, error_model
 from .robot import Origin, origins
 
@@ -120,37 +121,15 @@ _AT_BOUND = 1e-3
 Slopes = dict[str, float]  # derivatives of a number by standard parameters
 
 
-def _labels(
-    robot: Robot,
-    base: BaseParameters | None,
-    estimate: Estimate | None,
-    parameters: Mapping[str, float],
-    numbers: Sequence[float],
-    slopes: Sequence[Slopes],
-) -> list[Labelled]:
-    if base is None or estimate is None:
-        return [Labelled(number) for number in numbers]
-    errors, gradients = error_model(estimate), np.zeros((len(base.standard), len(numbers)))
-    for column, row in enumerate(slopes):
-        gradients[[base.standard.index(name) for name in row], column] = list(row.values())
-    by_base = np.asarray(np.linalg.lstsq(base.grouping.T, gradients, rcond=None)[0].T, dtype=float)
-    # To first order the free estimate's own number, for what can exist may be moved away from it.
-    free = errors.mapped(by_base, tuple(map(str, range(len(numbers)))))
-    moved = by_base @ (errors.values - base.value(parameters)) - free.values
-    ends = (np.asarray(numbers) + moved)[:, None] + free.interval95
-    every = zip(numbers, origins(robot, base, gradients), free.sigma.tolist(), ends.tolist(), strict=True)
-    return [
-        Labelled(number, origin, *((sigma, tuple(interval)) if origin.share == 1.0 else ()))
-        for number, origin, sigma, interval in every
-    ]
-
-
 def _add_plain_friction(drives: Sequence[dict[str, Slopes]], robot: Robot, parameters: Mapping[str, float]) -> None:
     """Add to each drive the Coulomb and viscous friction nearest to each other term, per unit of its parameter.
 
-    Under the ``typical_load``, over speeds up to the joint's limit (1 without one), laws of one's own in mid-range.
+    Under the mean size of the links' weight, over speeds up to the joint's limit (1 without one), laws of one's own
+    in mid-range.
     """
-    every = zip(drives, robot.joints, typical_load(robot, parameters), strict=True)
+    chi = np.array([parameters.get(name, 0.0) for name in robot.standard])[:, None]
+    weights = np.array(gravity(robot).map(POSES)(poses_in_range(robot, POSES).T, np.tile(chi, POSES)))
+    every = zip(drives, robot.joints, np.abs(weights).mean(axis=1), strict=True)
     for j, (drive, joint, load) in enumerate(every, start=1):
         top = joint.limits.speed if np.isfinite(joint.limits.speed) else 1.0
         speed, one = np.linspace(0.02, 1.0, 50) * top, np.ones(50)
@@ -186,8 +165,26 @@ def whole_robot(
     Raises:
         InputError: if parameters of a link are missing.
     """
-    bodies, known = bodies_in_link_frames(robot, parameters), base is not None and estimate is not None
-    labels, links = partial(_labels, robot, base, estimate, parameters), list[LinkNumbers]()
+    bodies, links = bodies_in_link_frames(robot, parameters), list[LinkNumbers]()
+
+    def labels(numbers: Sequence[float], slopes: Sequence[Slopes]) -> list[Labelled]:
+        """Label numbers by their gradients, standard deviations where the data determine them."""
+        if base is None or estimate is None:
+            return [Labelled(number) for number in numbers]
+        errors, by_standard = error_model(estimate), np.zeros((len(base.standard), len(numbers)))
+        for column, row in enumerate(slopes):
+            by_standard[[base.standard.index(name) for name in row], column] = list(row.values())
+        by_base = np.asarray(np.linalg.lstsq(base.grouping.T, by_standard, rcond=None)[0].T, dtype=float)
+        # To first order the free estimate's own number, for what can exist may be moved away from it.
+        free = errors.mapped(by_base, tuple(map(str, range(len(numbers)))))
+        moved = by_base @ (errors.values - base.value(parameters)) - free.values
+        ends = (np.asarray(numbers) + moved)[:, None] + free.interval95
+        every = zip(numbers, origins(robot, base, by_standard), free.sigma.tolist(), ends.tolist(), strict=True)
+        return [
+            Labelled(number, origin, *((sigma, tuple(interval)) if origin.share == 1.0 else ()))
+            for number, origin, sigma, interval in every
+        ]
+
     by_parameter = labels(list(parameters.values()), [{name: 1.0} for name in parameters])
     own, every = dict(zip(parameters, by_parameter, strict=True)), [*product(range(1, robot.n + 1), INERTIAL)]
     # Per link, the ten in its own frame by the ten in the modified DH frame, 10 x 10.
@@ -212,7 +209,7 @@ def whole_robot(
             # What is left of a difference may be rounding.
             sums = [0.0 if abs(sum(own)) < _ROUNDING * max(map(abs, own)) else sum(own) for own in terms]
             drives.append(dict(zip(row, labels(sums, list(row.values())), strict=True)))
-        for quantity in SIGNED if known else ():
+        for quantity in SIGNED if groupings else ():
             largest = max((abs(drive[quantity].value) for drive in drives if quantity in drive), default=0.0)
             for drive in (drive for drive in drives if quantity in drive):
                 label = drive[quantity]
@@ -238,6 +235,6 @@ def whole_robot(
         if "damping" in shared:
             for joint in (j, k):
                 remaining[joint - 1]["damping"] = {**remaining[joint - 1]["damping"], f"FVM{k}": -1.0}
+    groupings = base.groupings() if base is not None and estimate is not None else ()
     *joints, coupled = drives([*remaining, shared])
-    groupings = tuple(base.groupings()) if base is not None and known else ()
     return WholeRobot(robot, tuple(links), tuple(joints), coupled, tuple(drives(apart)), groupings, source, prior)

@@ -25,7 +25,6 @@ from ..inertia import INERTIAL, InertialParameters, Pose, check_metres
 from ..motion import Processing, usual_slow_speed
 from ..regressors import standard_columns
 from ..robot import SOURCED, Joint, Limits, Robot
-from .urdf import ENDING, described, load_urdf
 
 _ROBOTS = Path(__file__).parents[1] / "robots"
 _TREES = "trees are not supported: give the joints of one chain, base to tip"
@@ -56,11 +55,12 @@ def load_robot(name: str | Path, base: str | None = None, tip: str | None = None
     >>> load_robot("ur10e").n
     6
     """
-    text = str(name)
-    if Path(name).suffix.lower() in (".urdf", ".xacro") and Path(name).is_file():
-        return load_urdf(name, base, tip)
-    if re.fullmatch(rf"\w+{ENDING}", text) and not Path(name).is_file():
-        return load_urdf(described(text), base, tip)
+    text, is_file = str(name), Path(name).is_file()
+    is_description = not is_file and re.fullmatch(r"\w+_description", text)
+    if is_description or (is_file and Path(name).suffix.lower() in (".urdf", ".xacro")):
+        from . import urdf  # commands of other robots need none of it
+
+        return urdf.load_urdf(urdf.described(text) if is_description else name, base, tip)
     if base is not None or tip is not None:
         raise InputError(f"chain chooses links of a URDF file, {text!r} is not one: omit it")
     # Capitals, blanks and hyphens do not count: "UR 10e", "Kr6-R900".
@@ -68,7 +68,7 @@ def load_robot(name: str | Path, base: str | None = None, tip: str | None = None
     for shipped in robot_names():
         if shipped.replace("_", "") == plain:
             return _read_shipped(_ROBOTS / f"{shipped}.toml")
-    if Path(name).is_file():
+    if is_file:
         return _read(name)
     if Path(text).is_dir():
         raise InputError(f"no robot {text!r}: it is a folder; give the path of a TOML or URDF file")

@@ -40,8 +40,8 @@ _UNKNOWN = (math.nan,)
 _ZEROS = (0.0, 0.0, 0.0)
 _Element = ElementTree.Element
 _Notes = dict[str, dict[str, None]]  # notes on what was made exact or left out, and at which places, each once
+_ENDING = "_description"  # of names of robot_descriptions: ``panda_description``
 _INSTALL = "pip install 'dynident[robots]'"
-ENDING = "_description"  # ending of the names of robot_descriptions: ``panda_description``
 
 
 class Source(NamedTuple):
@@ -174,19 +174,19 @@ def _chain(tree: Urdf, base: str, tip: str) -> tuple[list[tuple[UrdfJoint, Pose]
             raise ValueError(f"no chain leads from {base!r} down to {tip!r}: swap or change them")
         path.append(above[link])
         link = above[link].parent
-    pose, moving, fault = Pose(), [], ""
+    pose, moving, advice = Pose(), [], "choose another chain BASE:TIP"
     for joint in reversed(path):
         pose = pose @ joint.origin
-        if joint.kind == "fixed" or fault:
-            continue
-        if joint.kind not in _MOVES:
-            fault = f"joint {joint.name!r} is {joint.kind or 'of no kind'!r}: a chain of revolute, continuous, "
-            fault += "prismatic and fixed joints is needed"
-        elif joint.mimics:
-            fault = f"joint {joint.name!r} mimics {joint.mimics!r}: coupled joints of a URDF are not supported"
-        moving.append((joint, pose))
-    if fault or not moving:
-        raise ValueError(f"{fault or 'no joint moves between base and tip'}; choose another chain BASE:TIP")
+        if joint.kind in _MOVES and not joint.mimics:
+            moving.append((joint, pose))
+        elif joint.kind in _MOVES:
+            fault = f"mimics {joint.mimics!r}: coupled joints of a URDF are not supported"
+            raise ValueError(f"joint {joint.name!r} {fault}; {advice}")
+        elif joint.kind != "fixed":
+            needed = "a chain of revolute, continuous, prismatic and fixed joints is needed"
+            raise ValueError(f"joint {joint.name!r} is {joint.kind or 'of no kind'!r}: {needed}; {advice}")
+    if not moving:
+        raise ValueError(f"no joint moves between base and tip; {advice}")
     return moving, pose
 
 
@@ -400,8 +400,8 @@ def described(name: str) -> Source:
         raise InputError(f"no robot {name!r} is shipped; for names of robot_descriptions: {_INSTALL}") from None
     known = [key for key, about in DESCRIPTIONS.items() if about.has_urdf]
     if name not in known:
-        near = get_close_matches(name.removesuffix(ENDING), [key.removesuffix(ENDING) for key in known], 3, 0.6)
-        meant = " or ".join(repr(f"{key}{ENDING}") for key in near)
+        near = get_close_matches(name.removesuffix(_ENDING), [key.removesuffix(_ENDING) for key in known], 3, 0.6)
+        meant = " or ".join(repr(f"{key}{_ENDING}") for key in near)
         hint = f"did you mean {meant}?" if near else "'robot_descriptions list' shows them"
         raise InputError(f"no robot {name!r}, nor a URDF of that name in robot_descriptions: {hint}")
     cache = Path(os.environ.get("ROBOT_DESCRIPTIONS_CACHE", "~/.cache/robot_descriptions")).expanduser()

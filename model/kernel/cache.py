@@ -10,7 +10,6 @@ import atexit
 import contextlib
 import ctypes
 import functools
-import hashlib
 import os
 import platform
 import shutil
@@ -19,6 +18,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
+from hashlib import sha256
 from pathlib import Path
 
 # No -ffast-math: linked in, it would switch the whole process to flush-to-zero.
@@ -44,7 +44,8 @@ def compiled_library(source: str) -> ctypes.CDLL:
     compiler = _compiler(os.environ.get("CC", ""))
     state = compiler.stat()  # tells of another compiler without starting it
     identity = f"{compiler} {state.st_size} {state.st_mtime_ns}"
-    key = _digest("\n".join((source, identity, " ".join(_FLAGS), _NATIVE, _processor())).encode())
+    text = "\n".join((source, identity, " ".join(_FLAGS), _NATIVE, _processor()))
+    key = sha256(text.encode()).hexdigest()[:32]
     problem = OSError()
     # The second folder serves where the first one is full or does not allow code to be loaded.
     for folder in (cache_folder, _temporary_folder):
@@ -52,7 +53,7 @@ def compiled_library(source: str) -> ctypes.CDLL:
             cache = folder()
             for path in cache.glob(f"{key}-*{_SUFFIX}"):
                 # Verified before it is mapped: the first use of a truncated library would kill the process.
-                if path.stem == f"{key}-{_digest(path.read_bytes())}":
+                if path.stem == f"{key}-{sha256(path.read_bytes()).hexdigest()[:32]}":
                     with contextlib.suppress(OSError):
                         return ctypes.CDLL(str(path))
                 path.unlink(missing_ok=True)
@@ -87,10 +88,6 @@ def _temporary_folder() -> Path:
     return folder
 
 
-def _digest(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()[:32]
-
-
 @functools.cache
 def _compiler(chosen: str) -> Path:
     for name in filter(None, (chosen, "cc", "gcc", "clang")):
@@ -112,7 +109,7 @@ def _compile(compiler: Path, identity: str, source: str, folder: Path, key: str)
             problem = _asked(compiler, flags, source, str(made))
             _problems[identity] = problem if problem.startswith(_LATE) else ""
             if not problem:
-                library = folder / f"{key}-{_digest(made.read_bytes())}{_SUFFIX}"
+                library = folder / f"{key}-{sha256(made.read_bytes()).hexdigest()[:32]}{_SUFFIX}"
                 try:
                     return made.replace(library)
                 except PermissionError:

@@ -329,8 +329,7 @@ def c_body(function: ca.Function) -> list[str]:
     output, (rows, columns) = function.name_out(0), function.size_out(0)
     sparsity = function.sparsity_out(0).get_triplet()
     entries = sorted((row * columns + column, k) for k, (row, column) in enumerate(zip(*sparsity, strict=True)))
-    read = {argument for *_, arguments in program.steps for argument in arguments} | set(program.outputs)
-    used = {inputs[row][0] for value, row in program.inputs.items() if value in read}
+    used = {inputs[row][0] for value, row in program.inputs.items() if value in uses}
     head = [f"(void){name};" for name in names if name not in used]
     if len(entries) < rows * columns:
         head.append(f"for (int k = 0; k < {rows * columns}; ++k) {output}[k] = 0.0;")

@@ -173,7 +173,7 @@ class RegressorKernel:
         (q, qd, qdd, _), exact = own_regressor(robot, own)
         _, smooth = own_regressor(robot, own, smooth_sign(width))
         if robot.spring is not None:
-            spring[robot.spring.joint - 1] = robot.spring.torque_symbol(q[robot.spring.joint - 1])
+            spring[robot.spring.joint - 1] = robot.spring.law(q[robot.spring.joint - 1])
         order = [[*own, SPRING].index(name) for name in columns]
         smooth, exact = (ca.horzcat(phi, spring)[:, order].T for phi in (smooth, exact))
         seed, state = ca.SX.sym("seed", smooth.nnz()), ca.vertcat(q, qd, qdd)
