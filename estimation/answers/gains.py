@@ -15,8 +15,8 @@ from ..diagnosis.engine import states_of
 from ..diagnosis.evidence import KNOWN_WELL
 from ..diagnosis.verdict import diagnose, judge
 from ..equations.equations import PAYLOAD
-from ..fit.covariance import NORMAL95, RobustCovariance, jackknife
-from ..fit.estimate import Estimate, Fit, fingerprints
+from ..fit.covariance import NORMAL95, jackknife
+from ..fit.estimate import Fit, fingerprints
 from ..fit.settings import DEFAULTS, Settings
 from ..gains.problem import GainProblem, KnownLoad, free_gains, gain_problem, known_values, possible_gains, rests_on
 from ..payload.by_joints import ByJoints
@@ -84,8 +84,7 @@ def answer_gains(problem: GainProblem) -> documents.GainsResult:
     except InputError as error:  # what the recordings look like is told with it
         likely = likely_causes(problem.description, states_of(problem.source), free_gains=True)
         raise InputError("; ".join([str(error), *(finding.text for finding in likely)])) from None
-    robust: RobustCovariance | None = None
-    reason = problem.without_blocks
+    robust, reason = None, problem.without_blocks
     if problem.deletions:
         try:
             groups = [
@@ -98,34 +97,24 @@ def answer_gains(problem: GainProblem) -> documents.GainsResult:
     # The weight as the torques show it that the gains give; the gains' own errors are those of these recordings.
     posed = problem.posed_by(1.0 / best.k)
     identified = [payload_estimate(each, 4) for each in posed]
-    diagnoses = [
-        diagnose(each, own, None, problem.description) for each, own in zip(posed, identified, strict=True)
-    ]
+    diagnoses = [diagnose(*each, None, problem.description) for each in zip(posed, identified, strict=True)]
     # An error of the weighed mass scales all gains alike, and so may a burst of other torques.
-    bursts = [
-        (own.mass, diagnosis.effects.get("bursts")) for own, diagnosis in zip(identified, diagnoses, strict=True)
-    ]
-    reach = max((abs(float(found.change[9]) / mass) / NORMAL95 for mass, found in bursts if found), default=0.0)
+    bursts = zip(identified, (found.effects.get("bursts") for found in diagnoses), strict=True)
+    reach = max((abs(float(found.change[9]) / own.mass) / NORMAL95 for own, found in bursts if found), default=0.0)
     shared = max(load.mass_sigma / load.mass for load in loads) ** 2 + reach**2
     factors = zip(problem.equations.factors, best.k, strict=True)
     errors = np.array([np.linalg.norm(R[:, -1] - k * R[:, :-1] @ best.x) for R, k in factors])
-    logarithms = Estimate(  # ln K of possible bodies, its fit that of the currents [A]
-        names=tuple(f"K{j}" for j in range(1, problem.robot.n + 1)),
-        values=-np.log(best.k),
-        covariance=free.covariance + shared,
-        degrees_of_freedom=free.degrees_of_freedom,
-        fit=Fit(errors, problem.equations.torque_norms, problem.equations.rows),
-        weights=problem.weights,
-        robust=robust and replace(robust, covariance=robust.covariance + shared),
-    )
-    # The covariance has the larger standard deviations, and the robust correlations where there are some; all times
-    # the disagreement of the joints' payload ratios.
-    disagreement = max(diagnosis.disagreement for diagnosis in diagnoses)
-    sigma, covariance = disagreement * logarithms.larger_sigma, disagreement**2 * logarithms.covariance
-    if logarithms.robust is not None:
-        wider = sigma / logarithms.robust.sigma
-        covariance = logarithms.robust.covariance * np.outer(wider, wider)
-    gains, well = np.exp(logarithms.values), (sigma <= KNOWN_WELL).tolist()
+    fit = Fit(errors, problem.equations.torque_norms, problem.equations.rows)  # of the currents [A]
+    # The covariance of ln K has the larger standard deviations, and the robust correlations where there are some;
+    # all times the disagreement of the joints' payload ratios.
+    disagreement = max(found.disagreement for found in diagnoses)
+    formula = np.sqrt(np.diag(free.covariance) + shared)
+    sigma, covariance = disagreement * formula, disagreement**2 * (free.covariance + shared)
+    if robust is not None:
+        robust = replace(robust, covariance=robust.covariance + shared)
+        sigma = disagreement * np.maximum(formula, robust.sigma)
+        covariance = robust.covariance * np.outer(sigma / robust.sigma, sigma / robust.sigma)
+    gains, well = 1.0 / best.k, (sigma <= KNOWN_WELL).tolist()
     vague = "; too little, known to {:.0f} % only: keep the maker's gain"
     based = zip(rests_on(problem.robot), well, sigma, strict=True)
     table = documents.GainsTable(
@@ -133,8 +122,8 @@ def answer_gains(problem: GainProblem) -> documents.GainsResult:
         covariance,
         sigma=gains * sigma,
         relative_sigma=sigma,
-        relative_sigma_formula=logarithms.sigma,
-        relative_sigma_robust=logarithms.sigma_robust,
+        relative_sigma_formula=formula,
+        relative_sigma_robust=robust.sigma if robust else None,
         without_constraints=1.0 / free.k,
         identified=tuple(well),
         rests_on=tuple(text if good else text + vague.format(100 * one) for text, good, one in based),
@@ -156,11 +145,10 @@ def answer_gains(problem: GainProblem) -> documents.GainsResult:
         )
         for k, (each, own, found) in enumerate(zip(posed, identified, diagnoses, strict=True))
     ]
-    robot, source = problem.description, problem.source
-    payloads = tuple(
-        map(InertialParameters, best.x[len(problem.posed[0].base.columns) :].reshape(-1, len(PAYLOAD)))
-    )
+    robot, source, columns = problem.description, problem.source, len(problem.posed[0].base.columns)
+    payloads = tuple(map(InertialParameters, best.x[columns:].reshape(-1, len(PAYLOAD))))
     tens = [named(body.vector) for body in payloads]
+    by_joints = tuple(found.by_joints for found in diagnoses)
     return documents.GainsResult(
         robot=robot.name,
         robot_title=robot.title or UNSET,
@@ -173,10 +161,8 @@ def answer_gains(problem: GainProblem) -> documents.GainsResult:
         ),
         drive_gains=table,
         fingerprints=fingerprints(source.unloaded, source.loaded),
-        robust=documents.RobustDocument.made(logarithms.robust, reason),
-        relative_residual=documents.ResidualDocument.of(logarithms.fit),
+        robust=documents.RobustDocument.made(robust, reason),
+        relative_residual=documents.ResidualDocument.of(fit),
         disagreement=disagreement,
         verdict=judge(*evidence),
-    ).made_by(
-        GainsWorking(source, names, loads, payloads, posed, tuple(diagnosis.by_joints for diagnosis in diagnoses))
-    )
+    ).made_by(GainsWorking(source, names, loads, payloads, posed, by_joints))

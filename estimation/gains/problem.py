@@ -13,7 +13,6 @@ while the linearised problem is solved; the load's known mass sets the scale at 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import chain
 from typing import NamedTuple
 
@@ -28,7 +27,6 @@ from ...model.drives import SPRING, parameter_kind
 from ...model.files.robot_file import BodyTable
 from ...model.regressors import regressor_at
 from ..equations.equations import PAYLOAD, Equations, check_blocks, merged, triangular
-from ..equations.observer import Arrays
 from ..fit.settings import DEFAULTS, Candidates, Settings
 from ..payload.long_motion import LongMotion, Source, in_payload_frame, payload_problem
 from ..possible.constraints import ConeProgram, SolverError, solve_cone
@@ -52,21 +50,7 @@ class CurrentFit(NamedTuple):
     x: Array  # all parameters, shape (c,)
     covariance: Array  # of ln K by the free fit, n x n, for white noise
     degrees_of_freedom: float
-
-
-def current_weights(equations: Equations) -> Array:
-    """Weights of the joints: one over the standard deviation of the current's error [1/A], shape (n,).
-
-    From the joint's own equations alone, so that neither gains nor other joints matter.
-    """
-    sigma, whole = [], np.linalg.norm(np.vstack(equations.factors)[:, :-1], axis=0)
-    for factor, rows in zip(equations.factors, equations.effective_rows, strict=True):
-        W, d = factor[:, :-1], factor[:, -1]
-        # What this joint's equations do not hold is not quite zero in them, and would cost degrees of freedom.
-        parts = decomposed(W, whole)
-        error = np.linalg.norm(d - W @ parts.solution(d)) / np.sqrt(max(rows - parts.rank, 1.0))
-        sigma.append(max(error, _FLOOR * np.linalg.norm(d) / np.sqrt(max(rows, 1.0)), 1e-300))
-    return 1.0 / np.array(sigma)
+    weights: Array  # of the joints [1/A], shape (n,)
 
 
 def gauss_newton(equations: Equations, weights: Array, free: Sequence[int], known: Array) -> CurrentFit:
@@ -74,11 +58,12 @@ def gauss_newton(equations: Equations, weights: Array, free: Sequence[int], know
 
     ``free``: indices of the unknown parameters; ``known``: the others' values, which set the scale, shape (c,).
     """
-    c, factors, x, size = len(free), equations.factors, known.copy(), np.ones(len(equations.factors))
+    c, n, x, size = len(free), len(equations.factors), known.copy(), np.ones(len(equations.factors))
+    rows, motor = np.vstack(equations.factors), np.repeat(np.arange(n), [*map(len, equations.factors)])
     for _ in range(1 + _ROUNDS):  # the torque side, K_j i_j = W_j x, is linear in K and x
-        rows = [w * factor for w, factor in zip(size, factors, strict=True)]
-        A = np.hstack([np.vstack([R[:, free] for R in rows]), block_diag(*(-R[:, -1:] for R in rows))])
-        solution = decomposed(A).solution(-np.concatenate([R[:, :-1] @ known for R in rows]))
+        sized = size[motor, None] * rows
+        A = np.column_stack([sized[:, free], -sized[:, -1:] * np.eye(n)[motor]])
+        solution = decomposed(A).solution(-sized[:, :-1] @ known)
         K = solution[c:]
         if not (np.abs(K) > 1e-12 * np.abs(K).max()).all():
             raise InputError("the payload does not show in the currents: is it in the loaded recording?")
@@ -86,9 +71,9 @@ def gauss_newton(equations: Equations, weights: Array, free: Sequence[int], know
         # Each joint weighted by the errors of its torque: a disturbance of the arm's would outweigh the wrist's.
         middle = float(np.median(np.abs(k)))
         size = weights * np.clip(np.abs(k), middle / _SPREAD, middle * _SPREAD)
-    step = np.full(c + len(k), np.inf)
+    step = np.full(c + n, np.inf)
     for _ in range(_MOST):
-        J, error = linearised(factors, weights, k, x, free)
+        J, error = linearised(equations.factors, weights, k, x, free)
         parts = decomposed(J)
         if np.abs(step[c:] / k).max() < _ENOUGH:
             break
@@ -108,20 +93,20 @@ def gauss_newton(equations: Equations, weights: Array, free: Sequence[int], know
     dof = sum(equations.effective_rows) - J.shape[1]
     if dof <= 0.0:
         raise InputError(f"too few samples for {J.shape[1]} unknowns: record longer")
-    return CurrentFit(k, x, float(error @ error) / dof * parts.covariance[c:, c:] / np.outer(k, k), dof)
+    return CurrentFit(k, x, float(error @ error) / dof * parts.covariance[c:, c:] / np.outer(k, k), dof, weights)
 
 
-def linearised(factors: Arrays, weights: Array, k: Array, x: Array, free: Sequence[int]) -> tuple[Array, Array]:
+def linearised(
+    factors: Sequence[Array], weights: Array, k: Array, x: Array, free: Sequence[int]
+) -> tuple[Array, Array]:
     """Jacobian of the predicted currents by the free x and k, and the currents' errors, both weighted."""
-    torques = [factor[:, :-1] @ x for factor in factors]
-    by_x = [w * own * factor[:, free] for factor, w, own in zip(factors, weights, k, strict=True)]
-    by_k = [(w * torque)[:, None] for w, torque in zip(weights, torques, strict=True)]
-    J = np.hstack([np.vstack(by_x), block_diag(*by_k)])
-    parts = zip(factors, weights, k, torques, strict=True)
-    return J, np.concatenate([w * (factor[:, -1] - own * torque) for factor, w, own, torque in parts])
+    motor = np.repeat(np.arange(len(k)), [*map(len, factors)])
+    rows = weights[motor, None] * np.vstack(factors)
+    torques, by_x = rows[:, :-1] @ x, k[motor, None] * rows[:, free]
+    return np.column_stack([by_x, torques[:, None] * np.eye(len(k))[motor]]), rows[:, -1] - k[motor] * torques
 
 
-class KnownLoad(BodyTable, frozen=True, kw_only=True, dict=True):
+class KnownLoad(BodyTable, frozen=True, kw_only=True):
     """Known ones of the payload's ten parameters, in the robot's payload frame; also the keys of its TOML file.
 
     ``com`` [m] holds three numbers, ``inertia_com`` [kg m^2] XX XY XZ YY YZ ZZ at the centre of mass.
@@ -153,53 +138,24 @@ class KnownLoad(BodyTable, frozen=True, kw_only=True, dict=True):
             return PAYLOAD
         return PAYLOAD[-1:] if self.com is None else PAYLOAD[6:]
 
-    @cached_property
-    def ten(self) -> Array:
-        """Known ones of the ten at their index, zero for the others, shape (10,)."""
-        return np.where([name in self.known for name in PAYLOAD], self.body().vector, 0.0)
-
 
 def payload_columns(mountings: int) -> tuple[tuple[str, ...], ...]:
     """Names of the payload's ten parameters in each mounting: ``PAYLOAD``, then XX_L2 .. M_L2, and so on."""
     return tuple(tuple(f"{name}{k if k > 1 else ''}" for name in PAYLOAD) for k in range(1, mountings + 1))
 
 
-def known_values(loads: Sequence[KnownLoad]) -> dict[str, float]:
-    """Collect the known parameters of the payload in each mounting, by the names of ``payload_columns``."""
-    return {
-        column: float(value)
-        for columns, load in zip(payload_columns(len(loads)), loads, strict=True)
-        for column, name, value in zip(columns, PAYLOAD, load.ten, strict=True)
-        if name in load.known
-    }
+def known_values(loads: Sequence[KnownLoad], names: Sequence[str] = ()) -> dict[str, float]:
+    """Collect the known parameters of the payload in each mounting by name, and springs among ``names``, 1 each."""
+    known = {name: 1.0 for name in names if parameter_kind(name) == SPRING}
+    for columns, load in zip(payload_columns(len(loads)), loads, strict=True):
+        every = zip(columns, PAYLOAD, load.body().vector.tolist(), strict=True)
+        known |= {column: value for column, name, value in every if name in load.known}
+    return known
 
 
 def known_mass(mass: float, sigma: float = 0.0) -> KnownLoad:
     """Make a payload of which only the mass [kg] is known, with its standard deviation [kg]."""
     return KnownLoad(mass=mass, mass_sigma=sigma)
-
-
-def mountings(
-    numbers: Sequence[int], load: KnownLoad | Sequence[KnownLoad], loaded: int
-) -> tuple[dict[int, tuple[int, ...]], tuple[KnownLoad, ...]]:
-    """Group the loaded recordings, this many, by the number of their mounting: one number, one centre of mass.
-
-    Returns:
-        The indices of each number's recordings, in the order in which they come, and the load of each.
-    """
-    if numbers and len(numbers) != loaded:
-        given = f"{len(numbers)} numbers of mountings for {loaded} loaded recording{'s' * (loaded != 1)}"
-        raise InputError(f"{given}: give one number for each of them, in their order, such as 1,2,2 (--mounting)")
-    numbers = tuple(numbers) or (1,) * loaded
-    groups = {name: tuple(k for k, number in enumerate(numbers) if number == name) for name in numbers}
-    if not isinstance(load, KnownLoad):
-        if len(load) != len(groups):
-            raise InputError(f"{len(load)} known payloads for {len(groups)} mountings: give one, or one for each")
-        return groups, tuple(load)
-    if len(groups) > 1 and load.com is not None:
-        advice = "omit com and inertia_com, or give one mounting"
-        raise InputError(f"several mountings cannot share one centre of mass: {advice}")
-    return groups, (load,) * len(groups)
 
 
 @dataclass(frozen=True, repr=False)
@@ -224,25 +180,19 @@ class GainProblem(Brief):
         """Robot whose equations are those of the motors (``Robot.for_currents``)."""
         return self.posed[0].robot
 
-    @cached_property
-    def weights(self) -> Array:
-        """Weights per joint: one over the standard deviation of its current's error [1/A]."""
-        return current_weights(self.equations)
-
     def posed_by(self, K: Array) -> tuple[LongMotion, ...]:
         """Pose each mounting's payload problem with torques that gains K give."""
-        ratio = K / np.array(self.posed_with)
-
-        def scaled(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
-            return tuple(_with_gains(self.robot, one, ratio, currents=False) for one in recordings)
-
-        def changed(problem: LongMotion) -> LongMotion:
-            source, load = problem.source, _times(problem.loaded, ratio)
-            source = source._replace(loaded=scaled(source.loaded), unloaded=scaled(source.unloaded))
-            bare, change = (part and _times(part, ratio) for part in (problem.unloaded, problem.difference))
-            return replace(problem, loaded=load, unloaded=bare, difference=change, source=source)
-
-        return tuple(map(changed, self.posed))
+        ratio, posed = K / np.array(self.posed_with), list[LongMotion]()
+        for problem in self.posed:
+            loaded, unloaded = (
+                tuple(_with_gains(self.robot, one, ratio, currents=False) for one in group)
+                for group in problem.source[:2]
+            )
+            every = (problem.loaded, problem.unloaded, problem.difference)
+            load, bare, change = (part and _times(part, ratio) for part in every)
+            source = problem.source._replace(loaded=loaded, unloaded=unloaded)
+            posed.append(replace(problem, loaded=load, unloaded=bare, difference=change, source=source))
+        return tuple(posed)
 
 
 def gain_problem(
@@ -264,7 +214,18 @@ def gain_problem(
     if dead := without_dead(robot, [*unloaded, *loaded]).drives.unmeasured:
         joints = ", ".join(map(str, dead))
         raise InputError(f"the current of joint {joints} is one number throughout: the channel is dead; record it")
-    groups, loads = mountings(mounting, load, len(loaded))
+    if mounting and len(mounting) != len(loaded):
+        given = f"{len(mounting)} numbers of mountings for {len(loaded)} loaded recording{'s' * (len(loaded) != 1)}"
+        raise InputError(f"{given}: give one number for each of them, in their order, such as 1,2,2 (--mounting)")
+    groups: dict[int, list[int]] = {}  # recordings of each mounting's number, which have one centre of mass
+    for k, number in enumerate(mounting or [1] * len(loaded)):
+        groups.setdefault(number, []).append(k)
+    loads = (load,) * len(groups) if isinstance(load, KnownLoad) else tuple(load)
+    if len(loads) != len(groups):
+        raise InputError(f"{len(loads)} known payloads for {len(groups)} mountings: give one, or one for each")
+    if len(groups) > 1 and isinstance(load, KnownLoad) and load.com is not None:
+        advice = "omit com and inertia_com, or give one mounting"
+        raise InputError(f"several mountings cannot share one centre of mass: {advice}")
     paired = len(loaded) == len(unloaded) or len(groups) < 2  # each loaded recording has its own without payload
     # Friction is not chosen: where no gravity tells a gain, root friction imitates it and makes it look sure.
     asked = settings.friction
@@ -333,8 +294,7 @@ def _times(equations: Equations, ratio: Array) -> Equations:
 
 def free_gains(equations: Equations, loads: Sequence[KnownLoad]) -> CurrentFit:
     """Solve for gains, base parameters and what is unknown of the payload, without constraints."""
-    names, values = equations.columns, known_values(loads)
-    values |= {name: 1.0 for name in names if parameter_kind(name) == SPRING}
+    names, values = equations.columns, known_values(loads, equations.columns)
     free = [k for k, name in enumerate(names) if name not in values]
     # A payload that is there explains the current of some joint by itself better.
     base = [k for k, name in enumerate(names) if "_L" not in name]
@@ -345,8 +305,17 @@ def free_gains(equations: Equations, loads: Sequence[KnownLoad]) -> CurrentFit:
             break
     else:
         raise InputError("the payload does not show in the currents: is it in the loaded recording?")
+    # Weights are one over the standard deviation of the current's error in the joint's own equations alone, so that
+    # neither gains nor other joints matter.
+    sigma, norms = [], np.linalg.norm(np.vstack(equations.factors)[:, :-1], axis=0)
+    for factor, rows in zip(equations.factors, equations.effective_rows, strict=True):
+        W, current = factor[:, :-1], factor[:, -1]
+        # What this joint's equations do not hold is not quite zero in them, and would cost degrees of freedom.
+        parts = decomposed(W, norms)
+        error = np.linalg.norm(current - W @ parts.solution(current)) / np.sqrt(max(rows - parts.rank, 1.0))
+        sigma.append(max(error, _FLOOR * np.linalg.norm(current) / np.sqrt(max(rows, 1.0)), 1e-300))
     known = np.array([values.get(name, 0.0) for name in names])
-    fitted = gauss_newton(equations, current_weights(equations), free, known)
+    fitted = gauss_newton(equations, 1.0 / np.array(sigma), free, known)
     negative = [str(j) for j, k in enumerate(fitted.k, 1) if k <= 0.0]
     if not negative:
         return fitted
@@ -390,36 +359,33 @@ def possible_gains(problem: GainProblem, equations: Equations, start: CurrentFit
     is kept; ``anchor``: index of the gain that stays while solving.
     """
     robot, base, loads, length = problem.robot, problem.posed[0].base, problem.loads, typical_length(problem.robot)
-    spring = np.array([parameter_kind(name) == SPRING for name in base.standard])
-    names = [name for name in base.standard if parameter_kind(name) != SPRING]
-    unknown = [(load, name) for load, one in enumerate(loads) for name in PAYLOAD if name not in one.known]
-    # The z are, scaled, standard parameters of the robot, unknown ones of the payload and the factor of its known
-    # ones; then come the other gains over their present values.
-    k, x, others, s, c = start.k, start.x, len(start.k) - 1, len(names), len(start.x)
-    m = s + len(unknown) + 1
+    k, x, others, c, standard = start.k, start.x, len(start.k) - 1, len(start.x), len(base.standard)
     # One mass and one length for all links, one size for friction.
     own = [(parameter_kind(name), abs(value)) for name, value in zip(base.columns, x, strict=False)]
     masses = [value / length ** POWERS[kind] for kind, value in own if kind in INERTIAL]
     frictions = [value for kind, value in own if kind not in POWERS and kind != SPRING]
     mass, friction = float(np.median(masses)) or 1.0, max(float(np.median(frictions or [1.0])), 1e-6)
-    scale, payloads = np.ones(m), np.zeros((len(loads), len(PAYLOAD), m))
-    kinds = map(parameter_kind, names)
-    scale[:s] = [mass * length ** POWERS[kind] if kind in POWERS else friction for kind in kinds]
-    scale[s:-1] = [loads[load].mass * _LENGTH ** POWERS[name.removesuffix("_L")] for load, name in unknown]
-    for column, (load, name) in enumerate(unknown, s):
-        payloads[load, PAYLOAD.index(name), column] = 1.0
-    payloads[:, :, -1] = [load.ten for load in loads]
-    to_base = np.zeros((len(base.columns), m))
-    to_base[:, :s] = base.grouping[:, ~spring]
-    to_base[:, -1] = base.grouping[:, spring].sum(axis=1)  # a spring's torque: its parameter is 1
-    to_x = np.vstack([to_base, *payloads]) * scale
-    A = block_diag(drive_rules(robot, names, scale[:s])[0], np.zeros((0, len(unknown))), np.eye(1 + others))
+    inertial = {kind: mass * length**power for kind, power in POWERS.items()}
+    sizes = {name: inertial.get(parameter_kind(name), friction) for name in base.standard}
+    for columns, load in zip(payload_columns(len(loads)), loads, strict=True):
+        sizes |= {name: load.mass * _LENGTH ** POWERS[kind] for name, kind in zip(columns, INERTIAL, strict=True)}
+    # The z are, scaled, what is unknown of the robot and the payload, and the factor of all that is known, springs
+    # among it; then come the other gains over their present values.
+    known = known_values(loads, base.standard)
+    unknown = [name for name in sizes if name not in known]
+    ten = np.diag([*sizes.values()])[:, [name not in known for name in sizes]]
+    parameters = np.column_stack([ten, [known.get(name, 0.0) for name in sizes]])
+    to_x, m = np.vstack([base.grouping @ parameters[:standard], parameters[standard:]]), len(unknown) + 1
+    robots = [name for name in base.standard if name in unknown]
+    rules = drive_rules(robot, robots, np.array([sizes[name] for name in robots]))[0]
+    A = block_diag(rules, np.zeros((0, len(unknown) - len(robots))), np.eye(1 + others))
     # A body whose ten are all known needs no cone: it was checked when it was read.
-    open_ones = [body for body, load in zip(payloads, loads, strict=True) if load.known != PAYLOAD]
-    to_bodies = np.array([*np.eye(s, m)[link_indices(robot, names)], *open_ones]) * scale
+    mounted = zip(parameters[standard:].reshape(len(loads), len(PAYLOAD), m), loads, strict=True)
+    payloads = [body for body, load in mounted if load.known != PAYLOAD]
+    to_bodies = np.array([*parameters[link_indices(robot, base.standard)], *payloads])
     bodies = np.pad(to_bodies, ((0, 0), (0, 0), (0, others)))
     for _ in range(_LINEARISED):
-        J, errors = linearised(equations.factors, problem.weights, k, x, range(c))
+        J, errors = linearised(equations.factors, start.weights, k, x, range(c))
         by_ratio = np.delete(J[:, c:] * k, anchor, axis=1)
         right = errors + J[:, :c] @ x + by_ratio.sum(axis=1)
         # Below the triangle of the unknowns stands what none of them explains.
