@@ -14,10 +14,10 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.common.schema import write_json
 from dynident.estimation import GainsResult, Settings, Verdict, answer_gains
+from dynident.estimation.answers.gains import gain_problem, gauss_newton, known_mass, rests_on
 from dynident.estimation.diagnosis.engine import States, System
 from dynident.estimation.diagnosis.evidence import KNOWN_WELL
 from dynident.estimation.equations.equations import Equations
-from dynident.estimation.gains.problem import gain_problem, gauss_newton, known_mass, rests_on
 from dynident.model import (
     InertialParameters,
     Motion,

@@ -364,8 +364,9 @@ def method_notes(result: PayloadResult) -> Iterator[str]:
     else:
         yield "± one standard deviation by (17)-(19), for white torque noise and an exact torque scale."
     yield from sorted({str(own.warning) for _, own in robusts if own.warning})
-    for why in dict.fromkeys(e.unavailable for e in result.free if e.unavailable):
-        alone = ", ".join(str(e.method) for e in result.free if e.unavailable == why)
+    missing = {e.method: e.robust.unavailable for e in result.free if e.robust and e.robust.unavailable}
+    for why in dict.fromkeys(missing.values()):
+        alone = ", ".join(str(method) for method, text in missing.items() if text == why)
         yield f"± of method {alone} by the formula alone: {why}"
     yield from (f"Method {method} left out: {why}" for method, why in (result.left_out or {}).items())
 
