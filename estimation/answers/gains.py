@@ -261,8 +261,8 @@ def gain_problem(
             problem = payload_problem(robot, [with_load[k] for k in group], bare, settings=asked)
             part = problem.loaded if together and not paired else problem.both
             part, base = in_payload_frame(problem.robot, part), problem.base.columns
-            named = part.transformed(np.eye(len(part.columns)), (*base, *names))
-            together.append(named.select((*base, *chain.from_iterable(payloads))))
+            part = part.transformed(np.eye(len(part.columns)), (*base, *names))
+            together.append(part.select((*base, *chain.from_iterable(payloads))))
             problems.append(problem)
         return tuple(problems), together
 

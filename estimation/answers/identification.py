@@ -142,13 +142,8 @@ def payload_predictions(problem: PayloadProblem, body: InertialParameters) -> tu
     own, flange, source = problem.robot_estimate.values, problem.robot.flange, problem.source
     ten = body.moved(flange.R, flange.p).vector
     curves = {"predicted with payload": np.append(own, ten), "predicted without payload": np.append(own, 0.0 * ten)}
-    return predictions(_loaded_observer(problem), curves, source.loaded, source.processing, loaded=True)
-
-
-def _loaded_observer(problem: PayloadProblem) -> Observer:
-    """Make the observer of [W W_L], columns base, then ``PAYLOAD``."""
-    columns = problem.base.columns
-    return Observer(problem.robot, (*columns, *payload_columns(problem.robot)), (*columns, *PAYLOAD))
+    observer = Observer(problem.robot, (*problem.base.columns, *payload_columns(problem.robot)))
+    return predictions(observer, curves, source.loaded, source.processing, loaded=True)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -306,7 +301,8 @@ def payload_system(problem: LongMotion) -> ObservationSystem:
     """
     source, robot, alone = problem.source, problem.robot_estimate, problem.unloaded is None
     own = robot.values if robot is not None else np.zeros(len(problem.base.columns))
-    without, under_load = (_loaded_observer(problem).at(np.append(own, x * problem.carried)) for x in (0.0, 1.0))
+    observer = Observer(problem.robot, (*problem.base.columns, *payload_columns(problem.robot)))
+    without, under_load = (observer.at(np.append(own, x * problem.carried)) for x in (0.0, 1.0))
     recordings = [(without, recording, False) for recording in source.unloaded]
     recordings += [(under_load, recording, True) for recording in source.loaded]
     weights = from_robot(problem).weights() if alone else weighted(problem.both).weights
@@ -363,14 +359,6 @@ def equations(
     return system.W, system.Y, system.joint, system.t
 
 
-def torque_noise(
-    estimate: Estimate, problem: Equations, inflation: Any, recording: Recording, processing: Processing
-) -> dict[str, Any]:
-    """Errors without payload: sigma of each joint, memory counted [N·m or N], and independent ones a second."""
-    independent = processing.equations_a_second(recording.rate) * problem.independent
-    return {"torque_noise": np.sqrt(inflation) * estimate.noise, "independent": independent}
-
-
 @one_thread()
 def robot_result(
     result: Identification, constrained: PossibleRobot | None = None, rollouts: Sequence[Rollout] = ()
@@ -381,10 +369,11 @@ def robot_result(
     estimate, problem, base, robot = result.estimate, result.problem, result.base, result.robot
     raw, scaled = problem.condition_numbers()
     used = result.recordings[0].gains if result.recordings else ()
-    noise: dict[str, Any] = {}
+    noise: dict[str, Any] = {}  # of each joint [N·m or N], its memory counted, and independent errors a second
     if estimate.robust is not None and result.recordings:
         inflation = np.median(np.diag(estimate.robust.covariance) / np.diag(estimate.covariance))
-        noise = torque_noise(estimate, problem, inflation, result.recordings[0], result.processing)
+        rate = result.processing.equations_a_second(result.recordings[0].rate)
+        noise = {"torque_noise": np.sqrt(inflation) * estimate.noise, "independent": rate * problem.independent}
     return documents.RobotResult.of(
         result,
         estimate,

@@ -101,8 +101,10 @@ class PayloadAnswer(Speaks, Brief):
                 "friction": "may differ" if differs else "own",
             }
             if problem.bare is not None and solved is not None and problem.inflation and source.unloaded:
-                inflation, first = np.median(problem.inflation), source.unloaded[0]
-                counted |= identification.torque_noise(problem.bare, solved, inflation, first, source.processing)
+                # Errors of each joint without payload, their memory counted, and independent ones a second.
+                rate = source.processing.equations_a_second(source.unloaded[0].rate)
+                counted["torque_noise"] = np.sqrt(np.median(problem.inflation)) * problem.bare.noise
+                counted["independent"] = rate * solved.independent
             keys: dict[str, Any] = {
                 "friction": source.choices or UNSET,
                 # Of robot and payload together, as in Table 2, where method 4 was used.

@@ -16,7 +16,7 @@ from ..fit.estimate import Estimate, Fingerprints, Fit, Gains, Parameter
 from ..fit.own_equations import TermChoice
 from ..possible.robot import PossibleRobot, PriorRobot
 from . import parts
-from .parts import Number, Ten
+from .parts import ActiveDocument, Number, Ten
 
 
 class PossibleParameter(Document, frozen=True):
@@ -75,7 +75,7 @@ class PossibleRobotDocument(Document, frozen=True):
     chi2_rise: float
     status: str | UnsetType = UNSET
     p_value: Number | UnsetType = UNSET
-    active: tuple[parts.ActiveDocument, ...] | UnsetType = UNSET
+    active: tuple[ActiveDocument, ...] | UnsetType = UNSET
     min_eigenvalues: dict[str, float] | UnsetType = UNSET
     base_parameters: tuple[PossibleParameter, ...] | UnsetType = UNSET
     unidentifiable: tuple[str, ...] | UnsetType = UNSET
@@ -85,7 +85,7 @@ class PossibleRobotDocument(Document, frozen=True):
     @classmethod
     def made(cls, result: PossibleRobot, base: BaseParameters) -> Self:
         """Collect base parameters, and with a prior the standard ones with who decides each."""
-        free, more = result.free, dict[str, Any]()
+        free, more = result.free, dict[str, Any](prior=UNSET, parameters=UNSET)
         if isinstance(result, PriorRobot):
             bodies = enumerate(result.prior.bodies, start=1)
             reported = {f"{kind}{link}": x for link, body in bodies for kind, x in body.named().items()}
@@ -101,13 +101,11 @@ class PossibleRobotDocument(Document, frozen=True):
         moved = (result.values - free.values) / free.sigma
         return cls.of(
             result,
-            gauge="prior" if more else "base",
-            active=tuple(
-                parts.ActiveDocument(holding.multiplier, holding.description) for holding in result.active
-            ),
+            gauge="prior" if more["prior"] else "base",
+            active=tuple(ActiveDocument(holding.multiplier, holding.description) for holding in result.active),
             min_eigenvalues={str(link): value for link, value in enumerate(result.min_eigenvalues, start=1)},
             base_parameters=tuple(map(PossibleParameter, base.names, result.values, free.values, moved)),
-            **({"prior": UNSET, "parameters": UNSET} | more),
+            **more,
         )
 
     @property
@@ -246,9 +244,8 @@ class RobotResult(parts.Result, frozen=True, kw_only=True, dict=True):
     @property
     def essential(self) -> tuple[str, ...]:
         """Columns of the essential parameters."""
-        return tuple(
-            name for name, row in zip(self.columns, self.base_parameters, strict=True) if row.essential is True
-        )
+        rows = zip(self.columns, self.base_parameters, strict=True)
+        return tuple(name for name, row in rows if row.essential is True)
 
     @cached_property
     def parameters(self) -> dict[str, Parameter]:
@@ -266,15 +263,11 @@ class RobotResult(parts.Result, frozen=True, kw_only=True, dict=True):
     @cached_property
     def estimate(self) -> Estimate:
         """Values and covariance; a robust one where the recordings allowed it."""
-        data, gains, C, robust = self.data, self.gains, self.covariance_robust, None
+        data, gains, C, stored, robust = self.data, self.gains, self.covariance_robust, self.robust, None
         with at("base_parameters"):
             if C is not None:
-                basis = self.robust or parts.RobustDocument(None)
-                blocks, length, degrees = (
-                    basis.blocks,
-                    present(basis.block_length),
-                    present(basis.degrees_of_freedom),
-                )
+                blocks, length = (stored.blocks, present(stored.block_length)) if stored else (None, None)
+                degrees = present(stored.degrees_of_freedom) if stored else None
                 if blocks is None or length is None or degrees is None:
                     raise WrongKeyError("robust", "must hold blocks, degrees_of_freedom and block_length_s")
                 if not (np.diag(C) >= 0.0).all():
