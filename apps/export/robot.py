@@ -195,8 +195,10 @@ def stored_whole_robot(robot: Robot, stored: estimation.RobotResult, path: str) 
     if nearest is None or nearest.gauge != "prior":
         advice = "run 'dynident identify --prior-mass KG' again (KG: mass of the moving links, as far as known)"
         raise InputError(f"{path}: has no physically consistent links: {advice}")
-    if stored.estimate.names != base.columns or set(nearest.standard) != set(base.standard):
+    standard = {parameter.name: parameter.value for parameter in nearest.parameters or ()}
+    if stored.estimate.names != base.columns or set(standard) != set(base.standard):
         raise InputError(f"{path}: its parameters are not those of this robot: identify the robot again")
     made = f"made physically consistent (chi2 rises by {nearest.chi2_rise:.3g})"
     source = f"{len(base.columns)} identified base parameters ({path}), {made}"
-    return whole_robot(robot, nearest.standard, source, base, stored.estimate, nearest.source)
+    prior = nearest.prior.source if nearest.prior else ""
+    return whole_robot(robot, standard, source, base, stored.estimate, prior)

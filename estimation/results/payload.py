@@ -25,7 +25,6 @@ from ..payload.static import Standing
 from ..possible.payload import Weighing
 from . import parts
 
-POINTS = 2000  # largest number of a joint's rows in a drawing
 _Intervals = Mapping[str, parts.Interval]
 _SIZE = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
 _FORM = re.compile(rf"(box|cylinder):({_SIZE}(?:x{_SIZE})*)")
@@ -310,10 +309,6 @@ class TorquePrediction(Brief):
         """Norm of the residual over norm of the torque, shape (n,); nan without torque."""
         torques = [float(np.linalg.norm(torque)) or np.nan for torque in self.measured]
         return np.array([np.linalg.norm(self.residual(j)) / torque for j, torque in enumerate(torques)])
-
-    def thinning(self, joint: int) -> int:
-        """Distance of a joint's rows (counted from 0) that a drawing shows."""
-        return -(-len(self.t[joint]) // POINTS) or 1
 
     @property
     def step(self) -> float:

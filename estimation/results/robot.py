@@ -108,17 +108,6 @@ class PossibleRobotDocument(Document, frozen=True):
             **more,
         )
 
-    @property
-    def standard(self) -> dict[str, float]:
-        """Standard parameters by name."""
-        return {parameter.name: parameter.value for parameter in present(self.parameters) or ()}
-
-    @property
-    def source(self) -> str:
-        """Source of the prior; empty without one."""
-        prior = present(self.prior)
-        return prior.source if prior else ""
-
 
 class MountingDocument(Document, frozen=True):
     """Payload as identified in one of several mountings."""
