@@ -179,14 +179,7 @@ def load_of(
         kind = "wls"
         coms = array(estimate.com_sigma, 3), array(estimate.com_sigma_robust, 3)
         inertias = array(estimate.inertia_com_sigma, 3, 3), array(estimate.inertia_com_sigma_robust, 3, 3)
-        halves = [
-            2.0 * each
-            for each in (
-                np.fmax(numbers(estimate.sigma), numbers(estimate.sigma_robust))[9],
-                np.fmax(*coms),
-                np.fmax(*inertias),
-            )
-        ]
+        halves = [2.0 * each for each in (estimate.larger_sigma[9], np.fmax(*coms), np.fmax(*inertias))]
     # The narrowest that is known.
     widths = tuple(float(np.min(half, where=np.isfinite(half) & (half > 0.0), initial=np.inf)) for half in halves)
     source, reasons, ten = f"{name}, method {number} ({kind})", verdict.reasons, estimate.ten

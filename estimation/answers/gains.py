@@ -360,14 +360,15 @@ def rests_on(robot: Robot) -> tuple[str, ...]:
     return tuple(texts)
 
 
-def possible_gains(problem: GainProblem, equations: Equations, start: CurrentFit, anchor: int) -> CurrentFit:
+def possible_gains(problem: GainProblem, equations: Equations, start: CurrentFit) -> CurrentFit:
     """Find gains, base parameters and payload of bodies that can exist, drives that do not push.
 
     ``equations``: all of the problem's or those without a block; ``start``: gains to begin with, whose covariance
-    is kept; ``anchor``: index of the gain that stays while solving.
+    is kept: the gain that it knows best stays while solving.
     """
     robot, base, loads, length = problem.robot, problem.posed[0].base, problem.loads, typical_length(problem.robot)
     k, x, others, c, standard = start.k, start.x, len(start.k) - 1, len(start.x), len(base.standard)
+    anchor = int(np.argmin(np.diag(start.covariance)))
     # One mass and one length for all links, one size for friction.
     own = [(parameter_kind(name), abs(value)) for name, value in zip(base.columns, x, strict=False)]
     masses = [value / length ** POWERS[kind] for kind, value in own if kind in INERTIAL]
@@ -462,18 +463,15 @@ def answer_gains(problem: GainProblem) -> GainsResult:
     loads, names = problem.loads, problem.mountings
     try:
         free = free_gains(problem.equations, loads)
-        sharpest = int(np.argmin(np.diag(free.covariance)))
-        best = possible_gains(problem, problem.equations, free, sharpest)
+        best = possible_gains(problem, problem.equations, free)
     except InputError as error:  # what the recordings look like is told with it
         likely = likely_causes(problem.description, states_of(problem.source), free_gains=True)
         raise InputError("; ".join([str(error), *(finding.text for finding in likely)])) from None
     robust, reason = None, problem.without_blocks
     if problem.deletions:
         try:
-            groups = [
-                [-np.log(possible_gains(problem, part, best, sharpest).k) for part in group]
-                for group in problem.deletions
-            ]
+            every = problem.deletions
+            groups = [[-np.log(possible_gains(problem, part, best).k) for part in group] for group in every]
             robust = jackknife(groups, -np.log(best.k), max(each.loaded.block_length for each in problem.posed))
         except InputError as error:
             reason = str(error)

@@ -70,6 +70,11 @@ class MethodEstimate(Document, frozen=True, tag_field="estimator"):
         """Ten parameters in their order, nan where not determined, shape (10,)."""
         return numbers(self.parameters)
 
+    @property
+    def larger_sigma(self) -> Array:
+        """The larger of the formula's and the robust standard deviation of each of the ten, shape (10,)."""
+        return np.fmax(numbers(self.sigma), numbers(self.sigma_robust))
+
 
 class FreeEstimate(MethodEstimate, frozen=True, tag="wls"):
     """Payload by a method, whether or not a body can have it."""

@@ -152,8 +152,7 @@ def test_details_hold_every_number_of_a_payload(answers: dict[str, PayloadAnswer
     result = answers["payload"].result
     shown = result.summary(details=True)
     for own in result.free:
-        coms = np.fmax(array(own.com_sigma, 3), array(own.com_sigma_robust, 3))
-        sigma = [*np.fmax(numbers(own.sigma), numbers(own.sigma_robust)), *coms]
+        sigma = [*own.larger_sigma, *np.fmax(array(own.com_sigma, 3), array(own.com_sigma_robust, 3))]
         values = zip([*own.ten, *array(own.com, 3)], sigma, strict=True)
         assert all(str(with_sigma(x, one)) in shown for x, one in values), own.method
     assert result.best

@@ -229,8 +229,7 @@ def controller_blocks(result: PayloadResult) -> list[Block]:
 
 def known_rows(estimate: FreeEstimate | PossibleEstimate) -> Array:
     """Value, 95 % interval and larger sigma of the parameters in ``_UNITS``, nan where there is none, N x 4."""
-    larger = np.fmax(numbers(estimate.sigma), numbers(estimate.sigma_robust))
-    rows = [np.column_stack([estimate.ten, numbers(estimate.interval95, 2), larger])]
+    rows = [np.column_stack([estimate.ten, numbers(estimate.interval95, 2), estimate.larger_sigma])]
     for name, shape in (("com", (3,)), ("inertia_com", (3, 3)), ("principal_moments", (3,))):
         ends = array(getattr(estimate, f"{name}_interval95", None), *shape, 2)
         of = (getattr(estimate, f"{name}{kind}", None) for kind in ("", "_sigma", "_sigma_robust"))
