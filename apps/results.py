@@ -1,5 +1,7 @@
 """Results that runs leave in files for others: robots, gains, payloads, equations, what a next motion knows."""
 
+from __future__ import annotations
+
 import io
 from collections.abc import Sequence
 from pathlib import Path
@@ -7,14 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from .. import trajectories  # its rooms are loaded where a next motion is asked for
+from .. import estimation, trajectories  # rooms of theirs are loaded where they are asked for
 from ..common import Array, InputError
 from ..common.files import write_bytes
 from ..common.linear import is_covariance
 from ..common.schema import WrongKeyError, naming, present, read_json
-from ..estimation import PAYLOAD, Equations, GainsResult, ObservationSystem, PayloadResult, RobotResult
+from ..estimation import PAYLOAD, Equations, ObservationSystem, PayloadResult
 from ..estimation.equations.equations import triangular
-from ..estimation.results.robot import RobotData
 
 _OF_GAINS = "give the file that --json of 'dynident gains' wrote"
 _OF_ROBOT = "give the file that --json of 'dynident identify' wrote"
@@ -28,9 +29,9 @@ def read_stored_payload(path: str | Path) -> PayloadResult:
     )
 
 
-def read_stored_gains(path: str | Path) -> GainsResult:
+def read_stored_gains(path: str | Path) -> estimation.GainsResult:
     """Read the ``--json`` of ``dynident gains``, unless its own verdict is against these gains."""
-    stored = read_json(path, GainsResult, _OF_GAINS)
+    stored = read_json(path, estimation.GainsResult, _OF_GAINS)
     if stored.judged.level == "do_not_use":
         reason = next(iter(stored.judged.reasons), "no reason is given")
         against = f"the verdict on these drive gains is: do not use ({reason})"
@@ -46,9 +47,9 @@ def read_stored_gains(path: str | Path) -> GainsResult:
     return stored
 
 
-def read_stored_robot(path: str | Path) -> RobotResult:
+def read_stored_robot(path: str | Path) -> estimation.RobotResult:
     """Read the JSON of ``dynident identify``."""
-    stored = read_json(path, RobotResult, _OF_ROBOT)
+    stored = read_json(path, estimation.RobotResult, _OF_ROBOT)
     with naming(path, _OF_ROBOT):
         stored.estimate.names  # noqa: B018  numbers that do not fit each other are refused here
     return stored
@@ -85,19 +86,20 @@ def shown_noise(path: str | Path) -> tuple[Array, float]:
                 raise InputError(f"{path}: has no weights: give --torque-noise, or --like JSON")
             return trajectories.MEMORY / np.asarray(data["weights"]), trajectories.INDEPENDENT
     payload = read_json(path, dict[str, Any], _OF_BOTH).get("kind") == "payload"
-    shown = present(read_stored_payload(path).data) if payload else read_stored_robot(path).data
+    robot = None if payload else read_stored_robot(path).data
+    shown = robot or present(read_stored_payload(path).data)
     sigma, rate = (present(shown.torque_noise), present(shown.independent)) if shown else (None, None)
     if sigma is not None and rate is not None:
         return np.asarray(sigma), rate
-    if not isinstance(shown, RobotData):
+    if robot is None:
         raise InputError(f"{path}: has no torque noise of recordings without payload: {_OF_BOTH}")
     # A robot without robust standard deviations.
-    return trajectories.MEMORY / np.asarray(shown.weights), trajectories.INDEPENDENT
+    return trajectories.MEMORY / np.asarray(robot.weights), trajectories.INDEPENDENT
 
 
 def read_earlier(
     paths: Sequence[str | Path], noise: Array | None, payload: Sequence[str] = ()
-) -> "trajectories.Earlier":
+) -> trajectories.Earlier:
     """Read R of the observation matrix, rows counted as often as their noise is independent.
 
     Args:

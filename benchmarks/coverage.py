@@ -21,12 +21,12 @@ from dynident.apps.logs.read import read_recording
 from dynident.benchmarks import invented, shared
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
+from dynident.estimation.answers.gains import gain_problem, known_mass
 from dynident.estimation.diagnosis.scales import disagreement
 from dynident.estimation.equations.equations import Equations
 from dynident.estimation.fit.covariance import student95
 from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.fit.linear_problem import LinearProblem, weighted
-from dynident.estimation.gains.problem import gain_problem, known_mass
 from dynident.estimation.payload.by_joints import payload_by_joints
 from dynident.estimation.payload.long_motion import PairedMeasurement, long_motion
 from dynident.estimation.payload.methods import (

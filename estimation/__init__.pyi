@@ -1,5 +1,8 @@
+from .answers.gains import KnownLoad as KnownLoad
 from .answers.gains import answer_gains as answer_gains
+from .answers.gains import gain_problem as gain_problem
 from .answers.gains import identify_gains as identify_gains
+from .answers.gains import known_mass as known_mass
 from .answers.identification import Identification as Identification
 from .answers.identification import identification_system as identification_system
 from .answers.identification import identify as identify
@@ -28,9 +31,6 @@ from .fit.settings import FRICTION_CHANGE as FRICTION_CHANGE
 from .fit.settings import METHOD_NAMES as METHOD_NAMES
 from .fit.settings import Candidates as Candidates
 from .fit.settings import Settings as Settings
-from .gains.problem import KnownLoad as KnownLoad
-from .gains.problem import gain_problem as gain_problem
-from .gains.problem import known_mass as known_mass
 from .payload.long_motion import LongMotion as LongMotion
 from .payload.long_motion import payload_problem as payload_problem
 from .payload.methods import PayloadProblem as PayloadProblem

@@ -12,7 +12,7 @@ from dynident import InertialParameters, Simulator, identify_payload, load_robot
 from dynident.apps.report.figures import save_figure
 from dynident.common.files import write_text
 from dynident.estimation import GainsResult, PayloadResult, answer_gains
-from dynident.estimation.gains.problem import gain_problem, known_mass
+from dynident.estimation.answers.gains import gain_problem, known_mass
 from dynident.model import Recording
 from dynident.trajectories import RX90_NOISE, random_via_points
 

@@ -194,3 +194,8 @@ class Processing:
         if self.equation_rate is not None:
             return max(1, round(rate / self.equation_rate))
         return self.decimate * max(1, round(rate / self.rate)) if self.rate is not None else self.decimate
+
+    def equations_a_second(self, recorded: float) -> float:
+        """Rate of each joint's equations [Hz] of a recording of some mean rate, slow rows counted."""
+        rate = self.grid_rate(recorded)
+        return rate / self.thinning(rate)

@@ -121,7 +121,6 @@ class _Payload(PayloadOptions):
             methods = None if self.method == "all" else (int(self.method),)
             settings = setup.settings(progress, gains=gains, methods=methods, **asked)
             problem = estimation.payload_problem(setup.robot, loaded, unloaded, setup.known, settings)
-            progress("estimating")
             if methods is None and self.scale_sigma:
                 note("--scale-sigma: methods 2 and 3 have no column for the scale of loaded torques: left out")
             result = estimation.answer_payload(problem, held_out, constraints).result

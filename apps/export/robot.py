@@ -1,15 +1,16 @@
 """Common parts of whole robots' formats: the head, marks of numbers, drives, and frames of links."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple
 from xml.etree.ElementTree import Comment, Element
 
-from ... import __version__
+from ... import __version__, estimation
 from ...common import Array, InputError
 from ...estimation.possible.whole_robot import Labelled, LinkNumbers, WholeRobot, whole_robot
-from ...estimation.results.robot import RobotResult
 from ...model import PAPER, Joint, Pose, Robot, base_parameters
 from ...model.drives import parameter_kind
 from ...model.frames import step
@@ -145,12 +146,12 @@ class MovedLink(NamedTuple):
         """Numbers of the link and of the drive before it, then its standard parameters."""
         return {**self.link.numbers, **self.drive, **self.link.parameters}
 
-    def comment(self) -> "Element[Any]":
+    def comment(self) -> Element[Any]:
         """One comment, a line a number: name, value, mark, share of the data, sigma, low, high, base."""
         lines = (" ".join([name, *fields(label).values()]) for name, label in self.marks.items())
         return Comment("".join(f"\n        {plain(line)}" for line in lines) + "\n      ")
 
-    def marked(self, inertial: Callable[[float, Array, Array], Element]) -> "list[Element[Any]]":
+    def marked(self, inertial: Callable[[float, Array, Array], Element]) -> list[Element[Any]]:
         """The body after the comment; then marks as elements of their own, which SDFormat keeps."""
         body, marks = self.link.body, self.marks.items()
         bodies = [inertial(body.mass, body.com, body.inertia_com)] if body.mass else []
@@ -183,7 +184,7 @@ def gravity_of(robot: Robot) -> list[float]:
     return [float(value) + 0.0 for value in robot.base.R.T @ list(robot.gravity)]
 
 
-def stored_whole_robot(robot: Robot, stored: RobotResult, path: str) -> WholeRobot:
+def stored_whole_robot(robot: Robot, stored: estimation.RobotResult, path: str) -> WholeRobot:
     """A robot with the parameters nearest to a prior, as ``dynident identify`` stored them in the file ``path``.
 
     Raises:
@@ -194,8 +195,10 @@ def stored_whole_robot(robot: Robot, stored: RobotResult, path: str) -> WholeRob
     if nearest is None or nearest.gauge != "prior":
         advice = "run 'dynident identify --prior-mass KG' again (KG: mass of the moving links, as far as known)"
         raise InputError(f"{path}: has no physically consistent links: {advice}")
-    if stored.estimate.names != base.columns or set(nearest.standard) != set(base.standard):
+    standard = {parameter.name: parameter.value for parameter in nearest.parameters or ()}
+    if stored.estimate.names != base.columns or set(standard) != set(base.standard):
         raise InputError(f"{path}: its parameters are not those of this robot: identify the robot again")
     made = f"made physically consistent (chi2 rises by {nearest.chi2_rise:.3g})"
     source = f"{len(base.columns)} identified base parameters ({path}), {made}"
-    return whole_robot(robot, nearest.standard, source, base, stored.estimate, nearest.source)
+    prior = nearest.prior.source if nearest.prior else ""
+    return whole_robot(robot, standard, source, base, stored.estimate, prior)

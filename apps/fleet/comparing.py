@@ -22,7 +22,7 @@ from ...estimation.equations.equations import merged
 from ...estimation.fit.covariance import student95
 from ...estimation.fit.linear_problem import LinearProblem
 from ...estimation.payload.methods import jackknifed
-from ...estimation.results.robot import Number
+from ...estimation.results.parts import Number
 from ...model.drives import parameter_kind
 from ...model.friction import is_friction
 from ...model.regressors import payload_columns

@@ -22,7 +22,7 @@ from ...estimation.diagnosis.verdict import robot_verdict
 from ...estimation.fit.covariance import student95
 from ...estimation.fit.own_equations import base_problem, with_friction
 from ...estimation.payload.long_motion import Source
-from ...estimation.results.robot import Number, ParameterDocument, Result
+from ...estimation.results.parts import Number, ParameterDocument, Result
 from ...estimation.signals.filtering import aligned
 from ...estimation.signals.plausibility import implausible, out_of_range, still_joints
 from ...estimation.signals.rows import cut, moving_parts, pieces

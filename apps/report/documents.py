@@ -19,8 +19,9 @@ from ...common.schema import Matrix
 from ...estimation import GainsResult, PayloadResult, RobotResult, measurement
 from ...estimation.diagnosis.kinematics import PoseCheck, Readings
 from ...estimation.equations.observer import Observer, used
+from ...estimation.results.parts import Number
 from ...estimation.results.payload import VisibilityDocument
-from ...estimation.results.robot import Number, Rollout
+from ...estimation.results.robot import Rollout
 from ...model import Motion, Recording, Robot
 from ...model.inertia import PayloadSpread
 from ...model.motion import Measurement

@@ -30,6 +30,7 @@ _DATED = {".png": "Software", ".svg": "Date", ".pdf": "CreationDate"}
 """Entries of files that would differ from one day to the next: they are left out."""
 _NARROW = 30.0  # a logarithmic scale that spans less than this has three numbers a decade
 _STRETCHES = 2000  # of a long signal that are drawn
+_ROWS = 2000  # of a joint's torques that are drawn, at most
 _TALLEST = 14.0  # inches
 _GAP = 2.5  # steps: a longer one is drawn as a gap
 _CURVES = ((BLUE, "--", 1.3), (ORANGE, ":", 1.3), ("black", "-.", 1.0))
@@ -153,7 +154,7 @@ def prediction_figures(prediction: TorquePrediction, name: str) -> tuple[Drawing
 
     def parted(j: int, values: Array) -> tuple[Array, Array]:
         # Of long curves every so many points, with gaps where rows are missing.
-        every = prediction.thinning(j)
+        every = -(-len(prediction.t[j]) // _ROWS) or 1
         t, values = prediction.t[j][::every], values[::every]
         breaks = np.flatnonzero(np.diff(t) > _GAP * every * step) + 1
         return np.insert(t, breaks, np.nan), np.insert(values, breaks, np.nan)

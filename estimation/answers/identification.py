@@ -4,11 +4,13 @@ Elimination takes a small parameter as zero. That is harmless for torques, but a
 XX = 0 says that all mass lies on the x axis, and ZZ6 = 0 while YZ6 is not that link 6 cannot exist.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec import UNSET
@@ -33,11 +35,13 @@ from ..payload.methods import PayloadProblem, from_robot, jackknifed
 from ..possible.constraints import SolverError
 from ..possible.payload import rise_p_value, solve_constrained
 from ..possible.robot import PossibleRobot, robot_prior, solve_constrained_base, solve_constrained_prior
-from ..results import robot as documents
+from ..results import parts
 from ..results.payload import ObservationSystem, TorquePrediction
-from ..results.robot import RobotResult
 from ..signals.filtering import measurement
 from ..signals.plausibility import check_given
+
+if TYPE_CHECKING:  # a payload's answer needs none of them
+    from ..results.robot import RobotResult, Rollout
 
 DRAWN = 3  # number of recordings of one kind that are predicted for drawings
 _UNLIKELY = 0.01  # largest p-value at which the data contradict everything possible with these zeros
@@ -92,24 +96,25 @@ def impossible_robot(
     there = np.array([[name == own for own in left] for name in base.columns], dtype=float)
     zeroed = error_model(elimination.estimate).part(left).mapped(there, base.columns)
     narrow = np.where(there.any(axis=1), 0.0, _ZERO * error_model(estimate).part(base.columns).sigma)
-    zeroed = replace(zeroed, covariance=zeroed.covariance + np.diag(narrow**2))
     try:
-        result = solve_constrained_base(robot, base, zeroed)
+        result = solve_constrained_base(
+            robot, base, replace(zeroed, covariance=zeroed.covariance + np.diag(narrow**2))
+        )
     except SolverError as error:
         return (f"whether a robot with these zeros can exist is not known ({error.explanation})",)
     p_value = rise_p_value(result.chi2_rise, len(left), zeroed.degrees_of_freedom)
-    lines = _too_far(robot.name, gone, result.chi2_rise, p_value)
-    at_fault = [holding.description for holding in result.active[:3]]
-    return tuple(f"{line}; in conflict: {', '.join(at_fault)}" for line in lines)
+    at_fault = ", ".join(holding.description for holding in result.active[:3])
+    return tuple(
+        f"{line}; in conflict: {at_fault}" for line in _too_far(robot.name, gone, result.chi2_rise, p_value)
+    )
 
 
 def _too_far(body: str, gone: Sequence[str], chi2: float, p_value: float) -> tuple[str, ...]:
-    if p_value >= _UNLIKELY:
-        return ()
     p = f"p {p_value:.1g}" if p_value >= 1e-12 else "p below 1e-12"
     zeros = ", ".join(gone) if len(gone) <= 6 else f"the {len(gone)} eliminated parameters"
     away = f"the nearest is {np.sqrt(chi2):.1f} standard deviations away ({p})"
-    return (f"no {body} that can exist has {zeros} zero and the others as estimated: {away}",)
+    line = f"no {body} that can exist has {zeros} zero and the others as estimated: {away}"
+    return (line,) * (p_value < _UNLIKELY)
 
 
 def predictions(
@@ -123,9 +128,9 @@ def predictions(
     """Predict a few recordings by the observer's parameters of each curve."""
     found = []
     for recording in recordings[:DRAWN]:
-        data, predicted = measurement(recording, processing), dict[str, tuple[Array, ...]]()
+        data, predicted = used(measurement(recording, processing), processing), dict[str, tuple[Array, ...]]()
         for label, chi in curves.items():
-            one = observer.at(chi).observe(*used(data, processing))
+            one = observer.at(chi).observe(*data)
             predicted[label] = tuple(y - error for y, error in zip(one.Y, one.errors(chi), strict=True))
         found.append(TorquePrediction(recording.source, loaded, held_out, one.t, one.Y, predicted))
     return tuple(found)
@@ -135,16 +140,10 @@ def payload_predictions(problem: PayloadProblem, body: InertialParameters) -> tu
     """Predict a few loaded recordings of a problem by a body in the payload's frame and by the unloaded robot."""
     assert problem.robot_estimate is not None
     own, flange, source = problem.robot_estimate.values, problem.robot.flange, problem.source
-    moved = body.moved(flange.R, flange.p).vector
-    both = {"predicted with payload": moved, "predicted without payload": 0.0 * moved}
-    curves = {label: np.append(own, ten) for label, ten in both.items()}
-    return predictions(_loaded_observer(problem), curves, source.loaded, source.processing, loaded=True)
-
-
-def _loaded_observer(problem: PayloadProblem) -> Observer:
-    """Make the observer of [W W_L], columns base, then ``PAYLOAD``."""
-    columns = problem.base.columns
-    return Observer(problem.robot, (*columns, *payload_columns(problem.robot)), (*columns, *PAYLOAD))
+    ten = body.moved(flange.R, flange.p).vector
+    curves = {"predicted with payload": np.append(own, ten), "predicted without payload": np.append(own, 0.0 * ten)}
+    observer = Observer(problem.robot, (*problem.base.columns, *payload_columns(problem.robot)))
+    return predictions(observer, curves, source.loaded, source.processing, loaded=True)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -191,11 +190,9 @@ class Identification(Speaks, Brief):
     @cached_property
     def verdict(self) -> Verdict:
         """Verdict on the use of the parameters."""
-        source, tried = Source((), self.recordings, self.processing), self.validation
+        found = Evidence(self.robot, Source((), self.recordings, self.processing), parameters=self.estimate)
         p_value = self.possible.p_value if self.estimate.robust and self.possible else None
-        return robot_verdict(
-            Evidence(self.robot, source, parameters=self.estimate, validation=tried, possible=p_value)
-        )
+        return robot_verdict(replace(found, validation=self.validation, possible=p_value))
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
@@ -244,9 +241,10 @@ def identify(
     problem = base_problem(robot, recordings, settings)
     gains = settings.gains or usual_gains(robot, recordings)
     covariance = gains.covariance(len(problem.factors)) if gains is not None else None
-    given, prior = settings.prior, None
-    if given is not None:  # by columns, or their names in tables
-        columns = dict(zip(base.names, base.columns, strict=True)) | {name: name for name in base.columns}
+    prior = None
+    if (given := settings.prior) is not None:  # by columns, or their names in tables
+        every = zip(base.columns, base.names, strict=True)
+        columns = {key: column for column, label in every for key in (column, label)}
         if unknown := [name for name in given.names if name not in columns]:
             raise InputError(
                 f"prior: {', '.join(unknown)} is no base parameter: give some of {', '.join(base.columns)}"
@@ -254,26 +252,25 @@ def identify(
         floor = _FIXED * np.maximum(np.abs(given.values), _FIXED)
         C, names = given.covariance + np.diag(floor**2), tuple(columns[name] for name in given.names)
         prior = Known(names, given.values, C, C, given.degrees_of_freedom, np.zeros((len(C), robot.n)))
-    posed = LinearProblem(problem, problem.columns, prior=prior)
+    posed, reason = LinearProblem(problem, problem.columns, prior=prior), ""
     with naming(listed([one.source for one in recordings], 3)):
         estimate = replace(posed.estimate(), gain_covariance=covariance)
-    elimination, reason = eliminate(problem, estimate, settings.essential, posed.prior), ""
-    part = replace(elimination.estimate, gain_covariance=covariance)
+    elimination = eliminate(problem, estimate, settings.essential, posed.prior)
+    found = [estimate, replace(elimination.estimate, gain_covariance=covariance)]
     if settings.robust:
         settings.progress("leaving out blocks")
         each = [(b, -1) for b in range(len(problem.blocks))]
-
-        def over_blocks(one: Estimate) -> Estimate:
-            part = posed.part(one.names)
-            robust = jackknifed(part, one, [each], problem.block_length)
-            # No block shows the errors of a prior.
-            return replace(one, robust=replace(robust, covariance=robust.covariance + part.lasting(one.weights)))
-
         try:
             check_blocks(len(each))
-            estimate, part = over_blocks(estimate), over_blocks(part)
+            for k, one in enumerate(found):
+                own = posed.part(one.names)
+                robust = jackknifed(own, one, [each], problem.block_length)
+                # No block shows the errors of a prior.
+                C = robust.covariance + own.lasting(one.weights)
+                found[k] = replace(one, robust=replace(robust, covariance=C))
         except InputError as error:
-            reason = str(error)
+            found, reason = [estimate, found[1]], str(error)
+    estimate, part = found
     return Identification(
         robot=robot,
         base=base,
@@ -302,15 +299,15 @@ def payload_system(problem: LongMotion) -> ObservationSystem:
     Rows of unloaded recordings have zeros in the payload's columns; without any it is the system of method 1, (22),
     with the robot's stored values as ``known``.
     """
-    source, robot, observer = problem.source, problem.robot_estimate, _loaded_observer(problem)
+    source, robot, alone = problem.source, problem.robot_estimate, problem.unloaded is None
     own = robot.values if robot is not None else np.zeros(len(problem.base.columns))
-    without, under_load = (observer.at(np.append(own, ten)) for ten in (0.0 * problem.carried, problem.carried))
+    observer = Observer(problem.robot, (*problem.base.columns, *payload_columns(problem.robot)))
+    without, under_load = (observer.at(np.append(own, x * problem.carried)) for x in (0.0, 1.0))
     recordings = [(without, recording, False) for recording in source.unloaded]
     recordings += [(under_load, recording, True) for recording in source.loaded]
-    if problem.unloaded is not None:
-        return joined(recordings, weighted(problem.both).weights, problem.both, source.processing)
-    system = joined(recordings, from_robot(problem).weights(), problem.loaded, source.processing)
-    return replace(system, known=problem.known.values if problem.known is not None else None)
+    weights = from_robot(problem).weights() if alone else weighted(problem.both).weights
+    system = joined(recordings, weights, problem.loaded if alone else problem.both, source.processing)
+    return replace(system, known=problem.known.values if alone and problem.known is not None else None)
 
 
 def joined(
@@ -362,40 +359,34 @@ def equations(
     return system.W, system.Y, system.joint, system.t
 
 
-def torque_noise(
-    estimate: Estimate, problem: Equations, inflation: Any, recording: Recording, processing: Processing
-) -> dict[str, Any]:
-    """Errors without payload: sigma of each joint, memory counted [N·m or N], and independent ones a second."""
-    rate = processing.grid_rate(recording.rate)
-    independent = rate / processing.thinning(rate) * problem.independent
-    return {"torque_noise": np.sqrt(inflation) * estimate.noise, "independent": independent}
-
-
 @one_thread()
 def robot_result(
-    result: Identification, constrained: PossibleRobot | None = None, rollouts: Sequence[documents.Rollout] = ()
+    result: Identification, constrained: PossibleRobot | None = None, rollouts: Sequence[Rollout] = ()
 ) -> RobotResult:
     """Collect what ``identify`` answers, with the robot that can exist and what it predicts where asked for."""
+    from ..results import robot as documents
+
     estimate, problem, base, robot = result.estimate, result.problem, result.base, result.robot
     raw, scaled = problem.condition_numbers()
     used = result.recordings[0].gains if result.recordings else ()
-    noise: dict[str, Any] = {}
+    noise: dict[str, Any] = {}  # of each joint [N·m or N], its memory counted, and independent errors a second
     if estimate.robust is not None and result.recordings:
         inflation = np.median(np.diag(estimate.robust.covariance) / np.diag(estimate.covariance))
-        noise = torque_noise(estimate, problem, inflation, result.recordings[0], result.processing)
-    return RobotResult.of(
+        rate = result.processing.equations_a_second(result.recordings[0].rate)
+        noise = {"torque_noise": np.sqrt(inflation) * estimate.noise, "independent": rate * problem.independent}
+    return documents.RobotResult.of(
         result,
         estimate,
         robot,
         robot=robot.name,
         robot_title=robot.title or UNSET,
         joints=tuple(joint.kind for joint in robot.joints),
-        processing=documents.ProcessingDocument.made(robot, result.processing, used),
+        processing=parts.ProcessingDocument.made(robot, result.processing, used),
         data=documents.RobotData.of(estimate, estimate.fit, problem, rows_per_joint=problem.rows, **noise),
         columns=estimate.names,
         covariance_robust=estimate.robust.covariance if estimate.robust else None,
-        robust=documents.RobustDocument.made(estimate.robust, result.without_robust),
-        base_parameters=documents.ParameterDocument.rows(
+        robust=parts.RobustDocument.made(estimate.robust, result.without_robust),
+        base_parameters=parts.ParameterDocument.rows(
             estimate,
             name=base.names,
             grouping=base.groupings(),
@@ -404,14 +395,14 @@ def robot_result(
             interval95_with_gains=estimate.interval95_with_gains,
             essential=[name in result.essential for name in estimate.names],
         ),
-        elimination=documents.EliminationDocument.made(result.elimination, result.warnings, base),
+        elimination=parts.EliminationDocument.made(result.elimination, result.warnings, base),
         constrained=documents.PossibleRobotDocument.made(constrained, base) if constrained is not None else None,
         friction=result.choices or UNSET,
         chi2_by="formula" if estimate.robust is None else "jackknife",
         condition_number=raw,
         condition_number_scaled=scaled,
-        relative_residual=documents.ResidualDocument.of(estimate.fit),
-        validation=documents.ResidualDocument.of(result.validation) if result.validation else None,
+        relative_residual=parts.ResidualDocument.of(estimate.fit),
+        validation=parts.ResidualDocument.of(result.validation) if result.validation else None,
         rollouts=tuple(rollouts) or UNSET,
         reasons_against_use=result.verdict.reasons,
     ).made_by(result)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec import UNSET, structs
@@ -34,10 +34,13 @@ from ..payload.static import StaticMotion, static_weighing
 from ..possible.constraints import Constraint, KnownMass, SolverError
 from ..possible.payload import POSSIBLE, Weighing
 from ..results import payload as documents
-from ..results.payload import PayloadResult, TorquePrediction
-from ..results.robot import EliminationDocument, ProcessingDocument, ResidualDocument, RobotResult
+from ..results.parts import EliminationDocument, ProcessingDocument, ResidualDocument
+from ..results.payload import FreeEstimate, PayloadResult, PossibleEstimate, TorquePrediction, named
 from ..signals.plausibility import check_given
 from . import identification
+
+if TYPE_CHECKING:  # loaded where an earlier identification is given
+    from ..results.robot import RobotResult
 
 _VAGUE = "not measured well enough"
 # Most that may be done with mass, centre of mass and inertia, by the verdict.
@@ -69,26 +72,21 @@ class PayloadAnswer(Speaks, Brief):
     @one_thread()
     def result(self) -> PayloadResult:
         """Result that ``--json`` writes, ``answer.result.mass.low``; what was not determined is nan or None."""
-        problem, source, robot, gains = self.problem, self.problem.source, self.problem.robot, self.gains
-        evidence, by_joints = self.evidence, self.evidence.by_joints
-        worst, scale, said = worst_joint(by_joints, self.mass), self.scale, robot.sources.get("flange", "")
-        place = PoseTable.of(robot.flange_pose) if robot.flange_pose else None
-        (method, reason), possible, spread, ends = self.recommendation, self.possible, self.spread, self.intervals
+        problem, source, robot, scale = self.problem, self.problem.source, self.problem.robot, self.scale
+        evidence, spread, free, loaded = self.evidence, self.spread, self.free, self.problem.loaded
+        said, flange = robot.sources.get("flange", ""), robot.flange_pose and PoseTable.of(robot.flange_pose)
+        (method, reason), possible, ends = self.recommendation, self.possible, self.intervals
         # Free estimates, then possible ones; of a payload that is visible in part what was determined.
-        estimates: list[documents.FreeEstimate | documents.PossibleEstimate] = [
-            *map(documents.FreeEstimate.made, self.estimates),
-            *map(documents.PossibleEstimate.made, self.constrained),
-        ]
+        estimates: list[FreeEstimate | PossibleEstimate] = list(map(FreeEstimate.made, self.estimates))
+        estimates += map(PossibleEstimate.made, self.constrained)
         if not self.constrained:
-            free, model, more = self.free, self.model, dict[str, Any](com=self.com, com_sigma=spread.com)
-            if gains:
-                more["sigma_with_gains"] = documents.named(model.sigma, free.indices)
+            shown: dict[str, Any] = {"com": self.com, "com_sigma": spread.com, "parameters": named(self.ten)}
+            shown |= {"sigma_with_gains": named(self.model.sigma, free.indices)} if self.gains else {}
             if scale is not None and not free.from_scale:
-                more["weighed"] = (Weighing.by(scale, model),)
-            more["parameters"] = documents.named(self.ten)
-            estimates = [structs.replace(documents.FreeEstimate.made(free), **more)]
+                shown["weighed"] = (Weighing.by(scale, self.model),)
+            estimates = [structs.replace(FreeEstimate.made(free), **shown)]
         inertia: Any = possible and (possible.body.inertia_com, possible.intervals.inertia_com, spread.inertia_com)
-        uses, loaded = [(use, "") for use in _BY_LEVEL[self.verdict.level]], problem.loaded
+        uses = [(use, "") for use in _BY_LEVEL[self.verdict.level]]
         if isinstance(problem, LongMotion):  # the residual is that of the robot's own parameters
             own, check, steps = problem.robot_estimate, evidence.validation, self.elimination
             differing = {3, 4} | ({1} if problem.corrected and not problem.settings.free_friction else set())
@@ -102,9 +100,11 @@ class PayloadAnswer(Speaks, Brief):
                 "base_parameters": len(problem.base.columns),
                 "friction": "may differ" if differs else "own",
             }
-            if problem.bare is not None and problem.unloaded is not None and problem.inflation and source.unloaded:
-                shown, inflation, first = problem.unloaded, np.median(problem.inflation), source.unloaded[0]
-                counted |= identification.torque_noise(problem.bare, shown, inflation, first, source.processing)
+            if problem.bare is not None and solved is not None and problem.inflation and source.unloaded:
+                # Errors of each joint without payload, their memory counted, and independent ones a second.
+                rate = source.processing.equations_a_second(source.unloaded[0].rate)
+                counted["torque_noise"] = np.sqrt(np.median(problem.inflation)) * problem.bare.noise
+                counted["independent"] = rate * solved.independent
             keys: dict[str, Any] = {
                 "friction": source.choices or UNSET,
                 # Of robot and payload together, as in Table 2, where method 4 was used.
@@ -115,11 +115,11 @@ class PayloadAnswer(Speaks, Brief):
         else:  # quantity by quantity, as far as the verdict on all allows; the residual is the payload's
             every = zip(evidence.judged.values(), uses, strict=True)
             uses = [most if own.use == "use" else (own.use, own.why) for own, most in every]
-            unexplained, held = self.free.unexplained(problem.torque_rms), problem.held
+            unexplained, held = free.unexplained(problem.torque_rms), problem.held
             standing = problem.standing if isinstance(problem, StaticMotion) else None
             # At rest inertia's columns are zero.
             solved = loaded.select([PAYLOAD[k] for k in problem.visibility.base.chosen] if standing else PAYLOAD)
-            residual = ResidualDocument(self.free.estimate.fit.relative, unexplained, None)
+            residual = ResidualDocument(free.estimate.fit.relative, unexplained, None)
             friction = "free" if problem.known is None else "may differ" if held.held else "own"
             counted = {"equations": loaded.equations, "friction": friction}
             keys = {
@@ -127,7 +127,7 @@ class PayloadAnswer(Speaks, Brief):
                 "visibility": documents.VisibilityDocument.of(problem.visibility),
                 "constant_torques": documents.ConstantTorques(tuple(j + 1 for j in held.joints), held.sigma),
                 "ripple": problem.ripple,
-                "mass_from_scale": self.free.from_scale,
+                "mass_from_scale": free.from_scale,
                 "agreement": evidence.agreement,
                 "repeats": evidence.repeats,
                 "standing": standing or UNSET,
@@ -141,14 +141,14 @@ class PayloadAnswer(Speaks, Brief):
             robot=robot.name,
             robot_title=robot.title or UNSET,
             frame=robot.payload_frame,
-            flange_in_payload_frame=documents.FlangeDocument.of(place, source=said) if place else UNSET,
+            flange_in_payload_frame=documents.FlangeDocument.of(flange, source=said) if flange else UNSET,
             rated_payload_kg=robot.rated_payload,
             processing=ProcessingDocument.made(robot, source.processing, source.loaded[0].gains),
             estimates=tuple(estimates),
             recommended=documents.Recommended(method, "constrained" if self.constrained else "wls", reason),
-            gain_sigma=gains if gains is not None else UNSET,
-            mass_by_joints=by_joints.masses,
-            joint_that_agrees_least=worst,
+            gain_sigma=UNSET if self.gains is None else self.gains,
+            mass_by_joints=evidence.by_joints.masses,
+            joint_that_agrees_least=worst_joint(evidence.by_joints, self.mass),
             quantities={name: documents.Quantity(use, why or None, *entry) for name, (use, why), entry in rows},
             verdict=self.verdict,
             scale=(scale.mass, scale.sigma) if scale is not None else UNSET,
@@ -186,20 +186,20 @@ class PayloadAnswer(Speaks, Brief):
     @cached_property
     def elimination(self) -> Elimination | None:
         """Essential parameters of robot and payload together, where method 4 was used."""
-        if not isinstance(self.problem, LongMotion) or all(payload.method != 4 for payload in self.constrained):
+        problem = self.problem
+        if not isinstance(problem, LongMotion) or all(payload.method != 4 for payload in self.constrained):
             return None
-        return eliminate(self.problem.both, weighted(self.problem.both), self.problem.settings.essential)
+        return eliminate(problem.both, weighted(problem.both), problem.settings.essential)
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """Reasons against a robot or payload with the eliminated parameters zero."""
-        if not isinstance(self.problem, LongMotion) or self.elimination is None:
-            return ()
         problem, elimination = self.problem, self.elimination
+        if not isinstance(problem, LongMotion) or elimination is None:
+            return ()
         full, _ = methods.with_robust(problem, methods.selected(problem, problem.loaded.columns))
-        part, _ = methods.with_robust(
-            problem, methods.selected(problem, elimination.essential), elimination.estimate
-        )
+        part, names = elimination.estimate, elimination.essential
+        part, _ = methods.with_robust(problem, methods.selected(problem, names), part)
         elimination = replace(elimination, estimate=part)
         of_robot = identification.impossible_robot(problem.robot, problem.base, full, elimination)
         return identification.impossible_payload(elimination) + of_robot
@@ -286,7 +286,6 @@ def weigh(
         raise InputError(
             "give recordings without payload or the robot's parameters: without either nothing can be compared"
         )
-    settings.progress("estimating")
     first, *others = problems
     return answer_payload(first, constraints=constraints, others=others).result
 
@@ -306,18 +305,19 @@ def weigh_at_rest(
     """
     check_given(robot, loaded, unloaded)
     problem = static_weighing(robot, loaded, unloaded, settings)
-    settings.progress("estimating")
     return answer_payload(problem, constraints=constraints).result
 
 
 def _described(robot: Robot, known: RobotResult | Estimate | None, *logs: object) -> tuple[Robot, Estimate | None]:
     """Describe the robot as an earlier identification of it did, and take its parameters; refuse what is no log."""
     check_given(robot, *logs)
-    if isinstance(known, RobotResult):
-        return known.applied_to(robot), known.estimate
-    if known is not None and not isinstance(known, Estimate):
+    if known is None or isinstance(known, Estimate):
+        return robot, known
+    from ..results.robot import RobotResult
+
+    if not isinstance(known, RobotResult):
         raise InputError(f"known: give the result or the estimate of an identification, not {type(known).__name__}")
-    return robot, known
+    return known.applied_to(robot), known.estimate
 
 
 @one_thread()
@@ -344,6 +344,7 @@ def answer_payload(
     3
     """
     source = problem.source
+    problem.settings.progress("estimating")
     gains = problem.settings.gains or usual_gains(problem.robot, (*source.unloaded, *source.loaded))
     scale = next((known for known in constraints if isinstance(known, KnownMass)), None)
     if isinstance(problem, ShortMotion):
@@ -391,22 +392,29 @@ def answer_payload(
         half_widths[~np.isfinite(half_widths)] = np.nan
         intervals = np.append(ten[9], ten[6:9] / ten[9])[:, None] + np.outer(half_widths, [-1.0, 1.0])
     # Other ways: with friction as it is without payload, where that is determined, and by ``others``.
-    named = {1: "robot's parameters (method 1)", 3: "torque difference (method 3)"}
-    ways = [(named[other.method], methods.payload_estimate(other, other.method).ten) for other in others]
+    labels = {1: "robot's parameters (method 1)", 3: "torque difference (method 3)"}
+    ways = [(labels[other.method], methods.payload_estimate(other, other.method).ten) for other in others]
     if isinstance(problem, ShortMotion) and problem.method == 3 and problem.visibility.rank == len(PAYLOAD):
         with suppress(InputError):
             runs = (in_payload_frame(problem.robot, run).select(PAYLOAD) for run in problem.runs)
             ways.insert(0, (UNFREED, weighted(merged(runs)).values))
     # Half the reported 95 % intervals over 1.96; constraints may make the mass's shorter.
     wider, half = few_blocks(model.degrees_of_freedom), 0.5 * np.ptp(intervals[0]) / NORMAL95
-    reported = PayloadSpread(wider * spread.mass, wider * spread.com, wider * spread.inertia_com)
-    if np.isfinite(half):
-        reported = structs.replace(reported, mass=min(reported.mass, half))
+    mass = float(np.fmin(wider * spread.mass, half))
+    reported = PayloadSpread(mass, wider * spread.com, wider * spread.inertia_com)
     moments = np.diag(possible.body.inertia_com) if possible is not None else np.full(3, np.nan)
     at_rest, still = (problem, {"inertia": STILL}) if isinstance(problem, StaticMotion) else (None, {})
+    more: dict[str, Any]
+    if isinstance(problem, ShortMotion):
+        sigma = float(model.sigma[model.names.index("M_L")])
+        more = {"weighed": Weighed(model["M_L"], sigma, best.from_scale)}
+        more["unexplained"] = best.unexplained(problem.torque_rms)
+    else:  # judged by all methods, those without a possible payload among them
+        condition = problem.unloaded.condition_numbers()[1] if problem.unloaded else None
+        more = {"pairs": source.pairs, "condition": condition, "estimates": tuple(free), "recommended": possible}
     evidence = replace(
         evidence,
-        source=None if at_rest else problem.source,
+        source=None if at_rest else source,
         at_rest=at_rest,
         parameters=own,
         validation=validation,
@@ -415,19 +423,8 @@ def answer_payload(
         judged=judged(ten, moments, reported, best.from_scale) | still,
         agreement=tuple(Agreement(name, float(ten[9]), ten[6:9] / ten[9]) for name, ten in ways),
         repeats=repeats,
+        **more,
     )
-    if isinstance(problem, ShortMotion):
-        sigma = float(model.sigma[model.names.index("M_L")])
-        mass = Weighed(model["M_L"], sigma, best.from_scale)
-        evidence = replace(evidence, weighed=mass, unexplained=best.unexplained(problem.torque_rms))
-    else:  # judged by all methods, those without a possible payload among them
-        evidence = replace(
-            evidence,
-            pairs=problem.source.pairs,
-            condition=problem.unloaded.condition_numbers()[1] if problem.unloaded else None,
-            estimates=tuple(free),
-            recommended=possible,
-        )
     verdict = judge(evidence)
     if failures and not constrained:
         failure = next(failures[estimate.method] for estimate in free if estimate.method in failures)

@@ -23,9 +23,8 @@ from ..payload.methods import PREFERRED, ConstrainedPayload, PayloadEstimate
 from ..payload.short_motion import Wave
 from ..payload.static import Standing
 from ..possible.payload import Weighing
-from . import robot as parts
+from . import parts
 
-POINTS = 2000  # largest number of a joint's rows in a drawing
 _Intervals = Mapping[str, parts.Interval]
 _SIZE = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
 _FORM = re.compile(rf"(box|cylinder):({_SIZE}(?:x{_SIZE})*)")
@@ -71,6 +70,11 @@ class MethodEstimate(Document, frozen=True, tag_field="estimator"):
         """Ten parameters in their order, nan where not determined, shape (10,)."""
         return numbers(self.parameters)
 
+    @property
+    def larger_sigma(self) -> Array:
+        """The larger of the formula's and the robust standard deviation of each of the ten, shape (10,)."""
+        return np.fmax(numbers(self.sigma), numbers(self.sigma_robust))
+
 
 class FreeEstimate(MethodEstimate, frozen=True, tag="wls"):
     """Payload by a method, whether or not a body can have it."""
@@ -114,16 +118,6 @@ class FreeEstimate(MethodEstimate, frozen=True, tag="wls"):
             interval95_robust=named(estimate.robust_interval95),
             relative_residual=estimate.fit.relative,
         )
-
-    @property
-    def larger_sigma(self) -> Array:
-        """The larger of the formula's and the robust standard deviation of each of the ten, shape (10,)."""
-        return np.fmax(numbers(self.sigma), numbers(self.sigma_robust))
-
-    @property
-    def unavailable(self) -> str:
-        """Reason why there are no robust standard deviations although they were asked for."""
-        return (self.robust.unavailable or "") if self.robust else ""
 
 
 class PossibleEstimate(MethodEstimate, frozen=True, tag="constrained"):
@@ -318,13 +312,8 @@ class TorquePrediction(Brief):
     @property
     def relative_per_joint(self) -> Array:
         """Norm of the residual over norm of the torque, shape (n,); nan without torque."""
-        errors = np.array([np.linalg.norm(self.residual(j)) for j in range(len(self.t))])
-        torques = np.array([np.linalg.norm(torque) for torque in self.measured])
-        return np.asarray(errors / np.where(torques > 0.0, torques, np.nan))
-
-    def thinning(self, joint: int) -> int:
-        """Distance of a joint's rows (counted from 0) that a drawing shows."""
-        return -(-len(self.t[joint]) // POINTS) or 1
+        torques = [float(np.linalg.norm(torque)) or np.nan for torque in self.measured]
+        return np.array([np.linalg.norm(self.residual(j)) / torque for j, torque in enumerate(torques)])
 
     @property
     def step(self) -> float:
@@ -408,16 +397,6 @@ class PayloadResult(parts.Result, frozen=True, kw_only=True, dict=True):
     def short(self) -> bool:
         """True if it was weighed by a short motion of a few joints."""
         return bool(self.joints)
-
-    @property
-    def settings(self) -> parts.ProcessingDocument:
-        """Settings of processing; none in a file that does not hold them."""
-        return present(self.processing) or parts.ProcessingDocument()
-
-    @property
-    def title(self) -> str:
-        """Title of the robot."""
-        return self.robot_title or self.robot or ""
 
     @property
     def free(self) -> tuple[FreeEstimate, ...]:

@@ -31,7 +31,7 @@ from dynident import (
 from dynident.apps.recordings import write_recording
 from dynident.benchmarks import static
 from dynident.common.schema import convert
-from dynident.estimation.gains.problem import known_mass
+from dynident.estimation.answers.gains import known_mass
 from dynident.model import Recording
 from dynident.tests.common.test_wrong_files import filled
 from dynident.tests.selection import cases

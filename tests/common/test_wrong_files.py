@@ -13,7 +13,7 @@ from dynident.apps.results import read_stored_gains, read_stored_payload, read_s
 from dynident.common.errors import InputError
 from dynident.common.schema import Table, chosen, json_text, read_toml, toml_text
 from dynident.estimation import GainsResult, PayloadResult, RobotResult
-from dynident.estimation.gains.problem import KnownLoad
+from dynident.estimation.answers.gains import KnownLoad
 from dynident.model import load_robot, read_payload
 from dynident.model.files import robot_file
 from dynident.model.files.robot_file import RobotTable

@@ -14,10 +14,10 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.common.schema import write_json
 from dynident.estimation import GainsResult, Settings, Verdict, answer_gains
+from dynident.estimation.answers.gains import gain_problem, gauss_newton, known_mass, rests_on
 from dynident.estimation.diagnosis.engine import States, System
 from dynident.estimation.diagnosis.evidence import KNOWN_WELL
 from dynident.estimation.equations.equations import Equations
-from dynident.estimation.gains.problem import gain_problem, gauss_newton, known_mass, mountings, rests_on
 from dynident.model import (
     InertialParameters,
     Motion,
@@ -394,8 +394,9 @@ def test_a_weight_mounted_anew_has_a_centre_of_mass_for_each_mounting() -> None:
 
 @pytest.mark.parametrize("numbers", [(1,), (1, 2, 3)])
 def test_another_count_of_mountings_is_refused(numbers: tuple[int, ...]) -> None:
+    bare, heavy, mass = pair("irb120", 1)
     with pytest.raises(InputError, match=r"for 2 loaded recordings: give one number for each.*1,2,2"):
-        mountings(numbers, known_mass(1.0), 2)
+        gain_problem(load_robot("irb120"), [bare], [heavy, heavy], known_mass(mass), numbers)
 
 
 SINGLE = [name for name in robot_names() if not (load_robot(name).coupling or load_robot(name).spring)]

@@ -9,7 +9,7 @@ import dynident as di
 import numpy as np
 import pytest
 from dynident import Estimate, InputError, Settings, estimation
-from dynident.estimation.gains.problem import known_mass
+from dynident.estimation.answers.gains import known_mass
 from dynident.model import PAPER, Friction, robot_names
 from dynident.trajectories import build_design
 

@@ -1,18 +1,20 @@
 """Parts that several reports share: verdict, errors of the gains, torques, joints, and how well parameters show."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from msgspec import UnsetType
 
+from .... import estimation
 from ....common.schema import present
-from ....estimation import PayloadResult, RobotResult, Verdict
 from ....estimation.fit.estimate import Fit
 from ....estimation.fit.linear_problem import Excitation
 from ....estimation.payload.by_joints import JointsMass
+from ....estimation.results.parts import EliminationDocument, ProcessingDocument, ResidualDocument
 from ....estimation.results.payload import PayloadData, TorquePrediction, array
-from ....estimation.results.robot import EliminationDocument, ProcessingDocument, ResidualDocument
 from ....model import Recording
 from ...numbers import joined, percent, with_interval, with_sigma
 from .. import figures
@@ -34,13 +36,13 @@ VERDICTS = {
 """Each level in words, after "Verdict:"."""
 
 
-def reason_blocks(verdict: Verdict) -> list[Block]:
+def reason_blocks(verdict: estimation.Verdict) -> list[Block]:
     """The reasons for the verdict."""
     reasons = [f"  - {reason}" for reason in verdict.reasons] or ["All checks passed."]
     return [Text("Reasons for the verdict", heading=True), Notes(reasons, optional=True)]
 
 
-def model_notes(result: PayloadResult | RobotResult) -> list[str]:
+def model_notes(result: estimation.PayloadResult | estimation.RobotResult) -> list[str]:
     """Lines on friction beside Coulomb and viscous, and on errors of the drive gains that intervals allow for."""
     kept, told, gains = list[str](), "", result.gains
     for term in result.friction or ():
@@ -74,7 +76,9 @@ def residual_text(fit: Fit | ResidualDocument) -> str:
     return f"{100.0 * float(array(fit.relative)):.2f} % (joints {joints} %)"
 
 
-def conditioning(equations: int | UnsetType, parameters: int | UnsetType, of: PayloadData | RobotResult) -> str:
+def conditioning(
+    equations: int | UnsetType, parameters: int | UnsetType, of: PayloadData | estimation.RobotResult
+) -> str:
     """Number of equations and parameters, and the condition number."""
     raw, scaled = array(of.condition_number), array(of.condition_number_scaled)
     size = f"{equations} equations{f', {parameters} parameters' if present(parameters) else ''}"

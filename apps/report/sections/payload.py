@@ -229,8 +229,7 @@ def controller_blocks(result: PayloadResult) -> list[Block]:
 
 def known_rows(estimate: FreeEstimate | PossibleEstimate) -> Array:
     """Value, 95 % interval and larger sigma of the parameters in ``_UNITS``, nan where there is none, N x 4."""
-    larger = np.fmax(numbers(estimate.sigma), numbers(estimate.sigma_robust))
-    rows = [np.column_stack([estimate.ten, numbers(estimate.interval95, 2), larger])]
+    rows = [np.column_stack([estimate.ten, numbers(estimate.interval95, 2), estimate.larger_sigma])]
     for name, shape in (("com", (3,)), ("inertia_com", (3, 3)), ("principal_moments", (3,))):
         ends = array(getattr(estimate, f"{name}_interval95", None), *shape, 2)
         of = (getattr(estimate, f"{name}{kind}", None) for kind in ("", "_sigma", "_sigma_robust"))
@@ -364,8 +363,9 @@ def method_notes(result: PayloadResult) -> Iterator[str]:
     else:
         yield "± one standard deviation by (17)-(19), for white torque noise and an exact torque scale."
     yield from sorted({str(own.warning) for _, own in robusts if own.warning})
-    for why in dict.fromkeys(e.unavailable for e in result.free if e.unavailable):
-        alone = ", ".join(str(e.method) for e in result.free if e.unavailable == why)
+    missing = {e.method: e.robust.unavailable for e in result.free if e.robust and e.robust.unavailable}
+    for why in dict.fromkeys(missing.values()):
+        alone = ", ".join(str(method) for method, text in missing.items() if text == why)
         yield f"± of method {alone} by the formula alone: {why}"
     yield from (f"Method {method} left out: {why}" for method, why in (result.left_out or {}).items())
 

@@ -224,8 +224,8 @@ def robot_section(result: RobotResult) -> Section:
         if nearest.prior:
             least = float(array(nearest.prior.nearest_chi2_rise))
             prior = (
-                f"Prior: {nearest.source}; chi2 {nearest.chi2_rise - least:.3g} above the constrained minimum of "
-                f"{least:.3g}. What the prior decides is not identified."
+                f"Prior: {nearest.prior.source}; chi2 {nearest.chi2_rise - least:.3g} above the constrained "
+                f"minimum of {least:.3g}. What the prior decides is not identified."
             )
         notes = (
             f"Constrained: the nearest robot that can exist; chi2 rises by {nearest.chi2_rise:.3g} ({p_value}); "

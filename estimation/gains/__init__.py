@@ -1,1 +1,0 @@
-"""Drive gains, torque per motor current, from recordings of currents without and with a known payload."""
