@@ -174,8 +174,7 @@ def from_robot(motion: LongMotion) -> LinearProblem:
     return LinearProblem(loaded, PAYLOAD, (robot,), scale)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class ChangeOfParameters(Brief):
+class ChangeOfParameters:
     """Method 2, (24): Y_a = W_a chi and Y_T = W_T chi_T, two identifications; (25)-(28): chi_T - chi = G_L chi_L.
 
     Wanted: chi_L. G_L (N_b x 10) holds the last link's columns of the grouping matrix; on the RX90 its rows are
@@ -183,12 +182,19 @@ class ChangeOfParameters(Brief):
     friction may change under load.
     """
 
-    before: Estimate  # chi, by the equations ``unloaded``
-    unloaded: Equations
-    loaded: Equations  # in chi_T
-    both: Equations  # the same in chi and chi_L
-    indices: list[int]  # of the inertial parameters among chi
-    G: Array  # their rows of G_L, the payload in its frame
+    def __init__(self, motion: LongMotion) -> None:
+        """Take the recordings with payload and those without; refuse a motion without these."""
+        if motion.bare is None or motion.unloaded is None:
+            raise InputError("method 2 needs a recording without payload")
+        robot, columns = motion.robot, motion.base.columns
+        self.before, self.unloaded = motion.bare, motion.unloaded  # chi and its equations
+        self.loaded, self.both = (
+            motion.loaded.select(columns),
+            in_payload_frame(robot, motion.loaded),
+        )  # in chi_T; (22)
+        # Indices of the inertial parameters among chi, and their rows of G_L, the payload in its frame.
+        self.indices = [k for k, own in enumerate(columns) if not is_friction(own) and parameter_kind(own) != "IA"]
+        self.G = motion.base.effect_of(payload_columns(robot))[self.indices] @ frame_change(robot.flange)
 
     def solved(self, weights: Array | None = None) -> Estimate:
         """Estimate the payload's ten parameters."""
@@ -233,16 +239,6 @@ def _generalised(G: Array, change: Array, C: Array) -> tuple[Array, Array, Array
         raise InputError("the base parameters of this robot do not show all ten parameters of a payload")
     inverse = np.linalg.solve(L.T, parts.inverse.T).T / scale
     return parts.solution(np.asarray(np.linalg.solve(L, change / scale))), parts.covariance, inverse
-
-
-def from_change(motion: LongMotion) -> ChangeOfParameters:
-    """Method 2, (24)-(28)."""
-    if motion.bare is None or motion.unloaded is None:
-        raise InputError("method 2 needs a recording without payload")
-    columns, both = motion.base.columns, in_payload_frame(motion.robot, motion.loaded)
-    indices = [k for k, name in enumerate(columns) if not is_friction(name) and parameter_kind(name) != "IA"]
-    G = motion.base.effect_of(payload_columns(motion.robot))[indices] @ frame_change(motion.robot.flange)
-    return ChangeOfParameters(motion.bare, motion.unloaded, motion.loaded.select(columns), both, indices, G)
 
 
 def from_difference(motion: LongMotion) -> LinearProblem:
@@ -308,7 +304,7 @@ PREFERRED = (3, 4, 1, 2)
 """Methods in the order of their expected errors, where each can be used and a pair ran one path."""
 ONE_PATH = 2e-3  # distance of positions [rad or m], rms of the worst joint, above which a pair is not of one path
 METHODS: dict[int, Callable[[LongMotion], Posed]]
-METHODS = {1: from_robot, 2: from_change, 3: from_difference, 4: global_fit}
+METHODS = {1: from_robot, 2: ChangeOfParameters, 3: from_difference, 4: global_fit}
 """Methods of the paper by number."""
 
 

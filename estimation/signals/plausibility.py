@@ -19,7 +19,7 @@ _WEAKEST = 1.0  # N·m per cubic metre of reach: the lightest arms carry themsel
 _STRONGEST = 2e4  # N·m per cubic metre of reach: the strongest arms have a tenth of this
 _OVER_SPEED = 3.0  # times the speed limit: noise and overshoot reach less
 _MOST_SPEED = 50.0  # rad/s or m/s, for a joint without a limit
-_WINDOW = 0.01  # s: over which a speed is taken, to see past quantisation
+_WINDOW, _SEEN = 0.01, 0.05  # s: over which jumps, and speeds, are taken, to see past quantisation
 _PLATEAU = 5  # samples in a row at the very extreme
 _PLATEAU_SHARE = 0.01  # of the recording at the extreme
 _PLATEAU_EXCESS = 20.0  # times as many samples as another level has: coarse numbers repeat everywhere
@@ -63,7 +63,7 @@ def without_dead(robot: Robot, recordings: Sequence[Recording]) -> Robot:
 
 def implausible(robot: Robot, recording: Recording) -> Iterator[str]:
     """Name everything that cannot be right with one recording, in text."""
-    for check in (out_of_range, _steps, _torques, _speeds):
+    for check in (out_of_range, _motions, _torques):
         yield from check(robot, recording)
 
 
@@ -133,42 +133,31 @@ def _torques(robot: Robot, recording: Recording) -> Iterator[str]:
             yield f"the torque of joint {j + 1} {stays}: it is saturated; record a gentler motion"
 
 
-def _steps(robot: Robot, recording: Recording) -> Iterator[str]:
-    window, slope = _slopes(recording, _WINDOW)
-    if not len(slope):
-        return
+def _motions(robot: Robot, recording: Recording) -> Iterator[str]:
+    t, q, qd = recording.t, recording.q, recording.qd
+
+    def slopes(seconds: float) -> tuple[int, Array]:
+        """Choose a window in samples; slopes of the positions over it."""
+        window = max(1, int(seconds * (len(t) - 1) / (t[-1] - t[0])))
+        return window, (q[window:] - q[:-window]) / (t[window:] - t[:-window])[:, None]
+
+    window, slope = slopes(_WINDOW)
     speeds = np.array([joint.limits.speed for joint in robot.joints])
-    ratio = np.abs(slope) / np.where(np.isfinite(speeds), _OVER_SPEED * speeds, _MOST_SPEED)
-    for j, k in enumerate(np.argmax(ratio, axis=0)):
-        if ratio[k, j] > 1.0:
-            step, elapsed = (array[k + window] - array[k] for array in (recording.q[:, j], recording.t))
-            yield (
-                f"q{j + 1} jumps by {step:.3g} (rad or m) within {elapsed:.3g} s at "
-                f"{recording.t[k]:.4g} s, which joint {j + 1} of {robot.name} cannot: lost samples, a stuck "
-                "encoder, poses without the motion between them, or another unit; record the motion itself"
-            )
-
-
-def _slopes(recording: Recording, seconds: float) -> tuple[int, Array]:
-    """Choose a window in samples; slopes of the positions over it."""
-    t, q = recording.t, recording.q
-    window = max(1, int(seconds * (len(t) - 1) / (t[-1] - t[0])))
-    return window, (q[window:] - q[:-window]) / (t[window:] - t[:-window])[:, None]
-
-
-def _speeds(_: Robot, recording: Recording) -> Iterator[str]:
-    if recording.qd is None:
-        return
-    window, slope = _slopes(recording, 0.05)  # 50 ms, to see past quantisation
-    if len(slope) <= window:
+    over = np.abs(slope) / np.where(np.isfinite(speeds), _OVER_SPEED * speeds, _MOST_SPEED)
+    for j in np.flatnonzero(over.max(axis=0, initial=0.0) > 1.0):
+        k = int(np.argmax(over[:, j]))
+        yield (
+            f"q{j + 1} jumps by {q[k + window, j] - q[k, j]:.3g} (rad or m) within {t[k + window] - t[k]:.3g} s at "
+            f"{t[k]:.4g} s, which joint {j + 1} of {robot.name} cannot: lost samples, a stuck encoder, poses "
+            "without the motion between them, or another unit; record the motion itself"
+        )
+    window, slope = slopes(_SEEN)
+    if qd is None or len(slope) <= window:
         return
     moved = np.sum(slope**2, axis=0)
-    both = np.sum(0.5 * (recording.qd[window:] + recording.qd[:-window]) * slope, axis=0)
-    for j, span in enumerate(np.ptp(recording.q, axis=0)):
-        if span < _MOVES or moved[j] == 0.0:
-            continue
-        ratio = float(both[j] / moved[j])
-        if not 0.8 < ratio < 1.25:
+    both = np.sum(0.5 * (qd[window:] + qd[:-window]) * slope, axis=0)
+    for j in np.flatnonzero((np.ptp(q, axis=0) >= _MOVES) & (moved > 0.0)):
+        if not 0.8 < (ratio := both[j] / moved[j]) < 1.25:
             unit = "; the speed looks like degrees per second" if 45 < ratio < 70 else ""
             alike = "both must be in the same unit (rad and rad/s) and on the same time"
             yield f"qd{j + 1} is {ratio:.3g} times the slope of q{j + 1}{unit}: {alike}"
