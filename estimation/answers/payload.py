@@ -125,7 +125,9 @@ class PayloadAnswer(Speaks, Brief):
             keys = {
                 "joints": tuple(problem.joints),
                 "visibility": documents.VisibilityDocument.of(problem.visibility),
-                "constant_torques": documents.ConstantTorques(tuple(j + 1 for j in held.joints), held.sigma),
+                "constant_torques": documents.ConstantTorques(
+                    tuple((np.flatnonzero(held.sigma) + 1).tolist()), held.sigma
+                ),
                 "ripple": problem.ripple,
                 "mass_from_scale": self.free.from_scale,
                 "agreement": evidence.agreement,

@@ -21,7 +21,7 @@ from ..equations.equations import Equations
 from ..equations.observer import Observation, Observer, Used, recorded, used
 from ..signals.filtering import measurement
 from ..signals.plausibility import check_recordings, still_joints
-from .covariance import FEWEST, block_edges, block_length, in_blocks, remembered, weighted_solution
+from .covariance import FEWEST, in_blocks, remembered, weighted_solution
 from .linear_problem import LinearProblem, left_out
 from .settings import Candidates, Settings
 
@@ -142,7 +142,8 @@ def base_problem(
         equations, opened = recorded(observer.at(chi), rows)
     if equations.equations == 0:
         raise InputError(f"{recordings[0].source}: no joint moves: nothing can be compared")
-    return in_own_blocks(equations, opened) if settings.robust else equations
+    # Blocks are as long as the memory of the recordings asks for.
+    return in_blocks(equations, opened, remembered(opened, equations)[0]) if settings.robust else equations
 
 
 def with_friction(
@@ -167,19 +168,14 @@ def with_friction(
         check_moving(robot, recordings)
         measured = [used(data, processing) for data in filtered(recordings, processing)]
         values = weighted_solution(recorded(observer.only(base.columns), measured)[0])
-        equations = in_own_blocks(*recorded(observer.at(values), measured))
+        equations, opened = recorded(observer.at(values), measured)
+        equations = in_blocks(equations, opened, remembered(opened, equations)[0])
         if len(equations.blocks) < FEWEST:
             raise InputError(f"{len(equations.blocks)} blocks of time are too few to hold some out: record longer")
         terms, choices = chosen_terms(wide, candidates, equations)
     except InputError as error:  # what no estimate can do with either is refused there
         return robot, tuple(TermChoice(term.kind, False, why_not=f"{error}") for term in candidates)
     return robot.with_friction((*own, *terms)), choices
-
-
-def in_own_blocks(equations: Equations, recordings: Sequence[Observation]) -> Equations:
-    """Cut equations of one load in blocks of time as long as their memory asks for."""
-    length = block_length([remembered(recordings, equations)])
-    return in_blocks(equations, recordings, [block_edges(one, length) for one in recordings], length)
 
 
 def filtered(

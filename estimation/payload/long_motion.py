@@ -36,7 +36,7 @@ from ..fit.linear_problem import Known, SoftPrior, left_out, weighted
 from ..fit.own_equations import TermChoice, check_moving, filtered, under_own_load, with_friction
 from ..fit.settings import DEFAULTS, Settings
 from ..signals.filtering import AlignedPair, aligned, check_mismatch, grid_rate, measurement
-from ..signals.plausibility import check_apart, check_given, check_recordings, without_dead
+from ..signals.plausibility import check_given, check_recordings, without_dead
 from ..signals.rows import cut, origin, shortest_piece
 
 _TRIED = 12  # number of combinations of pieces that are aligned in search of the lag
@@ -324,9 +324,7 @@ def payload_problem(
             f"no motion of {robot.name} shows {hidden.shape[1]} of a payload's ten directions ({names}): its "
             "joints do not turn the payload in enough ways"
         )
-    for recordings in filter(None, (loaded, unloaded)):
-        check_recordings(robot, recordings)
-    check_apart(loaded, unloaded)
+    check_recordings(robot, *filter(None, (loaded, unloaded)))
     loaded, unloaded, lags = cut_alike(loaded, unloaded, processing)
     without, under_load = filtered(unloaded, processing, progress), filtered(loaded, processing, progress)
     progress("aligning recordings with and without payload")
@@ -405,10 +403,10 @@ def long_motion(
     if not settings.robust:
         return motion
     # Memory is judged by what W alone leaves; of a difference, by what is left without friction.
-    judged, memory = {"difference": (*PAYLOAD, PATH)}, dict[str, covariance.Remembered]()
+    judged, memory = {"difference": (*PAYLOAD, PATH)}, dict[str, tuple[float, tuple[float, ...]]]()
     for name, (equations, recordings) in loads.items():
         memory[name] = covariance.remembered(recordings, equations.select(judged.get(name, base.columns)))
-    length = covariance.block_length(list(memory.values()))
+    length = max(own for own, _ in memory.values())
     # Where blocks that are as long as memory asks for are too few under load, shorter ones are cut.
     few = sum(len(covariance.block_edges(one, length)) - 1 for one in loads["loaded"][1]) < covariance.FEWEST
     length = covariance.SHORTEST if few else length
@@ -416,11 +414,11 @@ def long_motion(
     if pairs:  # where their partners are, on the clock without payload
         edges["difference"] = edges["loaded"]
         edges["unloaded"] = [ends - pair.lag for ends, pair in zip(edges["loaded"], pairs, strict=True)]
-    parts = {name: covariance.in_blocks(*load, edges[name], length) for name, load in loads.items()}
+    parts = {name: covariance.in_blocks(*load, length, edges[name]) for name, load in loads.items()}
     if len(pairs) > 1:
         each = zip(loads["difference"][1], edges["difference"], strict=True)
-        parts["runs"] = tuple(covariance.in_blocks(reduced(own), [own], [ends], length) for own, ends in each)
-    inflation = memory["loaded"].inflation
+        parts["runs"] = tuple(covariance.in_blocks(reduced(own), [own], length, [ends]) for own, ends in each)
+    _, inflation = memory["loaded"]
     if known is not None and not unloaded:
         # By what a known robot leaves of the loaded recordings, payload and friction found with it: all of its
         # parameters, found anew in a few seconds, would take up the slow errors for themselves.
@@ -429,7 +427,7 @@ def long_motion(
         rest = equations.minus([known.names[k] for k in rigid], known.values[rigid])
         chi = np.append(known.values, np.zeros(len(PAYLOAD)))
         chi[[equations.columns.index(name) for name in rest.columns]] = weighted_solution(rest)
-        inflation = covariance.remembered(recordings, chi).inflation
+        _, inflation = covariance.remembered(recordings, chi)
         if known.robust is not None:  # a few seconds of load show less memory than its own recordings did
             before = float(np.median((known.robust.sigma / np.maximum(known.sigma, 1e-300)) ** 2))
             inflation = tuple(max(factor, before) for factor in inflation)

@@ -29,14 +29,14 @@ from ...model.regressors import payload_columns
 from ...model.visibility import PayloadVisibility, check_mass_visible, friction_columns, visibility_of
 from ..equations.equations import FREE, PAYLOAD, Equations, check_blocks, compressed, merged
 from ..equations.observer import PATH, Observation, Observer, Used, reduced, used
-from ..fit.covariance import block_edges, block_length, in_blocks, inflation, remembered, weighted_solution
+from ..fit.covariance import in_blocks, inflation, remembered, weighted_solution
 from ..fit.estimate import Estimate
 from ..fit.linear_problem import Known, LinearProblem, SoftPrior
 from ..fit.own_equations import check_lengths, filtered, under_own_load
 from ..fit.settings import DEFAULTS, Settings
 from ..possible.constraints import KnownMass
 from ..signals.filtering import aligned, decimated, grid_rate, measurement
-from ..signals.plausibility import check_apart, check_recordings, without_dead
+from ..signals.plausibility import check_recordings, without_dead
 from ..signals.rows import moving_parts
 from . import long_motion
 
@@ -66,11 +66,6 @@ class HeldFriction(Brief):
         """Standard deviations of what constant torques may be [N·m or N], shape (n,); 0 where they are free."""
         roles = (self.held.get(f"OFF{j}") for j in range(1, len(self.noise) + 1))
         return np.array([role.sigma if role else 0.0 for role in roles])
-
-    @property
-    def joints(self) -> tuple[int, ...]:
-        """Indices of the joints whose constant torques have a prior, from 0."""
-        return tuple(np.flatnonzero(self.sigma).tolist())
 
     @property
     def known(self) -> Known:
@@ -122,7 +117,7 @@ def friction_prior(observations: Sequence[Observation], sigmas: Mapping[str, flo
         free = [name.startswith(FREE) for name in one.columns]
         spare -= [int(W[:, free].any(axis=0).sum()) for W in one.W]
     noise[spare < _FEWEST_LEFT] = 0.0  # too few rows, beyond the free columns that act on them, to tell it
-    memory = np.array(remembered(left, values).inflation)
+    memory = np.array(remembered(left, values)[1])
     told = {name: sigma for name, sigma in sigmas.items() if sigma > 0.0 and noise[joint_of(name)] > 0.0}
     roles = {name: SoftPrior(sigma, float(memory[joint_of(name)])) for name, sigma in told.items()}
     return HeldFriction(roles, noise, memory)
@@ -143,7 +138,7 @@ def offset_prior(observations: Sequence[Observation], coulomb: Array) -> HeldFri
     for held in (prior, free):
         left = merged(map(held.friction_free, factors)).select(PAYLOAD).stacked(weights)
         squares.append(float(np.sum(without(left[:, -1:], left[:, :-1]) ** 2)))
-    rise, count = max(squares[0] - squares[1], 0.0), len(prior.joints)
+    rise, count = max(squares[0] - squares[1], 0.0), np.count_nonzero(prior.sigma)
     return free if count and chdtrc(count, rise) < _CONTRADICTED else prior
 
 
@@ -398,9 +393,8 @@ def difference_weighing(
     """
     processing, progress = settings.processing_of(robot), settings.progress
     robot = without_dead(robot, [*loaded, *unloaded])
-    check_recordings(robot, [*loaded, *unloaded])
+    check_recordings(robot, loaded, unloaded)
     check_lengths([*loaded, *unloaded], processing)
-    check_apart(loaded, unloaded)
     if len(unloaded) not in (1, len(loaded)):
         raise InputError(
             f"{len(unloaded)} recordings without and {len(loaded)} with payload: give one without for all, or one "
@@ -451,8 +445,8 @@ def observer_of(robot: Robot, base: BaseParameters | None, frees: bool = True) -
 def _runs(observations: Sequence[Observation]) -> tuple[Equations, ...]:
     """Cut each recording's equations in blocks as long as the memory of all of them asks for."""
     rest = [one.eliminate() for one in observations]
-    length = block_length([remembered([one], reduced(one)) for one in rest])
-    return tuple(in_blocks(reduced(one), [one], [block_edges(one, length)], length) for one in observations)
+    length = max(remembered([one], reduced(one))[0] for one in rest)
+    return tuple(in_blocks(reduced(one), [one], length) for one in observations)
 
 
 def used_near(

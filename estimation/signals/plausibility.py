@@ -41,16 +41,24 @@ def check_given(robot: Robot, *groups: object) -> None:
                 raise InputError(f"{fault}: give the robot that was recorded")
 
 
-def check_recordings(robot: Robot, recordings: Sequence[Recording]) -> None:
-    """Refuse recordings whose units or channels cannot be right, and one that is given twice."""
-    if not recordings:
-        raise InputError("no recordings: give at least one")
-    for k, recording in enumerate(recordings):
-        if earlier := next((earlier for earlier in recordings[:k] if _same(recording, earlier)), None):
-            advice = "which would only make the result look more certain: give it once"
-            raise InputError(f"{recording.source} has the same numbers as {earlier.source}, {advice}")
-        if mistake := next(implausible(robot, recording), None):
-            raise InputError(f"{recording.source}: {mistake}")
+def check_recordings(robot: Robot, *groups: Sequence[Recording]) -> None:
+    """Refuse recordings whose units or channels cannot be right, and one that is given twice.
+
+    ``groups``: recordings of one load, or those with payload, then those without.
+    """
+    for recordings in groups:
+        if not recordings:
+            raise InputError("no recordings: give at least one")
+        for k, recording in enumerate(recordings):
+            if earlier := next((earlier for earlier in recordings[:k] if _same(recording, earlier)), None):
+                advice = "which would only make the result look more certain: give it once"
+                raise InputError(f"{recording.source} has the same numbers as {earlier.source}, {advice}")
+            if mistake := next(implausible(robot, recording), None):
+                raise InputError(f"{recording.source}: {mistake}")
+    for loaded, bare in product(*groups) if len(groups) > 1 else ():
+        if _same(loaded, bare):
+            without = f"{bare.source} without: give two recordings, one with and one without the payload"
+            raise InputError(f"{loaded.source} with payload has the same numbers as {without}")
 
 
 def without_dead(robot: Robot, recordings: Sequence[Recording]) -> Robot:
@@ -161,13 +169,6 @@ def _motions(robot: Robot, recording: Recording) -> Iterator[str]:
             unit = "; the speed looks like degrees per second" if 45 < ratio < 70 else ""
             alike = "both must be in the same unit (rad and rad/s) and on the same time"
             yield f"qd{j + 1} is {ratio:.3g} times the slope of q{j + 1}{unit}: {alike}"
-
-
-def check_apart(loaded: Sequence[Recording], unloaded: Sequence[Recording]) -> None:
-    """Refuse one recording given both with and without payload."""
-    if same := next((pair for pair in product(loaded, unloaded) if _same(*pair)), None):
-        without = f"{same[1].source} without: give two recordings, one with and one without the payload"
-        raise InputError(f"{same[0].source} with payload has the same numbers as {without}")
 
 
 def _same(a: Recording, b: Recording) -> bool:
