@@ -16,7 +16,7 @@ from ...model import Motion, Processing, Robot, Spring
 from ...model.kernel.kernel import Kernel
 from ...model.motion import Measurement
 from ...model.regressors import load_expression, regressor_expression
-from ..signals.filtering import Decimator, noise_bandwidth
+from ..signals.filtering import decimated, noise_bandwidth
 from ..signals.rows import used_rows
 from .equations import FREE, NO_MOTOR, Equations, merged
 
@@ -208,34 +208,32 @@ class Observer:
 
         Y and every column of W are filtered and decimated alike.
         """
-        decimator, skip, bandwidth = Decimator(self._rows[-1].stop, factor), 0, noise_bandwidth(factor)
+        skip, bandwidth = 0, noise_bandwidth(factor)
         waiting = np.empty((self.robot.n + 1, 0))  # times and rows to use that the filter has not given yet
 
-        def made(equations: Array) -> Observation:
-            nonlocal waiting
+        def evaluated() -> Iterator[Array]:
+            nonlocal waiting, skip
+            for data, keep in pieces:
+                if self.robot.spring is not None:  # its table does not go on beyond its ends
+                    self.robot.spring.torque(data.motion.q[:, self.robot.spring.joint - 1])
+                if self.robot.coupling is not None and self.robot.coupling.rows != "joint":
+                    # Where equations are the motors', that of motor j holds joint k's torque too.
+                    j, k = (joint - 1 for joint in self.robot.coupling.joints)
+                    keep = keep.copy()
+                    keep[:, j] &= keep[:, k]
+                if self.robot.drives.unmeasured:
+                    keep = keep & [j not in self.robot.drives.unmeasured for j in range(1, self.robot.n + 1)]
+                for part in _parts(len(data.motion.t), factor):
+                    rows = np.vstack([data.motion.t[part], keep[part].T])
+                    waiting = np.hstack([waiting, rows[:, skip::factor]])
+                    skip = (skip - rows.shape[1]) % factor
+                    yield self._evaluated(data, part)
+
+        for equations in decimated(evaluated(), self._rows[-1].stop, factor):
             (t, *keep), waiting = waiting[:, : equations.shape[1]], waiting[:, equations.shape[1] :]
             used = [np.flatnonzero(row) for row in keep]
             rows = tuple(equations[own].take(there, axis=1) for own, there in zip(self._rows, used, strict=True))
-            times = tuple(t[there] for there in used)
-            return replace(self.empty, rows=rows, t=times, bandwidth=bandwidth)
-
-        for data, keep in pieces:
-            if self.robot.spring is not None:  # its table does not go on beyond its ends
-                self.robot.spring.torque(data.motion.q[:, self.robot.spring.joint - 1])
-            if self.robot.coupling is not None and self.robot.coupling.rows != "joint":
-                # Where equations are the motors', that of motor j holds joint k's torque too.
-                j, k = (joint - 1 for joint in self.robot.coupling.joints)
-                keep = keep.copy()
-                keep[:, j] &= keep[:, k]
-            if self.robot.drives.unmeasured:
-                keep = keep & [j not in self.robot.drives.unmeasured for j in range(1, self.robot.n + 1)]
-            for part in _parts(len(data.motion.t), factor):
-                rows = np.vstack([data.motion.t[part], keep[part].T])
-                waiting = np.hstack([waiting, rows[:, skip::factor]])
-                skip = (skip - rows.shape[1]) % factor
-                yield made(decimator.push(self._evaluated(data, part)))
-        if factor > 1:
-            yield made(decimator.finish())
+            yield replace(self.empty, rows=rows, t=tuple(t[there] for there in used), bandwidth=bandwidth)
 
     def observe(self, data: Measurement, keep: Mask, decimate: int) -> Observation:
         """Observe one measurement: its rows to use, N x n, thinned by a factor, as ``used`` finds both."""

@@ -135,11 +135,7 @@ def base_problem(
     if check:
         check_moving(robot, recordings)
     rows = [used(data, processing) for data in filtered(recordings, processing, settings.progress)]
-    observer = Observer(robot, base_parameters(robot).columns)
-    if chi is None:
-        (equations, opened), _ = under_own_load(observer, rows)
-    else:
-        equations, opened = recorded(observer.at(chi), rows)
+    (equations, opened), _ = under_own_load(Observer(robot, base_parameters(robot).columns), rows, chi)
     if equations.equations == 0:
         raise InputError(f"{recordings[0].source}: no joint moves: nothing can be compared")
     # Blocks are as long as the memory of the recordings asks for.

@@ -195,7 +195,8 @@ def _waves(seen_by: Used, j: int, W: Array, torque: Array, t: Array) -> list[tup
         return []
 
     def seen(signals: Sequence[Array]) -> Array:  # as the equations see them
-        return np.asarray(decimated(np.array(signals), decimate)[:, keep[::decimate, j]].T)
+        given = np.hstack([*decimated([np.array(signals)], len(signals), decimate)])
+        return np.asarray(given[:, keep[::decimate, j]].T)
 
     def falls(some: Array, Q: Array, left: Array) -> Array:
         """Fall of the sum of squares by each of some waves beside Q; 0 where it hardly stands out."""

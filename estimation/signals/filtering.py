@@ -1,9 +1,10 @@
 """Recordings made even in time, filtered and decimated, and two of one trajectory brought onto one time."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import cache
+from itertools import chain
 from typing import NamedTuple
 from weakref import finalize
 
@@ -156,43 +157,30 @@ def noise_bandwidth(factor: int) -> float:
     return float(factor * np.sum(_taps(factor) ** 2))
 
 
-class Decimator:
+def decimated(pieces: Iterable[Array], rows: int, factor: int) -> Iterator[Array]:
     """Low-pass and keep every k-th sample, without delay; pieces of a recording give what it gives as a whole.
 
     Beyond the ends of a recording everything counts as zero, in Y as in W: one linear operation keeps Y = W chi.
+
+    ``pieces``: one after the other, rows x N; each gives the decimated samples that are complete, rows x M, and
+    the end those that still waited for it. ``factor`` 1 passes them through.
     """
-
-    def __init__(self, rows: int, factor: int) -> None:
-        """Prepare for ``rows`` signals; ``factor`` 1 passes them through."""
-        self._factor, self._reach = factor, _HALF * factor if factor > 1 else 0
-        self._held = np.zeros((rows, self._reach))
-        taps = np.pad(_taps(factor), (0, (_GROUP - 1) * factor))
-        # It turns a stretch of samples into _GROUP decimated ones: one product instead of many filters.
-        self._band = np.column_stack([np.roll(taps, k * factor) for k in range(_GROUP)])
-
-    def push(self, signals: Array) -> Array:
-        """Take the next samples, rows x N; give the decimated samples that are complete, rows x M."""
-        if self._factor == 1:
-            return signals
-        waiting, width = np.concatenate([self._held, signals], axis=1), 2 * self._reach + 1
-        count = max(0, (waiting.shape[1] - width) // self._factor + 1)
-        self._held = waiting[:, count * self._factor :]
-        result = np.empty((len(waiting), count))
-        for start in range(0, count, _GROUP):
-            outputs = min(_GROUP, count - start)
-            used = waiting[:, start * self._factor : (start + outputs - 1) * self._factor + width]
-            result[:, start : start + outputs] = used @ self._band[: used.shape[1], :outputs]
-        return result
-
-    def finish(self) -> Array:
-        """Give the samples that still waited for the end of the recording."""
-        return self.push(np.zeros((len(self._held), self._reach)))
-
-
-def decimated(signals: Array, factor: int) -> Array:
-    """Decimate whole signals, rows x N, to rows x ceil(N / factor)."""
-    decimator = Decimator(len(signals), factor)
-    return np.concatenate([decimator.push(signals), decimator.finish()], axis=1) if factor > 1 else signals
+    if factor == 1:
+        yield from pieces
+        return
+    waiting = beyond = np.zeros((rows, _HALF * factor))
+    width, taps = 2 * _HALF * factor + 1, np.pad(_taps(factor), (0, (_GROUP - 1) * factor))
+    # It turns a stretch of samples into _GROUP decimated ones: one product instead of many filters.
+    band = np.column_stack([np.roll(taps, k * factor) for k in range(_GROUP)])
+    for signals in chain(pieces, [beyond]):
+        waiting = np.concatenate([waiting, signals], axis=1)
+        result = np.empty((rows, max(0, (waiting.shape[1] - width) // factor + 1)))
+        for start in range(0, result.shape[1], _GROUP):
+            outputs = min(_GROUP, result.shape[1] - start)
+            used = waiting[:, start * factor : (start + outputs - 1) * factor + width]
+            result[:, start : start + outputs] = used @ band[: used.shape[1], :outputs]
+        waiting = waiting[:, result.shape[1] * factor :]
+        yield result
 
 
 _NEIGHBOURS = 3  # samples on either side of an interval that decide its cubic
