@@ -152,7 +152,7 @@ def equation_code(robot: Robot, columns: tuple[str, ...]) -> tuple[Kernel, tuple
     return Kernel(ca.Function("equations", inputs, [ca.cse(ca.vertcat(*rows))])), tuple(touched), tuple(motors)
 
 
-_PART = 1024  # samples evaluated at once
+_PART = 1024  # samples evaluated at once: they stay in the processor's cache
 
 
 class Used(NamedTuple):
@@ -223,11 +223,11 @@ class Observer:
                     keep[:, j] &= keep[:, k]
                 if self.robot.drives.unmeasured:
                     keep = keep & [j not in self.robot.drives.unmeasured for j in range(1, self.robot.n + 1)]
-                for part in _parts(len(data.motion.t), factor):
+                for part, equations in self._evaluated(data, factor):
                     rows = np.vstack([data.motion.t[part], keep[part].T])
                     waiting = np.hstack([waiting, rows[:, skip::factor]])
                     skip = (skip - rows.shape[1]) % factor
-                    yield self._evaluated(data, part)
+                    yield equations
 
         for equations in decimated(evaluated(), self._rows[-1].stop, factor):
             (t, *keep), waiting = waiting[:, : equations.shape[1]], waiting[:, equations.shape[1] :]
@@ -246,32 +246,27 @@ class Observer:
         """Torques of the joints that parameters of these values cause [N·m or N], N x n."""
         none = Measurement(motion, np.zeros(motion.q.shape))
         chi, torque = self.empty.values(values), np.empty(motion.q.shape)
-        for part in _parts(len(motion.t), 1):
-            equations = self._evaluated(none, part)
+        for part, equations in self._evaluated(none):
             for j, (own, touched) in enumerate(zip(self._rows, self.empty.touched, strict=True)):
                 torque[part, j] = chi[touched] @ equations[own][: len(touched)]
         if self.robot.coupling is not None and self.robot.coupling.rows == "motor":
             return self.robot.coupling.joint_torques(torque)
         return torque
 
-    def _evaluated(self, data: Measurement, part: slice) -> Array:
-        """Evaluate the rows of the equations that are asked for."""
+    def _evaluated(self, data: Measurement, factor: int = 1) -> Iterator[tuple[slice, Array]]:
+        """Evaluate the rows of the equations that are asked for, stretch by stretch."""
         motion, before, path = data.motion, data.spring_before, data.path
-        inputs = [motion.q[part], motion.qd[part], motion.qdd[part], data.torque[part]]
-        if known_spring(self.robot) is not None:
-            inputs.append(before[part, None] if before is not None else np.zeros(1))
-        if PATH in self._code:
-            inputs.append(path[part] if path is not None else np.zeros(self.robot.n))
-        if self.robot.drives.loaded:
-            inputs.append(self._chi)
-        equations = self._kernel(*inputs)
-        return equations if self._wanted.all() else equations[self._wanted]
-
-
-def _parts(samples: int, factor: int) -> Iterator[slice]:
-    """Divide samples into stretches that stay in the processor's cache, long against the decimation filter."""
-    size = max(_PART, 64 * factor if factor > 1 else 0)
-    return (slice(start, start + size) for start in range(0, samples, size))
+        size = max(_PART, 64 * factor if factor > 1 else 0)  # long against the decimation filter
+        for part in (slice(start, start + size) for start in range(0, len(motion.t), size)):
+            inputs = [motion.q[part], motion.qd[part], motion.qdd[part], data.torque[part]]
+            if known_spring(self.robot) is not None:
+                inputs.append(before[part, None] if before is not None else np.zeros(1))
+            if PATH in self._code:
+                inputs.append(path[part] if path is not None else np.zeros(self.robot.n))
+            if self.robot.drives.loaded:
+                inputs.append(self._chi)
+            equations = self._kernel(*inputs)
+            yield part, equations if self._wanted.all() else equations[self._wanted]
 
 
 _ROWS, _PANEL = 1024, 8

@@ -57,14 +57,13 @@ class RobustCovariance(Brief):
     @property
     def warning(self) -> str:
         """Reason against trusting it; empty where there is none."""
-        length = f"{self.block_length:.2g} s"
+        count = self.blocks if self.by_memory else self.degrees_of_freedom + 1
+        blocks = f"{count} blocks of at least {self.block_length:.2g} s" if count else "blocks"
         if self.by_memory:
-            blocks = f"{self.blocks} blocks of at least {length}" if self.blocks else "blocks"
             instead = "the errors' autocorrelation is used instead: record longer"
             return f"{blocks} are too few for a jackknife; {instead}"
-        if self.degrees_of_freedom + 1 >= FEW or not self.block_length:
+        if count >= FEW or not self.block_length:
             return ""
-        blocks = f"{self.degrees_of_freedom + 1} blocks of at least {length}"
         return f"the robust standard deviations rest on only {blocks}: record longer"
 
 

@@ -4,6 +4,7 @@ Friction that grows with load needs the load first; terms of it may be chosen as
 """
 
 from collections.abc import Sequence
+from itertools import chain
 
 import numpy as np
 from msgspec import UNSET, UnsetType
@@ -118,8 +119,7 @@ def chosen_terms(
                 why_not = "would be negative"
             choices[name] = TermChoice(name, not why_not, total / size, error / size, why_not or UNSET)
         kept[term.kind] = [name for name in names if choices[name].kept]
-    found = terms_of([name for names in kept.values() for name in names], candidates, robot.n)
-    return tuple(term for term in found if term.kind in kinds), tuple(choices.values())
+    return terms_of([*chain.from_iterable(kept.values())], candidates, robot.n), tuple(choices.values())
 
 
 def base_problem(

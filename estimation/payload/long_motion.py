@@ -235,12 +235,11 @@ def cut_alike(
     follow each other; the k-th file without payload is of the trajectory of the k-th with it.
     """
     whole = tuple(loaded), tuple(unloaded), (None,) * len(loaded)
-    loaded_files, unloaded_files = ([[*own] for _, own in groupby(files, origin)] for files in (loaded, unloaded))
-    if len(loaded) == len(unloaded) or len(loaded_files) != len(unloaded_files):
+    files = [[[*own] for _, own in groupby(recordings, origin)] for recordings in (unloaded, loaded)]
+    if len(loaded) == len(unloaded) or len(files[0]) != len(files[1]):
         return whole
     with suppress(InputError):  # no pair of one trajectory: method 3 refuses it where it is asked for
-        files = zip(unloaded_files, loaded_files, strict=True)
-        if pairs := [pair for a, b in files for pair in _pieces(a, b, processing)]:
+        if pairs := [pair for a, b in zip(*files, strict=True) for pair in _pieces(a, b, processing)]:
             unloaded_pieces, loaded_pieces, lags = zip(*pairs, strict=True)
             return loaded_pieces, unloaded_pieces, lags
     return whole
@@ -271,18 +270,16 @@ def _pieces(
     def within(pieces: Recordings, low: float, high: float, partner: Recording) -> Recording | None:
         """Cut out what of a file lies between two times and is long enough; ``partner`` is named in a note."""
         for piece in pieces:
-            rows = slice(*(int(row) for row in np.searchsorted(piece.t, [low, high])))
-            if rows.stop - rows.start > 1 and piece.t[rows.stop - 1] - piece.t[rows.start] >= least:
-                note = (
-                    f"cut where {Path(origin(partner)).name} lacks rows, so that method 3 compares what both have"
-                )
+            rows = slice(*np.searchsorted(piece.t, [low, high]).tolist())
+            if rows.stop - rows.start > 1 and np.ptp(piece.t[rows]) >= least:
+                lacking = f"cut where {Path(origin(partner)).name} lacks rows"
+                note = f"{lacking}, so that method 3 compares what both have"
                 return next(cut(piece, [rows], [note] * (rows != slice(0, len(piece.t)))))
         return None
 
     for low, high in pairwise([-np.inf, *gaps, np.inf]):
         without = within(unloaded, low - lag, high - lag, loaded[0])
-        under_load = within(loaded, low, high, unloaded[0])
-        if without is not None and under_load is not None:
+        if without and (under_load := within(loaded, low, high, unloaded[0])):
             yield without, under_load, lag
 
 

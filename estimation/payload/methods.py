@@ -378,19 +378,18 @@ def with_robust(
     """
     estimate = posed.solved() if estimate is None else estimate
     long, known, loaded = isinstance(problem, LongMotion), problem.known, problem.loaded
-    weights, length, robust, blocks = estimate.weights, loaded.block_length, None, 0
-    own = known.robust if known is not None else None
+    weights, length, blocks, own = estimate.weights, loaded.block_length, 0, known and known.robust
+    robust: RobustCovariance | None = None
     if rule == "formula":
         return estimate, ""
     if long and not loaded.blocks:  # nothing was cut into blocks of what is compared with a robot known by formula
         return estimate, _FORMULA_ONLY if problem.settings.robust and known is not None and own is None else ""
     try:
-        if rule != "sandwich":
-            try:
-                robust = jackknifed(posed, estimate, problem.left_out, length)
-            except InputError:
-                if rule == "jackknife" or not (long and problem.inflation):
-                    raise
+        try:
+            robust = None if rule == "sandwich" else jackknifed(posed, estimate, problem.left_out, length)
+        except InputError:
+            if rule == "jackknife" or not (long and problem.inflation):
+                raise
         if robust is not None:
             blocks, few = robust.blocks, problem.corrected and robust.degrees_of_freedom + 1 < FEW
             # What no block shows; none where nothing known is made use of, as by method 2.

@@ -83,8 +83,7 @@ class HeldFriction(Brief):
         value, as sure as noise and memory allow. Blocks of time are not kept: their rests hang together.
         """
         names, levels = equations.columns, self.known.names
-        free = np.array([name.startswith(FREE) for name in names], dtype=bool)
-        gone, rest = np.flatnonzero(free).tolist(), np.flatnonzero(~free).tolist()
+        gone, rest = ([k for k, x in enumerate(names) if x.startswith(FREE) is free] for free in (True, False))
         factors, ranks, shared = [], [], dict[tuple[int, int], Array]()
         for j, factor in enumerate(equations.factors):
             others, none = [key for key in equations.shared if key[0] == j], np.zeros((len(factor), len(levels)))
@@ -353,8 +352,7 @@ class ShortMotion(Brief):
         mass, variance = (scale.mass, scale.sigma**2) if scale is not None else (0.0, 0.0)
         payload = estimate.mapped(A, [PAYLOAD[k] for k in indices], by_mass * mass)
         shared, robust = variance * np.outer(by_mass, by_mass), payload.robust
-        if robust is not None:
-            robust = replace(robust, covariance=robust.covariance + shared)
+        robust = robust and replace(robust, covariance=robust.covariance + shared)
         return replace(payload, covariance=payload.covariance + shared, robust=robust)
 
 
@@ -461,7 +459,7 @@ def used_near(
     processing, asked = settings.processing_of(robot), settings.joints
     motions = [group[-1].motion for group in groups]
     fast = np.vstack([np.abs(motion.qd[moving_parts(motion, processing.still_speed)]) > SLOW for motion in motions])
-    moving = tuple(int(j) + 1 for j in np.flatnonzero(fast.mean(axis=0) > _LEAST)) if len(fast) else ()
+    moving = tuple((np.flatnonzero(fast.sum(axis=0) > _LEAST * len(fast)) + 1).tolist())
     if not moving:
         raise InputError("no joint moves: record the short motion that 'dynident near' gives")
     if idle := sorted(set(asked or ()) - set(moving)):
