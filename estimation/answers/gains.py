@@ -24,7 +24,7 @@ from ..payload.long_motion import LongMotion, Source
 from ..payload.methods import payload_estimate
 from ..results import robot as documents
 from ..results.payload import TorquePrediction, named
-from ..signals.plausibility import check_given
+from ..signals.recordings import check_given
 from .identification import DRAWN, payload_predictions
 
 

@@ -37,7 +37,7 @@ from ..results import robot as documents
 from ..results.payload import ObservationSystem, TorquePrediction
 from ..results.robot import RobotResult
 from ..signals.filtering import measurement
-from ..signals.plausibility import check_given
+from ..signals.recordings import check_given
 
 DRAWN = 3  # number of recordings of one kind that are predicted for drawings
 _UNLIKELY = 0.01  # largest p-value at which the data contradict everything possible with these zeros

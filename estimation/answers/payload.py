@@ -36,7 +36,7 @@ from ..possible.payload import POSSIBLE, Weighing
 from ..results import payload as documents
 from ..results.payload import PayloadResult, TorquePrediction
 from ..results.robot import EliminationDocument, ProcessingDocument, ResidualDocument, RobotResult
-from ..signals.plausibility import check_given
+from ..signals.recordings import check_given
 from . import identification
 
 _VAGUE = "not measured well enough"

@@ -16,8 +16,7 @@ from ...model import Motion, Processing, Robot, Spring
 from ...model.kernel.kernel import Kernel
 from ...model.motion import Measurement
 from ...model.regressors import load_expression, regressor_expression
-from ..signals.filtering import decimated, noise_bandwidth
-from ..signals.rows import used_rows
+from ..signals.filtering import decimated, noise_bandwidth, used_rows
 from .equations import FREE, NO_MOTOR, Equations, merged
 
 Arrays = Sequence[Array]

@@ -21,7 +21,7 @@ from ...model.regressors import standard_columns
 from ..equations.equations import Equations
 from ..equations.observer import Observation, Observer, Used, recorded, used
 from ..signals.filtering import measurement
-from ..signals.plausibility import check_recordings, still_joints
+from ..signals.recordings import check_recordings, still_joints
 from .covariance import FEWEST, in_blocks, remembered, weighted_solution
 from .linear_problem import LinearProblem, left_out
 from .settings import Candidates, Settings

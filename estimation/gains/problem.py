@@ -33,7 +33,7 @@ from ..fit.settings import DEFAULTS, Candidates, Settings
 from ..payload.long_motion import LongMotion, Source, in_payload_frame, payload_problem
 from ..possible.constraints import ConeProgram, SolverError, solve_cone
 from ..possible.robot import POWERS, drive_rules, link_indices, typical_length
-from ..signals.plausibility import without_dead
+from ..signals.recordings import without_dead
 
 _SHOWN = 0.05  # of a joint's squared residual: what a payload that is there takes off at least
 _USUAL = 10.0  # N·m/A: the size of an arm's gains, so that checks of torques see torques; divided out again

@@ -36,8 +36,7 @@ from ..fit.linear_problem import Known, SoftPrior, left_out, weighted
 from ..fit.own_equations import TermChoice, check_moving, filtered, under_own_load, with_friction
 from ..fit.settings import DEFAULTS, Settings
 from ..signals.filtering import AlignedPair, aligned, check_mismatch, grid_rate, measurement
-from ..signals.plausibility import check_given, check_recordings, without_dead
-from ..signals.rows import cut, origin, shortest_piece
+from ..signals.recordings import check_given, check_recordings, cut, origin, shortest_piece, without_dead
 
 _TRIED = 12  # number of combinations of pieces that are aligned in search of the lag
 Recordings = Sequence[Recording]

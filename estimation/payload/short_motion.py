@@ -35,9 +35,8 @@ from ..fit.linear_problem import Known, LinearProblem, SoftPrior
 from ..fit.own_equations import check_lengths, filtered, under_own_load
 from ..fit.settings import DEFAULTS, Settings
 from ..possible.constraints import KnownMass
-from ..signals.filtering import aligned, decimated, grid_rate, measurement
-from ..signals.plausibility import check_recordings, without_dead
-from ..signals.rows import moving_parts
+from ..signals.filtering import aligned, decimated, grid_rate, measurement, moving_parts
+from ..signals.recordings import check_recordings, without_dead
 from . import long_motion
 
 OFFSET_SHARE = 0.033

@@ -21,7 +21,7 @@ from ..equations.observer import Observation, Observer, reduced
 from ..fit.covariance import in_blocks
 from ..fit.settings import DEFAULTS, Settings
 from ..signals.filtering import measurement
-from ..signals.plausibility import check_recordings, without_dead
+from ..signals.recordings import check_recordings, without_dead
 from .long_motion import Recordings, Source, robot_of, torque_change
 from .short_motion import ShortMotion, observer_of, offset_prior
 

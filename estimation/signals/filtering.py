@@ -1,4 +1,7 @@
-"""Recordings made even in time, filtered and decimated, and two of one trajectory brought onto one time."""
+"""Recordings made even in time, filtered and decimated, and two of one trajectory brought onto one time.
+
+Rows are used where the robot moves, the speed's sign is known and the filter has settled.
+"""
 
 import math
 from collections.abc import Callable, Iterable, Iterator
@@ -10,7 +13,7 @@ from weakref import finalize
 
 import numpy as np
 
-from ...common import Array, InputError
+from ...common import Array, InputError, Mask
 from ...common.recursion import butterworth, filtered
 from ...model import Motion, Processing, Recording
 from ...model.motion import Measurement
@@ -25,6 +28,10 @@ _MOST_LOST = 0.01  # of a joint's rms motion: good cut-offs change it by 1e-3 an
 _ENDS = 1.5  # periods of the cut-off by which an end is mirrored where a motion was cut
 _WINDOW = 0.1  # periods, over which the speed at an end is taken
 _FULL_MOTION = 0.1  # of a joint's largest speed
+_BRIDGE = 0.3  # s: a pause shorter than this does not end a moving stretch
+_STRETCH = 1.0  # s: a moving stretch shorter than this is left out
+_SETTLES = 3.0  # periods of the cut-off after which the filter has forgotten that the motion was cut: to 1e-3
+_LEFT_OUT = 0.05  # of a recording, at either end, at most
 _EVEN = 1e-2  # time steps that differ by less than this fraction count as even
 _HALF = 10  # decimated samples that the filter reaches to either side
 _CUTOFF = 0.8  # of the new Nyquist frequency
@@ -138,6 +145,49 @@ def lowpass(signals: Array, step: float, cutoff: float | None, name: str, ends: 
     after = 2.0 * signals[-1] - signals[-2 : -last - 2 : -1]
     forward = filtered(sections, np.concatenate([before, signals, after]), before[0])
     return np.ascontiguousarray(filtered(sections, forward[::-1], forward[-1])[::-1][first:-last])
+
+
+def used_rows(motion: Motion, processing: Processing) -> Mask:
+    """Mark the rows of a motion that are used, N x n; decimated ones go by the sample in their middle.
+
+    The robot is on its way there, the joint not slow and the filter settled. Where it is in full motion at an end,
+    three periods of the cut-off (5 % of the recording at most) are left out: how it goes on the filter cannot know.
+    """
+    t, speed, inner = motion.t, np.abs(motion.qd), moving_parts(motion, processing.still_speed)
+    if processing.cutoff:
+        full = np.maximum(_FULL_MOTION * speed.max(axis=0), processing.still_speed)
+        seconds = min(_SETTLES / processing.cutoff, _LEFT_OUT * float(t[-1] - t[0]))
+        first, last = (speed[[0, -1]] > full).any(axis=1)
+        inner &= ~(first & (t < t[0] + seconds)) & ~(last & (t > t[-1] - seconds))
+    least = least_speed(speed[inner].max(axis=0, initial=0.0), processing)
+    return np.asarray((speed >= least) & (speed > 0.0) & inner[:, None])
+
+
+def least_speed(fastest: Array, processing: Processing) -> Array:
+    """Smallest speed of a row that is used, by each joint's largest [rad/s or m/s], shape (n,).
+
+    None is fast enough of a joint that only creeps: friction holds it, and its torque is any within that.
+    """
+    least = np.maximum(processing.slow_fraction * fastest, processing.slow_speed)
+    return np.where(fastest > processing.still_speed, least, np.inf)
+
+
+def moving_parts(motion: Motion, still_speed: float) -> Mask:
+    """Mark the samples at which some joint is faster than ``still_speed`` [rad/s or m/s], shape (N,).
+
+    Pauses under 0.3 s belong to the motion; stretches under 1 s (a jog to the start) do not, if one is longer.
+    """
+    t, mask = motion.t, np.zeros(len(motion.t), dtype=bool)
+    edges = np.flatnonzero(np.diff((np.abs(motion.qd) > still_speed).any(axis=1), prepend=False, append=False))
+    starts, stops = edges[::2], edges[1::2]
+    if starts.size == 0:
+        return mask
+    new = t[starts[1:]] - t[stops[:-1] - 1] > _BRIDGE
+    starts, stops = starts[np.append(True, new)], stops[np.append(new, True)]
+    lasts = t[stops - 1] - t[starts]
+    for start, stop, last in zip(starts, stops, lasts, strict=True):
+        mask[start:stop] = last >= min(_STRETCH, lasts.max())
+    return mask
 
 
 @cache

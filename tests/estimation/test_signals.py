@@ -9,8 +9,8 @@ from dynident.estimation.signals.filtering import (
     measurement,
     noise_bandwidth,
     resampled,
+    used_rows,
 )
-from dynident.estimation.signals.rows import used_rows
 from dynident.model import Motion, Processing, Recording
 from hypothesis import given, settings
 from hypothesis import strategies as st

@@ -40,7 +40,7 @@ from dynident.estimation.payload.short_motion import (
 from dynident.estimation.payload.static import Order
 from dynident.estimation.results.payload import numbers
 from dynident.estimation.signals.filtering import aligned
-from dynident.estimation.signals.rows import cut, pieces
+from dynident.estimation.signals.recordings import cut, pieces
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, load_robot
 from dynident.model.friction import Friction
 from dynident.tests.estimation.conftest import near_pose
