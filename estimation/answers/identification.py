@@ -21,7 +21,7 @@ from ...model import BaseParameters, InertialParameters, Processing, Recording, 
 from ...model.regressors import payload_columns
 from ..diagnosis.evidence import Evidence, Verdict
 from ..diagnosis.verdict import robot_verdict
-from ..equations.equations import PAYLOAD, Equations, check_blocks
+from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import Observer, used
 from ..fit.covariance import weighted_solution
 from ..fit.estimate import Estimate, Fit, Gains, Parameter, error_model, fit, usual_gains
@@ -270,7 +270,6 @@ def identify(
             return replace(one, robust=replace(robust, covariance=robust.covariance + part.lasting(one.weights)))
 
         try:
-            check_blocks(len(each))
             estimate, part = over_blocks(estimate), over_blocks(part)
         except InputError as error:
             reason = str(error)

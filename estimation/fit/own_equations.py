@@ -62,8 +62,8 @@ def under_own_load(
     """
     known = np.zeros(0) if known is None else known
     values = np.concatenate([known, np.zeros(len(observer.columns) - len(known))])
-    if not observer.robot.drives.loaded:
-        return recorded(observer, recordings), values
+    if not observer.robot.drives.loaded or len(known) == len(values):  # nothing of the load is to be found
+        return recorded(observer.at(values), recordings), values
     for _ in range(_PASSES):
         result = recorded(observer.at(values), recordings)
         own = result[0].minus(observer.columns[: len(known)], known)

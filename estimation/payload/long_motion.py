@@ -27,7 +27,7 @@ from ...model.friction import is_friction
 from ...model.inertia import INERTIAL
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
-from ..equations.equations import PAYLOAD, Equations, check_blocks, merged
+from ..equations.equations import PAYLOAD, Equations, merged
 from ..equations.observer import PATH, Observation, Observer, Used, known_spring, recorded, reduced, used
 from ..fit import covariance
 from ..fit.covariance import weighted_solution
@@ -155,7 +155,6 @@ class LongMotion(Brief):
         Blocks that share no motion are left out one recording at a time, without payload first, as in method 4.
         """
         loaded, unloaded = len(self.loaded.blocks), len(self.unloaded.blocks) if self.unloaded else 0
-        check_blocks(loaded, unloaded or loaded)
         if self.difference:
             return (tuple((b, b if unloaded else -1) for b in range(loaded)),)
         groups = tuple((-1, b) for b in range(unloaded)), tuple((b, -1) for b in range(loaded))

@@ -17,7 +17,7 @@ from ...model.drives import parameter_kind
 from ...model.friction import is_friction
 from ...model.inertia import PayloadSpread, payload_spread
 from ...model.regressors import payload_columns
-from ..equations.equations import PAYLOAD, Equations
+from ..equations.equations import PAYLOAD, Equations, check_blocks
 from ..equations.observer import PATH
 from ..fit.covariance import FEW, RobustCovariance, Rule, jackknife
 from ..fit.estimate import Estimate, Gains, error_model, fit
@@ -188,10 +188,8 @@ class ChangeOfParameters:
             raise InputError("method 2 needs a recording without payload")
         robot, columns = motion.robot, motion.base.columns
         self.before, self.unloaded = motion.bare, motion.unloaded  # chi and its equations
-        self.loaded, self.both = (
-            motion.loaded.select(columns),
-            in_payload_frame(robot, motion.loaded),
-        )  # in chi_T; (22)
+        self.loaded = motion.loaded.select(columns)  # in chi_T
+        self.both = in_payload_frame(robot, motion.loaded)  # the same in chi and chi_L
         # Indices of the inertial parameters among chi, and their rows of G_L, the payload in its frame.
         self.indices = [k for k, own in enumerate(columns) if not is_friction(own) and parameter_kind(own) != "IA"]
         self.G = motion.base.effect_of(payload_columns(robot))[self.indices] @ frame_change(robot.flange)
@@ -430,6 +428,7 @@ def jackknifed(
     posed: Posed, estimate: Estimate, groups: Sequence[Sequence[tuple[int, int]]], length: float
 ) -> RobustCovariance:
     """Solve without each block of time, group by group, weights fixed; ``length``: the shortest of a block [s]."""
+    check_blocks(*map(len, groups))
     try:
         values = posed.without_blocks(estimate.weights, list(chain.from_iterable(groups)))
     except InputError as error:

@@ -27,7 +27,7 @@ from ...model.drives import joint_of, parameter_kind
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
 from ...model.visibility import PayloadVisibility, check_mass_visible, friction_columns, visibility_of
-from ..equations.equations import FREE, PAYLOAD, Equations, check_blocks, compressed, merged
+from ..equations.equations import FREE, PAYLOAD, Equations, compressed, merged
 from ..equations.observer import PATH, Observation, Observer, Used, reduced, used
 from ..fit.covariance import in_blocks, inflation, remembered, weighted_solution
 from ..fit.estimate import Estimate
@@ -335,7 +335,6 @@ class ShortMotion(Brief):
     @property
     def left_out(self) -> tuple[tuple[tuple[int, int], ...], ...]:
         """Blocks of time that are left out in turn, none with them, as one group."""
-        check_blocks(len(self.without_each))
         return (tuple((b, -1) for b in range(len(self.without_each))),)
 
     @property
