@@ -123,15 +123,10 @@ class ConstrainedPayload(Brief):
         return np.asarray(np.linalg.eigvalsh(self.body.inertia_com))
 
     @property
-    def conflicts(self) -> tuple[Active, ...]:
-        """Active constraints that contradict the data."""
-        return tuple(constraint for constraint in self.tested if constraint.conflict)
-
-    @property
     def conflict(self) -> bool:
         """True if a constraint or a weighed mass, or all of them together, contradict the data."""
-        apart = any(weighing.conflict for weighing in self.result.weighings)
-        return apart or bool(self.conflicts) or self.result.p_value < CONFLICT
+        alone = [*(active.conflict for active in self.tested), *(one.conflict for one in self.result.weighings)]
+        return any(alone) or self.result.p_value < CONFLICT
 
 
 def constrain_payload(
