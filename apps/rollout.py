@@ -20,8 +20,7 @@ from ..common.progress import each
 from ..estimation import Settings, measurement
 from ..estimation.fit.settings import DEFAULTS
 from ..estimation.results.robot import Horizon, Rollout
-from ..estimation.signals.filtering import lowpass
-from ..estimation.signals.rows import least_speed
+from ..estimation.signals.filtering import least_speed, lowpass
 from ..model import BaseParameters, Recording, Robot, base_parameters, forward_dynamics_base
 from ..model.dynamics import SMOOTHING, dry_friction_names, smooth_dry_friction, stable_steps
 from ..model.kernel.kernel import Kernel

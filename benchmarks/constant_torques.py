@@ -19,8 +19,7 @@ from dynident.common.arrays import Array
 from dynident.estimation.equations.observer import Observation, Observer
 from dynident.estimation.fit.covariance import autocorrelation_time
 from dynident.estimation.payload.short_motion import SLOW
-from dynident.estimation.signals.filtering import measurement
-from dynident.estimation.signals.rows import used_rows
+from dynident.estimation.signals.filtering import measurement, used_rows
 from dynident.model import Robot, base_parameters, load_robot
 from numpy.typing import NDArray
 from scipy.optimize import brentq

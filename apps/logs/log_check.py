@@ -23,9 +23,8 @@ from ...estimation.fit.covariance import student95
 from ...estimation.fit.own_equations import base_problem, with_friction
 from ...estimation.payload.long_motion import Source
 from ...estimation.results.parts import Number, ParameterDocument, Result
-from ...estimation.signals.filtering import aligned
-from ...estimation.signals.plausibility import implausible, out_of_range, still_joints
-from ...estimation.signals.rows import cut, moving_parts, pieces
+from ...estimation.signals.filtering import aligned, moving_parts
+from ...estimation.signals.recordings import cut, implausible, out_of_range, pieces, still_joints
 from ...model import Motion, Processing, Recording, Robot, base_parameters, load_robot, robot_names
 from .columns import Naming, choose
 from .map import LogMap

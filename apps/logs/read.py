@@ -14,7 +14,7 @@ from msgspec import structs
 from ...common.arrays import Array, Mask
 from ...common.errors import InputError, encodable
 from ...common.schema import WrongKeyError
-from ...estimation.signals.rows import cut, frozen_rows, origin, pieces, typical_step, without_held
+from ...estimation.signals.recordings import cut, frozen_rows, origin, pieces, typical_step, without_held
 from ...model import Processing, Recording, Robot
 from ..extras import modules
 from . import formats

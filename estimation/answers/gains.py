@@ -43,7 +43,7 @@ from ..possible.robot import POWERS, drive_rules, link_indices, typical_length
 from ..results.parts import ProcessingDocument, ResidualDocument, RobustDocument
 from ..results.payload import TorquePrediction, named
 from ..results.robot import GainsResult, GainsTable, LoadDocument, MountingDocument
-from ..signals.plausibility import check_given, without_dead
+from ..signals.recordings import check_given, without_dead
 from .identification import DRAWN, payload_predictions
 
 _SHOWN = 0.05  # of a joint's squared residual: what a payload that is there takes off at least

@@ -23,7 +23,7 @@ from ...model import BaseParameters, InertialParameters, Processing, Recording, 
 from ...model.regressors import payload_columns
 from ..diagnosis.evidence import Evidence, Verdict
 from ..diagnosis.verdict import robot_verdict
-from ..equations.equations import PAYLOAD, Equations, check_blocks
+from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import Observer, used
 from ..fit.covariance import weighted_solution
 from ..fit.estimate import Estimate, Fit, Gains, Parameter, error_model, fit, usual_gains
@@ -38,7 +38,7 @@ from ..possible.robot import PossibleRobot, robot_prior, solve_constrained_base,
 from ..results import parts
 from ..results.payload import ObservationSystem, TorquePrediction
 from ..signals.filtering import measurement
-from ..signals.plausibility import check_given
+from ..signals.recordings import check_given
 
 if TYPE_CHECKING:  # a payload's answer needs none of them
     from ..results.robot import RobotResult, Rollout
@@ -261,7 +261,6 @@ def identify(
         settings.progress("leaving out blocks")
         each = [(b, -1) for b in range(len(problem.blocks))]
         try:
-            check_blocks(len(each))
             for k, one in enumerate(found):
                 own = posed.part(one.names)
                 robust = jackknifed(own, one, [each], problem.block_length)

@@ -36,7 +36,7 @@ from ..possible.payload import POSSIBLE, Weighing
 from ..results import payload as documents
 from ..results.parts import EliminationDocument, ProcessingDocument, ResidualDocument
 from ..results.payload import FreeEstimate, PayloadResult, PossibleEstimate, TorquePrediction, named
-from ..signals.plausibility import check_given
+from ..signals.recordings import check_given
 from . import identification
 
 if TYPE_CHECKING:  # loaded where an earlier identification is given
@@ -125,7 +125,9 @@ class PayloadAnswer(Speaks, Brief):
             keys = {
                 "joints": tuple(problem.joints),
                 "visibility": documents.VisibilityDocument.of(problem.visibility),
-                "constant_torques": documents.ConstantTorques(tuple(j + 1 for j in held.joints), held.sigma),
+                "constant_torques": documents.ConstantTorques(
+                    tuple((np.flatnonzero(held.sigma) + 1).tolist()), held.sigma
+                ),
                 "ripple": problem.ripple,
                 "mass_from_scale": free.from_scale,
                 "agreement": evidence.agreement,

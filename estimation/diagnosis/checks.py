@@ -145,7 +145,7 @@ def residual(evidence: Evidence) -> Iterator[Finding]:
                 f"up to {100 * np.max(left):.0f} % of the torque of joint {joints} unexplained: check its sign, "
                 "unit and drive gain, and whether it moved enough"
             )
-        if fit.known and text:
+        if any(fit.rows) and text:
             yield error(f"{subject} leaves {text}")
             break
     own = evidence.parameters.fit.relative
@@ -423,7 +423,7 @@ def conflicts(evidence: Evidence) -> Iterator[Finding]:
     findings: dict[str, Finding] = {}
     for payload in evidence.constrained:
         data = "the torques" if evidence.weighed is not None else f"the data of method {payload.method}"
-        for test in payload.conflicts:
+        for test in (active for active in payload.tested if active.conflict):
             text = f"{data} contradict a constraint: {test.description} (p {test.p_value:.1g})"
             findings.setdefault(test.description, error(text))
         for scale in (weighing for weighing in payload.result.weighings if weighing.conflict):

@@ -21,8 +21,7 @@ from ...model.drives import DriveState, drive_terms, parameter_kind
 from ...model.regressors import own_columns, payload_columns, regressor_at
 from ..fit.linear_problem import Known
 from ..payload.long_motion import Source, frame_change
-from ..signals.filtering import lowpass, measurement, taken
-from ..signals.rows import used_rows
+from ..signals.filtering import lowpass, measurement, taken, used_rows
 
 BLOCKS = 20  # number of blocks of time that are left out in turn
 FEW = 200  # number of states of a recording that are enough to compare readings of it

@@ -73,7 +73,7 @@ def judge(*evidence: Evidence) -> Verdict:
         contradicted = any(finding.severity == "error" for finding in own)
         fits = [estimate.estimate.fit for estimate in part.estimates if estimate.method != 3]
         fits += [part.parameters.fit] if part.parameters is not None else []
-        left = [checks.relative_per_joint(fit, part) for fit in fits if fit.known]
+        left = [checks.relative_per_joint(fit, part) for fit in fits if any(fit.rows)]
         suspicious = contradicted or any(np.nanmax(relative) > SUSPICIOUS for relative in left)
         if part.source is not None and suspicious and not (short or wrong):
             likely = likely_causes(part.robot, states_of(part.source), contradicted, part.gained is not None)

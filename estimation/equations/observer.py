@@ -16,8 +16,7 @@ from ...model import Motion, Processing, Robot, Spring
 from ...model.kernel.kernel import Kernel
 from ...model.motion import Measurement
 from ...model.regressors import load_expression, regressor_expression
-from ..signals.filtering import Decimator, noise_bandwidth
-from ..signals.rows import used_rows
+from ..signals.filtering import decimated, noise_bandwidth, used_rows
 from .equations import FREE, NO_MOTOR, Equations, merged
 
 Arrays = Sequence[Array]
@@ -152,7 +151,7 @@ def equation_code(robot: Robot, columns: tuple[str, ...]) -> tuple[Kernel, tuple
     return Kernel(ca.Function("equations", inputs, [ca.cse(ca.vertcat(*rows))])), tuple(touched), tuple(motors)
 
 
-_PART = 1024  # samples evaluated at once
+_PART = 1024  # samples evaluated at once: they stay in the processor's cache
 
 
 class Used(NamedTuple):
@@ -208,34 +207,32 @@ class Observer:
 
         Y and every column of W are filtered and decimated alike.
         """
-        decimator, skip, bandwidth = Decimator(self._rows[-1].stop, factor), 0, noise_bandwidth(factor)
+        skip, bandwidth = 0, noise_bandwidth(factor)
         waiting = np.empty((self.robot.n + 1, 0))  # times and rows to use that the filter has not given yet
 
-        def made(equations: Array) -> Observation:
-            nonlocal waiting
+        def evaluated() -> Iterator[Array]:
+            nonlocal waiting, skip
+            for data, keep in pieces:
+                if self.robot.spring is not None:  # its table does not go on beyond its ends
+                    self.robot.spring.torque(data.motion.q[:, self.robot.spring.joint - 1])
+                if self.robot.coupling is not None and self.robot.coupling.rows != "joint":
+                    # Where equations are the motors', that of motor j holds joint k's torque too.
+                    j, k = (joint - 1 for joint in self.robot.coupling.joints)
+                    keep = keep.copy()
+                    keep[:, j] &= keep[:, k]
+                if self.robot.drives.unmeasured:
+                    keep = keep & [j not in self.robot.drives.unmeasured for j in range(1, self.robot.n + 1)]
+                for part, equations in self._evaluated(data, factor):
+                    rows = np.vstack([data.motion.t[part], keep[part].T])
+                    waiting = np.hstack([waiting, rows[:, skip::factor]])
+                    skip = (skip - rows.shape[1]) % factor
+                    yield equations
+
+        for equations in decimated(evaluated(), self._rows[-1].stop, factor):
             (t, *keep), waiting = waiting[:, : equations.shape[1]], waiting[:, equations.shape[1] :]
             used = [np.flatnonzero(row) for row in keep]
             rows = tuple(equations[own].take(there, axis=1) for own, there in zip(self._rows, used, strict=True))
-            times = tuple(t[there] for there in used)
-            return replace(self.empty, rows=rows, t=times, bandwidth=bandwidth)
-
-        for data, keep in pieces:
-            if self.robot.spring is not None:  # its table does not go on beyond its ends
-                self.robot.spring.torque(data.motion.q[:, self.robot.spring.joint - 1])
-            if self.robot.coupling is not None and self.robot.coupling.rows != "joint":
-                # Where equations are the motors', that of motor j holds joint k's torque too.
-                j, k = (joint - 1 for joint in self.robot.coupling.joints)
-                keep = keep.copy()
-                keep[:, j] &= keep[:, k]
-            if self.robot.drives.unmeasured:
-                keep = keep & [j not in self.robot.drives.unmeasured for j in range(1, self.robot.n + 1)]
-            for part in _parts(len(data.motion.t), factor):
-                rows = np.vstack([data.motion.t[part], keep[part].T])
-                waiting = np.hstack([waiting, rows[:, skip::factor]])
-                skip = (skip - rows.shape[1]) % factor
-                yield made(decimator.push(self._evaluated(data, part)))
-        if factor > 1:
-            yield made(decimator.finish())
+            yield replace(self.empty, rows=rows, t=tuple(t[there] for there in used), bandwidth=bandwidth)
 
     def observe(self, data: Measurement, keep: Mask, decimate: int) -> Observation:
         """Observe one measurement: its rows to use, N x n, thinned by a factor, as ``used`` finds both."""
@@ -248,32 +245,27 @@ class Observer:
         """Torques of the joints that parameters of these values cause [N·m or N], N x n."""
         none = Measurement(motion, np.zeros(motion.q.shape))
         chi, torque = self.empty.values(values), np.empty(motion.q.shape)
-        for part in _parts(len(motion.t), 1):
-            equations = self._evaluated(none, part)
+        for part, equations in self._evaluated(none):
             for j, (own, touched) in enumerate(zip(self._rows, self.empty.touched, strict=True)):
                 torque[part, j] = chi[touched] @ equations[own][: len(touched)]
         if self.robot.coupling is not None and self.robot.coupling.rows == "motor":
             return self.robot.coupling.joint_torques(torque)
         return torque
 
-    def _evaluated(self, data: Measurement, part: slice) -> Array:
-        """Evaluate the rows of the equations that are asked for."""
+    def _evaluated(self, data: Measurement, factor: int = 1) -> Iterator[tuple[slice, Array]]:
+        """Evaluate the rows of the equations that are asked for, stretch by stretch."""
         motion, before, path = data.motion, data.spring_before, data.path
-        inputs = [motion.q[part], motion.qd[part], motion.qdd[part], data.torque[part]]
-        if known_spring(self.robot) is not None:
-            inputs.append(before[part, None] if before is not None else np.zeros(1))
-        if PATH in self._code:
-            inputs.append(path[part] if path is not None else np.zeros(self.robot.n))
-        if self.robot.drives.loaded:
-            inputs.append(self._chi)
-        equations = self._kernel(*inputs)
-        return equations if self._wanted.all() else equations[self._wanted]
-
-
-def _parts(samples: int, factor: int) -> Iterator[slice]:
-    """Divide samples into stretches that stay in the processor's cache, long against the decimation filter."""
-    size = max(_PART, 64 * factor if factor > 1 else 0)
-    return (slice(start, start + size) for start in range(0, samples, size))
+        size = max(_PART, 64 * factor if factor > 1 else 0)  # long against the decimation filter
+        for part in (slice(start, start + size) for start in range(0, len(motion.t), size)):
+            inputs = [motion.q[part], motion.qd[part], motion.qdd[part], data.torque[part]]
+            if known_spring(self.robot) is not None:
+                inputs.append(before[part, None] if before is not None else np.zeros(1))
+            if PATH in self._code:
+                inputs.append(path[part] if path is not None else np.zeros(self.robot.n))
+            if self.robot.drives.loaded:
+                inputs.append(self._chi)
+            equations = self._kernel(*inputs)
+            yield part, equations if self._wanted.all() else equations[self._wanted]
 
 
 _ROWS, _PANEL = 1024, 8

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 from scipy.special import stdtrit
@@ -57,14 +57,13 @@ class RobustCovariance(Brief):
     @property
     def warning(self) -> str:
         """Reason against trusting it; empty where there is none."""
-        length = f"{self.block_length:.2g} s"
+        count = self.blocks if self.by_memory else self.degrees_of_freedom + 1
+        blocks = f"{count} blocks of at least {self.block_length:.2g} s" if count else "blocks"
         if self.by_memory:
-            blocks = f"{self.blocks} blocks of at least {length}" if self.blocks else "blocks"
             instead = "the errors' autocorrelation is used instead: record longer"
             return f"{blocks} are too few for a jackknife; {instead}"
-        if self.degrees_of_freedom + 1 >= FEW or not self.block_length:
+        if count >= FEW or not self.block_length:
             return ""
-        blocks = f"{self.degrees_of_freedom + 1} blocks of at least {length}"
         return f"the robust standard deviations rest on only {blocks}: record longer"
 
 
@@ -149,29 +148,19 @@ def inflation(series: Sequence[tuple[Array, Array]]) -> float:
     return max(1.0, 2.0 * autocorrelation_time(there, step) / step)
 
 
-class Remembered(NamedTuple):
-    """Memory of the recordings of one load."""
+def remembered(recordings: Sequence[Observation], by: Equations | Array) -> tuple[float, tuple[float, ...]]:
+    """Measure the memory of what values of the first columns, or the weighted fit, leave of one load's recordings.
 
-    memory: float  # longest autocorrelation time among the joints' residuals [s]
-    duration: float  # of all recordings [s]
-    inflation: tuple[float, ...]  # of each joint's errors, by their memory
-
-
-def remembered(recordings: Sequence[Observation], by: Equations | Array) -> Remembered:
-    """Measure the memory of what values of the first columns, or the weighted fit, leave of one load."""
+    Gives the length of a block [s], the longest of 5 autocorrelation times of a joint, 1 s, and a hundredth of the
+    recordings; and the inflation of each joint's errors.
+    """
     values = weighted_solution(by) if isinstance(by, Equations) else by
     each = [zip(recording.t, recording.errors(values), strict=True) for recording in recordings]
     by_joint = list(zip(*each, strict=True))
     step = min((float(np.diff(t).min()) for own in by_joint for t, _ in own if len(t) > 1), default=SHORTEST)
     memory = max(autocorrelation_time(series, step) for series in by_joint)
     duration = sum(float(np.ptp(span(recording))) for recording in recordings)
-    return Remembered(memory, duration, tuple(map(inflation, by_joint)))
-
-
-def block_length(loads: Sequence[Remembered]) -> float:
-    """Length of a block [s]: the longest of 5 autocorrelation times of a joint, 1 s, and a hundredth of a load."""
-    memory, duration = max(load.memory for load in loads), max(load.duration for load in loads)
-    return max(_TIMES * memory, SHORTEST, duration / _MOST)
+    return max(_TIMES * memory, SHORTEST, duration / _MOST), tuple(map(inflation, by_joint))
 
 
 def span(recording: Observation) -> Array:
@@ -190,10 +179,10 @@ def block_edges(recording: Observation, length: float) -> Array:
 
 
 def in_blocks(
-    equations: Equations, recordings: Sequence[Observation], edges: Sequence[Array], length: float
+    equations: Equations, recordings: Sequence[Observation], length: float, edges: Sequence[Array] | None = None
 ) -> Equations:
-    """Add blocks of time to equations, between their recordings' edges."""
-    pairs = zip(recordings, edges, strict=True)
+    """Add blocks of time of at least ``length`` [s] to equations, between the recordings' edges if given."""
+    pairs = zip(recordings, edges or [block_edges(one, length) for one in recordings], strict=True)
     blocks = (reduced(recording.between(*between)) for recording, ends in pairs for between in pairwise(ends))
     return replace(equations, blocks=tuple(replace(block, shared={}) for block in blocks), block_length=length)
 

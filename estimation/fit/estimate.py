@@ -29,15 +29,10 @@ class Fit(Brief):
 
     error_norms: Array  # per joint, norm of Y_j - W_j chi [N·m or N]
     torque_norms: Array  # per joint, norm of Y_j
-    rows: tuple[int, ...]  # per joint, number of equations
+    rows: tuple[int, ...]  # per joint, number of equations; zeros or none of values without equations
 
     def __post_init__(self) -> None:
         freeze_fields(self, error_norms=(len(self.rows),), torque_norms=(len(self.rows),))
-
-    @property
-    def known(self) -> bool:
-        """False of values without equations."""
-        return sum(self.rows) > 0
 
     @property
     def rms(self) -> Array:

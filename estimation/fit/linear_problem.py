@@ -93,14 +93,9 @@ class Known(NamedTuple):
     def part(self, names: Sequence[str]) -> "Known":
         """Take some of the parameters."""
         own, S, each = [self.names.index(name) for name in names], self.gain_sensitivity, self.left_out
-        return self._replace(
-            names=tuple(names),
-            values=self.values[own],
-            covariance=self.covariance[own][:, own],
-            lasting=self.lasting[own][:, own],
-            gain_sensitivity=None if S is None else S[own],
-            left_out=None if each is None else lambda: each()[:, own],
-        )
+        C, lasting = (matrix[np.ix_(own, own)] for matrix in (self.covariance, self.lasting))
+        more = None if S is None else S[own], None if each is None else lambda: each()[:, own]
+        return Known(tuple(names), self.values[own], C, lasting, self.degrees_of_freedom, *more, self.inflation)
 
     @property
     def root(self) -> Array:
@@ -213,15 +208,10 @@ class LinearProblem:
         if self.own_torque:
             others = [name for name in shown.columns if name not in self.wanted]
             shown = shown.minus(others, np.array([value[name] for name in others]))
-        return Estimate(
-            names=self.unknown.columns,
-            values=triangle.values,
-            covariance=covariance,
-            degrees_of_freedom=min([dof, *(group.degrees_of_freedom for group in self.given)]),
-            fit=fit(shown, np.array([value[name] for name in shown.columns])),
-            weights=weights,
-            gain_sensitivity=None if any(group.gain_sensitivity is None for group in self.given) else by_gains,
-        )
+        told = fit(shown, np.array([value[name] for name in shown.columns]))
+        least = min([dof, *(group.degrees_of_freedom for group in self.given)])
+        S = None if any(group.gain_sensitivity is None for group in self.given) else by_gains
+        return Estimate(self.unknown.columns, triangle.values, covariance, least, told, weights, gain_sensitivity=S)
 
     def solved(self, weights: Array | None = None) -> Estimate:
         """Estimate the wanted parameters alone."""

@@ -4,6 +4,7 @@ Friction that grows with load needs the load first; terms of it may be chosen as
 """
 
 from collections.abc import Sequence
+from itertools import chain
 
 import numpy as np
 from msgspec import UNSET, UnsetType
@@ -20,8 +21,8 @@ from ...model.regressors import standard_columns
 from ..equations.equations import Equations
 from ..equations.observer import Observation, Observer, Used, recorded, used
 from ..signals.filtering import measurement
-from ..signals.plausibility import check_recordings, still_joints
-from .covariance import FEWEST, block_edges, block_length, in_blocks, remembered, weighted_solution
+from ..signals.recordings import check_recordings, still_joints
+from .covariance import FEWEST, in_blocks, remembered, weighted_solution
 from .linear_problem import LinearProblem, left_out
 from .settings import Candidates, Settings
 
@@ -61,8 +62,8 @@ def under_own_load(
     """
     known = np.zeros(0) if known is None else known
     values = np.concatenate([known, np.zeros(len(observer.columns) - len(known))])
-    if not observer.robot.drives.loaded:
-        return recorded(observer, recordings), values
+    if not observer.robot.drives.loaded or len(known) == len(values):  # nothing of the load is to be found
+        return recorded(observer.at(values), recordings), values
     for _ in range(_PASSES):
         result = recorded(observer.at(values), recordings)
         own = result[0].minus(observer.columns[: len(known)], known)
@@ -118,8 +119,7 @@ def chosen_terms(
                 why_not = "would be negative"
             choices[name] = TermChoice(name, not why_not, total / size, error / size, why_not or UNSET)
         kept[term.kind] = [name for name in names if choices[name].kept]
-    found = terms_of([name for names in kept.values() for name in names], candidates, robot.n)
-    return tuple(term for term in found if term.kind in kinds), tuple(choices.values())
+    return terms_of([*chain.from_iterable(kept.values())], candidates, robot.n), tuple(choices.values())
 
 
 def base_problem(
@@ -135,14 +135,11 @@ def base_problem(
     if check:
         check_moving(robot, recordings)
     rows = [used(data, processing) for data in filtered(recordings, processing, settings.progress)]
-    observer = Observer(robot, base_parameters(robot).columns)
-    if chi is None:
-        (equations, opened), _ = under_own_load(observer, rows)
-    else:
-        equations, opened = recorded(observer.at(chi), rows)
+    (equations, opened), _ = under_own_load(Observer(robot, base_parameters(robot).columns), rows, chi)
     if equations.equations == 0:
         raise InputError(f"{recordings[0].source}: no joint moves: nothing can be compared")
-    return in_own_blocks(equations, opened) if settings.robust else equations
+    # Blocks are as long as the memory of the recordings asks for.
+    return in_blocks(equations, opened, remembered(opened, equations)[0]) if settings.robust else equations
 
 
 def with_friction(
@@ -167,19 +164,14 @@ def with_friction(
         check_moving(robot, recordings)
         measured = [used(data, processing) for data in filtered(recordings, processing)]
         values = weighted_solution(recorded(observer.only(base.columns), measured)[0])
-        equations = in_own_blocks(*recorded(observer.at(values), measured))
+        equations, opened = recorded(observer.at(values), measured)
+        equations = in_blocks(equations, opened, remembered(opened, equations)[0])
         if len(equations.blocks) < FEWEST:
             raise InputError(f"{len(equations.blocks)} blocks of time are too few to hold some out: record longer")
         terms, choices = chosen_terms(wide, candidates, equations)
     except InputError as error:  # what no estimate can do with either is refused there
         return robot, tuple(TermChoice(term.kind, False, why_not=f"{error}") for term in candidates)
     return robot.with_friction((*own, *terms)), choices
-
-
-def in_own_blocks(equations: Equations, recordings: Sequence[Observation]) -> Equations:
-    """Cut equations of one load in blocks of time as long as their memory asks for."""
-    length = block_length([remembered(recordings, equations)])
-    return in_blocks(equations, recordings, [block_edges(one, length) for one in recordings], length)
 
 
 def filtered(

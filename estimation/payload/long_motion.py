@@ -27,7 +27,7 @@ from ...model.friction import is_friction
 from ...model.inertia import INERTIAL
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
-from ..equations.equations import PAYLOAD, Equations, check_blocks, merged
+from ..equations.equations import PAYLOAD, Equations, merged
 from ..equations.observer import PATH, Observation, Observer, Used, known_spring, recorded, reduced, used
 from ..fit import covariance
 from ..fit.covariance import weighted_solution
@@ -36,8 +36,7 @@ from ..fit.linear_problem import Known, SoftPrior, left_out, weighted
 from ..fit.own_equations import TermChoice, check_moving, filtered, under_own_load, with_friction
 from ..fit.settings import DEFAULTS, Settings
 from ..signals.filtering import AlignedPair, aligned, check_mismatch, grid_rate, measurement
-from ..signals.plausibility import check_apart, check_given, check_recordings, without_dead
-from ..signals.rows import cut, origin, shortest_piece
+from ..signals.recordings import check_given, check_recordings, cut, origin, shortest_piece, without_dead
 
 _TRIED = 12  # number of combinations of pieces that are aligned in search of the lag
 Recordings = Sequence[Recording]
@@ -156,7 +155,6 @@ class LongMotion(Brief):
         Blocks that share no motion are left out one recording at a time, without payload first, as in method 4.
         """
         loaded, unloaded = len(self.loaded.blocks), len(self.unloaded.blocks) if self.unloaded else 0
-        check_blocks(loaded, unloaded or loaded)
         if self.difference:
             return (tuple((b, b if unloaded else -1) for b in range(loaded)),)
         groups = tuple((-1, b) for b in range(unloaded)), tuple((b, -1) for b in range(loaded))
@@ -235,12 +233,11 @@ def cut_alike(
     follow each other; the k-th file without payload is of the trajectory of the k-th with it.
     """
     whole = tuple(loaded), tuple(unloaded), (None,) * len(loaded)
-    loaded_files, unloaded_files = ([[*own] for _, own in groupby(files, origin)] for files in (loaded, unloaded))
-    if len(loaded) == len(unloaded) or len(loaded_files) != len(unloaded_files):
+    files = [[[*own] for _, own in groupby(recordings, origin)] for recordings in (unloaded, loaded)]
+    if len(loaded) == len(unloaded) or len(files[0]) != len(files[1]):
         return whole
     with suppress(InputError):  # no pair of one trajectory: method 3 refuses it where it is asked for
-        files = zip(unloaded_files, loaded_files, strict=True)
-        if pairs := [pair for a, b in files for pair in _pieces(a, b, processing)]:
+        if pairs := [pair for a, b in zip(*files, strict=True) for pair in _pieces(a, b, processing)]:
             unloaded_pieces, loaded_pieces, lags = zip(*pairs, strict=True)
             return loaded_pieces, unloaded_pieces, lags
     return whole
@@ -271,18 +268,16 @@ def _pieces(
     def within(pieces: Recordings, low: float, high: float, partner: Recording) -> Recording | None:
         """Cut out what of a file lies between two times and is long enough; ``partner`` is named in a note."""
         for piece in pieces:
-            rows = slice(*(int(row) for row in np.searchsorted(piece.t, [low, high])))
-            if rows.stop - rows.start > 1 and piece.t[rows.stop - 1] - piece.t[rows.start] >= least:
-                note = (
-                    f"cut where {Path(origin(partner)).name} lacks rows, so that method 3 compares what both have"
-                )
+            rows = slice(*np.searchsorted(piece.t, [low, high]).tolist())
+            if rows.stop - rows.start > 1 and np.ptp(piece.t[rows]) >= least:
+                lacking = f"cut where {Path(origin(partner)).name} lacks rows"
+                note = f"{lacking}, so that method 3 compares what both have"
                 return next(cut(piece, [rows], [note] * (rows != slice(0, len(piece.t)))))
         return None
 
     for low, high in pairwise([-np.inf, *gaps, np.inf]):
         without = within(unloaded, low - lag, high - lag, loaded[0])
-        under_load = within(loaded, low, high, unloaded[0])
-        if without is not None and under_load is not None:
+        if without and (under_load := within(loaded, low, high, unloaded[0])):
             yield without, under_load, lag
 
 
@@ -324,9 +319,7 @@ def payload_problem(
             f"no motion of {robot.name} shows {hidden.shape[1]} of a payload's ten directions ({names}): its "
             "joints do not turn the payload in enough ways"
         )
-    for recordings in filter(None, (loaded, unloaded)):
-        check_recordings(robot, recordings)
-    check_apart(loaded, unloaded)
+    check_recordings(robot, *filter(None, (loaded, unloaded)))
     loaded, unloaded, lags = cut_alike(loaded, unloaded, processing)
     without, under_load = filtered(unloaded, processing, progress), filtered(loaded, processing, progress)
     progress("aligning recordings with and without payload")
@@ -405,10 +398,10 @@ def long_motion(
     if not settings.robust:
         return motion
     # Memory is judged by what W alone leaves; of a difference, by what is left without friction.
-    judged, memory = {"difference": (*PAYLOAD, PATH)}, dict[str, covariance.Remembered]()
+    judged, memory = {"difference": (*PAYLOAD, PATH)}, dict[str, tuple[float, tuple[float, ...]]]()
     for name, (equations, recordings) in loads.items():
         memory[name] = covariance.remembered(recordings, equations.select(judged.get(name, base.columns)))
-    length = covariance.block_length(list(memory.values()))
+    length = max(own for own, _ in memory.values())
     # Where blocks that are as long as memory asks for are too few under load, shorter ones are cut.
     few = sum(len(covariance.block_edges(one, length)) - 1 for one in loads["loaded"][1]) < covariance.FEWEST
     length = covariance.SHORTEST if few else length
@@ -416,11 +409,11 @@ def long_motion(
     if pairs:  # where their partners are, on the clock without payload
         edges["difference"] = edges["loaded"]
         edges["unloaded"] = [ends - pair.lag for ends, pair in zip(edges["loaded"], pairs, strict=True)]
-    parts = {name: covariance.in_blocks(*load, edges[name], length) for name, load in loads.items()}
+    parts = {name: covariance.in_blocks(*load, length, edges[name]) for name, load in loads.items()}
     if len(pairs) > 1:
         each = zip(loads["difference"][1], edges["difference"], strict=True)
-        parts["runs"] = tuple(covariance.in_blocks(reduced(own), [own], [ends], length) for own, ends in each)
-    inflation = memory["loaded"].inflation
+        parts["runs"] = tuple(covariance.in_blocks(reduced(own), [own], length, [ends]) for own, ends in each)
+    _, inflation = memory["loaded"]
     if known is not None and not unloaded:
         # By what a known robot leaves of the loaded recordings, payload and friction found with it: all of its
         # parameters, found anew in a few seconds, would take up the slow errors for themselves.
@@ -429,7 +422,7 @@ def long_motion(
         rest = equations.minus([known.names[k] for k in rigid], known.values[rigid])
         chi = np.append(known.values, np.zeros(len(PAYLOAD)))
         chi[[equations.columns.index(name) for name in rest.columns]] = weighted_solution(rest)
-        inflation = covariance.remembered(recordings, chi).inflation
+        _, inflation = covariance.remembered(recordings, chi)
         if known.robust is not None:  # a few seconds of load show less memory than its own recordings did
             before = float(np.median((known.robust.sigma / np.maximum(known.sigma, 1e-300)) ** 2))
             inflation = tuple(max(factor, before) for factor in inflation)

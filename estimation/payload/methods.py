@@ -17,7 +17,7 @@ from ...model.drives import parameter_kind
 from ...model.friction import is_friction
 from ...model.inertia import PayloadSpread, payload_spread
 from ...model.regressors import payload_columns
-from ..equations.equations import PAYLOAD, Equations
+from ..equations.equations import PAYLOAD, Equations, check_blocks
 from ..equations.observer import PATH
 from ..fit.covariance import FEW, RobustCovariance, Rule, jackknife
 from ..fit.estimate import Estimate, Gains, error_model, fit
@@ -123,15 +123,10 @@ class ConstrainedPayload(Brief):
         return np.asarray(np.linalg.eigvalsh(self.body.inertia_com))
 
     @property
-    def conflicts(self) -> tuple[Active, ...]:
-        """Active constraints that contradict the data."""
-        return tuple(constraint for constraint in self.tested if constraint.conflict)
-
-    @property
     def conflict(self) -> bool:
         """True if a constraint or a weighed mass, or all of them together, contradict the data."""
-        apart = any(weighing.conflict for weighing in self.result.weighings)
-        return apart or bool(self.conflicts) or self.result.p_value < CONFLICT
+        alone = [*(active.conflict for active in self.tested), *(one.conflict for one in self.result.weighings)]
+        return any(alone) or self.result.p_value < CONFLICT
 
 
 def constrain_payload(
@@ -174,8 +169,7 @@ def from_robot(motion: LongMotion) -> LinearProblem:
     return LinearProblem(loaded, PAYLOAD, (robot,), scale)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class ChangeOfParameters(Brief):
+class ChangeOfParameters:
     """Method 2, (24): Y_a = W_a chi and Y_T = W_T chi_T, two identifications; (25)-(28): chi_T - chi = G_L chi_L.
 
     Wanted: chi_L. G_L (N_b x 10) holds the last link's columns of the grouping matrix; on the RX90 its rows are
@@ -183,12 +177,17 @@ class ChangeOfParameters(Brief):
     friction may change under load.
     """
 
-    before: Estimate  # chi, by the equations ``unloaded``
-    unloaded: Equations
-    loaded: Equations  # in chi_T
-    both: Equations  # the same in chi and chi_L
-    indices: list[int]  # of the inertial parameters among chi
-    G: Array  # their rows of G_L, the payload in its frame
+    def __init__(self, motion: LongMotion) -> None:
+        """Take the recordings with payload and those without; refuse a motion without these."""
+        if motion.bare is None or motion.unloaded is None:
+            raise InputError("method 2 needs a recording without payload")
+        robot, columns = motion.robot, motion.base.columns
+        self.before, self.unloaded = motion.bare, motion.unloaded  # chi and its equations
+        self.loaded = motion.loaded.select(columns)  # in chi_T
+        self.both = in_payload_frame(robot, motion.loaded)  # the same in chi and chi_L
+        # Indices of the inertial parameters among chi, and their rows of G_L, the payload in its frame.
+        self.indices = [k for k, own in enumerate(columns) if not is_friction(own) and parameter_kind(own) != "IA"]
+        self.G = motion.base.effect_of(payload_columns(robot))[self.indices] @ frame_change(robot.flange)
 
     def solved(self, weights: Array | None = None) -> Estimate:
         """Estimate the payload's ten parameters."""
@@ -233,16 +232,6 @@ def _generalised(G: Array, change: Array, C: Array) -> tuple[Array, Array, Array
         raise InputError("the base parameters of this robot do not show all ten parameters of a payload")
     inverse = np.linalg.solve(L.T, parts.inverse.T).T / scale
     return parts.solution(np.asarray(np.linalg.solve(L, change / scale))), parts.covariance, inverse
-
-
-def from_change(motion: LongMotion) -> ChangeOfParameters:
-    """Method 2, (24)-(28)."""
-    if motion.bare is None or motion.unloaded is None:
-        raise InputError("method 2 needs a recording without payload")
-    columns, both = motion.base.columns, in_payload_frame(motion.robot, motion.loaded)
-    indices = [k for k, name in enumerate(columns) if not is_friction(name) and parameter_kind(name) != "IA"]
-    G = motion.base.effect_of(payload_columns(motion.robot))[indices] @ frame_change(motion.robot.flange)
-    return ChangeOfParameters(motion.bare, motion.unloaded, motion.loaded.select(columns), both, indices, G)
 
 
 def from_difference(motion: LongMotion) -> LinearProblem:
@@ -308,7 +297,7 @@ PREFERRED = (3, 4, 1, 2)
 """Methods in the order of their expected errors, where each can be used and a pair ran one path."""
 ONE_PATH = 2e-3  # distance of positions [rad or m], rms of the worst joint, above which a pair is not of one path
 METHODS: dict[int, Callable[[LongMotion], Posed]]
-METHODS = {1: from_robot, 2: from_change, 3: from_difference, 4: global_fit}
+METHODS = {1: from_robot, 2: ChangeOfParameters, 3: from_difference, 4: global_fit}
 """Methods of the paper by number."""
 
 
@@ -382,19 +371,18 @@ def with_robust(
     """
     estimate = posed.solved() if estimate is None else estimate
     long, known, loaded = isinstance(problem, LongMotion), problem.known, problem.loaded
-    weights, length, robust, blocks = estimate.weights, loaded.block_length, None, 0
-    own = known.robust if known is not None else None
+    weights, length, blocks, own = estimate.weights, loaded.block_length, 0, known and known.robust
+    robust: RobustCovariance | None = None
     if rule == "formula":
         return estimate, ""
     if long and not loaded.blocks:  # nothing was cut into blocks of what is compared with a robot known by formula
         return estimate, _FORMULA_ONLY if problem.settings.robust and known is not None and own is None else ""
     try:
-        if rule != "sandwich":
-            try:
-                robust = jackknifed(posed, estimate, problem.left_out, length)
-            except InputError:
-                if rule == "jackknife" or not (long and problem.inflation):
-                    raise
+        try:
+            robust = None if rule == "sandwich" else jackknifed(posed, estimate, problem.left_out, length)
+        except InputError:
+            if rule == "jackknife" or not (long and problem.inflation):
+                raise
         if robust is not None:
             blocks, few = robust.blocks, problem.corrected and robust.degrees_of_freedom + 1 < FEW
             # What no block shows; none where nothing known is made use of, as by method 2.
@@ -435,6 +423,7 @@ def jackknifed(
     posed: Posed, estimate: Estimate, groups: Sequence[Sequence[tuple[int, int]]], length: float
 ) -> RobustCovariance:
     """Solve without each block of time, group by group, weights fixed; ``length``: the shortest of a block [s]."""
+    check_blocks(*map(len, groups))
     try:
         values = posed.without_blocks(estimate.weights, list(chain.from_iterable(groups)))
     except InputError as error:

@@ -27,17 +27,16 @@ from ...model.drives import joint_of, parameter_kind
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
 from ...model.visibility import PayloadVisibility, check_mass_visible, friction_columns, visibility_of
-from ..equations.equations import FREE, PAYLOAD, Equations, check_blocks, compressed, merged
+from ..equations.equations import FREE, PAYLOAD, Equations, compressed, merged
 from ..equations.observer import PATH, Observation, Observer, Used, reduced, used
-from ..fit.covariance import block_edges, block_length, in_blocks, inflation, remembered, weighted_solution
+from ..fit.covariance import in_blocks, inflation, remembered, weighted_solution
 from ..fit.estimate import Estimate
 from ..fit.linear_problem import Known, LinearProblem, SoftPrior
 from ..fit.own_equations import check_lengths, filtered, under_own_load
 from ..fit.settings import DEFAULTS, Settings
 from ..possible.constraints import KnownMass
-from ..signals.filtering import aligned, decimated, grid_rate, measurement
-from ..signals.plausibility import check_apart, check_recordings, without_dead
-from ..signals.rows import moving_parts
+from ..signals.filtering import aligned, decimated, grid_rate, measurement, moving_parts
+from ..signals.recordings import check_recordings, without_dead
 from . import long_motion
 
 OFFSET_SHARE = 0.033
@@ -68,11 +67,6 @@ class HeldFriction(Brief):
         return np.array([role.sigma if role else 0.0 for role in roles])
 
     @property
-    def joints(self) -> tuple[int, ...]:
-        """Indices of the joints whose constant torques have a prior, from 0."""
-        return tuple(np.flatnonzero(self.sigma).tolist())
-
-    @property
     def known(self) -> Known:
         """Values of the prior: zero, as far as sigma says; alike in all recordings, to be safe."""
         k, n = len(self.held), len(self.noise)
@@ -88,8 +82,7 @@ class HeldFriction(Brief):
         value, as sure as noise and memory allow. Blocks of time are not kept: their rests hang together.
         """
         names, levels = equations.columns, self.known.names
-        free = np.array([name.startswith(FREE) for name in names], dtype=bool)
-        gone, rest = np.flatnonzero(free).tolist(), np.flatnonzero(~free).tolist()
+        gone, rest = ([k for k, x in enumerate(names) if x.startswith(FREE) is free] for free in (True, False))
         factors, ranks, shared = [], [], dict[tuple[int, int], Array]()
         for j, factor in enumerate(equations.factors):
             others, none = [key for key in equations.shared if key[0] == j], np.zeros((len(factor), len(levels)))
@@ -122,7 +115,7 @@ def friction_prior(observations: Sequence[Observation], sigmas: Mapping[str, flo
         free = [name.startswith(FREE) for name in one.columns]
         spare -= [int(W[:, free].any(axis=0).sum()) for W in one.W]
     noise[spare < _FEWEST_LEFT] = 0.0  # too few rows, beyond the free columns that act on them, to tell it
-    memory = np.array(remembered(left, values).inflation)
+    memory = np.array(remembered(left, values)[1])
     told = {name: sigma for name, sigma in sigmas.items() if sigma > 0.0 and noise[joint_of(name)] > 0.0}
     roles = {name: SoftPrior(sigma, float(memory[joint_of(name)])) for name, sigma in told.items()}
     return HeldFriction(roles, noise, memory)
@@ -143,7 +136,7 @@ def offset_prior(observations: Sequence[Observation], coulomb: Array) -> HeldFri
     for held in (prior, free):
         left = merged(map(held.friction_free, factors)).select(PAYLOAD).stacked(weights)
         squares.append(float(np.sum(without(left[:, -1:], left[:, :-1]) ** 2)))
-    rise, count = max(squares[0] - squares[1], 0.0), len(prior.joints)
+    rise, count = max(squares[0] - squares[1], 0.0), np.count_nonzero(prior.sigma)
     return free if count and chdtrc(count, rise) < _CONTRADICTED else prior
 
 
@@ -200,7 +193,8 @@ def _waves(seen_by: Used, j: int, W: Array, torque: Array, t: Array) -> list[tup
         return []
 
     def seen(signals: Sequence[Array]) -> Array:  # as the equations see them
-        return np.asarray(decimated(np.array(signals), decimate)[:, keep[::decimate, j]].T)
+        given = np.hstack([*decimated([np.array(signals)], len(signals), decimate)])
+        return np.asarray(given[:, keep[::decimate, j]].T)
 
     def falls(some: Array, Q: Array, left: Array) -> Array:
         """Fall of the sum of squares by each of some waves beside Q; 0 where it hardly stands out."""
@@ -341,7 +335,6 @@ class ShortMotion(Brief):
     @property
     def left_out(self) -> tuple[tuple[tuple[int, int], ...], ...]:
         """Blocks of time that are left out in turn, none with them, as one group."""
-        check_blocks(len(self.without_each))
         return (tuple((b, -1) for b in range(len(self.without_each))),)
 
     @property
@@ -357,8 +350,7 @@ class ShortMotion(Brief):
         mass, variance = (scale.mass, scale.sigma**2) if scale is not None else (0.0, 0.0)
         payload = estimate.mapped(A, [PAYLOAD[k] for k in indices], by_mass * mass)
         shared, robust = variance * np.outer(by_mass, by_mass), payload.robust
-        if robust is not None:
-            robust = replace(robust, covariance=robust.covariance + shared)
+        robust = robust and replace(robust, covariance=robust.covariance + shared)
         return replace(payload, covariance=payload.covariance + shared, robust=robust)
 
 
@@ -398,9 +390,8 @@ def difference_weighing(
     """
     processing, progress = settings.processing_of(robot), settings.progress
     robot = without_dead(robot, [*loaded, *unloaded])
-    check_recordings(robot, [*loaded, *unloaded])
+    check_recordings(robot, loaded, unloaded)
     check_lengths([*loaded, *unloaded], processing)
-    check_apart(loaded, unloaded)
     if len(unloaded) not in (1, len(loaded)):
         raise InputError(
             f"{len(unloaded)} recordings without and {len(loaded)} with payload: give one without for all, or one "
@@ -451,8 +442,8 @@ def observer_of(robot: Robot, base: BaseParameters | None, frees: bool = True) -
 def _runs(observations: Sequence[Observation]) -> tuple[Equations, ...]:
     """Cut each recording's equations in blocks as long as the memory of all of them asks for."""
     rest = [one.eliminate() for one in observations]
-    length = block_length([remembered([one], reduced(one)) for one in rest])
-    return tuple(in_blocks(reduced(one), [one], [block_edges(one, length)], length) for one in observations)
+    length = max(remembered([one], reduced(one))[0] for one in rest)
+    return tuple(in_blocks(reduced(one), [one], length) for one in observations)
 
 
 def used_near(
@@ -466,7 +457,7 @@ def used_near(
     processing, asked = settings.processing_of(robot), settings.joints
     motions = [group[-1].motion for group in groups]
     fast = np.vstack([np.abs(motion.qd[moving_parts(motion, processing.still_speed)]) > SLOW for motion in motions])
-    moving = tuple(int(j) + 1 for j in np.flatnonzero(fast.mean(axis=0) > _LEAST)) if len(fast) else ()
+    moving = tuple((np.flatnonzero(fast.sum(axis=0) > _LEAST * len(fast)) + 1).tolist())
     if not moving:
         raise InputError("no joint moves: record the short motion that 'dynident near' gives")
     if idle := sorted(set(asked or ()) - set(moving)):

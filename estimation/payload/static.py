@@ -21,7 +21,7 @@ from ..equations.observer import Observation, Observer, reduced
 from ..fit.covariance import in_blocks
 from ..fit.settings import DEFAULTS, Settings
 from ..signals.filtering import measurement
-from ..signals.plausibility import check_apart, check_recordings, without_dead
+from ..signals.recordings import check_recordings, without_dead
 from .long_motion import Recordings, Source, robot_of, torque_change
 from .short_motion import ShortMotion, observer_of, offset_prior
 
@@ -152,9 +152,7 @@ def static_weighing(
     """Weigh by torque differences (29) at rest, in poses reached from both sides; else as ``weigh_at_rest``."""
     processing, recordings, bare = settings.processing_of(robot), [*unloaded, *loaded], len(unloaded)
     robot = without_dead(robot, recordings)
-    for group in (unloaded, loaded):
-        check_recordings(robot, group)
-    check_apart(loaded, unloaded)
+    check_recordings(robot, loaded, unloaded)
     every = [rests_of(recording, processing) for recording in recordings]
     # Number the poses of rests that all recordings hold, and find each one's rests there, those of a side alike.
     first, sides = every[0].q, every[0].side
@@ -213,7 +211,7 @@ def static_weighing(
     coulomb = np.abs((each * side[0] * without.torque).sum(axis=0))
     source = Source(tuple(loaded), tuple(unloaded), processing, rate=every[-1].rate)
     joints, rms = np.flatnonzero(keep.any(axis=0)) + 1, np.sqrt(np.mean(under_load.torque**2, axis=0))
-    runs, prior = in_blocks(reduced(change), [change], [ends], 0.0), offset_prior([change], coulomb)
+    runs, prior = in_blocks(reduced(change), [change], 0.0, [ends]), offset_prior([change], coulomb)
     posed = robot, base_parameters(robot), source, tuple(joints.tolist()), (runs,), prior, rms
     alone = tuple(sorted(one_sided))
     problem = StaticMotion(*posed, settings=settings, rests=tuple(every), one_sided=alone)

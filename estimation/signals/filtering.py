@@ -1,15 +1,19 @@
-"""Recordings made even in time, filtered and decimated, and two of one trajectory brought onto one time."""
+"""Recordings made even in time, filtered and decimated, and two of one trajectory brought onto one time.
+
+Rows are used where the robot moves, the speed's sign is known and the filter has settled.
+"""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import cache
+from itertools import chain
 from typing import NamedTuple
 from weakref import finalize
 
 import numpy as np
 
-from ...common import Array, InputError
+from ...common import Array, InputError, Mask
 from ...common.recursion import butterworth, filtered
 from ...model import Motion, Processing, Recording
 from ...model.motion import Measurement
@@ -24,6 +28,10 @@ _MOST_LOST = 0.01  # of a joint's rms motion: good cut-offs change it by 1e-3 an
 _ENDS = 1.5  # periods of the cut-off by which an end is mirrored where a motion was cut
 _WINDOW = 0.1  # periods, over which the speed at an end is taken
 _FULL_MOTION = 0.1  # of a joint's largest speed
+_BRIDGE = 0.3  # s: a pause shorter than this does not end a moving stretch
+_STRETCH = 1.0  # s: a moving stretch shorter than this is left out
+_SETTLES = 3.0  # periods of the cut-off after which the filter has forgotten that the motion was cut: to 1e-3
+_LEFT_OUT = 0.05  # of a recording, at either end, at most
 _EVEN = 1e-2  # time steps that differ by less than this fraction count as even
 _HALF = 10  # decimated samples that the filter reaches to either side
 _CUTOFF = 0.8  # of the new Nyquist frequency
@@ -139,6 +147,49 @@ def lowpass(signals: Array, step: float, cutoff: float | None, name: str, ends: 
     return np.ascontiguousarray(filtered(sections, forward[::-1], forward[-1])[::-1][first:-last])
 
 
+def used_rows(motion: Motion, processing: Processing) -> Mask:
+    """Mark the rows of a motion that are used, N x n; decimated ones go by the sample in their middle.
+
+    The robot is on its way there, the joint not slow and the filter settled. Where it is in full motion at an end,
+    three periods of the cut-off (5 % of the recording at most) are left out: how it goes on the filter cannot know.
+    """
+    t, speed, inner = motion.t, np.abs(motion.qd), moving_parts(motion, processing.still_speed)
+    if processing.cutoff:
+        full = np.maximum(_FULL_MOTION * speed.max(axis=0), processing.still_speed)
+        seconds = min(_SETTLES / processing.cutoff, _LEFT_OUT * float(t[-1] - t[0]))
+        first, last = (speed[[0, -1]] > full).any(axis=1)
+        inner &= ~(first & (t < t[0] + seconds)) & ~(last & (t > t[-1] - seconds))
+    least = least_speed(speed[inner].max(axis=0, initial=0.0), processing)
+    return np.asarray((speed >= least) & (speed > 0.0) & inner[:, None])
+
+
+def least_speed(fastest: Array, processing: Processing) -> Array:
+    """Smallest speed of a row that is used, by each joint's largest [rad/s or m/s], shape (n,).
+
+    None is fast enough of a joint that only creeps: friction holds it, and its torque is any within that.
+    """
+    least = np.maximum(processing.slow_fraction * fastest, processing.slow_speed)
+    return np.where(fastest > processing.still_speed, least, np.inf)
+
+
+def moving_parts(motion: Motion, still_speed: float) -> Mask:
+    """Mark the samples at which some joint is faster than ``still_speed`` [rad/s or m/s], shape (N,).
+
+    Pauses under 0.3 s belong to the motion; stretches under 1 s (a jog to the start) do not, if one is longer.
+    """
+    t, mask = motion.t, np.zeros(len(motion.t), dtype=bool)
+    edges = np.flatnonzero(np.diff((np.abs(motion.qd) > still_speed).any(axis=1), prepend=False, append=False))
+    starts, stops = edges[::2], edges[1::2]
+    if starts.size == 0:
+        return mask
+    new = t[starts[1:]] - t[stops[:-1] - 1] > _BRIDGE
+    starts, stops = starts[np.append(True, new)], stops[np.append(new, True)]
+    lasts = t[stops - 1] - t[starts]
+    for start, stop, last in zip(starts, stops, lasts, strict=True):
+        mask[start:stop] = last >= min(_STRETCH, lasts.max())
+    return mask
+
+
 @cache
 def _taps(factor: int) -> Array:
     """Coefficients of the low-pass filter, 20 * factor + 1, symmetric, sum 1 (Hamming window)."""
@@ -156,43 +207,30 @@ def noise_bandwidth(factor: int) -> float:
     return float(factor * np.sum(_taps(factor) ** 2))
 
 
-class Decimator:
+def decimated(pieces: Iterable[Array], rows: int, factor: int) -> Iterator[Array]:
     """Low-pass and keep every k-th sample, without delay; pieces of a recording give what it gives as a whole.
 
     Beyond the ends of a recording everything counts as zero, in Y as in W: one linear operation keeps Y = W chi.
+
+    ``pieces``: one after the other, rows x N; each gives the decimated samples that are complete, rows x M, and
+    the end those that still waited for it. ``factor`` 1 passes them through.
     """
-
-    def __init__(self, rows: int, factor: int) -> None:
-        """Prepare for ``rows`` signals; ``factor`` 1 passes them through."""
-        self._factor, self._reach = factor, _HALF * factor if factor > 1 else 0
-        self._held = np.zeros((rows, self._reach))
-        taps = np.pad(_taps(factor), (0, (_GROUP - 1) * factor))
-        # It turns a stretch of samples into _GROUP decimated ones: one product instead of many filters.
-        self._band = np.column_stack([np.roll(taps, k * factor) for k in range(_GROUP)])
-
-    def push(self, signals: Array) -> Array:
-        """Take the next samples, rows x N; give the decimated samples that are complete, rows x M."""
-        if self._factor == 1:
-            return signals
-        waiting, width = np.concatenate([self._held, signals], axis=1), 2 * self._reach + 1
-        count = max(0, (waiting.shape[1] - width) // self._factor + 1)
-        self._held = waiting[:, count * self._factor :]
-        result = np.empty((len(waiting), count))
-        for start in range(0, count, _GROUP):
-            outputs = min(_GROUP, count - start)
-            used = waiting[:, start * self._factor : (start + outputs - 1) * self._factor + width]
-            result[:, start : start + outputs] = used @ self._band[: used.shape[1], :outputs]
-        return result
-
-    def finish(self) -> Array:
-        """Give the samples that still waited for the end of the recording."""
-        return self.push(np.zeros((len(self._held), self._reach)))
-
-
-def decimated(signals: Array, factor: int) -> Array:
-    """Decimate whole signals, rows x N, to rows x ceil(N / factor)."""
-    decimator = Decimator(len(signals), factor)
-    return np.concatenate([decimator.push(signals), decimator.finish()], axis=1) if factor > 1 else signals
+    if factor == 1:
+        yield from pieces
+        return
+    waiting = beyond = np.zeros((rows, _HALF * factor))
+    width, taps = 2 * _HALF * factor + 1, np.pad(_taps(factor), (0, (_GROUP - 1) * factor))
+    # It turns a stretch of samples into _GROUP decimated ones: one product instead of many filters.
+    band = np.column_stack([np.roll(taps, k * factor) for k in range(_GROUP)])
+    for signals in chain(pieces, [beyond]):
+        waiting = np.concatenate([waiting, signals], axis=1)
+        result = np.empty((rows, max(0, (waiting.shape[1] - width) // factor + 1)))
+        for start in range(0, result.shape[1], _GROUP):
+            outputs = min(_GROUP, result.shape[1] - start)
+            used = waiting[:, start * factor : (start + outputs - 1) * factor + width]
+            result[:, start : start + outputs] = used @ band[: used.shape[1], :outputs]
+        waiting = waiting[:, result.shape[1] * factor :]
+        yield result
 
 
 _NEIGHBOURS = 3  # samples on either side of an interval that decide its cubic

@@ -14,8 +14,7 @@ from dynident.estimation.answers.identification import identification_system, pa
 from dynident.estimation.equations.equations import Equations, merged
 from dynident.estimation.equations.observer import Observer, recorded, reduced, reduced_pieces, used
 from dynident.estimation.fit.linear_problem import weighted
-from dynident.estimation.signals.filtering import noise_bandwidth
-from dynident.estimation.signals.rows import moving_parts
+from dynident.estimation.signals.filtering import moving_parts, noise_bandwidth
 from dynident.model import InertialParameters, Motion, Processing, Recording, base_parameters, load_robot
 from dynident.model.motion import Measurement
 from dynident.trajectories import Simulator

@@ -13,7 +13,7 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Settings, identify
 from dynident.estimation.fit.own_equations import hidden_by
-from dynident.estimation.signals.plausibility import still_joints
+from dynident.estimation.signals.recordings import still_joints
 from dynident.model import Motion, Processing, Recording, Robot, load_robot
 from dynident.trajectories import Simulator
 

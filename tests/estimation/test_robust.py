@@ -68,11 +68,11 @@ def same_equations(first: Equations, second: Equations) -> None:
 
 def block_length(groups: list[list[Observation]]) -> float:
     """Block length [s] of recordings of one load each."""
-    return covariance.block_length([covariance.remembered(group, merged(map(reduced, group))) for group in groups])
+    return max(covariance.remembered(group, merged(map(reduced, group)))[0] for group in groups)
 
 
 def cut(recording: Observation, edges: Array) -> Equations:
-    return covariance.in_blocks(reduced(recording), [recording], [edges], 1.0)
+    return covariance.in_blocks(reduced(recording), [recording], 1.0, [edges])
 
 
 def remembering(size: int, memory: float, seed: int) -> Array:
@@ -348,9 +348,7 @@ def test_essential_parameters_have_their_own(exact: list[Recording], results: li
     observer, processing = Observer(result.robot, result.base.columns), result.robot.processing
     whole = [observer.observe(*used(measurement(log, processing), processing)) for log in with_noise(exact, 0)]
     equations = merged(reduced(recording) for recording in whole)
-    length = covariance.block_length([covariance.remembered(whole, equations)])
-    edges = [covariance.block_edges(recording, length) for recording in whole]
-    parts = covariance.in_blocks(equations, whole, edges, length).without_each()
+    parts = covariance.in_blocks(equations, whole, covariance.remembered(whole, equations)[0]).without_each()
     estimate = result.elimination.estimate
     assert len(estimate.names) < 54
     values = [weighted(part.select(estimate.names), estimate.weights).values for part in parts]

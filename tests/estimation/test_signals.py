@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 from dynident.common.errors import InputError
 from dynident.estimation.signals.filtering import (
-    Decimator,
     aligned,
     decimated,
     measurement,
     noise_bandwidth,
     resampled,
+    used_rows,
 )
-from dynident.estimation.signals.rows import used_rows
 from dynident.model import Motion, Processing, Recording
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -57,19 +56,17 @@ def test_cutoff_above_nyquist_and_short_recordings_are_refused() -> None:
 @settings(max_examples=40, deadline=None)
 def test_blocks_give_what_the_whole_gives(factor: int, size: int, cuts: list[int]) -> None:
     signals = np.random.default_rng(size).standard_normal((3, size))
-    whole = decimated(signals, factor)
+    whole = np.hstack([*decimated([signals], 3, factor)])
     assert whole.shape == (3, -(-size // factor))
-    decimator = Decimator(3, factor)
-    parts = [decimator.push(part) for part in np.split(signals, sorted(min(cut, size) for cut in cuts), axis=1)]
-    parts.append(decimator.finish() if factor > 1 else np.empty((3, 0)))
-    assert np.allclose(np.concatenate(parts, axis=1), whole, atol=1e-14)
+    pieces = np.split(signals, sorted(min(cut, size) for cut in cuts), axis=1)
+    assert np.allclose(np.hstack([*decimated(pieces, 3, factor)]), whole, atol=1e-14)
 
 
 @pytest.mark.parametrize("factor", [1, 4, 10, 40])
 def test_slow_signals_pass_and_fast_ones_do_not(factor: int) -> None:
     t = np.arange(factor * 1000) / factor  # new rate 1 Hz
     slow, fast = np.sin(2 * np.pi * 0.05 * t), np.sin(2 * np.pi * 0.6 * t)
-    low, gone = decimated(np.vstack([slow, fast]), factor)
+    low, gone = np.hstack([*decimated([np.vstack([slow, fast])], 2, factor)])
     assert len(low) == 1000
     inner = slice(50, -50)
     assert np.abs(low - slow[::factor])[inner].max() < 0.03
@@ -81,7 +78,7 @@ def test_slow_signals_pass_and_fast_ones_do_not(factor: int) -> None:
 def test_noise_bandwidth_is_what_noise_shows(factor: int) -> None:
     """Variance left of white noise, over the density that the pass band keeps."""
     noise = np.random.default_rng(3).standard_normal((40, factor * 2000))
-    left = decimated(noise, factor)[:, 50:-50]
+    left = np.hstack([*decimated([noise], 40, factor)])[:, 50:-50]
     density = np.mean(np.abs(np.fft.rfft(left, axis=1)[:, 1:500]) ** 2) / left.shape[1]
     assert left.var() / density == pytest.approx(noise_bandwidth(factor), rel=0.02)
 

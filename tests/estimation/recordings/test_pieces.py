@@ -11,7 +11,7 @@ from dynident.apps.logs.map import LogMap
 from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation.signals.rows import pieces
+from dynident.estimation.signals.recordings import pieces
 from dynident.model import Processing, Robot, load_robot
 from dynident.tests.estimation.recordings.conftest import as_csv
 
