@@ -416,15 +416,16 @@ def run_experiment(
     bare, *loads = (base.value(of_body | dict.fromkeys(dry, 0.0)) for of_body in values)
     loaded = np.array(loads)
     halves, moving = 2 * steps, float(controller.compensates == "motion")
-    counts = np.array([sample_count(task.reference.duration, rate) for task in tasks])
-    frictions = [draw_friction(robot, disturbances, int(count), rate, [seed, k]) for k, count in enumerate(counts)]
+    counts = [sample_count(task.reference.duration, rate) for task in tasks]
+    frictions = [draw_friction(robot, disturbances, count, rate, [seed, k]) for k, count in enumerate(counts)]
     state = np.zeros((len(tasks), 3 * n))
     state[:, :n] = [task.reference.at(np.zeros(1))[0][0] for task in tasks]
     before = round(_SETTLE * rate)
-    log = np.zeros((before + int(counts.max()), len(tasks), 5 * n))  # q, qd, torque, qdd, reference
+    log = np.zeros((before + max(counts), len(tasks), 5 * n))  # q, qd, torque, qdd, reference
     for start in range(0, len(log), _CHUNK):
         # Runs that have not ended go on for some samples.
-        stop, active = min(start + _CHUNK, len(log)), np.flatnonzero(before + counts > start).tolist()
+        stop = min(start + _CHUNK, len(log))
+        active = [k for k, count in enumerate(counts) if before + count > start]
         # Positions, speeds and feed-forward at every half step.
         t = np.arange((start - before) * halves, (stop - before) * halves + 1) / (rate * halves)
         known = dict[int, Array]()  # once for runs on the same reference
@@ -450,9 +451,9 @@ def run_experiment(
             progress(start / len(log))
     runs = []
     for k, (task, friction, count) in enumerate(zip(tasks, frictions, counts, strict=True)):
-        q, qd, torque, qdd, wanted = np.split(log[before : before + count, k], 5, axis=1)
+        q, qd, torque, qdd, path = np.split(log[before : before + count, k], 5, axis=1)
         exact = Measurement(Motion(np.arange(count) / rate, q, qd, qdd), torque - rotors * qdd)
         recording = record(exact, disturbances, gains, [seed, k], task.name)
-        levels = dict(zip(dry, friction.mean(axis=0).tolist(), strict=True))
-        runs.append(SimulatedRun(task, recording, exact, levels, np.abs(q - wanted).max(axis=0)))
+        mean = dict(zip(dry, friction.mean(axis=0).tolist(), strict=True))
+        runs.append(SimulatedRun(task, recording, exact, mean, np.abs(q - path).max(axis=0)))
     return Experiment(robot, disturbances, phases, gains, seed, tuple(runs))
