@@ -113,7 +113,7 @@ def view_of(
         raise InputError("a view needs finite positions at every time")
     picked = _picked(motion)
     frames = tuple(frames_at(robot, q.tolist()) for q in motion.q[picked])
-    meshes, drawn_links, notes = looks_of(robot, _LINK)
+    meshes, drawn_links, notes = looks_of(robot)
     touched = np.zeros((len(picked), robot.n), dtype=bool)  # joints at a limit between the shown times
     if problem is not None:
         touched = np.logical_or.reduceat(room_over_time(problem, motion) < _TOUCHED, picked, axis=0)
@@ -240,7 +240,7 @@ def _affine(axes: Array, origin: Array) -> Array:
     return np.vstack([np.column_stack([axes, origin]), [0.0, 0.0, 0.0, 1.0]])
 
 
-def looks_of(robot: Robot, colour: Colour) -> tuple[list[Shape], set[int], list[str]]:
+def looks_of(robot: Robot) -> tuple[list[Shape], set[int], list[str]]:
     """Meshes of a robot's links, the numbers of the links that have them, and what could not be drawn."""
     links = robot.links.meshes if robot.links is not None else ()
     most = _FACES // max(sum(map(len, links)), 1)
@@ -250,7 +250,7 @@ def looks_of(robot: Robot, colour: Colour) -> tuple[list[Shape], set[int], list[
         try:
             for mesh in meshes:
                 name = f"link {number}/mesh {len(own) + 1}"
-                own.append(Shape(name, number, coarse(_placed(mesh), most), colour))
+                own.append(Shape(name, number, coarse(_placed(mesh), most), _LINK))
             shapes += own
         except InputError as failure:
             failures.setdefault(str(failure), mesh.file)
