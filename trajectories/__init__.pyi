@@ -23,12 +23,11 @@ from .design.search import Floor as Floor
 from .motions.family import JointBounds
 from .motions.family import Plan as Plan
 from .motions.fourier import Fourier, FourierShape, NearShape
-from .motions.point_to_point import PointToPoint, plan_point_to_point
-from .motions.rests import StaticShape
+from .motions.planned import PointToPoint, SampledTrajectory, plan_point_to_point
+from .motions.planned import joined as joined
 from .motions.via_points import Quintic as Quintic
-from .motions.via_points import SampledTrajectory, Trapezoid, ViaPoints, ViaPointShape, random_via_points
 from .motions.via_points import Segment as Segment
-from .motions.via_points import joined as joined
+from .motions.via_points import StaticShape, Trapezoid, ViaPoints, ViaPointShape, random_via_points
 from .motions.via_points import random_points as random_points
 from .simulation import CONTROLLERS as CONTROLLERS
 from .simulation import RX90_DISTURBANCES as RX90_DISTURBANCES

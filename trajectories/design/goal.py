@@ -34,8 +34,7 @@ from ...model.regressors import own_regressor, payload_columns
 from ...model.visibility import check_mass_visible, friction_columns, visibility_of
 from ..motions.family import JointBounds, Plan, Samples
 from ..motions.fourier import FourierShape, FreeSeries, NearShape
-from ..motions.rests import FreeRests, StaticShape
-from ..motions.via_points import FreeViaPoints, ViaPoints, ViaPointShape
+from ..motions.via_points import FreeRests, FreeViaPoints, StaticShape, ViaPoints, ViaPointShape
 
 Shape = ViaPointShape | FourierShape | NearShape | StaticShape
 """Kinds of motion among which a design chooses: each is a small value that stands for a family."""

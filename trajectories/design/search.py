@@ -18,8 +18,7 @@ from ...common import Array, Brief, Document, Float, Speaks, one_thread
 from ...model import Motion
 from ..motions.family import FreeStates, Plan, Samples
 from ..motions.fourier import FreeSeries, NearShape
-from ..motions.rests import FreeRests
-from ..motions.via_points import FreeViaPoints
+from ..motions.via_points import FreeRests, FreeViaPoints
 from .descent import FINE_WIDTH, WIDTH, Lagrangian, by_matrix, by_steps
 from .limits import LimitCheck, Penalty, excess
 from .problem import DesignProblem
