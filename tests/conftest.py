@@ -140,7 +140,7 @@ def _kernels_of_one_kind(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         from dynident.trajectories import simulation
         from dynident.trajectories.design import goal, limits, scene
 
-        trajectory_code = goal.regressor_kernel, limits._kernel, scene._kernels, simulation._torque_code
+        trajectory_code = goal.regressor_kernel, limits._kernel, scene._kernel, simulation._torque_code
         for cached in (*trajectory_code, observer.equation_code):
             cached.cache_clear()
 

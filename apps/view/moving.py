@@ -30,7 +30,7 @@ from ...model.robot import Mesh
 from ...model.stand_in import cylinder_radius
 from ...trajectories import DesignProblem, Scene
 from ...trajectories.design.scene import tubes
-from ...trajectories.design.score import room_over_time, taught_over_time
+from ...trajectories.design.score import over_time
 from ..extras import extra
 from ..numbers import quaternion
 
@@ -114,9 +114,10 @@ def view_of(
     picked = _picked(motion)
     frames = tuple(frames_at(robot, q.tolist()) for q in motion.q[picked])
     meshes, drawn_links, notes = looks_of(robot)
-    touched = np.zeros((len(picked), robot.n), dtype=bool)  # joints at a limit between the shown times
+    touched, taught = np.zeros((len(picked), robot.n), dtype=bool), np.zeros(len(motion.t))
     if problem is not None:
-        touched = np.logical_or.reduceat(room_over_time(problem, motion) < _TOUCHED, picked, axis=0)
+        room, taught = over_time(problem, motion)
+        touched = np.logical_or.reduceat(room < _TOUCHED, picked, axis=0)  # at a limit between the shown times
     radius = cylinder_radius(robot)
     bare = (tube for tube in tubes(robot, _THICK * radius) if tube.link not in drawn_links)
     shapes = [Shape(tube.name, tube.link, capsule(tube.start, tube.end, tube.radius), _LINK) for tube in bare]
@@ -150,8 +151,7 @@ def view_of(
     moves = len(path) > 1
     colours = np.tile(np.array(_PATH, dtype=np.uint8), (len(path) - 1, 1))
     if problem is not None and moves:  # pale where a second teaches little, red where it teaches most
-        taught = np.add.reduceat(taught_over_time(problem, motion), drawn[:-1])
-        rate = taught / np.maximum(np.diff(motion.t[drawn]), 1e-9)
+        rate = np.add.reduceat(taught, drawn[:-1]) / np.maximum(np.diff(motion.t[drawn]), 1e-9)
         ratio = np.sqrt(rate / max(float(rate.max()), 1e-300))[:, None]
         colours = np.asarray((1.0 - ratio) * np.array(_LITTLE) + ratio * np.array(_MUCH)).astype(np.uint8)
     title = (robot.title or robot.name) + (f", {motion.t[-1] - motion.t[0]:.3g} s" if moves else "")

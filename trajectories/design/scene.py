@@ -30,6 +30,7 @@ _UNIT = 0.1  # m
 _THICK = 0.6  # radius of a tube that stands for a link, of the stand-in's cylinder: some 5 % of the arm's length
 _POSES, _OFTEN = 300, 0.3  # random poses, and the fraction of them at which tubes may touch
 _LEVEL = 0.7  # cosine between gravity and the base's axis
+_kernel = lru_cache(maxsize=32)(Kernel)  # of each function once
 _MOUNTS = ("floor at the base's height", "wall that it hangs on", "ceiling that it hangs from")
 
 _Name = Annotated[str, Meta(min_length=1)]
@@ -168,17 +169,12 @@ def clearance(robot: Robot, scene: Scene) -> Limit:
 
 
 def _distances(robot: Robot, scene: Scene, state: Samples) -> tuple[Array, Pullback]:
-    distance, adjoint = _kernels(robot, scene)
+    distance, adjoint = map(_kernel, _functions(robot, scene)[:2])
 
     def pullback(slope: Array, into: Samples) -> None:
         into.q[...] += adjoint(state.q, slope / _UNIT).T
 
     return distance(state.q).T / _UNIT, pullback
-
-
-@lru_cache(maxsize=16)
-def _kernels(robot: Robot, scene: Scene) -> tuple[Kernel, ...]:
-    return tuple(map(Kernel, _functions(robot, scene)[:2]))
 
 
 @lru_cache(maxsize=16)

@@ -22,7 +22,7 @@ from ..motions.via_points import FreeRests, FreeViaPoints
 from .descent import FINE_WIDTH, WIDTH, Lagrangian, by_matrix, by_steps
 from .limits import LimitCheck, Penalty, excess
 from .problem import DesignProblem
-from .score import TOLERANCE, Learnt, Score, harder, kept_throughout, score_of, score_samples
+from .score import TOLERANCE, Learnt, Score, harder, kept_throughout, score_motion, score_of
 
 _MARGIN, _FLOOR_MARGIN = 0.01, 1e-3  # of a limit, between samples; the settling adapts it
 _ASTRAY = 0.1  # in the limits' units: what violates more after the first look seldom comes back
@@ -126,7 +126,7 @@ def solve_design(
         search = replace(search, problem=further, begin=found[0], best=None)
         search.run(1)
         x, score = search.found
-        x, score, missed = kept_throughout(problem, x, score_samples(problem, score.samples))
+        x, score, missed = kept_throughout(problem, x, score_motion(problem, score.samples))
     cpu, stopped = time.process_time() - search.begun, search.interrupted or begun < starts
     plan, (run, rehearsal) = problem.family.plan(x), missed
     return Design(problem, plan, score, seed, begun, search.evaluations, cpu, stopped, run + rehearsal)
@@ -323,7 +323,7 @@ def floor_under(
         terms = partial(free.criterion_term, order=order), course
         course.x = by_steps(partial(free.evaluate, width=width, terms=terms), course.x, family, _FLOOR_ITERATIONS)
         course.update(width)
-    value = score_samples(free, family.sample(course.x)).value
+    value = score_motion(free, family.sample(course.x)).value
     if not problem.criterion.weighted:
         return Floor(value, reached - value, count, None)
     # The dual: C is convex in G and M its slope there, so that C(G') >= C(G) + tr M (G' - G), where G' is a mean
