@@ -120,13 +120,12 @@ def solve_design(
     starts = problem.criterion.usual_starts if starts is None else starts
     search = _Search(problem, np.random.default_rng(seed), progress, time.process_time())
     search.run(starts)
-    begun, found = search.starts, search.found
-    x, score, missed = kept_throughout(problem, *found)
+    begun = search.starts
+    x, score, missed = kept_throughout(problem, search.found, score_of(problem, search.found))
     if not search.interrupted and (further := harder(problem, missed)) is not None:
-        search = replace(search, problem=further, begin=found[0], best=None)
+        search = replace(search, problem=further, begin=search.found, best=None)
         search.run(1)
-        x, score = search.found
-        x, score, missed = kept_throughout(problem, x, score_motion(problem, score.samples))
+        x, score, missed = kept_throughout(problem, search.found, score_of(problem, search.found))
     cpu, stopped = time.process_time() - search.begun, search.interrupted or begun < starts
     plan, (run, rehearsal) = problem.family.plan(x), missed
     return Design(problem, plan, score, seed, begun, search.evaluations, cpu, stopped, run + rehearsal)
@@ -164,19 +163,15 @@ class _Search:
                 self.by_matrix, self.turns = True, 14
 
     @property
-    def found(self) -> tuple[Array, Score]:
-        """Best motion and its score; a random start if the search was interrupted before its first look."""
-        return self.best or self.consider(self._first(), "random start")
+    def found(self) -> Array:
+        """Best motion; a random start if the search was interrupted before its first look."""
+        return (self.best or self.consider(self._first(), "random start"))[0]
 
     def run(self, starts: int) -> None:
-        """Improve random starts, or the one that is given, for a while, the best to the end, unless interrupted."""
-        try:
-            self._finish(self._best_start(starts) if self.begin is None else self._begun(1))
-        except (KeyboardInterrupt, TimeoutError):
-            self.interrupted = True
+        """Improve random starts, or the one that is given, for a while, the best to the end, unless interrupted.
 
-    def _finish(self, course: Lagrangian) -> None:
-        """Refine a start, then settle it within its limits, or else by making it slower and smaller."""
+        The best is refined, then settled within its limits, or else by making it slower and smaller.
+        """
         order, last = self.problem.criterion.orders[-1], np.nan
 
         def gains(width: float, iterations: int, text: str) -> bool:
@@ -186,18 +181,22 @@ class _Search:
             before, last = last, score.value if score.feasible else np.nan
             return not before - last <= self.gain
 
-        for stage in range(self.stages - 1):
-            if not gains(WIDTH, self.refined, f"refined {stage + 1}"):
-                break
-        gains(FINE_WIDTH, self.refined, f"refined {self.stages}")
-        for turn in range(self.turns):
-            if course.settle() or not gains(FINE_WIDTH, self.settled, f"settled {turn + 1}"):
-                return
-        for x in (course.x, self.found[0]):
-            slower, smaller = _overstepped(score_of(self.problem, x))
-            steps = _MORE ** np.arange(_EASES)
-            eased = (self.problem.family.eased(x, 1.0 + k * (slower - 1.0), smaller**k) for k in steps)
-            self.consider(next((y for y in eased if score_of(self.problem, y).feasible), x), "drawn back")
+        try:
+            course = self._best_start(starts) if self.begin is None else self._begun(1)
+            for stage in range(self.stages - 1):
+                if not gains(WIDTH, self.refined, f"refined {stage + 1}"):
+                    break
+            gains(FINE_WIDTH, self.refined, f"refined {self.stages}")
+            for turn in range(self.turns):
+                if course.settle() or not gains(FINE_WIDTH, self.settled, f"settled {turn + 1}"):
+                    return
+            for x in (course.x, self.found):
+                slower, smaller = _overstepped(score_of(self.problem, x))
+                steps = _MORE ** np.arange(_EASES)
+                eased = (self.problem.family.eased(x, 1.0 + k * (slower - 1.0), smaller**k) for k in steps)
+                self.consider(next((y for y in eased if score_of(self.problem, y).feasible), x), "drawn back")
+        except (KeyboardInterrupt, TimeoutError):
+            self.interrupted = True
 
     def _best_start(self, starts: int) -> Lagrangian:
         """Find the most promising of some random starts: all are improved, the best third of them further."""
