@@ -93,15 +93,11 @@ class IdentifiedArm:
         count = max(1, int(np.ceil(step / _STEP - 1e-9)), stable_steps(max(rate, stiffness**0.5), step))
         if count > _FINEST:
             j = int(np.argmax(np.diagonal(matrices[0], axis1=1, axis2=2).max(axis=0))) + 1
-            advice = (
-                f"is its rotor inertia IA{j} missing, or at its bound of zero? Identify it with a motion that "
-                f"accelerates joint {j} more"
-            )
+            more = f"Identify it with a motion that accelerates joint {j} more"
+            advice = f"is its rotor inertia IA{j} missing, or at its bound of zero? {more}"
             if self.robot.drives.side == "link":
-                advice = (
-                    "sensors on the link side see no rotor, and the links alone weigh too little: open loop judges "
-                    "nothing here, the torques of 'dynident identify --validate' do"
-                )
+                judge = "open loop judges nothing here, the torques of 'dynident identify --validate' do"
+                advice = f"sensors on the link side see no rotor, and the links alone weigh too little: {judge}"
             fault = f"friction of joint {j} of {self.robot.name} is too fast to integrate ({rate:.0f} 1/s)"
             raise InputError(f"{fault}: {advice}")
         settings = np.concatenate([[step / count, 0.5 * _BANDWIDTH, 2.0 * _BANDWIDTH, 0.0], inertia, np.zeros(n)])
@@ -255,10 +251,8 @@ def roll_out_all(
         path, followed = arm.followed(motion.q[windows], np.gradient(motion.q, step, axis=0)[windows], step)
         joined, speeds = slice(lead, lead + pieces * length), np.abs(motion.qd)
         fast = speeds[joined] >= least_speed(speeds.max(axis=0), processing)
-        torque, replayed = (
-            np.where(fast, lowpass(torques, step, cutoff, recording.source), 0.0)
-            for torques in (measured.torque[joined], followed[:, lead:].reshape(-1, robot.n))
-        )
+        torques = measured.torque[joined], followed[:, lead:].reshape(-1, robot.n)
+        torque, replayed = (np.where(fast, lowpass(x, step, cutoff, recording.source), 0.0) for x in torques)
         missed, norms = np.linalg.norm(replayed - torque, axis=0), np.linalg.norm(torque, axis=0)
         with np.errstate(all="ignore"):
             joints = np.where(norms > 0.0, missed / norms, np.nan)

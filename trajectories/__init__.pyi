@@ -25,7 +25,6 @@ from .motions.fourier import Fourier, FourierShape, NearShape
 from .motions.planned import PointToPoint, SampledTrajectory, plan_point_to_point
 from .motions.planned import joined as joined
 from .motions.via_points import Quintic as Quintic
-from .motions.via_points import Segment as Segment
 from .motions.via_points import StaticShape, Trapezoid, ViaPoints, ViaPointShape, random_via_points
 from .motions.via_points import random_points as random_points
 from .simulation import CONTROLLERS as CONTROLLERS

@@ -178,10 +178,9 @@ def ground_of(robot: Robot, frames: Sequence[tuple[Pose, ...]], scene: Scene) ->
     """
     first, radius = frames[0][0], cylinder_radius(robot)
     lowest = min(float(pose.p[2]) for poses in frames for pose in poses)
-    levels = []
-    for surface in scene.surfaces:
-        up = first.R @ surface.normal / np.linalg.norm(surface.normal)
-        levels += [surface.offset + float(up @ first.p)] if up[2] > 1.0 - _LEVEL else []
+    normals = [first.R @ surface.normal / np.linalg.norm(surface.normal) for surface in scene.surfaces]
+    sides = [(surface.offset, up) for surface, up in zip(scene.surfaces, normals, strict=True)]
+    levels = [offset + float(up @ first.p) for offset, up in sides if up[2] > 1.0 - _LEVEL]
     floor = max((level for level in levels if level <= 0.0), default=None)  # under the base's origin
     height = floor if floor is not None else lowest - radius if lowest < -radius else 0.0
     if height > -radius:
@@ -310,12 +309,10 @@ def open_view(view: View) -> str:
 def html_of(view: View) -> str:
     """The view as HTML: made by a server on a free port of this machine alone, which says nothing."""
     viser = require_viewer()
-    with contextlib.redirect_stdout(io.StringIO()):
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.ExitStack() as at_last:
         server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
-        try:
-            page = _played(server, view)
-        finally:
-            server.stop()
+        at_last.callback(server.stop)
+        page = _played(server, view)
     mark = '<div><span style="color:rgb{}">&#9632;</span> {}</div>'
     rows = "".join(mark.format(colour, escape(text)) for colour, text in view.legend)
     style = "position:fixed;left:8px;bottom:52px;padding:6px 10px;background:#fffd;color:#222;font:12px sans-serif;"

@@ -15,7 +15,7 @@ from msgspec import field
 
 from ...common import Array, Brief, Document, InputError, decomposed
 from ...common.linear import condition_numbers
-from ...model import Motion, Robot, inverse_dynamics, standard_columns
+from ...model import Motion, Robot, inverse_dynamics
 from ...model.kernel.kernel import Kernel
 from ..motions.family import Plan, Samples, sample_count
 from ..motions.fourier import Fourier, NearShape
@@ -173,12 +173,11 @@ def load_torques(problem: DesignProblem, motion: Motion) -> dict[str, Array]:
             ends = ("",) if len(parts) == 1 else ("largest ", "smallest ")  # the limit stands for many payloads
             torques |= {f"{end}{limit.name}": part for end, part in zip(ends, parts, strict=True)}
         return torques
-    known, names = problem.robot.parameters, standard_columns(problem.robot)
-    if not all(name in known for name in names):
+    robot = problem.robot
+    if not all(name in robot.parameters for name in robot.standard):
         return {}
-    dynamics, torque = Kernel(inverse_dynamics(problem.robot)), np.zeros(motion.q.shape)
-    chi = np.array([known[name] for name in names])
-    torque[:, dynamics.rows] = dynamics(motion.q, motion.qd, motion.qdd, chi).T
+    dynamics, torque = Kernel(inverse_dynamics(robot)), np.zeros(motion.q.shape)
+    torque[:, dynamics.rows] = dynamics(motion.q, motion.qd, motion.qdd, robot.chi()).T
     return {"torque": torque}
 
 
