@@ -178,9 +178,9 @@ def ground_of(robot: Robot, frames: Sequence[tuple[Pose, ...]], scene: Scene) ->
     """
     first, radius = frames[0][0], cylinder_radius(robot)
     lowest = min(float(pose.p[2]) for poses in frames for pose in poses)
-    normals = [first.R @ surface.normal / np.linalg.norm(surface.normal) for surface in scene.surfaces]
-    sides = [(surface.offset, up) for surface, up in zip(scene.surfaces, normals, strict=True)]
-    levels = [offset + float(up @ first.p) for offset, up in sides if up[2] > 1.0 - _LEVEL]
+    ups = [first.R @ surface.normal / np.linalg.norm(surface.normal) for surface in scene.surfaces]
+    sides = zip(scene.surfaces, ups, strict=True)
+    levels = [surface.offset + float(up @ first.p) for surface, up in sides if up[2] > 1.0 - _LEVEL]
     floor = max((level for level in levels if level <= 0.0), default=None)  # under the base's origin
     height = floor if floor is not None else lowest - radius if lowest < -radius else 0.0
     if height > -radius:
