@@ -60,12 +60,15 @@ class IdentifiedArm:
         """Prepare the integration; ``values``: of ``base.columns``."""
         from ..trajectories.simulation import integration_step  # loads what simulations need
 
-        self.robot, self._chi = robot, values
-        known = dict(zip(base.columns, values, strict=True))
+        n, known = robot.n, dict(zip(base.columns, values, strict=True))
+        self.robot, self._chi, self._step = robot, values, Kernel(integration_step(robot, base, 0))
         self._level = np.array([known.get(name, 0.0) for name in dry_friction_names(robot)])
-        self._friction = smooth_dry_friction(robot, SMOOTHING)
-        self._forward = forward_dynamics_base(robot, base, SMOOTHING)
-        self._step = Kernel(integration_step(robot, base, 0))
+        x, torque = ca.SX.sym("x", n), ca.SX.sym("torque", n)
+        friction = smooth_dry_friction(robot, SMOOTHING)(x, self._level)
+        slopes = ca.Function("slope", [x], [ca.densify(ca.jacobian(friction, x))])
+        self._friction_slopes = np.array(slopes(np.zeros(n)))
+        acceleration = forward_dynamics_base(robot, base, SMOOTHING)(x, ca.SX.zeros(n), torque, values)
+        self._mobility = ca.Function("mobility", [x, torque], [ca.densify(ca.jacobian(acceleration, torque))])
 
     def positions(self, q: Array, qd: Array, torque: Array, step: float) -> Array:
         """Positions under torques alone; see ``Predict``."""
@@ -74,7 +77,7 @@ class IdentifiedArm:
 
     def followed(self, q: Array, qd: Array, step: float) -> tuple[Array, Array]:
         """Positions and torques of a critically damped controller that follows paths, S x K x n."""
-        inertia = np.mean([np.diag(np.linalg.inv(mobility)) for mobility in self._mobilities(q)], axis=0)
+        inertia = np.mean(np.diagonal(np.linalg.inv(self._mobilities(q)), axis1=1, axis2=2), axis=0)
         return self._run(q[:, 0], qd[:, 0], np.concatenate([q, qd, np.zeros_like(q)], axis=2), step, inertia)
 
     def _run(self, q: Array, qd: Array, path: Array, step: float, inertia: Array) -> tuple[Array, Array]:
@@ -83,24 +86,17 @@ class IdentifiedArm:
 
         # Steps per sample that integrate the stiffest mode stably: dry friction about rest, or the controller.
         n, samples, mobilities = self.robot.n, path.shape[1], self._mobilities(q)
-        speed = ca.SX.sym("qd", n)
-        slope = ca.jacobian(self._friction(speed, self._level), speed)
-        slopes = np.array(ca.Function("slope", [speed], [ca.densify(slope)])(np.zeros(n)))
-        damping, stiffness = slopes + np.diag(2.0 * _BANDWIDTH * inertia), np.diag(_BANDWIDTH**2 * inertia)
-        rate = max(np.abs(np.linalg.eigvals(mobility @ damping)).max() for mobility in mobilities)
-        spring = max(np.abs(np.linalg.eigvals(mobility @ stiffness)).max() ** 0.5 for mobility in mobilities)
-        count = max(1, int(np.ceil(step / _STEP - 1e-9)), stable_steps(max(rate, spring), step))
+        damping = self._friction_slopes + np.diag(2.0 * _BANDWIDTH * inertia)
+        matrices = mobilities @ damping, mobilities @ np.diag(_BANDWIDTH**2 * inertia)
+        rate, stiffness = (float(np.abs(np.linalg.eigvals(matrix)).max()) for matrix in matrices)
+        count = max(1, int(np.ceil(step / _STEP - 1e-9)), stable_steps(max(rate, stiffness**0.5), step))
         if count > _FINEST:
-            j = int(np.argmax(np.max([np.diag(m @ damping) for m in mobilities], axis=0))) + 1
-            advice = (
-                f"is its rotor inertia IA{j} missing, or at its bound of zero? Identify it with a motion that "
-                f"accelerates joint {j} more"
-            )
+            j = int(np.argmax(np.diagonal(matrices[0], axis1=1, axis2=2).max(axis=0))) + 1
+            more = f"Identify it with a motion that accelerates joint {j} more"
+            advice = f"is its rotor inertia IA{j} missing, or at its bound of zero? {more}"
             if self.robot.drives.side == "link":
-                advice = (
-                    "sensors on the link side see no rotor, and the links alone weigh too little: open loop judges "
-                    "nothing here, the torques of 'dynident identify --validate' do"
-                )
+                judge = "open loop judges nothing here, the torques of 'dynident identify --validate' do"
+                advice = f"sensors on the link side see no rotor, and the links alone weigh too little: {judge}"
             fault = f"friction of joint {j} of {self.robot.name} is too fast to integrate ({rate:.0f} 1/s)"
             raise InputError(f"{fault}: {advice}")
         settings = np.concatenate([[step / count, 0.5 * _BANDWIDTH, 2.0 * _BANDWIDTH, 0.0], inertia, np.zeros(n)])
@@ -125,15 +121,12 @@ class IdentifiedArm:
                 x = states[-1]
         return positions, torques
 
-    def _mobilities(self, q: Array) -> list[Array]:
-        """Inverses of the inertia matrix at some states of paths S x K x n, n x n each."""
+    def _mobilities(self, q: Array) -> Array:
+        """Inverses of the inertia matrix at some states of paths S x K x n, states x n x n."""
         n, states = self.robot.n, q.reshape(-1, self.robot.n)
         picked = states[np.linspace(0, len(states) - 1, min(_STATES, len(states))).astype(int)]
-        x, torque = ca.SX.sym("q", n), ca.SX.sym("torque", n)
-        slope = ca.jacobian(self._forward(x, ca.SX.zeros(n), torque, self._chi), torque)
-        mobility = ca.Function("mobility", [x, torque], [ca.densify(slope)])
-        mobilities = [np.array(mobility(state, np.zeros(n))) for state in picked]
-        if not all(np.linalg.eigvalsh(0.5 * (M + M.T))[0] > 0.0 for M in mobilities):
+        mobilities = np.array([np.array(self._mobility(state, np.zeros(n))) for state in picked])
+        if not (np.linalg.eigvalsh(0.5 * (mobilities + mobilities.swapaxes(1, 2))) > 0.0).all():
             fault = f"the parameters of {self.robot.name} are of no robot that can move"
             advice = "Identify with --constrained prior, or over a motion that excites it more"
             raise InputError(f"{fault}: its inertia matrix is not positive definite. {advice}")
@@ -229,15 +222,15 @@ def roll_out_all(
         last = size - count - edge
         number = min(_STARTS, max(1, int((last - edge) * step / _APART)))
         starts = np.linspace(edge, max(last, edge), number).astype(np.intp)
-        windows = starts[:, None] + np.arange(count)
-        q, qd, torque = motion.q[starts], motion.qd[starts], measured.torque[windows]
-        truth = motion.q[windows]
-        by = {}
+        q, qd, torque = motion.q[starts], motion.qd[starts], measured.torque[starts[:, None] + np.arange(count)]
+        truth = motion.q[starts[:, None] + samples]
         label = partial("{}: {}".format, recording.source)
-        for name in each(list(models), label, settings.progress):
-            by[name] = _rms(models[name](q, qd, torque, step) - truth)[:, samples]
-        ahead = q[:, None] + qd[:, None] * (step * np.arange(count))[:, None]
-        by[CONSTANT] = _rms(ahead - truth)[:, samples]
+        names = each(list(models), label, settings.progress)
+        predicted = {name: models[name](q, qd, torque, step)[:, samples] for name in names}
+        predicted[CONSTANT] = q[:, None] + qd[:, None] * (step * samples)[:, None]
+        with np.errstate(all="ignore"):
+            rms = {name: np.sqrt(np.mean(np.square(x - truth), axis=2)) for name, x in predicted.items()}
+        by = {name: np.nan_to_num(x, nan=np.inf, posinf=np.inf) for name, x in rms.items()}  # some starts run away
         resting = np.max(np.abs(qd), axis=1) < processing.still_speed
         settings.progress(f"{recording.source}: growth of errors, replay")
         growth, until = float("nan"), round(GROWTH_TIME / step) + 1
@@ -247,7 +240,7 @@ def roll_out_all(
             ends = [arm.positions(start, qd, torque[:, :until], step)[:, -1] for start in (q, q + nudge)]
             with np.errstate(all="ignore"):
                 grown = np.linalg.norm(ends[1] - ends[0], axis=1) / _NUDGE
-            growth = float(np.median(np.where(np.isfinite(grown), grown, np.inf)))
+            growth = float(np.median(np.nan_to_num(grown, nan=np.inf, posinf=np.inf)))
         # Replay: the path is followed in overlapping pieces, all at once; torques are compared below the cut-off.
         lead = min(round(_LEAD / step), size // 4)
         length = min(round(_SEGMENT / step), size - lead)
@@ -257,10 +250,8 @@ def roll_out_all(
         path, followed = arm.followed(motion.q[windows], np.gradient(motion.q, step, axis=0)[windows], step)
         joined, speeds = slice(lead, lead + pieces * length), np.abs(motion.qd)
         fast = speeds[joined] >= least_speed(speeds.max(axis=0), processing)
-        torque, replayed = (
-            np.where(fast, lowpass(torques, step, cutoff, recording.source), 0.0)
-            for torques in (measured.torque[joined], followed[:, lead:].reshape(-1, robot.n))
-        )
+        torques = measured.torque[joined], followed[:, lead:].reshape(-1, robot.n)
+        torque, replayed = (np.where(fast, lowpass(x, step, cutoff, recording.source), 0.0) for x in torques)
         missed, norms = np.linalg.norm(replayed - torque, axis=0), np.linalg.norm(torque, axis=0)
         with np.errstate(all="ignore"):
             joints = np.where(norms > 0.0, missed / norms, np.nan)
@@ -279,10 +270,3 @@ def roll_out_all(
         )
         rollouts.append(told.made_by(errors))
     return tuple(rollouts)
-
-
-def _rms(difference: Array) -> Array:
-    """Root mean square over the joints, the last axis; inf where a start ran away."""
-    with np.errstate(all="ignore"):
-        rms = np.sqrt(np.mean(np.square(difference), axis=2))
-    return np.where(np.isfinite(rms), rms, np.inf)

@@ -9,9 +9,8 @@ from .design.goal import Shape as Shape
 from .design.goal import assumed_noise as assumed_noise
 from .design.goal import second_pose as second_pose
 from .design.limits import Loads, PayloadSet
-from .design.problem import DesignProblem, build_design
-from .design.scene import Scene, read_scene
-from .design.scene import usual_scene as usual_scene
+from .design.problem import DesignProblem, Scene, build_design, read_scene
+from .design.problem import usual_scene as usual_scene
 from .design.score import REHEARSAL as REHEARSAL
 from .design.score import Rung as Rung
 from .design.score import Score, score_motion
@@ -23,12 +22,10 @@ from .design.search import Floor as Floor
 from .motions.family import JointBounds
 from .motions.family import Plan as Plan
 from .motions.fourier import Fourier, FourierShape, NearShape
-from .motions.point_to_point import PointToPoint, plan_point_to_point
-from .motions.rests import StaticShape
+from .motions.planned import PointToPoint, SampledTrajectory, plan_point_to_point
+from .motions.planned import joined as joined
 from .motions.via_points import Quintic as Quintic
-from .motions.via_points import SampledTrajectory, Trapezoid, ViaPoints, ViaPointShape, random_via_points
-from .motions.via_points import Segment as Segment
-from .motions.via_points import joined as joined
+from .motions.via_points import StaticShape, Trapezoid, ViaPoints, ViaPointShape, random_via_points
 from .motions.via_points import random_points as random_points
 from .simulation import CONTROLLERS as CONTROLLERS
 from .simulation import RX90_DISTURBANCES as RX90_DISTURBANCES

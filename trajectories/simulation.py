@@ -277,107 +277,11 @@ class Task(NamedTuple):
     Attributes:
         reference: what the robot is to do.
         payload: fixed to the last link, in the robot's payload frame.
-        friction: at each sample [N·m or N], its columns ``dry_friction_names``, the last row holding on; None for
-            the robot's own at all times.
     """
 
     name: str
     reference: Plan
     payload: InertialParameters | None = None
-    friction: Array | None = None
-
-
-def closed_loop(
-    robot: Robot,
-    tasks: Sequence[Task],
-    controller: Controller,
-    disturbances: Disturbances,
-    phases: Array,
-    progress: Callable[[float], None] | None = None,
-) -> list[tuple[Measurement, Array]]:
-    """Simulate a robot, its controller and its gears in all tasks side by side; no task has an effect on another.
-
-    For each it gives the exact motion with the motor torques, and the reference positions (N, n).
-
-    Args:
-        robot: with all its parameters.
-        disturbances: only the ripple acts.
-        phases: of the ripple [rad], n x waves.
-
-    Raises:
-        InputError: if the robot cannot move, friction is too fast to integrate, or the controller loses the robot.
-    """
-    n, rate, plant, rotors = robot.n, controller.rate, robot, np.zeros(robot.n)
-    if robot.drives.side == "link":
-        # Sensors behind the gears see no rotor, but the arm turns them.
-        rotors = rotor_inertias(robot, robot.parameters)
-        plant = with_rotors(robot, rotors)
-    base, dry, matrices = base_parameters(plant), dynamics.dry_friction_names(plant), inertia_matrices(plant)
-    inertia = np.diagonal(matrices, axis1=1, axis2=2).mean(axis=0)
-    # So many steps a sample integrate the stiffest mode, dry friction about rest, stably.
-    dry_torque, speeds = dynamics.smooth_dry_friction(plant, dynamics.SMOOTHING), ca.SX.sym("qd", n)
-    resisting = dry_torque(speeds, [plant.parameters[name] for name in dry])
-    slope = ca.Function("slope", [speeds], [ca.densify(ca.jacobian(resisting, speeds))])
-    damping = np.array(slope(0.0)) + np.diag(inertia * (controller.speed + controller.position))
-    if np.linalg.eigvalsh(matrices[:_STIFF]).min() <= 0.0:
-        fault = "its parameters give an inertia matrix that is not positive definite"
-        raise InputError(f"robot {robot.name!r} cannot move: {fault}: correct the inertias in its description")
-    # Rates of A qdd = -D qd: the eigenvalues of A^-1 D.
-    fastest = float(np.abs(np.linalg.eigvals(np.linalg.inv(matrices[:_STIFF]) @ damping)).max())
-    steps = max(_FEWEST, dynamics.stable_steps(fastest, 1.0 / rate))
-    if steps > _FINEST:
-        fault = f"robot {robot.name!r}: friction about rest has a rate of {fastest:.0f} 1/s, too fast to integrate"
-        raise InputError(f"{fault}: are its rotor inertias (IA) missing?")
-    gains = [1.0 / (rate * steps), controller.position, controller.speed, controller.integral]
-    settings = np.concatenate([gains, inertia, disturbances.ripple, disturbances.waves, phases.T.ravel()])
-    step = Kernel(integration_step(plant, base, len(disturbances.waves)))
-    model_torque = Kernel(dynamics.inverse_dynamics_base(plant, base))
-    bodies = (None, *(task.payload for task in tasks))
-    values = (dict(zip(plant.standard, plant.chi(payload=body), strict=True)) for body in bodies)
-    bare, *loads = (base.value(of_body | dict.fromkeys(dry, 0.0)) for of_body in values)
-    loaded = np.array(loads)
-    halves, moving = 2 * steps, float(controller.compensates == "motion")
-    counts = np.array([sample_count(task.reference.duration, rate) for task in tasks])
-    own = np.array([[robot.parameters[name] for name in dry]])
-    frictions = [own if task.friction is None else np.asarray(task.friction) for task in tasks]
-    state = np.zeros((len(tasks), 3 * n))
-    state[:, :n] = [task.reference.at(np.zeros(1))[0][0] for task in tasks]
-    log = np.zeros((int(counts.max()), len(tasks), 5 * n))  # q, qd, torque, qdd, reference
-    first = -round(_SETTLE * rate)
-    for start in range(first, len(log), _CHUNK):
-        # Runs that have not ended go on for some samples.
-        stop, active = min(start + _CHUNK, len(log)), np.flatnonzero(counts > start).tolist()
-        # Positions, speeds and feed-forward at every half step.
-        t, sample = np.arange(start * halves, stop * halves + 1) / (rate * halves), np.arange(start, stop)
-        known = dict[int, Array]()  # once for runs on the same reference
-        for plan in {id(tasks[k].reference): tasks[k].reference for k in active}.values():
-            q, qd, qdd = plan.at(t)
-            torque = model_torque(q, moving * qd, moving * qdd, bare).T
-            known[id(plan)] = np.hstack([q, qd, controller.feed_forward * torque])
-        reference = np.stack([known[id(tasks[k].reference)] for k in active], axis=1)
-        wanted = (reference[k : len(reference) - 2 + k : 2] for k in range(3))
-        levels = [frictions[k][np.clip(sample, 0, len(frictions[k]) - 1)] for k in active]
-        friction = np.repeat(np.stack(levels, axis=1), steps, axis=0)
-        out = step.chain(state[active], *wanted, loaded[active], friction, settings).swapaxes(1, 2)
-        states = np.concatenate([state[active][None], out[:, :, : 3 * n]])
-        begin, end = max(start, 0), max(stop, 0)
-        at = steps * np.arange(begin - start, end - start)
-        parts = [states[at, :, : 2 * n], out[at, :, 3 * n :], reference[2 * at, :, :n]]
-        log[begin:end, active] = np.concatenate(parts, axis=2)
-        state[active] = states[-1]
-        far = np.abs(states[-1][:, :n] - reference[-1, :, :n])
-        if not (far < _LOST).all():
-            joint = int(np.argmax(np.nan_to_num(far, nan=np.inf).max(axis=0))) + 1
-            fault = f"robot {robot.name!r}: its controller loses joint {joint} at {stop / rate:.2f} s"
-            raise InputError(f"{fault}: make the motion slower or the payload lighter (is its mass in kg?)")
-        if progress:
-            progress((start - first) / (counts.max() - first))
-    finished = []
-    for k, count in enumerate(counts):
-        q, qd, torque, qdd, reference = np.split(log[:count, k], 5, axis=1)
-        motion = Motion(np.arange(count) / rate, q, qd, qdd)
-        finished.append((Measurement(motion, torque - rotors * qdd), reference))
-    return finished
 
 
 def integration_step(robot: Robot, base: BaseParameters, waves: int) -> ca.Function:
@@ -471,23 +375,85 @@ def run_experiment(
     controller: Controller | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Experiment:
-    """Run tasks under the controller and record them, dry friction drawn by the disturbances.
+    """Simulate a robot, its controller and its gears in all tasks side by side, and record them.
 
-    ``seed``: the same seed gives the same recordings.
+    Dry friction is drawn by the disturbances; no task has an effect on another. ``seed``: the same seed gives the
+    same recordings.
 
     Raises:
-        InputError: if the robot's parameters are missing, or its controller loses it.
+        InputError: if parameters are missing, the robot cannot move, friction is too fast to integrate, or the
+            controller loses the robot.
     """
-    robot, controller, runs = completed(robot, limits=False), controller or Controller(), []
+    robot, controller = completed(robot, limits=False), controller or Controller()
     phases, gains = draw_robot_errors(disturbances, seed)
-    frictions, names = [], dynamics.dry_friction_names(robot)
-    for k, task in enumerate(tasks):
-        count = sample_count(task.reference.duration, controller.rate)
-        frictions.append(draw_friction(robot, disturbances, count, controller.rate, [seed, k]))
-    rubbing = [task._replace(friction=friction) for task, friction in zip(tasks, frictions, strict=True)]
-    found = closed_loop(robot, rubbing, controller, disturbances, phases, progress)
-    for k, (task, (exact, reference)) in enumerate(zip(tasks, found, strict=True)):
+    n, rate, plant, rotors = robot.n, controller.rate, robot, np.zeros(robot.n)
+    if robot.drives.side == "link":
+        # Sensors behind the gears see no rotor, but the arm turns them.
+        rotors = rotor_inertias(robot, robot.parameters)
+        plant = with_rotors(robot, rotors)
+    base, dry, matrices = base_parameters(plant), dynamics.dry_friction_names(plant), inertia_matrices(plant)
+    inertia = np.diagonal(matrices, axis1=1, axis2=2).mean(axis=0)
+    # So many steps a sample integrate the stiffest mode, dry friction about rest, stably.
+    dry_torque, speeds = dynamics.smooth_dry_friction(plant, dynamics.SMOOTHING), ca.SX.sym("qd", n)
+    resisting = dry_torque(speeds, [plant.parameters[name] for name in dry])
+    slope = ca.Function("slope", [speeds], [ca.densify(ca.jacobian(resisting, speeds))])
+    damping = np.array(slope(0.0)) + np.diag(inertia * (controller.speed + controller.position))
+    if np.linalg.eigvalsh(matrices[:_STIFF]).min() <= 0.0:
+        fault = "its parameters give an inertia matrix that is not positive definite"
+        raise InputError(f"robot {robot.name!r} cannot move: {fault}: correct the inertias in its description")
+    # Rates of A qdd = -D qd: the eigenvalues of A^-1 D.
+    fastest = float(np.abs(np.linalg.eigvals(np.linalg.inv(matrices[:_STIFF]) @ damping)).max())
+    steps = max(_FEWEST, dynamics.stable_steps(fastest, 1.0 / rate))
+    if steps > _FINEST:
+        fault = f"robot {robot.name!r}: friction about rest has a rate of {fastest:.0f} 1/s, too fast to integrate"
+        raise InputError(f"{fault}: are its rotor inertias (IA) missing?")
+    loop = [1.0 / (rate * steps), controller.position, controller.speed, controller.integral]
+    settings = np.concatenate([loop, inertia, disturbances.ripple, disturbances.waves, phases.T.ravel()])
+    step = Kernel(integration_step(plant, base, len(disturbances.waves)))
+    model_torque = Kernel(dynamics.inverse_dynamics_base(plant, base))
+    bodies = (None, *(task.payload for task in tasks))
+    values = (dict(zip(plant.standard, plant.chi(payload=body), strict=True)) for body in bodies)
+    bare, *loads = (base.value(of_body | dict.fromkeys(dry, 0.0)) for of_body in values)
+    loaded = np.array(loads)
+    halves, moving = 2 * steps, float(controller.compensates == "motion")
+    counts = [sample_count(task.reference.duration, rate) for task in tasks]
+    frictions = [draw_friction(robot, disturbances, count, rate, [seed, k]) for k, count in enumerate(counts)]
+    state = np.zeros((len(tasks), 3 * n))
+    state[:, :n] = [task.reference.at(np.zeros(1))[0][0] for task in tasks]
+    before = round(_SETTLE * rate)
+    log = np.zeros((before + max(counts), len(tasks), 5 * n))  # q, qd, torque, qdd, reference
+    for start in range(0, len(log), _CHUNK):
+        # Runs that have not ended go on for some samples.
+        stop = min(start + _CHUNK, len(log))
+        active = [k for k, count in enumerate(counts) if before + count > start]
+        # Positions, speeds and feed-forward at every half step.
+        t = np.arange((start - before) * halves, (stop - before) * halves + 1) / (rate * halves)
+        known = dict[int, Array]()  # once for runs on the same reference
+        for plan in {id(tasks[k].reference): tasks[k].reference for k in active}.values():
+            q, qd, qdd = plan.at(t)
+            torque = model_torque(q, moving * qd, moving * qdd, bare).T
+            known[id(plan)] = np.hstack([q, qd, controller.feed_forward * torque])
+        reference = np.stack([known[id(tasks[k].reference)] for k in active], axis=1)
+        wanted = (reference[k : len(reference) - 2 + k : 2] for k in range(3))
+        levels = [frictions[k][np.clip(np.arange(start, stop) - before, 0, counts[k] - 1)] for k in active]
+        friction = np.repeat(np.stack(levels, axis=1), steps, axis=0)
+        out = step.chain(state[active], *wanted, loaded[active], friction, settings).swapaxes(1, 2)
+        states = np.concatenate([state[active][None], out[:, :, : 3 * n]])
+        parts = [states[:-1:steps, :, : 2 * n], out[::steps, :, 3 * n :], reference[:-1:halves, :, :n]]
+        log[start:stop, active] = np.concatenate(parts, axis=2)
+        state[active] = states[-1]
+        far = np.abs(states[-1][:, :n] - reference[-1, :, :n])
+        if not (far < _LOST).all():
+            joint = int(np.argmax(np.nan_to_num(far, nan=np.inf).max(axis=0))) + 1
+            fault = f"robot {robot.name!r}: its controller loses joint {joint} at {(stop - before) / rate:.2f} s"
+            raise InputError(f"{fault}: make the motion slower or the payload lighter (is its mass in kg?)")
+        if progress:
+            progress(start / len(log))
+    runs = []
+    for k, (task, friction, count) in enumerate(zip(tasks, frictions, counts, strict=True)):
+        q, qd, torque, qdd, path = np.split(log[before : before + count, k], 5, axis=1)
+        exact = Measurement(Motion(np.arange(count) / rate, q, qd, qdd), torque - rotors * qdd)
         recording = record(exact, disturbances, gains, [seed, k], task.name)
-        levels = dict(zip(names, frictions[k].mean(axis=0).tolist(), strict=True))
-        runs.append(SimulatedRun(task, recording, exact, levels, np.abs(exact.motion.q - reference).max(axis=0)))
+        mean = dict(zip(dry, friction.mean(axis=0).tolist(), strict=True))
+        runs.append(SimulatedRun(task, recording, exact, mean, np.abs(q - path).max(axis=0)))
     return Experiment(robot, disturbances, phases, gains, seed, tuple(runs))

@@ -262,10 +262,8 @@ class _Near(MotionFiles, group=MOTION):
         mass, scale = self.mass
         if isinstance(payload, trajectories.PayloadSet) and mass > payload.mass:
             if self.ladder or self.has("mass"):
-                raise InputError(
-                    f"{mass:g} kg are expected and --heaviest-payload allows {payload.mass:g}: give another "
-                    "--mass, or a heavier payload"
-                )
+                fault = f"{mass:g} kg are expected and --heaviest-payload allows {payload.mass:g}"
+                raise InputError(f"{fault}: give another --mass, or a heavier payload")
             mass = payload.mass
         expected = model.InertialParameters.from_com(mass, [0.0, 0.0, 0.1], 0.003 * mass * np.eye(3))
         if self.static:
@@ -303,9 +301,8 @@ class _Near(MotionFiles, group=MOTION):
                     mass,
                     lambda run: goal.predicted(robot, run, self.joints).mass,
                 )
-        result = documents.NearResult(
-            design, shape, visibility, goal.predicted(robot, design.plan, shape.joints), ladder
-        )
+        predicted = goal.predicted(robot, design.plan, shape.joints)
+        result = documents.NearResult(design, shape, visibility, predicted, ladder)
         hints = list[str]()
         if hint is not None:
             turns = enumerate(np.degrees(hint - result.poses[0]), 1)
@@ -314,9 +311,8 @@ class _Near(MotionFiles, group=MOTION):
             hints.append(f"{text} if the robot may go there.")
         written = WrittenMotion(robot, design.plan, bounds, sections.near_head(result, 1.0))
         self.check_replays(design.problem, written, "val3")
-        self.give(
-            sections.near_report(result, expected, hints, samples), lambda: documents.near_document(result), {}
-        )
+        report = sections.near_report(result, expected, hints, samples)
+        self.give(report, lambda: documents.near_document(result), {})
         self.write_motion(written)
         if (self.rehearsal or self.samples) and isinstance(design.plan, trajectories.Fourier):
             beside = Path(self.samples or "none")
@@ -361,22 +357,17 @@ class _Near(MotionFiles, group=MOTION):
         if second is None:
             note("a second pose would hardly help: only one is used")
             return shape, goal, None
-        shape = replace(shape, poses=np.array([pose, second]))
-        shape.check(robot, bounds)
-        return shape, goal, None
+        return replace(shape, poses=np.array([pose, second])), goal, None
 
     def each(self, option: str, given: tuple[float, ...]) -> Array:
         """Numbers of an option for each moving joint [rad or m], where one may stand for all."""
         robot, _, _ = self.limited
         if max(self.joints) > robot.n:
-            raise InputError(
-                f"--joints {max(self.joints)}: robot {robot.name!r} has {robot.n} joints: number them from 1, at "
-                f"the base, to {robot.n}"
-            )
+            fault = f"--joints {max(self.joints)}: robot {robot.name!r} has {robot.n} joints"
+            raise InputError(f"{fault}: number them from 1, at the base, to {robot.n}")
         turning = [robot.joints[joint - 1].revolute for joint in self.joints]
         if len(given) == 1 and not all(turning):
-            raise InputError(
-                f"{shown(option)}: give one number for each joint, in deg where it turns and in m where it slides"
-            )
+            needed = "one number for each joint, in deg where it turns and in m where it slides"
+            raise InputError(f"{shown(option)}: give {needed}")
         each = values.each_joint(given, len(turning), shown(option))
         return np.where(turning, np.radians(each), each)

@@ -110,10 +110,8 @@ class LimitOptions(ViewOptions, PageOptions, RobotOptions, group=LIMITS):
             ratio, source = assumed or (trajectories.ASSUMED_RATIO, trajectories.ASSUMED_NOISE)
             sigma = trajectories.assumed_noise(robot, ratio)
             if not np.isfinite(sigma).all():
-                raise InputError(
-                    f"robot {robot.name!r} has no torque limits to estimate a noise from: give "
-                    "--torque-noise, or --arm-mass KG for a stand-in"
-                )
+                fault = f"robot {robot.name!r} has no torque limits to estimate a noise from"
+                raise InputError(f"{fault}: give --torque-noise, or --arm-mass KG for a stand-in")
         elif isinstance(level, float):
             sigma, source = level * bounds.torque, f"as given, {100 * level:g} % of the torque limits"
             if not np.isfinite(sigma).all():
@@ -143,9 +141,8 @@ class LimitOptions(ViewOptions, PageOptions, RobotOptions, group=LIMITS):
             acceleration = in_si(values.each_joint(self.acceleration, robot.n, "acceleration"), robot).tolist()
         torque = (math.inf,) if isinstance(self.torque_limits, str) else self.torque_limits
         torque = torque and values.each_joint(torque, robot.n, "--torque-limits")
-        bounds = trajectories.JointBounds.of(
-            robot, override=self.speed_override, acceleration=acceleration, torque=torque
-        )
+        override = self.speed_override
+        bounds = trajectories.JointBounds.of(robot, override=override, acceleration=acceleration, torque=torque)
         payload = self._payload(robot, np.isfinite(bounds.torque))
         if self.scene:  # a wrong one is refused before any work
             trajectories.read_scene(self.scene)
@@ -196,10 +193,9 @@ class LimitOptions(ViewOptions, PageOptions, RobotOptions, group=LIMITS):
             half = half if len(half) == 3 else half * 3
             return trajectories.PayloadSet.within(kilograms, half, centre, box).seen_from(flange)
         if not place:
-            note(
-                f"--heaviest-payload {text} is taken as a point at the origin of the payload's frame: give "
-                "kg@x,y,z or a TOML file to put it where it hangs, or --within for every payload about it"
-            )
+            taken = f"--heaviest-payload {text} is taken as a point at the origin of the payload's frame"
+            advice = "give kg@x,y,z or a TOML file to put it where it hangs, or --within for every payload about it"
+            note(f"{taken}: {advice}")
         return model.InertialParameters.from_com(kilograms, centre, [[0.0] * 3] * 3).moved(flange.R, flange.p)
 
 
@@ -270,10 +266,8 @@ class MotionFiles(LimitOptions, group=FILES):
             missed, cut = "; ".join(design.score.violations), f"{stopped}: " if design.interrupted else ""
             raise InputError(f"{cut}no motion was found that keeps every limit, the nearest has: {missed}")
         if design.interrupted:
-            note(
-                f"{stopped} and {design.starts} starts: this is the best motion so far; it keeps every limit; "
-                "fewer via points or starts end by themselves"
-            )
+            best = "this is the best motion so far; it keeps every limit"
+            note(f"{stopped} and {design.starts} starts: {best}; fewer via points or starts end by themselves")
         return design
 
     def check_replays(self, problem: trajectories.DesignProblem, written: WrittenMotion, *estimated: str) -> None:

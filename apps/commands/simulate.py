@@ -106,9 +106,8 @@ class _Simulate(ViewOptions, RobotOptions):
         controller = replace(trajectories.CONTROLLERS[self.controller], rate=self.rate)
         if self.sag is not None:
             if payload is None or controller.integral > 0.0:
-                raise InputError(
-                    "--sag: give --payload, and --controller proportional or gravity: another never sags"
-                )
+                needed = "--payload, and --controller proportional or gravity: another never sags"
+                raise InputError(f"--sag: give {needed}")
             controller = controller.sagging(robot, payload, list(references.values()), 1e-3 * self.sag)
         with status("simulating") as progress:
             told = partial(progress, "simulating")
@@ -164,9 +163,8 @@ def levels(
         try:
             level = share(noise)
         except ValueError:
-            raise InputError(
-                f"--noise {noise!r}: give none, assumed, paper, slow or a share such as 0.08"
-            ) from None
+            known = "none, assumed, paper, slow or a share such as 0.08"
+            raise InputError(f"--noise {noise!r}: give {known}") from None
         simulator, torques = trajectories.Simulator(robot), []
         for motion in motions:
             t = np.linspace(0.0, motion.duration, 2000)
@@ -196,12 +194,8 @@ def simulate_paper(
 def reduced_experiment(experiment: trajectories.Experiment, progress: Progress = silent) -> estimation.LongMotion:
     """The equations of all runs but those of the held-out trajectory."""
     used = [run.recording for run in experiment.runs[:-2]]
-    return estimation.payload_problem(
-        experiment.robot,
-        used[1::2],
-        used[::2],
-        settings=estimation.Settings(friction_change=0.0, friction=model.PAPER, progress=progress),
-    )
+    settings = estimation.Settings(friction_change=0.0, friction=model.PAPER, progress=progress)
+    return estimation.payload_problem(experiment.robot, used[1::2], used[::2], settings=settings)
 
 
 class _Demo(PageOptions):
@@ -235,11 +229,12 @@ class _Demo(PageOptions):
         written = (*(folder / name for name in ("payload.json", "robot.json", "torques.png")), files.report)
         shown = payload_report(answer.result, str(folder / "payload.json"))
         place = ", ".join(f"{1e3 * x:g}" for x in PAYLOAD.com)
-        head = (
-            f"The paper's experiment on a simulated RX90. The true payload, {PAYLOAD.mass:g} kg at ({place}) mm, "
-            "is unknown to the identification."
-        )
-        first = [Notes([head]), *shown.first, Notes([f"Written: {', '.join(map(str, written))}"])]
+        truth = f"The true payload, {PAYLOAD.mass:g} kg at ({place}) mm, is unknown to the identification."
+        first = [
+            Notes([f"The paper's experiment on a simulated RX90. {truth}"]),
+            *shown.first,
+            Notes([f"Written: {', '.join(map(str, written))}"]),
+        ]
         shown = replace(shown, first=first, sections=[*shown.sections, robot_section(robot.result)])
         setup = Setup(arm, arm.processing, None, None, logs.LogMap(source="simulated"))
         simulated = {

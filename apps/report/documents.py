@@ -28,7 +28,7 @@ from ...model.motion import Measurement
 from ...model.visibility import PayloadVisibility
 from ...trajectories import Design, DesignProblem, Floor, Fourier, NearShape, Rung, Score, StaticShape, ViaPoints
 from ...trajectories.design.limits import LimitCheck
-from ...trajectories.design.score import Learnt, holding_torques, learnt_of, score_samples
+from ...trajectories.design.score import Learnt, holding_torques, learnt_of, score_motion
 from ...trajectories.motions.family import Samples
 from ..export.motion import rests_on
 from ..fleet.comparing import Compared, Fleet
@@ -338,7 +338,7 @@ def near_document(result: NearResult) -> NearDocument:
         learnt = as_recorded(problem, planned(problem.robot, design.motion(RECORDED)))
         kind: dict[str, Any] = {"near": NearMotion.of(shape, plan), "rehearsal_s": plan.slowed(0.1).duration}
     else:
-        learnt = score_samples(problem, Samples.at_rest(result.poses)).learnt
+        learnt = score_motion(problem, Samples.at_rest(result.poses)).learnt
         kind = {"static": NearMotion.of(result, shape)}
     return NearDocument.made(
         *(problem, score, learnt, plan, design),

@@ -1,28 +1,41 @@
-"""An arm in motion as a view: what is where at each time, as triangles fixed to frames, without any viewer.
+"""An arm in motion as a view: what is where at each time, as triangles fixed to frames; and its HTML file.
 
-Links look as the meshes that a URDF names, coarse enough for one page; these need the extra ``view``.
+Links look as the meshes that a URDF names, coarse enough for one page. The file is self-contained, by viser's
+serialised scene. Both need the extra ``view``.
 """
 
+from __future__ import annotations
+
+import contextlib
+import io
 import re
+import webbrowser
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import mkdtemp
+from typing import TYPE_CHECKING, Any
+from xml.sax.saxutils import escape
 
 import numpy as np
-import trimesh
 from numpy.typing import ArrayLike, NDArray
-from trimesh import Trimesh
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.files import write_text
 from ...estimation import PayloadResult
 from ...model import InertialParameters, Motion, Pose, Recording, Robot
 from ...model.frames import frames_at, point_at
 from ...model.robot import Mesh
 from ...model.stand_in import cylinder_radius
 from ...trajectories import DesignProblem, Scene
-from ...trajectories.design.scene import tubes
-from ...trajectories.design.score import room_over_time, taught_over_time
+from ...trajectories.design.problem import tubes
+from ...trajectories.design.score import over_time
+from ..extras import extra
+from ..numbers import quaternion
+
+if TYPE_CHECKING:
+    from trimesh import Trimesh
 
 _FACES = 24_000  # triangles of all links together: some 0.5 MB of the page
 _LARGEST = 100_000_000  # bytes of a file
@@ -37,6 +50,10 @@ _BALL, _CENTRE, _INERTIA, _PATH = (240, 180, 60), (220, 40, 30), (60, 160, 90), 
 _LITTLE, _MUCH, _FOOT = (200, 210, 230), (200, 30, 60), (150, 150, 150)
 _LEVEL = 1e-6  # of a unit normal: what a floor may lie off the base's plane
 _TOUCHED = 0.02  # of a limit: a joint nearer to one is marked
+_LAST = 1.0  # s: how long the last pose stays
+_STILL = 1e-9  # m and of a turn: what moves less is not written again
+_NEEDED = "--view needs the extra view: pip install 'dynident[view]'"
+trimesh = extra("trimesh", _NEEDED)
 Colour = tuple[int, int, int]
 ShownPayload = tuple[Array, InertialParameters | None]
 """Of a payload in its frame the 95 % interval of its centre of mass [m], 3 x 2, and it itself where it is known."""
@@ -96,10 +113,11 @@ def view_of(
         raise InputError("a view needs finite positions at every time")
     picked = _picked(motion)
     frames = tuple(frames_at(robot, q.tolist()) for q in motion.q[picked])
-    meshes, drawn_links, notes = looks_of(robot, _LINK)
-    touched = np.zeros((len(picked), robot.n), dtype=bool)  # joints at a limit between the shown times
+    meshes, drawn_links, notes = looks_of(robot)
+    touched, taught = np.zeros((len(picked), robot.n), dtype=bool), np.zeros(len(motion.t))
     if problem is not None:
-        touched = np.logical_or.reduceat(room_over_time(problem, motion) < _TOUCHED, picked, axis=0)
+        room, taught = over_time(problem, motion)
+        touched = np.logical_or.reduceat(room < _TOUCHED, picked, axis=0)  # at a limit between the shown times
     radius = cylinder_radius(robot)
     bare = (tube for tube in tubes(robot, _THICK * radius) if tube.link not in drawn_links)
     shapes = [Shape(tube.name, tube.link, capsule(tube.start, tube.end, tube.radius), _LINK) for tube in bare]
@@ -133,8 +151,7 @@ def view_of(
     moves = len(path) > 1
     colours = np.tile(np.array(_PATH, dtype=np.uint8), (len(path) - 1, 1))
     if problem is not None and moves:  # pale where a second teaches little, red where it teaches most
-        taught = np.add.reduceat(taught_over_time(problem, motion), drawn[:-1])
-        rate = taught / np.maximum(np.diff(motion.t[drawn]), 1e-9)
+        rate = np.add.reduceat(taught, drawn[:-1]) / np.maximum(np.diff(motion.t[drawn]), 1e-9)
         ratio = np.sqrt(rate / max(float(rate.max()), 1e-300))[:, None]
         colours = np.asarray((1.0 - ratio) * np.array(_LITTLE) + ratio * np.array(_MUCH)).astype(np.uint8)
     title = (robot.title or robot.name) + (f", {motion.t[-1] - motion.t[0]:.3g} s" if moves else "")
@@ -161,10 +178,9 @@ def ground_of(robot: Robot, frames: Sequence[tuple[Pose, ...]], scene: Scene) ->
     """
     first, radius = frames[0][0], cylinder_radius(robot)
     lowest = min(float(pose.p[2]) for poses in frames for pose in poses)
-    levels = []
-    for surface in scene.surfaces:
-        up = first.R @ surface.normal / np.linalg.norm(surface.normal)
-        levels += [surface.offset + float(up @ first.p)] if up[2] > 1.0 - _LEVEL else []
+    ups = [first.R @ surface.normal / np.linalg.norm(surface.normal) for surface in scene.surfaces]
+    sides = zip(scene.surfaces, ups, strict=True)
+    levels = [surface.offset + float(up @ first.p) for surface, up in sides if up[2] > 1.0 - _LEVEL]
     floor = max((level for level in levels if level <= 0.0), default=None)  # under the base's origin
     height = floor if floor is not None else lowest - radius if lowest < -radius else 0.0
     if height > -radius:
@@ -223,7 +239,7 @@ def _affine(axes: Array, origin: Array) -> Array:
     return np.vstack([np.column_stack([axes, origin]), [0.0, 0.0, 0.0, 1.0]])
 
 
-def looks_of(robot: Robot, colour: Colour) -> tuple[list[Shape], set[int], list[str]]:
+def looks_of(robot: Robot) -> tuple[list[Shape], set[int], list[str]]:
     """Meshes of a robot's links, the numbers of the links that have them, and what could not be drawn."""
     links = robot.links.meshes if robot.links is not None else ()
     most = _FACES // max(sum(map(len, links)), 1)
@@ -233,7 +249,7 @@ def looks_of(robot: Robot, colour: Colour) -> tuple[list[Shape], set[int], list[
         try:
             for mesh in meshes:
                 name = f"link {number}/mesh {len(own) + 1}"
-                own.append(Shape(name, number, coarse(_placed(mesh), most), colour))
+                own.append(Shape(name, number, coarse(_placed(mesh), most), _LINK))
             shapes += own
         except InputError as failure:
             failures.setdefault(str(failure), mesh.file)
@@ -274,3 +290,76 @@ def coarse(mesh: Trimesh, most: int) -> Trimesh:
         fewer.vertices /= scale
     fewer.remove_unreferenced_vertices()
     return fewer
+
+
+def require_viewer() -> Any:
+    """The library of views; where it is not installed, a refusal says what to install."""
+    return extra("viser", _NEEDED)
+
+
+def open_view(view: View) -> str:
+    """Open the view in the browser, as a file in a folder for temporary files; its path."""
+    page = Path(mkdtemp(prefix="dynident_")) / "view.html"
+    write_text(page, html_of(view))
+    if not webbrowser.open(page.as_uri()):
+        raise InputError(f"--view -: no browser could be opened: open {page} in one")
+    return str(page)
+
+
+def html_of(view: View) -> str:
+    """The view as HTML: made by a server on a free port of this machine alone, which says nothing."""
+    viser = require_viewer()
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.ExitStack() as at_last:
+        server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+        at_last.callback(server.stop)
+        page = _played(server, view)
+    mark = '<div><span style="color:rgb{}">&#9632;</span> {}</div>'
+    rows = "".join(mark.format(colour, escape(text)) for colour, text in view.legend)
+    style = "position:fixed;left:8px;bottom:52px;padding:6px 10px;background:#fffd;color:#222;font:12px sans-serif;"
+    summary = f"<summary>{escape(view.title)}</summary>"  # a click closes it on a narrow page
+    legend = f'<details open style="{style}border-radius:6px">{summary}{rows}</details>'
+    return page.replace("</body>", f"{legend}</body>", 1)
+
+
+def _played(server: Any, view: View) -> str:
+    """The scene at the first time, a node for each frame and below it what is fixed to it; then its movement."""
+    scene, frames, meshes = server.scene, [], []
+    scene.set_up_direction("+z")
+    points = np.array([pose.p for poses in view.frames for pose in poses])
+    middle, size = 0.5 * (points.min(axis=0) + points.max(axis=0)), float(np.ptp(points, axis=0).max())
+    server.initial_camera.look_at = middle
+    server.initial_camera.position = middle + (size + 0.3) * np.array([0.75, -0.85, 0.5])
+    ground = (0.0, 0.0, view.ground)
+    scene.add_grid(*("/ground", 4.0, 4.0), cell_size=0.1, section_size=1.0, shadow_opacity=0.0, position=ground)
+    for number, pose in enumerate(view.frames[0]):
+        turn = quaternion(pose.R).tolist()
+        frames.append(scene.add_frame(f"/{number}", show_axes=False, wxyz=turn, position=pose.origin))
+    for shape in view.shapes:
+        name = f"/{shape.frame}/{shape.name.replace('/', ', ')}"
+        mesh = scene.add_mesh_simple(
+            *(name, shape.mesh.vertices.astype(np.float32), shape.mesh.faces.astype(np.uint32)),
+            color=shape.colour,
+            opacity=None if shape.opacity >= 1.0 else shape.opacity,
+            side="double",
+            visible=shape.shown is None or bool(shape.shown[0]),
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+        meshes += [(mesh, shape.shown)] if shape.shown is not None else []
+    if len(view.path) > 1:
+        pieces = np.stack([view.path[:-1], view.path[1:]], axis=1).astype(np.float32)
+        colours = np.repeat(view.path_colours[:, None], 2, axis=1)
+        scene.add_line_segments("/path of the flange", pieces, colours, thickness=3.0, thickness_units="screen")
+    serialiser = server.get_scene_serializer()
+    for k in range(1, len(view.times)):
+        serialiser.insert_sleep(float(view.times[k] - view.times[k - 1]))
+        for frame, before, pose in zip(frames, view.frames[k - 1], view.frames[k], strict=True):
+            if np.abs(pose.p - before.p).max() > _STILL:
+                frame.position = pose.origin
+            if np.abs(pose.R - before.R).max() > _STILL:
+                frame.wxyz = quaternion(pose.R).tolist()
+        for mesh, shown in meshes:
+            if shown[k] != shown[k - 1]:
+                mesh.visible = bool(shown[k])
+    serialiser.insert_sleep(_LAST)
+    return str(serialiser.as_html())

@@ -12,7 +12,8 @@ from dynident.model import Motion, load_robot
 from dynident.tests.report.motions.motion_parsers import trapezoid_time
 from dynident.trajectories.design.goal import Shape
 from dynident.trajectories.motions.family import FreeStates, Samples
-from dynident.trajectories.motions.via_points import FreeViaPoints, joined, random_points
+from dynident.trajectories.motions.planned import joined
+from dynident.trajectories.motions.via_points import FreeViaPoints, random_points
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

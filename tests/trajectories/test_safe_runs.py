@@ -42,7 +42,6 @@ from dynident.trajectories.design.score import (
     holding_torques,
     kept_throughout,
     missed_on_run,
-    score_samples,
     speed_ladder,
 )
 from dynident.trajectories.motions.family import Plan, Samples
@@ -326,7 +325,7 @@ def test_the_most_is_seen_where_a_coupled_rotor_turns_round() -> None:
 
 def test_what_is_missed_by_little_is_eased_and_what_is_missed_by_much_is_told() -> None:
     most = peaks(np.union1d(np.linspace(0.0, PLAN.duration, 8001), at_turns()))
-    score = score_samples(FREE, FREE.family.sample(X, FINER))
+    score = score_motion(FREE, FREE.family.sample(X, FINER))
     for share, mended in ((0.998, True), (0.9, False)):
         tight = problem(np.where(np.arange(6) == 1, share * most, BOUNDS.torque))
         x, after, missed = kept_throughout(tight, X, score)

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +20,6 @@ from dynident.trajectories.simulation import (
     CONTROLLERS,
     RX90_DISTURBANCES,
     RX90_SLOW_NOISE,
-    closed_loop,
     draw_friction,
     draw_robot_errors,
     no_disturbances,
@@ -159,10 +157,8 @@ def friction(robot: Robot) -> Array:
     return np.array([[robot.parameters[name] for name in dry_friction_names(robot)]])
 
 
-def ripple(robot: Robot, amplitude: float) -> tuple[trajectories.Disturbances, Array]:
-    phases = np.linspace(-3.0, 3.0, 2 * robot.n).reshape(robot.n, 2)
-    levels = replace(no_disturbances(robot.n), ripple=(amplitude,) * robot.n, waves=WAVES)
-    return levels, phases
+def ripple(robot: Robot, amplitude: float) -> trajectories.Disturbances:
+    return replace(no_disturbances(robot.n), ripple=(amplitude,) * robot.n, waves=WAVES)
 
 
 def without_dry_friction(robot: Robot) -> Robot:
@@ -171,32 +167,32 @@ def without_dry_friction(robot: Robot) -> Robot:
 
 def test_torques_are_those_of_the_inverse_model(rx90: Robot) -> None:
     """Forward dynamics by base parameters against Newton-Euler by standard ones, friction and ripple added."""
-    payload, levels = PAYLOAD, ripple(rx90, 2.0)
-    tasks = [trajectories.Task("", motion(rx90, 1), payload)]
-    ((data, _),) = closed_loop(rx90, tasks, CONTROLLERS["integral"], *levels)
+    payload, tasks = PAYLOAD, [trajectories.Task("", motion(rx90, 1), PAYLOAD)]
+    experiment = trajectories.run_experiment(rx90, tasks, ripple(rx90, 2.0))
+    data = experiment.runs[0].exact
     expected = trajectories.Simulator(without_dry_friction(rx90)).measure(data.motion, payload).torque.copy()
     dry = smooth_dry_friction(rx90, SMOOTHING)
     expected += [np.array(dry(qd, friction(rx90)[0]))[:, 0] for qd in data.motion.qd]
     for k, wave in enumerate(WAVES):
-        expected -= 2.0 * np.sin(wave * data.motion.q + levels[1][:, k])
+        expected -= 2.0 * np.sin(wave * data.motion.q + experiment.phases[:, k])
     assert np.abs(data.torque - expected).max() < 1e-9 * np.abs(expected).max()
 
 
 def test_alone_as_in_lockstep(rx90: Robot) -> None:
     """Runs of different length and load do not know of each other."""
-    levels, phases = ripple(rx90, 0.0)
+    levels = replace(ripple(rx90, 0.0), friction=0.1)
     runs = [
         trajectories.Task("", motion(rx90, 1)),
-        trajectories.Task("", motion(rx90, 2, 3), PAYLOAD, 0.9 * friction(rx90)),
-        trajectories.Task("", motion(rx90, 3, 2), friction=1.1 * friction(rx90)),
+        trajectories.Task("", motion(rx90, 2, 3), PAYLOAD),
+        trajectories.Task("", motion(rx90, 3, 2)),
     ]
-    loop = partial(closed_loop, rx90, controller=CONTROLLERS["integral"], disturbances=levels, phases=phases)
-    together = loop(tasks=runs)
-    for run, (data, reference) in zip(runs, together, strict=True):
-        ((alone, same),) = loop(tasks=[run])
-        assert np.array_equal(data.torque, alone.torque)
-        assert np.array_equal(data.motion.q, alone.motion.q)
-        assert np.array_equal(reference, same)
+    together = trajectories.run_experiment(rx90, runs, levels).runs
+    for k, run in enumerate(together):
+        others = [runs[k] if j == k else runs[2] for j in range(k + 1)]  # friction is drawn by a run's number
+        alone = trajectories.run_experiment(rx90, others, levels).runs[k]
+        assert np.array_equal(run.exact.torque, alone.exact.torque)
+        assert np.array_equal(run.exact.motion.q, alone.exact.motion.q)
+        assert np.array_equal(run.tracking_error, alone.tracking_error)
 
 
 @pytest.mark.parametrize("kind", ["proportional", "gravity"])
@@ -206,8 +202,9 @@ def test_without_integral_action_the_payload_pulls_the_arm_off_its_path(rx90: Ro
     reference, payload = motion(rx90, 0), PAYLOAD
     soft = CONTROLLERS[kind].sagging(rx90, payload, [reference], sag)
     runs = [trajectories.Task("", reference), trajectories.Task("", reference, payload)]
-    (bare, _), (loaded, _) = closed_loop(rx90, runs, soft, *ripple(rx90, 0.0))
-    apart = np.sqrt(np.mean((loaded.motion.q - bare.motion.q) ** 2, axis=0))
+    found = trajectories.run_experiment(rx90, runs, ripple(rx90, 0.0), controller=soft).runs
+    bare, loaded = (run.exact.motion.q for run in found)
+    apart = np.sqrt(np.mean((loaded - bare) ** 2, axis=0))
     assert apart.max() == pytest.approx(sag, rel=0.2)
 
 
@@ -222,9 +219,10 @@ def test_a_robot_of_every_kind(
     bump = (1.0 - np.cos(2.0 * np.pi * t)) ** 2
     reference = trajectories.SampledTrajectory(t, 0.1 * np.outer(bump, np.linspace(1.0, -1.0, robot.n)))
     tasks = [trajectories.Task("", reference)]
-    ((data, target),) = closed_loop(robot, tasks, CONTROLLERS["integral"], *ripple(robot, 0.0))
+    (run,) = trajectories.run_experiment(robot, tasks, ripple(robot, 0.0)).runs
+    data = run.exact
     expected = trajectories.Simulator(without_dry_friction(robot)).measure(data.motion).torque.copy()
     dry = smooth_dry_friction(robot, SMOOTHING)
     expected += [np.array(dry(qd, friction(robot)[0]))[:, 0] for qd in data.motion.qd]
     assert np.abs(data.torque - expected).max() < 1e-8 * np.abs(expected).max()
-    assert np.abs(data.motion.q - target).max() < 5e-3
+    assert run.tracking_error.max() < 5e-3

@@ -34,8 +34,7 @@ from ...model.regressors import own_regressor, payload_columns
 from ...model.visibility import check_mass_visible, friction_columns, visibility_of
 from ..motions.family import JointBounds, Plan, Samples
 from ..motions.fourier import FourierShape, FreeSeries, NearShape
-from ..motions.rests import FreeRests, StaticShape
-from ..motions.via_points import FreeViaPoints, ViaPoints, ViaPointShape
+from ..motions.via_points import FreeRests, FreeViaPoints, StaticShape, ViaPoints, ViaPointShape
 
 Shape = ViaPointShape | FourierShape | NearShape | StaticShape
 """Kinds of motion among which a design chooses: each is a small value that stands for a family."""
@@ -430,12 +429,10 @@ def second_pose(
     """Find a pose, wrist turned by 90 degrees, that tells clearly more on random motions; None without one."""
     bounds, n = bounds or JointBounds.of(robot), robot.n
     wrist = [j for j in range(max(n - 3, 0), n) if j + 1 in shape.joints and robot.joints[j].revolute]
-    pose, candidates = shape.poses[0], []
-    for steps in product((-1.0, 0.0, 1.0), repeat=len(wrist)):
-        candidate = pose.copy()
-        candidate[wrist] += _APART * np.array(steps)
-        if any(steps) and ((candidate > bounds.low) & (candidate < bounds.high)).all():
-            candidates.append(candidate)
+    steps = np.array([step for step in product((-1.0, 0.0, 1.0), repeat=len(wrist)) if any(step)])
+    pose, candidates = shape.poses[0], np.repeat(shape.poses[:1], len(steps), axis=0)
+    candidates[:, wrist] += _APART * steps.reshape(-1, len(wrist))
+    candidates = candidates[((candidates > bounds.low) & (candidates < bounds.high)).all(axis=1)]
 
     def least(poses: Sequence[Array], looks: int) -> float:
         """Uncertainty of the mass in 10 g or of its centre in mm, after the best of a few random motions."""

@@ -15,10 +15,10 @@ from msgspec import field
 
 from ...common import Array, Brief, Document, InputError, decomposed
 from ...common.linear import condition_numbers
-from ...model import Motion, Robot, inverse_dynamics, standard_columns
+from ...model import Motion, Robot, inverse_dynamics
 from ...model.kernel.kernel import Kernel
 from ..motions.family import Plan, Samples, sample_count
-from ..motions.fourier import Fourier, FreeSeries, NearShape
+from ..motions.fourier import Fourier, NearShape
 from .limits import LimitCheck, PayloadSet, check, excess, state_limits
 from .problem import DesignProblem
 
@@ -129,11 +129,6 @@ def learnt_of(problem: DesignProblem, W: Sequence[Array], parts: Sequence[Array]
     return Learnt(log_det, *condition_numbers(plain), sigma, covariance)
 
 
-def score_motion(problem: DesignProblem, motion: Motion) -> Score:
-    """Judge any motion by a problem's goal and limits, such as one read back from a log."""
-    return score_samples(problem, Samples.of(motion))
-
-
 def holding_torques(problem: DesignProblem, poses: Array) -> Array:
     """Largest torque [N·m or N] of each joint that holds the arm at poses (N, n), of all loads; shape (n,).
 
@@ -153,19 +148,16 @@ def check_held(problem: DesignProblem, poses: Array) -> None:
             raise InputError(f"at rest in the pose: {fault}: choose another pose, or a lighter payload")
 
 
-def room_over_time(problem: DesignProblem, motion: Motion) -> Array:
-    """Room of each joint to its nearest limit, (N, n), in units of the limit; positions: of half the range."""
+def over_time(problem: DesignProblem, motion: Motion) -> tuple[Array, Array]:
+    """Room of each joint to its nearest limit, (N, n), and fraction of the information in each sample, (N,).
+
+    Room is in units of the limit, for positions of half the range; information is the trace of the hat matrix.
+    """
     limits = *state_limits(problem.bounds), *problem.of_kind("torque")
     state, shape = problem.kernel.state(Samples.of(motion)), (len(motion.t), -1, problem.robot.n)
     rooms = [-excess(limit, limit.values(state)).reshape(shape) for limit in limits]
-    return np.asarray(np.concatenate(rooms, axis=1).min(axis=1))
-
-
-def taught_over_time(problem: DesignProblem, motion: Motion) -> Array:
-    """Fraction of the information in each sample of a motion, (N,): the trace of the hat matrix, by samples."""
-    state = problem.kernel.state(Samples.of(motion))
-    rows = problem.rows(state, problem.row_weights(state, True))
-    return np.asarray((decomposed(rows).range ** 2).sum(axis=1).reshape(problem.robot.n, -1).sum(axis=0))
+    leverage = decomposed(problem.rows(state, problem.row_weights(state, True))).range ** 2
+    return np.concatenate(rooms, axis=1).min(axis=1), leverage.sum(axis=1).reshape(shape[2], -1).sum(axis=0)
 
 
 def load_torques(problem: DesignProblem, motion: Motion) -> dict[str, Array]:
@@ -181,22 +173,22 @@ def load_torques(problem: DesignProblem, motion: Motion) -> dict[str, Array]:
             ends = ("",) if len(parts) == 1 else ("largest ", "smallest ")  # the limit stands for many payloads
             torques |= {f"{end}{limit.name}": part for end, part in zip(ends, parts, strict=True)}
         return torques
-    known, names = problem.robot.parameters, standard_columns(problem.robot)
-    if not all(name in known for name in names):
+    robot = problem.robot
+    if not all(name in robot.parameters for name in robot.standard):
         return {}
-    dynamics, torque = Kernel(inverse_dynamics(problem.robot)), np.zeros(motion.q.shape)
-    chi = np.array([known[name] for name in names])
-    torque[:, dynamics.rows] = dynamics(motion.q, motion.qd, motion.qdd, chi).T
+    dynamics, torque = Kernel(inverse_dynamics(robot)), np.zeros(motion.q.shape)
+    torque[:, dynamics.rows] = dynamics(motion.q, motion.qd, motion.qdd, robot.chi()).T
     return {"torque": torque}
 
 
 def score_of(problem: DesignProblem, x: Array) -> Score:
     """Judge a motion of the problem's family on the fine grid."""
-    return score_samples(problem, problem.family.sample(x, FINER))
+    return score_motion(problem, problem.family.sample(x, FINER))
 
 
-def score_samples(problem: DesignProblem, samples: Samples) -> Score:
-    """Judge samples of a motion."""
+def score_motion(problem: DesignProblem, motion: Motion | Samples) -> Score:
+    """Judge any motion by a problem's goal and limits, such as one read back from a log, or its samples."""
+    samples = Samples.of(motion) if isinstance(motion, Motion) else motion
     state, kind = problem.kernel.state(samples), problem.criterion.kind
     weights = problem.row_weights(samples, problem.criterion.weighted)
     if kind in ("cond", "cond-scaled"):
@@ -261,10 +253,10 @@ def harder(problem: DesignProblem, missed: Missed) -> DesignProblem | None:
 
 def _missed(problem: DesignProblem, x: Array) -> Missed:
     plan = problem.family.plan(x)
-    watched = isinstance(problem.family, FreeSeries) and isinstance(problem.family.shape, NearShape)
-    slow = plan.slowed(REHEARSAL) if isinstance(plan, Fourier) and watched else None
-    rehearsal = () if slow is None else missed_on_run(problem, slow, REHEARSAL * RUN_RATE)
-    return missed_on_run(problem, plan), rehearsal
+    run, rehearsal = missed_on_run(problem, plan), tuple[LimitCheck, ...]()
+    if isinstance(plan, Fourier) and isinstance(problem.family.shape, NearShape):
+        rehearsal = missed_on_run(problem, plan.slowed(REHEARSAL), REHEARSAL * RUN_RATE)
+    return run, rehearsal
 
 
 def _by_torques(missed: tuple[LimitCheck, ...], most: float) -> bool:

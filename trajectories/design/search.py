@@ -18,12 +18,11 @@ from ...common import Array, Brief, Document, Float, Speaks, one_thread
 from ...model import Motion
 from ..motions.family import FreeStates, Plan, Samples
 from ..motions.fourier import FreeSeries, NearShape
-from ..motions.rests import FreeRests
-from ..motions.via_points import FreeViaPoints
+from ..motions.via_points import FreeRests, FreeViaPoints
 from .descent import FINE_WIDTH, WIDTH, Lagrangian, by_matrix, by_steps
 from .limits import LimitCheck, Penalty, excess
 from .problem import DesignProblem
-from .score import TOLERANCE, Learnt, Score, harder, kept_throughout, score_of, score_samples
+from .score import TOLERANCE, Learnt, Score, harder, kept_throughout, score_motion, score_of
 
 _MARGIN, _FLOOR_MARGIN = 0.01, 1e-3  # of a limit, between samples; the settling adapts it
 _ASTRAY = 0.1  # in the limits' units: what violates more after the first look seldom comes back
@@ -121,13 +120,12 @@ def solve_design(
     starts = problem.criterion.usual_starts if starts is None else starts
     search = _Search(problem, np.random.default_rng(seed), progress, time.process_time())
     search.run(starts)
-    begun, found = search.starts, search.found
-    x, score, missed = kept_throughout(problem, *found)
+    begun = search.starts
+    x, score, missed = kept_throughout(problem, search.found, score_of(problem, search.found))
     if not search.interrupted and (further := harder(problem, missed)) is not None:
-        search = replace(search, problem=further, begin=found[0], best=None)
+        search = replace(search, problem=further, begin=search.found, best=None)
         search.run(1)
-        x, score = search.found
-        x, score, missed = kept_throughout(problem, x, score_samples(problem, score.samples))
+        x, score, missed = kept_throughout(problem, search.found, score_of(problem, search.found))
     cpu, stopped = time.process_time() - search.begun, search.interrupted or begun < starts
     plan, (run, rehearsal) = problem.family.plan(x), missed
     return Design(problem, plan, score, seed, begun, search.evaluations, cpu, stopped, run + rehearsal)
@@ -165,19 +163,15 @@ class _Search:
                 self.by_matrix, self.turns = True, 14
 
     @property
-    def found(self) -> tuple[Array, Score]:
-        """Best motion and its score; a random start if the search was interrupted before its first look."""
-        return self.best or self.consider(self._first(), "random start")
+    def found(self) -> Array:
+        """Best motion; a random start if the search was interrupted before its first look."""
+        return (self.best or self.consider(self._first(), "random start"))[0]
 
     def run(self, starts: int) -> None:
-        """Improve random starts, or the one that is given, for a while, the best to the end, unless interrupted."""
-        try:
-            self._finish(self._best_start(starts) if self.begin is None else self._begun(1))
-        except (KeyboardInterrupt, TimeoutError):
-            self.interrupted = True
+        """Improve random starts, or the one that is given, for a while, the best to the end, unless interrupted.
 
-    def _finish(self, course: Lagrangian) -> None:
-        """Refine a start, then settle it within its limits, or else by making it slower and smaller."""
+        The best is refined, then settled within its limits, or else by making it slower and smaller.
+        """
         order, last = self.problem.criterion.orders[-1], np.nan
 
         def gains(width: float, iterations: int, text: str) -> bool:
@@ -187,18 +181,22 @@ class _Search:
             before, last = last, score.value if score.feasible else np.nan
             return not before - last <= self.gain
 
-        for stage in range(self.stages - 1):
-            if not gains(WIDTH, self.refined, f"refined {stage + 1}"):
-                break
-        gains(FINE_WIDTH, self.refined, f"refined {self.stages}")
-        for turn in range(self.turns):
-            if course.settle() or not gains(FINE_WIDTH, self.settled, f"settled {turn + 1}"):
-                return
-        for x in (course.x, self.found[0]):
-            slower, smaller = _overstepped(score_of(self.problem, x))
-            steps = _MORE ** np.arange(_EASES)
-            eased = (self.problem.family.eased(x, 1.0 + k * (slower - 1.0), smaller**k) for k in steps)
-            self.consider(next((y for y in eased if score_of(self.problem, y).feasible), x), "drawn back")
+        try:
+            course = self._best_start(starts) if self.begin is None else self._begun(1)
+            for stage in range(self.stages - 1):
+                if not gains(WIDTH, self.refined, f"refined {stage + 1}"):
+                    break
+            gains(FINE_WIDTH, self.refined, f"refined {self.stages}")
+            for turn in range(self.turns):
+                if course.settle() or not gains(FINE_WIDTH, self.settled, f"settled {turn + 1}"):
+                    return
+            for x in (course.x, self.found):
+                slower, smaller = _overstepped(score_of(self.problem, x))
+                steps = _MORE ** np.arange(_EASES)
+                eased = (self.problem.family.eased(x, 1.0 + k * (slower - 1.0), smaller**k) for k in steps)
+                self.consider(next((y for y in eased if score_of(self.problem, y).feasible), x), "drawn back")
+        except (KeyboardInterrupt, TimeoutError):
+            self.interrupted = True
 
     def _best_start(self, starts: int) -> Lagrangian:
         """Find the most promising of some random starts: all are improved, the best third of them further."""
@@ -324,7 +322,7 @@ def floor_under(
         terms = partial(free.criterion_term, order=order), course
         course.x = by_steps(partial(free.evaluate, width=width, terms=terms), course.x, family, _FLOOR_ITERATIONS)
         course.update(width)
-    value = score_samples(free, family.sample(course.x)).value
+    value = score_motion(free, family.sample(course.x)).value
     if not problem.criterion.weighted:
         return Floor(value, reached - value, count, None)
     # The dual: C is convex in G and M its slope there, so that C(G') >= C(G) + tr M (G' - G), where G' is a mean

@@ -116,10 +116,9 @@ class FourierShape:
 
     def family(self, robot: Robot, bounds: JointBounds) -> "FreeSeries":
         """Make the family of motions of this shape: about a middle that is free, or from a start within limits."""
-        about = bounds.middle if self.start is None else np.asarray(self.start, dtype=float)
-        check_pose(about, robot, bounds)
-        ranges = np.maximum(bounds.high - about, about - bounds.low)
-        return FreeSeries(self, bounds, about[None], list(range(robot.n)), ranges, self.duration)
+        if self.start is not None:
+            check_pose(np.asarray(self.start, dtype=float), robot, bounds)
+        return FreeSeries(self, bounds)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -158,16 +157,7 @@ class NearShape(Brief):
             InputError: if the duration leaves no time beside the way between two poses.
         """
         self.check(robot, bounds)
-        poses, transfer, moving = self.poses, 0.0, [joint - 1 for joint in self.joints]
-        if len(poses) > 1:
-            way = quickest(np.diff(poses, axis=0), _TRANSFER_SPEED * bounds.speed, bounds.acceleration)
-            transfer = float(way[0]) + _TRANSFER_MORE
-        stay = self.duration / len(poses) - transfer
-        if stay < _SHORTEST:
-            left = f"{self.duration:g} s leave {stay:.1f} s at each pose beside the way between them"
-            raise InputError(f"{left}: give a longer --duration")
-        repeats = max(1, round(stay / _PERIOD))
-        return FreeSeries(self, bounds, poses, moving, self.ranges, stay / repeats, repeats, transfer)
+        return FreeSeries(self, bounds)
 
     def visibility(self, robot: Robot) -> PayloadVisibility:
         """Visibility of the payload in torques near the poses, before any motion."""
@@ -179,7 +169,6 @@ def _grid(harmonics: int, samples: int) -> Grid:
     return np.full(samples, 1.0 / samples), _series(np.arange(samples) / samples, harmonics)
 
 
-@dataclass(eq=False)
 class FreeSeries:
     """Family of Fourier series of a fixed period about poses; q, qd and qdd are linear in x.
 
@@ -187,33 +176,43 @@ class FreeSeries:
     middle is free, how far q0 is from it. Periods, repeats and transfer are as of a ``Fourier``.
     """
 
-    shape: FourierShape | NearShape
-    bounds: JointBounds
-    poses: Array  # where each series begins, or the middle of the range where q0 is free, poses x n
-    moving: list[int]  # indices of the joints that move; the others stay at rest
-    ranges: Array  # how far each of them goes to either side [rad or m]
-    period: float
-    repeats: int = 1
-    transfer: float = 0.0
-
-    def __post_init__(self) -> None:
-        self.harmonics = H = self.shape.harmonics
-        ends = np.zeros((2, 2 * H))
-        ends[0, :H], ends[1, H:] = 1.0, np.arange(1, H + 1)
+    def __init__(self, shape: FourierShape | NearShape, bounds: JointBounds) -> None:
+        self.shape, self.bounds, self.harmonics, self.repeats, self.transfer = (
+            shape,
+            bounds,
+            shape.harmonics,
+            1,
+            0.0,
+        )
+        self.free_middle = isinstance(shape, FourierShape) and shape.start is None
+        if isinstance(shape, NearShape):
+            self.poses, self.moving, self.ranges = shape.poses, [joint - 1 for joint in shape.joints], shape.ranges
+            if len(self.poses) > 1:
+                way = quickest(np.diff(self.poses, axis=0), _TRANSFER_SPEED * bounds.speed, bounds.acceleration)
+                self.transfer = float(way[0]) + _TRANSFER_MORE
+            stay = shape.duration / len(self.poses) - self.transfer
+            if stay < _SHORTEST:
+                left = f"{shape.duration:g} s leave {stay:.1f} s at each pose beside the way between them"
+                raise InputError(f"{left}: give a longer --duration")
+            self.repeats = max(1, round(stay / _PERIOD))
+            self.period = stay / self.repeats
+            # Weights of the order of 1 use the range at the first harmonics.
+            self._scale = np.minimum(bounds.speed[self.moving], 2.0 * np.pi / self.period * self.ranges)
+        else:
+            about = bounds.middle if shape.start is None else np.asarray(shape.start, dtype=float)
+            self.poses, self.moving, self.period = about[None], list(range(len(about))), shape.duration
+            self.ranges, self._scale = np.maximum(bounds.high - about, about - bounds.low), bounds.speed
+        ends = np.zeros((2, 2 * self.harmonics))
+        ends[0, : self.harmonics], ends[1, self.harmonics :] = 1.0, np.arange(1, self.harmonics + 1)
         self.functions = np.asarray(np.linalg.svd(ends)[2][2:].T)
-        self.free_middle = isinstance(self.shape, FourierShape) and self.shape.start is None
         self.layout = len(self.poses), len(self.moving), self.functions.shape[1] + self.free_middle
         self.size = int(np.prod(self.layout))
         self.low, self.high = np.full(self.size, -np.inf), np.full(self.size, np.inf)
-        self._offsets = _from_offset(np.eye(H), self.period)
-        self._scale = self.bounds.speed[self.moving]
-        if isinstance(self.shape, NearShape):  # weights of the order of 1 use the range at the first harmonics
-            self._scale = np.minimum(self._scale, 2.0 * np.pi / self.period * self.ranges)
+        self._offsets = _from_offset(np.eye(self.harmonics), self.period)
         # The range of each moving joint about each pose, within its limits; any for joints at rest.
-        low, high = self.poses - 1.0, self.poses + 1.0
-        low[:, self.moving] = np.maximum(self.poses[:, self.moving] - self.ranges, self.bounds.low[self.moving])
-        high[:, self.moving] = np.minimum(self.poses[:, self.moving] + self.ranges, self.bounds.high[self.moving])
-        self.reach = low, high
+        self.reach = low, high = self.poses - 1.0, self.poses + 1.0
+        low[:, self.moving] = np.maximum(self.poses[:, self.moving] - self.ranges, bounds.low[self.moving])
+        high[:, self.moving] = np.minimum(self.poses[:, self.moving] + self.ranges, bounds.high[self.moving])
 
     def _pieces(self, x: Array) -> Pieces:
         weights, F = x.reshape(self.layout), self.functions
@@ -247,11 +246,10 @@ class FreeSeries:
         """Draw random weights, as large as a first motion may be; then a middle; smaller until it is clear."""
         weights, count = np.zeros(self.layout), self.functions.shape[1]
         weights[..., :count] = draw.standard_normal((*self.layout[:2], count))
-        _, q, qd, qdd, *_ = self.sample(weights.ravel())
-        away = q.reshape(len(self.poses), -1, q.shape[1]) - self.poses[:, None]
-        states = np.stack([away, qd.reshape(away.shape), qdd.reshape(away.shape)])[..., self.moving]
+        states = np.stack(self.sample(weights.ravel())[1:4]).reshape(3, len(self.poses), -1, self.poses.shape[1])
+        states[0] -= self.poses[:, None]
         most = [self.ranges, self.bounds.speed[self.moving], self.bounds.acceleration[self.moving]]
-        used = (np.abs(states).max(axis=2) / np.array(most)[:, None]).max(axis=0)
+        used = (np.abs(states[..., self.moving]).max(axis=2) / np.array(most)[:, None]).max(axis=0)
         weights[..., :count] *= self.shape.span / used[..., None]
         if self.free_middle:
             for _ in range(_TRIES):

@@ -1,4 +1,4 @@
-"""Motions through points: designed via points, and trajectories that somebody else planned.
+"""Designed motions through points: via points, and rests in poses.
 
 A segment between two points is a quintic, or a trapezoid of speed that rests at both ends. Its coefficients are
 T v0, T^2 a0, T^2 a1 and T v1 at its ends, and the step p1 - p0: a joint that stays put does so exactly.
@@ -10,20 +10,27 @@ from itertools import pairwise
 
 import numpy as np
 
-from ...common import Array, Brief, Indices, InputError, freeze_fields
-from ...model import Motion, Robot
+from ...common import Array, Brief, Indices, InputError, Mask, freeze_fields
+from ...model import Robot
+from ...model.visibility import PayloadVisibility, visibility_in_states
 from .family import LONGEST, Clear, Factors, Grid, JointBounds, Pieces, Plan, Samples, check_pose, everywhere
 
 _MOST = 500  # points: a search takes half an hour then
-_TRIES = 200  # to find a point that can be reached
-_SPAN = 0.75  # of the position range that random points use
+_TRIES = 200  # to find a point or a pose that can be reached
+_SPAN = 0.75  # of the range that random points and poses use
 _SLOWER = 1.3  # start: so many times the shortest durations
 _PARTS = 12  # of a segment between samples while optimising, about
 _DURATIONS = (0.1, 3.0)  # s: shortest and longest time from point to point
 _POWERS = np.array([1.0, 2.0, 2.0, 1.0, 0.0])  # of T, in the coefficients of a segment
-_REST = 0.01  # of the largest speed: what still counts as rest at the ends
-_ROUNDING = 1e-6  # of a step: what times written in decimals are longer
-_OVER = 1.02  # of a limit: rounding and the curve between samples
+_REST_POSES = 6, 12  # fewer leave no spread to judge them by, more take longer than a motion that tells more
+_HOLD = 1.0, 10.0  # s: what settles, and what more does not average
+_LOOKS = 6  # samples of the way to a pose while optimising
+_SPEED = 0.5  # of the limits
+_LEAST = 1.0  # s: of each move
+_SLOWEST = 20.0  # times as long as that takes
+_PASSING = 1e-9  # s: weight of a sample on the way; no weight at all has no slope
+_STATES = 60  # random ones, for what can be seen at rest
+_SIDES = np.array([-1.0, 0.0, 1.0, 0.0])  # of a pose, by approaches: from below, there, from above, there
 
 # Quintic Hermite polynomials on 0 <= s <= 1: row k holds the factors of 1, s, ..., s^5 in coefficient k.
 _HERMITE = np.array(
@@ -130,7 +137,7 @@ def _grid(segment: Segment, parts: int) -> Grid:
     return np.concatenate(weights), segment.basis(np.concatenate(s), np.concatenate(phase))
 
 
-def _segments(p: Array, v: Array, a: Array, T: Array, segment: Segment = QUINTIC) -> Pieces:
+def segments(p: Array, v: Array, a: Array, T: Array, segment: Segment = QUINTIC) -> Pieces:
     """Pieces between states at points, each (K + 1, n), in times T of shape (K,)."""
     t = T[:, None]
     C = np.stack([t * v[:-1], t**2 * a[:-1], t**2 * a[1:], t * v[1:], np.diff(p, axis=0)], axis=1)
@@ -177,7 +184,7 @@ class ViaPoints(Plan, Brief):
     def pieces(self) -> Pieces:
         """A segment between each two points."""
         v, a = (np.zeros_like(self.points) if x is None else x for x in (self.speeds, self.accelerations))
-        return _segments(self.points, v, a, self.durations, self.segment)
+        return segments(self.points, v, a, self.durations, self.segment)
 
 
 @dataclass(frozen=True)
@@ -268,11 +275,11 @@ class FreeViaPoints:
     def sample(self, x: Array, finer: int = 1) -> Samples:
         """Evaluate states at times of each segment, its ends included: accelerations have corners there."""
         segment = self.shape.segment
-        return _segments(*self._unpacked(x), segment).sampled(_grid(segment, finer * _PARTS))
+        return segments(*self._unpacked(x), segment).sampled(_grid(segment, finer * _PARTS))
 
     def pullback(self, x: Array, slope: Samples) -> Array:
         """Apply the Jacobian transposed to the slopes."""
-        pieces, bounds = _segments(*self._unpacked(x), self.shape.segment), self._bounds
+        pieces, bounds = segments(*self._unpacked(x), self.shape.segment), self._bounds
         by_start, by_C, by_T = pieces.pullback(_grid(self.shape.segment, _PARTS), slope)
         by_p = np.zeros((len(by_T) + 1, by_start.shape[1]))
         by_p[:-1] += by_start - by_C[:, 4]
@@ -365,76 +372,134 @@ def random_via_points(robot: Robot, count: int, seed: int, speed: float = 0.5, s
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SampledTrajectory(Plan, Brief):
-    """A smooth curve through samples; it rests before the first and after the last.
+class StaticShape(Brief):
+    """Shape of a motion that stands still in some poses, each reached from below and from above.
 
-    With speeds and accelerations quintics between samples, with speeds alone cubics, with neither a quintic spline.
+    Dry friction then pulls either way, and the mean of both is the torque of gravity.
 
     Attributes:
-        t: times [s], shape (N,), rising; counted from the first.
-        q: positions [rad or m], shape (N, n).
-        qd, qdd: speeds and accelerations there, shape (N, n), or None.
-        source: name for messages.
+        start: where it begins and ends; joints that do not move stay there [rad or m], shape (n,).
+        joints: numbers of the joints that move, k.
+        low, high: positions that they keep to [rad or m], shape (k,).
+        approach: small move of each of them to a pose [rad or m], shape (k,).
+        count: number of poses.
+        hold: time at rest after each approach [s].
     """
 
-    t: Array
-    q: Array
-    qd: Array | None = None
-    qdd: Array | None = None
-    source: str = "trajectory"
+    start: Array
+    joints: tuple[int, ...]
+    low: Array
+    high: Array
+    approach: Array
+    count: int = 8
+    hold: float = 1.5
+
+    mass_alike = 0.5  # at rest a mass twice as sure costs the centre of mass of most arms little
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "t", np.asarray(self.t) - self.t[0])
-        shape = (len(self.t), np.shape(self.q)[-1])
-        freeze_fields(self, t=(None,), q=shape, qd=shape, qdd=shape)
-        if len(self.t) < 6:
-            raise InputError(f"{self.source}: {len(self.t)} samples do not make a trajectory")
-        qd = np.gradient(self.q, self.t, axis=0) if self.qd is None else self.qd
-        for k, where in ((0, "start"), (-1, "end")):
-            moving = np.abs(qd[k]) > _REST * np.abs(qd).max() + 1e-9
-            if moving.any():
-                fault = f"{self.source}: joint {int(np.argmax(moving)) + 1} moves at the {where}"
-                raise InputError(f"{fault}: a trajectory must start and end at rest")
+        for text, value, (least, most) in (("poses", self.count, _REST_POSES), ("s at rest", self.hold, _HOLD)):
+            if not least <= value <= most:
+                raise InputError(f"a weighing at rest needs {least:g} to {most:g} {text}, not {value:g}")
 
-    @cached_property
-    def pieces(self) -> Pieces:
-        """A polynomial between each two samples."""
-        from scipy.interpolate import make_interp_spline
+    @property
+    def duration(self) -> float:
+        """Time at rest [s]."""
+        return 2.0 * self.count * self.hold
 
-        T, qd, qdd = np.diff(self.t), self.qd, self.qdd
-        if qd is None:
-            rest = [(order, np.zeros(self.q.shape[1])) for order in (1, 2)]
-            curve = make_interp_spline(self.t, self.q, k=5, bc_type=(rest, rest))
-            qd, qdd = curve(self.t, 1), curve(self.t, 2)
-        if qdd is not None:
-            return _segments(self.q, qd, qdd, T)
-        cubic = _segments(self.q, qd, np.zeros_like(qd), T)
-        v0, a0, a1, v1, step = cubic.coefficients.swapaxes(0, 1)
-        a0[:], a1[:] = 6.0 * step - 4.0 * v0 - 2.0 * v1, -6.0 * step + 2.0 * v0 + 4.0 * v1
-        return cubic
+    @property
+    def poses(self) -> Array:
+        """Pose in which the robot waits before [rad or m], shape (1, n)."""
+        return self.start[None]
 
-    def check_limits(self, robot: Robot) -> None:
-        """Refuse a trajectory that the robot's joints may not run."""
-        limits, (q, qd, qdd) = [joint.limits for joint in robot.joints], self.at(self.t)
-        ranges = [limit.position for limit in limits]
-        middle = np.array([0.5 * (low + high) if np.isfinite(high - low) else 0.0 for low, high in ranges])
-        shares = {"position": np.abs(q - middle) / (0.5 * np.diff(ranges)[:, 0])}
-        for kind, x in (("speed", qd), ("acceleration", qdd)):
-            shares[kind] = np.abs(x) / [getattr(limit, kind) for limit in limits]
-        for quantity, share in shares.items():
-            k, j = np.unravel_index(int(np.argmax(share)), share.shape)
-            if share[k, j] > _OVER:
-                fault = f"{self.source}: joint {j + 1} goes beyond its {quantity} limit at {self.t[k]:.3f} s"
-                raise InputError(f"{fault} ({share[k, j]:.2f} times): make the trajectory smaller or slower")
+    def family(self, robot: Robot, bounds: JointBounds) -> "FreeRests":
+        """Make the family of motions of this shape; refuse ranges without room for an approach from both sides."""
+        check_pose(self.start, robot, bounds)
+        for joint, room, approach in zip(self.joints, self.high - self.low, self.approach, strict=True):
+            if not 0.0 < 2.0 * approach < room:
+                scale, unit = (180.0 / np.pi, "deg") if robot.joints[joint - 1].revolute else (1.0, "m")
+                fault = f"joint {joint} has {scale * room:.3g} {unit} of room in its range: none for a pose and"
+                advice = "give a wider --range, a smaller approach, or remove it from --joints"
+                raise InputError(f"{fault} {scale * approach:.3g} {unit} to either side; {advice}")
+        return FreeRests(self, bounds)
+
+    def visibility(self, robot: Robot) -> PayloadVisibility:
+        """Visibility of the payload in torques at rest, before any motion."""
+        poses, draw = np.tile(self.start, (_STATES, 1)), np.random.default_rng(0)
+        poses[:, [joint - 1 for joint in self.joints]] = draw.uniform(self.low, self.high, (_STATES, len(self.low)))
+        return visibility_in_states(robot, self.joints, poses, 0.0 * poses, 0.0 * poses)
 
 
-def joined(motion: Motion, rate: float) -> Motion:
-    """Refine samples to no less than ``rate`` [Hz]: more on the quintics through those that lie farther apart."""
-    parts = np.ceil(np.diff(motion.t) * rate * (1.0 - _ROUNDING)).astype(int)
-    if (parts <= 1).all():
-        return motion
-    k = np.repeat(np.arange(len(parts)), parts)  # the sample before
-    fraction = (np.arange(len(k)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[k]
-    t, last = motion.t[k] + fraction * np.diff(motion.t)[k], (motion.q, motion.qd, motion.qdd)
-    between = ViaPoints(motion.q, np.diff(motion.t), motion.qd, motion.qdd).at(t - motion.t[0])
-    return Motion(np.append(t, motion.t[-1]), *(np.vstack([x, y[-1]]) for x, y in zip(between, last, strict=True)))
+class FreeRests:
+    """Family of motions that rest in poses; samples are poses on straight lines in joint space, none in motion.
+
+    x holds the poses of the joints that move, -1 to 1 in their range less the approach, then log of how many times
+    slower than usual it moves. It teaches by what is seen at rest, so that samples on the way have no weight.
+    """
+
+    def __init__(self, shape: StaticShape, bounds: JointBounds) -> None:
+        self.shape, self._bounds = shape, bounds
+        self._moving = moving = [joint - 1 for joint in shape.joints]
+        self._middle, self._half = 0.5 * (shape.low + shape.high), 0.5 * (shape.high - shape.low) - shape.approach
+        self.size = shape.count * len(moving) + 1
+        self.low, self.high = -np.ones(self.size), np.ones(self.size)
+        self.low[-1], self.high[-1] = 0.0, np.log(_SLOWEST)
+        self.reach = low, high = bounds.low.copy(), bounds.high.copy()
+        low[moving], high[moving] = shape.low, shape.high
+        self._fixed = np.tile(shape.start, (4 * shape.count + 2, 1))
+        self._fixed[1:-1, moving] = np.outer(np.tile(_SIDES, shape.count), shape.approach)
+
+    def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
+        """Draw random poses, each reached from the one before on a straight line if ``_TRIES`` contain one.
+
+        In one draw of two every other mirrors the one before if that can be: gravity often pulls the other way.
+        """
+        x, on_line, before = np.zeros(self.size), np.linspace(0.0, 1.0, 21)[:, None], self.shape.start
+        poses, pairs = x[:-1].reshape(self.shape.count, -1), draw.random() < 0.5
+        for k, pose in enumerate(poses):
+            for trial in range(_TRIES):
+                mirrored = pairs and k % 2 == 1 and trial == 0
+                pose[:] = -poses[k - 1] if mirrored else _SPAN * draw.uniform(-1.0, 1.0, len(pose))
+                q = self._points(x)[4 * k + 2]
+                if clear(before + on_line * (q - before)):
+                    break
+            before = q
+        return x
+
+    def sample(self, x: Array, finer: int = 1) -> Samples:
+        """Evaluate poses on the lines, at rest."""
+        mixed, rests = _lines(self.shape.count, finer)
+        q = mixed @ self._points(x)
+        return Samples(np.where(rests, self.shape.hold, _PASSING), q, np.zeros_like(q), np.zeros_like(q))
+
+    def pullback(self, x: Array, slope: Samples) -> Array:
+        """Apply the Jacobian transposed to the slopes."""
+        by_point = _lines(self.shape.count, 1)[0].T @ slope.q[:, self._moving]
+        by_pose = by_point[1:-1].reshape(self.shape.count, 4, -1).sum(axis=1)
+        return np.append(by_pose * self._half, 0.0)
+
+    def plan(self, x: Array) -> ViaPoints:
+        """Make the motion: quintics from rest to rest, and the time at rest."""
+        points, fastest, strongest = self._points(x), self._bounds.speed, self._bounds.acceleration
+        times = quickest(np.diff(points, axis=0), _SPEED * fastest, _SPEED * strongest, least=_LEAST)
+        order = np.repeat(np.arange(len(points)), [1, *np.tile(1 + (_SIDES == 0.0), self.shape.count), 1])
+        held = np.diff(order) == 0
+        return ViaPoints(points[order], np.where(held, self.shape.hold, np.exp(x[-1]) * times[order[1:] - 1]))
+
+    def eased(self, x: Array, slower: float, smaller: float) -> Array:
+        """Slow down the ways, and shrink them about the middle of the range."""
+        return np.append(smaller * x[:-1], min(x[-1] + np.log(slower), self.high[-1]))
+
+    def _points(self, x: Array) -> Array:
+        points, poses = self._fixed.copy(), self._middle + self._half * x[:-1].reshape(self.shape.count, -1)
+        points[1:-1, self._moving] += np.repeat(poses, 4, axis=0)
+        return points
+
+
+@lru_cache(maxsize=16)
+def _lines(count: int, finer: int) -> tuple[Array, Mask]:
+    """Samples on the lines as mixtures of the points, (N, 4 count + 2); and those that are at rest."""
+    points = np.arange(4 * count + 2)
+    parts = finer * np.where(points[:-1] % 4 == 0, _LOOKS, 1)
+    s = np.concatenate([[0.0], *(k + np.arange(1, part + 1) / part for k, part in enumerate(parts))])
+    mixed = np.maximum(1.0 - np.abs(s[:, None] - points), 0.0)
+    return mixed, np.isin(s, points[2::2])

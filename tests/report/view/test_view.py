@@ -8,8 +8,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
+from dynident.apps.view import html_of
 from dynident.apps.view.moving import Shape, box, capsule, coarse, ellipsoid, inertia_axes, plane, view_of
-from dynident.apps.view.viser_page import html_of
 from dynident.cli import main
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError

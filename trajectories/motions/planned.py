@@ -1,8 +1,9 @@
-"""Motions that a robot controller plans: synchronised moves with trapezoidal speed that blend at via points.
+"""Motions that somebody else plans: by a robot's controller from point to point, or given as samples.
 
-Every move turns all joints by the same law: a ramp to constant speed, and a ramp down. A ramp's acceleration rises
-and falls linearly over part of its time, so that torques do not jump. At a via point the next move starts before
-the last one has ended, as the VAL3 language's ``leave`` and ``reach`` have it; what both give is added.
+A controller's synchronised moves turn all joints by the same law: a ramp to constant speed, and a ramp down. A
+ramp's acceleration rises and falls linearly over part of its time, so that torques do not jump. At a via point the
+next move starts before the last one has ended, as the VAL3 language's ``leave`` and ``reach`` have it; what both
+give is added.
 """
 
 from dataclasses import dataclass
@@ -10,11 +11,15 @@ from functools import cached_property
 
 import numpy as np
 
-from ...common import Array, Brief, freeze_fields
-from ...model import Robot
+from ...common import Array, Brief, InputError, freeze_fields
+from ...model import Motion, Robot
 from .family import Factors, Pieces, Plan
+from .via_points import ViaPoints, segments
 
 _STRETCH = 1.02  # steps in which moves too short for their ramps are made longer
+_REST = 0.01  # of the largest speed: what still counts as rest at the ends
+_ROUNDING = 1e-6  # of a step: what times written in decimals are longer
+_OVER = 1.02  # of a limit: rounding and the curve between samples
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -120,3 +125,79 @@ def plan_point_to_point(
         if not short.any():
             return PointToPoint(points, durations, np.column_stack([ramps[:-1], ramps[1:]]), blend, smoothing)
         durations = np.where(short, durations * _STRETCH, durations)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SampledTrajectory(Plan, Brief):
+    """A smooth curve through samples; it rests before the first and after the last.
+
+    With speeds and accelerations quintics between samples, with speeds alone cubics, with neither a quintic spline.
+
+    Attributes:
+        t: times [s], shape (N,), rising; counted from the first.
+        q: positions [rad or m], shape (N, n).
+        qd, qdd: speeds and accelerations there, shape (N, n), or None.
+        source: name for messages.
+    """
+
+    t: Array
+    q: Array
+    qd: Array | None = None
+    qdd: Array | None = None
+    source: str = "trajectory"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "t", np.asarray(self.t) - self.t[0])
+        shape = (len(self.t), np.shape(self.q)[-1])
+        freeze_fields(self, t=(None,), q=shape, qd=shape, qdd=shape)
+        if len(self.t) < 6:
+            raise InputError(f"{self.source}: {len(self.t)} samples do not make a trajectory")
+        qd = np.gradient(self.q, self.t, axis=0) if self.qd is None else self.qd
+        for k, where in ((0, "start"), (-1, "end")):
+            moving = np.abs(qd[k]) > _REST * np.abs(qd).max() + 1e-9
+            if moving.any():
+                fault = f"{self.source}: joint {int(np.argmax(moving)) + 1} moves at the {where}"
+                raise InputError(f"{fault}: a trajectory must start and end at rest")
+
+    @cached_property
+    def pieces(self) -> Pieces:
+        """A polynomial between each two samples."""
+        from scipy.interpolate import make_interp_spline
+
+        T, qd, qdd = np.diff(self.t), self.qd, self.qdd
+        if qd is None:
+            rest = [(order, np.zeros(self.q.shape[1])) for order in (1, 2)]
+            curve = make_interp_spline(self.t, self.q, k=5, bc_type=(rest, rest))
+            qd, qdd = curve(self.t, 1), curve(self.t, 2)
+        if qdd is not None:
+            return segments(self.q, qd, qdd, T)
+        cubic = segments(self.q, qd, np.zeros_like(qd), T)
+        v0, a0, a1, v1, step = cubic.coefficients.swapaxes(0, 1)
+        a0[:], a1[:] = 6.0 * step - 4.0 * v0 - 2.0 * v1, -6.0 * step + 2.0 * v0 + 4.0 * v1
+        return cubic
+
+    def check_limits(self, robot: Robot) -> None:
+        """Refuse a trajectory that the robot's joints may not run."""
+        limits, (q, qd, qdd) = [joint.limits for joint in robot.joints], self.at(self.t)
+        ranges = [limit.position for limit in limits]
+        middle = np.array([0.5 * (low + high) if np.isfinite(high - low) else 0.0 for low, high in ranges])
+        shares = {"position": np.abs(q - middle) / (0.5 * np.diff(ranges)[:, 0])}
+        for kind, x in (("speed", qd), ("acceleration", qdd)):
+            shares[kind] = np.abs(x) / [getattr(limit, kind) for limit in limits]
+        for quantity, share in shares.items():
+            k, j = np.unravel_index(int(np.argmax(share)), share.shape)
+            if share[k, j] > _OVER:
+                fault = f"{self.source}: joint {j + 1} goes beyond its {quantity} limit at {self.t[k]:.3f} s"
+                raise InputError(f"{fault} ({share[k, j]:.2f} times): make the trajectory smaller or slower")
+
+
+def joined(motion: Motion, rate: float) -> Motion:
+    """Refine samples to no less than ``rate`` [Hz]: more on the quintics through those that lie farther apart."""
+    parts = np.ceil(np.diff(motion.t) * rate * (1.0 - _ROUNDING)).astype(int)
+    if (parts <= 1).all():
+        return motion
+    k = np.repeat(np.arange(len(parts)), parts)  # the sample before
+    fraction = (np.arange(len(k)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[k]
+    t, last = motion.t[k] + fraction * np.diff(motion.t)[k], (motion.q, motion.qd, motion.qdd)
+    between = ViaPoints(motion.q, np.diff(motion.t), motion.qd, motion.qdd).at(t - motion.t[0])
+    return Motion(np.append(t, motion.t[-1]), *(np.vstack([x, y[-1]]) for x, y in zip(between, last, strict=True)))
