@@ -9,8 +9,9 @@ from .design.goal import Shape as Shape
 from .design.goal import assumed_noise as assumed_noise
 from .design.goal import second_pose as second_pose
 from .design.limits import Loads, PayloadSet
-from .design.problem import DesignProblem, Scene, build_design, read_scene
-from .design.problem import usual_scene as usual_scene
+from .design.problem import DesignProblem, build_design
+from .design.scene import Scene, read_scene
+from .design.scene import usual_scene as usual_scene
 from .design.score import REHEARSAL as REHEARSAL
 from .design.score import Rung as Rung
 from .design.score import Score, score_motion

@@ -29,7 +29,7 @@ from ...model.frames import frames_at, point_at
 from ...model.robot import Mesh
 from ...model.stand_in import cylinder_radius
 from ...trajectories import DesignProblem, Scene
-from ...trajectories.design.problem import tubes
+from ...trajectories.design.scene import tubes
 from ...trajectories.design.score import over_time
 from ..extras import extra
 from ..numbers import quaternion

@@ -35,7 +35,7 @@ from dynident.estimation.answers.gains import known_mass
 from dynident.model import Recording
 from dynident.tests.common.test_wrong_files import filled
 from dynident.tests.selection import cases
-from dynident.trajectories.design.problem import Capsule, HalfSpace
+from dynident.trajectories.design.scene import Capsule, HalfSpace
 from msgspec import inspect
 
 PUBLIC = {

@@ -20,7 +20,7 @@ from dynident.model.files.robot_file import RobotTable
 from dynident.tests.model.test_robot_file import FULL
 from dynident.tests.trajectories.test_scene import WHOLE
 from dynident.trajectories import read_scene
-from dynident.trajectories.design.problem import Scene
+from dynident.trajectories.design.scene import Scene
 from msgspec import inspect
 
 

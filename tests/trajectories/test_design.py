@@ -42,7 +42,7 @@ from dynident.trajectories import (
 )
 from dynident.trajectories.design.descent import Lagrangian
 from dynident.trajectories.design.goal import CRITERIA, Kind, RegressorKernel, Shape, regressor_kernel
-from dynident.trajectories.design.problem import Capsule, HalfSpace
+from dynident.trajectories.design.scene import Capsule, HalfSpace
 from dynident.trajectories.design.score import score_of
 from dynident.trajectories.design.search import floor_under
 from dynident.trajectories.motions.family import Samples

@@ -21,7 +21,7 @@ from dynident.model import (
 from dynident.model.frames import frames_at
 from dynident.tests.trajectories.safe_runs import dense, drawn_bodies
 from dynident.trajectories.design.limits import Limit
-from dynident.trajectories.design.problem import Capsule, HalfSpace
+from dynident.trajectories.design.scene import Capsule, HalfSpace
 from dynident.trajectories.design.score import check_held, holding_torques, load_torques
 from dynident.trajectories.motions.family import Samples
 

@@ -29,7 +29,7 @@ from dynident.trajectories import (
     random_via_points,
     run_experiment,
 )
-from dynident.trajectories.design.problem import Capsule, HalfSpace, clearance
+from dynident.trajectories.design.scene import Capsule, HalfSpace, clearance
 from dynident.trajectories.motions.via_points import quickest, random_points
 from dynident.trajectories.simulation import RX90_DISTURBANCES, no_disturbances
 

@@ -42,6 +42,7 @@ from dynident.trajectories.design.score import (
     holding_torques,
     kept_throughout,
     missed_on_run,
+    score_motion,
     speed_ladder,
 )
 from dynident.trajectories.motions.family import Plan, Samples

@@ -9,7 +9,7 @@ from dynident.common.errors import InputError
 from dynident.model import load_robot, robot_names
 from dynident.model.frames import frames_at
 from dynident.trajectories import Scene, read_scene
-from dynident.trajectories.design.problem import Capsule, HalfSpace, clearance, usual_scene
+from dynident.trajectories.design.scene import Capsule, HalfSpace, clearance, usual_scene
 from dynident.trajectories.motions.family import Samples
 
 ROBOT = load_robot("rx90")
