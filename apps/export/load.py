@@ -2,8 +2,8 @@
 
 import math
 import re
-from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -241,9 +241,8 @@ def load_format(
     reference: str = "inertia matrix about the centre of mass, axes of the flange",
     units: str = "kg, m, kg m^2",
     holds: frozenset[str] = frozenset({"products"}),
-    ready: Callable[[ControllerLoad], ControllerLoad] = ControllerLoad.rounded,
     **parts: Any,
-) -> Format[ControllerLoad]:
-    """The format of a payload, which says what its numbers refer to, their order and units."""
+) -> "partial[Format[ControllerLoad]]":
+    """Make a function the format of a payload, which says what its numbers refer to, their order and units."""
     remarks = (f"Reference: {reference}.", f"Order: {order}.", f"Units: {units}.")
-    return Format(head=load_head, remarks=remarks, holds=holds, ready=ready, **parts)
+    return partial(Format, head=load_head, ready=ControllerLoad.rounded, remarks=remarks, holds=holds, **parts)

@@ -62,11 +62,6 @@ def with_unit(name: str) -> tuple[str, str]:
     return (match[1], match[2]) if match and known_unit(match[2]) else (name, "")
 
 
-def repeated(names: Sequence[str]) -> str:
-    """A name that stands there twice; empty if there is none."""
-    return min((name for name in names if names.count(name) > 1), default="")
-
-
 def listed(names: Texts) -> tuple[str, ...]:
     """Names of which a single one may stand alone, with ranges written out: "q1..6" is q1 to q6."""
     result: list[str] = []
@@ -96,8 +91,8 @@ class Layout(Table, frozen=True):
             raise ValueError("decimal ',' needs a delimiter other than comma")
         if self.per_row and self.per_row != len(self.names):
             raise ValueError(f"numbers_per_row is {self.per_row}, but {len(self.names)} names are given")
-        if repeated(self.names):
-            raise ValueError(f"name {repeated(self.names)!r} is given twice")
+        if twice := [name for name in self.names if self.names.count(name) > 1]:
+            raise ValueError(f"name {min(twice)!r} is given twice")
 
 
 class Time(Table, frozen=True):

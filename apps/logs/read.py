@@ -20,7 +20,7 @@ from ...model import Processing, Recording, Robot
 from ..extras import modules
 from . import formats
 from .columns import PLAIN, Naming, RawLog, check_missing, choose, in_a_row, recognised, time_column
-from .csv_log import csv_log
+from .csv_log import CsvLog
 from .formats.ros_bag import ros_bag
 from .map import SHORT, SI, Layout, LogMap, Quantity, factor
 
@@ -60,7 +60,7 @@ def open_log(path: LogPath, log_map: LogMap) -> RawLog:
         return _side_by_side(label, paths, [log_map.layout] * len(paths))
     path, files = Path(path), log_map.files or ((log_map.layout,) if log_map.layout.name else ())
     is_bag = not files and (path / "metadata.yaml").is_file()
-    reader = ros_bag if is_bag else _READERS.get(path.suffix.lower(), csv_log)
+    reader = ros_bag if is_bag else _READERS.get(path.suffix.lower(), CsvLog)
     if log_map.layout.topic and reader is not ros_bag and path.exists():
         raise InputError(f"{path}: is not a ROS 2 bag and has no topics: omit topic")
     if files:
@@ -81,7 +81,7 @@ def _side_by_side(label: Path, paths: Sequence[Path], layouts: Sequence[Layout])
     for path, layout in zip(paths, layouts, strict=True):
         if not path.is_file():
             raise InputError(f"{path}: no such file; {label.name} needs it")
-        logs.append(_READERS.get(path.suffix.lower(), csv_log)(path, layout))
+        logs.append(_READERS.get(path.suffix.lower(), CsvLog)(path, layout))
     time = time_column(logs[0].names, PLAIN)
     shared = set(logs[0].names).intersection(*(log.names for log in logs[1:])) - {time}
     joints = tuple(name for name in logs[0].names if name in shared and len(logs) > 1)
@@ -219,14 +219,15 @@ def read_beside(
         columns[reference] = naming.columns(reference)
     values = raw.whole(list(chain.from_iterable(columns.values())))
     t, since = np.arange(len(values)) / (log_map.time.rate or 1.0), 0.0
-    if naming.time:
-        t, later, since = _clock(raw, naming.time, naming.time_unit, values[:, 0], notes)
+    time, unit_of_time = naming.time
+    if time:
+        t, later, since = _clock(raw, time, unit_of_time, values[:, 0], notes)
         values = values if later.all() else values[later]
     if len(t) < 2:
         few = f"has {len(t)} rows of numbers, which is no recording"
         raise InputError(f"{raw.path}: {few}: record again, or give the file with the rows")
     columns.pop("time", None)
-    values, names = values[:, bool(naming.time) :], list(chain.from_iterable(columns.values()))
+    values, names = values[:, bool(time) :], list(chain.from_iterable(columns.values()))
     # What a logger wrote more than once is taken out: freezes, and samples that are held.
     frozen = frozen_rows(values, values[:, : robot.n])
     if count := int(np.sum(frozen[1:] & ~frozen[:-1])):

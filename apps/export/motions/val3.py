@@ -8,6 +8,7 @@ as in the public VAL3 applications of ros-industrial/staubli_val3_driver.
 """
 
 import re
+from functools import partial
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -98,28 +99,6 @@ def check_val3(robot: Robot, via_points: bool, name: str) -> None:
         )
 
 
-def _write(motion: WrittenMotion) -> Element:
-    plan, held = _points(motion)
-    angles, motions = np.degrees(plan.points).tolist(), []
-    for accel, vel, leave in [(_APPROACH, _APPROACH, 0.0), *zip(*_moves(motion, plan), strict=True)]:
-        ramp, near = f"{accel:g}", f"{leave:g}"
-        profile = {"accel": ramp, "vel": f"{vel:g}", "decel": ramp, "tmax": "99999", "rmax": "99999"}
-        motions.append(profile | ({"blend": "joint", "leave": near, "reach": near} if leave else {"blend": "off"}))
-    variables = {
-        ("jPoint", "jointRx"): [{f"j{j}": f"{angle:.6f}" for j, angle in enumerate(row, 1)} for row in angles],
-        ("mMotion", "mdesc"): motions,
-        ("nIndex", "num"): [{"value": "0"}],
-        **({("nHold", "num"): [{"value": f"{time:g}"} for time in held]} if held.any() else {}),
-        ("tFlange", "tool"): [{"fatherId": "flange[0]"}],
-    }
-    data = element("Datas")
-    for (name, kind), values in variables.items():
-        about = {"name": name, "access": "private", "xsi:type": "array", "type": kind, "size": f"{len(values)}"}
-        entries = (element("Value", {"key": f"{k}"} | value) for k, value in enumerate(values))
-        data.append(element("Data", about, *entries))
-    return element("Database", {"xmlns:xsi": _XSI, "xmlns": f"{_SPACE}/Data/2"}, data)
-
-
 def _beside(motion: WrittenMotion) -> dict[str, str]:
     held = _points(motion)[1]
     count, hold = len(held), ["    waitEndMove()", "    delay(nHold[nIndex])"] * bool(held.any())
@@ -162,10 +141,10 @@ def _program(name: str, access: str, code: list[str]) -> str:
 """
 
 
-FORMAT = Format(
+@partial(
+    Format,
     title="VAL3 application of Staubli",
     source="VAL3 Reference Manual (D28062804A)",
-    write=_write,
     remarks=_WARNING,
     first_line=FIRST,
     beside=_beside,
@@ -175,3 +154,23 @@ FORMAT = Format(
         "design with --segments trapezoid, or leave more room by the setting torque-margin",
     ),
 )
+def _write(motion: WrittenMotion) -> Element:
+    plan, held = _points(motion)
+    angles, motions = np.degrees(plan.points).tolist(), []
+    for accel, vel, leave in [(_APPROACH, _APPROACH, 0.0), *zip(*_moves(motion, plan), strict=True)]:
+        ramp, near = f"{accel:g}", f"{leave:g}"
+        profile = {"accel": ramp, "vel": f"{vel:g}", "decel": ramp, "tmax": "99999", "rmax": "99999"}
+        motions.append(profile | ({"blend": "joint", "leave": near, "reach": near} if leave else {"blend": "off"}))
+    variables = {
+        ("jPoint", "jointRx"): [{f"j{j}": f"{angle:.6f}" for j, angle in enumerate(row, 1)} for row in angles],
+        ("mMotion", "mdesc"): motions,
+        ("nIndex", "num"): [{"value": "0"}],
+        **({("nHold", "num"): [{"value": f"{time:g}"} for time in held]} if held.any() else {}),
+        ("tFlange", "tool"): [{"fatherId": "flange[0]"}],
+    }
+    data = element("Datas")
+    for (name, kind), values in variables.items():
+        about = {"name": name, "access": "private", "xsi:type": "array", "type": kind, "size": f"{len(values)}"}
+        entries = (element("Value", {"key": f"{k}"} | value) for k, value in enumerate(values))
+        data.append(element("Data", about, *entries))
+    return element("Database", {"xmlns:xsi": _XSI, "xmlns": f"{_SPACE}/Data/2"}, data)

@@ -13,6 +13,7 @@ import json
 import math
 import re
 from collections.abc import Iterable, Mapping
+from functools import partial
 
 from ....estimation.possible.whole_robot import Labelled, WholeRobot
 from ....model import Pose
@@ -22,6 +23,18 @@ from ..load import ControllerLoad, listed, load_format, number
 from ..robot import MovedLink, drive_value, fields, flange_of, gravity_of, moved_links
 
 
+@partial(
+    Format,
+    title="USD with the physics schema of PhysX (Isaac Sim 5 or newer)",
+    source="OpenUSD, UsdPhysics; PhysX, PhysxJointAxisAPI",
+    holds=frozenset({"armature", "damping", "friction", "speed", "torque", "gravity"}),
+    remarks=(
+        "Damping and dry friction stand in PhysxJointAxisAPI (per degree, N·m), which Isaac Sim 4 does not read: "
+        "its jointFriction has no unit of torque and is not written. A base without mass gets PhysX's own; it is "
+        "fixed to the world, so nothing shows it.",
+    ),
+    first_line="#usda 1.0",
+)
 def _write(whole: WholeRobot) -> str:
     root, base, moved = _identifier(whole.robot.name), _identifier(whole.link_names[0]), moved_links(whole)
     flange, pose_of_flange = flange_of(whole.robot)
@@ -129,20 +142,16 @@ def _identifier(name: str) -> str:
     return re.sub(r"^(?=\d)", "_", re.sub(r"\W", "_", name, flags=re.ASCII))
 
 
-FORMAT = Format(
-    title="USD with the physics schema of PhysX (Isaac Sim 5 or newer)",
-    source="OpenUSD, UsdPhysics; PhysX, PhysxJointAxisAPI",
-    write=_write,
-    holds=frozenset({"armature", "damping", "friction", "speed", "torque", "gravity"}),
-    remarks=(
-        "Damping and dry friction stand in PhysxJointAxisAPI (per degree, N·m), which Isaac Sim 4 does not read: "
-        "its jointFriction has no unit of torque and is not written. A base without mass gets PhysX's own; it is "
-        "fixed to the world, so nothing shows it.",
-    ),
+@load_format(
+    title="USD PhysicsMassAPI (stage units; copy into a stage of the same units)",
+    source="OpenUSD, UsdPhysicsMassAPI",
+    holds=frozenset({"products", "units"}),
+    reference="principal moments about the centre of mass, their axes turned by principalAxes out of the prim's",
+    order="centerOfMass x, y, z; diagonalInertia along the principal axes; principalAxes w, x, y, z",
+    units="kg (kilogramsPerUnit = 1), length in metersPerUnit, inertia in kg times that squared",
+    in_part="no diagonalInertia: the simulator makes one from the shapes",
     first_line="#usda 1.0",
 )
-
-
 def _write_payload(load: ControllerLoad) -> str:
     (moments, axes), unit, digits = principal_axes(load.inertia), load.meters_per_unit, load.moment_digits
     digits = None if digits is None else digits + round(2.0 * math.log10(unit))
@@ -155,16 +164,3 @@ def _write_payload(load: ControllerLoad) -> str:
     schemas = _schemas("PhysicsRigidBodyAPI", "PhysicsMassAPI")
     payload = _prim('Xform "payload"', lines[: 2 if load.point_mass else 4], [schemas])
     return _stage("payload", number(unit), payload)
-
-
-PAYLOAD = load_format(
-    title="USD PhysicsMassAPI (stage units; copy into a stage of the same units)",
-    source="OpenUSD, UsdPhysicsMassAPI",
-    write=_write_payload,
-    holds=frozenset({"products", "units"}),
-    reference="principal moments about the centre of mass, their axes turned by principalAxes out of the prim's",
-    order="centerOfMass x, y, z; diagonalInertia along the principal axes; principalAxes w, x, y, z",
-    units="kg (kilogramsPerUnit = 1), length in metersPerUnit, inertia in kg times that squared",
-    in_part="no diagonalInertia: the simulator makes one from the shapes",
-    first_line="#usda 1.0",
-)
