@@ -37,7 +37,7 @@ class RawLog:
     place: Callable[[int], str] = lambda row: f"row {row + 1}"  # tells where a row stands; rows count from 0
     joints: tuple[str, ...] = ()  # names, where the format has them
     units: Mapping[str, str] = field(default_factory=dict)  # of columns, where the file names them
-    notes: Callable[[], tuple[str, ...]] = tuple  # on how it was read; after its rows were read, on these too
+    notes: list[str] = field(default_factory=list)  # on how it was read; after its rows were read, on these too
     gain_sigma: float | None = None  # relative error of its torques' scale, where the file tells it
 
     def __post_init__(self) -> None:
@@ -134,32 +134,27 @@ def recognised(names: Sequence[str]) -> Known:
     best, most, there, number = PLAIN, 0, set(names), r"(?P<joint>\d+)"
     marks = {r"\*": "(?P<prefix>.*)", r"\{joint\}": "(?P<joint>[^/]+)", r"\{0\}": number, r"\{\}": number}
     for known in KNOWN:
-        layout: Known | None = None
         for pattern in known.columns["position"]:
-            text = re.escape(pattern)
+            text, named, first = re.escape(pattern), "{joint}" in pattern, 0 if "{0}" in pattern else 1
             for mark, group in marks.items():
                 text = text.replace(mark, group)
             arms: dict[str, list[str]] = {"": []}
             for match in filter(None, (re.fullmatch(text, name) for name in names)):
                 arms.setdefault(match.groupdict().get("prefix") or "", []).append(match["joint"])
             joints = max(arms.values(), key=len)
+            size = next(k for k in range(len(joints) + 1) if str(first + k) not in joints)
+            size = len(joints) if named else size
+            # A single name is none of a joint; numbers that begin before the first joint's are others.
+            if size <= named or (not named and str(first - 1) in joints):
+                continue
             prefixes = tuple(prefix for prefix, own in arms.items() if len(own) == len(joints))
-            if "{joint}" in pattern and len(joints) > 1:  # a single name is none of a joint
-                layout = replace(known, prefixes=prefixes, joints=tuple(joints), size=len(joints))
-            elif "{joint}" not in pattern:
-                first = 0 if "{0}" in pattern else 1
-                size = next(k for k in range(len(joints) + 1) if str(first + k) not in joints)
-                # Numbers that begin before the first joint's are others.
-                if size and str(first - 1) not in joints:
-                    layout = replace(known, prefixes=prefixes, size=size)
-            if layout:
-                break
-        if layout:
+            layout = replace(known, prefixes=prefixes, joints=tuple(joints) if named else (), size=size)
             kinds = sum(
-                any(there >= set(layout.expanded(pattern, layout.joints, layout.size)) for pattern in patterns)
+                any(there >= set(layout.expanded(own, layout.joints, size)) for own in patterns)
                 for patterns in known.columns.values()
             )
             best, most = (layout, kinds) if kinds > most else (best, most)
+            break
     return best
 
 

@@ -48,7 +48,6 @@ class CsvLog(RawLog):
         self.path = path
         self._per_row, self._encoding = layout.per_row, _encoding(path)
         self._passed: list[int] = []  # rows before which a line without numbers was passed over
-        self._cut = ""
         with _opened(path, self._encoding) as text:
             lines = text.read(_SAMPLE).splitlines()
         if len(lines) > 1 and len("\n".join(lines)) >= _SAMPLE - 1:
@@ -99,7 +98,7 @@ class CsvLog(RawLog):
         names = [name for name, _ in columns]
         stated_units = dict(zip(names, units, strict=False)) | {name: unit for name, unit in columns if unit}
         unusual = not layout.delimiter and (self._delimiter != usual or bool(stated))
-        self._told = {
+        told = {
             f"cells separated by {_NAMES.get(self._delimiter, repr(self._delimiter))}": unusual,
             "decimal commas": not layout.decimal and self._decimal == ",",
             "UTF-16 text": self._encoding.startswith("utf-16"),
@@ -108,7 +107,11 @@ class CsvLog(RawLog):
             "a row of units": bool(units),
             "remarks": bool(remarks),
         }
-        super().__init__(path, tuple(names), self._read, self._place, (), stated_units, self._notes, sigma)
+        notes = [f"text read with {', '.join(words for words, is_so in told.items() if is_so)}"] * any(
+            told.values()
+        )
+        super().__init__(path, tuple(names), self._read, self._place, (), stated_units, notes, sigma)
+        self._dialect = tuple(notes)
 
     def _header(self, line: str, remarks: Sequence[str], below: Sequence[str]) -> tuple[list[str], list[str]]:
         """Names of the columns, by the last remark of a file of numbers, and the row of units below them."""
@@ -148,15 +151,11 @@ class CsvLog(RawLog):
         passed = bisect_right(self._passed, row)
         return f"line {self._before + 1 + row * max(self._per_row, 1) + passed}"
 
-    def _notes(self) -> tuple[str, ...]:
-        told = ", ".join(words for words, is_so in self._told.items() if is_so)
-        return tuple(filter(None, (told and f"text read with {told}", self._cut)))
-
     def _read(self, columns: Sequence[str]) -> Array:
         """Some of the columns."""
         per_row, wanted = self._per_row, [self.names.index(name) for name in columns]
         indices = [0] if per_row else wanted
-        self._passed, self._cut = [], ""
+        self._passed, self.notes = [], [*self._dialect]
         with _opened(self.path, self._encoding) as text:
             rows = self._rows(text, indices)
             first = next(rows, None)
@@ -206,7 +205,7 @@ class CsvLog(RawLog):
                     cells.pop()
                 inside = width - 1 in indices and len(cells) == width and not self._is_number(cells[-1])
                 if not whole and (len(cells) < width or inside):
-                    self._cut = f"the last row ({self.place(count)}) is cut off: left out"
+                    self.notes.append(f"the last row ({self.place(count)}) is cut off: left out")
                     return
                 if len(cells) != width:
                     advice = "correct or remove the row, or name every column"

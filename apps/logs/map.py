@@ -25,13 +25,13 @@ LONGEST_NAME = 1000  # letters of a column's name; what looks for numbers and un
 COMMAND_LINE = "command line"  # source of a map that no file gives
 _TYPED = {"sign": "signs", "joints": "--joints"}  # keys of a map as they are typed
 _ANGLE = {"rad": 1.0, "deg": math.pi / 180.0, "rev": 2.0 * math.pi, "m": 1.0, "mm": 1e-3}
-_CURRENT = {"A": 1.0, "mA": 1e-3, "raw": 1.0, "percent": 0.01}
+CURRENT = {"A": 1.0, "mA": 1e-3, "raw": 1.0, "percent": 0.01}
 _UNITS = {
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
     "position": _ANGLE,
     "velocity": {f"{unit}/s": factor for unit, factor in _ANGLE.items()} | {"rpm": 2.0 * math.pi / 60.0},
-    "torque": {"N·m": 1.0, "mN·m": 1e-3, "N": 1.0, **_CURRENT},  # columns called torques may hold something else
-    "current": _CURRENT,
+    "torque": {"N·m": 1.0, "mN·m": 1e-3, "N": 1.0, **CURRENT},  # columns called torques may hold something else
+    "current": CURRENT,
 }
 _SPELLINGS = {
     "Nm": "N·m", "N*m": "N·m", "N m": "N·m", "N.m": "N·m", "N-m": "N·m", "mNm": "mN·m", "%": "percent", "µs": "us",
@@ -186,11 +186,6 @@ class Quantity(Table, frozen=True):
     def zero(self) -> tuple[float, ...]:
         """Offsets that are added to joint-side positions [rad or m], one for each joint."""
         return tuple(map(math.radians, self.zero_deg)) or self.zero_m
-
-    @property
-    def of_unknown_gain(self) -> bool:
-        """True where the unit is that of a current, of counts, or percent of an unknown torque."""
-        return not self.rated and not _CURRENT.keys().isdisjoint(self.unit)
 
 
 class ToolColumns(Table, frozen=True):

@@ -22,7 +22,7 @@ from . import formats
 from .columns import PLAIN, Naming, RawLog, check_missing, choose, in_a_row, recognised, time_column
 from .csv_log import CsvLog
 from .formats.ros_bag import ros_bag
-from .map import SHORT, SI, Layout, LogMap, Quantity, factor
+from .map import CURRENT, SHORT, SI, Layout, LogMap, Quantity, factor
 
 _READERS: dict[str, Callable[[Path, Layout], RawLog]] = {
     ending: reader
@@ -77,7 +77,7 @@ def open_log(path: LogPath, log_map: LogMap) -> RawLog:
 
 def _side_by_side(label: Path, paths: Sequence[Path], layouts: Sequence[Layout]) -> RawLog:
     """Files of one recording as one log, row by row; a joint's column that stands in all gets the signal's name."""
-    logs, found = list[RawLog](), dict[str, tuple[RawLog, str]]()
+    logs, found, notes = list[RawLog](), dict[str, tuple[RawLog, str]](), list[str]()
     for path, layout in zip(paths, layouts, strict=True):
         if not path.is_file():
             raise InputError(f"{path}: no such file; {label.name} needs it")
@@ -105,10 +105,8 @@ def _side_by_side(label: Path, paths: Sequence[Path], layouts: Sequence[Layout])
         if not rows or any(abs(own - clocks[0]).max() > typical_step(clocks[0]) for own in clocks[1:]):
             unlike = f"have not the same {'times' if rows else 'number of rows'}"
             raise InputError(f"{label}: {', '.join(used)} {unlike}: are they of one recording?")
+        notes[:] = (f"{log.path.name}: {note}" for log in logs for note in log.notes)
         return np.column_stack([there[name] for name in columns])
-
-    def notes() -> tuple[str, ...]:
-        return tuple(f"{log.path.name}: {note}" for log in logs for note in log.notes())
 
     units = {name: log.units[own] for name, (log, own) in found.items() if own in log.units}
     sigma = next((log.gain_sigma for log in logs if log.gain_sigma is not None), None)
@@ -142,9 +140,9 @@ def named(path: LogPath, robot: Robot, log_map: LogMap | None) -> Naming:
     log_map.check(robot.n)
     naming = Naming(open_log(path, log_map), log_map, robot)
     torque = log_map.torque
-    if not torque.of_unknown_gain:
+    if torque.rated or CURRENT.keys().isdisjoint(torque.unit):
         return naming
-    # What the columns of torques hold needs gains, as currents do.
+    # Columns of torques that hold currents, counts, or percent of an unknown torque need gains, as currents do.
     current = Quantity(naming.columns("torque"), torque.unit, sign=torque.sign)
     return replace(naming, log_map=structs.replace(log_map, torque=Quantity(), current=current))
 
@@ -255,7 +253,7 @@ def read_beside(
     if gains:
         torque = load * np.array(gains, dtype=float)
         torque = robot.coupling.joint_torques(torque) if robot.coupling else torque
-    notes = [*raw.notes(), *notes, *chosen]
+    notes = [*raw.notes, *notes, *chosen]
     unmoved = ~qd.any(axis=0) & (np.ptp(q, axis=0) > _MOVES) if qd is not None else np.zeros(robot.n, dtype=bool)
     if joints := ", ".join(str(j + 1) for j in np.flatnonzero(unmoved)):
         qd = None

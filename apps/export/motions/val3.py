@@ -122,16 +122,11 @@ def _beside(motion: WrittenMotion) -> dict[str, str]:
         element("Database", {}, element("Data", {"file": f"{motion.name}.dtx"})),
         element("Libraries"),
     )  # fmt: skip
-    return {
-        f"{motion.name}.pjx": f"{FIRST}\n{xml_text(project)}\n",
-        "start.pgx": _program("start", "public", start),
-        "stop.pgx": _program("stop", "private", ["begin", "  resetMotion()", "end"]),
-    }
-
-
-def _program(name: str, access: str, code: list[str]) -> str:
-    text = "\n".join(code)
-    return f"""{FIRST}
+    programs = {"start": ("public", start), "stop": ("private", ["begin", "  resetMotion()", "end"])}
+    files = {f"{motion.name}.pjx": f"{FIRST}\n{xml_text(project)}\n"}
+    for name, (access, code) in programs.items():
+        text = "\n".join(code)
+        files[f"{name}.pgx"] = f"""{FIRST}
 <Programs xmlns:xsi="{_XSI}" xmlns="{_SPACE}/Program/2">
   <Program name="{name}" access="{access}">
     <Code><![CDATA[{text}
@@ -139,6 +134,7 @@ def _program(name: str, access: str, code: list[str]) -> str:
   </Program>
 </Programs>
 """
+    return files
 
 
 @partial(

@@ -20,7 +20,7 @@ from ....model import Pose
 from ...numbers import exact, principal_axes, quaternion
 from ..format import Format
 from ..load import ControllerLoad, listed, load_format, number
-from ..robot import MovedLink, drive_value, fields, flange_of, gravity_of, moved_links
+from ..robot import drive_value, fields, flange_of, gravity_of, moved_links
 
 
 @partial(
@@ -44,10 +44,10 @@ def _write(whole: WholeRobot) -> str:
         f"vector3f physics:gravityDirection = ({exact([x / size for x in g] if size else [0, 0, -1], ', ')})",
         f"float physics:gravityMagnitude = {exact(size)}",
     ]
-    links = _prim(f'Xform "{base}"', [], [_schemas("PhysicsRigidBodyAPI")])
-    pose = Pose()
+    links, pose = _prim(f'Xform "{base}"', [], [_schemas("PhysicsRigidBodyAPI")]), Pose()
+    joints = _prim('PhysicsFixedJoint "world"', [f"rel physics:body1 = </{root}/{base}>"])
     for each in moved:
-        inside, pose, link = list[str](), pose @ each.pose, each.link
+        inside, pose, link, joint, drive = list[str](), pose @ each.pose, each.link, each.joint, each.drive
         if (body := link.body).mass != 0.0:
             moments, axes = principal_axes(body.inertia_com)
             inside += [
@@ -62,9 +62,42 @@ def _write(whole: WholeRobot) -> str:
         marks = [_schemas("PhysicsRigidBodyAPI", "PhysicsMassAPI")]
         marks += _custom_data(link.link, link.numbers | link.parameters)
         links += _prim(f'Xform "{_identifier(link.link)}"', inside, marks)
-    held = _prim('PhysicsFixedJoint "world"', [f"rel physics:body1 = </{root}/{base}>"])
-    joints = _prim('Scope "joints"', [*held, *(line for each in moved for line in _joint(each, root))])
-    arm = _prim(f'Xform "{root}"', [*links, *joints], [_schemas("PhysicsArticulationRootAPI")])
+        limits, turning, sliding = (
+            joint.limits,
+            ("Revolute", "angular", math.degrees(1.0)),
+            ("Prismatic", "linear", 1.0),
+        )
+        kind, axis, unit = turning if joint.revolute else sliding
+        lines = ['uniform token physics:axis = "Z"']
+        for k, (end, place) in enumerate(((each.parent, each.frame), (link.link, each.own.inverse()))):
+            lines += [
+                f"rel physics:body{k} = </{root}/{_identifier(end)}>",
+                f"point3f physics:localPos{k} = ({exact(place.origin, ', ')})",
+                f"quatf physics:localRot{k} = ({exact(quaternion(place.R), ', ')})",
+            ]
+        own = f"physxJointAxis:{axis}"
+        numbers = {
+            "physics:lowerLimit": limits.position[0] * unit,
+            "physics:upperLimit": limits.position[1] * unit,
+            f"drive:{axis}:physics:stiffness": 0.0,
+            f"drive:{axis}:physics:damping": 0.0,
+            f"drive:{axis}:physics:maxForce": limits.torque,
+            "physxJoint:maxJointVelocity": limits.speed * unit,
+            f"{own}:maxJointVelocity": limits.speed * unit,
+        }
+        armature, friction, damping = (drive_value(drive, key) for key in ("armature", "friction", "damping"))
+        if "armature" in drive:
+            numbers |= {"physxJoint:armature": armature, f"{own}:armature": armature}
+        if "friction" in drive:
+            numbers |= {f"{own}:staticFrictionEffort": friction, f"{own}:dynamicFrictionEffort": friction}
+        if "damping" in drive:
+            numbers[f"{own}:viscousFrictionCoefficient"] = damping / unit
+        lines += [f"float {key} = {exact(value)}" for key, value in numbers.items() if math.isfinite(value)]
+        schemas = _schemas(f"PhysicsDriveAPI:{axis}", "PhysxJointAPI", f"PhysxJointAxisAPI:{axis}")
+        about = [schemas, *_custom_data(each.name, drive)]
+        joints += _prim(f'Physics{kind}Joint "{_identifier(each.name)}"', lines, about)
+    inside = [*links, *_prim('Scope "joints"', joints)]
+    arm = _prim(f'Xform "{root}"', inside, [_schemas("PhysicsArticulationRootAPI")])
     return _stage(root, "1", [*_prim('PhysicsScene "physicsScene"', scene), "", *arm])
 
 
@@ -91,41 +124,6 @@ def _placed(pose: Pose) -> list[str]:
         f"quatd xformOp:orient = ({exact(quaternion(pose.R), ', ')})",
         'uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:orient"]',
     ]
-
-
-def _joint(moved: MovedLink, root: str) -> list[str]:
-    joint, limits, drive = moved.joint, moved.joint.limits, moved.drive
-    turning, sliding = ("Revolute", "angular", math.degrees(1.0)), ("Prismatic", "linear", 1.0)
-    kind, axis, unit = turning if joint.revolute else sliding
-    lines = ['uniform token physics:axis = "Z"']
-    ends = ((moved.parent, moved.frame), (moved.link.link, moved.own.inverse()))
-    for k, (link, pose) in enumerate(ends):
-        lines += [
-            f"rel physics:body{k} = </{root}/{_identifier(link)}>",
-            f"point3f physics:localPos{k} = ({exact(pose.origin, ', ')})",
-            f"quatf physics:localRot{k} = ({exact(quaternion(pose.R), ', ')})",
-        ]
-    own = f"physxJointAxis:{axis}"
-    numbers = {
-        "physics:lowerLimit": limits.position[0] * unit,
-        "physics:upperLimit": limits.position[1] * unit,
-        f"drive:{axis}:physics:stiffness": 0.0,
-        f"drive:{axis}:physics:damping": 0.0,
-        f"drive:{axis}:physics:maxForce": limits.torque,
-        "physxJoint:maxJointVelocity": limits.speed * unit,
-        f"{own}:maxJointVelocity": limits.speed * unit,
-    }
-    armature, friction, damping = (drive_value(drive, key) for key in ("armature", "friction", "damping"))
-    if "armature" in drive:
-        numbers |= {"physxJoint:armature": armature, f"{own}:armature": armature}
-    if "friction" in drive:
-        numbers |= {f"{own}:staticFrictionEffort": friction, f"{own}:dynamicFrictionEffort": friction}
-    if "damping" in drive:
-        numbers[f"{own}:viscousFrictionCoefficient"] = damping / unit
-    lines += [f"float {key} = {exact(value)}" for key, value in numbers.items() if math.isfinite(value)]
-    schemas = _schemas(f"PhysicsDriveAPI:{axis}", "PhysxJointAPI", f"PhysxJointAxisAPI:{axis}")
-    name = f'Physics{kind}Joint "{_identifier(moved.name)}"'
-    return _prim(name, lines, [schemas, *_custom_data(moved.name, drive)])
 
 
 def _custom_data(name: str, numbers: Mapping[str, Labelled]) -> list[str]:
