@@ -188,8 +188,7 @@ def load_of(
         label = f"inertia ASSUMED, not measured: {result.assumed.inertia}"
         source, reasons, point_mass = f"{source}, {label}", (*reasons, label), False
         ten, widths = numbers(result.assumed.parameters), (*widths[:2], math.inf)
-    first = 6 if point_mass else 0
-    if missing := [INERTIAL[k] for k in range(first, 10) if np.isnan(ten[k])]:
+    if missing := [INERTIAL[k] for k in range(6 if point_mass else 0, 10) if np.isnan(ten[k])]:
         advice = "move more joints, or assume an inertia by 'dynident weigh --inertia box:AxBxC'"
         raise InputError(f"{name}: {', '.join(missing)} was not measured: {advice}")
     if np.isnan(ten).any():  # of a point mass, whose inertia is not used

@@ -154,8 +154,7 @@ def moved_links(whole: WholeRobot, apart: bool = True) -> list[MovedLink]:
     for name, joint, parent, link, drive, own in parts:
         along_x, along_z = step(joint, 0.0)
         frame, marks = before.inverse() @ along_x @ along_z, {**link.numbers, **drive, **link.parameters}
-        axis = exact(own.R[2])
-        moved.append(MovedLink(name, joint, parent, link, drive, frame, own, frame @ own, axis, marks))
+        moved.append(MovedLink(name, joint, parent, link, drive, frame, own, frame @ own, exact(own.R[2]), marks))
         before = own
     return moved
 

@@ -169,8 +169,7 @@ class Store:
     def made(root: str | Path, robot: Robot, recipe: Recipe) -> "Store":
         """Open the store at a place, made if there is none; one of another robot or recipe is refused."""
         labels = {"robot": robot.name, "fingerprint": robot.fingerprint, "recipe": recipe.fingerprint}
-        store = Store(Path(root))
-        path = store.root / "store.json"
+        store, path = Store(Path(root)), Path(root) / "store.json"
         if path.exists():
             there = read_json(path, dict[str, str], "give another folder")
             if there != labels:

@@ -148,8 +148,7 @@ class CsvLog(RawLog):
         return "_" not in cell
 
     def _place(self, row: int) -> str:
-        passed = bisect_right(self._passed, row)
-        return f"line {self._before + 1 + row * max(self._per_row, 1) + passed}"
+        return f"line {self._before + 1 + row * max(self._per_row, 1) + bisect_right(self._passed, row)}"
 
     def _read(self, columns: Sequence[str]) -> Array:
         """Some of the columns."""

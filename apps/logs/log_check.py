@@ -314,8 +314,7 @@ def read_following(
     log map names by ``position_reference`` or ``torque_reference``.
     """
     naming = named(path, robot, log_map)
-    kinds: dict[str, Missed]
-    kinds = {"position_reference": "following error", "torque_reference": "unpredicted torque"}
+    kinds: dict[str, Missed] = {"position_reference": "following error", "torque_reference": "unpredicted torque"}
     for quantity, kind in kinds.items():
         names = naming.columns(quantity)
         there = [name for name in names if name in naming.raw.names]

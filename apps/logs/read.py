@@ -172,8 +172,7 @@ def read_recordings(
         InputError: names the file, line and column of whatever cannot be used.
     """
     recording, _ = read_beside(named(path, robot, log_map), drive_gains)
-    cutoff = (processing or robot.processing).cutoff
-    return tuple(cut(recording, *pieces(recording.t, cutoff, recording.source)))
+    return tuple(cut(recording, *pieces(recording.t, (processing or robot.processing).cutoff, recording.source)))
 
 
 def read_recording(

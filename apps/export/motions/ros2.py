@@ -52,7 +52,6 @@ def _write(motion: WrittenMotion) -> str:
 def check_joint_names(names: Sequence[str], n: int) -> tuple[str, ...]:
     """The names, or joint_1 and so on if there are none; names that do not fit ``n`` joints are refused."""
     names = tuple(names) or tuple(f"joint_{j}" for j in range(1, n + 1))
-    good = {name for name in names if re.fullmatch(r"[A-Za-z0-9_/.-]+", name)}
-    if not len(good) == len(names) == n:
+    if not len({name for name in names if re.fullmatch(r"[A-Za-z0-9_/.-]+", name)}) == len(names) == n:
         raise InputError(f"joint names {', '.join(names)}: give {n} different ones of letters, digits and _ - / .")
     return names

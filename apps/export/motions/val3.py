@@ -80,8 +80,7 @@ def _moves(motion: WrittenMotion, plan: ViaPoints) -> tuple[Array, Array, Array]
         origins = np.array([kinematics(q)[1].full().ravel() for q in plan.points]).reshape(-1, 3)
         gap = 1000.0 * np.linalg.norm(np.diff(origins, axis=0), axis=1)
         leave[:-1] = np.floor(_BLEND * np.minimum(gap[:-1], gap[1:]))
-    most_speed = _percent((motion.bounds.speed / nominal).min())
-    return accel, np.minimum(_percent(speed + rounding), most_speed), leave
+    return accel, np.minimum(_percent(speed + rounding), _percent((motion.bounds.speed / nominal).min())), leave
 
 
 def _percent(fraction: Array) -> Array:

@@ -58,8 +58,7 @@ def _write(whole: WholeRobot) -> Element:
     if flange not in whole.link_names:
         attached = {"name": flange, "attached_to": whole.link_names[-1]}
         model.append(element("frame", attached, _pose(pose_of_flange)))
-    spaces = {"xmlns:drake": "drake.mit.edu", "xmlns:dynident": DYNIDENT}
-    return element("sdf", {"version": "1.9"} | spaces, model)
+    return element("sdf", {"version": "1.9", "xmlns:drake": "drake.mit.edu", "xmlns:dynident": DYNIDENT}, model)
 
 
 def _pose(pose: Pose) -> Element:

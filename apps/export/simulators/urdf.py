@@ -81,7 +81,6 @@ def _place(parent: str, child: str, pose: Pose) -> list[Element]:
     in_part="the inertia is zero, a point mass; simulators may ask for one of your own",
 )
 def _write_payload(load: ControllerLoad) -> Element:
-    fixed = {"name": "tool0-payload", "type": "fixed"}
-    joint = element("joint", fixed, *_place("tool0", "payload", Pose()))
+    joint = element("joint", {"name": "tool0-payload", "type": "fixed"}, *_place("tool0", "payload", Pose()))
     link = element("link", {"name": "payload"}, urdf_inertial(load.mass, load.com, load.inertia))
     return element("robot", {"name": "payload"}, element("link", {"name": "tool0"}), joint, link)

@@ -131,8 +131,7 @@ def _custom_data(name: str, numbers: Mapping[str, Labelled]) -> list[str]:
     lines = [f"string name = {json.dumps(name)}"]
     for key, label in numbers.items():
         text = [f'string {name} = "{word}"' for name, word in fields(label).items() if name != "value"]
-        entries = [f"double value = {exact(label.value)}", *text]
-        lines += [f"dictionary {key} = {{", *_indented(entries), "}"]
+        lines += [f"dictionary {key} = {{", *_indented([f"double value = {exact(label.value)}", *text]), "}"]
     return ["customData = {", "    dictionary dynident = {", *_indented(_indented(lines)), "    }", "}"]
 
 
