@@ -12,15 +12,15 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
-from queue import Empty, Queue
 from typing import Any
 
 import numpy as np
 
 from ..common import Array, InputError
 from ..common.files import write_bytes
+from ..common.schema import naming
 from .extras import parquet_bytes
 
 PORT, SCRIPT_PORT = 30004, 30002  # ports of RTDE, and of the secondary client interface, which takes scripts
@@ -76,11 +76,11 @@ class Client(AbstractContextManager["Client"]):
         self._socket = _connected(host, port, ": is RTDE enabled there?", "is the robot on, is the address right?")
         self._deadline = min(time.monotonic() + _PATIENCE, latest)
         try:
-            if self._ask(_REQUEST_VERSION, struct.pack(">H", 2))[:1] != b"\x01":
-                raise self._told("the controller does not speak version 2 of RTDE: update its software")
-            answer = self._ask(_CONTROLLER_VERSION)
-            if len(answer) != 16:
-                raise self._told("the controller does not tell its version")
+            with naming(self.host):
+                if self._ask(_REQUEST_VERSION, struct.pack(">H", 2))[:1] != b"\x01":
+                    raise ValueError("the controller does not speak version 2 of RTDE: update its software")
+                if len(answer := self._ask(_CONTROLLER_VERSION)) != 16:
+                    raise ValueError("the controller does not tell its version")
             self.version = struct.unpack(">4I", answer)
         except BaseException:
             self._socket.close()
@@ -97,24 +97,25 @@ class Client(AbstractContextManager["Client"]):
         """
         self.rate = rate or (500.0 if self.version[0] >= _CB_SERIES else 125.0)
         kinds, asked = dict.fromkeys(fields, ""), tuple[str, ...]()
-        while asked != tuple(kinds):  # an absent field makes a recipe unusable
-            asked = tuple(kinds)
-            answer = self._ask(_OUTPUTS, struct.pack(">d", self.rate) + ",".join(asked).encode())
-            types = answer[1:].decode("ascii", errors="replace").split(",")
-            if len(types) != len(asked):
-                raise self._told(f"{len(types)} types for {len(asked)} fields: this is not RTDE")
-            kinds = {field: kind for field, kind in zip(asked, types, strict=True) if kind != "NOT_FOUND"}
-            if absent := [field for field in asked if field in NEEDED and field not in kinds]:
-                raise self._told(f"the controller has no {', '.join(absent)}: nothing can be recorded from it")
-            for field, kind in kinds.items():
-                if kind not in _FORMATS:
-                    raise self._told(f"{field} comes as {kind!r}, which is no type of RTDE")
-                if kind != (usual := _TYPES.get(field, kind)):
-                    raise self._told(f"{field} comes as {kind} in the place of {usual}: is it RTDE?")
-        self._number = answer[0]
-        self.layout = np.dtype([(field, _FORMATS[kind]) for field, kind in kinds.items()])
-        if self._ask(_START)[:1] != b"\x01":
-            raise self._told("the controller does not start its samples")
+        with naming(self.host):
+            while asked != tuple(kinds):  # an absent field makes a recipe unusable
+                asked = tuple(kinds)
+                answer = self._ask(_OUTPUTS, struct.pack(">d", self.rate) + ",".join(asked).encode())
+                types = answer[1:].decode("ascii", errors="replace").split(",")
+                if len(types) != len(asked):
+                    raise ValueError(f"{len(types)} types for {len(asked)} fields: this is not RTDE")
+                kinds = {field: kind for field, kind in zip(asked, types, strict=True) if kind != "NOT_FOUND"}
+                if absent := [field for field in asked if field in NEEDED and field not in kinds]:
+                    raise ValueError(f"the controller has no {', '.join(absent)}: nothing can be recorded from it")
+                for field, kind in kinds.items():
+                    if kind not in _FORMATS:
+                        raise ValueError(f"{field} comes as {kind!r}, which is no type of RTDE")
+                    if kind != (usual := _TYPES.get(field, kind)):
+                        raise ValueError(f"{field} comes as {kind} in the place of {usual}: is it RTDE?")
+            self._number = answer[0]
+            self.layout = np.dtype([(field, _FORMATS[kind]) for field, kind in kinds.items()])
+            if self._ask(_START)[:1] != b"\x01":
+                raise ValueError("the controller does not start its samples")
         self._last = time.monotonic()
 
     def take(self, wait: float = 0.1) -> Samples:
@@ -137,7 +138,7 @@ class Client(AbstractContextManager["Client"]):
         if samples:
             self._last = time.monotonic()
         elif self._fault or time.monotonic() - self._last > _SILENCE:
-            raise self._told(self._fault or f"no sample for {_SILENCE:g} s")
+            raise InputError(f"{self.host}: {self._fault or f'no sample for {_SILENCE:g} s'}")
         return np.frombuffer(b"".join(samples), self.layout)
 
     def _ask(self, kind: int, payload: bytes = b"") -> bytes:
@@ -147,11 +148,9 @@ class Client(AbstractContextManager["Client"]):
             while (packet := self._packet(self._deadline))[0] != kind:
                 pass
         except TimeoutError:
-            raise self._told(f"connected, but no answer within {_PATIENCE:g} s") from None
+            raise ValueError(f"connected, but no answer within {_PATIENCE:g} s") from None
         except OSError as error:
-            raise self._told(f"the connection was lost: {error.strerror or error}") from None
-        except ValueError as error:
-            raise self._told(str(error)) from None
+            raise ValueError(f"the connection was lost: {error.strerror or error}") from None
         return packet[1]
 
     def _packet(self, until: float) -> tuple[int, bytes]:
@@ -173,36 +172,30 @@ class Client(AbstractContextManager["Client"]):
                 raise InputError("the controller closed the connection")
             self._buffer += received
 
-    def _told(self, fault: str) -> InputError:
-        return InputError(f"{self.host}: {fault}")
-
 
 def _connected(host: str, port: int, hint: str, silent: str) -> socket.socket:
     """Open a socket, within 2.5 s for the name and 2.5 s for the host; ``hint`` and ``silent``: why there is none.
 
     The system may look a name up for 30 s, where the name server is silent: a thread asks it.
     """
-    address, found = f"{host}:{port}", Queue[Any]()
+    found = list[Any]()
 
     def resolve() -> None:
-        try:
-            found.put(socket.getaddrinfo(host, port, type=socket.SOCK_STREAM))
-        except (OSError, UnicodeError) as error:
-            found.put(error)
+        with suppress(OSError, UnicodeError):  # who connects meets them again
+            found.append(socket.getaddrinfo(host, port, type=socket.SOCK_STREAM))
 
-    threading.Thread(target=resolve, name="resolving", daemon=True).start()
+    resolving = threading.Thread(target=resolve, name="resolving", daemon=True)
+    resolving.start()
+    resolving.join(_PATIENCE)
+    fault = f"the name {host} was not resolved within {_PATIENCE:g} s: give the address"
     try:
-        places = found.get(timeout=_PATIENCE)
-        if isinstance(places, Exception):
-            raise places
-        return socket.create_connection((host, port), _PATIENCE / len(places))  # it tries each in its turn
-    except Empty:
-        fault = f"the name {host} was not resolved within {_PATIENCE:g} s: give the address"
+        if not resolving.is_alive():  # each place is tried in its turn
+            return socket.create_connection((host, port), _PATIENCE / max(1, *map(len, found)))
     except TimeoutError:
         fault = f"no answer within {_PATIENCE:g} s: {silent}"
     except (OSError, UnicodeError) as error:
         fault = f"no connection: {getattr(error, 'strerror', None) or error}{hint}"
-    raise InputError(f"{address}: {fault}")
+    raise InputError(f"{host}:{port}: {fault}")
 
 
 class Recorder:
@@ -229,11 +222,6 @@ class Recorder:
         return self._last - self._first
 
     @property
-    def over(self) -> bool:
-        """Tell whether the length is reached."""
-        return self.seconds >= self.length
-
-    @property
     def step(self) -> float:
         """The usual time from one sample to the next [s]; that of the rate asked for while there are none."""
         return _TICK * self._steps.most_common(1)[0][0] if self._steps else 1.0 / self.rate
@@ -255,7 +243,7 @@ class Recorder:
         modes = [0] * len(samples) if safe else samples[SAFETY].tolist()
         try:
             for k, (now, mode) in enumerate(zip(samples[TIME].tolist(), modes, strict=True)):
-                if self.over:
+                if self.seconds >= self.length:
                     break
                 step, after = now - self._last, f"after {self.seconds:.1f} s"
                 if not self.count:

@@ -122,7 +122,7 @@ class _Record(_Controller):
                 signal.signal(signal.SIGTERM, signal.default_int_handler)
             try:
                 with status("recording") as progress:
-                    while not recorder.over:
+                    while recorder.seconds < recorder.length:
                         new = recorder.add(client.take())
                         words = [f"recording {recorder.seconds:.0f} of {recorder.length:g} s"]
                         if len(new):

@@ -4,7 +4,7 @@ Elements of XML that several formats have, and bodies as URDF, SDFormat and MJCF
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from xml.etree.ElementTree import Element, indent, tostring
 
@@ -22,13 +22,14 @@ FIRST = '<?xml version="1.0" encoding="utf-8"?>'
 DYNIDENT = "urn:dynident"  # namespace of the elements beside the standard ones
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Format(Generic[T]):
-    """A format that a payload, a robot or a motion (``T``) can be written in."""
+    """A format that a payload, a robot or a motion (``T``) can be written in, by the function it decorates."""
 
+    write: Callable[[T], "str | Element[Any]"]  # what stands below the head: a text, or the root of an XML file
+    _: KW_ONLY
     title: str  # whose format it is
     source: str  # where it is documented
-    write: Callable[[T], "str | Element[Any]"]  # what stands below the head: a text, or the root of an XML file
     # What must be said beside the numbers, a line each: alike for all formats of a kind.
     head: Callable[["Format[T]", T], Iterable[str]] = lambda form, value: form.remarks
     ready: Callable[[T], T] = lambda value: value  # what is written in a value's place; refuses what has no place
@@ -58,10 +59,10 @@ def plain(line: str) -> str:
     return text.replace("--", "- -").replace("--", "- -").replace("*/", "* /").rstrip("\\")
 
 
-def formats(package: str, folders: Iterable[str], constant: str = "FORMAT", **alike: Any) -> dict[str, Format[Any]]:
-    """Formats by name, each a constant of one file of a package (its ``__path__``); all have what is ``alike``."""
+def formats(package: str, folders: Iterable[str], writer: str = "_write", **alike: Any) -> dict[str, Format[Any]]:
+    """Formats by name, each ``writer`` of one file of a package (its ``__path__``); all have what is ``alike``."""
     found = modules(package, folders).items()
-    return {name: replace(getattr(module, constant), name=name, **alike) for name, module in found}
+    return {name: replace(getattr(module, writer), name=name, **alike) for name, module in found}
 
 
 def element(tag: str, values: Mapping[str, str] | None = None, *inside: "Element[Any] | str") -> Element:

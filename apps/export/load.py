@@ -2,8 +2,8 @@
 
 import math
 import re
-from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -188,8 +188,7 @@ def load_of(
         label = f"inertia ASSUMED, not measured: {result.assumed.inertia}"
         source, reasons, point_mass = f"{source}, {label}", (*reasons, label), False
         ten, widths = numbers(result.assumed.parameters), (*widths[:2], math.inf)
-    first = 6 if point_mass else 0
-    if missing := [INERTIAL[k] for k in range(first, 10) if np.isnan(ten[k])]:
+    if missing := [INERTIAL[k] for k in range(6 if point_mass else 0, 10) if np.isnan(ten[k])]:
         advice = "move more joints, or assume an inertia by 'dynident weigh --inertia box:AxBxC'"
         raise InputError(f"{name}: {', '.join(missing)} was not measured: {advice}")
     if np.isnan(ten).any():  # of a point mass, whose inertia is not used
@@ -241,9 +240,8 @@ def load_format(
     reference: str = "inertia matrix about the centre of mass, axes of the flange",
     units: str = "kg, m, kg m^2",
     holds: frozenset[str] = frozenset({"products"}),
-    ready: Callable[[ControllerLoad], ControllerLoad] = ControllerLoad.rounded,
     **parts: Any,
-) -> Format[ControllerLoad]:
-    """The format of a payload, which says what its numbers refer to, their order and units."""
+) -> "partial[Format[ControllerLoad]]":
+    """Make a function the format of a payload, which says what its numbers refer to, their order and units."""
     remarks = (f"Reference: {reference}.", f"Order: {order}.", f"Units: {units}.")
-    return Format(head=load_head, remarks=remarks, holds=holds, ready=ready, **parts)
+    return partial(Format, head=load_head, ready=ControllerLoad.rounded, remarks=remarks, holds=holds, **parts)

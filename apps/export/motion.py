@@ -72,7 +72,6 @@ def design_head(design: Design, learnt: Learnt) -> tuple[str, ...]:
         shape = f"{len(plan.points)} via points, {'at rest in each' if plan.rests else 'passing'}"
         if isinstance(plan.segment, Trapezoid):
             shape += f", trapezoids of speed with ramps of {plan.segment.ramp:g} of each move's time"
-    torque = f"Torque limits [N m or N]: {joined(bounds.torque, '.5g')}."
     return (
         f"Exciting motion of {problem.robot.title or problem.robot.name} by dynident {__version__}.",
         f"Duration {plan.duration:.6g} s; {shape}.",
@@ -83,7 +82,7 @@ def design_head(design: Design, learnt: Learnt) -> tuple[str, ...]:
         f"Position limits [rad or m]: {joined(bounds.low, '.5g')} to {joined(bounds.high, '.5g')}.",
         f"Speed limits [per s]: {joined(bounds.speed, '.5g')}.",
         f"Acceleration limits [per s^2]: {joined(bounds.acceleration, '.5g')}.",
-        *[torque] * bool(np.isfinite(bounds.torque).any()),
+        *[f"Torque limits [N m or N]: {joined(bounds.torque, '.5g')}."] * bool(np.isfinite(bounds.torque).any()),
         *(f"Nearest to its limit: {limit}." for limit in design.score.limits),
         *assumed_line(problem),
     )

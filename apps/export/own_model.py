@@ -57,14 +57,14 @@ class XmlEdits:
                 each.tag, self._places[each] = found["tag"], place  # as it is written, without its namespace
                 opened += [] if found["alone"] else [place]
 
-    def named(self, tag: str, name: str) -> "Element[Any]":
+    def named(self, tag: str, name: str) -> Element:
         """The element of a tag and a name, which must stand in the file."""
         if (found := next((each for each in self.root.iter(tag) if each.get("name") == name), None)) is None:
             fault = f"{tag} {name!r} does not stand in this file: give the file that it is included from"
             raise InputError(f"{self._path}: {fault}")
         return found
 
-    def set(self, spot: "Element[Any]", values: Mapping[str, str]) -> None:
+    def set(self, spot: Element, values: Mapping[str, str]) -> None:
         """Give an element attributes, in the place of those of the same names."""
         begin, inside, _ = self._places[spot]
         tag = self._text[begin:inside]
@@ -75,9 +75,7 @@ class XmlEdits:
             tag = f"{tag[:start]}{blank}{name}={quoteattr(values[name])}{tag[stop:]}"
         self._changes.append((begin, inside, tag))
 
-    def put(
-        self, above: "Element[Any]", elements: "Sequence[Element[Any]]", place: "Element[Any] | str | None" = None
-    ) -> None:
+    def put(self, above: Element, elements: "Sequence[Element[Any]]", place: Element | str | None = None) -> None:
         """Put elements into another one, a line each: in the ``place`` of one in it, "last", or first."""
         start, inside, stop = self._places[above]
         before = self._text[:start].rpartition("\n")[2]
@@ -148,8 +146,8 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[
     Returns the model's text; what did not match, and what must be known. A file of another geometry is refused.
     """
     of_mujoco = kind == "mjcf"
-    model = XmlEdits(path)
-    placed, extra = _read_mjcf(path) if of_mujoco else _read_urdf(path)
+    model, (placed, extra) = XmlEdits(path), _read_mjcf(path) if of_mujoco else _read_urdf(path)
+    tag, inertial_of = ("body", mjcf_inertial) if of_mujoco else ("link", urdf_inertial)
     if of_mujoco and any(each.get("inertiafromgeom") == "true" for each in model.root.iter()):
         raise InputError(f'{path}: inertiafromgeom="true" makes MuJoCo pass over inertials: set it to auto')
     names, moved = _matched(whole, placed, path)
@@ -158,19 +156,18 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[
     links = moved_links(whole, apart=not both)
     for j, name in names.items():
         body, joint, drive = moved[j], model.named("joint", name), links[j].drive
-        write_inertial = mjcf_inertial if of_mujoco else urdf_inertial
-        inertial = write_inertial(body.mass, body.com, body.inertia_com)
         if of_mujoco:
-            link = next((body for body in model.root.iter("body") if joint in list(body)), None)
+            link = next((body for body in model.root.iter(tag) if joint in list(body)), None)
             if link is None:
                 raise InputError(f"{path}: joint {name!r} is in no body")
             model.set(joint, drive_attributes(drive, mjcf.DRIVE))
         else:
-            link, values = model.named("link", placed[name].body), drive_attributes(drive)
+            link, values = model.named(tag, placed[name].body), drive_attributes(drive)
             if (dynamics := joint.find("dynamics")) is not None:
                 model.set(dynamics, values)
             elif values:
                 model.put(joint, [element("dynamics", values)])
+        inertial = inertial_of(body.mass, body.com, body.inertia_com)
         model.put(link, [links[j].comment(), inertial], link.find("inertial"))
     joints = tuple(names.get(j, "") for j in range(whole.robot.n))
     tendon = [element("tendon", {}, *mjcf.coupled_tendon(whole, joints))] if both else []
@@ -186,8 +183,7 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[
         if fixed not in bodies or mass <= 0.0:
             continue
         nothing = [mjcf_inertial(0.0, np.zeros(3), np.zeros((3, 3)))] if of_mujoco else []
-        link = model.named("body" if of_mujoco else "link", name)
-        model.put(link, nothing, link.find("inertial"))
+        model.put(link := model.named(tag, name), nothing, link.find("inertial"))
         note = f"Taken out: the {mass:.4g} kg of {name}, for what is fixed to a link is part of its numbers"
         notes.append(f"{note}; put them back if it was not there in the recording.")
     if coupled is not None and not both:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from types import MappingProxyType
 from typing import Any, NamedTuple
 from xml.etree.ElementTree import Comment, Element
 
@@ -19,7 +18,7 @@ from .format import Format, element, plain
 
 _UNITS = {"armature": "kg m^2 or kg", "damping": "N·m·s/rad or N·s/m", "friction": "N·m or N", "offset": "N·m or N"}
 _STANDARD_GRAVITY = [0.0, 0.0, -9.81]
-_DYNAMICS = MappingProxyType({"damping": "damping", "friction": "friction"})  # as URDF and SDFormat call them
+_DYNAMICS = {"damping": "damping", "friction": "friction"}  # as URDF and SDFormat call them
 _LEGEND = (
     "Each number has a mark. 'data': they alone determine it; sigma and the 95 % interval (low, high) are theirs. "
     "'prior': data give only the share of it that is told (0 to 1), within the base parameters that are named, or "
@@ -130,21 +129,9 @@ class MovedLink(NamedTuple):
     drive: Mapping[str, Labelled]  # of the joint; where formats cannot couple joints, its share of both drives
     frame: Pose  # modified DH frame of the joint, whose z is its axis, in the link before
     own: Pose  # the link in that frame
-
-    @property
-    def pose(self) -> Pose:
-        """The link in the one before."""
-        return self.frame @ self.own
-
-    @property
-    def axis(self) -> str:
-        """Direction of the joint's axis in the link, which stands on it."""
-        return exact(self.own.R[2])
-
-    @property
-    def marks(self) -> dict[str, Labelled]:
-        """Numbers of the link and of the drive before it, then its standard parameters."""
-        return {**self.link.numbers, **self.drive, **self.link.parameters}
+    pose: Pose  # the link in the one before
+    axis: str  # direction of the joint's axis in the link, which stands on it
+    marks: Mapping[str, Labelled]  # numbers of the link and of the drive before it, then its standard parameters
 
     def comment(self) -> Element[Any]:
         """One comment, a line a number: name, value, mark, share of the data, sigma, low, high, base."""
@@ -167,7 +154,8 @@ def moved_links(whole: WholeRobot, apart: bool = True) -> list[MovedLink]:
     parts = zip(whole.joint_names, robot.joints, whole.link_names, whole.links, drives, poses, strict=False)
     for name, joint, parent, link, drive, own in parts:
         along_x, along_z = step(joint, 0.0)
-        moved.append(MovedLink(name, joint, parent, link, drive, before.inverse() @ along_x @ along_z, own))
+        frame, marks = before.inverse() @ along_x @ along_z, {**link.numbers, **drive, **link.parameters}
+        moved.append(MovedLink(name, joint, parent, link, drive, frame, own, frame @ own, exact(own.R[2]), marks))
         before = own
     return moved
 

@@ -115,8 +115,7 @@ class Recipe:
     @property
     def fingerprint(self) -> str:
         """Short text that differs between recipes; what a log map is called counts for nothing."""
-        unnamed = vars(self) | {"log_map": replace(self.log_map, source="")}
-        return hashlib.sha256(packed(unnamed)).hexdigest()[:16]
+        return hashlib.sha256(packed(vars(self) | {"log_map": replace(self.log_map, source="")})).hexdigest()[:16]
 
     def key(self, log: Log) -> str:
         """Name of a recording's file: by the log's bytes, what is known of it, and the recipe."""
@@ -170,8 +169,7 @@ class Store:
     def made(root: str | Path, robot: Robot, recipe: Recipe) -> "Store":
         """Open the store at a place, made if there is none; one of another robot or recipe is refused."""
         labels = {"robot": robot.name, "fingerprint": robot.fingerprint, "recipe": recipe.fingerprint}
-        store = Store(Path(root))
-        path = store.root / "store.json"
+        store, path = Store(Path(root)), Path(root) / "store.json"
         if path.exists():
             there = read_json(path, dict[str, str], "give another folder")
             if there != labels:
@@ -319,15 +317,14 @@ def reduce_log(robot: Robot, recipe: Recipe, log: Log) -> _Done:
     """Reduce a recording to the bytes of its equations, or tell why there is none; workers do this."""
     try:
         if checksum(log.file) != log.sha256:
-            return replace(log, reason="changed while it was reduced: run it again"), b""
+            raise InputError("changed while it was reduced: run it again")
         pieces = read_recordings(log.file, robot, recipe.drive_gains, recipe.log_map, recipe.processing)
         # Only times since 1970 tell a day: those from a log's own start, or by a clock that was never set, do not.
         if log.day is not None and _CLOCKS[0] <= pieces[0].origin <= _CLOCKS[1]:
             stated, own = datetime.fromisoformat(log.day), datetime.fromtimestamp(pieces[0].origin, UTC)
             if abs(stated.replace(tzinfo=stated.tzinfo or UTC) - own) >= _NIGHT:
                 fault = f"its clock starts on {own:%Y-%m-%d} but it is said to be of {log.day}"
-                advice = "correct the path, or the log's times (from 0 on, they state no day)"
-                return replace(log, reason=f"{fault}: {advice}"), b""
+                raise InputError(f"{fault}: correct the path, or the log's times (from 0 on, they state no day)")
         # Nights are compared parameter by parameter: the terms of friction are the same in all.
         settings = Settings(recipe.processing, friction=robot.drives.friction, gains=recipe.gains)
         result = identify(robot, pieces, settings)
@@ -343,8 +340,7 @@ def _by(executor: Executor, reduced: _Reduce, logs: Iterable[Log], workers: int)
     waiting, pending = iter(logs), dict[Future[_Done], Log]()
     free = _AHEAD * workers
     while True:
-        for log in islice(waiting, free):
-            pending[executor.submit(reduced, log)] = log
+        pending |= {executor.submit(reduced, log): log for log in islice(waiting, free)}
         if not pending:
             return
         finished, _ = wait(pending, return_when=FIRST_COMPLETED)

@@ -16,7 +16,7 @@ import numpy as np
 
 from ...common import Array, InputError
 from ...model import Robot
-from .map import LONGEST_NAME, QUANTITIES, LogMap, ToolColumns, listed, repeated
+from .map import LONGEST_NAME, QUANTITIES, LogMap, ToolColumns, listed
 
 _TIME = re.compile(r"(?:t|time|timestamp|time_?stamp|stamp|__time)(?:_(s|sec|ms|msec|us|ns|nsec))?", re.IGNORECASE)
 _SUFFIXES = {"sec": "s", "msec": "ms", "nsec": "ns"}
@@ -27,7 +27,7 @@ _ALIASES = {
 }  # fmt: skip
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class RawLog:
     """A log that is open for reading, its numbers as they stand there."""
 
@@ -37,7 +37,7 @@ class RawLog:
     place: Callable[[int], str] = lambda row: f"row {row + 1}"  # tells where a row stands; rows count from 0
     joints: tuple[str, ...] = ()  # names, where the format has them
     units: Mapping[str, str] = field(default_factory=dict)  # of columns, where the file names them
-    notes: Callable[[], tuple[str, ...]] = tuple  # on how it was read; after its rows were read, on these too
+    notes: list[str] = field(default_factory=list)  # on how it was read; after its rows were read, on these too
     gain_sigma: float | None = None  # relative error of its torques' scale, where the file tells it
 
     def __post_init__(self) -> None:
@@ -131,36 +131,31 @@ KNOWN = (
 
 def recognised(names: Sequence[str]) -> Known:
     """The recorder most of whose quantities a log has; plain columns where no positions are known."""
-    best, most, there = PLAIN, 0, set(names)
+    best, most, there, number = PLAIN, 0, set(names), r"(?P<joint>\d+)"
+    marks = {r"\*": "(?P<prefix>.*)", r"\{joint\}": "(?P<joint>[^/]+)", r"\{0\}": number, r"\{\}": number}
     for known in KNOWN:
-        layouts = (_positions(known, pattern, names) for pattern in known.columns["position"])
-        if layout := next(filter(None, layouts), None):
+        for pattern in known.columns["position"]:
+            text, named, first = re.escape(pattern), "{joint}" in pattern, 0 if "{0}" in pattern else 1
+            for mark, group in marks.items():
+                text = text.replace(mark, group)
+            arms: dict[str, list[str]] = {"": []}
+            for match in filter(None, (re.fullmatch(text, name) for name in names)):
+                arms.setdefault(match.groupdict().get("prefix") or "", []).append(match["joint"])
+            joints = max(arms.values(), key=len)
+            size = next(k for k in range(len(joints) + 1) if str(first + k) not in joints)
+            size = len(joints) if named else size
+            # A single name is none of a joint; numbers that begin before the first joint's are others.
+            if size <= named or (not named and str(first - 1) in joints):
+                continue
+            prefixes = tuple(prefix for prefix, own in arms.items() if len(own) == len(joints))
+            layout = replace(known, prefixes=prefixes, joints=tuple(joints) if named else (), size=size)
             kinds = sum(
-                any(there >= set(layout.expanded(pattern, layout.joints, layout.size)) for pattern in patterns)
+                any(there >= set(layout.expanded(own, layout.joints, size)) for own in patterns)
                 for patterns in known.columns.values()
             )
             best, most = (layout, kinds) if kinds > most else (best, most)
+            break
     return best
-
-
-def _positions(known: Known, pattern: str, names: Sequence[str]) -> Known | None:
-    """The joints whose positions follow a pattern; None without a first one, or for a single name."""
-    number, text = r"(?P<joint>\d+)", re.escape(pattern)
-    marks = {r"\*": "(?P<prefix>.*)", r"\{joint\}": "(?P<joint>[^/]+)", r"\{0\}": number, r"\{\}": number}
-    for mark, group in marks.items():
-        text = text.replace(mark, group)
-    arms: dict[str, list[str]] = {"": []}
-    for match in filter(None, (re.fullmatch(text, name) for name in names)):
-        arms.setdefault(match.groupdict().get("prefix") or "", []).append(match["joint"])
-    joints = max(arms.values(), key=len)
-    prefixes = tuple(prefix for prefix, own in arms.items() if len(own) == len(joints))
-    if "{joint}" in pattern:
-        layout = replace(known, prefixes=prefixes, joints=tuple(joints), size=len(joints))
-        return layout if len(joints) > 1 else None
-    first = 0 if "{0}" in pattern else 1
-    size = next(k for k in range(len(joints) + 1) if str(first + k) not in joints)
-    # Numbers that begin before the first joint's are others.
-    return replace(known, prefixes=prefixes, size=size) if size and str(first - 1) not in joints else None
 
 
 def time_column(names: Sequence[str], known: Known) -> str:
@@ -208,19 +203,18 @@ class Naming:
         turned = ToolColumns(place, "m", turn, "quaternion") if there >= set(turn) else ToolColumns(place)
         return self.log_map.pose or (turned if there >= set(place) else None)
 
-    @property
-    def time(self) -> str:
-        """The column of time; empty where the log has a rate instead."""
-        own = self.log_map.time
-        return "" if own.rate is not None else own.column or time_column(self.raw.names, self.known)
+    @cached_property
+    def time(self) -> tuple[str, str]:
+        """The column of time, empty where the log has a rate, and its unit, empty where the times must show it.
 
-    @property
-    def time_unit(self) -> str:
-        """The unit of time by map, file, column's name or recorder; empty where the times must show it."""
-        match = _TIME.fullmatch(self.time.strip())
+        The unit is the map's, else the file's, the one in the column's name, or the recorder's.
+        """
+        own = self.log_map.time
+        column = "" if own.rate is not None else own.column or time_column(self.raw.names, self.known)
+        match = _TIME.fullmatch(column.strip())
         by_name = _SUFFIXES.get(match[1].lower(), match[1].lower()) if match and match[1] else ""
-        by_recorder = self.known.time_unit if self.time in self.known.time else ""
-        return self.log_map.time.unit or self.raw.units.get(self.time, "") or by_name or by_recorder
+        by_recorder = self.known.time_unit if column in self.known.time else ""
+        return column, own.unit or self.raw.units.get(column, "") or by_name or by_recorder
 
     def holds(self, kind: str) -> bool:
         """True where the log has some of these columns; those that are said to hold currents are no torques."""
@@ -261,34 +255,22 @@ def choose(naming: Naming, gains: Sequence[float] | None) -> tuple[dict[str, tup
     Names stand by quantity: time, unless the log has a rate instead, positions, speeds where there are any, and
     last torques or currents.
     """
-    raw, log_map = naming.raw, naming.log_map
+    raw, log_map, robot, known = naming.raw, naming.log_map, naming.robot, naming.known
     load, notes = _load(naming, gains)
     speeds = naming.holds("velocity") or log_map.velocity.columns
-    columns = dict[str, tuple[str, ...]]({"time": (naming.time,)} if naming.time else {})
+    columns = dict[str, tuple[str, ...]]({"time": naming.time[:1]} if naming.time[0] else {})
     columns |= {kind: naming.columns(kind) for kind in ("position", *["velocity"] * bool(speeds), load)}
-    if not any(log_map.quantity(kind).columns for kind in QUANTITIES):
-        notes = [*_check_layout(naming), *notes]
-    names = list(chain.from_iterable(columns.values()))
-    if twice := repeated([name for name in raw.names if name in names]):
-        raise InputError(f"{raw.path}: column {twice!r} is in the header twice: rename one")
-    check_missing(raw, names)
-    used = {*names, *((*pose.columns, *pose.rotation) if (pose := naming.pose) else ())}
-    if ignored := [name for name in raw.names if name not in used]:
-        notes = [*notes, f"columns not used: {in_a_row(ignored)}"]
-    return columns, notes
-
-
-def _check_layout(naming: Naming) -> list[str]:
-    raw, robot, known = naming.raw, naming.robot, naming.known
-    if known.names is not PLAIN.names:
+    by_name = not any(log_map.quantity(kind).columns for kind in QUANTITIES)
+    if by_name and known.names is not PLAIN.names:
         if known.size > robot.n and not known.joints and not known.more:
             fault = f"holds {known.size} joints ({known.title}), but robot {robot.name!r} has {robot.n}"
             raise InputError(f"{raw.path}: {fault}: is it the right robot?")
-        return [] if known.names is NAMED.names else [f"columns of: {known.title}"]
+        notes = [f"columns of: {known.title}"] * (known.names is not NAMED.names) + notes
+    # Near misses of the names of plain columns.
     plain = {"t"}.union(*(PLAIN.expanded(PLAIN.columns[kind][0], (), robot.n) for kind in QUANTITIES))
-    time = time_column(raw.names, PLAIN)
-    for name in raw.names:
-        if name in plain or name == time:
+    exact = {*plain, time_column(raw.names, PLAIN)}
+    for name in raw.names if by_name and known.names is PLAIN.names else ():
+        if name in exact:
             continue
         match = re.fullmatch(r"([a-z]+?)0*(\d*)", re.sub(r"[\[(].*?[\])]|[^a-z0-9]", "", name.lower()))
         meant = _ALIASES.get(match[1], match[1]) + match[2] if match else name
@@ -297,7 +279,14 @@ def _check_layout(naming: Naming) -> list[str]:
         if re.fullmatch(r"(q|qd|tau|i)(\d+)", name):
             joints = f"robot {robot.name!r} has {robot.n} joints"
             raise InputError(f"{raw.path}: column {name!r}, but {joints}: is it the right robot?")
-    return []
+    names = list(chain.from_iterable(columns.values()))
+    if twice := [name for name in names if raw.names.count(name) > 1]:
+        raise InputError(f"{raw.path}: column {min(twice)!r} is in the header twice: rename one")
+    check_missing(raw, names)
+    used = {*names, *((*pose.columns, *pose.rotation) if (pose := naming.pose) else ())}
+    if ignored := [name for name in raw.names if name not in used]:
+        notes = [*notes, f"columns not used: {in_a_row(ignored)}"]
+    return columns, notes
 
 
 def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]]:

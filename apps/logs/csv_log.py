@@ -40,19 +40,14 @@ _STOPPED = re.compile(r"string (.*) to float64 at row (\d+), column (\d+)", re.D
 _NAMES = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars", None: "blanks"}
 
 
-def csv_log(path: Path, layout: Layout) -> RawLog:
-    """Open a text file, whose dialect is found out where the layout does not say it."""
-    text = _Text(path, layout)
-    return RawLog(path, text.names, text.read, text.place, (), text.units, text.notes, text.gain_sigma)
-
-
-class _Text:
-    """A text file: the way in which it writes its table, and what reading its rows showed."""
+class CsvLog(RawLog):
+    """A text file that is open: the way in which it writes its table, and what reading its rows showed."""
 
     def __init__(self, path: Path, layout: Layout) -> None:
-        self._path, self._per_row, self._encoding = path, layout.per_row, _encoding(path)
+        """Find the dialect out where the layout does not say it."""
+        self.path = path
+        self._per_row, self._encoding = layout.per_row, _encoding(path)
         self._passed: list[int] = []  # rows before which a line without numbers was passed over
-        self._cut = ""
         with _opened(path, self._encoding) as text:
             lines = text.read(_SAMPLE).splitlines()
         if len(lines) > 1 and len("\n".join(lines)) >= _SAMPLE - 1:
@@ -71,28 +66,39 @@ class _Text:
         header = lines[self._before] if self._before < len(lines) else ""
         below = lines[self._before + (not layout.names) :]
         usual, self._decimal = "\t" if ".tsv" in path.suffixes else ",", layout.decimal or "."
-        found = stated or _delimiter(usual, header, below)
-        self._delimiter = DELIMITERS[layout.delimiter] if layout.delimiter else found
+        self._delimiter = DELIMITERS.get(layout.delimiter, stated)
+        if not (layout.delimiter or stated):
+            # What cuts header and first rows into equally many cells, the most; where none does, the header alone.
+            # Of delimiters that do as well as each other the first counts: the usual one.
+            rows = [header, *[line for line in below[:50] if line.strip() and not line.startswith(_MARK)][:3]]
+            counts = {
+                delimiter: [len(_cells(line.strip().rstrip(delimiter), delimiter)) for line in rows]
+                for delimiter in dict.fromkeys((usual, *_NAMES))
+            }
+            several = {delimiter: cells for delimiter, cells in counts.items() if cells[0] > 1}
+            alike = [delimiter for delimiter, cells in several.items() if len(set(cells)) == 1]
+            named = [delimiter for delimiter in several if delimiter is not None]
+            self._delimiter = max(alike or named or [usual], key=lambda delimiter: counts[delimiter][0])
         if not layout.decimal and self._delimiter != ",":
             # A comma where numbers have one and none has a point.
-            rows = (_cells(line, self._delimiter) for line in below if not line.startswith(_MARK))
-            cells = list(chain.from_iterable(rows))
+            lines = [line for line in below if not line.startswith(_MARK)]
+            cells = list(chain.from_iterable(_cells(line, self._delimiter) for line in lines))
             points = any("." in cell and self._is_number(cell) for cell in cells)
             if not points and any(map(_DECIMAL_COMMA.fullmatch, cells)):
                 self._decimal = ","
         names, units = (list(layout.names), []) if layout.names else self._header(header, remarks, below)
-        self.gain_sigma: float | None = None
+        sigma: float | None = None
         for remark in [line for line in remarks if _GAIN_SIGMA.fullmatch(line)]:
             fraction = remark.partition("=")[2].strip()
-            self.gain_sigma = float(fraction) if self._is_number(fraction) else -1.0
-            if not 0.0 <= self.gain_sigma < 1.0:
+            sigma = float(fraction) if self._is_number(fraction) else -1.0
+            if not 0.0 <= sigma < 1.0:
                 raise InputError(f"{path}: gain_sigma = {fraction}: give a fraction from 0 to below 1; 0 if exact")
             remarks.remove(remark)
-        named = [with_unit(name) for name in names]
-        self.names = tuple(name for name, _ in named)
-        self.units = dict(zip(self.names, units, strict=False)) | {name: unit for name, unit in named if unit}
+        columns = [with_unit(name) for name in names]
+        names = [name for name, _ in columns]
+        stated_units = dict(zip(names, units, strict=False)) | {name: unit for name, unit in columns if unit}
         unusual = not layout.delimiter and (self._delimiter != usual or bool(stated))
-        self._told = {
+        told = {
             f"cells separated by {_NAMES.get(self._delimiter, repr(self._delimiter))}": unusual,
             "decimal commas": not layout.decimal and self._decimal == ",",
             "UTF-16 text": self._encoding.startswith("utf-16"),
@@ -101,6 +107,11 @@ class _Text:
             "a row of units": bool(units),
             "remarks": bool(remarks),
         }
+        notes = [f"text read with {', '.join(words for words, is_so in told.items() if is_so)}"] * any(
+            told.values()
+        )
+        super().__init__(path, tuple(names), self._read, self._place, (), stated_units, notes, sigma)
+        self._dialect = tuple(notes)
 
     def _header(self, line: str, remarks: Sequence[str], below: Sequence[str]) -> tuple[list[str], list[str]]:
         """Names of the columns, by the last remark of a file of numbers, and the row of units below them."""
@@ -114,12 +125,12 @@ class _Text:
                 return named, []
         self._before += 1
         if not any(names):
-            raise InputError(f"{self._path}: is empty: a header line and rows of numbers are needed")
+            raise InputError(f"{self.path}: is empty: a header line and rows of numbers are needed")
         if len(names) == 1:
             fault = f"the header {names[0][:40]!r} has one column"
-            raise InputError(f"{self._path}: {fault}: separate columns by commas, semicolons, tabs or blanks")
+            raise InputError(f"{self.path}: {fault}: separate columns by commas, semicolons, tabs or blanks")
         if numbers:
-            raise InputError(f"{self._path}: line {self._before} has numbers: add a header with column names")
+            raise InputError(f"{self.path}: line {self._before} has numbers: add a header with column names")
         first = next((line for line in below if line.strip()), "")
         units = _cells(first, self._delimiter)[: len(names)]
         # A row of units holds no number, and some unit that is known.
@@ -128,32 +139,23 @@ class _Text:
         self._before += below.index(first) + 1
         return names, units
 
-    def _plain(self, cell: str) -> str:
-        """A number as Python writes it."""
-        return cell.replace(",", ".") if self._decimal == "," else cell
-
     def _is_number(self, cell: str) -> bool:
         """True for a number, not a number and infinity among them."""
         try:
-            float(self._plain(cell))
+            float(cell.replace(",", ".") if self._decimal == "," else cell)
         except ValueError:
             return False
         return "_" not in cell
 
-    def place(self, row: int) -> str:
-        passed = bisect_right(self._passed, row)
-        return f"line {self._before + 1 + row * max(self._per_row, 1) + passed}"
+    def _place(self, row: int) -> str:
+        return f"line {self._before + 1 + row * max(self._per_row, 1) + bisect_right(self._passed, row)}"
 
-    def notes(self) -> tuple[str, ...]:
-        told = ", ".join(words for words, is_so in self._told.items() if is_so)
-        return tuple(filter(None, (told and f"text read with {told}", self._cut)))
-
-    def read(self, columns: Sequence[str]) -> Array:
+    def _read(self, columns: Sequence[str]) -> Array:
         """Some of the columns."""
         per_row, wanted = self._per_row, [self.names.index(name) for name in columns]
         indices = [0] if per_row else wanted
-        self._passed, self._cut = [], ""
-        with _opened(self._path, self._encoding) as text:
+        self._passed, self.notes = [], [*self._dialect]
+        with _opened(self.path, self._encoding) as text:
             rows = self._rows(text, indices)
             first = next(rows, None)
             if first is None:
@@ -161,18 +163,19 @@ class _Text:
             between, quote = (None, None) if per_row else (self._delimiter, '"')
             try:
                 rows = chain([first], rows)
+                rows = (row.replace(",", ".") for row in rows) if self._decimal == "," else rows
                 values = np.loadtxt(rows, np.float64, None, between, usecols=indices, ndmin=2, quotechar=quote)
             except InputError:
                 raise
             except (ValueError, IndexError, TypeError) as error:
                 if not (match := _STOPPED.search(str(error))):
-                    raise InputError(f"{self._path}: the rows cannot be read as numbers") from None
+                    raise InputError(f"{self.path}: the rows cannot be read as numbers") from None
                 row, name = int(match[2]), self.names[int(match[3]) - 1]
                 place = f"line {self._before + 1 + row}" if per_row else self.place(row)
                 fault = f"{place}, column {name!r}: {match[1][:22]} is not a finite number"
-                raise InputError(f"{self._path}: {fault}: correct or remove the row") from None
+                raise InputError(f"{self.path}: {fault}: correct or remove the row") from None
         if per_row and values.size % per_row:
-            raise InputError(f"{self._path}: {values.size} numbers are not a multiple of {per_row}: it is cut")
+            raise InputError(f"{self.path}: {values.size} numbers are not a multiple of {per_row}: it is cut")
         return values.reshape(-1, per_row)[:, wanted] if per_row else values
 
     def _rows(self, text: IO[str], indices: list[int]) -> Iterator[str]:
@@ -181,17 +184,17 @@ class _Text:
         for number, line in enumerate(iter(partial(text.readline, _SAMPLE), ""), 1):
             if len(line) == _SAMPLE:  # of a packed text one of 10 GB takes 10 MB
                 fault = f"line {number} has more than {_SAMPLE:,} characters, which no row of numbers has"
-                raise InputError(f"{self._path}: {fault}: correct or remove it")
+                raise InputError(f"{self.path}: {fault}: correct or remove it")
             if number <= self._before:
                 continue
             if self._per_row:
-                yield self._plain(line)
+                yield line
                 continue
-            if not _has_cells(line):
+            if not line.strip() or line.startswith(_MARK):
                 self._passed.append(count)
                 if len(self._passed) > _MOST_PASSED:
                     fault = f"more than {_MOST_PASSED:,} lines without numbers, up to line {number}"
-                    raise InputError(f"{self._path}: {fault}: is it a log? save its rows alone")
+                    raise InputError(f"{self.path}: {fault}: is it a log? save its rows alone")
                 continue
             whole = line.endswith(("\n", "\r"))
             # The quick way to count cells serves nearly every row.
@@ -201,7 +204,7 @@ class _Text:
                     cells.pop()
                 inside = width - 1 in indices and len(cells) == width and not self._is_number(cells[-1])
                 if not whole and (len(cells) < width or inside):
-                    self._cut = f"the last row ({self.place(count)}) is cut off: left out"
+                    self.notes.append(f"the last row ({self.place(count)}) is cut off: left out")
                     return
                 if len(cells) != width:
                     advice = "correct or remove the row, or name every column"
@@ -210,14 +213,9 @@ class _Text:
                     elif self._delimiter == "," and len(cells) > 1.5 * width:
                         advice = "numbers need decimal points, or semicolons between them"
                     counts = f"line {number} has {len(cells)} cells, the header {width} names"
-                    raise InputError(f"{self._path}: {counts}: {advice}")
+                    raise InputError(f"{self.path}: {counts}: {advice}")
             count += 1
-            yield self._plain(line)
-
-
-def _has_cells(line: str) -> bool:
-    """True for a line that is neither empty nor a remark."""
-    return bool(line.strip()) and not line.startswith(_MARK)
+            yield line
 
 
 def _cells(line: str, delimiter: str | None) -> list[str]:
@@ -251,20 +249,6 @@ def _encoding(path: Path) -> str:
     except UnicodeDecodeError:
         return "latin-1"
     return "utf-8"
-
-
-def _delimiter(usual: str, header: str, below: Sequence[str]) -> str | None:
-    """Find what cuts header and first rows into equally many cells, the most; where none does, the header alone."""
-    rows = [header, *list(filter(_has_cells, below[:50]))[:3]]
-    # Of delimiters that do as well as each other the first counts: the usual one.
-    counts = {
-        delimiter: [len(_cells(line.strip().rstrip(delimiter), delimiter)) for line in rows]
-        for delimiter in dict.fromkeys((usual, *_NAMES))
-    }
-    several = {delimiter: cells for delimiter, cells in counts.items() if cells[0] > 1}
-    alike = [delimiter for delimiter, cells in several.items() if len(set(cells)) == 1]
-    named = [delimiter for delimiter in several if delimiter is not None]
-    return max(alike or named or [usual], key=lambda delimiter: counts[delimiter][0])
 
 
 @contextmanager

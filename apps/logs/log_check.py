@@ -15,12 +15,9 @@ from msgspec.structs import replace
 
 from ...common import Array, Document, InputError
 from ...estimation import Equations, Settings, measurement, weighted
-from ...estimation.diagnosis.engine import BLOCKS, States, relative_scales, states_of
+from ...estimation.diagnosis import engine, scales, verdict
 from ...estimation.diagnosis.evidence import Evidence, Finding, Severity, error, note, warning
-from ...estimation.diagnosis.scales import nominal_gravity
-from ...estimation.diagnosis.verdict import robot_verdict
-from ...estimation.fit.covariance import student95
-from ...estimation.fit.own_equations import base_problem, with_friction
+from ...estimation.fit import covariance, own_equations
 from ...estimation.payload.long_motion import Source
 from ...estimation.results.parts import Number, ParameterDocument, Result
 from ...estimation.signals.filtering import aligned, moving_parts
@@ -157,7 +154,7 @@ def check_log(
     if not check.usable:
         return check
     source = Source((), (recording,), processing)
-    nominal = nominal_gravity(robot, states_of(source, BLOCKS)) if currents else None
+    nominal = scales.nominal_gravity(robot, engine.states_of(source, engine.BLOCKS)) if currents else None
     if nominal is not None and np.isfinite(nominal.ratio).any():
         ratios = {j: ratio for j, ratio in enumerate(nominal.ratio.tolist(), 1) if np.isfinite(ratio)}
         gains = ", ".join(f"{1.0 / ratio:.3g} at joint {j}" for j, ratio in ratios.items())
@@ -166,15 +163,15 @@ def check_log(
         more = "within a factor of two; 'dynident gains' finds them from a known payload"
         check = check.completed([note(f"{text}, {more}")])
     # What the robot's model says of the log.
-    robot = robot if currents else with_friction(robot, [recording], Settings(processing))[0]
+    robot = robot if currents else own_equations.with_friction(robot, [recording], Settings(processing))[0]
     try:
         recording, equations = _reduced(robot, recording, processing, currents)
         estimate = weighted(equations)
         evidence = Evidence(robot, source._replace(unloaded=(recording,)), parameters=estimate)
-        verdict = robot_verdict(evidence, currents)
+        told = verdict.robot_verdict(evidence, currents).findings
     except InputError as refusal:
         return check.completed([warning(f"The robot cannot be identified from this log alone: {refusal}")])
-    found = [finding._replace(text=f"{finding.text[:1].upper()}{finding.text[1:]}") for finding in verdict.findings]
+    found = [finding._replace(text=f"{finding.text[:1].upper()}{finding.text[1:]}") for finding in told]
     sigmas = estimate.relative_sigma_percent
     if unsure := int((~(sigmas < _UNSURE)).sum()):
         text = f"{unsure} of {len(sigmas)} base parameters are uncertain by more than {_UNSURE:.0f} % from this log"
@@ -223,9 +220,9 @@ def _reduced(
 ) -> tuple[Recording, Equations]:
     """Reduce one recording to equations; currents first become torques in one unknown unit."""
     if currents and robot.coupling is None and robot.spring is None:
-        states = States.of(recording, processing)
-        recording = dataclasses.replace(recording, torque=recording.torque / relative_scales(robot, states))
-    return recording, base_problem(robot, [recording], Settings(processing), check=False)
+        states = engine.States.of(recording, processing)
+        recording = dataclasses.replace(recording, torque=recording.torque / engine.relative_scales(robot, states))
+    return recording, own_equations.base_problem(robot, [recording], Settings(processing), check=False)
 
 
 class RobotFit(Document, frozen=True):
@@ -317,8 +314,7 @@ def read_following(
     log map names by ``position_reference`` or ``torque_reference``.
     """
     naming = named(path, robot, log_map)
-    kinds: dict[str, Missed]
-    kinds = {"position_reference": "following error", "torque_reference": "unpredicted torque"}
+    kinds: dict[str, Missed] = {"position_reference": "following error", "torque_reference": "unpredicted torque"}
     for quantity, kind in kinds.items():
         names = naming.columns(quantity)
         there = [name for name in names if name in naming.raw.names]
@@ -365,7 +361,7 @@ def following_change(before: Following, after: Following, still_speed: float = 2
         if not (total > 0.0).all():
             raise InputError(f"{name}: nothing was missed at all: the reference is the measurement itself")
         logs = 0.5 * np.diff(np.log(np.vstack([total, total - sums])))[:, 0]
-        half = student95(count - 1) * np.sqrt((count - 1.0) * np.var(logs[1:]))
+        half = covariance.student95(count - 1) * np.sqrt((count - 1.0) * np.var(logs[1:]))
         low, fall, high = (1.0 - np.exp(logs[0] + half * np.array([1.0, 0.0, -1.0]))).tolist()
         clear: _Clear = "fell" if low > 0.0 else "rose" if high < 0.0 else "no clear change"
         old_rms, new_rms = np.sqrt(total / (len(block) * len(joints))).tolist()

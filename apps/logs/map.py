@@ -25,13 +25,13 @@ LONGEST_NAME = 1000  # letters of a column's name; what looks for numbers and un
 COMMAND_LINE = "command line"  # source of a map that no file gives
 _TYPED = {"sign": "signs", "joints": "--joints"}  # keys of a map as they are typed
 _ANGLE = {"rad": 1.0, "deg": math.pi / 180.0, "rev": 2.0 * math.pi, "m": 1.0, "mm": 1e-3}
-_CURRENT = {"A": 1.0, "mA": 1e-3, "raw": 1.0, "percent": 0.01}
+CURRENT = {"A": 1.0, "mA": 1e-3, "raw": 1.0, "percent": 0.01}
 _UNITS = {
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
     "position": _ANGLE,
     "velocity": {f"{unit}/s": factor for unit, factor in _ANGLE.items()} | {"rpm": 2.0 * math.pi / 60.0},
-    "torque": {"N·m": 1.0, "mN·m": 1e-3, "N": 1.0, **_CURRENT},  # columns called torques may hold something else
-    "current": _CURRENT,
+    "torque": {"N·m": 1.0, "mN·m": 1e-3, "N": 1.0, **CURRENT},  # columns called torques may hold something else
+    "current": CURRENT,
 }
 _SPELLINGS = {
     "Nm": "N·m", "N*m": "N·m", "N m": "N·m", "N.m": "N·m", "N-m": "N·m", "mNm": "mN·m", "%": "percent", "µs": "us",
@@ -60,11 +60,6 @@ def with_unit(name: str) -> tuple[str, str]:
     """A column's name and the unit in brackets behind it, "q1 [deg]"; no unit where there is none that is known."""
     match = re.fullmatch(r"(.*\S)\s*[\[(]\s*([^\])]*?)\s*[\])]", name) if len(name) <= LONGEST_NAME else None
     return (match[1], match[2]) if match and known_unit(match[2]) else (name, "")
-
-
-def repeated(names: Sequence[str]) -> str:
-    """A name that stands there twice; empty if there is none."""
-    return min((name for name in names if names.count(name) > 1), default="")
 
 
 def listed(names: Texts) -> tuple[str, ...]:
@@ -96,8 +91,8 @@ class Layout(Table, frozen=True):
             raise ValueError("decimal ',' needs a delimiter other than comma")
         if self.per_row and self.per_row != len(self.names):
             raise ValueError(f"numbers_per_row is {self.per_row}, but {len(self.names)} names are given")
-        if repeated(self.names):
-            raise ValueError(f"name {repeated(self.names)!r} is given twice")
+        if twice := [name for name in self.names if self.names.count(name) > 1]:
+            raise ValueError(f"name {min(twice)!r} is given twice")
 
 
 class Time(Table, frozen=True):
@@ -191,11 +186,6 @@ class Quantity(Table, frozen=True):
     def zero(self) -> tuple[float, ...]:
         """Offsets that are added to joint-side positions [rad or m], one for each joint."""
         return tuple(map(math.radians, self.zero_deg)) or self.zero_m
-
-    @property
-    def of_unknown_gain(self) -> bool:
-        """True where the unit is that of a current, of counts, or percent of an unknown torque."""
-        return not self.rated and not _CURRENT.keys().isdisjoint(self.unit)
 
 
 class ToolColumns(Table, frozen=True):

@@ -19,9 +19,9 @@ from ...model import Processing, Recording, Robot
 from ..extras import modules
 from . import formats
 from .columns import PLAIN, Naming, RawLog, check_missing, choose, in_a_row, recognised, time_column
-from .csv_log import csv_log
+from .csv_log import CsvLog
 from .formats.ros_bag import ros_bag
-from .map import SHORT, SI, Layout, LogMap, Quantity, factor
+from .map import CURRENT, SHORT, SI, Layout, LogMap, Quantity, factor
 
 if TYPE_CHECKING:
     from ...estimation.diagnosis.kinematics import ToolPoses
@@ -62,7 +62,7 @@ def open_log(path: LogPath, log_map: LogMap) -> RawLog:
         return _side_by_side(label, paths, [log_map.layout] * len(paths))
     path, files = Path(path), log_map.files or ((log_map.layout,) if log_map.layout.name else ())
     is_bag = not files and (path / "metadata.yaml").is_file()
-    reader = ros_bag if is_bag else _READERS.get(path.suffix.lower(), csv_log)
+    reader = ros_bag if is_bag else _READERS.get(path.suffix.lower(), CsvLog)
     if log_map.layout.topic and reader is not ros_bag and path.exists():
         raise InputError(f"{path}: is not a ROS 2 bag and has no topics: omit topic")
     if files:
@@ -79,11 +79,11 @@ def open_log(path: LogPath, log_map: LogMap) -> RawLog:
 
 def _side_by_side(label: Path, paths: Sequence[Path], layouts: Sequence[Layout]) -> RawLog:
     """Files of one recording as one log, row by row; a joint's column that stands in all gets the signal's name."""
-    logs, found = list[RawLog](), dict[str, tuple[RawLog, str]]()
+    logs, found, notes = list[RawLog](), dict[str, tuple[RawLog, str]](), list[str]()
     for path, layout in zip(paths, layouts, strict=True):
         if not path.is_file():
             raise InputError(f"{path}: no such file; {label.name} needs it")
-        logs.append(_READERS.get(path.suffix.lower(), csv_log)(path, layout))
+        logs.append(_READERS.get(path.suffix.lower(), CsvLog)(path, layout))
     time = time_column(logs[0].names, PLAIN)
     shared = set(logs[0].names).intersection(*(log.names for log in logs[1:])) - {time}
     joints = tuple(name for name in logs[0].names if name in shared and len(logs) > 1)
@@ -107,10 +107,8 @@ def _side_by_side(label: Path, paths: Sequence[Path], layouts: Sequence[Layout])
         if not rows or any(abs(own - clocks[0]).max() > typical_step(clocks[0]) for own in clocks[1:]):
             unlike = f"have not the same {'times' if rows else 'number of rows'}"
             raise InputError(f"{label}: {', '.join(used)} {unlike}: are they of one recording?")
+        notes[:] = (f"{log.path.name}: {note}" for log in logs for note in log.notes)
         return np.column_stack([there[name] for name in columns])
-
-    def notes() -> tuple[str, ...]:
-        return tuple(f"{log.path.name}: {note}" for log in logs for note in log.notes())
 
     units = {name: log.units[own] for name, (log, own) in found.items() if own in log.units}
     sigma = next((log.gain_sigma for log in logs if log.gain_sigma is not None), None)
@@ -144,9 +142,9 @@ def named(path: LogPath, robot: Robot, log_map: LogMap | None) -> Naming:
     log_map.check(robot.n)
     naming = Naming(open_log(path, log_map), log_map, robot)
     torque = log_map.torque
-    if not torque.of_unknown_gain:
+    if torque.rated or CURRENT.keys().isdisjoint(torque.unit):
         return naming
-    # What the columns of torques hold needs gains, as currents do.
+    # Columns of torques that hold currents, counts, or percent of an unknown torque need gains, as currents do.
     current = Quantity(naming.columns("torque"), torque.unit, sign=torque.sign)
     return replace(naming, log_map=structs.replace(log_map, torque=Quantity(), current=current))
 
@@ -176,8 +174,7 @@ def read_recordings(
         InputError: names the file, line and column of whatever cannot be used.
     """
     recording, _ = read_beside(named(path, robot, log_map), drive_gains)
-    cutoff = (processing or robot.processing).cutoff
-    return tuple(cut(recording, *pieces(recording.t, cutoff, recording.source)))
+    return tuple(cut(recording, *pieces(recording.t, (processing or robot.processing).cutoff, recording.source)))
 
 
 def read_recording(
@@ -221,14 +218,15 @@ def read_beside(
         columns[reference] = naming.columns(reference)
     values = raw.whole(list(chain.from_iterable(columns.values())))
     t, since = np.arange(len(values)) / (log_map.time.rate or 1.0), 0.0
-    if naming.time:
-        t, later, since = _clock(raw, naming.time, naming.time_unit, values[:, 0], notes)
+    time, unit_of_time = naming.time
+    if time:
+        t, later, since = _clock(raw, time, unit_of_time, values[:, 0], notes)
         values = values if later.all() else values[later]
     if len(t) < 2:
         few = f"has {len(t)} rows of numbers, which is no recording"
         raise InputError(f"{raw.path}: {few}: record again, or give the file with the rows")
     columns.pop("time", None)
-    values, names = values[:, bool(naming.time) :], list(chain.from_iterable(columns.values()))
+    values, names = values[:, bool(time) :], list(chain.from_iterable(columns.values()))
     # What a logger wrote more than once is taken out: freezes, and samples that are held.
     frozen = frozen_rows(values, values[:, : robot.n])
     if count := int(np.sum(frozen[1:] & ~frozen[:-1])):
@@ -256,7 +254,7 @@ def read_beside(
     if gains:
         torque = load * np.array(gains, dtype=float)
         torque = robot.coupling.joint_torques(torque) if robot.coupling else torque
-    notes = [*raw.notes(), *notes, *chosen]
+    notes = [*raw.notes, *notes, *chosen]
     unmoved = ~qd.any(axis=0) & (np.ptp(q, axis=0) > _MOVES) if qd is not None else np.zeros(robot.n, dtype=bool)
     if joints := ", ".join(str(j + 1) for j in np.flatnonzero(unmoved)):
         qd = None

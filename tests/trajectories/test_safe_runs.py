@@ -32,7 +32,6 @@ from dynident.trajectories import (
     PayloadSet,
     ViaPoints,
     build_design,
-    score_motion,
     solve_design,
 )
 from dynident.trajectories.design.score import (

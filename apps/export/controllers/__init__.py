@@ -6,5 +6,5 @@ Every format gives one small text that says frame, reference point, order, units
 from .. import simulators
 from ..format import formats
 
-_OF_SIMULATORS = formats(simulators.__name__, simulators.__path__, "PAYLOAD")
+_OF_SIMULATORS = formats(simulators.__name__, simulators.__path__, "_write_payload")
 FORMATS = dict(sorted((formats(__name__, __path__) | _OF_SIMULATORS).items()))  # every format by its name

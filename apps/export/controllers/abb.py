@@ -8,19 +8,9 @@ from ...numbers import principal_axes, quaternion
 from ..load import ControllerLoad, listed, load_format, number
 
 
-def _write(load: ControllerLoad) -> str:
-    moments, axes = principal_axes(load.inertia)
-    name = "payload_grip" if load.in_tool_frame else "payload_tool"
-    return (
-        f"PERS loaddata {name} := [{number(load.mass)}, [{listed(1e3 * load.com)}], "
-        f"[{listed(quaternion(axes))}], {listed(moments, load.moment_digits)}];"
-    )
-
-
-FORMAT = load_format(
+@load_format(
     title="ABB loaddata (tload of tooldata in tool0; grip load in the tool frame)",
     source="RAPID reference manual, loaddata",
-    write=_write,
     holds=frozenset({"products", "tool frame"}),
     reference="principal moments about the centre of gravity, their axes turned by aom out of the frame",
     order="[mass, [cog x, y, z], [aom q1 (scalar), q2, q3, q4], ix, iy, iz]",
@@ -28,3 +18,10 @@ FORMAT = load_format(
     in_part="ix = iy = iz = 0, the controller takes a point mass",
     comment=("! ", ""),
 )
+def _write(load: ControllerLoad) -> str:
+    moments, axes = principal_axes(load.inertia)
+    name = "payload_grip" if load.in_tool_frame else "payload_tool"
+    return (
+        f"PERS loaddata {name} := [{number(load.mass)}, [{listed(1e3 * load.com)}], "
+        f"[{listed(quaternion(axes))}], {listed(moments, load.moment_digits)}];"
+    )

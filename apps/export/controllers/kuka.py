@@ -16,6 +16,15 @@ from ..load import ControllerLoad, load_format, number
 _TURNS = 4  # decimals of angles [deg] of a rounded inertia
 
 
+@load_format(
+    title="KUKA LOAD_DATA (config.dat; put the number of your tool for 1)",
+    source="load data in the manuals of the arms (KUKA.Load)",
+    reference="principal moments about the centre of mass, their axes turned by A, B, C out of the flange frame",
+    order="M, CM {X, Y, Z, A about z, B about new y, C about newest x}, J {X, Y, Z}",
+    units="kg, mm, deg, kg m^2",
+    in_part="J = 0, a point mass",
+    comment=("; ", ""),
+)
 def _write(load: ControllerLoad) -> str:
     moments, axes = principal_axes(load.inertia)
     x, y, z = (number(1e3 * value) for value in load.com)
@@ -24,15 +33,3 @@ def _write(load: ControllerLoad) -> str:
     jx, jy, jz = (number(value, load.moment_digits) for value in moments)
     centre = f"CM {{X {x},Y {y},Z {z},A {a},B {b},C {c}}}"
     return f"LOAD_DATA[1]={{M {number(load.mass)},{centre},J {{X {jx},Y {jy},Z {jz}}}}}"
-
-
-FORMAT = load_format(
-    title="KUKA LOAD_DATA (config.dat; put the number of your tool for 1)",
-    source="load data in the manuals of the arms (KUKA.Load)",
-    write=_write,
-    reference="principal moments about the centre of mass, their axes turned by A, B, C out of the flange frame",
-    order="M, CM {X, Y, Z, A about z, B about new y, C about newest x}, J {X, Y, Z}",
-    units="kg, mm, deg, kg m^2",
-    in_part="J = 0, a point mass",
-    comment=("; ", ""),
-)

@@ -9,6 +9,12 @@ import numpy as np
 from ..load import ControllerLoad, load_format, number
 
 
+@load_format(
+    title="Staeubli: plain values (its load format is not documented publicly)",
+    source="none public; see the manual of your controller",
+    order="mass; com x, y, z; Ixx, Ixy, Ixz, Iyy, Iyz, Izz, entries of the matrix (Ixy = -integral of x y dm)",
+    in_part="the inertia is left out",
+)
 def _write(load: ControllerLoad) -> str:
     J = load.inertia
     lines = [f"mass  [kg]      {number(load.mass)}"]
@@ -17,12 +23,3 @@ def _write(load: ControllerLoad) -> str:
         pairs = [(j, k) for j, k in zip(*np.triu_indices(3), strict=True)]
         lines += [f"I{'xyz'[j]}{'xyz'[k]}   [kg.m^2]  {number(J[j, k])}" for j, k in pairs]
     return "\n".join(lines)
-
-
-FORMAT = load_format(
-    title="Staeubli: plain values (its load format is not documented publicly)",
-    source="none public; see the manual of your controller",
-    write=_write,
-    order="mass; com x, y, z; Ixx, Ixy, Ixz, Iyy, Iyz, Izz, entries of the matrix (Ixy = -integral of x y dm)",
-    in_part="the inertia is left out",
-)

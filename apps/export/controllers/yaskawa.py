@@ -9,20 +9,17 @@ import numpy as np
 from ..load import ControllerLoad, load_format, number
 
 
-def _write(load: ControllerLoad) -> str:
-    lines = [f"W   [kg]     {number(load.mass)}"]
-    lines += [f"{axis}g  [mm]     {number(value)}" for axis, value in zip("XYZ", 1e3 * load.com, strict=True)]
-    moments = zip("xyz", np.diag(load.inertia), strict=True)
-    return "\n".join([*lines, *(f"I{axis}  [kg.m^2] {number(value)}" for axis, value in moments)])
-
-
-FORMAT = load_format(
+@load_format(
     title="Yaskawa tool load information",
     source="NX100 and YRC1000 instructions, ARM control",
-    write=_write,
     holds=frozenset(),
     reference="moments about axes through the centre of gravity parallel to the flange's x, y, z",
     order="W, Xg, Yg, Zg, Ix, Iy, Iz",
     units="kg, mm, kg m^2",
     in_part="Ix = Iy = Iz = 0, which the manual allows for tools that are small against their distance",
 )
+def _write(load: ControllerLoad) -> str:
+    lines = [f"W   [kg]     {number(load.mass)}"]
+    lines += [f"{axis}g  [mm]     {number(value)}" for axis, value in zip("XYZ", 1e3 * load.com, strict=True)]
+    moments = zip("xyz", np.diag(load.inertia), strict=True)
+    return "\n".join([*lines, *(f"I{axis}  [kg.m^2] {number(value)}" for axis, value in moments)])

@@ -8,7 +8,7 @@ and JointTrajectoryPoint; builtin_interfaces/msg/Duration.
 
 import re
 from collections.abc import Sequence
-from dataclasses import replace
+from functools import partial
 
 from ....common.errors import InputError
 from ....trajectories import SampledTrajectory
@@ -18,10 +18,24 @@ from ..motion import DENSER, WrittenMotion, listed
 _SECOND = 1_000_000_000
 
 
+def _replay(motion: WrittenMotion) -> SampledTrajectory:
+    # Quintics between points with speeds and accelerations (control.ros.org, Trajectory Representation).
+    points = motion.sampled()
+    return SampledTrajectory(points.t, points.q, points.qd, points.qdd, "--ros2")
+
+
+@partial(
+    Format,
+    title="JointTrajectory of ROS 2",
+    source="trajectory_msgs/msg/JointTrajectory",
+    remarks=("trajectory_msgs/msg/JointTrajectory; be at the first point before it starts.",),
+    replay=_replay,
+    replayed=("ROS 2 joins the samples", DENSER),
+)
 def _write(motion: WrittenMotion) -> str:
     samples = motion.sampled()
     lines = ["header:", "  stamp: {sec: 0, nanosec: 0}", "  frame_id: ''", "joint_names:"]
-    lines += [f"- '{name}'" for name in motion.joint_names]
+    lines += [f"- '{name}'" for name in check_joint_names(motion.joint_names, motion.robot.n)]
     lines.append("points:")
     for t, q, qd, qdd in zip(samples.t, samples.q, samples.qd, samples.qdd, strict=True):
         sec, nanosec = divmod(round(float(t) * _SECOND), _SECOND)
@@ -38,24 +52,6 @@ def _write(motion: WrittenMotion) -> str:
 def check_joint_names(names: Sequence[str], n: int) -> tuple[str, ...]:
     """The names, or joint_1 and so on if there are none; names that do not fit ``n`` joints are refused."""
     names = tuple(names) or tuple(f"joint_{j}" for j in range(1, n + 1))
-    good = {name for name in names if re.fullmatch(r"[A-Za-z0-9_/.-]+", name)}
-    if not len(good) == len(names) == n:
+    if not len({name for name in names if re.fullmatch(r"[A-Za-z0-9_/.-]+", name)}) == len(names) == n:
         raise InputError(f"joint names {', '.join(names)}: give {n} different ones of letters, digits and _ - / .")
     return names
-
-
-def _replay(motion: WrittenMotion) -> SampledTrajectory:
-    # Quintics between points with speeds and accelerations (control.ros.org, Trajectory Representation).
-    points = motion.sampled()
-    return SampledTrajectory(points.t, points.q, points.qd, points.qdd, "--ros2")
-
-
-FORMAT = Format(
-    title="JointTrajectory of ROS 2",
-    source="trajectory_msgs/msg/JointTrajectory",
-    write=_write,
-    ready=lambda motion: replace(motion, joint_names=check_joint_names(motion.joint_names, motion.robot.n)),
-    remarks=("trajectory_msgs/msg/JointTrajectory; be at the first point before it starts.",),
-    replay=_replay,
-    replayed=("ROS 2 joins the samples", DENSER),
-)

@@ -7,6 +7,8 @@ popup (universal-robots.com/manuals/EN/HTML/SW5_20/Content/prod-scriptmanual/G5/
 servoj_qavt0-008lookahead_time.htm).
 """
 
+from functools import partial
+
 import numpy as np
 
 from ....common.errors import InputError
@@ -21,7 +23,22 @@ _RAMP_SPEED, _RAMP_ACCELERATION = 0.25, 0.5  # rad/s, rad/s^2: to the first pose
 _FAR, _THERE = 1.0, 0.01  # rad: farther than _FAR from the first pose nothing moves
 
 
+def _replay(motion: WrittenMotion) -> SampledTrajectory:
+    """servoj follows positions alone; they are joined by the smoothest curve that rests at both ends."""
+    # It stands in the first pose before, and in the last one afterwards.
+    t = np.arange(-1, len(motion.cycles()) + 1) / motion.rate
+    return SampledTrajectory(t, motion.plan.at(t)[0], source="--urscript")
+
+
+@partial(
+    Format,
+    title="URScript of Universal Robots",
+    source="URScript manual, servoj",
+    replay=_replay,
+    replayed=("URScript joins the samples", DENSER),
+)
 def _write(motion: WrittenMotion) -> str:
+    check_urscript(motion.robot, motion.rate)
     q = motion.cycles()
     lines = [
         f"# {len(q)} samples at {motion.rate:g} Hz. Try it with the speed slider low and a hand on the emergency "
@@ -37,18 +54,6 @@ def _write(motion: WrittenMotion) -> str:
         "dynident_motion()",
     ]
     return "\n".join(lines)
-
-
-def _ready(motion: WrittenMotion) -> WrittenMotion:
-    check_urscript(motion.robot, motion.rate)
-    return motion
-
-
-def _replay(motion: WrittenMotion) -> SampledTrajectory:
-    """servoj follows positions alone; they are joined by the smoothest curve that rests at both ends."""
-    # It stands in the first pose before, and in the last one afterwards.
-    t = np.arange(-1, len(motion.cycles()) + 1) / motion.rate
-    return SampledTrajectory(t, motion.plan.at(t)[0], source="--urscript")
 
 
 def check_urscript(robot: Robot, rate: float) -> None:
@@ -72,13 +77,3 @@ def _check(label: str, limit: float, message: str) -> list[str]:
         "    k = k + 1",
         "  end",
     ]
-
-
-FORMAT = Format(
-    title="URScript of Universal Robots",
-    source="URScript manual, servoj",
-    write=_write,
-    ready=_ready,
-    replay=_replay,
-    replayed=("URScript joins the samples", DENSER),
-)

@@ -8,6 +8,7 @@ as in the public VAL3 applications of ros-industrial/staubli_val3_driver.
 """
 
 import re
+from functools import partial
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -79,8 +80,7 @@ def _moves(motion: WrittenMotion, plan: ViaPoints) -> tuple[Array, Array, Array]
         origins = np.array([kinematics(q)[1].full().ravel() for q in plan.points]).reshape(-1, 3)
         gap = 1000.0 * np.linalg.norm(np.diff(origins, axis=0), axis=1)
         leave[:-1] = np.floor(_BLEND * np.minimum(gap[:-1], gap[1:]))
-    most_speed = _percent((motion.bounds.speed / nominal).min())
-    return accel, np.minimum(_percent(speed + rounding), most_speed), leave
+    return accel, np.minimum(_percent(speed + rounding), _percent((motion.bounds.speed / nominal).min())), leave
 
 
 def _percent(fraction: Array) -> Array:
@@ -96,28 +96,6 @@ def check_val3(robot: Robot, via_points: bool, name: str) -> None:
         raise InputError(
             f"{name!r} is not a VAL3 application name: use a letter, then letters, digits or _, at most 15"
         )
-
-
-def _write(motion: WrittenMotion) -> Element:
-    plan, held = _points(motion)
-    angles, motions = np.degrees(plan.points).tolist(), []
-    for accel, vel, leave in [(_APPROACH, _APPROACH, 0.0), *zip(*_moves(motion, plan), strict=True)]:
-        ramp, near = f"{accel:g}", f"{leave:g}"
-        profile = {"accel": ramp, "vel": f"{vel:g}", "decel": ramp, "tmax": "99999", "rmax": "99999"}
-        motions.append(profile | ({"blend": "joint", "leave": near, "reach": near} if leave else {"blend": "off"}))
-    variables = {
-        ("jPoint", "jointRx"): [{f"j{j}": f"{angle:.6f}" for j, angle in enumerate(row, 1)} for row in angles],
-        ("mMotion", "mdesc"): motions,
-        ("nIndex", "num"): [{"value": "0"}],
-        **({("nHold", "num"): [{"value": f"{time:g}"} for time in held]} if held.any() else {}),
-        ("tFlange", "tool"): [{"fatherId": "flange[0]"}],
-    }
-    data = element("Datas")
-    for (name, kind), values in variables.items():
-        about = {"name": name, "access": "private", "xsi:type": "array", "type": kind, "size": f"{len(values)}"}
-        entries = (element("Value", {"key": f"{k}"} | value) for k, value in enumerate(values))
-        data.append(element("Data", about, *entries))
-    return element("Database", {"xmlns:xsi": _XSI, "xmlns": f"{_SPACE}/Data/2"}, data)
 
 
 def _beside(motion: WrittenMotion) -> dict[str, str]:
@@ -143,16 +121,11 @@ def _beside(motion: WrittenMotion) -> dict[str, str]:
         element("Database", {}, element("Data", {"file": f"{motion.name}.dtx"})),
         element("Libraries"),
     )  # fmt: skip
-    return {
-        f"{motion.name}.pjx": f"{FIRST}\n{xml_text(project)}\n",
-        "start.pgx": _program("start", "public", start),
-        "stop.pgx": _program("stop", "private", ["begin", "  resetMotion()", "end"]),
-    }
-
-
-def _program(name: str, access: str, code: list[str]) -> str:
-    text = "\n".join(code)
-    return f"""{FIRST}
+    programs = {"start": ("public", start), "stop": ("private", ["begin", "  resetMotion()", "end"])}
+    files = {f"{motion.name}.pjx": f"{FIRST}\n{xml_text(project)}\n"}
+    for name, (access, code) in programs.items():
+        text = "\n".join(code)
+        files[f"{name}.pgx"] = f"""{FIRST}
 <Programs xmlns:xsi="{_XSI}" xmlns="{_SPACE}/Program/2">
   <Program name="{name}" access="{access}">
     <Code><![CDATA[{text}
@@ -160,12 +133,13 @@ def _program(name: str, access: str, code: list[str]) -> str:
   </Program>
 </Programs>
 """
+    return files
 
 
-FORMAT = Format(
+@partial(
+    Format,
     title="VAL3 application of Staubli",
     source="VAL3 Reference Manual (D28062804A)",
-    write=_write,
     remarks=_WARNING,
     first_line=FIRST,
     beside=_beside,
@@ -175,3 +149,23 @@ FORMAT = Format(
         "design with --segments trapezoid, or leave more room by the setting torque-margin",
     ),
 )
+def _write(motion: WrittenMotion) -> Element:
+    plan, held = _points(motion)
+    angles, motions = np.degrees(plan.points).tolist(), []
+    for accel, vel, leave in [(_APPROACH, _APPROACH, 0.0), *zip(*_moves(motion, plan), strict=True)]:
+        ramp, near = f"{accel:g}", f"{leave:g}"
+        profile = {"accel": ramp, "vel": f"{vel:g}", "decel": ramp, "tmax": "99999", "rmax": "99999"}
+        motions.append(profile | ({"blend": "joint", "leave": near, "reach": near} if leave else {"blend": "off"}))
+    variables = {
+        ("jPoint", "jointRx"): [{f"j{j}": f"{angle:.6f}" for j, angle in enumerate(row, 1)} for row in angles],
+        ("mMotion", "mdesc"): motions,
+        ("nIndex", "num"): [{"value": "0"}],
+        **({("nHold", "num"): [{"value": f"{time:g}"} for time in held]} if held.any() else {}),
+        ("tFlange", "tool"): [{"fatherId": "flange[0]"}],
+    }
+    data = element("Datas")
+    for (name, kind), values in variables.items():
+        about = {"name": name, "access": "private", "xsi:type": "array", "type": kind, "size": f"{len(values)}"}
+        entries = (element("Value", {"key": f"{k}"} | value) for k, value in enumerate(values))
+        data.append(element("Data", about, *entries))
+    return element("Database", {"xmlns:xsi": _XSI, "xmlns": f"{_SPACE}/Data/2"}, data)

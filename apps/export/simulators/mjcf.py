@@ -9,6 +9,7 @@ of the body, positive definite with principal moments that fulfil A + B >= C. A 
 
 import math
 from collections import defaultdict
+from functools import partial
 from xml.etree.ElementTree import Element
 
 from ....common.errors import InputError
@@ -24,6 +25,17 @@ DRIVE = {"armature": "armature", "damping": "damping", "friction": "frictionloss
 """Attributes of a joint or a tendon for its drive."""
 
 
+@partial(
+    Format,
+    title="MJCF (MuJoCo 3.3 or newer)",
+    source="MuJoCo XML reference",
+    holds=frozenset({"armature", "damping", "friction", "offset", "coupled", "spring", "torque", "gravity"}),
+    remarks=(
+        "Controls are motor torques on the joint side, with the torque limits as their range; torque offsets are "
+        "the actuators' bias.",
+    ),
+    first_line=FIRST,
+)
 def _write(whole: WholeRobot) -> Element:
     spring, flange = whole.robot.spring, flange_of(whole.robot)
     tendons, motors = coupled_tendon(whole, whole.joint_names), list[Element]()
@@ -105,38 +117,16 @@ def coupled_tendon(whole: WholeRobot, joints: tuple[str, ...]) -> list[Element]:
     return [element("fixed", {"name": "coupled_drive"} | drive_attributes(drive, DRIVE), *both)]
 
 
-FORMAT = Format(
-    title="MJCF (MuJoCo 3.3 or newer)",
-    source="MuJoCo XML reference",
-    write=_write,
-    holds=frozenset({"armature", "damping", "friction", "offset", "coupled", "spring", "torque", "gravity"}),
-    remarks=(
-        "Controls are motor torques on the joint side, with the torque limits as their range; torque offsets are "
-        "the actuators' bias.",
-    ),
-    first_line=FIRST,
-)
-
-
-def _write_payload(load: ControllerLoad) -> Element:
-    body = element("body", {"name": "payload"}, mjcf_inertial(load.mass, load.com, load.inertia))
-    world = element("worldbody", {}, element("body", {"name": "flange"}, body))
-    return element("mujoco", {"model": "payload"}, world)
-
-
-def _ready(load: ControllerLoad) -> ControllerLoad:
-    load = load.rounded()
-    least = float(principal_axes(load.inertia)[0].min())
-    if not load.point_mass and least < _LEAST:
-        raise InputError(f"the smallest moment of inertia is {least:.2g} kg m^2: MuJoCo refuses so small a body")
-    return load
-
-
-PAYLOAD = load_format(
+@load_format(
     title="MJCF (copy the body payload into the body of your flange)",
     source="MuJoCo XML reference, body/inertial",
-    write=_write_payload,
-    ready=_ready,
     order="pos x, y, z; fullinertia M11, M22, M33, M12, M13, M23",
     in_part="the inertia is zero, a point mass; a moving link needs inertia of its own",
 )
+def _write_payload(load: ControllerLoad) -> Element:
+    least = float(principal_axes(load.inertia)[0].min())
+    if not load.point_mass and least < _LEAST:
+        raise InputError(f"the smallest moment of inertia is {least:.2g} kg m^2: MuJoCo refuses so small a body")
+    body = element("body", {"name": "payload"}, mjcf_inertial(load.mass, load.com, load.inertia))
+    world = element("worldbody", {}, element("body", {"name": "flange"}, body))
+    return element("mujoco", {"model": "payload"}, world)

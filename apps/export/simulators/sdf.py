@@ -7,6 +7,7 @@ Inertial; drake.mit.edu, Parsing models (drake:rotor_inertia, drake:gear_ratio, 
 """
 
 import math
+from functools import partial
 from xml.etree.ElementTree import Element
 
 from ....estimation.possible.whole_robot import WholeRobot
@@ -17,6 +18,18 @@ from ..load import ControllerLoad, load_format
 from ..robot import drive_attributes, drive_value, flange_of, moved_links
 
 
+@partial(
+    Format,
+    title="SDFormat 1.9 (Gazebo, Drake)",
+    source="sdformat.org/spec; Drake's elements: drake.mit.edu, Parsing models",
+    holds=frozenset({"armature", "damping", "friction", "speed", "acceleration", "torque"}),
+    remarks=(
+        "Armature and acceleration limits are in Drake's own elements, which Gazebo ignores. Drake has no dry "
+        "friction. A base without inertial weighs 1 kg in SDFormat, which has no effect, as it is fixed to the "
+        "world.",
+    ),
+    first_line=FIRST,
+)
 def _write(whole: WholeRobot) -> Element:
     base = whole.link_names[0]
     model = element(
@@ -45,38 +58,20 @@ def _write(whole: WholeRobot) -> Element:
     if flange not in whole.link_names:
         attached = {"name": flange, "attached_to": whole.link_names[-1]}
         model.append(element("frame", attached, _pose(pose_of_flange)))
-    spaces = {"xmlns:drake": "drake.mit.edu", "xmlns:dynident": DYNIDENT}
-    return element("sdf", {"version": "1.9"} | spaces, model)
+    return element("sdf", {"version": "1.9", "xmlns:drake": "drake.mit.edu", "xmlns:dynident": DYNIDENT}, model)
 
 
 def _pose(pose: Pose) -> Element:
     return element("pose", {}, f"{exact(pose.origin)} {exact(pose.rpy)}")
 
 
-FORMAT = Format(
-    title="SDFormat 1.9 (Gazebo, Drake)",
-    source="sdformat.org/spec; Drake's elements: drake.mit.edu, Parsing models",
-    write=_write,
-    holds=frozenset({"armature", "damping", "friction", "speed", "acceleration", "torque"}),
-    remarks=(
-        "Armature and acceleration limits are in Drake's own elements, which Gazebo ignores. Drake has no dry "
-        "friction. A base without inertial weighs 1 kg in SDFormat, which has no effect, as it is fixed to the "
-        "world.",
-    ),
-    first_line=FIRST,
-)
-
-
-def _write_payload(load: ControllerLoad) -> Element:
-    link = element("link", {"name": "payload"}, sdf_inertial(load.mass, load.com, load.inertia))
-    return element("sdf", {"version": "1.7"}, element("model", {"name": "payload"}, link))
-
-
-PAYLOAD = load_format(
+@load_format(
     title="SDFormat (fix the link payload to the flange of your robot, origin on origin)",
     source="sdformat.org/spec, inertial",
-    write=_write_payload,
     order="pose x, y, z, roll, pitch, yaw; ixx, ixy, ixz, iyy, iyz, izz, entries of the matrix",
     in_part="the inertia is zero, a point mass (left out it would be 1 kg m^2); simulators may ask for one of "
     "your own",
 )
+def _write_payload(load: ControllerLoad) -> Element:
+    link = element("link", {"name": "payload"}, sdf_inertial(load.mass, load.com, load.inertia))
+    return element("sdf", {"version": "1.7"}, element("model", {"name": "payload"}, link))

@@ -7,6 +7,7 @@ joint's side, drake:acceleration).
 """
 
 import math
+from functools import partial
 from xml.etree.ElementTree import Element
 
 from ....estimation.possible.whole_robot import WholeRobot
@@ -19,6 +20,17 @@ from ..robot import drive_attributes, drive_value, flange_of, moved_links
 _UNKNOWN = 1e6  # URDF demands numbers for limits: this stands for none
 
 
+@partial(
+    Format,
+    title="URDF",
+    source="wiki.ros.org/urdf/XML; Drake's elements: drake.mit.edu, Parsing models",
+    holds=frozenset({"armature", "damping", "friction", "speed", "acceleration", "torque"}),
+    remarks=(
+        "Armature and acceleration limits are in Drake's own elements. Pinocchio, MuJoCo and Gazebo ignore them: "
+        "set them there by hand (rotorInertia and armature, dof_armature). Drake has no dry friction.",
+    ),
+    first_line=FIRST,
+)
 def _write(whole: WholeRobot) -> Element:
     links, base = moved_links(whole), whole.link_names[0]
     spaces = {"xmlns:drake": "http://drake.mit.edu", "xmlns:dynident": DYNIDENT}
@@ -62,30 +74,13 @@ def _place(parent: str, child: str, pose: Pose) -> list[Element]:
     ]
 
 
-FORMAT = Format(
-    title="URDF",
-    source="wiki.ros.org/urdf/XML; Drake's elements: drake.mit.edu, Parsing models",
-    write=_write,
-    holds=frozenset({"armature", "damping", "friction", "speed", "acceleration", "torque"}),
-    remarks=(
-        "Armature and acceleration limits are in Drake's own elements. Pinocchio, MuJoCo and Gazebo ignore them: "
-        "set them there by hand (rotorInertia and armature, dof_armature). Drake has no dry friction.",
-    ),
-    first_line=FIRST,
-)
-
-
-def _write_payload(load: ControllerLoad) -> Element:
-    fixed = {"name": "tool0-payload", "type": "fixed"}
-    joint = element("joint", fixed, *_place("tool0", "payload", Pose()))
-    link = element("link", {"name": "payload"}, urdf_inertial(load.mass, load.com, load.inertia))
-    return element("robot", {"name": "payload"}, element("link", {"name": "tool0"}), joint, link)
-
-
-PAYLOAD = load_format(
+@load_format(
     title="URDF (copy joint and link payload into your robot, whose flange link is tool0 here)",
     source="wiki.ros.org/urdf/XML/link",
-    write=_write_payload,
     order="ixx, ixy, ixz, iyy, iyz, izz, entries of the matrix (ixy = -integral of x y dm)",
     in_part="the inertia is zero, a point mass; simulators may ask for one of your own",
 )
+def _write_payload(load: ControllerLoad) -> Element:
+    joint = element("joint", {"name": "tool0-payload", "type": "fixed"}, *_place("tool0", "payload", Pose()))
+    link = element("link", {"name": "payload"}, urdf_inertial(load.mass, load.com, load.inertia))
+    return element("robot", {"name": "payload"}, element("link", {"name": "tool0"}), joint, link)

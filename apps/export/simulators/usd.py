@@ -13,15 +13,28 @@ import json
 import math
 import re
 from collections.abc import Iterable, Mapping
+from functools import partial
 
 from ....estimation.possible.whole_robot import Labelled, WholeRobot
 from ....model import Pose
 from ...numbers import exact, principal_axes, quaternion
 from ..format import Format
 from ..load import ControllerLoad, listed, load_format, number
-from ..robot import MovedLink, drive_value, fields, flange_of, gravity_of, moved_links
+from ..robot import drive_value, fields, flange_of, gravity_of, moved_links
 
 
+@partial(
+    Format,
+    title="USD with the physics schema of PhysX (Isaac Sim 5 or newer)",
+    source="OpenUSD, UsdPhysics; PhysX, PhysxJointAxisAPI",
+    holds=frozenset({"armature", "damping", "friction", "speed", "torque", "gravity"}),
+    remarks=(
+        "Damping and dry friction stand in PhysxJointAxisAPI (per degree, N·m), which Isaac Sim 4 does not read: "
+        "its jointFriction has no unit of torque and is not written. A base without mass gets PhysX's own; it is "
+        "fixed to the world, so nothing shows it.",
+    ),
+    first_line="#usda 1.0",
+)
 def _write(whole: WholeRobot) -> str:
     root, base, moved = _identifier(whole.robot.name), _identifier(whole.link_names[0]), moved_links(whole)
     flange, pose_of_flange = flange_of(whole.robot)
@@ -31,10 +44,10 @@ def _write(whole: WholeRobot) -> str:
         f"vector3f physics:gravityDirection = ({exact([x / size for x in g] if size else [0, 0, -1], ', ')})",
         f"float physics:gravityMagnitude = {exact(size)}",
     ]
-    links = _prim(f'Xform "{base}"', [], [_schemas("PhysicsRigidBodyAPI")])
-    pose = Pose()
+    links, pose = _prim(f'Xform "{base}"', [], [_schemas("PhysicsRigidBodyAPI")]), Pose()
+    joints = _prim('PhysicsFixedJoint "world"', [f"rel physics:body1 = </{root}/{base}>"])
     for each in moved:
-        inside, pose, link = list[str](), pose @ each.pose, each.link
+        inside, pose, link, joint, drive = list[str](), pose @ each.pose, each.link, each.joint, each.drive
         if (body := link.body).mass != 0.0:
             moments, axes = principal_axes(body.inertia_com)
             inside += [
@@ -49,9 +62,42 @@ def _write(whole: WholeRobot) -> str:
         marks = [_schemas("PhysicsRigidBodyAPI", "PhysicsMassAPI")]
         marks += _custom_data(link.link, link.numbers | link.parameters)
         links += _prim(f'Xform "{_identifier(link.link)}"', inside, marks)
-    held = _prim('PhysicsFixedJoint "world"', [f"rel physics:body1 = </{root}/{base}>"])
-    joints = _prim('Scope "joints"', [*held, *(line for each in moved for line in _joint(each, root))])
-    arm = _prim(f'Xform "{root}"', [*links, *joints], [_schemas("PhysicsArticulationRootAPI")])
+        limits, turning, sliding = (
+            joint.limits,
+            ("Revolute", "angular", math.degrees(1.0)),
+            ("Prismatic", "linear", 1.0),
+        )
+        kind, axis, unit = turning if joint.revolute else sliding
+        lines = ['uniform token physics:axis = "Z"']
+        for k, (end, place) in enumerate(((each.parent, each.frame), (link.link, each.own.inverse()))):
+            lines += [
+                f"rel physics:body{k} = </{root}/{_identifier(end)}>",
+                f"point3f physics:localPos{k} = ({exact(place.origin, ', ')})",
+                f"quatf physics:localRot{k} = ({exact(quaternion(place.R), ', ')})",
+            ]
+        own = f"physxJointAxis:{axis}"
+        numbers = {
+            "physics:lowerLimit": limits.position[0] * unit,
+            "physics:upperLimit": limits.position[1] * unit,
+            f"drive:{axis}:physics:stiffness": 0.0,
+            f"drive:{axis}:physics:damping": 0.0,
+            f"drive:{axis}:physics:maxForce": limits.torque,
+            "physxJoint:maxJointVelocity": limits.speed * unit,
+            f"{own}:maxJointVelocity": limits.speed * unit,
+        }
+        armature, friction, damping = (drive_value(drive, key) for key in ("armature", "friction", "damping"))
+        if "armature" in drive:
+            numbers |= {"physxJoint:armature": armature, f"{own}:armature": armature}
+        if "friction" in drive:
+            numbers |= {f"{own}:staticFrictionEffort": friction, f"{own}:dynamicFrictionEffort": friction}
+        if "damping" in drive:
+            numbers[f"{own}:viscousFrictionCoefficient"] = damping / unit
+        lines += [f"float {key} = {exact(value)}" for key, value in numbers.items() if math.isfinite(value)]
+        schemas = _schemas(f"PhysicsDriveAPI:{axis}", "PhysxJointAPI", f"PhysxJointAxisAPI:{axis}")
+        about = [schemas, *_custom_data(each.name, drive)]
+        joints += _prim(f'Physics{kind}Joint "{_identifier(each.name)}"', lines, about)
+    inside = [*links, *_prim('Scope "joints"', joints)]
+    arm = _prim(f'Xform "{root}"', inside, [_schemas("PhysicsArticulationRootAPI")])
     return _stage(root, "1", [*_prim('PhysicsScene "physicsScene"', scene), "", *arm])
 
 
@@ -80,48 +126,12 @@ def _placed(pose: Pose) -> list[str]:
     ]
 
 
-def _joint(moved: MovedLink, root: str) -> list[str]:
-    joint, limits, drive = moved.joint, moved.joint.limits, moved.drive
-    turning, sliding = ("Revolute", "angular", math.degrees(1.0)), ("Prismatic", "linear", 1.0)
-    kind, axis, unit = turning if joint.revolute else sliding
-    lines = ['uniform token physics:axis = "Z"']
-    ends = ((moved.parent, moved.frame), (moved.link.link, moved.own.inverse()))
-    for k, (link, pose) in enumerate(ends):
-        lines += [
-            f"rel physics:body{k} = </{root}/{_identifier(link)}>",
-            f"point3f physics:localPos{k} = ({exact(pose.origin, ', ')})",
-            f"quatf physics:localRot{k} = ({exact(quaternion(pose.R), ', ')})",
-        ]
-    own = f"physxJointAxis:{axis}"
-    numbers = {
-        "physics:lowerLimit": limits.position[0] * unit,
-        "physics:upperLimit": limits.position[1] * unit,
-        f"drive:{axis}:physics:stiffness": 0.0,
-        f"drive:{axis}:physics:damping": 0.0,
-        f"drive:{axis}:physics:maxForce": limits.torque,
-        "physxJoint:maxJointVelocity": limits.speed * unit,
-        f"{own}:maxJointVelocity": limits.speed * unit,
-    }
-    armature, friction, damping = (drive_value(drive, key) for key in ("armature", "friction", "damping"))
-    if "armature" in drive:
-        numbers |= {"physxJoint:armature": armature, f"{own}:armature": armature}
-    if "friction" in drive:
-        numbers |= {f"{own}:staticFrictionEffort": friction, f"{own}:dynamicFrictionEffort": friction}
-    if "damping" in drive:
-        numbers[f"{own}:viscousFrictionCoefficient"] = damping / unit
-    lines += [f"float {key} = {exact(value)}" for key, value in numbers.items() if math.isfinite(value)]
-    schemas = _schemas(f"PhysicsDriveAPI:{axis}", "PhysxJointAPI", f"PhysxJointAxisAPI:{axis}")
-    name = f'Physics{kind}Joint "{_identifier(moved.name)}"'
-    return _prim(name, lines, [schemas, *_custom_data(moved.name, drive)])
-
-
 def _custom_data(name: str, numbers: Mapping[str, Labelled]) -> list[str]:
     """Marks as metadata of a prim, kept by whatever writes the stage again."""
     lines = [f"string name = {json.dumps(name)}"]
     for key, label in numbers.items():
         text = [f'string {name} = "{word}"' for name, word in fields(label).items() if name != "value"]
-        entries = [f"double value = {exact(label.value)}", *text]
-        lines += [f"dictionary {key} = {{", *_indented(entries), "}"]
+        lines += [f"dictionary {key} = {{", *_indented([f"double value = {exact(label.value)}", *text]), "}"]
     return ["customData = {", "    dictionary dynident = {", *_indented(_indented(lines)), "    }", "}"]
 
 
@@ -129,20 +139,16 @@ def _identifier(name: str) -> str:
     return re.sub(r"^(?=\d)", "_", re.sub(r"\W", "_", name, flags=re.ASCII))
 
 
-FORMAT = Format(
-    title="USD with the physics schema of PhysX (Isaac Sim 5 or newer)",
-    source="OpenUSD, UsdPhysics; PhysX, PhysxJointAxisAPI",
-    write=_write,
-    holds=frozenset({"armature", "damping", "friction", "speed", "torque", "gravity"}),
-    remarks=(
-        "Damping and dry friction stand in PhysxJointAxisAPI (per degree, N·m), which Isaac Sim 4 does not read: "
-        "its jointFriction has no unit of torque and is not written. A base without mass gets PhysX's own; it is "
-        "fixed to the world, so nothing shows it.",
-    ),
+@load_format(
+    title="USD PhysicsMassAPI (stage units; copy into a stage of the same units)",
+    source="OpenUSD, UsdPhysicsMassAPI",
+    holds=frozenset({"products", "units"}),
+    reference="principal moments about the centre of mass, their axes turned by principalAxes out of the prim's",
+    order="centerOfMass x, y, z; diagonalInertia along the principal axes; principalAxes w, x, y, z",
+    units="kg (kilogramsPerUnit = 1), length in metersPerUnit, inertia in kg times that squared",
+    in_part="no diagonalInertia: the simulator makes one from the shapes",
     first_line="#usda 1.0",
 )
-
-
 def _write_payload(load: ControllerLoad) -> str:
     (moments, axes), unit, digits = principal_axes(load.inertia), load.meters_per_unit, load.moment_digits
     digits = None if digits is None else digits + round(2.0 * math.log10(unit))
@@ -155,16 +161,3 @@ def _write_payload(load: ControllerLoad) -> str:
     schemas = _schemas("PhysicsRigidBodyAPI", "PhysicsMassAPI")
     payload = _prim('Xform "payload"', lines[: 2 if load.point_mass else 4], [schemas])
     return _stage("payload", number(unit), payload)
-
-
-PAYLOAD = load_format(
-    title="USD PhysicsMassAPI (stage units; copy into a stage of the same units)",
-    source="OpenUSD, UsdPhysicsMassAPI",
-    write=_write_payload,
-    holds=frozenset({"products", "units"}),
-    reference="principal moments about the centre of mass, their axes turned by principalAxes out of the prim's",
-    order="centerOfMass x, y, z; diagonalInertia along the principal axes; principalAxes w, x, y, z",
-    units="kg (kilogramsPerUnit = 1), length in metersPerUnit, inertia in kg times that squared",
-    in_part="no diagonalInertia: the simulator makes one from the shapes",
-    first_line="#usda 1.0",
-)

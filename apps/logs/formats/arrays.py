@@ -46,9 +46,8 @@ def mat_log(path: Path, layout: Layout) -> RawLog:
     arrays, objects = dict[str, Any](), dict[str, str]()
     with path.open("rb") as stream:
         head = stream.read(1024)
-    collect = _version_7 if _HDF5 in (head[:8], head[512:520]) else _version_5
     with reading(path, "a MAT file"):
-        collect(path, arrays, objects)
+        (_version_7 if _HDF5 in (head[:8], head[512:520]) else _version_5)(path, arrays, objects)
     return _arrays_log(path, arrays, objects)
 
 

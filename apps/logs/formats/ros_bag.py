@@ -51,35 +51,31 @@ def ros_bag(path: Path, layout: Layout) -> RawLog:
         seen = dict.fromkeys(chain.from_iterable(_values(message) for _, message in messages))
     if not seen:
         raise InputError(f"{path}: topic {topic} has no joint states")
-    joints = tuple(dict.fromkeys(map(_joint, seen)))
-    names = ["t", *(name for joint in joints for field in _FIELDS if (name := f"{joint}.{field}") in seen)]
+    joints = tuple(dict.fromkeys(joint for joint, _ in seen))
+    names = ["t", *(f"{joint}.{field}" for joint in joints for field in _FIELDS if (joint, field) in seen)]
     units = {f"{joint}.effort": "N·m" for joint in joints if kinds[topic] == _FRANKA}
 
     def read(columns: Sequence[str]) -> Array:
-        sought, stamps, numbers = {_joint(name) for name in columns if name != "t"}, list[int](), array("d")
+        places, stamps, numbers = [name.rpartition(".") for name in columns], list[int](), array("d")
+        sought = {joint for joint, _, field in places if field != "t"}
         with _reader(path) as reader:
             for stamp, message in _messages(reader, topic):
                 values = _values(message)
-                missing = sorted(sought - set(map(_joint, values)))
+                missing = sorted(sought.difference(joint for joint, _ in values))
                 if len(missing) == len(sought):  # other joints only, a gripper's on the same topic
                     continue
                 if missing:
                     raise InputError(f"{path}: a message of {topic} lacks joint {missing[0]!r}, which others have")
                 stamps.append(stamp)
-                numbers.extend(
-                    1e-9 * (stamp - stamps[0]) if name == "t" else values.get(name, nan) for name in columns
-                )
+                values["", "t"] = 1e-9 * (stamp - stamps[0])
+                numbers.extend(values.get((joint, field), nan) for joint, _, field in places)
         return np.array(numbers).reshape(-1, len(columns))
 
     return RawLog(path, tuple(names), read, lambda row: f"message {row + 1}", joints, units)
 
 
-def _joint(name: str) -> str:
-    return name.rpartition(".")[0]
-
-
-def _values(message: Any) -> dict[str, float]:
-    """Numbers of a message by column."""
+def _values(message: Any) -> dict[tuple[str, str], float]:
+    """Numbers of a message by joint and field."""
     if hasattr(message, "interface_values"):
         pairs = zip(message.joint_names, message.interface_values, strict=False)
         named = {joint: dict(zip(own.interface_names, own.values, strict=False)) for joint, own in pairs}
@@ -87,7 +83,7 @@ def _values(message: Any) -> dict[str, float]:
         state = getattr(message, "measured_joint_state", message)
         signals = [(field, getattr(state, field)) for field in _FIELDS[:3]]
         named = {joint: {field: x[k] for field, x in signals if len(x) > k} for k, joint in enumerate(state.name)}
-    return {f"{joint}.{field}": own[field] for joint, own in named.items() for field in _FIELDS if field in own}
+    return {(joint, field): own[field] for joint, own in named.items() for field in _FIELDS if field in own}
 
 
 @contextmanager
