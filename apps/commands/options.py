@@ -94,15 +94,10 @@ class Setup:
     robot: model.Robot  # with the structure that is asked for
     processing: model.Processing
     gains: tuple[float, ...] | None  # torque per current [N·m/A], if currents are read
-    identified: estimation.Gains | None  # how sure they are, if ``dynident gains`` found them
+    identified: estimation.Gains | None  # how sure they are, if ``dynident gains`` or --gain-sigma tells
     log_map: logs.LogMap
     stored: estimation.RobotResult | None = None  # an earlier identification, if its parameters count
     told: set[str] = field(default_factory=set)  # notes that were printed already
-
-    @property
-    def known(self) -> estimation.Estimate | None:
-        """The estimate of an earlier identification."""
-        return self.stored.estimate if self.stored is not None else None
 
     def read(self, paths: Sequence[str | tuple[str, ...]]) -> list[model.Recording]:
         """Read recordings, one with gaps as its pieces; what a file says of how it was read is told once."""
@@ -118,11 +113,6 @@ class Setup:
                 self.told.add(about)
                 note(text)
         return recordings
-
-    def settings(self, progress: Progress, **asked: Any) -> estimation.Settings:
-        """Settings of an estimation, by their names; where one is None, the default counts."""
-        given = {name: value for name, value in asked.items() if value is not None}
-        return estimation.Settings(self.processing, progress=progress, **given)
 
     def in_words(self) -> dict[str, str]:
         """Robot and processing for the report."""
@@ -199,6 +189,11 @@ class RecordingOptions(RobotOptions, group=LOGS):
             gains, identified = tuple(found.drive_gains.values.tolist()), found.errors
         elif gains and len(gains) == 1:
             gains = gains * robot.n
+        if self.gain_sigma is not None:
+            per_joint, common = self.gain_sigma
+            identified = structs.replace(identified or estimation.Gains(), per_joint=per_joint, common=common)
+            with about("--gain-sigma"):
+                identified.covariance(robot.n)
         if stored:
             robot = stored.applied_to(robot)
             stored.check_gains(gains)
@@ -215,26 +210,31 @@ class RecordingOptions(RobotOptions, group=LOGS):
             processing = replace(robot.processing, **changed)
         return Setup(robot, processing, gains, identified, self.how(), stored)
 
-    def errors(
-        self, setup: Setup, loaded: Sequence[model.Recording], unloaded: Sequence[model.Recording]
-    ) -> estimation.Gains | None:
-        """The uncertainty of the drive gains, None where nothing is said; its notes name what it rests on."""
+    def settings(
+        self,
+        setup: Setup,
+        progress: Progress,
+        loaded: Sequence[model.Recording] = (),
+        unloaded: Sequence[model.Recording] = (),
+        **asked: Any,
+    ) -> estimation.Settings:
+        """Settings by the names of options, or as ``asked``; where one is None the default counts.
+
+        The recordings tell which of them the drive gains were identified from.
+        """
         # What is said now goes before what was said then: the drives are the same, and so is their error.
-        then = setup.stored.gains if setup.stored is not None else None
-        now, n, note = setup.identified, setup.robot.n, _FROM_ROBOT
-        if self.gain_sigma is not None or now is not None:
-            per_joint, common = self.gain_sigma or ((0.0,), 0.0)
-            now = structs.replace(now or estimation.Gains(), per_joint=per_joint, common=common)
-            with about("--gain-sigma"):
-                now.covariance(n)
-            note = _INSTEAD if then is not None and not now.says_as(then, n) else ""
-        gains = now or then
-        if gains is None:
-            return None
-        # The same gains, even if they are told by numbers now.
-        source = then if then is not None and not any(gains.recordings.values()) else gains
-        notes = (*source.reused(loaded, unloaded), *filter(None, [note]))
-        return structs.replace(gains, recordings=source.recordings, mass=source.mass, notes=notes)
+        now, then = setup.identified, setup.stored.gains if setup.stored else None
+        if (gains := now or then) is not None:
+            # The same gains, even if they are told by numbers now.
+            source = then if then is not None and not any(gains.recordings.values()) else gains
+            same = then is None or now is None or now.says_as(then, setup.robot.n)
+            note = _FROM_ROBOT if now is None else "" if same else _INSTEAD
+            notes = (*source.reused(loaded, unloaded), *filter(None, [note]))
+            gains = structs.replace(gains, recordings=source.recordings, mass=source.mass, notes=notes)
+        names = ("essential", "friction", "friction_change", "free_friction", "scale_sigma")
+        asked = {name: getattr(self, name, None) for name in names} | {"gains": gains} | asked
+        given = {name: value for name, value in asked.items() if value is not None}
+        return estimation.Settings(setup.processing, progress=progress, **given)
 
 
 class PageOptions(Options, group=FILES):
@@ -274,7 +274,7 @@ class PageOptions(Options, group=FILES):
             write_json(self.json, document())
         if self.report:
             call = CALL.get()
-            named = ((mark.role, path) for _, mark, path in call.named(reads=True) if mark.role != "options")
+            named = ((m.role, path) for _, m, path in call.files if m.kind == "input" and m.role != "options")
             files = [(role, path, checksum(path)) for role, path in named if Path(path).is_file()]
             line = shlex.join(["dynident", *call.words])
             write_text(self.report, page_html(shown, line, files, settings_text))

@@ -5,10 +5,10 @@ import io
 import json
 import os
 from collections.abc import Sequence
+from contextvars import copy_context
 from typing import Any, NamedTuple
 
-from dynident.apps.commands.entry import Call, application, marks, shown_name
-from dynident.apps.commands.values import Named
+from dynident.apps.commands.entry import CALL, Call, application, marks, shown_name
 from dynident.cli import main
 from dynident.tests.frozen.freeze import settings
 from dynident.tests.frozen.inputs import arguments, filed
@@ -91,15 +91,15 @@ def written(name: str) -> list[tuple[str, str]]:
     return [
         (shown_name(argument), mark.kind)
         for argument in arguments(name)
-        for mark in marks(argument.field_info.annotation)
-        if isinstance(mark, Named) and mark.kind != "input"
+        for mark in marks(argument)
+        if mark.kind != "input"
     ]
 
 
 def parsed(words: Sequence[str]) -> tuple[dict[str, Any], Call]:
     """Options of a command line by their names, and the call."""
-    calls: list[Call] = []
     words = filed(words)
-    _, bound, _ = application(calls, words).parse_args(words, exit_on_error=False, print_error=False)
+    context, read = copy_context(), application(words).parse_args
+    _, bound, _ = context.run(read, words, exit_on_error=False, print_error=False)
     bound.apply_defaults()
-    return bound.arguments, calls[-1]
+    return bound.arguments, context[CALL]
