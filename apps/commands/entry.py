@@ -254,9 +254,8 @@ def run(words: Sequence[str]) -> int:
 
 def _text(error: CycloptsError) -> str:
     """Tell what is wrong with the words of a command line, as a user knows them."""
-    argument = error.argument
-    if isinstance(error, MissingArgumentError):  # a misspelt option often is the one that is missing
-        call = CALL.get()
+    argument, call = error.argument, CALL.get(None)
+    if call and isinstance(error, MissingArgumentError):  # a misspelt option often is the one that is missing
         known = {name for one in call.arguments for name in one.names} | _ASKING
         options = (word.partition("=")[0] for word in call.words if word.startswith("--"))
         if (unknown := next((option for option in options if option not in known), None)) is not None:

@@ -48,12 +48,7 @@ def checked(value: _Value, good: bool, text: str, words: str) -> _Value:
 
 def where(read: Callable[[str], _Value], good: Callable[[_Value], bool], words: str) -> Callable[[str], _Value]:
     """A reading of which only good values are taken; ``words``: what the text should be."""
-
-    def read_good(text: str) -> _Value:
-        value = read(text)
-        return checked(value, good(value), text, words)
-
-    return read_good
+    return lambda text: checked(value := read(text), good(value), text, words)
 
 
 def whole(text: str, least: int = 0, most: int = 999_999_999) -> int:
@@ -145,9 +140,8 @@ def friction(text: str) -> tuple[Friction, ...] | Candidates:
 
 def bounds(text: str) -> tuple[float | None, float | None]:
     """Least and largest value; either may be left out: 1,3 or ,3."""
-    parts = text.split(",")
-    good = len(parts) == 2 and any(parts)
-    low, high = checked(parts, good, text, "two numbers, of which one may be omitted, such as 1,3 or ,3")
+    words = "two numbers, of which one may be omitted, such as 1,3 or ,3"
+    low, high = checked(parts := text.split(","), len(parts) == 2 and any(parts), text, words)
     return number(low) if low else None, number(high) if high else None
 
 
