@@ -226,12 +226,12 @@ def application(words: Sequence[str] = ()) -> App:
 def run(words: Sequence[str]) -> int:
     """Find the command of a command line and call it."""
     try:
-        called, bound, _ = application(words).parse_args(words, exit_on_error=False, print_error=False)
-    except CycloptsError as error:
-        name = " ".join(["dynident", *(error.command_chain or ())])
-        raise InputError(f"{_text(error)} (see {name} --help)") from None
-    bound.apply_defaults()
-    try:
+        try:
+            called, bound, _ = application(words).parse_args(words, exit_on_error=False, print_error=False)
+        except CycloptsError as error:
+            name = " ".join(["dynident", *(error.command_chain or ())])
+            raise InputError(f"{_text(error)} (see {name} --help)") from None
+        bound.apply_defaults()
         options = called(*bound.args, **bound.kwargs)
         if not isinstance(options, Options):  # a text that was asked for, or the help for want of a command
             return ANSWERED if CALL.get(None) or not _ASKING.isdisjoint(words) else BAD_INPUT
@@ -245,7 +245,8 @@ def run(words: Sequence[str]) -> int:
             print(f"dynident: {time.monotonic() - begin:6.1f} s  {call.command}: done", file=sys.stderr)
         return status
     except InputError as error:  # the settings file is named of whose key it speaks first
-        for argument in (argument for argument in CALL.get().arguments if argument.tokens):
+        given = CALL.get(None)
+        for argument in (argument for argument in given.arguments if argument.tokens) if given else ():
             source, key = argument.tokens[0].source, re.escape(shown_name(argument))
             if source != "cli" and re.match(rf"{key}(?![\w-])", str(error)):
                 raise InputError(f"{source}: {error}") from None
@@ -271,8 +272,7 @@ def _text(error: CycloptsError) -> str:
         case UnknownOptionError():  # a setting is none that could be meant
             error.argument_collection = error.argument_collection.filter_by(show=True)
         case CoercionError() if error.msg is not None and argument is not None:
-            source = f"{error.token.source}: " if error.token and error.token.source != "cli" else ""
-            return f"{source}{shown_name(argument)}: {error.msg}"
+            return f"{shown_name(argument)}: {error.msg}"
         case MissingArgumentError() if argument is not None:
             metavar = argument.parameter.metavar or ""
             value = metavar if " " in metavar else "a value"
@@ -345,35 +345,26 @@ def status(label: str) -> Iterator[Progress]:
     if (manner := _manner.get()) == "quiet":
         yield silent
         return
-    if manner == "verbose":
-        begin, told = time.monotonic(), ""
-
-        def step(words: str, _share: float | None = None, /) -> None:
-            nonlocal told
-            if words != told:
-                print(f"dynident: {time.monotonic() - begin:6.1f} s  {one_line(words)}", file=sys.stderr)
-            told = words
-
-        step(label)
-        yield step
-        return
     # A line that goes when the work is done; where no share is known its bar only moves. Names hold brackets.
     from rich import progress as rich
     from rich.console import Console
 
     words, console = rich.TextColumn("{task.description}", markup=False), Console(stderr=True)
     columns = (rich.SpinnerColumn(), words, rich.BarColumn(), rich.TaskProgressColumn(), rich.TimeRemainingColumn())
-    hidden = not console.is_terminal  # elsewhere it would leave an empty line
+    hidden = manner == "verbose" or not console.is_terminal  # elsewhere it would leave an empty line
     with rich.Progress(*columns, console=console, transient=True, disable=hidden) as shown:
-        task = shown.add_task(label, total=None)
+        task, begin, told = shown.add_task(label, total=None), time.monotonic(), ""
         last: float | None = None
 
         def progress(words: str, share: float | None = None, /) -> None:
-            nonlocal task, last
+            nonlocal task, told, last
+            if manner == "verbose" and words != told:
+                print(f"dynident: {time.monotonic() - begin:6.1f} s  {one_line(words)}", file=sys.stderr)
             if (share is None) != (last is None) or (share or 0.0) < (last or 0.0):  # other work: its own time left
                 shown.remove_task(task)
                 task = shown.add_task(words, total=None if share is None else 1.0)
-            last = share
+            told, last = words, share
             shown.update(task, description=words, completed=share)
 
+        progress(label)
         yield progress
