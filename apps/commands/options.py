@@ -48,7 +48,7 @@ class RobotOptions(Options):
     """An included robot ('dynident robot list'), a TOML, URDF or xacro file, or a name of robot_descriptions."""
     chain: Annotated[tuple[str | None, str | None] | None, word(values.chain, "BASE:TIP"), SETTING] = None
     """URDF: first and last link of the arm; either may be omitted (default: the root, the only end)."""
-    mount: Annotated[tuple[str, tuple[float, float, float]] | None, word(values.mount, "HOW")] = None
+    mount: Annotated[Callable[..., Any] | None, word(values.mount, "HOW")] = None
     """floor, wall (base x axis down), ceiling, ROLL,PITCH,YAW of the base in degrees, or gravity=X,Y,Z in
     its frame [m/s^2]."""
 
@@ -61,8 +61,7 @@ class RobotOptions(Options):
         for angle in robot.snapped:
             note(f"{self.robot}: {angle}")
         if self.mount is not None:
-            kind, turned = self.mount
-            robot = model.with_gravity(robot, turned) if kind == "gravity" else model.mounted(robot, turned)
+            robot = self.mount(robot)
         if (tool := getattr(self, "tool_frame", None)) is not None:
             with about("--tool-frame"):
                 robot = model.with_tool(robot, tool, f"tool frame at {placed(tool)} in: {robot.payload_frame}")
@@ -117,10 +116,9 @@ class Setup:
     def in_words(self) -> dict[str, str]:
         """Robot and processing for the report."""
         robot, processing, grid_rate = self.robot, self.processing, self.processing.equation_rate
-        speeds = processing.slow_speed if isinstance(processing.slow_speed, tuple) else (processing.slow_speed,)
+        speeds = ", ".join(f"{speed:g}" for speed in np.atleast_1d(processing.slow_speed))
         slow = f"{100.0 * processing.slow_fraction:g} % of a joint's largest speed"
-        if any(speeds):
-            slow += f", and {', '.join(f'{speed:g}' for speed in speeds)} rad/s or m/s"
+        slow += f", and {speeds} rad/s or m/s" * bool(np.any(processing.slow_speed))
         cutoff = f"{processing.cutoff:g} Hz" if processing.cutoff else "none"
         words = {
             "robot": f"{robot.title or robot.name} ({robot.name})",
