@@ -75,14 +75,12 @@ def _direction(text: str) -> tuple[float, float, float]:
 
 def joint_axis(text: str) -> model.JointAxis:
     """A joint by its axis: a direction and a point on it [m], and "slide" where it slides."""
-    try:
+    with about(f"{text!r} is not AXIS,X,Y,Z[,slide]"):
         parts = list(texts(text))
         slides = parts[-1] == "slide"
         direction, *point = parts[:-1] if slides else parts
         x, y, z = numbers(",".join(point), 3)
         return model.JointAxis("prismatic" if slides else "revolute", _direction(direction), (x, y, z))
-    except ValueError as error:
-        raise ValueError(f"{text!r} is not AXIS,X,Y,Z[,slide]: {error}") from None
 
 
 def flange(text: str) -> model.Pose:
