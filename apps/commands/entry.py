@@ -60,8 +60,14 @@ class Call:
     @property
     def files(self) -> list[tuple[str, Named, str]]:
         """Files that are read or written: the option that names each, its mark, and the path."""
-        marked = ((argument, mark) for argument in self.arguments for mark in marks(argument))
-        return [(shown_name(argument), mark, token.value) for argument, mark in marked for token in argument.tokens]
+        files = list[tuple[str, Named, str]]()
+        for argument in self.arguments:
+            parts = [argument.field_info.annotation] if argument.tokens else []
+            for part in parts:
+                parts += get_args(part)  # looked at in their turn
+                if isinstance(part, Named):
+                    files += [(shown_name(argument), part, token.value) for token in argument.tokens]
+        return files
 
     def settings_file(self, page: str) -> Path | None:
         """The file beside a report that repeats the run; None beside a pipe, or if it was made from that file."""
@@ -84,14 +90,6 @@ class Call:
 
 CALL: ContextVar[Call] = ContextVar("call")
 """The command line that runs."""
-
-
-def marks(argument: Argument) -> list[Named]:
-    """Marks of an option that names files, among the parts of its type."""
-    parts = [argument.field_info.annotation]
-    for part in parts:  # which gets longer on the way
-        parts += get_args(part)
-    return [part for part in parts if isinstance(part, Named)]
 
 
 def shown_name(argument: Argument) -> str:

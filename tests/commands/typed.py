@@ -4,11 +4,12 @@ import contextlib
 import io
 import json
 import os
+import re
 from collections.abc import Sequence
 from contextvars import copy_context
 from typing import Any, NamedTuple
 
-from dynident.apps.commands.entry import CALL, Call, application, marks, shown_name
+from dynident.apps.commands.entry import CALL, Call, application, shown_name
 from dynident.cli import main
 from dynident.tests.frozen.freeze import settings
 from dynident.tests.frozen.inputs import arguments, filed
@@ -89,10 +90,9 @@ def options(name: str) -> list[str]:
 def written(name: str) -> list[tuple[str, str]]:
     """Options of a command that name a file or a folder to write, and which."""
     return [
-        (shown_name(argument), mark.kind)
+        (shown_name(argument), kind)
         for argument in arguments(name)
-        for mark in marks(argument)
-        if mark.kind != "input"
+        for kind in re.findall(r"Named\(kind='(file|folder|stream)'", str(argument.field_info.annotation))
     ]
 
 
