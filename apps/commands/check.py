@@ -60,7 +60,8 @@ class _Check(PageOptions, RecordingOptions, without=["gain_sigma"]):
             self.show(sections.log_report(check))
             looks.append((check, fits))
         words, named = (setup.in_words(), setup.robot) if setup else ({}, None)
-        self.give(sections.check_report(looks), lambda: check_document(named, looks), words, told=True)
+        told = replace(self, quiet=True)  # each look was shown when it was done
+        told.give(sections.check_report(looks), lambda: check_document(named, looks), words)
         return all(check and check.usable for check, _ in looks)
 
 

@@ -257,23 +257,22 @@ class PageOptions(Options, group=FILES):
         if not self.quiet:
             print_report(shown, self.details, sys.stderr if self.json == "-" else None)
 
-    def give(
-        self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str], told: bool = False
-    ) -> None:
-        """Print the screen unless it was ``told``; write document, which is made only then, page and figures.
+    def give(self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str]) -> None:
+        """Print the screen; write the document, which is made only then, page and figures, all as far as asked for.
 
-        ``settings_text``: of processing. All is written as far as it is asked for.
+        ``settings_text``: of processing.
         """
-        if not told:
-            self.show(shown)
+        self.show(shown)
         if self.json == "-":
             sys.stdout.write(json_text(document()).decode())
         elif self.json:
             write_json(self.json, document())
         if self.report:
             call = CALL.get()
-            named = ((m.role, path) for _, m, path in call.files if m.kind == "input" and m.role != "options")
-            files = [(role, path, checksum(path)) for role, path in named if Path(path).is_file()]
+            read = [
+                (mark.role, path) for _, mark, path in call.files if mark.kind == "input" and Path(path).is_file()
+            ]
+            files = [(role, path, checksum(path)) for role, path in read if role != "options"]
             line = shlex.join(["dynident", *call.words])
             write_text(self.report, page_html(shown, line, files, settings_text))
             if (beside := call.settings_file(self.report)) is not None:
@@ -301,12 +300,12 @@ class ViewOptions(Options, group=FILES):
     def write_view(self, made: Callable[[], View]) -> None:
         """Write or open the view; it is made only if it was asked for."""
         if self.view:
-            page = ""
             with status("drawing the view"):
                 scene = made()
+                notes = list(scene.notes)
                 if self.view == "-":
-                    page = view.open_view(scene)
+                    notes.append(f"the view is open in the browser: {view.open_view(scene)}")
                 else:
                     write_text(self.view, view.html_of(scene))
-            for text in (*scene.notes, *([f"the view is open in the browser: {page}"] if page else [])):
+            for text in notes:
                 note(text)
