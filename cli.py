@@ -64,33 +64,28 @@ def main(argv: Sequence[str] | None = None) -> int:
         return BAD_INPUT
     except (KeyboardInterrupt, Exception) as fault:  # the one place that catches everything
         # An interruption that compiled code took arrives as another exception; else a fault of ours is no answer.
-        if not pressed and not isinstance(fault, KeyboardInterrupt):
-            return _reported(fault, words)
-        print("dynident: interrupted", file=sys.stderr, flush=True)
-        if pressed:  # Python's own steps cannot end a process whose compiled code was left on the way
-            atexit.register(os._exit, INTERRUPTED)
-            with suppress(OSError):
-                sys.stdout.flush()
-        return INTERRUPTED
+        if pressed or isinstance(fault, KeyboardInterrupt):
+            print("dynident: interrupted", file=sys.stderr, flush=True)
+            if pressed:  # Python's own steps cannot end a process whose compiled code was left on the way
+                atexit.register(os._exit, INTERRUPTED)
+                with suppress(OSError):
+                    sys.stdout.flush()
+            return INTERRUPTED
+        import shlex
+        import tempfile
+        import traceback
 
+        from .common.versions import versions
 
-def _reported(fault: BaseException, words: tuple[str, ...]) -> int:
-    """Say in a line that a command line met an internal error, with its details in a file."""
-    import shlex
-    import tempfile
-    import traceback
-
-    from .common.versions import versions
-
-    numbers = (f"{name.lower()} {number}" for name, number in versions().items())
-    details = [f"dynident {shlex.join(words)}", *numbers, "", *traceback.format_exception(fault)]
-    try:
-        handle, path = tempfile.mkstemp(".txt", "dynident-fault-")
-        with os.fdopen(handle, "w", encoding="utf-8", errors="replace") as file:
-            file.write("\n".join(details))
-        where = f"with {path}"
-    except OSError as error:
-        where = f"(its details could not be written: {error.strerror})"
-    message = one_line(f"{type(fault).__name__}: {fault}")[:_TOLD]
-    print(f"dynident: internal error, please report {where}: {message}", file=sys.stderr)
-    return INTERNAL_ERROR
+        numbers = (f"{name.lower()} {number}" for name, number in versions().items())
+        details = [f"dynident {shlex.join(words)}", *numbers, "", *traceback.format_exception(fault)]
+        try:
+            handle, path = tempfile.mkstemp(".txt", "dynident-fault-")
+            with os.fdopen(handle, "w", encoding="utf-8", errors="replace") as file:
+                file.write("\n".join(details))
+            where = f"with {path}"
+        except OSError as error:
+            where = f"(its details could not be written: {error.strerror})"
+        message = one_line(f"{type(fault).__name__}: {fault}")[:_TOLD]
+        print(f"dynident: internal error, please report {where}: {message}", file=sys.stderr)
+        return INTERNAL_ERROR

@@ -60,7 +60,8 @@ class _Check(PageOptions, RecordingOptions, without=["gain_sigma"]):
             self.show(sections.log_report(check))
             looks.append((check, fits))
         words, named = (setup.in_words(), setup.robot) if setup else ({}, None)
-        self.give(sections.check_report(looks), lambda: check_document(named, looks), words, told=True)
+        told = replace(self, quiet=True)  # each look was shown when it was done
+        told.give(sections.check_report(looks), lambda: check_document(named, looks), words)
         return all(check and check.usable for check, _ in looks)
 
 
@@ -100,7 +101,7 @@ class _Compare(PageOptions, RecordingOptions, without=("report", "plots", "gain_
                 raise InputError(f"{path} is given twice: a recording counts once")
         setup = self.setup()
         with status("identifying") as progress:
-            settings = setup.settings(silent, friction=setup.robot.drives.friction, gains=setup.identified)
+            settings = self.settings(setup, silent, friction=setup.robot.drives.friction)
             estimates = [
                 estimation.identify(setup.robot, setup.read([path]), settings).estimate
                 for path in each(paths, "identifying {}".format, progress)
@@ -125,9 +126,7 @@ class _Reduce(PageOptions, RecordingOptions, without=("report", "plots")):
     def __call__(self) -> bool:
         setup = self.setup()
         entries = catalog(found_logs(self.data), self.pattern)
-        gains = self.errors(setup, [], [])
-        gains = replace(gains, notes=()) if gains is not None else None  # notes speak of single recordings
-        recipe = Recipe(setup.processing, setup.gains, gains, setup.log_map)
+        recipe = Recipe(setup.processing, setup.gains, self.settings(setup, silent).gains, setup.log_map)
         executor = dask_executor(self.cluster) if self.cluster else nullcontext(self.workers)
         with status("reducing") as progress, executor as able:
             told = partial(progress, "reducing")

@@ -49,6 +49,59 @@ one in whose place it stands, so that not both may be given; or the one that cho
 counts, where None stands for no choice."""
 
 
+@dataclass(frozen=True)
+class Call:
+    """A command line that was read."""
+
+    words: tuple[str, ...]  # as they were typed
+    command: str  # its name, "robot show"
+    arguments: Arguments  # every option, with the words that it was given
+
+    @property
+    def files(self) -> list[tuple[str, Named, str]]:
+        """Files that are read or written: the option that names each, its mark, and the path."""
+        files = list[tuple[str, Named, str]]()
+        for argument in self.arguments:
+            parts = [argument.field_info.annotation] if argument.tokens else []
+            for part in parts:
+                parts += get_args(part)  # looked at in their turn
+                if isinstance(part, Named):
+                    files += [(shown_name(argument), part, token.value) for token in argument.tokens]
+        return files
+
+    def settings_file(self, page: str) -> Path | None:
+        """The file beside a report that repeats the run; None beside a pipe, or if it was made from that file."""
+        path = Path(page).with_suffix(".run.toml")
+        own = any(place_of(config) == place_of(path) for _, mark, config in self.files if mark.role == "options")
+        return None if own or is_device(Path(page)) else path
+
+    def settings_text(self) -> str:
+        """A file for ``--config`` that repeats this line: each option by its name without dashes."""
+        from ...common.schema import toml_text
+
+        table: dict[str, Any] = {"command": self.command}
+        for argument in self.arguments:
+            tokens = argument.tokens if argument.name != "--config" else []
+            values = [token.value if token.implicit_value is UNSET else token.implicit_value for token in tokens]
+            if values:
+                table[argument.name.lstrip("-")] = values[0] if len(values) == 1 else values
+        return f"{_HEAD}{self.command} --config THIS_FILE\n{toml_text(table)}"
+
+
+CALL: ContextVar[Call] = ContextVar("call")
+"""The command line that runs."""
+
+
+def shown_name(argument: Argument) -> str:
+    """An option as it is typed, or the key of a setting."""
+    return argument.name if argument.show else argument.name.lstrip("-")
+
+
+def shown(option: str) -> str:
+    """An option of the command that runs as it is typed, or the key of a setting, by the name of its field."""
+    return shown_name(CALL.get().arguments[f"--{option.replace('_', '-')}"])
+
+
 @dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(field,))
 @dataclass(frozen=True, kw_only=True)
 class Options:
@@ -84,14 +137,14 @@ class Options:
 
     def check(self) -> None:
         """Refuse options that would have no effect, before any work is done."""
-        for option, rule in self.rules.items():
-            match rule:
-                case tuple() if not any(map(self.has, rule)):
-                    self.refuse(option, f"has no effect without {' or '.join(map(shown, rule))}")
-                case str() if getattr(self, option) and getattr(self, rule):
-                    self.refuse(option, f"and {shown(rule)}: give one of them")
-                case dict():
-                    ((chooser, choices),) = rule.items()
+        for option in filter(self.has, self.rules):
+            match self.rules[option]:
+                case tuple(needed) if not any(map(self.has, needed)):
+                    self.refuse(option, f"has no effect without {' or '.join(map(shown, needed))}")
+                case str(other) if getattr(self, option) and getattr(self, other):
+                    self.refuse(option, f"and {shown(other)}: give one of them")
+                case dict(chosen):
+                    ((chooser, choices),) = chosen.items()
                     if (choice := getattr(self, chooser)) not in choices:
                         known = " or ".join(filter(None, choices))
                         self.refuse(option, f"belongs to {shown(chooser)} {known}, not to {choice}")
@@ -106,7 +159,8 @@ class Options:
 
     def has(self, option: str) -> bool:
         """True for an option that was given."""
-        return bool(CALL.get().given(option))
+        argument = CALL.get().arguments.get(f"--{option.replace('_', '-')}", default=None)
+        return argument is not None and bool(argument.tokens)
 
     def refuse(self, option: str, because: str) -> None:
         """Refuse an option that would have no effect."""
@@ -114,71 +168,31 @@ class Options:
             raise InputError(f"{shown(option)} {because}")
 
 
-@dataclass(frozen=True)
-class Call:
-    """A command line that was read."""
-
-    words: tuple[str, ...]  # as they were typed
-    command: str  # its name, "robot show"
-    arguments: Arguments  # every option, with the words that it was given
-
-    def named(self, *, reads: bool) -> Iterator[tuple[str, Named, str]]:
-        """Paths of inputs, or of what is written: the option that names it, its mark, and the path."""
-        for argument in self.arguments:
-            for mark in marks(argument.field_info.annotation):
-                if isinstance(mark, Named) and (mark.kind == "input") is reads:
-                    for token in argument.tokens:
-                        yield shown_name(argument), mark, token.value
-
-    def given(self, option: str) -> tuple[str, ...]:
-        """Words that were given for an option; "joint_names" stands for --joint-names."""
-        argument = self.arguments.get(f"--{option.replace('_', '-')}", default=None)
-        return tuple(token.value for token in argument.tokens) if argument is not None else ()
-
-    def settings_file(self, page: str) -> Path | None:
-        """The file beside a report that repeats the run; None beside a pipe, or if it was made from that file."""
-        path = Path(page).with_suffix(".run.toml")
-        own = any(place_of(config) == place_of(path) for config in self.given("config"))
-        return None if own or is_device(Path(page)) else path
-
-    def settings_text(self) -> str:
-        """A file for ``--config`` that repeats this line: each option by its name without dashes."""
-        from ...common.schema import toml_text
-
-        table: dict[str, Any] = {"command": self.command}
-        for argument in self.arguments:
-            tokens = argument.tokens if argument.name != "--config" else []
-            values = [token.value if token.implicit_value is UNSET else token.implicit_value for token in tokens]
-            if values:
-                table[argument.name.lstrip("-")] = values[0] if len(values) == 1 else values
-        return f"{_HEAD}{self.command} --config THIS_FILE\n{toml_text(table)}"
-
-
-CALL: ContextVar[Call] = ContextVar("call")
-"""The command line that runs."""
-
-
-def application(calls: list[Call], words: Sequence[str]) -> App:
-    """All commands, each imported when it is called; ``calls`` gets the command line ``words`` when it was read."""
+def application(words: Sequence[str] = ()) -> App:
+    """All commands, each imported when it is called; ``words``: the command line that it will read."""
 
     def read(_: App, names: tuple[str, ...], arguments: Arguments) -> None:
-        calls.append(call := Call(tuple(words), " ".join(names), arguments))
+        command = " ".join(names)
+        CALL.set(Call(tuple(words), command, arguments))
         for argument in arguments:
             if argument.tokens and not argument.show:
                 key = shown_name(argument)
                 text = f"write {key} = .. into a file and give that by --config"
                 raise InputError(f"{key} is a setting, not an option: {text}")
-        for path in call.given("config"):  # what it says of options that are not typed; paths are from the folder
+        # What files say of options that are not typed; paths are from the working folder.
+        for path in [
+            token.value for argument in arguments if argument.name == "--config" for token in argument.tokens
+        ]:
             from cyclopts.config import Dict
 
             from ...common.schema import TOML_BYTES, read_text, toml_data  # which --help does without
 
             table = toml_data(read_text(path, TOML_BYTES), f"--config {path}")
-            meant = table.pop("command", call.command)
-            if meant != call.command:
+            meant = table.pop("command", command)
+            if meant != command:
                 raise InputError(
-                    f"--config {path}: is for 'dynident {meant}', not for 'dynident {call.command}': "
-                    f"give a file of {call.command!r}, or call {meant!r}"
+                    f"--config {path}: is for 'dynident {meant}', not for 'dynident {command}': "
+                    f"give a file of {command!r}, or call {meant!r}"
                 )
             if "config" in table:
                 raise InputError(
@@ -209,81 +223,90 @@ def application(calls: list[Call], words: Sequence[str]) -> App:
 
 def run(words: Sequence[str]) -> int:
     """Find the command of a command line and call it."""
-    calls: list[Call] = []
     try:
-        called, bound, _ = application(calls, words).parse_args(words, exit_on_error=False, print_error=False)
-    except CycloptsError as error:
-        name = " ".join(["dynident", *(error.command_chain or ())])
-        if calls and isinstance(error, MissingArgumentError):  # a misspelt option often is the one that is missing
-            known = {name for argument in calls[-1].arguments for name in argument.names} | _ASKING
-            options = (word.partition("=")[0] for word in words if word.startswith("--"))
-            if (unknown := next((option for option in options if option not in known), None)) is not None:
-                token, found = Token(keyword=unknown, source="cli"), calls[-1].arguments
-                error = UnknownOptionError(token=token, argument_collection=found, verbose=False)
-        raise InputError(f"{_text(error)} (see {name} --help)") from None
-    bound.apply_defaults()
-    try:
+        try:
+            called, bound, _ = application(words).parse_args(words, exit_on_error=False, print_error=False)
+        except CycloptsError as error:
+            name = " ".join(["dynident", *(error.command_chain or ())])
+            raise InputError(f"{_text(error)} (see {name} --help)") from None
+        bound.apply_defaults()
         options = called(*bound.args, **bound.kwargs)
         if not isinstance(options, Options):  # a text that was asked for, or the help for want of a command
-            return ANSWERED if calls or not _ASKING.isdisjoint(words) else BAD_INPUT
-        call = calls[-1]
-        CALL.set(call)
-        check_paths(call)
+            return ANSWERED if CALL.get(None) or not _ASKING.isdisjoint(words) else BAD_INPUT
+        check_paths(call := CALL.get())
         options.check()
         _manner.set("quiet" if options.quiet else "verbose" if options.verbose else "plain")
         begin = time.monotonic()
-        with keeping([path for _, _, path in call.named(reads=True)]):
+        with keeping([path for _, mark, path in call.files if mark.kind == "input"]):
             status = DO_NOT_USE if options() is False else ANSWERED
         if options.verbose:
             print(f"dynident: {time.monotonic() - begin:6.1f} s  {call.command}: done", file=sys.stderr)
         return status
     except InputError as error:  # the settings file is named of whose key it speaks first
-        for argument in (argument for call in calls for argument in call.arguments if argument.tokens):
+        given = CALL.get(None)
+        for argument in (argument for argument in given.arguments if argument.tokens) if given else ():
             source, key = argument.tokens[0].source, re.escape(shown_name(argument))
             if source != "cli" and re.match(rf"{key}(?![\w-])", str(error)):
                 raise InputError(f"{source}: {error}") from None
         raise
 
 
-def shown_name(argument: Argument) -> str:
-    """An option as it is typed, or the key of a setting."""
-    return argument.name if argument.show else argument.name.lstrip("-")
-
-
-def shown(option: str) -> str:
-    """An option of the command that runs as it is typed, or the key of a setting, by the name of its field."""
-    return shown_name(CALL.get().arguments[f"--{option.replace('_', '-')}"])
+def _text(error: CycloptsError) -> str:
+    """Tell what is wrong with the words of a command line, as a user knows them."""
+    argument, call = error.argument, CALL.get(None)
+    if call and isinstance(error, MissingArgumentError):  # a misspelt option often is the one that is missing
+        known = {name for one in call.arguments for name in one.names} | _ASKING
+        options = (word.partition("=")[0] for word in call.words if word.startswith("--"))
+        if (unknown := next((option for option in options if option not in known), None)) is not None:
+            token = Token(keyword=unknown, source="cli")
+            error = UnknownOptionError(token=token, argument_collection=call.arguments, verbose=False)
+    match error:
+        case UnknownOptionError() if error.token.source != "cli":
+            key = ".".join(re.findall(r"\[(.*?)\]", error.token.keyword or ""))
+            keys = [one.name.lstrip("-") for one in error.argument_collection if one.parse]
+            close = get_close_matches(key, keys, 1, 0.5)
+            text = f"did you mean {close[0]}?" if close else "docs/settings.md has all of them"
+            return f"{error.token.source}: there is no key {key}: {text}"
+        case UnknownOptionError():  # a setting is none that could be meant
+            error.argument_collection = error.argument_collection.filter_by(show=True)
+        case CoercionError() if error.msg is not None and argument is not None:
+            return f"{shown_name(argument)}: {error.msg}"
+        case MissingArgumentError() if argument is not None:
+            metavar = argument.parameter.metavar or ""
+            value = metavar if " " in metavar else "a value"
+            return f"give {argument.name}" if error.keyword is None else f"{error.keyword} needs {value}"
+        case UnusedCliTokensError() if error.unused_tokens:
+            return f"{error.unused_tokens[0]!r} is one word too many"
+    return str(error)
 
 
 def check_paths(call: Call) -> None:
     """Refuse what cannot be written, or would overwrite an input or another output, before any work is done."""
+    named = call.files
+    for page in [path for name, _, path in named if name == "--report" and Path(path).name]:
+        if (beside := call.settings_file(page)) is not None:
+            if beside.is_file() and not beside.read_bytes().startswith(_HEAD.encode()):
+                raise InputError(
+                    f"--report {page!r}: {beside} beside it would be overwritten, which holds no options of a "
+                    "run: move it, or give the report another name"
+                )
+            named.append(("--report's options", Named("file"), str(beside)))
+    read = ((place_of(path), name) for name, mark, path in named if mark.kind == "input" and path)
     # A shipped robot's name is no file; folders may hold what several options write.
-    read = ((place_of(path), name) for name, _, path in call.named(reads=True) if path)
-    owners = {place: name for place, name in read if place.exists()}
-    folders: dict[Path, str] = {}
-    written = list(call.named(reads=False))
-    for page in call.given("report"):
-        if not Path(page).name or (beside := call.settings_file(page)) is None:
-            continue
-        if beside.is_file() and not beside.read_bytes().startswith(_HEAD.encode()):
-            raise InputError(
-                f"--report {page!r}: {beside} beside it would be overwritten, which holds no options of a "
-                "run: move it, or give the report another name"
-            )
-        written.append(("--report's options", Named("file"), str(beside)))
-    for name, mark, path in written:
-        if (mark.kind, path) == ("stream", "-"):
+    files, folders = {place: name for place, name in read if place.exists()}, dict[Path, str]()
+    for name, mark, path in named:
+        if mark.kind == "input" or (mark.kind, path) == ("stream", "-"):
             continue
         place = place_of(path)
         if mark.kind == "folder":
-            possible = next(above for above in (place, *place.parents) if above.exists()).is_dir()
+            good = next(above for above in (place, *place.parents) if above.exists()).is_dir()
             why = "is a file, not a folder" if place.is_file() else "a folder cannot be made there"
-            needed, rivals, own = f"{why}: give another path", owners, folders
+            needed, rivals, own = f"{why}: give another path", files, folders
         else:
-            possible = not place.is_dir() and place.parent.is_dir()
+            good = not place.is_dir() and place.parent.is_dir()
             needed = "no file can be written there: make the folder, or give another path"
-            rivals, own = owners | folders, owners
-        if not path or not possible:
+            rivals, own = files | folders, files
+        if not path or not good:
             raise InputError(f"{name} {path!r}: {needed}")
         if place in rivals and not is_device(place):  # a pipe or a terminal may be named twice
             raise InputError(f"{name} {path!r}: {rivals[place]} names this file too: give another one")
@@ -300,35 +323,6 @@ def about(*options: str, fault: type[Exception] = ValueError) -> Iterator[None]:
     except fault as error:
         named = not options or any(option in str(error) for option in options)
         raise InputError(str(error) if named else f"{', '.join(options)}: {error}") from None
-
-
-def marks(hint: Any) -> Iterator[Any]:
-    """Marks of a type and its parts beside the types themselves."""
-    yield from getattr(hint, "__metadata__", ())
-    for part in get_args(hint):
-        yield from marks(part)
-
-
-def _text(error: CycloptsError) -> str:
-    """Tell what is wrong with the words of a command line, as a user knows them."""
-    if isinstance(error, UnknownOptionError) and error.token.source != "cli":
-        key = ".".join(re.findall(r"\[(.*?)\]", error.token.keyword or ""))
-        keys = [argument.name.lstrip("-") for argument in error.argument_collection if argument.parse]
-        close = get_close_matches(key, keys, 1, 0.5)
-        text = f"did you mean {close[0]}?" if close else "docs/settings.md has all of them"
-        return f"{error.token.source}: there is no key {key}: {text}"
-    if isinstance(error, UnknownOptionError):  # a setting is none that could be meant
-        error.argument_collection = error.argument_collection.filter_by(show=True)
-    if isinstance(error, CoercionError) and error.msg is not None and error.argument is not None:
-        source = error.token.source if error.token else "cli"
-        return f"{'' if source == 'cli' else f'{source}: '}{shown_name(error.argument)}: {error.msg}"
-    if isinstance(error, MissingArgumentError) and error.argument is not None:
-        several = " " in ((error.argument.parameter.metavar or "") if error.argument.parameter else "")
-        value = error.argument.parameter.metavar if several else "a value"
-        return f"give {error.argument.name}" if error.keyword is None else f"{error.keyword} needs {value}"
-    if isinstance(error, UnusedCliTokensError) and error.unused_tokens:
-        return f"{error.unused_tokens[0]!r} is one word too many"
-    return str(error)
 
 
 def note(text: str) -> None:
@@ -349,35 +343,26 @@ def status(label: str) -> Iterator[Progress]:
     if (manner := _manner.get()) == "quiet":
         yield silent
         return
-    if manner == "verbose":
-        begin, told = time.monotonic(), ""
-
-        def step(words: str, _share: float | None = None, /) -> None:
-            nonlocal told
-            if words != told:
-                print(f"dynident: {time.monotonic() - begin:6.1f} s  {one_line(words)}", file=sys.stderr)
-            told = words
-
-        step(label)
-        yield step
-        return
     # A line that goes when the work is done; where no share is known its bar only moves. Names hold brackets.
     from rich import progress as rich
     from rich.console import Console
 
     words, console = rich.TextColumn("{task.description}", markup=False), Console(stderr=True)
     columns = (rich.SpinnerColumn(), words, rich.BarColumn(), rich.TaskProgressColumn(), rich.TimeRemainingColumn())
-    hidden = not console.is_terminal  # elsewhere it would leave an empty line
+    hidden = manner == "verbose" or not console.is_terminal  # elsewhere it would leave an empty line
     with rich.Progress(*columns, console=console, transient=True, disable=hidden) as shown:
-        task = shown.add_task(label, total=None)
+        task, begin, told = shown.add_task(label, total=None), time.monotonic(), ""
         last: float | None = None
 
         def progress(words: str, share: float | None = None, /) -> None:
-            nonlocal task, last
+            nonlocal task, told, last
+            if manner == "verbose" and words != told:
+                print(f"dynident: {time.monotonic() - begin:6.1f} s  {one_line(words)}", file=sys.stderr)
             if (share is None) != (last is None) or (share or 0.0) < (last or 0.0):  # other work: its own time left
                 shown.remove_task(task)
                 task = shown.add_task(words, total=None if share is None else 1.0)
-            last = share
+            told, last = words, share
             shown.update(task, description=words, completed=share)
 
+        progress(label)
         yield progress

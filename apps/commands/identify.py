@@ -63,9 +63,8 @@ class _Identify(PageOptions, RecordingOptions):
     def __call__(self) -> bool:
         setup = self.setup()
         recordings, held_out = setup.read(self.data), setup.read(self.validate)
-        gains = self.errors(setup, [], recordings)
         with status("reading") as progress:
-            settings = setup.settings(progress, gains=gains, essential=self.essential, friction=self.friction)
+            settings = self.settings(setup, progress, unloaded=recordings)
             result = estimation.identify(setup.robot, recordings, settings, held_out)
             possible = self.possible(result)
             parameters = possible.values if possible is not None else result.estimate.values
@@ -139,7 +138,7 @@ class _Rollout(PageOptions, RecordingOptions, without=("equation_rate", "gain_si
                 raise InputError(f"{path}: two models are called {name}: rename a file")
             models[name] = mujoco_arm(path, setup.robot)
         with status("reading") as progress:
-            settings, parameters = setup.settings(progress), setup.stored.possible_values
+            settings, parameters = self.settings(setup, progress), setup.stored.possible_values
             rollouts = roll_out_all(setup.robot, parameters, recordings, settings, self.horizons, models)
         shown = rollout_report(rollouts, setup.robot.title or setup.robot.name)
         self.give(shown, lambda: RolloutsDocument(setup.robot.name, rollouts), setup.in_words())
@@ -177,7 +176,7 @@ class _Gains(PageOptions, RecordingOptions, without=("drive_gains", "gain_sigma"
                 )
         unloaded, loaded = amperes.read(self.unloaded), amperes.read(self.loaded)
         with status("reading") as progress:
-            settings = setup.settings(progress, friction=self.friction or robot.drives.friction)
+            settings = self.settings(setup, progress, friction=self.friction or robot.drives.friction)
             problem = estimation.gain_problem(robot, unloaded, loaded, load, self.mounting, settings)
             progress("estimating")
             gains = estimation.answer_gains(problem)

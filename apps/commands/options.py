@@ -48,7 +48,7 @@ class RobotOptions(Options):
     """An included robot ('dynident robot list'), a TOML, URDF or xacro file, or a name of robot_descriptions."""
     chain: Annotated[tuple[str | None, str | None] | None, word(values.chain, "BASE:TIP"), SETTING] = None
     """URDF: first and last link of the arm; either may be omitted (default: the root, the only end)."""
-    mount: Annotated[tuple[str, tuple[float, float, float]] | None, word(values.mount, "HOW")] = None
+    mount: Annotated[Callable[..., Any] | None, word(values.mount, "HOW")] = None
     """floor, wall (base x axis down), ceiling, ROLL,PITCH,YAW of the base in degrees, or gravity=X,Y,Z in
     its frame [m/s^2]."""
 
@@ -61,8 +61,7 @@ class RobotOptions(Options):
         for angle in robot.snapped:
             note(f"{self.robot}: {angle}")
         if self.mount is not None:
-            kind, turned = self.mount
-            robot = model.with_gravity(robot, turned) if kind == "gravity" else model.mounted(robot, turned)
+            robot = self.mount(robot)
         if (tool := getattr(self, "tool_frame", None)) is not None:
             with about("--tool-frame"):
                 robot = model.with_tool(robot, tool, f"tool frame at {placed(tool)} in: {robot.payload_frame}")
@@ -94,15 +93,10 @@ class Setup:
     robot: model.Robot  # with the structure that is asked for
     processing: model.Processing
     gains: tuple[float, ...] | None  # torque per current [N·m/A], if currents are read
-    identified: estimation.Gains | None  # how sure they are, if ``dynident gains`` found them
+    identified: estimation.Gains | None  # how sure they are, if ``dynident gains`` or --gain-sigma tells
     log_map: logs.LogMap
     stored: estimation.RobotResult | None = None  # an earlier identification, if its parameters count
     told: set[str] = field(default_factory=set)  # notes that were printed already
-
-    @property
-    def known(self) -> estimation.Estimate | None:
-        """The estimate of an earlier identification."""
-        return self.stored.estimate if self.stored is not None else None
 
     def read(self, paths: Sequence[str | tuple[str, ...]]) -> list[model.Recording]:
         """Read recordings, one with gaps as its pieces; what a file says of how it was read is told once."""
@@ -119,18 +113,12 @@ class Setup:
                 note(text)
         return recordings
 
-    def settings(self, progress: Progress, **asked: Any) -> estimation.Settings:
-        """Settings of an estimation, by their names; where one is None, the default counts."""
-        given = {name: value for name, value in asked.items() if value is not None}
-        return estimation.Settings(self.processing, progress=progress, **given)
-
     def in_words(self) -> dict[str, str]:
         """Robot and processing for the report."""
         robot, processing, grid_rate = self.robot, self.processing, self.processing.equation_rate
-        speeds = processing.slow_speed if isinstance(processing.slow_speed, tuple) else (processing.slow_speed,)
+        speeds = ", ".join(f"{speed:g}" for speed in np.atleast_1d(processing.slow_speed))
         slow = f"{100.0 * processing.slow_fraction:g} % of a joint's largest speed"
-        if any(speeds):
-            slow += f", and {', '.join(f'{speed:g}' for speed in speeds)} rad/s or m/s"
+        slow += f", and {speeds} rad/s or m/s" * bool(np.any(processing.slow_speed))
         cutoff = f"{processing.cutoff:g} Hz" if processing.cutoff else "none"
         words = {
             "robot": f"{robot.title or robot.name} ({robot.name})",
@@ -199,6 +187,11 @@ class RecordingOptions(RobotOptions, group=LOGS):
             gains, identified = tuple(found.drive_gains.values.tolist()), found.errors
         elif gains and len(gains) == 1:
             gains = gains * robot.n
+        if self.gain_sigma is not None:
+            per_joint, common = self.gain_sigma
+            identified = structs.replace(identified or estimation.Gains(), per_joint=per_joint, common=common)
+            with about("--gain-sigma"):
+                identified.covariance(robot.n)
         if stored:
             robot = stored.applied_to(robot)
             stored.check_gains(gains)
@@ -215,26 +208,31 @@ class RecordingOptions(RobotOptions, group=LOGS):
             processing = replace(robot.processing, **changed)
         return Setup(robot, processing, gains, identified, self.how(), stored)
 
-    def errors(
-        self, setup: Setup, loaded: Sequence[model.Recording], unloaded: Sequence[model.Recording]
-    ) -> estimation.Gains | None:
-        """The uncertainty of the drive gains, None where nothing is said; its notes name what it rests on."""
+    def settings(
+        self,
+        setup: Setup,
+        progress: Progress,
+        loaded: Sequence[model.Recording] = (),
+        unloaded: Sequence[model.Recording] = (),
+        **asked: Any,
+    ) -> estimation.Settings:
+        """Settings by the names of options, or as ``asked``; where one is None the default counts.
+
+        The recordings tell which of them the drive gains were identified from.
+        """
         # What is said now goes before what was said then: the drives are the same, and so is their error.
-        then = setup.stored.gains if setup.stored is not None else None
-        now, n, note = setup.identified, setup.robot.n, _FROM_ROBOT
-        if self.gain_sigma is not None or now is not None:
-            per_joint, common = self.gain_sigma or ((0.0,), 0.0)
-            now = structs.replace(now or estimation.Gains(), per_joint=per_joint, common=common)
-            with about("--gain-sigma"):
-                now.covariance(n)
-            note = _INSTEAD if then is not None and not now.says_as(then, n) else ""
-        gains = now or then
-        if gains is None:
-            return None
-        # The same gains, even if they are told by numbers now.
-        source = then if then is not None and not any(gains.recordings.values()) else gains
-        notes = (*source.reused(loaded, unloaded), *filter(None, [note]))
-        return structs.replace(gains, recordings=source.recordings, mass=source.mass, notes=notes)
+        now, then = setup.identified, setup.stored.gains if setup.stored else None
+        if (gains := now or then) is not None:
+            # The same gains, even if they are told by numbers now.
+            source = then if then is not None and not any(gains.recordings.values()) else gains
+            same = then is None or now is None or now.says_as(then, setup.robot.n)
+            note = _FROM_ROBOT if now is None else "" if same else _INSTEAD
+            notes = (*source.reused(loaded, unloaded), *filter(None, [note]))
+            gains = structs.replace(gains, recordings=source.recordings, mass=source.mass, notes=notes)
+        names = ("essential", "friction", "friction_change", "free_friction", "scale_sigma")
+        asked = {name: getattr(self, name, None) for name in names} | {"gains": gains} | asked
+        given = {name: value for name, value in asked.items() if value is not None}
+        return estimation.Settings(setup.processing, progress=progress, **given)
 
 
 class PageOptions(Options, group=FILES):
@@ -259,23 +257,22 @@ class PageOptions(Options, group=FILES):
         if not self.quiet:
             print_report(shown, self.details, sys.stderr if self.json == "-" else None)
 
-    def give(
-        self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str], told: bool = False
-    ) -> None:
-        """Print the screen unless it was ``told``; write document, which is made only then, page and figures.
+    def give(self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str]) -> None:
+        """Print the screen; write the document, which is made only then, page and figures, all as far as asked for.
 
-        ``settings_text``: of processing. All is written as far as it is asked for.
+        ``settings_text``: of processing.
         """
-        if not told:
-            self.show(shown)
+        self.show(shown)
         if self.json == "-":
             sys.stdout.write(json_text(document()).decode())
         elif self.json:
             write_json(self.json, document())
         if self.report:
             call = CALL.get()
-            named = ((mark.role, path) for _, mark, path in call.named(reads=True) if mark.role != "options")
-            files = [(role, path, checksum(path)) for role, path in named if Path(path).is_file()]
+            read = [
+                (mark.role, path) for _, mark, path in call.files if mark.kind == "input" and Path(path).is_file()
+            ]
+            files = [(role, path, checksum(path)) for role, path in read if role != "options"]
             line = shlex.join(["dynident", *call.words])
             write_text(self.report, page_html(shown, line, files, settings_text))
             if (beside := call.settings_file(self.report)) is not None:
@@ -303,12 +300,12 @@ class ViewOptions(Options, group=FILES):
     def write_view(self, made: Callable[[], View]) -> None:
         """Write or open the view; it is made only if it was asked for."""
         if self.view:
-            page = ""
             with status("drawing the view"):
                 scene = made()
+                notes = list(scene.notes)
                 if self.view == "-":
-                    page = view.open_view(scene)
+                    notes.append(f"the view is open in the browser: {view.open_view(scene)}")
                 else:
                     write_text(self.view, view.html_of(scene))
-            for text in (*scene.notes, *([f"the view is open in the browser: {page}"] if page else [])):
+            for text in notes:
                 note(text)

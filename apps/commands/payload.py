@@ -23,8 +23,12 @@ _bounds = word(values.bounds, "LEAST,MOST")
 _box, _ellipsoid = (word(partial(numbers, count=6, layout=f"{form} [m]"), form) for form in (_BOX, _CENTRED))
 
 
-class PayloadOptions(ViewOptions, PageOptions, RecordingOptions):
-    """Recordings with a payload, what stands beside them, and what is known of it: constraints of its estimates."""
+class _Payload(ViewOptions, PageOptions, RecordingOptions):
+    rules: ClassVar = {
+        "free_friction": {"method": ("1", "all")},
+        "essential": {"method": ("4", "all")},
+        "scale_sigma": {"method": ("1", "4", "all")},
+    }
 
     mass: Annotated[values.Weighed | None, _KNOWN] = None
     """Mass from a scale, and its standard deviation."""
@@ -46,6 +50,51 @@ class PayloadOptions(ViewOptions, PageOptions, RecordingOptions):
     max_mismatch: Annotated[float | None, word(number, "RAD"), SETTING] = None
     """Largest difference of position with and without payload after alignment, rms of the worst joint (payload:
     method 3; default: 0.01)."""
+    tool_frame: values.ToolFrame | None = None
+    validate: values.HeldOutFiles = ()
+    """Recording without payload that is kept out of the fit to test it; repeatable."""
+    method: Annotated[str, word(values.method, "NAME")] = "all"
+    """known-robot (1), change (2), difference (3), global (4) or all (default); see docs/theory.md."""
+    friction: values.FrictionTerms | None = None
+    """Friction model, as for 'dynident identify'; --robot-parameters bring their own."""
+    free_friction: Annotated[bool, SETTING] = False
+    """Method 1: estimate friction under load from scratch."""
+    scale_sigma: Share | None = None
+    """How much the scale of the loaded torques may differ from that of the unloaded ones, 1 sigma; for methods 1
+    and 4 (default: not at all)."""
+    essential: Annotated[values.Essential | None, SETTING] = None
+    """Method 4: eliminate parameters until the error's standard deviation has grown by this ratio (default: 1.02),
+    or until all relative standard deviations are within a percentage such as 10%."""
+    npz: EquationsFile | None = None
+
+    def check(self) -> None:
+        """Refuse recordings with a payload that nothing stands beside, and options that no method uses."""
+        super().check()
+        if self.robot_parameters:
+            self.refuse("friction", "belongs to recordings without payload: the stored robot has its own")
+        elif not self.unloaded:
+            raise InputError(
+                "give --unloaded recordings or --robot-parameters: without either nothing can be compared"
+            )
+        elif self.method in ("1", "2"):
+            self.refuse("friction_change", "belongs to methods 3, 4 and to --robot-parameters: none is asked for")
+
+    def __call__(self) -> bool:
+        constraints, setup = self.constraints(), self.setup()
+        unloaded, loaded, held_out = map(setup.read, (self.unloaded, self.loaded, self.validate))
+        known = setup.stored.estimate if setup.stored else None
+        with status("reading") as progress, about(fault=estimation.SolverError):  # constraints may leave no body
+            methods = None if self.method == "all" else (int(self.method),)
+            settings = self.settings(setup, progress, loaded, unloaded, methods=methods)
+            problem = estimation.payload_problem(setup.robot, loaded, unloaded, known, settings)
+            if methods is None and self.scale_sigma:
+                note("--scale-sigma: methods 2 and 3 have no column for the scale of loaded torques: left out")
+            result = estimation.answer_payload(problem, held_out, constraints).result
+        self.give(payload_report(result, self.document), lambda: result, setup.in_words())
+        if self.npz:
+            results.write_npz(self.npz, estimation.payload_system(problem))
+        self.write_view(lambda: view.view_of_answer(setup.robot, loaded[0], result))
+        return result.verdict.level != "do_not_use"
 
     def constraints(self) -> list[estimation.Constraint]:
         """The constraints that are named."""
@@ -70,68 +119,11 @@ class PayloadOptions(ViewOptions, PageOptions, RecordingOptions):
                 constraints.append(estimation.InEllipsoid(self.ellipsoid[:3], self.ellipsoid[3:]))
         return constraints
 
-    def check(self) -> None:
-        """Refuse recordings with a payload that nothing stands beside."""
-        super().check()
-        if not self.unloaded and not self.robot_parameters:
-            raise InputError(
-                "give --unloaded recordings or --robot-parameters: without either nothing can be compared"
-            )
+
+_METHODS = ("tool_frame", "validate", "method", "friction", "free_friction", "scale_sigma", "essential", "npz")
 
 
-class _Payload(PayloadOptions):
-    rules: ClassVar = {
-        "free_friction": {"method": ("1", "all")},
-        "essential": {"method": ("4", "all")},
-        "scale_sigma": {"method": ("1", "4", "all")},
-    }
-
-    tool_frame: values.ToolFrame | None = None
-    validate: values.HeldOutFiles = ()
-    """Recording without payload that is kept out of the fit to test it; repeatable."""
-    method: Annotated[str, word(values.method, "NAME")] = "all"
-    """known-robot (1), change (2), difference (3), global (4) or all (default); see docs/theory.md."""
-    friction: values.FrictionTerms | None = None
-    """Friction model, as for 'dynident identify'; --robot-parameters bring their own."""
-    free_friction: Annotated[bool, SETTING] = False
-    """Method 1: estimate friction under load from scratch."""
-    scale_sigma: Share | None = None
-    """How much the scale of the loaded torques may differ from that of the unloaded ones, 1 sigma; for methods 1
-    and 4 (default: not at all)."""
-    essential: Annotated[values.Essential | None, SETTING] = None
-    """Method 4: eliminate parameters until the error's standard deviation has grown by this ratio (default: 1.02),
-    or until all relative standard deviations are within a percentage such as 10%."""
-    npz: EquationsFile | None = None
-
-    def check(self) -> None:
-        """Refuse options that the methods asked for cannot use."""
-        super().check()
-        if self.robot_parameters:
-            self.refuse("friction", "belongs to recordings without payload: the stored robot has its own")
-        elif self.method in ("1", "2"):
-            self.refuse("friction_change", "belongs to methods 3, 4 and to --robot-parameters: none is asked for")
-
-    def __call__(self) -> bool:
-        constraints, setup = self.constraints(), self.setup()
-        unloaded, loaded, held_out = map(setup.read, (self.unloaded, self.loaded, self.validate))
-        gains = self.errors(setup, loaded, unloaded)
-        with status("reading") as progress, about(fault=estimation.SolverError):  # constraints may leave no body
-            names = ("friction", "essential", "friction_change", "free_friction", "scale_sigma")
-            asked = {name: getattr(self, name) for name in names}
-            methods = None if self.method == "all" else (int(self.method),)
-            settings = setup.settings(progress, gains=gains, methods=methods, **asked)
-            problem = estimation.payload_problem(setup.robot, loaded, unloaded, setup.known, settings)
-            if methods is None and self.scale_sigma:
-                note("--scale-sigma: methods 2 and 3 have no column for the scale of loaded torques: left out")
-            result = estimation.answer_payload(problem, held_out, constraints).result
-        self.give(payload_report(result, self.document), lambda: result, setup.in_words())
-        if self.npz:
-            results.write_npz(self.npz, estimation.payload_system(problem))
-        self.write_view(lambda: view.view_of_answer(setup.robot, loaded[0], result))
-        return result.verdict.level != "do_not_use"
-
-
-class _Weigh(PayloadOptions):
+class _Weigh(_Payload, without=_METHODS):
     # A difference of torques frees friction.
     rules: ClassVar = {
         **dict.fromkeys(("robot_parameters", "moving"), "static"),
@@ -146,21 +138,21 @@ class _Weigh(PayloadOptions):
     """Assume the inertia of this body, in mm, if none is measured."""
 
     def __call__(self) -> bool:
-        constraints = self.constraints()
         stand_in = estimation.StandIn.parse(self.inertia) if self.inertia is not None else None
-        setup = self.setup()
+        constraints, setup = self.constraints(), self.setup()
         loaded, unloaded = setup.read(self.loaded), setup.read(self.unloaded)
-        gains, change = self.errors(setup, loaded, unloaded), self.friction_change
+        known = setup.stored.estimate if setup.stored else None
         with status("reading") as progress, about(fault=estimation.SolverError):  # constraints may leave no body
-            settings = setup.settings(progress, gains=gains, joints=self.moving, friction_change=change)
+            settings = self.settings(setup, progress, loaded, unloaded, joints=self.moving)
             if self.static:
                 result = estimation.weigh_at_rest(setup.robot, loaded, unloaded, constraints, settings)
             else:
-                result = estimation.weigh(setup.robot, loaded, unloaded, setup.known, constraints, settings)
+                result = estimation.weigh(setup.robot, loaded, unloaded, known, constraints, settings)
             result = result.assuming(stand_in) if stand_in is not None else result
         spare = "--inertia is not needed: the inertia was measured well enough."
         measured = stand_in is not None and not result.assumed
-        shown = payload_report(result, self.document, [spare] if measured else [])
-        self.give(shown, lambda: result, setup.in_words())
+        self.give(
+            payload_report(result, self.document, [spare] if measured else []), lambda: result, setup.in_words()
+        )
         self.write_view(lambda: view.view_of_answer(setup.robot, loaded[0], result))
         return result.verdict.level != "do_not_use"

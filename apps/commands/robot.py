@@ -53,13 +53,12 @@ class _Show(ViewOptions, RobotOptions):
 
     def __call__(self) -> None:
         robot = self.load()
-        at = self.at or (0.0,) * robot.n
         with about("--at"):
-            q = in_si(at, robot)[None]
+            q = in_si(self.at or (0.0,) * robot.n, robot)[None]
         shown = base_description(robot) if self.base else robot_description(model.stand_in.rehearsed(robot))
         print_report(Report("", shown), details=True)
         if self.drawing:
-            self.tell(draw(robot, self.drawing, at))
+            self.tell(draw(robot, self.drawing, self.at))
         still = model.Motion(np.zeros(1), q, np.zeros_like(q), np.zeros_like(q))
         self.write_view(lambda: view.view_of(robot, still))
 
@@ -76,14 +75,12 @@ def _direction(text: str) -> tuple[float, float, float]:
 
 def joint_axis(text: str) -> model.JointAxis:
     """A joint by its axis: a direction and a point on it [m], and "slide" where it slides."""
-    try:
+    with about(f"{text!r} is not AXIS,X,Y,Z[,slide]"):
         parts = list(texts(text))
         slides = parts[-1] == "slide"
         direction, *point = parts[:-1] if slides else parts
         x, y, z = numbers(",".join(point), 3)
         return model.JointAxis("prismatic" if slides else "revolute", _direction(direction), (x, y, z))
-    except ValueError as error:
-        raise ValueError(f"{text!r} is not AXIS,X,Y,Z[,slide]: {error}") from None
 
 
 def flange(text: str) -> model.Pose:
@@ -146,34 +143,30 @@ class _New(Options):
             raise InputError(f"give {', '.join(missing)}, or --template for a file to fill in")
 
     def __call__(self) -> None:
-        if self.template:
-            text = TEMPLATE.read_text(encoding="utf-8")
-            if self.out is None:
-                print(text, end="")
-                return
-        else:
-            robot, drawn_at = self.robot()
-            text = model.robot_toml(robot)
+        robot = None if self.template else self.robot()
+        text = model.robot_toml(robot) if robot else TEMPLATE.read_text(encoding="utf-8")
+        if robot is None and self.out is None:
+            print(text, end="")
+            return
         out = Path(self.out or f"{self.name}.toml")
         if out.exists() and not self.overwrite:
             raise InputError(f"{out}: is there already: give another --out, or --overwrite")
         write_text(out, text)
-        if self.template:
+        if robot is None:
             self.tell(f"Written: {out}. Fill it in, then: dynident robot show --robot {out}")
             return
         print_report(Report("", robot_description(robot)), details=True)
-        self.tell(draw(robot, self.drawing or str(out.with_suffix(".svg")), drawn_at))
         self.tell(
+            draw(robot, self.drawing or str(out.with_suffix(".svg")), self.drawn_at),
             f"Written: {out}. Compare the drawing with the data sheet before you use it. What else is known goes "
-            "into the file: title, source, joint_names, .. as 'dynident robot new --template' shows them."
+            "into the file: title, source, joint_names, .. as 'dynident robot new --template' shows them.",
         )
         if not model.stand_in.can_stand_in(robot):
             note(f"to rehearse on it, add the mass of the arm to {out} (mass_kg = ..), or give --arm-mass KG")
 
-    def robot(self) -> tuple[model.Robot, tuple[float, ...]]:
-        """The robot that the answers describe, and the positions [deg or m] of the pose they describe it in."""
-        axes, name = list(self.joint or ()), self.name or ""
-        drawn_at = self.drawn_at or (0.0,) * len(axes)
+    def robot(self) -> model.Robot:
+        """The robot that the answers describe."""
+        axes, drawn_at = list(self.joint), self.drawn_at or (0.0,) * len(self.joint)
         for option, parts in (("drawn-at", drawn_at), ("--limits", self.limits or axes)):
             if len(parts) != len(axes):
                 raise InputError(f"{option} has {len(parts)} parts for {len(axes)} joints: give one per joint")
@@ -184,29 +177,29 @@ class _New(Options):
                 axes[j] = replace(axes[j], limits=model.Limits((low, high), speed, acceleration, bounds[4]))
         robot = model.modified_dh(axes, self.flange or model.Pose())
         # Counted so that each joint stands at its part of drawn_at where the frames were taken.
-        joints = []
-        for joint, q in zip(robot.joints, drawn_at, strict=True):
-            turned = joint.theta - math.radians(q) if joint.revolute else joint.theta
-            joints.append(
-                replace(joint, theta=turned, r=joint.r if joint.revolute else round(joint.r - q, 12) + 0.0)
-            )
+        joints = tuple(
+            replace(joint, theta=joint.theta - math.radians(q))
+            if joint.revolute
+            else replace(joint, r=round(joint.r - q, 12) + 0.0)
+            for joint, q in zip(robot.joints, drawn_at, strict=True)
+        )
         slow_speed = model.motion.usual_slow_speed([joint.revolute for joint in joints])
         with about():
-            robot = replace(
+            return replace(
                 robot,
-                name=name,
-                joints=tuple(joints),
+                name=self.name or "",
+                joints=joints,
                 payload_frame="the flange frame: origin on the flange face, z outwards",
                 rated_payload=math.inf if self.rated_payload is None else self.rated_payload,
                 mass=self.mass,
                 processing=model.Processing(cutoff=10.0, decimate=5, slow_speed=slow_speed),
-                title=name,
+                title=self.name or "",
             )
-        return robot, drawn_at
 
 
-def draw(robot: model.Robot, path: str, at: tuple[float, ...]) -> str:
-    """Write the drawing of a robot at positions in degrees and metres, and tell where."""
+def draw(robot: model.Robot, path: str, at: tuple[float, ...] | None) -> str:
+    """Write the drawing of a robot at positions in degrees and metres (default: 0), and tell where."""
+    at = at or (0.0,) * robot.n
     shown = ", ".join(f"{x:g}" for x in at)
     save_drawing(path, robot, in_si(at, robot).tolist(), f"{robot.title or robot.name} at {shown} (degrees, m)")
     return f"Drawn at {shown}: {path}"
@@ -249,13 +242,11 @@ class _RobotExport(RobotOptions):
     def __call__(self) -> bool:
         if len(self.robot_parameters) > 1:
             raise InputError("several --robot-parameters: give all recordings to one 'dynident identify'")
-        form, robot = simulators.FORMATS[self.to], self.load()
-        against: tuple[str, ...] = ()
+        form, robot, against = simulators.FORMATS[self.to], self.load(), list[str]()
         if self.robot_parameters:
-            (path,) = self.robot_parameters
-            stored = results.read_stored_robot(path)
+            stored = results.read_stored_robot(path := self.robot_parameters[0])
             whole = stored_whole_robot(robot, stored, path)
-            against = tuple(present(stored.reasons_against_use) or ())
+            against += present(stored.reasons_against_use) or ()
         else:
             source = f"the description of {robot.name}, nothing identified"
             whole = estimation.whole_robot(robot, dict(robot.parameters), source)
@@ -264,11 +255,11 @@ class _RobotExport(RobotOptions):
             return withheld("written", f"{'; '.join(against)} (--despite-verdict writes it all the same)")
         notes = list(robot_notes(form, whole))
         if self.into is None:
-            write_text(self.out, form.text(whole))
+            text = form.text(whole)
         else:
-            text, more = into(self.to, self.into, whole, form.head(form, whole))
-            write_text(self.out, text)
-            notes += more
+            text, own = into(self.to, self.into, whole, form.head(form, whole))
+            notes += own
+        write_text(self.out, text)
         self.tell(f"{self.out}: {whole.source}. Prior: {whole.prior}.", *(f"  {line}" for line in notes))
         return True
 

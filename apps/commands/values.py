@@ -14,7 +14,7 @@ from ...common.errors import InputError
 
 if TYPE_CHECKING:
     from ...estimation import Candidates, StopRule
-    from ...model import Friction, Pose
+    from ...model import Friction, Pose, Robot
 
 else:  # --help names options without importing what they become
     Candidates = Friction = StopRule = Pose = object
@@ -48,12 +48,7 @@ def checked(value: _Value, good: bool, text: str, words: str) -> _Value:
 
 def where(read: Callable[[str], _Value], good: Callable[[_Value], bool], words: str) -> Callable[[str], _Value]:
     """A reading of which only good values are taken; ``words``: what the text should be."""
-
-    def read_good(text: str) -> _Value:
-        value = read(text)
-        return checked(value, good(value), text, words)
-
-    return read_good
+    return lambda text: checked(value := read(text), good(value), text, words)
 
 
 def whole(text: str, least: int = 0, most: int = 999_999_999) -> int:
@@ -145,9 +140,8 @@ def friction(text: str) -> tuple[Friction, ...] | Candidates:
 
 def bounds(text: str) -> tuple[float | None, float | None]:
     """Least and largest value; either may be left out: 1,3 or ,3."""
-    parts = text.split(",")
-    good = len(parts) == 2 and any(parts)
-    low, high = checked(parts, good, text, "two numbers, of which one may be omitted, such as 1,3 or ,3")
+    words = "two numbers, of which one may be omitted, such as 1,3 or ,3"
+    low, high = checked(parts := text.split(","), len(parts) == 2 and any(parts), text, words)
     return number(low) if low else None, number(high) if high else None
 
 
@@ -182,17 +176,16 @@ def method(text: str) -> str:
     return checked(names.get(text, text), known, text, f"one of {', '.join(names)}, 1 to 4, all")
 
 
-def mount(text: str) -> tuple[str, tuple[float, float, float]]:
-    """Mounting of the base: roll, pitch, yaw [rad] from a word or degrees; or gravity in its frame [m/s²]."""
+def mount(text: str) -> Callable[[Robot], Robot]:
+    """Mounting of a robot's base: by a word, by roll, pitch, yaw in degrees, or by gravity in its frame [m/s²]."""
     if text.startswith("gravity="):
-        x, y, z = numbers(text.removeprefix("gravity="), 3)
-        return "gravity", (x, y, z)
+        return partial(model.with_gravity, gravity=numbers(text.removeprefix("gravity="), 3))
     try:
         roll, pitch, yaw = model.frames.MOUNTS[text] if text in model.frames.MOUNTS else numbers(text, 3)
     except ValueError as error:
         known = ", ".join(model.frames.MOUNTS)
         raise ValueError(f"{error}: give {known}, roll,pitch,yaw or gravity=X,Y,Z") from None
-    return "angles", (math.radians(roll), math.radians(pitch), math.radians(yaw))
+    return partial(model.mounted, rpy=(math.radians(roll), math.radians(pitch), math.radians(yaw)))
 
 
 def chain(text: str) -> tuple[str | None, str | None]:

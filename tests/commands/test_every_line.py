@@ -399,7 +399,7 @@ def test_an_interruption_at_an_import_is_one_line(place: int) -> None:
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_a_shell_can_complete(shell: Literal["bash", "zsh", "fish"]) -> None:
-    script = application([], ()).generate_completion(shell=shell)
+    script = application().generate_completion(shell=shell)
     assert "robot-parameters" in script
     assert "mjcf" in script, "the choices of an option of a command below another one"
 

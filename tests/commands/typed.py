@@ -4,11 +4,12 @@ import contextlib
 import io
 import json
 import os
+import re
 from collections.abc import Sequence
+from contextvars import copy_context
 from typing import Any, NamedTuple
 
-from dynident.apps.commands.entry import Call, application, marks, shown_name
-from dynident.apps.commands.values import Named
+from dynident.apps.commands.entry import CALL, Call, application, shown_name
 from dynident.cli import main
 from dynident.tests.frozen.freeze import settings
 from dynident.tests.frozen.inputs import arguments, filed
@@ -89,17 +90,16 @@ def options(name: str) -> list[str]:
 def written(name: str) -> list[tuple[str, str]]:
     """Options of a command that name a file or a folder to write, and which."""
     return [
-        (shown_name(argument), mark.kind)
+        (shown_name(argument), kind)
         for argument in arguments(name)
-        for mark in marks(argument.field_info.annotation)
-        if isinstance(mark, Named) and mark.kind != "input"
+        for kind in re.findall(r"Named\(kind='(file|folder|stream)'", str(argument.field_info.annotation))
     ]
 
 
 def parsed(words: Sequence[str]) -> tuple[dict[str, Any], Call]:
     """Options of a command line by their names, and the call."""
-    calls: list[Call] = []
     words = filed(words)
-    _, bound, _ = application(calls, words).parse_args(words, exit_on_error=False, print_error=False)
+    context, read = copy_context(), application(words).parse_args
+    _, bound, _ = context.run(read, words, exit_on_error=False, print_error=False)
     bound.apply_defaults()
-    return bound.arguments, calls[-1]
+    return bound.arguments, context[CALL]

@@ -72,7 +72,7 @@ NAMES = [name for name, (where, _) in COMMANDS.items() if where]
 @functools.cache
 def arguments(name: str) -> list[Argument]:
     """Options and settings of a command."""
-    app = application([], ())
+    app = application()
     for word in name.split():
         app = app[word]
     found = app.assemble_argument_collection(parse_docstring=True)
