@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
@@ -26,29 +26,22 @@ class Table:
     ends: Collection[str] = ()  # names of the rows after which a section of the table ends
     merged: bool = False  # the last column's words hold for their whole section, and stand there once
     spare: Collection[str] = ()  # names of rows that the first screen leaves out
+    looks: list[Literal["number", "words", "name"]] = field(init=False, default_factory=list)
+    """The look of each column: of numbers, of words that fold, of short texts."""
+    sections: list[list[tuple[str, ...]]] = field(init=False, default_factory=list)  # the rows, parted at the ends
 
     def __post_init__(self) -> None:
         """Every row fits the headings."""
         if any(len(row) != len(self.headings) for row in self.rows):
             raise ValueError(f"{self.title!r}: every row needs {len(self.headings)} cells")
-
-    @cached_property
-    def looks(self) -> list[Literal["number", "words", "name"]]:
-        """The look of each column: of numbers, of words that fold, of short texts."""
-        looks = list[Literal["number", "words", "name"]]()
         for k in range(len(self.headings)):
             texts = [row[k] for row in self.rows if row[k]]
             number, long = k and texts and all(map(_NUMBER.match, texts)), any(len(text) > _WORDS for text in texts)
-            looks.append("number" if number else "words" if long else "name")
-        return looks
-
-    def sections(self, spare: Collection[str] = ()) -> list[list[tuple[str, ...]]]:
-        """The rows without ``spare`` ones, parted where sections end."""
-        parts: list[list[tuple[str, ...]]] = [[]]
-        for row in self.rows:
-            parts[-1] += [row] if row[0] not in spare else []
-            parts += [[]] if row[0] in self.ends else []
-        return [part for part in parts if part]
+            self.looks.append("number" if number else "words" if long else "name")
+        for before, row in zip([None, *self.rows], self.rows, strict=False):
+            if before is None or before[0] in self.ends:
+                self.sections.append([])
+            self.sections[-1].append(row)
 
 
 class Text(NamedTuple):

@@ -38,13 +38,6 @@ _VIEWS = {"from the side": (0, 2), "from the front": (1, 2), "from above": (0, 1
 """Axes to the right and upwards."""
 
 
-def matplotlib() -> Any:
-    """The package with what figures are made of, imported when the first one is drawn."""
-    import matplotlib.figure  # with it text, ticks and patches
-
-    return matplotlib
-
-
 def panels(
     size: tuple[float, float], rows: int = 1, columns: int = 1, framed: bool = False, **options: Any
 ) -> tuple[Figure, Any]:
@@ -52,8 +45,11 @@ def panels(
 
     Panels have a light grid and no frame at the top and the right, unless they are ``framed``.
     """
-    figure: Any = matplotlib().figure.Figure(figsize=size, layout="constrained")
-    figure._repr_svg_ = partial(svg_text, figure, "figure")  # a notebook shows it, whatever backend it has chosen
+    import matplotlib.figure  # when the first one is drawn
+
+    figure: Any = matplotlib.figure.Figure(figsize=size, layout="constrained")
+    # A notebook shows it, whatever backend it has chosen.
+    figure._repr_svg_ = lambda: figure_bytes(figure, name="figure").decode()
     axes = figure.subplots(rows, columns, squeeze=False, **options)
     for axis in () if framed else axes.flat:
         axis.grid(visible=True, color="0.9", linewidth=0.6)
@@ -72,8 +68,10 @@ def legend(figure: Figure, axes: Iterable[Axes]) -> None:
 
 def log_scale(axis: Axes) -> None:
     """A logarithmic scale with plain numbers, for what is drawn already."""
+    from matplotlib import ticker
+
     axis.set_yscale("log")
-    (low, high), ticker = axis.get_ylim(), matplotlib().ticker
+    low, high = axis.get_ylim()
     axis.yaxis.set_major_locator(ticker.LogLocator(subs=(1.0, 2.0, 5.0) if high < _NARROW * low else (1.0,)))
     axis.yaxis.set_major_formatter(ticker.FormatStrFormatter("%g"))
     axis.yaxis.set_minor_locator(ticker.NullLocator())
@@ -108,41 +106,45 @@ def interval_rows(
     axis.set_ylim(len(names) - 0.4, -0.6)
 
 
-def by_joint(n: int, columns: Mapping[str, Callable[[Axes, int], None]], title: str = "", **options: Any) -> Figure:
-    """A row a joint, a column a quantity, which draws a joint, counted from 0, into its panel."""
-    figure, axes = panels((10.2, min(1.25 * n + 1.0, _TALLEST)), n, len(columns), sharex="col", **options)
-    for column, (heading, draw) in zip(axes.T, columns.items(), strict=True):
-        for j, axis in enumerate(column):
-            draw(axis, j)
+def by_joint(
+    n: int, headings: Sequence[str], draw: Callable[[Sequence[Axes], int], None], title: str = "", **options: Any
+) -> Figure:
+    """A row a joint, a column a quantity; ``draw`` fills the panels of a joint, counted from 0."""
+    figure, axes = panels((10.2, min(1.25 * n + 1.0, _TALLEST)), n, len(headings), sharex="col", **options)
+    for j, row in enumerate(axes):
+        draw(row, j)
+        row[0].set_ylabel(f"joint {j + 1}", fontsize=9)
+    for heading, column in zip(headings, axes.T, strict=True):
+        for axis in column:
             axis.tick_params(labelsize=8)
         column[0].set_title(heading, fontsize=9)
         column[-1].set_xlabel("lag [s]" if heading == LAG else "time [s]")
-    for j, axis in enumerate(axes[:, 0], 1):
-        axis.set_ylabel(f"joint {j}", fontsize=9)
     legend(figure, axes[0])
     figure.suptitle(title)
     return figure
 
 
-def signals(t: Array, curves: Mapping[str, Array], axis: Axes, j: int, limits: Sequence[Array] = ()) -> None:
-    """Curves (N, n) by name, between hatched limits where there are any that are finite."""
-    for line, (label, values) in zip(cycle(("-", "--", ":", "-.")), curves.items(), strict=False):
-        x, y, size = t, values[:, j], len(t) // _STRETCHES
-        if size >= 4:  # smallest and largest value of each of some thousand stretches, in the order of time
-            parts = y[: len(t) // size * size].reshape(-1, size)
-            within = np.sort(np.stack([parts.argmin(axis=1), parts.argmax(axis=1)], axis=1), axis=1)
-            chosen = (within + size * np.arange(len(parts))[:, None]).ravel()
-            x, y = t[chosen], y[chosen]
-        axis.plot(x, y, line, color="black", linewidth=0.9, label=label)
-    low, high = (x[j] for x in limits) if limits else (np.nan, np.nan)
-    if not np.isfinite([low, high]).all():
-        return
-    hatched: dict[str, Any] = {"facecolor": "none", "hatch": "////", "linewidth": 0.0}
-    room = 0.12 * (high - low)
-    for limit, beyond, label in ((low, low - room, "limit"), (high, high + room, "")):
-        axis.axhline(limit, color="C3", linestyle=(0, (6, 2)), linewidth=1.1, label=label)
-        axis.axhspan(*sorted((limit, beyond)), edgecolor="C3", **hatched)
-    axis.set_ylim(low - room, high + room)
+def signals(
+    t: Array, columns: Iterable[tuple[Mapping[str, Array], Sequence[Array]]], row: Iterable[Axes], j: int
+) -> None:
+    """Curves (N, n) by name in each column, between its hatched limits where there are any that are finite."""
+    for axis, (curves, limits) in zip(row, columns, strict=True):
+        for line, (label, values) in zip(cycle(("-", "--", ":", "-.")), curves.items(), strict=False):
+            x, y, size = t, values[:, j], len(t) // _STRETCHES
+            if size >= 4:  # smallest and largest value of each of some thousand stretches, in the order of time
+                parts = y[: len(t) // size * size].reshape(-1, size)
+                within = np.sort(np.stack([parts.argmin(axis=1), parts.argmax(axis=1)], axis=1), axis=1)
+                chosen = (within + size * np.arange(len(parts))[:, None]).ravel()
+                x, y = t[chosen], y[chosen]
+            axis.plot(x, y, line, color="black", linewidth=0.9, label=label)
+        low, high = (x[j] for x in limits) if limits else (np.nan, np.nan)
+        if np.isfinite([low, high]).all():
+            hatched: dict[str, Any] = {"facecolor": "none", "hatch": "////", "linewidth": 0.0}
+            room = 0.12 * (high - low)
+            for limit, beyond, label in ((low, low - room, "limit"), (high, high + room, "")):
+                axis.axhline(limit, color="C3", linestyle=(0, (6, 2)), linewidth=1.1, label=label)
+                axis.axhspan(*sorted((limit, beyond)), edgecolor="C3", **hatched)
+            axis.set_ylim(low - room, high + room)
 
 
 def prediction_figures(prediction: TorquePrediction, name: str) -> tuple[Drawing, Drawing]:
@@ -158,29 +160,27 @@ def prediction_figures(prediction: TorquePrediction, name: str) -> tuple[Drawing
         breaks = np.flatnonzero(np.diff(t) > _GAP * every * step) + 1
         return np.insert(t, breaks, np.nan), np.insert(values, breaks, np.nan)
 
-    def torques(axis: Axes, j: int) -> None:
-        axis.plot(*parted(j, prediction.measured[j]), "-", label="measured", color=GREY, linewidth=2.6)
+    def drawn(row: Sequence[Axes], j: int) -> None:
+        torque, residual, *autocorrelation = row
+        torque.plot(*parted(j, prediction.measured[j]), "-", label="measured", color=GREY, linewidth=2.6)
         for (label, values), (colour, line, width) in zip(prediction.curves.items(), cycle(_CURVES), strict=False):
-            axis.plot(*parted(j, values[j]), line, label=label, color=colour, linewidth=width)
-
-    def residual(axis: Axes, j: int, note: str = "") -> None:
-        values = prediction.residual(j)
-        largest = 1.15 * float(np.abs(values).max(initial=0.0)) or 1.0
-        axis.set_ylim(-largest, largest)
-        axis.axhline(0.0, color="0.4", linewidth=0.6)
-        axis.plot(*parted(j, values), color="black", linewidth=0.8)
-        axis.annotate(note, (0.99, 0.95), xycoords="axes fraction", ha="right", va="top", fontsize=8)
-
-    def autocorrelation(axis: Axes, j: int) -> None:
-        axis.plot(*prediction.autocorrelation(j), color="black", linewidth=1.0)
-        axis.axhline(0.0, color="0.4", linewidth=0.6)
-        for level in (-NORMAL95, NORMAL95):
-            axis.axhline(level / np.sqrt(max(len(prediction.t[j]), 1)), color="0.4", linestyle="--", linewidth=0.8)
+            torque.plot(*parted(j, values[j]), line, label=label, color=colour, linewidth=width)
+        left = prediction.residual(j)
+        largest = 1.15 * float(np.abs(left).max(initial=0.0)) or 1.0
+        residual.set_ylim(-largest, largest)
+        residual.axhline(0.0, color="0.4", linewidth=0.6)
+        residual.plot(*parted(j, left), color="black", linewidth=0.8)
+        for axis in autocorrelation:
+            at: dict[str, Any] = {"xycoords": "axes fraction", "ha": "right", "va": "top", "fontsize": 8}
+            residual.annotate(f"{percents[j]} %", (0.99, 0.95), **at)
+            axis.plot(*prediction.autocorrelation(j), color="black", linewidth=1.0)
+            axis.axhline(0.0, color="0.4", linewidth=0.6)
+            for level in np.array([-NORMAL95, NORMAL95]) / np.sqrt(max(len(prediction.t[j]), 1)):
+                axis.axhline(level, color="0.4", linestyle="--", linewidth=0.8)
 
     def draw() -> Figure:
         figure, ((above,), (below,)) = panels((5.8, 3.2), 2, sharex=True, height_ratios=(2, 1))
-        torques(above, worst)
-        residual(below, worst)
+        drawn((above, below), worst)
         above.set_ylabel(f"joint {worst + 1} [N·m]")
         legend(figure, [above])
         below.set(xlabel="time [s]", ylabel="residual")
@@ -194,9 +194,7 @@ def prediction_figures(prediction: TorquePrediction, name: str) -> tuple[Drawing
         f"Every joint on {words_of(prediction)}: torque, residual, and the residual's autocorrelation; the dashed "
         "lines hold 95 % of it if the noise were white."
     )
-    noted = {"residual [N·m]": lambda axis, j: residual(axis, j, f"{percents[j]} %")}
-    columns = {"torque [N·m]": torques, **noted, LAG: autocorrelation}
-    every = partial(by_joint, n, columns, width_ratios=(5, 3, 2))
+    every = partial(by_joint, n, ("torque [N·m]", "residual [N·m]", LAG), drawn, width_ratios=(5, 3, 2))
     text = f"{of_all} Relative residuals of the joints in percent: {', '.join(percents)}."
     return Drawing("worst_joint", of_one, draw), Drawing(name, of_all, every, text)
 
@@ -223,7 +221,8 @@ def flange_figure(payload: PossibleEstimate, inertia: bool, flange: bool) -> Dra
         caption += " Dashed: equivalent ellipsoid, homogeneous and of the identified mass and inertia."
 
     def draw() -> Figure:
-        patches = matplotlib().patches
+        from matplotlib import patches
+
         points = [np.full(3, -1.25 * _PLATE), np.full(3, 1.25 * _PLATE), com - 12.0, com + 12.0]
         points += list(ends.T) if known else []
         if body is not None:
@@ -301,25 +300,26 @@ def save_drawing(path: str | Path, robot: Robot, q: Sequence[float], title: str)
 
 def save_figure(figure: Figure, path: str | Path, dpi: int = 130) -> None:
     """Write a figure as PNG, SVG or PDF by the path's ending; the same figure gives the same bytes."""
-    ending = Path(path).suffix.lower()
-    metadata = {_DATED[ending]: None} if ending in _DATED else None
-    write_bytes(path, _saved(figure, {"svg.hashsalt": "dynident"}, format=ending[1:], dpi=dpi, metadata=metadata))
+    write_bytes(path, figure_bytes(figure, Path(path).suffix.lower(), dpi=dpi))
 
 
-def svg_text(figure: Figure, name: str) -> str:
-    """A figure as an SVG document whose text stays text; ``name`` makes its identifiers its own."""
-    settings = {"svg.hashsalt": name, "svg.fonttype": "none", "axes.unicode_minus": True}
-    metadata = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-    return _saved(figure, settings, format="svg", metadata=metadata).decode()
+def figure_bytes(figure: Figure, ending: str = ".svg", name: str = "", dpi: int = 130) -> bytes:
+    """A figure as a file; with a ``name`` of a page, whose text stays text, its identifiers its own.
 
+    Names of robots and files are no formulas, whatever dollars they hold.
+    """
+    import matplotlib.text
 
-def _saved(figure: Figure, settings: dict[str, Any], **options: Any) -> bytes:
-    """A figure as a file; names of robots and files are no formulas, whatever dollars they hold."""
-    package, content = matplotlib(), io.BytesIO()
-    for text in figure.findobj(package.text.Text):
+    content = io.BytesIO()
+    settings: dict[Any, Any] = {"svg.hashsalt": name or "dynident", "text.parse_math": False}
+    left_out = [_DATED[ending]] if ending in _DATED else []
+    if name:
+        settings |= {"svg.fonttype": "none", "axes.unicode_minus": True}
+        left_out = ["Date", "Creator", "Format", "Type"]
+    for text in figure.findobj(matplotlib.text.Text):
         text.set_parse_math(False)
-    with package.rc_context({**settings, "text.parse_math": False}):
+    with matplotlib.rc_context(settings):
         figure.draw_without_rendering()  # laid out once, for that takes longest
         figure.set_layout_engine("none")
-        figure.savefig(content, **options)
+        figure.savefig(content, format=ending[1:], dpi=dpi, metadata=dict.fromkeys(left_out))
     return content.getvalue()

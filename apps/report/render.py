@@ -26,7 +26,7 @@ from ...common.errors import InputError, printable
 from ...common.files import made_folder
 from ...common.versions import versions
 from .blocks import Block, Drawing, Notes, Pair, Report, Table, Text
-from .figures import save_figure, svg_text
+from .figures import figure_bytes, save_figure
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -102,9 +102,10 @@ def _lines(block: Table | Text | Notes, width: int, first: bool = False) -> list
     if isinstance(block, Text):
         return _wrapped(block.words, width)
     table, rows = block, list[tuple[str, ...]]()
-    for section in table.sections(table.spare if first else ()):
+    for whole in table.sections:
+        section = [row for row in whole if not (first and row[0] in table.spare)]
         count = len(section)
-        if not table.merged or count == 1:
+        if not table.merged or count <= 1:
             rows += section
             continue
         # The last words stand beside all rows, behind a bracket.
@@ -176,10 +177,10 @@ def page_html(
         ("Settings", ("", "value"), list(settings.items())),
         ("Versions", ("", "version"), list(versions().items())),
     )
-    tables = [Table(title, headings, rows) for title, headings, rows in parts if rows]
+    data = [Notes(report.notes), *(Table(title, headings, rows) for title, headings, rows in parts if rows)]
     day = date.strftime("%Y-%m-%d %H:%M UTC")
     page = _environment().get_template("page.html")
-    return page.render(report=report, command=command, tables=tables, day=day, version=__version__)
+    return page.render(report=report, command=command, data=data, day=day, version=__version__)
 
 
 def blocks_html(blocks: Sequence[Block]) -> str:
@@ -201,7 +202,7 @@ def _environment() -> "Environment":
 
 def _inline_svg(drawing: Drawing) -> str:
     """The drawing alone, its text as text in the reader's fonts, with a description for those who do not see it."""
-    drawn = svg_text(drawing.figure, drawing.name)
+    drawn = figure_bytes(drawing.figure, name=drawing.name).decode()
     text = re.sub(r"^.*?(?=<svg\b)|<metadata>.*?</metadata>\s*", "", drawn, flags=re.DOTALL)
     text = re.sub(r' xmlns(?::xlink)?="[^"]*"', "", text).replace("xlink:href", "href")  # HTML needs no address
     text = re.sub(r"(font: [^;\"]*?)'DejaVu Sans'[^;\"]*", r"\1sans-serif", text)

@@ -10,7 +10,7 @@ from dynident import trajectories
 from dynident.apps.numbers import with_sigma
 from dynident.apps.report.blocks import Block, Notes, Report, Section, Table
 from dynident.apps.report.documents import DOCUMENTS, schema_text
-from dynident.apps.report.figures import log_scale, svg_text
+from dynident.apps.report.figures import figure_bytes, log_scale
 from dynident.apps.report.render import COLUMNS, LINES, screen_text
 from dynident.apps.report.sections.motion import motion_figure
 from dynident.common.schema import write_json
@@ -151,7 +151,7 @@ def test_a_name_is_no_formula(name: str) -> None:
     axis.set_xticks([1, 2], [name, "other"])
     axis.legend()
     log_scale(axis)
-    drawn = svg_text(figure, "names")
+    drawn = figure_bytes(figure, name="names").decode()
     escaped = name.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
     assert drawn.count(f">{escaped}</text>") == 3, "title, legend and tick"
     assert "<tspan" not in drawn

@@ -5,7 +5,7 @@ geometry_msgs/Inertia. Source: docs.ros.org/en/jazzy/p/ur_msgs/srv/SetPayload.ht
 UniversalRobots/Universal_Robots_ROS2_Driver, pull request 1811.
 """
 
-from ...numbers import six
+from ...numbers import ENTRIES
 from ..load import ControllerLoad, load_format, number
 from . import ur
 
@@ -17,7 +17,7 @@ def _write(load: ControllerLoad) -> str:
     fields = [f"mass: {number(load.mass)}", f"center_of_gravity: {{x: {x}, y: {y}, z: {z}}}"]
     if not load.point_mass:
         names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-        fields += [f"{name}: {number(value)}" for name, value in zip(names, six(load.inertia), strict=True)]
+        fields += [f"{name}: {number(value)}" for name, value in zip(names, load.inertia[ENTRIES], strict=True)]
     return f'ros2 service call {_SERVICE} "{{{", ".join(fields)}}}"'
 
 

@@ -7,14 +7,14 @@ Components beyond +-133 kg m^2 and negative moments raise an exception. Source: 
 import numpy as np
 
 from ....common.errors import InputError
-from ...numbers import six
+from ...numbers import ENTRIES
 from ..load import ControllerLoad, listed, load_format, number
 
 _MOST = 133.0  # kg m^2, of each component
 
 
 def _write(load: ControllerLoad) -> str:
-    inertia = "" if load.point_mass else f", [{listed(six(load.inertia))}]"
+    inertia = "" if load.point_mass else f", [{listed(load.inertia[ENTRIES])}]"
     return f"set_target_payload({number(load.mass)}, [{listed(load.com)}]{inertia})"
 
 

@@ -23,6 +23,7 @@ _LEAST, _MOST = 1e-2, 1e9
 _MOST_RATIO = 1.15
 """Above this ratio steps cancel what carries the arm; two of them are shown beyond where elimination ended."""
 _MOST_SHOWN = 1e12  # larger numbers are left out
+EXCITATION = "Excitation of each parameter"
 MEND = "Next: fix what the reasons name, run 'dynident check' on the logs, and record again."
 """It follows an answer that is not to be used."""
 VERDICTS = {
@@ -159,55 +160,51 @@ def joints_section(masses: Sequence[JointsMass], agreed: Sequence[float], name: 
     return Section(f"joints{name}", "The payload as each joint sees it", blocks)
 
 
-def excitation_section(made: Any) -> Section:
+def excitation_blocks(made: Any) -> list[Block]:
     """A figure, and the numbers to be opened; parameters are called as they are grouped ("ZZ1R")."""
-
-    def shown() -> list[Block]:
-        excitation: Excitation | None = made.excitation
-        if excitation is None:
-            text = (
-                "The robot's parameters were read from a file, without their equations. The report of that "
-                "identification shows what its motion excited."
-            )
-            return [Text(text)]
-        base = getattr(made, "base", None) or made.problem.base
-        labels = dict(zip(base.columns, base.names, strict=True))
-        names, weak, rows = [labels.get(name, name) for name in excitation.names], list[str](), []
-        columns = zip(names, excitation.signal, excitation.independent, excitation.share, strict=True)
-        for name, signal, own, ratio in columns:
-            relative = percent(1.0 / float(own) if own else float("inf"))
-            rows.append((name, f"{signal:.3g}", f"{own:.3g}", percent(float(ratio)), relative))
-            weak += [name] if own < _GOOD else []
+    excitation: Excitation | None = made.excitation
+    if excitation is None:
         text = (
-            "A parameter is well determined where its torque is large compared with the noise and no combination "
-            "of others can imitate it. Sigmas here are the formula's, for white noise; they are relative, so a "
-            "small parameter has a large one."
+            "The robot's parameters were read from a file, without their equations. The report of that "
+            "identification shows what its motion excited."
         )
-        caption = (
-            "Norm of each parameter's torque over all equations, in units of the noise: whole (dash) and without "
-            "what other parameters can imitate (dot). One over the dot is the relative standard deviation by (20), "
-            "(21)."
-        )
+        return [Text(text)]
+    base = getattr(made, "base", None) or made.problem.base
+    labels = dict(zip(base.columns, base.names, strict=True))
+    names, weak, rows = [labels.get(name, name) for name in excitation.names], list[str](), []
+    columns = zip(names, excitation.signal, excitation.independent, excitation.share, strict=True)
+    for name, signal, own, ratio in columns:
+        relative = percent(1.0 / float(own) if own else float("inf"))
+        rows.append((name, f"{signal:.3g}", f"{own:.3g}", percent(float(ratio)), relative))
+        weak += [name] if own < _GOOD else []
+    text = (
+        "A parameter is well determined where its torque is large compared with the noise and no combination "
+        "of others can imitate it. Sigmas here are the formula's, for white noise; they are relative, so a "
+        "small parameter has a large one."
+    )
+    caption = (
+        "Norm of each parameter's torque over all equations, in units of the noise: whole (dash) and without "
+        "what other parameters can imitate (dot). One over the dot is the relative standard deviation by (20), "
+        "(21)."
+    )
 
-        def draw() -> figures.Figure:
-            figure, (axis,) = figures.named_panels([names])
-            whole, alone = (np.clip(x, _LEAST, _MOST) for x in (excitation.signal, excitation.independent))
-            x = np.arange(len(names))
-            axis.vlines(x, alone, whole, color="0.6", linewidth=1.0)
-            axis.plot(x, whole, "_", color="black", markersize=8, label="its torque")
-            axis.plot(x, alone, "o", color=figures.BLUE, markersize=4, label="what no other parameter imitates")
-            _limit(axis, _GOOD, "relative sigma 10 %")
-            axis.set_ylabel("torque over noise")
-            figures.log_scale(axis)
-            figures.legend(figure, [axis])
-            return figure
+    def draw() -> figures.Figure:
+        figure, (axis,) = figures.named_panels([names])
+        whole, alone = (np.clip(x, _LEAST, _MOST) for x in (excitation.signal, excitation.independent))
+        x = np.arange(len(names))
+        axis.vlines(x, alone, whole, color="0.6", linewidth=1.0)
+        axis.plot(x, whole, "_", color="black", markersize=8, label="its torque")
+        axis.plot(x, alone, "o", color=figures.BLUE, markersize=4, label="what no other parameter imitates")
+        _limit(axis, _GOOD, "relative sigma 10 %")
+        axis.set_ylabel("torque over noise")
+        figures.log_scale(axis)
+        figures.legend(figure, [axis])
+        return figure
 
-        known = f"Relative sigma above 10 %: {', '.join(weak)}." if weak else "All relative sigmas are below 10 %."
-        headings = ("", "torque over noise", "its own part", "share", "relative sigma")
-        numbers = OnPage(lambda: [Table("Excitation", headings, rows)], "Numbers")
-        return [Text(text), Drawing("excitation", caption, draw, f"{caption} {known}"), numbers]
-
-    return Section("excitation", "Excitation of each parameter", [OnPage(shown)])
+    known = f"Relative sigma above 10 %: {', '.join(weak)}." if weak else "All relative sigmas are below 10 %."
+    headings = ("", "torque over noise", "its own part", "share", "relative sigma")
+    numbers = OnPage(lambda: [Table("Excitation", headings, rows)], "Numbers")
+    return [Text(text), Drawing("excitation", caption, draw, f"{caption} {known}"), numbers]
 
 
 def essential_section(elimination: EliminationDocument | None, title: str) -> Section:

@@ -343,12 +343,13 @@ def motion_figure(problem: DesignProblem, motion: Motion, title: str) -> Drawing
         bounds, torques = problem.bounds, load_torques(problem, motion)
         turning = sorted({joint.revolute for joint in problem.robot.joints}, reverse=True)
         columns = {
-            "position": partial(signals, motion.t, {"position": motion.q}, limits=(bounds.low, bounds.high)),
-            "speed": partial(signals, motion.t, {"speed": motion.qd}, limits=(-bounds.speed, bounds.speed)),
-            "torque": partial(signals, motion.t, torques, limits=(-bounds.torque, bounds.torque)),
+            "position": ({"position": motion.q}, (bounds.low, bounds.high)),
+            "speed": ({"speed": motion.qd}, (-bounds.speed, bounds.speed)),
+            "torque": (torques, (-bounds.torque, bounds.torque)),
         }
         units = {name: " or ".join(_UNITS[name][kind] for kind in turning) for name in columns}
-        shown = {f"{name} [{units[name]}]": draw for name, draw in columns.items() if torques or name != "torque"}
-        return by_joint(problem.robot.n, shown, title)
+        shown = [name for name in columns if torques or name != "torque"]
+        draw = partial(signals, motion.t, [columns[name] for name in shown])
+        return by_joint(problem.robot.n, [f"{name} [{units[name]}]" for name in shown], draw, title)
 
     return Drawing("motion", "Positions, speeds and torques of every joint between their limits, over time.", drawn)

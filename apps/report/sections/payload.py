@@ -18,7 +18,7 @@ from ....estimation.results.payload import FreeEstimate, PayloadResult, Possible
 from ....model import INERTIAL
 from ...export.controllers import FORMATS
 from ...export.load import is_flange, load_of
-from ...numbers import SIX, interval_digits, rounded, six, with_interval, with_sigma
+from ...numbers import ENTRIES, SIX, interval_digits, rounded, with_interval, with_sigma
 from ..blocks import Block, Drawing, Notes, OnPage, Pair, Report, Section, Table, Text
 from ..figures import BLUE, Figure, flange_figure, interval_rows, legend, panels
 from . import evidence
@@ -66,7 +66,8 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
     if not result.short:
         worst, torques = evidence.torques(made, lambda: (*made.problem.source.loaded, *made.held_out))
         more, essential = [worst], evidence.essential_section(result.essential or None, result.title)
-        sections += [torques, evidence.excitation_section(made), essential]
+        excitation = OnPage(partial(evidence.excitation_blocks, made))
+        sections += [torques, Section("excitation", evidence.EXCITATION, [excitation]), essential]
     to_do = [evidence.MEND]
     if level != "do_not_use":
         export = f"'dynident export {document or 'P.json'} --to ur' (abb, kuka, fanuc, ...)"
@@ -177,22 +178,20 @@ def controller_line(result: PayloadResult) -> str:
     """Mass, centre of mass and, where it may be used, inertia, at the flange; digits as the intervals allow."""
     pose, inertia = result.flange, result.inertia
     turn, origin = (pose.R, pose.p) if pose is not None else (np.eye(3), np.zeros(3))
-
-    def listed(values: Array, intervals: Array) -> str:
+    place, moved = 1e3 * (turn.T @ (result.com.value - origin)), turn.T @ inertia.value @ turn
+    intervals, listed = (1e3 * result.com.interval95, inertia.interval95.reshape(9, 2)), list[str]()
+    for values, ends in zip((place, moved[ENTRIES]), intervals, strict=True):
         # As many digits as the widest interval allows.
-        digits = interval_digits(float(np.nanmax(np.diff(intervals, axis=1), initial=0.0)))
-        return ", ".join(rounded(x, digits, "unknown") for x in values.tolist())
-
+        digits = interval_digits(float(np.nanmax(np.diff(ends, axis=1), initial=0.0)))
+        listed.append(", ".join(rounded(x, digits, "unknown") for x in values.tolist()))
     where = "" if is_flange(result.frame) else f" in {result.frame}"
     where = " at the flange" if pose is not None else where
-    com = listed(1e3 * (turn.T @ (result.com.value - origin)), 1e3 * result.com.interval95)
     mass = with_interval(float(result.mass), *result.mass.interval95.tolist())[0]
-    line, moved = f"mass {mass} kg, centre of mass ({com}) mm{where}", turn.T @ inertia.value @ turn
+    line = f"mass {mass} kg, centre of mass ({listed[0]}) mm{where}"
     if result.assumed:
         return f"{line}, inertia about it ({', '.join(f'{x:.4f}' for x in np.diag(moved))}) kg m², ASSUMED"
     if inertia.use == "use" and result.best is not None:
-        moments = listed(six(moved), inertia.interval95.reshape(9, 2))
-        return f"{line}, inertia about it XX YY ZZ XY XZ YZ ({moments}) kg m²"
+        return f"{line}, inertia about it XX YY ZZ XY XZ YZ ({listed[1]}) kg m²"
     return f"{line}, inertia zero"
 
 
@@ -214,14 +213,13 @@ def controller_blocks(result: PayloadResult) -> list[Block]:
         return [Text(where), Text(controller_line(result), copied="controller-plain")]
     load = replace(at_flange, reasons=())  # which stand beside it
     maker = next((form for word, form in _MAKERS.items() if word in result.title.lower()), "")
-
-    def written(form: str) -> list[Block]:
+    every = dict[str, OnPage]()
+    for form in _SHOWN:
         try:
-            return [Text(FORMATS[form].text(load).rstrip("\n"), copied=f"controller-{form}")]
+            written = Text(FORMATS[form].text(load).rstrip("\n"), copied=f"controller-{form}")
         except InputError as error:
-            return [Text(f"This controller would refuse it: {error}.")]
-
-    every = {form: OnPage(partial(written, form), FORMATS[form].title, form == maker) for form in _SHOWN}
+            written = Text(f"This controller would refuse it: {error}.")
+        every[form] = OnPage(partial(list, [written]), FORMATS[form].title, form == maker)
     more = Text(f"'dynident export --to' also writes {', '.join(form for form in FORMATS if form not in _SHOWN)}.")
     title = "Other controllers and files" if maker else "Controllers and files"
     return [*([every.pop(maker)] if maker else []), OnPage(lambda: [*every.values(), more], title)]
@@ -236,7 +234,7 @@ def known_rows(estimate: FreeEstimate | PossibleEstimate) -> Array:
         of = (getattr(estimate, f"{name}{kind}", None) for kind in ("", "_sigma", "_sigma_robust"))
         value, sigma, robust = (array(each, *shape)[..., None] for each in of)
         row = np.concatenate([value, ends, np.fmax(sigma, robust)], axis=-1)
-        rows.append(six(row) if name == "inertia_com" else row)
+        rows.append(row[ENTRIES] if name == "inertia_com" else row)
     return np.concatenate(rows)
 
 

@@ -129,9 +129,9 @@ def check_report(looks: Sequence[Look]) -> Report:
             loads, unit = ("currents", "A") if check.currents else ("torques", "N·m")
             recording, title = check.working[1], Path(check.working[1].source).name
             shown = {"positions [rad or m]": recording.q, f"{loads} [{unit}]": recording.torque}
-            columns = {name: partial(signals, recording.t, {"": values}) for name, values in shown.items()}
+            joint = partial(signals, recording.t, [({"": values}, ()) for values in shown.values()])
             caption = f"Positions and {loads} of {title} as they were understood, joint side."
-            draw = partial(by_joint, recording.q.shape[1], columns, title)
+            draw = partial(by_joint, recording.q.shape[1], list(shown), joint, title)
             blocks.append(Drawing(f"{number:02d}_{stem}", caption, draw))
         sections.append(Section(f"log_{number}", path, blocks))
         unusable += [] if check and check.usable else [path]

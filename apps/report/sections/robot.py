@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import partial
 from itertools import count
 from pathlib import PurePath
 
@@ -19,7 +20,7 @@ from ....model.friction import term_names
 from ....model.robot import SOURCED
 from ...numbers import joined, percent, with_sigma
 from ...rollout import CONSTANT, GROWTH_TIME, IDENTIFIED
-from ..blocks import Block, Drawing, Notes, Report, Section, Table, Text
+from ..blocks import Block, Drawing, Notes, OnPage, Report, Section, Table, Text
 from ..figures import BLUE, GREY, ORANGE, Figure, log_scale, panels
 from . import evidence
 
@@ -151,7 +152,7 @@ def robot_report(result: RobotResult, document: str | None = None) -> Report:
         robot_section(result),
         *([Section("rollout", "Predicted motion", predicted)] if rolled else []),
         torques,
-        evidence.excitation_section(made),
+        Section("excitation", evidence.EXCITATION, [OnPage(partial(evidence.excitation_blocks, made))]),
         evidence.essential_section(result.elimination or None, result.title),
     )
     robust = estimate.robust
