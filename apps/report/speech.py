@@ -20,10 +20,9 @@ from ..export.controllers import FORMATS
 from ..export.load import load_of
 from ..logs.log_check import LogReport
 from ..numbers import SIX
-from .blocks import Report
+from .blocks import Report, blocks_html, leaves, page_html, screen_text
 from .documents import JudgedMotion, check_document, design_document
 from .figures import Figure
-from .render import blocks_html, page_html, printed, screen_text
 from .sections.motion import design_report
 from .sections.payload import payload_report
 from .sections.recordings import check_report, log_report
@@ -63,7 +62,7 @@ def first_block(answer: object) -> str:
     """The first screen as HTML, with the first figure where there are recordings to draw."""
     report, result = _report(answer), _result(answer)
     drawings = [] if getattr(result, "working", result) is None else islice(report.drawings(), 1)
-    return f'<div style="max-width: 60em">{blocks_html([*printed(report.first), *drawings])}</div>'
+    return f'<div style="max-width: 60em">{blocks_html([*leaves(report.first), *drawings])}</div>'
 
 
 def plain(answer: object) -> dict[str, Any]:

@@ -18,7 +18,7 @@ from ...export.motion import assumed_line, rests_on
 from ...numbers import joined
 from ..blocks import Block, Drawing, Notes, OnPage, Report, Section, Table, Text
 from ..documents import JudgedMotion, NearResult
-from ..figures import Figure, by_joint, log_scale, named_panels, signals
+from ..figures import log_scale, named_panels, signals
 from .robot import assumed_notes
 
 _MOST_SHOWN = 12
@@ -100,7 +100,7 @@ def design_report(judged: JudgedMotion) -> Report:
     rows = [(labels.get(name, name), f"{sigma[name]:.3g}", *of_value.get(name, ("", ""))) for name in shown]
     least = f", the {len(shown)} least known of {len(sigma)}" if len(shown) < len(sigma) else ""
 
-    def draw() -> Figure:
+    def draw() -> list[Block]:
         percent = {labels.get(name, name): 100.0 * x for name, x in relative.items()}
         absolute = {labels.get(name, name): x for name, x in sigma.items() if name not in relative}
         parts = [pair for pair in (("relative to its value [%]", percent), ("in SI units", absolute)) if pair[1]]
@@ -114,16 +114,15 @@ def design_report(judged: JudgedMotion) -> Report:
                 axis.annotate(f"{heights[k]:.2g}", (k, heights[k]), ha="center", va="bottom", size=7, rotation=90)
             axis.set_ylabel(f"predicted sigma\n{unit}", fontsize=9)
         figure.suptitle(f"{title}: predicted standard deviations")
-        return figure
+        caption = "Standard deviation that identification would leave to each parameter, predicted."
+        return [Drawing("predicted_sigma", caption, figure)]
 
-    # Relative where a reference value is known, else in SI units.
-    caption = "Standard deviation that identification would leave to each parameter, predicted."
     blocks: list[Block] = [
         Table("Parameters together", ("", "value", "remark"), together),
         *([Table(f"Predicted sigma{least}", ("", "sigma", "value", "%"), rows)] if known and rows else []),
         *brakes,
-        motion_figure(problem, judged.motion, f"{title}: motion between its limits"),
-        *([Drawing("predicted_sigma", caption, draw)] if known else []),
+        OnPage(partial(motion_figure, problem, judged.motion, f"{title}: motion between its limits")),
+        *([OnPage(draw)] if known else []),
     ]
     more = f"condition numbers, all parameters{', torque on the brakes' if brakes else ''}"
     sections = [Section("motion", "Motion and what it would teach", blocks)]
@@ -183,7 +182,7 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
     scale = np.where([joint.revolute for joint in robot.joints], 180.0 / np.pi, 1.0)
     stood = ("pose", *(f"q{j}" for j in range(1, robot.n + 1)))
     poses = [(str(k), *(f"{x:.1f}" for x in scale * pose)) for k, pose in enumerate(result.poses, 1)]
-    drawn = motion_figure(problem, motion, f"Motion that weighs a payload: {title}")
+    drawn = OnPage(partial(motion_figure, problem, motion, f"Motion that weighs a payload: {title}"))
     sections = [
         Section("payload", "What it shows of a payload", [visibility_table(result.visibility), *brakes]),
         Section("motion", "The motion between its limits", [Table("Poses, deg or m", stood, poses), drawn]),
@@ -336,20 +335,17 @@ def near_head(result: NearResult, speed: float) -> tuple[str, ...]:
     )
 
 
-def motion_figure(problem: DesignProblem, motion: Motion, title: str) -> Drawing:
+def motion_figure(problem: DesignProblem, motion: Motion, title: str) -> list[Block]:
     """Positions, speeds and torques of every joint between their limits: a row a joint, a column a quantity."""
-
-    def drawn() -> Figure:
-        bounds, torques = problem.bounds, load_torques(problem, motion)
-        turning = sorted({joint.revolute for joint in problem.robot.joints}, reverse=True)
-        columns = {
-            "position": ({"position": motion.q}, (bounds.low, bounds.high)),
-            "speed": ({"speed": motion.qd}, (-bounds.speed, bounds.speed)),
-            "torque": (torques, (-bounds.torque, bounds.torque)),
-        }
-        units = {name: " or ".join(_UNITS[name][kind] for kind in turning) for name in columns}
-        shown = [name for name in columns if torques or name != "torque"]
-        draw = partial(signals, motion.t, [columns[name] for name in shown])
-        return by_joint(problem.robot.n, [f"{name} [{units[name]}]" for name in shown], draw, title)
-
-    return Drawing("motion", "Positions, speeds and torques of every joint between their limits, over time.", drawn)
+    bounds, torques = problem.bounds, load_torques(problem, motion)
+    columns = {
+        "position": ({"position": motion.q}, (bounds.low, bounds.high)),
+        "speed": ({"speed": motion.qd}, (-bounds.speed, bounds.speed)),
+        **({"torque": (torques, (-bounds.torque, bounds.torque))} if torques else {}),
+    }
+    turning = sorted({joint.revolute for joint in problem.robot.joints}, reverse=True)
+    units = {name: " or ".join(_UNITS[name][kind] for kind in turning) for name in columns}
+    figure = signals(motion.t, {f"{name} [{units[name]}]": column for name, column in columns.items()}, title)
+    return [
+        Drawing("motion", "Positions, speeds and torques of every joint between their limits, over time.", figure)
+    ]
