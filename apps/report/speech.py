@@ -123,11 +123,12 @@ def write_report(answer: object, path: str | Path) -> None:
 @one_thread()
 def figure(answer: object, name: str | None) -> Figure:
     """A figure of the page."""
-    drawings = {drawing.name: drawing for drawing in _report(answer, drawn=True).drawings()}
-    name = next(iter(drawings), None) if name is None else name
-    if name not in drawings:
-        raise InputError(f"there is no figure {name!r}: there are {', '.join(drawings) or 'none'}")
-    return drawings[name].figure
+    names = list[str]()
+    for drawing in _report(answer, drawn=True).drawings():  # which draws no further than asked for
+        if name in (None, drawing.name):
+            return drawing.figure
+        names.append(drawing.name)
+    raise InputError(f"there is no figure {name!r}: there are {', '.join(names) or 'none'}")
 
 
 def export(result: PayloadResult, to: str, despite_verdict: bool) -> str:

@@ -14,7 +14,7 @@ from ....estimation.fit.covariance import NORMAL95
 from ....estimation.payload.by_joints import Repeats
 from ....estimation.payload.short_motion import OFFSET_SHARE, RIPPLE_CHANCE
 from ....estimation.possible.payload import CONFLICT
-from ....estimation.results.payload import FreeEstimate, PayloadResult, PossibleEstimate, array, numbers
+from ....estimation.results.payload import PayloadResult, PossibleEstimate, array, numbers
 from ....model import INERTIAL
 from ...export.controllers import FORMATS
 from ...export.load import is_flange, load_of
@@ -121,56 +121,58 @@ def repeats_section(repeats: Repeats, agreed: Sequence[float]) -> Section:
     return Section("repeats", "From recording to recording", [Text(text), *drawn])
 
 
-def answer_notes(result: PayloadResult) -> list[str]:
+def answer_notes(result: PayloadResult) -> Iterator[str]:
     """Worst joint, methods side by side, an assumed inertia, scale, other ways to the mass, repeats, gains."""
     worst, chosen, robust = result.joint_that_agrees_least, result.recommended, result.best_free.robust
     residual, masses = result.relative_residual, {each.method: each.ten[9] for each in result.estimates}
-    each = ", ".join(f"({method}) {x:.4g}" for method, x in sorted(masses.items()) if np.isfinite(x))
-    scale = [
-        f"The scale says {weighing.mass:g} ± {weighing.sigma:.2g} kg, the torques {weighing.identified:.4g} ± "
-        f"{weighing.identified_sigma:.2g} kg: {abs(array(weighing.z)):.1f} sigma apart, so they "
-        f"{'contradict each other' if array(weighing.p_value) < CONFLICT else 'agree'}."
-        for weighing in (result.best or result.best_free).weighed or ()
-    ]
+    yield f"Inertia ASSUMED, not measured: {result.assumed.inertia}." if result.assumed else ""
+    yield f"Largest disagreement: {worst}." if worst else "No joint can be compared with the others."
+    if len(masses) > 1:
+        each = ", ".join(f"({method}) {x:.4g}" for method, x in sorted(masses.items()) if np.isfinite(x))
+        yield f"Mass by method: {each} kg."
+    if chosen is not None and chosen.reason:
+        yield f"Method {chosen.method} is recommended: {chosen.reason}."
+    yield from (f"Note: {text}." for text in result.verdict.notes)
+    weighings = (result.best or result.best_free).weighed or ()
     if result.mass_from_scale and result.scale:
         weighed = "{:g} ± {:g} kg".format(*result.scale)
-        scale = [f"The mass is the scale's, {weighed}: the torques of these joints do not show it."]
-    noted = [
-        f"Inertia ASSUMED, not measured: {result.assumed.inertia}." if result.assumed else "",
-        f"Largest disagreement: {worst}." if worst else "No joint can be compared with the others.",
-        f"Mass by method: {each} kg." if len(masses) > 1 else "",
-        f"Method {chosen.method} is recommended: {chosen.reason}." if chosen is not None and chosen.reason else "",
-        *(f"Note: {text}." for text in result.verdict.notes),
-        *(scale or ["If you can weigh the payload, --mass KG+-KG checks the torques and sharpens the result."]),
-    ]
+        yield f"The mass is the scale's, {weighed}: the torques of these joints do not show it."
+    elif not weighings:
+        yield "If you can weigh the payload, --mass KG+-KG checks the torques and sharpens the result."
+    else:
+        yield from (
+            f"The scale says {own.mass:g} ± {own.sigma:.2g} kg, the torques {own.identified:.4g} ± "
+            f"{own.identified_sigma:.2g} kg: {abs(array(own.z)):.1f} sigma apart, so they "
+            f"{'contradict each other' if array(own.p_value) < CONFLICT else 'agree'}."
+            for own in weighings
+        )
     for way in result.agreement or ():
         com = ", ".join("-" if not np.isfinite(x) else f"{1e3 * x:.1f}" for x in way.com)
-        noted.append(f"Cross-check, {way.name}: {array(way.mass):.4g} kg, centre of mass ({com}) mm.")
+        yield f"Cross-check, {way.name}: {array(way.mass):.4g} kg, centre of mass ({com}) mm."
     if repeats := result.repeats:
         alone = zip(map(array, repeats.masses), map(array, repeats.sigmas), strict=True)
         texts = ", ".join(f"{m:.4g} ± {s:.2g}" for m, s in alone if np.isfinite(m))
         spread = f"spread {array(repeats.spread):.2g} kg"
-        noted.append(f"The {len(repeats.masses)} recordings on their own [kg]: {texts}; {spread}.")
+        yield f"The {len(repeats.masses)} recordings on their own [kg]: {texts}; {spread}."
         if repeats.drift_per_recording is not None:
             trend = "a drift" if repeats.drifts else "no clear drift"
             trend = f"a drift, which the order {repeats.order} cancels" if repeats.order else trend
             step = f"{repeats.drift_per_recording:+.2g} ± {array(repeats.drift_sigma):.2g}"
-            noted.append(f"Change from one recording to the next: {step} kg, {trend}.")
+            yield f"Change from one recording to the next: {step} kg, {trend}."
         if repeats.excess is not None and repeats.excess > 1.0:
-            noted.append(f"They scatter {repeats.excess:.2g} times more than expected; all intervals are widened.")
+            yield f"They scatter {repeats.excess:.2g} times more than expected; all intervals are widened."
     if standing := result.standing:
         told = "this order cannot show drift; record unloaded, loaded, loaded, unloaded"
         if drift := standing.drift:
             told = f"drift of {array(drift.mass):+.2g} kg per recording removed ({drift.ratio:.0%} of the variance)"
-        noted.append(f"{standing.poses} poses at rest, {standing.order}: {told}.")
-    noted += evidence.model_notes(result)
+        yield f"{standing.poses} poses at rest, {standing.order}: {told}."
+    yield from evidence.model_notes(result)
     if not result.short and not (residual and residual.validation):
-        noted.append("To test the model, keep one recording without payload out of the fit (--validate).")
+        yield "To test the model, keep one recording without payload out of the fit (--validate)."
     if robust and robust.unavailable:
-        noted.append(f"Record longer: the intervals assume white noise, because {robust.unavailable}.")
+        yield f"Record longer: the intervals assume white noise, because {robust.unavailable}."
     elif robust and robust.warning:
-        noted.append(f"Note: {robust.warning}.")
-    return noted
+        yield f"Note: {robust.warning}."
 
 
 def controller_line(result: PayloadResult) -> str:
@@ -285,24 +287,21 @@ def flange_blocks(result: PayloadResult, payload: PossibleEstimate) -> list[Bloc
     return [Drawing("flange", caption, figure, f"{caption} Centre of mass at {where}.")]
 
 
-def known_rows(estimate: FreeEstimate | PossibleEstimate) -> Array:
-    """Value, 95 % interval and larger sigma of the parameters in ``_UNITS``, nan where there is none, N x 4."""
-    larger = np.fmax(numbers(estimate.sigma), numbers(estimate.sigma_robust))
-    rows = [np.column_stack([estimate.ten, numbers(estimate.interval95, 2), larger])]
-    for name, shape in (("com", (3,)), ("inertia_com", (3, 3)), ("principal_moments", (3,))):
-        ends = array(getattr(estimate, f"{name}_interval95", None), *shape, 2)
-        of = (getattr(estimate, f"{name}{kind}", None) for kind in ("", "_sigma", "_sigma_robust"))
-        value, sigma, robust = (array(each, *shape)[..., None] for each in of)
-        row = np.concatenate([value, ends, np.fmax(sigma, robust)], axis=-1)
-        rows.append(row[ENTRIES] if name == "inertia_com" else row)
-    return np.concatenate(rows)
-
-
 def methods_section(result: PayloadResult) -> Section:
     """Every method's payload, with constraints and without, whether it can exist, and where sigma comes from."""
     possible, best = result.possible, result.best
-    alone = {own.method: known_rows(own) for own in result.free}
-    within = {each.method: known_rows(each) for each in possible}
+    # Value, 95 % interval and larger sigma of the parameters in _UNITS, nan where there is none, N x 4, by method.
+    alone, within = dict[int, Array](), dict[int, Array]()
+    for estimate in result.estimates:
+        larger = np.fmax(numbers(estimate.sigma), numbers(estimate.sigma_robust))
+        parts = [np.column_stack([estimate.ten, numbers(estimate.interval95, 2), larger])]
+        for name, shape in (("com", (3,)), ("inertia_com", (3, 3)), ("principal_moments", (3,))):
+            ends = array(getattr(estimate, f"{name}_interval95", None), *shape, 2)
+            of = (getattr(estimate, f"{name}{kind}", None) for kind in ("", "_sigma", "_sigma_robust"))
+            value, sigma, robust = (array(each, *shape)[..., None] for each in of)
+            row = np.concatenate([value, ends, np.fmax(sigma, robust)], axis=-1)
+            parts.append(row[ENTRIES] if name == "inertia_com" else row)
+        (within if isinstance(estimate, PossibleEstimate) else alone)[estimate.method] = np.concatenate(parts)
     chosen = best.method if best is not None else None
 
     def draw() -> list[Block]:
