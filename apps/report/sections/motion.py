@@ -48,6 +48,7 @@ def design_report(judged: JudgedMotion) -> Report:
     kind, title, learnt = problem.criterion.kind, problem.robot.title or problem.robot.name, judged.learnt
     length, writers = problem.goal.data_length, "--samples, --ros2, --urscript or --val3"
     banner, limits, brakes_note, brakes = _limits(judged.title, score)
+    rows = list[tuple[str, ...]]()
     replayed = floored = ""
     if replay is not None:
         kept = f"but {'; '.join(replay.violations)}" if replay.violations else "every limit met"
@@ -81,7 +82,6 @@ def design_report(judged: JudgedMotion) -> Report:
             f"Predicted from {run} for {mass:g} kg, {1e3 * _ARM:g} mm along the last axis", spread
         )
     else:
-        rows = []
         for text, unit, kinds in _GROUPS:
             if found := [x for name, x in learnt.sigma.items() if parameter_kind(name) in kinds]:
                 rows.append((text, str(len(found)), f"{np.median(found):.2g}", f"{max(found):.2g}", unit))
@@ -214,7 +214,8 @@ def _limits(title: str, score: Score) -> tuple[Text, Table, list[str], list[Tabl
     Then name the set of payloads, if any, and the torque that holds the arm still with the worst, joint by joint.
     """
     problem, payloads, notes, brakes = score.problem, score.problem.payloads, list[str](), list[Table]()
-    rows, missed = [], [limit for limit in score.limits if str(limit) in score.violations]
+    rows = list[tuple[str, ...]]()
+    missed = [limit for limit in score.limits if str(limit) in score.violations]
     for limit in score.limits:
         kept = f"violated by {limit.violation:.4g}" if limit in missed else "met"
         rows.append((limit.name, f"{limit.value:.4g}", f"{limit.limit:.4g}", limit.worst, kept))
