@@ -66,10 +66,8 @@ def exact(values: ArrayLike, separator: str = " ") -> str:
 SIX = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 """Places of the entries of a symmetric matrix, as Universal Robots, MuJoCo and Drake take them."""
 
-
-def six(J: Array) -> Array:
-    """xx, yy, zz, xy, xz, yz of a symmetric matrix."""
-    return np.array([J[at] for at in SIX])
+ENTRIES = ((0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2))
+"""Rows and columns of them: what takes all six from a matrix."""
 
 
 def inertia_entries(J: Array) -> dict[str, str]:

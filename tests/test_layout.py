@@ -58,7 +58,7 @@ WITHOUT_IMPORTS: dict[str, tuple[str, set[str]]] = {
     "from dynident.estimation import Identification, PayloadAnswer, answer_payload": (
         "numpy", {"cvxpy", "matplotlib", "scipy.signal", "scipy.interpolate", "rich", "dynident.apps.report"}
     ),
-    "import dynident.apps.report.sections.payload, dynident.apps.report.render": (
+    "import dynident.apps.report.sections.payload": (
         "dynident.apps.report.figures", {"matplotlib", "jinja2"}
     ),
 }  # fmt: skip

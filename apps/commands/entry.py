@@ -151,8 +151,7 @@ class Options:
 
     def tell(self, *lines: str) -> None:
         """Print lines no wider than the terminal, unless the run is quiet."""
-        from ..report.blocks import Notes, Report
-        from ..report.render import print_report
+        from ..report.blocks import Notes, Report, print_report
 
         if not self.quiet:
             print_report(Report("", [Notes(lines)]), details=True)

@@ -18,7 +18,7 @@ from .. import live
 from ..export import controllers
 from ..export.load import ControllerLoad, read_load
 from ..extras import extra
-from ..numbers import placed, six
+from ..numbers import ENTRIES, placed
 from . import values
 from .entry import CONTROLLER, SETTING, Options, about, note, status, withheld
 from .values import FrameWords, NewFile, PayloadResultFile, number, positive_number, word
@@ -213,7 +213,7 @@ class _Apply(_Controller):
 
 def _differing(shown: live.Samples, load: ControllerLoad) -> str:
     """Name the numbers of the last sample that are not those that were sent; empty where there are none."""
-    sent = {live.MASS: [load.mass], live.CENTRE: load.com.tolist(), live.INERTIA: six(load.inertia).tolist()}
+    sent = {live.MASS: [load.mass], live.CENTRE: load.com.tolist(), live.INERTIA: load.inertia[ENTRIES].tolist()}
     wrong = []
     for name in sent.keys() & {*(shown.dtype.names or ())}:
         numbers, last = sent[name], shown[name][-1].reshape(-1).tolist()

@@ -23,8 +23,7 @@ from ...common.schema import json_text, write_json
 from .. import logs, results, view
 from ..logs.map import COMMAND_LINE
 from ..numbers import placed
-from ..report.blocks import Report
-from ..report.render import page_html, print_report, write_plots
+from ..report.blocks import Report, page_html, print_report, write_plots
 from . import values
 from .entry import CALL, FILES, LOGS, SETTING, Options, about, note, shown, status
 from .values import Reads, numbers, texts, word

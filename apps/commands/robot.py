@@ -19,10 +19,9 @@ from .. import logs, results, view
 from ..export import simulators
 from ..export.own_model import into
 from ..export.robot import robot_notes, stored_whole_robot
-from ..report.blocks import Report
+from ..report.blocks import Report, print_report
 from ..report.documents import robot_check_document
 from ..report.figures import save_drawing
-from ..report.render import print_report
 from ..report.sections.recordings import readings_agree, readings_report
 from ..report.sections.robot import base_description, robot_description
 from . import values

@@ -11,7 +11,7 @@ from xml.etree.ElementTree import Element, indent, tostring
 from ...common.arrays import Array
 from ...common.errors import printable
 from ..extras import modules
-from ..numbers import exact, inertia_entries, six
+from ..numbers import ENTRIES, exact, inertia_entries
 
 if TYPE_CHECKING:
     from ...trajectories.motions.family import Plan
@@ -98,5 +98,5 @@ def sdf_inertial(mass: float, com: Array, inertia: Array) -> Element:
 
 def mjcf_inertial(mass: float, com: Array, inertia: Array) -> Element:
     """A body in MJCF: entries M11, M22, M33, M12, M13, M23 of the matrix."""
-    moments = {"fullinertia": exact(six(inertia))} if inertia.any() else {"diaginertia": "0 0 0"}
+    moments = {"fullinertia": exact(inertia[ENTRIES])} if inertia.any() else {"diaginertia": "0 0 0"}
     return element("inertial", {"pos": exact(com), "mass": exact(mass)} | moments)

@@ -20,10 +20,9 @@ from ..export.controllers import FORMATS
 from ..export.load import load_of
 from ..logs.log_check import LogReport
 from ..numbers import SIX
-from .blocks import Report
+from .blocks import Report, blocks_html, leaves, page_html, screen_text
 from .documents import JudgedMotion, check_document, design_document
 from .figures import Figure
-from .render import blocks_html, page_html, printed, screen_text
 from .sections.motion import design_report
 from .sections.payload import payload_report
 from .sections.recordings import check_report, log_report
@@ -63,7 +62,7 @@ def first_block(answer: object) -> str:
     """The first screen as HTML, with the first figure where there are recordings to draw."""
     report, result = _report(answer), _result(answer)
     drawings = [] if getattr(result, "working", result) is None else islice(report.drawings(), 1)
-    return f'<div style="max-width: 60em">{blocks_html([*printed(report.first), *drawings])}</div>'
+    return f'<div style="max-width: 60em">{blocks_html([*leaves(report.first), *drawings])}</div>'
 
 
 def plain(answer: object) -> dict[str, Any]:
@@ -124,11 +123,12 @@ def write_report(answer: object, path: str | Path) -> None:
 @one_thread()
 def figure(answer: object, name: str | None) -> Figure:
     """A figure of the page."""
-    drawings = {drawing.name: drawing for drawing in _report(answer, drawn=True).drawings()}
-    name = next(iter(drawings), None) if name is None else name
-    if name not in drawings:
-        raise InputError(f"there is no figure {name!r}: there are {', '.join(drawings) or 'none'}")
-    return drawings[name].figure
+    names = list[str]()
+    for drawing in _report(answer, drawn=True).drawings():  # which draws no further than asked for
+        if name in (None, drawing.name):
+            return drawing.figure
+        names.append(drawing.name)
+    raise InputError(f"there is no figure {name!r}: there are {', '.join(names) or 'none'}")
 
 
 def export(result: PayloadResult, to: str, despite_verdict: bool) -> str:

@@ -19,8 +19,7 @@ from dynident.apps.commands.simulate import (
     simulate_paper,
 )
 from dynident.apps.commands.values import share, whole
-from dynident.apps.report.blocks import Notes, Report, Table
-from dynident.apps.report.render import print_report
+from dynident.apps.report.blocks import Notes, Report, Table, print_report
 from dynident.apps.report.sections.evidence import residual_text
 from dynident.common.progress import Progress
 from dynident.estimation import PAYLOAD as TEN

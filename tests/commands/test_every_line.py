@@ -18,9 +18,8 @@ import pytest
 from cyclopts import CycloptsError
 from dynident.apps.commands import BROKEN_PIPE, COMMANDS, entry
 from dynident.apps.commands.entry import application
-from dynident.apps.report.blocks import Notes, Report
-from dynident.apps.report.render import COLUMNS, print_report
-from dynident.apps.report.render import LINES as LINES_OF_SCREEN
+from dynident.apps.report.blocks import COLUMNS, Notes, Report, print_report
+from dynident.apps.report.blocks import LINES as LINES_OF_SCREEN
 from dynident.common.errors import InputError
 from dynident.model import load_robot
 from dynident.tests.commands.lines import LINES, log

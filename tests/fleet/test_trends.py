@@ -9,7 +9,7 @@ import pytest
 from dynident.apps.fleet.comparing import CHANGED, FEWEST, MASS, Fleet, Series, arm_of, fleet_of, side_by_side
 from dynident.apps.fleet.reduction import Log, Stored
 from dynident.apps.logs.read import read_recording
-from dynident.apps.report.render import page_html
+from dynident.apps.report.blocks import page_html
 from dynident.apps.report.sections.recordings import fleet_report
 from dynident.estimation import Estimate, identify
 from dynident.estimation.fit.linear_problem import weighted

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from dynident import trajectories
 from dynident.apps.numbers import with_sigma
-from dynident.apps.report.blocks import Block, Notes, Report, Section, Table
+from dynident.apps.report.blocks import COLUMNS, LINES, Block, Drawing, Notes, Report, Section, Table, screen_text
 from dynident.apps.report.documents import DOCUMENTS, schema_text
-from dynident.apps.report.figures import log_scale, svg_text
-from dynident.apps.report.render import COLUMNS, LINES, screen_text
+from dynident.apps.report.figures import figure_bytes, log_scale
 from dynident.apps.report.sections.motion import motion_figure
 from dynident.common.schema import write_json
 from dynident.model import load_robot
@@ -126,7 +125,9 @@ def plan() -> trajectories.ViaPoints:
 
 def test_motion_between_its_limits(problem: trajectories.DesignProblem, plan: trajectories.ViaPoints) -> None:
     motion = plan.motion(50.0)
-    figure = motion_figure(problem, motion, "title").figure
+    (drawing,) = motion_figure(problem, motion, "title")
+    assert isinstance(drawing, Drawing)
+    figure = drawing.figure
     assert len(figure.axes) == 18
     torque = trajectories.Simulator(problem.robot).measure(motion).torque
     for j in range(6):
@@ -151,7 +152,7 @@ def test_a_name_is_no_formula(name: str) -> None:
     axis.set_xticks([1, 2], [name, "other"])
     axis.legend()
     log_scale(axis)
-    drawn = svg_text(figure, "names")
+    drawn = figure_bytes(figure, name="names").decode()
     escaped = name.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
     assert drawn.count(f">{escaped}</text>") == 3, "title, legend and tick"
     assert "<tspan" not in drawn

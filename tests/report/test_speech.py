@@ -10,7 +10,7 @@ import pytest
 from dynident import InertialParameters, Simulator, answer_payload, identify, load_robot, payload_problem
 from dynident.apps.logs.log_check import check_log
 from dynident.apps.numbers import with_interval, with_sigma
-from dynident.apps.report.render import COLUMNS, LINES
+from dynident.apps.report.blocks import COLUMNS, LINES
 from dynident.common.errors import InputError
 from dynident.common.schema import convert, read_json, write_json
 from dynident.common.speech import Speaks

@@ -7,7 +7,7 @@ Components beyond +-133 kg m^2 and negative moments raise an exception. Source: 
 import numpy as np
 
 from ....common import Array, InputError
-from ...numbers import six
+from ...numbers import ENTRIES
 from ..load import ControllerLoad, listed, load_format, number
 
 _MOST = 133.0  # kg m^2, of each component
@@ -29,4 +29,4 @@ def components(load: ControllerLoad) -> Array:
     """Six components of the inertia, of which the controller raises an exception for those that are too large."""
     if (worst := float(np.abs(load.inertia).max())) > _MOST:
         raise InputError(f"the inertia reaches {worst:.4g} kg m^2; set_target_payload refuses more than {_MOST:g}")
-    return six(load.inertia)
+    return np.asarray(load.inertia[ENTRIES])

@@ -13,12 +13,12 @@ from ....model.inertia import PayloadSpread, payload_spread
 from ....model.visibility import PayloadVisibility
 from ....trajectories import DesignProblem, Fourier, Scene, Score, StaticShape
 from ....trajectories.design.problem import BALL
-from ....trajectories.design.score import Learnt, holding_torques, load_torques
+from ....trajectories.design.score import holding_torques, load_torques
 from ...export.motion import assumed_line, rests_on
 from ...numbers import joined
 from ..blocks import Block, Drawing, Notes, OnPage, Report, Section, Table, Text
 from ..documents import JudgedMotion, NearResult
-from ..figures import Figure, by_joint, log_scale, named_panels, signals
+from ..figures import log_scale, named_panels, signals
 from .robot import assumed_notes
 
 _MOST_SHOWN = 12
@@ -47,7 +47,8 @@ def design_report(judged: JudgedMotion) -> Report:
     score, problem, floor, replay = judged.score, judged.score.problem, judged.floor, judged.replay
     kind, title, learnt = problem.criterion.kind, problem.robot.title or problem.robot.name, judged.learnt
     length, writers = problem.goal.data_length, "--samples, --ros2, --urscript or --val3"
-    (banner, limits), (brakes_note, brakes) = _limits(judged.title, score), _brakes(problem, score)
+    banner, limits, brakes_note, brakes = _limits(judged.title, score)
+    rows = list[tuple[str, ...]]()
     replayed = floored = ""
     if replay is not None:
         kept = f"but {'; '.join(replay.violations)}" if replay.violations else "every limit met"
@@ -69,6 +70,23 @@ def design_report(judged: JudgedMotion) -> Report:
             f"{criterion_text(kind, floor.value)}. The motion's {quantity}, for ideal states, is {times:.3g} times "
             f"{least}."
         )
+    # What one run would leave unknown: of a payload of the rated mass, or of a robot kind by kind.
+    run = f"{length:g} s of data" if length else "one run"
+    if learnt.covariance is None:
+        taught = Table(f"From {run} not every parameter can be identified", ("",), [])
+    elif tuple(problem.names) == tuple(f"{kind}{problem.robot.n}" for kind in INERTIAL):
+        mass = problem.robot.rated_payload if np.isfinite(problem.robot.rated_payload) else _MASS
+        body = InertialParameters.from_com(mass, [0.0, 0.0, _ARM], _GYRATION**2 * mass * np.eye(3))
+        spread = payload_spread(body.vector, learnt.covariance, range(len(INERTIAL)))
+        taught = _spread_table(
+            f"Predicted from {run} for {mass:g} kg, {1e3 * _ARM:g} mm along the last axis", spread
+        )
+    else:
+        for text, unit, kinds in _GROUPS:
+            if found := [x for name, x in learnt.sigma.items() if parameter_kind(name) in kinds]:
+                rows.append((text, str(len(found)), f"{np.median(found):.2g}", f"{max(found):.2g}", unit))
+        heading = f"Predicted accuracy of the robot's parameters from {run} (1 sigma)"
+        taught = Table(heading, ("", "number", "median", "largest", "unit"), rows)
     conditions = {"cond": learnt.condition_number, "cond-scaled": learnt.condition_number_scaled}
     reached = float(np.log(conditions[kind])) if kind in conditions else score.value
     after = [f"Next: add {writers}, run it, then 'dynident check LOG'."] if judged.design is not None else []
@@ -76,7 +94,7 @@ def design_report(judged: JudgedMotion) -> Report:
     first: list[Block] = [
         banner,
         limits,
-        _taught_table(problem, learnt),
+        taught,
         Notes([noise_line(problem), f"Criterion {criterion_text(kind, reached)}.", *after]),
         Notes([replayed, *brakes_note, *assumed, floored], optional=True),
         *([_how_to_run(score.duration, writers, "payload")] if after else []),
@@ -100,7 +118,7 @@ def design_report(judged: JudgedMotion) -> Report:
     rows = [(labels.get(name, name), f"{sigma[name]:.3g}", *of_value.get(name, ("", ""))) for name in shown]
     least = f", the {len(shown)} least known of {len(sigma)}" if len(shown) < len(sigma) else ""
 
-    def draw() -> Figure:
+    def draw() -> list[Block]:
         percent = {labels.get(name, name): 100.0 * x for name, x in relative.items()}
         absolute = {labels.get(name, name): x for name, x in sigma.items() if name not in relative}
         parts = [pair for pair in (("relative to its value [%]", percent), ("in SI units", absolute)) if pair[1]]
@@ -114,16 +132,15 @@ def design_report(judged: JudgedMotion) -> Report:
                 axis.annotate(f"{heights[k]:.2g}", (k, heights[k]), ha="center", va="bottom", size=7, rotation=90)
             axis.set_ylabel(f"predicted sigma\n{unit}", fontsize=9)
         figure.suptitle(f"{title}: predicted standard deviations")
-        return figure
+        caption = "Standard deviation that identification would leave to each parameter, predicted."
+        return [Drawing("predicted_sigma", caption, figure)]
 
-    # Relative where a reference value is known, else in SI units.
-    caption = "Standard deviation that identification would leave to each parameter, predicted."
     blocks: list[Block] = [
         Table("Parameters together", ("", "value", "remark"), together),
         *([Table(f"Predicted sigma{least}", ("", "sigma", "value", "%"), rows)] if known and rows else []),
         *brakes,
-        motion_figure(problem, judged.motion, f"{title}: motion between its limits"),
-        *([Drawing("predicted_sigma", caption, draw)] if known else []),
+        OnPage(partial(motion_figure, problem, judged.motion, f"{title}: motion between its limits")),
+        *([OnPage(draw)] if known else []),
     ]
     more = f"condition numbers, all parameters{', torque on the brakes' if brakes else ''}"
     sections = [Section("motion", "Motion and what it would teach", blocks)]
@@ -158,8 +175,7 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
         if not result.ladder:
             before = f"the rehearsal, one period at a tenth of the speed, takes {plan.slowed(0.1).duration:.0f} s"
         course = f"{plan.duration:.1f} s: {periods} of {plan.period:.2f} s{two}; {before}."
-    banner, limits = _limits(f"{kind} of joints {joints} of {title}", score)
-    brakes_note, brakes = _brakes(problem, score)
+    banner, limits, brakes_note, brakes = _limits(f"{kind} of joints {joints} of {title}", score)
     unchecked = (
         "Torque limits are NOT checked: the description lacks torque limits or parameters (--robot-parameters or "
         "--arm-mass). A slow run does not reveal them either."
@@ -183,7 +199,7 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
     scale = np.where([joint.revolute for joint in robot.joints], 180.0 / np.pi, 1.0)
     stood = ("pose", *(f"q{j}" for j in range(1, robot.n + 1)))
     poses = [(str(k), *(f"{x:.1f}" for x in scale * pose)) for k, pose in enumerate(result.poses, 1)]
-    drawn = motion_figure(problem, motion, f"Motion that weighs a payload: {title}")
+    drawn = OnPage(partial(motion_figure, problem, motion, f"Motion that weighs a payload: {title}"))
     sections = [
         Section("payload", "What it shows of a payload", [visibility_table(result.visibility), *brakes]),
         Section("motion", "The motion between its limits", [Table("Poses, deg or m", stood, poses), drawn]),
@@ -192,30 +208,60 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
     return Report(f"Motion that weighs a payload: {title}", first, sections, more)
 
 
-def _limits(title: str, score: Score) -> tuple[Text, Table]:
-    """Say if a motion keeps its limits, what was not checked, and how near it comes to each limit."""
-    rows, missed = [], [limit for limit in score.limits if str(limit) in score.violations]
+def _limits(title: str, score: Score) -> tuple[Text, Table, list[str], list[Table]]:
+    """Say if a motion keeps its limits, what was not checked, and how near it comes to each limit.
+
+    Then name the set of payloads, if any, and the torque that holds the arm still with the worst, joint by joint.
+    """
+    problem, payloads, notes, brakes = score.problem, score.problem.payloads, list[str](), list[Table]()
+    rows = list[tuple[str, ...]]()
+    missed = [limit for limit in score.limits if str(limit) in score.violations]
     for limit in score.limits:
         kept = f"violated by {limit.violation:.4g}" if limit in missed else "met"
         rows.append((limit.name, f"{limit.value:.4g}", f"{limit.limit:.4g}", limit.worst, kept))
-    scene = score.problem.scene or Scene()
+    scene = problem.scene or Scene()
     unseen = [kind for kind in _KINDS if not any(row[0].startswith(kind) for row in rows)]
     level, keeps = ("mass_and_com_only", "within all checked limits") if unseen else ("use", "within all limits")
     if not score.feasible:
-        level, keeps = (
-            "do_not_use",
-            f"NOT within its limits of {', '.join(dict.fromkeys(one.name for one in missed))}",
-        )
+        named = ", ".join(dict.fromkeys(limit.name for limit in missed))
+        level, keeps = "do_not_use", f"NOT within its limits of {named}"
     radii = {body.radius for body in scene.bodies if body.link and body.name != BALL}
     tubes = f" (tubes of {1e3 * max(radii):.0f} mm radius)" if len(radii) == 1 else ""
     looked = [f"the arm itself{tubes}"] * bool(scene.pairs) + [f"the {surface.name}" for surface in scene.surfaces]
     floored = any("floor" in surface.name for surface in scene.surfaces)
     unseen += [*["self-collision"] * (not scene.pairs), *["floor"] * (not floored)]
-    unseen += [*["payload"] * (score.problem.payloads is None), "cables and cell"]
+    unseen += [*["payload"] * (payloads is None), "cables and cell"]
     clear = f" Collisions checked with {' and '.join(looked)}." * bool(looked)
     banner = Text(f"{title}: {keeps}.{clear} NOT checked: {', '.join(unseen)}.", level=level)
     heading = f"Largest values against the limits, SI units, in {score.duration:.4g} s"
-    return banner, Table(heading, ("", "reaches", "limit", "where", "kept"), rows)
+    table = Table(heading, ("", "reaches", "limit", "where", "kept"), rows)
+    if payloads is not None:
+        too_much = any(limit.name.startswith("torque") for limit in missed)
+        start, worst = (holding_torques(problem, poses) for poses in (score.samples.q[:1], score.samples.q))
+        ratios = worst / problem.bounds.torque
+        joint, half, centre = (
+            int(np.argmax(ratios)),
+            1e3 * payloads.half,
+            joined(1e3 * payloads.centre + 0.0, ".4g"),
+        )
+        region = f"in an ellipsoid of half axes {joined(half, '.4g')} mm"
+        if payloads.region == "cube":
+            region = f"in a box of half edges {joined(half, '.4g')} mm"
+        elif np.ptp(half) < 1e-9 * half.max():
+            region = f"within {half[0]:.4g} mm"
+        notes = [
+            f"Torque limits {'do NOT hold' if too_much else 'hold'} for every payload of 0 to {payloads.mass:g} kg "
+            f"{region} of ({centre}) mm in the last link's frame.",
+            f"If power fails on the way, the brake of joint {joint + 1} must hold up to {100 * ratios[joint]:.0f} "
+            "% of the joint's torque limit.",
+        ]
+        rows = [
+            (f"joint {j}", f"{round(first, 6):.4g}", f"{round(most, 6):.4g}", f"{limit:.4g}")
+            for j, (first, most, limit) in enumerate(zip(start, worst, problem.bounds.torque, strict=True), 1)
+        ]
+        title = "Torque that the brakes must hold with the worst payload, N·m or N"
+        brakes = [Table(title, ("power cut", "at the start", "on the way, at most", "limit"), rows)]
+    return banner, table, notes, brakes
 
 
 def _how_to_run(duration: float, writers: str, command: str) -> OnPage:
@@ -230,61 +276,11 @@ def _how_to_run(duration: float, writers: str, command: str) -> OnPage:
     return OnPage(lambda: [Text("How to run it", heading=True), Notes(steps)])
 
 
-def _brakes(problem: DesignProblem, score: Score) -> tuple[list[str], list[Table]]:
-    """The set of payloads, if any, and the torque that holds the arm still with the worst, joint by joint."""
-    payloads = problem.payloads
-    if payloads is None:
-        return [], []
-    missed = any(limit.name.startswith("torque") and str(limit) in score.violations for limit in score.limits)
-    start, worst = (holding_torques(problem, poses) for poses in (score.samples.q[:1], score.samples.q))
-    ratios = worst / problem.bounds.torque
-    joint, half, centre = int(np.argmax(ratios)), 1e3 * payloads.half, joined(1e3 * payloads.centre + 0.0, ".4g")
-    region = f"in an ellipsoid of half axes {joined(half, '.4g')} mm"
-    if payloads.region == "cube":
-        region = f"in a box of half edges {joined(half, '.4g')} mm"
-    elif np.ptp(half) < 1e-9 * half.max():
-        region = f"within {half[0]:.4g} mm"
-    notes = [
-        f"Torque limits {'do NOT hold' if missed else 'hold'} for every payload of 0 to {payloads.mass:g} kg "
-        f"{region} of ({centre}) mm in the last link's frame.",
-        f"If power fails on the way, the brake of joint {joint + 1} must hold up to {100 * ratios[joint]:.0f} % of "
-        "the joint's torque limit.",
-    ]
-    rows = [
-        (f"joint {j}", f"{round(first, 6):.4g}", f"{round(most, 6):.4g}", f"{limit:.4g}")
-        for j, (first, most, limit) in enumerate(zip(start, worst, problem.bounds.torque, strict=True), 1)
-    ]
-    title = "Torque that the brakes must hold with the worst payload, N·m or N"
-    return notes, [Table(title, ("power cut", "at the start", "on the way, at most", "limit"), rows)]
-
-
 def noise_line(problem: DesignProblem) -> str:
     """The torque errors that predicted standard deviations rest on."""
     values, goal = joined(problem.noise[np.isfinite(problem.noise)], ".2g"), problem.goal
     known = f"{values} N·m or N, {'in each of two recordings, ' * (goal.single_rate < goal.rate)}"
     return f"Torque noise {problem.goal.noise_source}: {known}{goal.rate:.3g} independent samples a second."
-
-
-def _taught_table(problem: DesignProblem, learnt: Learnt) -> Table:
-    """Sigma that one run would leave: of a payload of the rated mass, or of a robot kind by kind."""
-    length = problem.goal.data_length
-    recorded = f"{length:g} s of data" if length else "one run"
-    if learnt.covariance is None:
-        return Table(f"From {recorded} not every parameter can be identified", ("",), [])
-    if tuple(problem.names) == tuple(f"{kind}{problem.robot.n}" for kind in INERTIAL):
-        # A payload of the rated mass stands for those to come.
-        mass = problem.robot.rated_payload if np.isfinite(problem.robot.rated_payload) else _MASS
-        body = InertialParameters.from_com(mass, [0.0, 0.0, _ARM], _GYRATION**2 * mass * np.eye(3))
-        spread = payload_spread(body.vector, learnt.covariance, range(len(INERTIAL)))
-        where = f"{mass:g} kg, {1e3 * _ARM:g} mm along the last axis"
-        return _spread_table(f"Predicted from {recorded} for {where}", spread)
-    rows = []
-    for text, unit, kinds in _GROUPS:
-        sigma = [s for name, s in learnt.sigma.items() if parameter_kind(name) in kinds]
-        if sigma:
-            rows.append((text, str(len(sigma)), f"{np.median(sigma):.2g}", f"{max(sigma):.2g}", unit))
-    title = f"Predicted accuracy of the robot's parameters from {recorded} (1 sigma)"
-    return Table(title, ("", "number", "median", "largest", "unit"), rows)
 
 
 def _spread_table(title: str, spread: PayloadSpread) -> Table:
@@ -336,19 +332,17 @@ def near_head(result: NearResult, speed: float) -> tuple[str, ...]:
     )
 
 
-def motion_figure(problem: DesignProblem, motion: Motion, title: str) -> Drawing:
+def motion_figure(problem: DesignProblem, motion: Motion, title: str) -> list[Block]:
     """Positions, speeds and torques of every joint between their limits: a row a joint, a column a quantity."""
-
-    def drawn() -> Figure:
-        bounds, torques = problem.bounds, load_torques(problem, motion)
-        turning = sorted({joint.revolute for joint in problem.robot.joints}, reverse=True)
-        columns = {
-            "position": partial(signals, motion.t, {"position": motion.q}, limits=(bounds.low, bounds.high)),
-            "speed": partial(signals, motion.t, {"speed": motion.qd}, limits=(-bounds.speed, bounds.speed)),
-            "torque": partial(signals, motion.t, torques, limits=(-bounds.torque, bounds.torque)),
-        }
-        units = {name: " or ".join(_UNITS[name][kind] for kind in turning) for name in columns}
-        shown = {f"{name} [{units[name]}]": draw for name, draw in columns.items() if torques or name != "torque"}
-        return by_joint(problem.robot.n, shown, title)
-
-    return Drawing("motion", "Positions, speeds and torques of every joint between their limits, over time.", drawn)
+    bounds, torques = problem.bounds, load_torques(problem, motion)
+    columns = {
+        "position": ({"position": motion.q}, (bounds.low, bounds.high)),
+        "speed": ({"speed": motion.qd}, (-bounds.speed, bounds.speed)),
+        **({"torque": (torques, (-bounds.torque, bounds.torque))} if torques else {}),
+    }
+    turning = sorted({joint.revolute for joint in problem.robot.joints}, reverse=True)
+    units = {name: " or ".join(_UNITS[name][kind] for kind in turning) for name in columns}
+    figure = signals(motion.t, {f"{name} [{units[name]}]": column for name, column in columns.items()}, title)
+    return [
+        Drawing("motion", "Positions, speeds and torques of every joint between their limits, over time.", figure)
+    ]

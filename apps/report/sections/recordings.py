@@ -5,7 +5,7 @@ import re
 from collections.abc import Sequence
 from datetime import datetime, timedelta
 from functools import partial
-from itertools import islice
+from itertools import islice, product
 from pathlib import Path, PurePath
 
 import numpy as np
@@ -18,7 +18,7 @@ from ...logs.log_check import FollowingChange, LogReport, RobotFits
 from ...numbers import joined, percent
 from ..blocks import Block, Drawing, Notes, OnPage, Report, Section, Table, Text
 from ..documents import Look
-from ..figures import BLUE, GREY, ORANGE, Figure, by_joint, panels, signals
+from ..figures import BLUE, GREY, ORANGE, panels, signals
 from .robot import robot_description
 
 _MARKS = {"error": "ERROR", "warning": "warning", "note": "note"}
@@ -118,6 +118,15 @@ def fits_report(fits: RobotFits) -> Report:
 
 def check_report(looks: Sequence[Look]) -> Report:
     """Verdict on the logs, then each with its signals."""
+
+    def draw(number: int, check: LogReport) -> list[Block]:
+        (_, recording), loads = check.working, "currents [A]" if check.currents else "torques [N·m]"
+        stem = re.sub(r"\W+", "_", check.source.replace("\\", "/").rstrip("/").rsplit("/", 1)[-1].split(".")[0])
+        title, load = Path(recording.source).name, loads.split()[0]
+        columns = {"positions [rad or m]": ({"": recording.q}, ()), loads: ({"": recording.torque}, ())}
+        caption = f"Positions and {load} of {title} as they were understood, joint side."
+        return [Drawing(f"{number:02d}_{stem}", caption, signals(recording.t, columns, title))]
+
     sections, unusable = list[Section](), list[str]()
     for number, (check, fits) in enumerate(looks, 1):
         reports = [*([fits_report(fits)] if fits else []), *([log_report(check)] if check else [])]
@@ -125,14 +134,7 @@ def check_report(looks: Sequence[Look]) -> Report:
         blocks = [block for report in reports for block in report.first]
         blocks += [block for report in reports for section in report.sections for block in section.blocks]
         if check:
-            stem = re.sub(r"\W+", "_", path.replace("\\", "/").rstrip("/").rsplit("/", 1)[-1].split(".")[0])
-            loads, unit = ("currents", "A") if check.currents else ("torques", "N·m")
-            recording, title = check.working[1], Path(check.working[1].source).name
-            shown = {"positions [rad or m]": recording.q, f"{loads} [{unit}]": recording.torque}
-            columns = {name: partial(signals, recording.t, {"": values}) for name, values in shown.items()}
-            caption = f"Positions and {loads} of {title} as they were understood, joint side."
-            draw = partial(by_joint, recording.q.shape[1], columns, title)
-            blocks.append(Drawing(f"{number:02d}_{stem}", caption, draw))
+            blocks.append(OnPage(partial(draw, number, check)))
         sections.append(Section(f"log_{number}", path, blocks))
         unusable += [] if check and check.usable else [path]
     text = f"Fix first: {', '.join(unusable)}." if unusable else "These logs can be used."
@@ -231,7 +233,7 @@ def following_report(change: FollowingChange, robot: Robot) -> Report:
         "excludes 0.",
     ]
 
-    def draw() -> Figure:
+    def draw() -> list[Block]:
         (figure, ((axis,),)), places = panels((6.4, 3.2)), np.arange(len(joints))
         before, after = (scale * np.array([getattr(row, when) for row in joints]) for when in ("before", "after"))
         # The interval is that of the share by which it fell.
@@ -242,10 +244,12 @@ def following_report(change: FollowingChange, robot: Robot) -> Report:
         axis.set_xticks(places, [row.name for row in joints])
         axis.set_ylabel(f"root mean square [{unit}]")
         axis.legend(fontsize=9, frameon=False)
-        return figure
+        caption = (
+            f"Root mean square of the {change.kind} before and after the number was entered, with 95 % intervals."
+        )
+        return [Drawing("following", caption, figure)]
 
-    caption = f"Root mean square of the {change.kind} before and after the number was entered, with 95 % intervals."
-    sections = [Section("joints", "Joint by joint", [Drawing("following", caption, draw), Notes(compared)])]
+    sections = [Section("joints", "Joint by joint", [OnPage(draw), Notes(compared)])]
     first: list[Block] = [Text(text, level=level), Notes(others), table]
     name, more = robot.title or robot.name, "how both recordings were compared"
     return Report(f"Before and after a payload was entered: {name}", first, sections, more)
@@ -301,7 +305,7 @@ def fleet_report(fleet: Fleet) -> Report:
         Notes(odd, optional=True),
     ]
     # Each arm by its drift: its last night, and the farthest z of friction, gains and payload.
-    of_arms, drawings = [], list[Drawing]()
+    of_arms = []
     for arm in sorted(arms, key=lambda arm: -max(map(farness, arm.series))):
         gains = [line for line in arm.series if line.quantity.startswith("scale")]
         (mass,) = payload = [line for line in arm.series if line.quantity == "mass"]
@@ -313,16 +317,9 @@ def fleet_report(fleet: Fleet) -> Report:
         reported = f"{mass.value:+.2f}±{mass.sigma:.2g}"
         of_arms.append((arm.name, f"{len(arm.days)}", arm.days[-1], f"{arm.told[-1]:g}", reported, *drift))
     headings = ("arm", "nights", "last", "set [kg]", "minus set [kg]", "friction z", "gain z", "payload z")
-    for kind, name, text in _DRAWN:
-        caption = (
-            f"{text}: a line an arm, a panel a quantity, day by day, less the median of the nights before the "
-            "last. The band is what varies anyway (2 sigma); orange is a change."
-        )
-        for k, start in enumerate(range(0, len(arms), _ARMS), 1):
-            drawings.append(Drawing(f"{name}_{k}", caption, partial(_multiples, arms[start : start + _ARMS], kind)))
     sections = [
         Section("arms", "Every arm", [Table("All arms, the largest drift first", headings, of_arms)]),
-        Section("multiples", "Day by day", [OnPage(lambda: [Text(_WORDS), *drawings])]),
+        Section("multiples", "Day by day", [OnPage(partial(_multiples, arms))]),
         *_refused(refused),
     ]
     nights, last = sum(len(arm.days) for arm in arms), max(arm.days[-1] for arm in arms)
@@ -330,29 +327,38 @@ def fleet_report(fleet: Fleet) -> Report:
     return Report("The fleet", first, sections, "a line an arm", subtitle)
 
 
-def _multiples(arms: Sequence[Arm], kind: str) -> Figure:
-    rows = {arm.name: [line for line in arm.series if line.quantity.startswith(kind)] for arm in arms}
-    columns = max(map(len, rows.values()))
-    size = (0.5 + 0.08 * max(map(len, rows)) + 1.05 * columns, 0.55 + 0.48 * len(arms))
-    figure, axes = panels(size, len(arms), columns, framed=True, sharex=True, sharey="col")
-    for line, (arm, row) in zip(axes, rows.items(), strict=True):
-        for axis, series in zip(line, row, strict=False):
-            drift: Drift = series.working
-            unit = 100.0 if drift.relative else 1.0
-            values, band = unit * drift.changes, 2.0 * unit * drift.spread
-            dates = [datetime.fromisoformat(day).replace(tzinfo=None) for day in drift.days]
-            days = [(date - datetime(2000, 1, 1)) / timedelta(days=1) for date in dates]
-            axis.axhspan(-band, band, color="0.92", linewidth=0)
-            axis.plot(days, values, color=GREY, linewidth=0.6)
-            axis.plot(days, values, ".", color=BLUE, markersize=2)
-            if farness(series) > CHANGED:
-                axis.plot(days[-1:], values[-1:], "s", color=ORANGE, markersize=2.5)
-            axis.set(xticks=[], yticks=[])
-            axis.spines[:].set_visible(False)
-        line[0].set_ylabel(arm, rotation=0, ha="right", va="center", fontsize=8)
-    for axis, series in zip(axes[0], rows[arms[0].name], strict=False):
-        axis.set_title(series.quantity, fontsize=8)
-    return figure
+def _multiples(arms: Sequence[Arm]) -> list[Block]:
+    """Small multiples of each quantity that is drawn, of some arms a figure."""
+    blocks: list[Block] = [Text(_WORDS)]
+    for (kind, name, text), start in product(_DRAWN, range(0, len(arms), _ARMS)):
+        some = arms[start : start + _ARMS]
+        rows = [[line for line in arm.series if line.quantity.startswith(kind)] for arm in some]
+        columns = max(map(len, rows))
+        size = (0.5 + 0.08 * max(len(arm.name) for arm in some) + 1.05 * columns, 0.55 + 0.48 * len(some))
+        figure, axes = panels(size, len(some), columns, framed=True, sharex=True, sharey="col")
+        for line, arm, row in zip(axes, some, rows, strict=True):
+            for axis, series in zip(line, row, strict=False):
+                drift: Drift = series.working
+                unit = 100.0 if drift.relative else 1.0
+                values, band = unit * drift.changes, 2.0 * unit * drift.spread
+                dates = [datetime.fromisoformat(day).replace(tzinfo=None) for day in drift.days]
+                days = [(date - datetime(2000, 1, 1)) / timedelta(days=1) for date in dates]
+                axis.axhspan(-band, band, color="0.92", linewidth=0)
+                axis.plot(days, values, color=GREY, linewidth=0.6)
+                axis.plot(days, values, ".", color=BLUE, markersize=2)
+                if farness(series) > CHANGED:
+                    axis.plot(days[-1:], values[-1:], "s", color=ORANGE, markersize=2.5)
+                axis.set(xticks=[], yticks=[])
+                axis.spines[:].set_visible(False)
+            line[0].set_ylabel(arm.name, rotation=0, ha="right", va="center", fontsize=8)
+        for axis, series in zip(axes[0], rows[0], strict=False):
+            axis.set_title(series.quantity, fontsize=8)
+        caption = (
+            f"{text}: a line an arm, a panel a quantity, day by day, less the median of the nights before the "
+            "last. The band is what varies anyway (2 sigma); orange is a change."
+        )
+        blocks.append(Drawing(f"{name}_{start // _ARMS + 1}", caption, figure))
+    return blocks
 
 
 def compared_report(compared: Compared) -> Report:

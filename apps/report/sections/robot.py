@@ -19,8 +19,8 @@ from ....model.friction import term_names
 from ....model.robot import SOURCED
 from ...numbers import joined, percent, with_sigma
 from ...rollout import CONSTANT, GROWTH_TIME, IDENTIFIED
-from ..blocks import Block, Drawing, Notes, Report, Section, Table, Text
-from ..figures import BLUE, GREY, ORANGE, Figure, log_scale, panels
+from ..blocks import Block, Drawing, Notes, OnPage, Report, Section, Table, Text
+from ..figures import BLUE, GREY, ORANGE, log_scale, panels
 from . import evidence
 
 _HEADINGS = ("joint", "kind", "alpha", "d", "theta", "r", "from", "to", "speed", "accel.", "torque")
@@ -137,7 +137,7 @@ def robot_report(result: RobotResult, document: str | None = None) -> Report:
         coulomb, viscous = friction.get(f"FS{j}", "-"), friction.get(f"FV{j}", "-")
         rows.append((f"joint {j}", *ratios, coulomb, unit, viscous, f"{unit}·s"))
     headings = ("", *residuals, "Coulomb friction", "unit", "viscous friction", "unit")
-    worst, torques = evidence.torques(made, lambda: made.held_out or made.recordings)
+    worst, *shown = evidence.explained(made, lambda: made.held_out or made.recordings)
     first = [
         Text(f"Verdict: {_BAD if verdict.reasons else _GOOD}", level="do_not_use" if verdict.reasons else "use"),
         *evidence.reason_blocks(verdict),
@@ -150,8 +150,7 @@ def robot_report(result: RobotResult, document: str | None = None) -> Report:
     sections = (
         robot_section(result),
         *([Section("rollout", "Predicted motion", predicted)] if rolled else []),
-        torques,
-        evidence.excitation_section(made),
+        *shown,
         evidence.essential_section(result.elimination or None, result.title),
     )
     robust = estimate.robust
@@ -251,7 +250,7 @@ def gains_report(gains: GainsResult, document: str | None = None) -> Report:
         (str(j), f"{value:.3f}", f"{value * ratio:.2g}", f"{100 * ratio:.2g}", f"{100 * left:.1f}", word)
         for j, (value, ratio, left, word) in enumerate(parts, start=1)
     ]
-    worst, torques = evidence.torques(made)
+    worst, torques, _ = evidence.explained(made)
     first = [
         Text(f"Verdict: {'use every gain' if level == 'use' else evidence.VERDICTS[level]}.", level=level),
         Table(f"Drive gains of {gains.robot}", ("motor", "N·m/A", "sigma", "%", "residual %", "rests on"), rows),
@@ -316,7 +315,7 @@ def _rolled(rollout: Rollout, number: int) -> tuple[str, list[Block]]:
     replay = f"replayed, torques {replayed:.2g} % off."
     line = f"Motion of {name}: {ours} {unit} off after {last.seconds:g} s (constant speed {constant}); {replay}"
 
-    def draw() -> Figure:
+    def draw() -> list[Block]:
         figure, ((axis,),) = panels((5.8, 3.2))
         for by, (colour, style) in zip(errors.by, _STYLES, strict=False):
             spreads = (errors.spreads(seconds, not moving)[by] for seconds in errors.times)
@@ -326,7 +325,11 @@ def _rolled(rollout: Rollout, number: int) -> tuple[str, list[Block]]:
         log_scale(axis)
         axis.set(xlabel="time after the start [s]", ylabel=f"error [{unit}]")
         axis.legend(fontsize=9, frameon=False)
-        return figure
+        caption = (
+            f"Distance of predicted from measured motion on {rollout.source}, root mean square over the joints: "
+            "median of the starts, shaded up to 90 %."
+        )
+        return [Drawing(f"rollout_{number}", caption, figure)]
 
     headings = ("after", *(heading for by in errors.by for heading in (by, f"{by}, 90 %")))
     blocks: list[Block] = []
@@ -338,10 +341,6 @@ def _rolled(rollout: Rollout, number: int) -> tuple[str, list[Block]]:
             rows.append((f"{horizon.seconds:g} s", *cells))
         title = f"{name}: error [{unit}], median and 90 % of {starts} starts {how}"
         blocks += [Table(title, headings, rows)] if starts else []
-    caption = (
-        f"Distance of predicted from measured motion on {rollout.source}, root mean square over the joints: median "
-        "of the starts, shaded up to 90 %."
-    )
     joints = joined(100.0 * np.array(rollout.replay_joints), ".1f", " ")
     hides = ": open loop says nothing here, whatever the parameters; go by the replay" * (rollout.growth > _GROWS)
     grows = f"An error of the start grows {rollout.growth:.2g}-fold within {GROWTH_TIME:g} s{hides}."
@@ -352,4 +351,4 @@ def _rolled(rollout: Rollout, number: int) -> tuple[str, list[Block]]:
         grows if rollout.growth == rollout.growth else "",
         diverged if rollout.diverged else "",
     )
-    return line, [*blocks, Drawing(f"rollout_{number}", caption, draw), Notes(told, optional=True)]
+    return line, [*blocks, OnPage(draw), Notes(told, optional=True)]

@@ -5,15 +5,15 @@ import shutil
 import subprocess
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from dynident.apps.logs.read import read_recording
 from dynident.apps.numbers import with_interval
-from dynident.apps.report.blocks import Notes, Report, Section, Table, Text
-from dynident.apps.report.figures import prediction_figures
-from dynident.apps.report.render import blocks_html, page_html
+from dynident.apps.report.blocks import Notes, Report, Section, Table, Text, blocks_html, page_html
+from dynident.apps.report.sections.evidence import explained
 from dynident.apps.report.sections.payload import controller_line, payload_report
 from dynident.apps.report.sections.robot import robot_report as robot_page
 from dynident.cli import main
@@ -178,8 +178,8 @@ def test_files_named_like_scripts_are_harmless() -> None:
     """In tables, captions, descriptions of figures, the command and the title."""
     files = (("with payload", EVIL, "0" * 64),)
     shown = Table("plain", ("", EVIL), [(EVIL, EVIL)])
-    drawings = prediction_figures(evil_prediction(), "torques_1")
-    section = Section("one", EVIL, [shown, Notes([EVIL]), *drawings])
+    worst, torques, _ = explained(SimpleNamespace(predictions=[evil_prediction()]))
+    section = Section("one", EVIL, [shown, Notes([EVIL]), worst, *torques.blocks])
     report = Report(EVIL, [Text(EVIL)], [section])
     text = page_html(report, f"dynident payload --loaded {EVIL}", files, {EVIL: EVIL})
     page = read(text)
