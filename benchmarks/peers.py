@@ -56,7 +56,7 @@ from dynident.model import (
 )
 from dynident.model.kernel.kernel import Kernel
 from dynident.model.motion import Measurement
-from dynident.model.regressors import _terms as regressor_terms
+from dynident.model.regressors import _expressions as regressor_terms
 
 CUTOFF, DECIMATE, ORDER = 100.0, 10, 4
 """FIGAROH's: Butterworth cut-off [Hz] and order, factor of decimation."""

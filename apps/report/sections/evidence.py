@@ -117,7 +117,7 @@ def explained(made: Any, used: Callable[[], Sequence[Recording]] = tuple) -> tup
     def draw(shown: TorquePrediction, row: Sequence[Axes], j: int) -> None:
         above, below, *lagged = row
         # Of long curves every so many points, with gaps where rows are missing.
-        every, left = shown.thinning(j), shown.residual(j)
+        every, left = -(-len(shown.t[j]) // _ROWS) or 1, shown.residual(j)
         own = np.array([shown.t[j], shown.measured[j], left, *(curve[j] for curve in shown.curves.values())])
         own = own[:, ::every]
         gaps = np.flatnonzero(np.diff(own[0]) > _GAP * every * shown.step) + 1
