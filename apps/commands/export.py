@@ -68,7 +68,7 @@ class _Export(Options):
         for option, held in (("tool_frame", "tool frame"), ("meters_per_unit", "units")):
             if held not in form.holds:  # it would be ignored
                 known = [name for name, other in controllers.FORMATS.items() if held in other.holds]
-                self.refuse(option, f"belongs to --to {', '.join(known)}, not to {form.name}")
+                self.refuse(option, f"belongs to --to {', '.join(known)}, not to {self.to}")
         load = read_load(self.payload, self.method, self.despite_verdict)
         if load.against and not self.despite_verdict:
             return withheld("written", f"{load.against}; --despite-verdict writes it all the same")

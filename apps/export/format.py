@@ -41,7 +41,6 @@ class Format(Generic[T]):
     beside: Callable[[T], Mapping[str, str]] = lambda value: {}  # further files that belong to the text, by name
     replay: Callable[[T], "Plan"] | None = None  # what a controller makes of a motion's file, by its interpolation
     replayed: tuple[str, str] = ("", "")  # that in words, and advice where it does not keep a limit
-    name: str = ""
 
     def text(self, value: T) -> str:
         """The whole file."""
@@ -61,8 +60,7 @@ def plain(line: str) -> str:
 
 def formats(package: str, folders: Iterable[str], writer: str = "_write", **alike: Any) -> dict[str, Format[Any]]:
     """Formats by name, each ``writer`` of one file of a package (its ``__path__``); all have what is ``alike``."""
-    found = modules(package, folders).items()
-    return {name: replace(getattr(module, writer), name=name, **alike) for name, module in found}
+    return {name: replace(getattr(module, writer), **alike) for name, module in modules(package, folders).items()}
 
 
 def element(tag: str, values: Mapping[str, str] | None = None, *inside: "Element[Any] | str") -> Element:

@@ -32,6 +32,7 @@ KNOWN = ("arm", "day", "payload")
 """Facts that may be known of a log: the arm's own name, ISO day or time, and kg that the controller was told."""
 _AGAIN = "run 'dynident fleet reduce' again, what is done is kept"
 _REMEDY = f"delete it and {_AGAIN}"
+_INDEX = "logs.parquet"  # table of the logs of a store, of those that were refused too
 _AHEAD = 3  # logs that wait for each worker
 _CLOCKS = (9.0e8, 4.1e9)  # s since 1970: 1998 to 2099
 _NIGHT = timedelta(days=2)
@@ -188,14 +189,9 @@ class Store:
         store = Store(Path(root))
         if not (store.root / "store.json").exists():
             raise InputError(f"{root}: no store: give the --store of 'dynident fleet reduce'")
-        if not store.index.exists():
+        if not (store.root / _INDEX).exists():
             raise InputError(f"{root}: reduced in part: {_AGAIN}")
         return store
-
-    @property
-    def index(self) -> Path:
-        """Table of the logs, of those that were refused too."""
-        return self.root / "logs.parquet"
 
     def path(self, key: str) -> Path:
         """Place of a recording's equations."""
@@ -203,16 +199,17 @@ class Store:
 
     def logs(self) -> tuple[Log, ...]:
         """The logs, by name, with a ``reason`` where refused; none as long as the store was never finished."""
-        if not self.index.exists():
+        index = self.root / _INDEX
+        if not index.exists():
             return ()
-        with naming(self.index, _REMEDY):
-            return convert(parquet_rows(self.index, _REMEDY), tuple[Log, ...])
+        with naming(index, _REMEDY):
+            return convert(parquet_rows(index, _REMEDY), tuple[Log, ...])
 
     def finish(self, logs: Iterable[Log]) -> None:
         """Write what is in it, and what was refused, and why."""
         ordered = sorted(logs, key=lambda log: log.file)
         columns = {name: [getattr(log, name) for log in ordered] for name in Log.__struct_fields__}
-        write_bytes(self.index, parquet_bytes(columns))
+        write_bytes(self.root / _INDEX, parquet_bytes(columns))
 
     def read(self, key: str) -> Stored:
         """Read a recording's equations."""

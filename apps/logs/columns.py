@@ -318,8 +318,7 @@ def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]
 def check_missing(raw: RawLog, columns: Sequence[str]) -> None:
     """Refuse a log without some columns."""
     if missing := [name for name in columns if name not in raw.names]:
-        free = [name for name in raw.names if name not in columns]
-        close = difflib.get_close_matches(missing[0], free, 1, 0.75)
+        close = difflib.get_close_matches(missing[0], [name for name in raw.names if name not in columns], 1, 0.75)
         hint = f" (is it {close[0]!r}?)" if close else ""
         names = f"s {', '.join(missing)} are" if missing[1:] else f" {missing[0]} is"
         advice = "record them, map your column names in a --log-map, or give the --robot that has these joints"
@@ -331,8 +330,7 @@ def in_a_row(names: Sequence[str]) -> str:
     runs: list[list[str]] = []
     for name in names:
         stem = name.rstrip("0123456789")
-        before = f"{stem}{int(name[len(stem) :] or 0) - 1}"
-        if not runs or runs[-1][-1] != before:
+        if not runs or runs[-1][-1] != f"{stem}{int(name[len(stem) :] or 0) - 1}":
             runs.append([])
         runs[-1].append(name)
     words = [f"{run[0]} .. {run[-1]}" if len(run) > 2 else ", ".join(run) for run in runs]

@@ -138,8 +138,7 @@ class Gears(Table, frozen=True):
             motor, joint = coupling.motor, coupling.joint
             if not (1 <= motor <= n and 1 <= joint <= n) or motor == joint:
                 raise WrongKeyError(f"coupling[{number}]", f"motor {motor} and joint {joint} are no two of {n}")
-            ratio = self.gear_ratios[motor - 1] if coupling.ratio is None else coupling.ratio
-            matrix[motor - 1, joint - 1] = ratio
+            matrix[motor - 1, joint - 1] = self.gear_ratios[motor - 1] if coupling.ratio is None else coupling.ratio
         return matrix
 
 

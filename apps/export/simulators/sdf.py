@@ -56,8 +56,7 @@ def _write(whole: WholeRobot) -> Element:
         model.append(element("joint", {"name": each.name, "type": kind}, *parts))
     flange, pose_of_flange = flange_of(whole.robot)
     if flange not in whole.link_names:
-        attached = {"name": flange, "attached_to": whole.link_names[-1]}
-        model.append(element("frame", attached, _pose(pose_of_flange)))
+        model.append(element("frame", {"name": flange, "attached_to": whole.link_names[-1]}, _pose(pose_of_flange)))
     return element("sdf", {"version": "1.9", "xmlns:drake": "drake.mit.edu", "xmlns:dynident": DYNIDENT}, model)
 
 
