@@ -12,7 +12,6 @@ from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from difflib import get_close_matches
 from functools import partial
-from itertools import repeat
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NewType, Self, TypeVar, Union, get_args, get_origin
@@ -194,7 +193,7 @@ def at(key: str) -> Iterator[None]:
     try:
         yield
     except WrongKeyError as fault:
-        raise WrongKeyError(f"{key}.{fault.key}".replace(".[", "["), fault.problem) from None
+        raise WrongKeyError(f"{key}.{fault.key}", fault.problem) from None
     except ValueError as error:
         raise WrongKeyError(key, str(error)) from None
 
@@ -257,45 +256,12 @@ def read_text(path: str | Path, largest: int = 200_000_000) -> str:
     raise InputError(f"{path}: {fault}")
 
 
-def convert(data: Any, kind: type[_Kind], advice: str = "") -> _Kind:
-    """Convert plain values to a table of its kind; ``advice`` says what would do where the kind does not tell."""
+def convert(data: Any, kind: type[_Kind]) -> _Kind:
+    """Convert plain values to a table of its kind."""
     try:
         return msgspec.convert(data, kind, dec_hook=_array)
     except msgspec.ValidationError as error:
-        text, cause = str(error).partition(" - at `$")[0], error.__cause__
-    # The part that is wrong, converted by itself, names its key, which msgspec does not always tell.
-    one: Any = chosen(kind, data)
-    if isinstance(data, dict) and hasattr(one, "__struct_fields__"):
-        known, config = (
-            {field.encode_name: field.type for field in msgspec.structs.fields(one)},
-            one.__struct_config__,
-        )
-        for name, value in data.items():
-            if name in known:
-                with at(name):
-                    convert(value, known[name], one.advice.get(name, ""))
-            elif name != config.tag_field:
-                raise WrongKeyError(name, one.advice.get(name) or unknown(known, name))
-            elif value != config.tag:
-                raise WrongKeyError(name, f"{shown(value)} is not a kind of table known here")
-        if missing := re.search(r"required field `(.*)`", text):
-            name = missing[1]  # a tag is no field
-            raise WrongKeyError(
-                name, f"missing: {one.advice.get(name) or 'must be ' + words(known.get(name, str))}"
-            )
-    elif isinstance(data, dict) and get_origin(one) is dict:
-        for name, value in data.items():
-            with at(name):
-                convert(value, get_args(one)[1])
-    elif isinstance(data, list) and get_origin(one) is tuple:
-        first, *others = get_args(one)
-        kinds = repeat(first) if others == [...] else (first, *others)
-        for number, (value, part) in enumerate(zip(data, kinds, strict=False), start=1):
-            with at(f"[{number}]"):
-                convert(value, part)
-    if isinstance(cause, WrongKeyError):
-        raise cause
-    raise ValueError(text if cause else f"{advice or 'must be ' + words(one)}, got {shown(data)}")
+        raise _fault(error, data, kind) from None
 
 
 def write_json(path: str | Path, document: Any) -> None:
@@ -339,6 +305,39 @@ def _array(kind: Any, values: Any) -> Any:
     return array
 
 
+def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
+    """Name the key that an error of msgspec speaks of, and what would do there."""
+    text, _, path = str(error).partition(" - at `$")
+    key, advice, cause = "", "", error.__cause__
+    for name, index in re.findall(r"\.([^.\[`]+)|\[(\d+|\.\.\.)\]", path):
+        kind = chosen(kind, data)
+        if index.isdigit():
+            kinds, position = get_args(kind), int(index)
+            kind, data, advice = kinds[0] if kinds[-1] is ... else kinds[position], data[position], ""
+            key += f"[{position + 1}]"
+            continue
+        if index:  # msgspec does not say which key of a mapping it is
+            for name, value in data.items():
+                with at(f"{key}.{name}"[1:]):
+                    convert(value, get_args(kind)[1])
+        elif name not in _fields(kind):  # the tag that says which of several tables it is
+            return WrongKeyError(f"{key}.{name}"[1:], f"{shown(data.get(name))} is not a kind of table known here")
+        else:
+            advice, kind = kind.advice.get(name, ""), _fields(kind)[name]
+        key, data = f"{key}.{name}", data[name]
+    if isinstance(cause, WrongKeyError):
+        return WrongKeyError(f"{key}.{cause.key}"[1:], cause.problem)
+    if field := re.search(r"(required|unknown) field `(.*)`", text):
+        table, name = chosen(kind, data), field[2]
+        advised, known = table.advice.get(name), _fields(table)
+        missing = f"missing: {advised or 'must be ' + words(known.get(name, str))}"  # a tag is no field
+        problem = missing if field[1] == "required" else advised or unknown(known, name)
+        return WrongKeyError(f"{key}.{name}"[1:], problem)
+    problem = advice or f"must be {words(kind)}"
+    problem = text if cause else f"{problem}, got {shown(data)}"
+    return WrongKeyError(key[1:], problem) if key else ValueError(problem)
+
+
 def unknown(known: Collection[str], key: str) -> str:
     """Say that a key is none of those known, and which of them may be meant."""
     near = get_close_matches(key, known, 1)
@@ -346,6 +345,10 @@ def unknown(known: Collection[str], key: str) -> str:
     hint = f": did you mean {near[0]!r}{in_unit}?" if near else ""
     listed = f"{'' if near else ';'} known here: {', '.join(sorted(known))}" if len(known) < _MANY else ""
     return f"unknown{hint}{listed}"
+
+
+def _fields(table: type[Table]) -> dict[str, Any]:
+    return {field.encode_name: field.type for field in msgspec.structs.fields(table)}
 
 
 def chosen(kind: Any, data: Any) -> Any:

@@ -16,6 +16,7 @@ from dynident.model.kernel.cache import CompilerUnavailable, compiled_library
 from dynident.model.kernel.kernel import Kernel
 from dynident.tests.frozen.inputs import folder_of_inputs
 from hypothesis import settings
+from matplotlib.figure import Figure
 
 gc.set_threshold(100_000, 20, 20)
 """Thousands of tests live as long as the run: to look through them for waste takes a twentieth of it."""
@@ -75,9 +76,11 @@ FEW_STEPS = ("commands", "report")
 MANY_STEPS = ("simulate", "demo", "rollout")
 """Commands of thousands of steps, for which a compiler pays."""
 UNCOMPILED = (
+    "test_at_rest.py",
     "test_design.py",
-    "test_gains.py",
     "test_effects.py",
+    "test_gains.py",
+    "test_gallery.py",
     "test_safe_runs.py",
 )
 """Files whose tests take every shipped robot through much; further ones without a compiler, which takes longer."""
@@ -136,13 +139,18 @@ def _kernels_of_one_kind(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Kernels made without a compiler are not kept for tests that have one: their last digits differ."""
     yield
     if os.environ.get("DYNIDENT_NO_COMPILER"):
-        from dynident.estimation.equations import observer
-        from dynident.trajectories import simulation
-        from dynident.trajectories.design import goal, limits, scene
+        forget_kernels()
 
-        trajectory_code = goal.regressor_kernel, limits._kernel, scene._kernel, simulation._torque_code
-        for cached in (*trajectory_code, observer.equation_code):
-            cached.cache_clear()
+
+def forget_kernels() -> None:
+    """Whatever is evaluated next is compiled, or not, as the environment then says."""
+    from dynident.estimation.equations import observer
+    from dynident.trajectories import simulation
+    from dynident.trajectories.design import goal, limits, scene
+
+    trajectory_code = goal.regressor_kernel, limits._kernel, scene._kernel, simulation._torque_code
+    for cached in (*trajectory_code, observer.equation_code):
+        cached.cache_clear()
 
 
 @pytest.fixture(autouse=True)
@@ -153,6 +161,13 @@ def _without_compiler(request: pytest.FixtureRequest, root: Path, monkeypatch: p
     few = folder in FEW_STEPS and not many
     if few or (request.path.name in UNCOMPILED and _is_about(further, request.node)):
         monkeypatch.setenv("DYNIDENT_NO_COMPILER", "1")
+
+
+@pytest.fixture
+def drawn_empty(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures are made, but written empty: to write them takes most of a page's time."""
+    empty = property(lambda own: own.draw() and Figure(figsize=(1.0, 1.0)))
+    monkeypatch.setattr("dynident.apps.report.blocks.Drawing.figure", empty)
 
 
 @pytest.fixture(scope="session")

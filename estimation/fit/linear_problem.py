@@ -56,8 +56,9 @@ def left_out(
     factors = [w * factor[:, indices] for w, factor in zip(weights, equations.factors, strict=True)]
     root, *whole = solved(np.vstack(factors), count)
     parts = [np.vstack([w * own for w, own in zip(weights, block.factors, strict=True)]) for block in blocks]
-    most = max(map(len, parts))
-    rows = np.array([np.pad(part[:, indices], ((0, most - len(part)), (0, 0))) for part in parts])
+    rows = np.zeros((len(parts), max(map(len, parts)), len(indices)))
+    for own, part in zip(rows, parts, strict=True):
+        own[: len(part)] = part[:, indices]
     # The whole one downdated.
     Q, errors = rows[:, :, :c] @ root, rows[:, :, c:] - rows[:, :, :c] @ whole[0]
     back = Q.transpose(0, 2, 1)

@@ -10,17 +10,11 @@ from typing import Any
 
 import pytest
 from cyclopts import Token
-from dynident.apps.report.blocks import Drawing
 from dynident.tests.commands.lines import BRIEF, LINES, NEAR, NOISE, REST, SCORE, WHOLE
 from dynident.tests.commands.typed import options, refused, typed
 from dynident.tests.frozen.inputs import NAMES, arguments
-from matplotlib.figure import Figure
 
-ROBOT = {
-    "--robot": "--robot tx40",
-    "chain": "chain=link_1:link_2",
-    "--mount": "--mount wall",
-}
+ROBOT = {"--robot": "--robot tx40", "chain": "chain=link_1:link_2", "--mount": "--mount wall"}
 STAND_IN = {"--arm-mass": "--arm-mass 20"}
 LOGS = {
     "--log-map": "--log-map turned.toml",
@@ -337,13 +331,10 @@ def differing(folder: Path, name: str, entry: str, bases: dict[str, dict[str, by
 
 
 @pytest.mark.long
-@pytest.mark.usefixtures("hasty")
+@pytest.mark.usefixtures("hasty", "drawn_empty")
 @pytest.mark.parametrize("name", OPTIONS)
-def test_every_option_changes_something_or_is_refused(
-    name: str, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Figures are empty: each shows what stands in numbers beside it, and half of the time went into them."""
-    monkeypatch.setattr(Drawing, "figure", property(lambda _: Figure(figsize=(1.0, 1.0))))
+def test_every_option_changes_something_or_is_refused(name: str, folder: Path) -> None:
+    """Figures are empty: each shows what stands in numbers beside it."""
     line = f"{name} {LINES[name]}"
     bases = {LINES[name]: outcome(folder, line)}
     assert outcome(folder, line) == bases[LINES[name]], "a line gives the same twice"

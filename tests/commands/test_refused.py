@@ -90,9 +90,7 @@ LINES = {
         # The reduction would refuse the joint that stands still: it was not reached.
         "still.csv --gain-sigma 1%,2%": "2 uncertainties of drive gains for 6 joints",
     },
-    f"weigh {RX90} {PAIR}": {
-        "--inertia ball:3": "box:60x60x350",
-    },
+    f"weigh {RX90} {PAIR}": {"--inertia ball:3": "box:60x60x350"},
     f"gains --robot ur10e {PAIR}": {
         "--mass -1": "a mass above 0 kg",
         "--payload none.toml": "none.toml: no such file",
@@ -104,10 +102,7 @@ LINES = {
         "--joints a,a,b,c,d,e": "error: --joints: a joint is named twice",
     },
     "check bare.csv": {"--mount wall": "--mount has no effect without --robot"},
-    f"near {RX90}": {
-        "--pose=0,0,90,0,45,0": "give --joints",
-        "--joints 2,3": "give --pose",
-    },
+    f"near {RX90}": {"--pose=0,0,90,0,45,0": "give --joints", "--joints 2,3": "give --pose"},
     NEAR: {
         "--range=-3": "one positive number",
         "--bound": "Unknown option: --bound",
@@ -201,10 +196,7 @@ LINES = {
         "--sag 4": "give --payload, and --controller proportional or gravity",
         "--trajectory bare.csv --trajectory bare.csv": "two files are called 'bare'",
     },
-    "demo": {
-        "--trajectories 0": "--trajectories",
-        "--seed -1": "--seed",
-    },
+    "demo": {"--trajectories 0": "--trajectories", "--seed -1": "--seed"},
     ARM: {"": "give --flange", "--flange 0,0,0,x,1:1:0": "two directions at right angles"},
     NEW: {
         "--joint w,0,0,0": "--joint: 'w,0,0,0' is not AXIS,X,Y,Z",

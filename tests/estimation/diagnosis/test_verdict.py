@@ -9,13 +9,7 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.estimation.diagnosis import causes, checks, hypotheses, scales, verdict
-from dynident.estimation.diagnosis.checks import (
-    COM_FLOOR,
-    COM_SIGMA,
-    INERTIA_SIGMA,
-    MASS_SIGMA,
-    judged,
-)
+from dynident.estimation.diagnosis.checks import COM_FLOOR, COM_SIGMA, INERTIA_SIGMA, MASS_SIGMA, judged
 from dynident.estimation.diagnosis.engine import Effect
 from dynident.estimation.diagnosis.evidence import (
     KNOWN_WELL,
