@@ -43,7 +43,6 @@ def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize(
     "page", cases(RUN, lambda page: page.stem not in LONG), ids=[page.relative_to(ROOT).as_posix() for page in RUN]
 )
-@pytest.mark.usefixtures("drawn_empty")
 def test_page_does_what_it_says(
     page: Path, simulated_folders: dict[str, Path], store: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
