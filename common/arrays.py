@@ -45,15 +45,16 @@ _BY_STATE: Any = object.__reduce__
 _FEW = 3  # largest size of an array whose numbers are shown
 
 
-class _Short(Repr):
-    def repr_ndarray(self, array: Any, level: int) -> str:
-        if array.size <= _FEW and array.dtype.kind == "f":
-            return str(np.array2string(array, formatter={"float_kind": lambda x: f"{x:.5g}"}, separator=", "))
-        return f"<{' x '.join(map(str, array.shape))}>"
+def _short_array(array: Any, level: int) -> str:
+    if array.size <= _FEW and array.dtype.kind == "f":
+        return str(np.array2string(array, formatter={"float_kind": lambda x: f"{x:.5g}"}, separator=", "))
+    return f"<{' x '.join(map(str, array.shape))}>"
 
 
-_SHORT = _Short()
-vars(_SHORT).update(maxlevel=2, maxtuple=4, maxlist=4, maxdict=3, maxstring=60, maxother=60)
+_SHORT = Repr()
+vars(_SHORT).update(
+    repr_ndarray=_short_array, maxlevel=2, maxtuple=4, maxlist=4, maxdict=3, maxstring=60, maxother=60
+)
 
 
 class Brief:

@@ -114,7 +114,7 @@ class PayloadAnswer(Speaks, Brief):
             }
         else:  # quantity by quantity, as far as the verdict on all allows; the residual is the payload's
             every = zip(evidence.judged.values(), uses, strict=True)
-            uses = [most if own.use == "use" else (own.use, own.why) for own, most in every]
+            uses = [most if own[0] == "use" else own for own, most in every]
             unexplained, held = free.unexplained(problem.torque_rms), problem.held
             standing = problem.standing if isinstance(problem, StaticMotion) else None
             # At rest inertia's columns are zero.

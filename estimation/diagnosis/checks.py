@@ -49,7 +49,7 @@ OTHER_WAY = 0.05  # relative difference of a weighing's mass by another way that
 CONDITION = 500.0
 """Condition number with columns scaled above which small errors spoil the answer; good motions have 10."""
 _MOMENTS = "XX", "YY", "ZZ"
-STILL = Judged("not visible", "standing still does not excite it")  # use of an inertia by a weighing at rest
+STILL: Judged = "not visible", "standing still does not excite it"  # use of an inertia by a weighing at rest
 SWINGS, CLEAR, MATTERS = 3.0, 5.0, 0.02
 """Oscillation of the loaded torque at rest over that without payload, over the median of other frequencies, and
 over the payload's largest torque, above which the payload swings."""
@@ -85,17 +85,17 @@ def judged(ten: Array, moments: Array, spread: PayloadSpread, from_scale: bool =
         "farther, or weigh the payload",
         "inertia": f"is {wide} (limit {100 * INERTIA_SIGMA:.0f} %); move the wrist faster, or record longer",
     }
-    answer = {
-        quantity: Judged("use") if enough else Judged("not measured well enough", f"1 sigma {text}")
+    answer: dict[str, Judged] = {
+        quantity: ("use", "") if enough else ("not measured well enough", f"1 sigma {text}")
         for (quantity, text), enough in zip(
             vague.items(), (parts[0] <= MASS_SIGMA, sigma <= allowed, not wide), strict=True
         )
     }
     for quantity, names, sigmas in (("centre of mass", "xyz", spread.com), ("inertia", _MOMENTS, spread.moments)):
         if hidden := [name for name, s in zip(names, sigmas, strict=True) if not np.isfinite(s)]:
-            answer[quantity] = Judged("not visible", f"these joints do not show {', '.join(hidden)}")
+            answer[quantity] = "not visible", f"these joints do not show {', '.join(hidden)}"
     if from_scale:
-        answer["mass"] = Judged("weighed", "the torques of these joints do not show it")
+        answer["mass"] = "weighed", "the torques of these joints do not show it"
     return answer
 
 
@@ -242,10 +242,10 @@ def measured(evidence: Evidence) -> Iterator[Finding]:
     Sigma of the mass over {MASS_SIGMA:.0%}, of the centre of mass over {COM_FLOOR:g} m and over {COM_SIGMA:g} of
     the payload's own size: do not use; of a moment at the centre of mass over {INERTIA_SIGMA:.0%}: not the inertia.
     """
-    for quantity, judged in evidence.judged.items():
-        if judged.use not in ("use", "weighed"):
+    for quantity, (use, why) in evidence.judged.items():
+        if use not in ("use", "weighed"):
             against = warning if quantity == "inertia" else error
-            yield against(f"the {quantity} is {judged.use}: {judged.why}", quantity)
+            yield against(f"the {quantity} is {use}: {why}", quantity)
 
 
 def methods_apart(evidence: Evidence) -> Iterator[Finding]:

@@ -65,16 +65,10 @@ class Verdict(Worked, frozen=True, dict=True, omit_defaults=True):
 
 Use = Literal["use", "not measured well enough", "not visible", "weighed", "assumed"]
 """Use of a quantity; ``weighed``: not by torques, by a scale."""
+Judged = tuple[Use, str]  # use of one quantity, and why; empty where it may be used without more
 KNOWN_WELL = 0.05  # relative standard deviation up to which a drive gain counts as identified
 UNFREED = "friction not freed"
 """Name of the way to the mass that may differ: with the friction of the motion without payload."""
-
-
-class Judged(NamedTuple):
-    """Use of one quantity, and why; empty where it may be used without more."""
-
-    use: Use
-    why: str = ""
 
 
 class Agreement(Document, frozen=True, eq=False):

@@ -125,7 +125,7 @@ def test_few_blocks_count(record: Record, simulator: Simulator) -> None:
     assert judged_by.com == pytest.approx(wider * answer.spread.com, rel=1e-5)
     assert judged_by.inertia_com == pytest.approx(wider * answer.spread.inertia_com, rel=1e-5)
     assert judged_by.mass == pytest.approx(min(wider * answer.spread.mass, (high - low) / 2.0 / 1.95996), rel=1e-5)
-    assert answer.evidence.judged["mass"].use == "not measured well enough"
+    assert answer.evidence.judged["mass"][0] == "not measured well enough"
     assert answer.verdict.level == "do_not_use"
 
 
@@ -317,7 +317,7 @@ def test_ripple_that_comes_with_the_payload_is_found(record: Record, simulator: 
 def test_with_a_scale_the_wrist_alone_will_do(record: Record, simulator: Simulator) -> None:
     rules = (PossibleBody(), KnownMass(7.02, 0.02))
     answer = weighed(simulator.robot, record((4, 5, 6)), constraints=rules)
-    assert answer.evidence.judged["mass"].use == "weighed"
+    assert answer.evidence.judged["mass"][0] == "weighed"
     assert answer.mass == pytest.approx(7.02, abs=1e-3)
     assert not answer.result.best_free.weighed
     assert all(group.mass is None for group in answer.evidence.by_joints.masses)
@@ -360,7 +360,7 @@ def test_a_stand_in_fills_what_is_missing_only(record: Record, simulator: Simula
     heavy = InertialParameters.from_com(20.0, [0.0, 0.0, 0.1], np.eye(3))
     measured = weighed(simulator.robot, record((2, 3, 5, 6), load=heavy)).result
     assert measured.assuming(body) is measured
-    assert measured.working.evidence.judged["inertia"].use == "use"
+    assert measured.working.evidence.judged["inertia"][0] == "use"
 
 
 SETTINGS = Processing(100.0, 10.0, 4)

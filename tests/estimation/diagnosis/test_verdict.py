@@ -17,7 +17,6 @@ from dynident.estimation.diagnosis.evidence import (
     Alternative,
     Evidence,
     Finding,
-    Judged,
     NominalGravity,
     Weighed,
     error,
@@ -131,7 +130,7 @@ def spread_of(mass: float) -> PayloadSpread:
 
 def of_weighing(*constrained: ConstrainedPayload, by_joints: ByJoints | None = None, **changed: Any) -> Evidence:
     """Evidence on a short weighing of 5 kg."""
-    used = changed.pop("judged", dict.fromkeys(("mass", "centre of mass", "inertia"), Judged("use")))
+    used = changed.pop("judged", dict.fromkeys(("mass", "centre of mass", "inertia"), ("use", "")))
     weighed, joints = Weighed(changed.pop("mass", 5.0), 0.01, False), by_joints or ByJoints((), ())
     more = {"unexplained": np.full(6, 0.1)} | changed
     return evidence_of(constrained=constrained, by_joints=joints, weighed=weighed, judged=used, **more)
@@ -670,9 +669,9 @@ def test_hidden_and_unknown_quantities() -> None:
     unknown = np.full(10, np.nan)
     for sigma, use in ((0.999 * COM_FLOOR, "use"), (1.001 * COM_FLOOR, "not measured well enough")):
         spread = PayloadSpread(0.01, np.full(3, sigma), np.eye(3))
-        assert judged(unknown, MOMENTS, spread)["centre of mass"].use == use
+        assert judged(unknown, MOMENTS, spread)["centre of mass"][0] == use
     hidden = judged(BODY.vector, MOMENTS, PayloadSpread(0.01, np.array([0.0, np.inf, 0.0]), np.eye(3)))
-    assert hidden["centre of mass"] == Judged("not visible", "these joints do not show y")
+    assert hidden["centre of mass"] == ("not visible", "these joints do not show y")
 
 
 def test_causes_are_looked_for_where_something_contradicts(monkeypatch: pytest.MonkeyPatch) -> None:
