@@ -63,11 +63,8 @@ class Reading(NamedTuple):
     @property
     def matrices(self) -> tuple[Array, Array, Array]:
         """Matrix M, turns t [rad] and matrix T of q = M q_log + t and tau = T tau_log, n x n and (n,)."""
-        M, turns = (
-            np.diag(self.sign) @ np.eye(len(self.sign))[list(self.order)],
-            np.array(self.quarters) * np.pi / 2,
-        )
-        T = np.diag(self.torque) @ M
+        M = np.diag(self.sign) @ np.eye(len(self.sign))[list(self.order)]
+        T, turns = np.diag(self.torque) @ M, np.array(self.quarters) * np.pi / 2
         for j in np.flatnonzero(self.along):
             M[j] += self.along[j] * M[j - 1]
             turns[j] += self.along[j] * turns[j - 1]

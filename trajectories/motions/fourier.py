@@ -177,13 +177,8 @@ class FreeSeries:
     """
 
     def __init__(self, shape: FourierShape | NearShape, bounds: JointBounds) -> None:
-        self.shape, self.bounds, self.harmonics, self.repeats, self.transfer = (
-            shape,
-            bounds,
-            shape.harmonics,
-            1,
-            0.0,
-        )
+        self.shape, self.bounds, self.harmonics = shape, bounds, shape.harmonics
+        self.repeats, self.transfer = 1, 0.0
         self.free_middle = isinstance(shape, FourierShape) and shape.start is None
         if isinstance(shape, NearShape):
             self.poses, self.moving, self.ranges = shape.poses, [joint - 1 for joint in shape.joints], shape.ranges

@@ -62,12 +62,8 @@ def _write(whole: WholeRobot) -> str:
         marks = [_schemas("PhysicsRigidBodyAPI", "PhysicsMassAPI")]
         marks += _custom_data(link.link, link.numbers | link.parameters)
         links += _prim(f'Xform "{_identifier(link.link)}"', inside, marks)
-        limits, turning, sliding = (
-            joint.limits,
-            ("Revolute", "angular", math.degrees(1.0)),
-            ("Prismatic", "linear", 1.0),
-        )
-        kind, axis, unit = turning if joint.revolute else sliding
+        limits, turning = joint.limits, ("Revolute", "angular", math.degrees(1.0))
+        kind, axis, unit = turning if joint.revolute else ("Prismatic", "linear", 1.0)
         lines = ['uniform token physics:axis = "Z"']
         for k, (end, place) in enumerate(((each.parent, each.frame), (link.link, each.own.inverse()))):
             lines += [

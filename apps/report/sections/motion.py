@@ -239,11 +239,8 @@ def _limits(title: str, score: Score) -> tuple[Text, Table, list[str], list[Tabl
         too_much = any(limit.name.startswith("torque") for limit in missed)
         start, worst = (holding_torques(problem, poses) for poses in (score.samples.q[:1], score.samples.q))
         ratios = worst / problem.bounds.torque
-        joint, half, centre = (
-            int(np.argmax(ratios)),
-            1e3 * payloads.half,
-            joined(1e3 * payloads.centre + 0.0, ".4g"),
-        )
+        joint, half = int(np.argmax(ratios)), 1e3 * payloads.half
+        centre = joined(1e3 * payloads.centre + 0.0, ".4g")
         region = f"in an ellipsoid of half axes {joined(half, '.4g')} mm"
         if payloads.region == "cube":
             region = f"in a box of half edges {joined(half, '.4g')} mm"

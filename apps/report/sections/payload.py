@@ -230,11 +230,8 @@ def flange_blocks(result: PayloadResult, payload: PossibleEstimate) -> list[Bloc
     """Three views to one scale, the uncertainty enlarged; the plate of a flange, the body of a known inertia."""
     from matplotlib import patches
 
-    com, ends, flange = (
-        1e3 * array(payload.com, 3),
-        1e3 * array(payload.com_interval95, 3, 2),
-        is_flange(result.frame),
-    )
+    com, ends = 1e3 * array(payload.com, 3), 1e3 * array(payload.com_interval95, 3, 2)
+    flange = is_flange(result.frame)
     points = [np.full(3, -1.25 * _PLATE), np.full(3, 1.25 * _PLATE), com - 12.0, com + 12.0]
     origin = "the flange, drawn as a plate of 63 mm (ISO 9409-1-50)" if flange else "the frame's origin"
     caption = f"Centre of mass seen along y, along x and along z, from {origin}, to scale."
