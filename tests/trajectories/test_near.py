@@ -17,6 +17,7 @@ from dynident.trajectories import (
     NearGoal,
     NearShape,
     build_design,
+    second_pose,
     solve_design,
 )
 
@@ -102,6 +103,12 @@ def test_the_prediction_is_the_scatter_of_least_squares(design: Solved) -> None:
     spread = NearGoal(NOISE, rate, BODY).predicted(robot, design.motion, (2, 3, 5, 6), sample_rate=rate)
     assert spread.mass == pytest.approx(mass, rel=0.15)
     assert spread.com == pytest.approx(com, rel=0.15)
+
+
+@pytest.mark.parametrize("joints", [(2,), (2, 3)])
+def test_without_a_joint_of_the_wrist_there_is_no_second_pose(joints: tuple[int, ...]) -> None:
+    near = asked(joints)
+    assert second_pose(near.robot, near.shape, near.goal, near.bounds) is None
 
 
 @pytest.mark.parametrize("mass_sigma", [None, 0.5])

@@ -188,8 +188,8 @@ def test_alone_as_in_lockstep(rx90: Robot) -> None:
     ]
     together = trajectories.run_experiment(rx90, runs, levels).runs
     for k, run in enumerate(together):
-        others = [runs[k] if j == k else runs[2] for j in range(k + 1)]  # friction is drawn by a run's number
-        alone = trajectories.run_experiment(rx90, others, levels).runs[k]
+        other = [trajectories.Task("", motion(rx90, 4))] * k  # before it, for friction is drawn by a run's number
+        alone = trajectories.run_experiment(rx90, [*other, runs[k]], levels).runs[k]
         assert np.array_equal(run.exact.torque, alone.exact.torque)
         assert np.array_equal(run.exact.motion.q, alone.exact.motion.q)
         assert np.array_equal(run.tracking_error, alone.tracking_error)

@@ -429,9 +429,10 @@ def second_pose(
     """Find a pose, wrist turned by 90 degrees, that tells clearly more on random motions; None without one."""
     bounds, n = bounds or JointBounds.of(robot), robot.n
     wrist = [j for j in range(max(n - 3, 0), n) if j + 1 in shape.joints and robot.joints[j].revolute]
-    steps = np.array([step for step in product((-1.0, 0.0, 1.0), repeat=len(wrist)) if any(step)])
+    steps = np.array([*product((-1.0, 0.0, 1.0), repeat=len(wrist))])
+    steps = steps[steps.any(axis=1)]
     pose, candidates = shape.poses[0], np.repeat(shape.poses[:1], len(steps), axis=0)
-    candidates[:, wrist] += _APART * steps.reshape(-1, len(wrist))
+    candidates[:, wrist] += _APART * steps
     candidates = candidates[((candidates > bounds.low) & (candidates < bounds.high)).all(axis=1)]
 
     def least(poses: Sequence[Array], looks: int) -> float:

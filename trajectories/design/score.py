@@ -156,8 +156,11 @@ def over_time(problem: DesignProblem, motion: Motion) -> tuple[Array, Array]:
     limits = *state_limits(problem.bounds), *problem.of_kind("torque")
     state, shape = problem.kernel.state(Samples.of(motion)), (len(motion.t), -1, problem.robot.n)
     rooms = [-excess(limit, limit.values(state)).reshape(shape) for limit in limits]
+    room = np.concatenate(rooms, axis=1).min(axis=1)
+    if len(motion.t) < 2:  # a pose teaches no motion's parameters
+        return room, np.zeros(len(motion.t))
     leverage = decomposed(problem.rows(state, problem.row_weights(state, True))).range ** 2
-    return np.concatenate(rooms, axis=1).min(axis=1), leverage.sum(axis=1).reshape(shape[2], -1).sum(axis=0)
+    return room, leverage.sum(axis=1).reshape(shape[2], -1).sum(axis=0)
 
 
 def load_torques(problem: DesignProblem, motion: Motion) -> dict[str, Array]:

@@ -120,12 +120,13 @@ def solve_design(
     starts = problem.criterion.usual_starts if starts is None else starts
     search = _Search(problem, np.random.default_rng(seed), progress, time.process_time())
     search.run(starts)
-    begun = search.starts
-    x, score, missed = kept_throughout(problem, search.found, score_of(problem, search.found))
+    begun, found = search.starts, search.found
+    x, score, missed = kept_throughout(problem, found, score_of(problem, found))
     if not search.interrupted and (further := harder(problem, missed)) is not None:
-        search = replace(search, problem=further, begin=search.found, best=None)
+        search = replace(search, problem=further, begin=found, best=None)
         search.run(1)
-        x, score, missed = kept_throughout(problem, search.found, score_of(problem, search.found))
+        found = search.found
+        x, score, missed = kept_throughout(problem, found, score_of(problem, found))
     cpu, stopped = time.process_time() - search.begun, search.interrupted or begun < starts
     plan, (run, rehearsal) = problem.family.plan(x), missed
     return Design(problem, plan, score, seed, begun, search.evaluations, cpu, stopped, run + rehearsal)
