@@ -12,6 +12,7 @@ from dynident.common.linear import condition_numbers
 from dynident.model import (
     INERTIAL,
     InertialParameters,
+    Motion,
     Robot,
     base_parameters,
     inverse_dynamics,
@@ -43,7 +44,7 @@ from dynident.trajectories import (
 from dynident.trajectories.design.descent import Lagrangian
 from dynident.trajectories.design.goal import CRITERIA, Kind, RegressorKernel, Shape, regressor_kernel
 from dynident.trajectories.design.scene import Capsule, HalfSpace
-from dynident.trajectories.design.score import score_of
+from dynident.trajectories.design.score import over_time, score_of
 from dynident.trajectories.design.search import floor_under
 from dynident.trajectories.motions.family import Samples
 
@@ -220,6 +221,12 @@ def test_condition_number_of_a_design_and_its_floor() -> None:
     floor = floor_under(design.problem, design.score.value, states=60, effort=1)
     assert 8.0 < np.exp(floor.value) < 11.0
     assert floor.gap == pytest.approx(design.score.value - floor.value)
+
+
+def test_a_pose_shows_its_room_and_teaches_nothing() -> None:
+    room, taught = over_time(problem("d", "fourier"), Motion(np.zeros(1), *np.zeros((3, 1, 6))))
+    assert ((room > 0.0) & (room < 1.0)).any()
+    assert taught == [0.0]
 
 
 @pytest.mark.parametrize("kind", ["d", "a"])
