@@ -106,10 +106,13 @@ class Spring:
         return np.asarray(self.law(q, np))
 
     def law(self, q: Any, lib: Any = ca) -> Any:
-        """Torque as an expression, or of arrays by NumPy; a table goes on linearly beyond its ends as the first."""
+        """Torque as an expression, or of arrays by NumPy; a table goes on linearly beyond its ends."""
         if self.table:
-            angles, torques = map(list, zip(*self.table, strict=True))
-            return ca.pw_lin(q, angles, torques) if lib is ca else np.interp(q, angles, torques)
+            angles, torques = np.array(self.table).T
+            if lib is ca:
+                return ca.pw_lin(q, angles.tolist(), torques.tolist())
+            k = np.clip(np.searchsorted(angles, q) - 1, 0, len(angles) - 2)
+            return torques[k] + (q - angles[k]) * (np.diff(torques) / np.diff(angles))[k]
         a, b = self.arms
         psi = q - self.zero
         stretched = lib.sqrt(a * a + b * b + 2.0 * a * b * lib.cos(psi))

@@ -13,7 +13,6 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.linalg import lapack
 from scipy.special import stdtrit
 
 from ...common import Array, Indices, InputError, Mask
@@ -277,10 +276,8 @@ class System:
         G, right, torque = self.joint_grams[:, :-1, :-1], self.joint_grams[:, :-1, -1], self.joint_grams[:, -1, -1]
         square, scales, tried = weights**2, np.ones(self.robot.n), list[tuple[float, SystemFit]]()
         prior = self.prior[: len(G[0]), : len(G[0])]
-        basis = np.eye(len(prior))
         for _ in range(_STEPS):
-            root = basis @ _root(basis.T @ (np.einsum("j,jab->ab", square * scales**2, G) + prior) @ basis)
-            basis = root[:, root.any(axis=0)]  # what the joints' columns show, whatever their scales
+            root = _root(np.einsum("j,jab->ab", square * scales**2, G) + prior)
             fit = SystemFit(self, weights, scales, root, root @ (root.T @ (square * scales @ right)))
             if not free_gains:
                 return fit
@@ -459,14 +456,6 @@ def _root(gram: Array, least: float = _RANK) -> Array:
     squares = np.diagonal(gram, axis1=-2, axis2=-1)
     # Columns of which nothing but rounding is left are taken out.
     size = np.sqrt(np.where(squares > _NOTHING * squares.max(axis=-1, initial=0.0, keepdims=True), squares, np.inf))
-    scaled = gram / (size[..., :, None] * size[..., None, :])
-    if gram.ndim == 2 and gram.size:  # in a third of the time, where every direction is surely determined
-        shown = scaled + np.diag(1.0 * np.isinf(size))
-        factor, fault = lapack.dpotrf(shown, lower=1)
-        if not fault:
-            inverse = lapack.dtrtri(factor, lower=1)[0]
-            if least * len(gram) * np.sum(inverse**2) < 1.0:  # its trace is more than one over its least eigenvalue
-                return np.asarray(inverse.T / size[:, None])
-    eigenvalues, V = np.linalg.eigh(scaled)
+    eigenvalues, V = np.linalg.eigh(gram / (size[..., :, None] * size[..., None, :]))
     size = size[..., :, None] * np.sqrt(np.maximum(eigenvalues, 1e-300))[..., None, :]
     return np.where((eigenvalues > least * eigenvalues[..., -1:])[..., None, :], V / size, 0.0)

@@ -252,7 +252,7 @@ def checked(factor: Array, columns: tuple[str, ...], rows: int, effective_rows: 
 
 def check_blocks(*counts: int) -> None:
     """Refuse so few blocks of time that none can be left out."""
-    if min(counts) < 2:
+    if min(counts, default=0) < 2:
         raise InputError("robust standard deviations need two blocks of time at least: record longer")
 
 

@@ -390,7 +390,7 @@ def difference_weighing(
     """
     processing, progress = settings.processing_of(robot), settings.progress
     robot = without_dead(robot, [*loaded, *unloaded])
-    check_recordings(robot, loaded, unloaded)
+    check_recordings(robot, *filter(None, (loaded, unloaded)))
     check_lengths([*loaded, *unloaded], processing)
     if len(unloaded) not in (1, len(loaded)):
         raise InputError(

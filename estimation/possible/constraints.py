@@ -235,7 +235,7 @@ class SolverError(RuntimeError):
     """
 
     def __init__(self, status: str, demands: Sequence[str] = ()) -> None:
-        super().__init__(status, demands)  # by which it is pickled
+        super().__init__(status, tuple(demands))  # by which it is pickled
         self.status, self.demands, self.explanation = status, tuple(demands), _MEANING.get(status, status)
 
     def __str__(self) -> str:

@@ -26,12 +26,6 @@ Sigma = Annotated[float, Meta(ge=0.0)]
 class Result(Speaks, Worked, frozen=True, kw_only=True, dict=True):
     """Answer to a whole question, its own document; ``working``: equations and estimates that it was made from."""
 
-    @property
-    def title(self) -> str:
-        """Title of the robot, or its name."""
-        result: Any = self
-        return result.robot_title or result.robot or ""
-
 
 class ProcessingDocument(Document, frozen=True):
     """Settings, so that a result can be repeated."""

@@ -399,6 +399,16 @@ class PayloadResult(parts.Result, frozen=True, kw_only=True, dict=True):
         return bool(self.joints)
 
     @property
+    def title(self) -> str:
+        """Title of the robot, or its name."""
+        return self.robot_title or self.robot or ""
+
+    @property
+    def settings(self) -> parts.ProcessingDocument:
+        """Settings of processing; none in a file that does not hold them."""
+        return present(self.processing) or parts.ProcessingDocument()
+
+    @property
     def free(self) -> tuple[FreeEstimate, ...]:
         """Free estimates of each method."""
         return tuple(estimate for estimate in self.estimates if isinstance(estimate, FreeEstimate))

@@ -236,6 +236,16 @@ class RobotResult(parts.Result, frozen=True, kw_only=True, dict=True):
         rows = zip(self.columns, self.base_parameters, strict=True)
         return tuple(name for name, row in rows if row.essential is True)
 
+    @property
+    def title(self) -> str:
+        """Title of the robot, or its name."""
+        return self.robot_title or self.robot
+
+    @property
+    def drive_gains(self) -> tuple[float, ...] | None:
+        """Torque per current [N·m/A] with which currents were read; None for torques."""
+        return present(self.processing.drive_gains) or None
+
     @cached_property
     def parameters(self) -> dict[str, Parameter]:
         """Base parameters by their names in tables: ``result.parameters["MX2R"].sigma``."""

@@ -24,7 +24,7 @@ from pathlib import Path
 # No -ffast-math: linked in, it would switch the whole process to flush-to-zero.
 _FLAGS = ("-O2", "-fPIC", "-shared", "-std=gnu11", "-w")
 # GCC's combining of more instructions takes up to half of its time on long straight code, and gains nothing there.
-_NATIVE = ("-march=native", "--param=max-combine-insns=2")
+_WAYS = (("-march=native", "--param=max-combine-insns=2"), ("-march=native",), ())  # the first it knows
 _PATIENCE = 20.0  # s
 _LATE = "to finish within "
 _SUFFIX = ".dll" if sys.platform == "win32" else ".so"
@@ -45,7 +45,7 @@ def compiled_library(source: str) -> ctypes.CDLL:
     compiler = _compiler(os.environ.get("CC", ""))
     state = compiler.stat()  # tells of another compiler without starting it
     identity = f"{compiler} {state.st_size} {state.st_mtime_ns}"
-    text = "\n".join((source, identity, " ".join((*_FLAGS, *_NATIVE)), _processor()))
+    text = "\n".join((source, identity, " ".join((*_FLAGS, *_WAYS[0])), _processor()))
     key = sha256(text.encode()).hexdigest()[:32]
     problem = OSError()
     # The second folder serves where the first one is full or does not allow code to be loaded.
@@ -104,7 +104,7 @@ def _compile(compiler: Path, identity: str, source: str, folder: Path, key: str)
         if identity not in _problems:
             # One that hangs or fails at anything is found out by one line of C.
             _problems[identity] = _asked(compiler, _FLAGS, "int answer(void) { return 0; }", str(made))
-        for flags in ((*_FLAGS, *_NATIVE), _FLAGS):
+        for flags in ((*_FLAGS, *way) for way in _WAYS):
             if _problems[identity]:
                 break
             problem = _asked(compiler, flags, source, str(made))
