@@ -12,8 +12,9 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
+from queue import Empty, Queue
 from typing import Any
 
 import numpy as np
@@ -178,24 +179,27 @@ def _connected(host: str, port: int, hint: str, silent: str) -> socket.socket:
 
     The system may look a name up for 30 s, where the name server is silent: a thread asks it.
     """
-    found = list[Any]()
+    address, found = f"{host}:{port}", Queue[Any]()
 
     def resolve() -> None:
-        with suppress(OSError, UnicodeError):  # who connects meets them again
-            found.append(socket.getaddrinfo(host, port, type=socket.SOCK_STREAM))
+        try:
+            found.put(socket.getaddrinfo(host, port, type=socket.SOCK_STREAM))
+        except (OSError, UnicodeError) as error:
+            found.put(error)
 
-    resolving = threading.Thread(target=resolve, name="resolving", daemon=True)
-    resolving.start()
-    resolving.join(_PATIENCE)
-    fault = f"the name {host} was not resolved within {_PATIENCE:g} s: give the address"
+    threading.Thread(target=resolve, name="resolving", daemon=True).start()
     try:
-        if not resolving.is_alive():  # each place is tried in its turn
-            return socket.create_connection((host, port), _PATIENCE / max(1, *map(len, found)))
+        places = found.get(timeout=_PATIENCE)
+        if isinstance(places, Exception):
+            raise places
+        return socket.create_connection((host, port), _PATIENCE / len(places))  # it tries each in its turn
+    except Empty:
+        fault = f"the name {host} was not resolved within {_PATIENCE:g} s: give the address"
     except TimeoutError:
         fault = f"no answer within {_PATIENCE:g} s: {silent}"
     except (OSError, UnicodeError) as error:
         fault = f"no connection: {getattr(error, 'strerror', None) or error}{hint}"
-    raise InputError(f"{host}:{port}: {fault}")
+    raise InputError(f"{address}: {fault}")
 
 
 class Recorder:

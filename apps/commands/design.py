@@ -357,7 +357,9 @@ class _Near(MotionFiles, group=MOTION):
         if second is None:
             note("a second pose would hardly help: only one is used")
             return shape, goal, None
-        return replace(shape, poses=np.array([pose, second])), goal, None
+        shape = replace(shape, poses=np.array([pose, second]))
+        shape.check(robot, bounds)
+        return shape, goal, None
 
     def each(self, option: str, given: tuple[float, ...]) -> Array:
         """Numbers of an option for each moving joint [rad or m], where one may stand for all."""

@@ -189,6 +189,7 @@ class RecordingOptions(RobotOptions, group=LOGS):
         if self.gain_sigma is not None:
             per_joint, common = self.gain_sigma
             identified = structs.replace(identified or estimation.Gains(), per_joint=per_joint, common=common)
+        if identified is not None:
             with about("--gain-sigma"):
                 identified.covariance(robot.n)
         if stored:

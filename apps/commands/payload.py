@@ -138,8 +138,9 @@ class _Weigh(_Payload, without=_METHODS):
     """Assume the inertia of this body, in mm, if none is measured."""
 
     def __call__(self) -> bool:
+        constraints = self.constraints()
         stand_in = estimation.StandIn.parse(self.inertia) if self.inertia is not None else None
-        constraints, setup = self.constraints(), self.setup()
+        setup = self.setup()
         loaded, unloaded = setup.read(self.loaded), setup.read(self.unloaded)
         known = setup.stored.estimate if setup.stored else None
         with status("reading") as progress, about(fault=estimation.SolverError):  # constraints may leave no body

@@ -152,7 +152,9 @@ def leaves(blocks: Iterable[Block], page: bool = False) -> Iterator[Table | Text
                 yield from leaves((*block.left, *block.right), page)
             case OnPage():
                 yield from leaves(block.blocks if page else (), page)
-            case _ if page or not (isinstance(block, Text) and block.heading):
+            case _ if page:
+                yield block
+            case Table() | Notes() | Text(heading=False, copied=None):
                 yield block
 
 

@@ -1,4 +1,4 @@
-"""Panels, curves and files of figures, and the drawing of an arm; nothing else imports matplotlib at all."""
+"""Panels, curves and files of figures, and the drawing of an arm; matplotlib is loaded where one is drawn."""
 
 import io
 from collections.abc import Callable, Iterable, Mapping, Sequence

@@ -108,6 +108,7 @@ LINES = {
         "--bound": "Unknown option: --bound",
         "--mass 3,4": "is not one mass",
         "--second-pose 1,2": "give one each",
+        "--second-pose=0,-90,90,0,999,0": "within the limits of rx90 (joint 5: -105 to 120 deg)",
         "--torque-noise 1 --like b.json": "give one of them",
         "--no-floor scene=s.toml": "--no-floor and scene: give one of them",
         "sample-rate=100": "has no effect without --samples",

@@ -12,6 +12,7 @@ from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -123,6 +124,14 @@ def test_a_name_that_never_resolves(tmp_path: Path, capsys: Any) -> None:
     with pytest.raises(InputError, match=why), live.send_program("sec", "robot.invalid"):
         pass
     assert time.monotonic() - begin < 5.0
+
+
+def test_a_name_that_is_unknown(tmp_path: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    unknown = Mock(side_effect=socket.gaierror(-2, "Name or service not known"))
+    monkeypatch.setattr(socket, "getaddrinfo", unknown)
+    assert main(["record", "ur", "--host", "robot.invalid", "--out", str(tmp_path / "a.csv")]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "no connection: Name or service not known" in line
 
 
 @pytest.mark.parametrize(("step", "why"), [(0.0, "time stopped"), (1e-9, "is no clock")])
