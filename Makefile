@@ -42,7 +42,7 @@ docs: .venv/installed-docs
 
 # Within an hour on two cores; DYNIDENT_DATA names the folder of real recordings, without which their parts are left out.
 bench: .venv/installed-test
-	@for name in regressor streaming constrained constant_torques fleet hoses payload_sets \
+	@for name in regressor streaming constant_torques fleet hoses payload_sets \
 	  weigh static design promised coverage peers; do \
 	  echo "== $$name"; OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks $$name || exit 1; done
 

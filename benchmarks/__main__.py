@@ -16,4 +16,4 @@ if sys.argv[1:2] and sys.argv[1] in names:
     del sys.argv[0]
     runpy.run_module(f"dynident.benchmarks.{sys.argv[0]}", run_name="__main__", alter_sys=True)
 else:
-    print("python benchmarks NAME, of", *names)
+    sys.exit(f"python benchmarks NAME, of {' '.join(names)}")

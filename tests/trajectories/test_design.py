@@ -225,8 +225,7 @@ def test_condition_number_of_a_design_and_its_floor() -> None:
 
 def test_a_pose_shows_its_room_and_teaches_nothing() -> None:
     room, taught = over_time(problem("d", "fourier"), Motion(np.zeros(1), *np.zeros((3, 1, 6))))
-    assert ((room > 0.0) & (room < 1.0)).any()
-    assert taught == [0.0]
+    assert (room.shape, taught.tolist()) == ((1, 6), [0.0])
 
 
 @pytest.mark.parametrize("kind", ["d", "a"])

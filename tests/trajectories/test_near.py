@@ -106,8 +106,7 @@ def test_the_prediction_is_the_scatter_of_least_squares(design: Solved) -> None:
 
 
 def test_without_a_joint_of_the_wrist_there_is_no_second_pose() -> None:
-    near = asked((2, 3))
-    assert second_pose(near.robot, near.shape, near.goal, near.bounds) is None
+    assert second_pose(*asked((2, 3))) is None
 
 
 @pytest.mark.parametrize("mass_sigma", [None, 0.5])
