@@ -23,9 +23,7 @@ def test_every_package_and_benchmark_is_listed() -> None:
     """What is not listed is missing from the wheel, or from ``make bench``."""
     assert all((ROOT / Path(*name.split(".")[1:]) / "__init__.py").is_file() for name in PACKAGES)
     assert sorted(project()["tool"]["setuptools"]["packages"]) == PACKAGES
-    scripts = {
-        path.stem for path in (ROOT / "benchmarks").glob("[a-z]*.py") if "__main__" in path.read_text("utf-8")
-    }
+    scripts = {one.stem for one in (ROOT / "benchmarks").glob("[a-z]*.py") if "__main__" in one.read_text("utf-8")}
     named = (ROOT / "Makefile").read_text("utf-8").split("for name in ")[1].split(";")[0]
     assert {*named.replace("\\", "").split()} == scripts
 

@@ -18,6 +18,7 @@ from dynident.estimation.fit.linear_problem import weighted
 from dynident.estimation.possible.constraints import PSEUDO_INERTIA, ConeProgram, solve_cone
 from dynident.estimation.possible.robot import (
     RobotPrior,
+    RobotProgram,
     has_prior,
     hidden_directions,
     origins,
@@ -255,7 +256,11 @@ def test_total_mass_bounds(
     assert 1.0 <= sum(wide.parameters[f"M{j}"] for j in range(1, 7)) <= 1e4
     tight = solve_constrained_base(rx90, rx90_base, estimate, MassBounds(0.0, 2.0))
     assert tight.chi2_rise > free.chi2_rise + 1.0
-    assert "total mass <= 2 kg" in [holding.description for holding in tight.active]
+    (paid,) = (holding.multiplier for holding in tight.active if holding.description == "total mass <= 2 kg")
+    around = (MassBounds(0.0, 2.0 + step) for step in (-2e-3, 2e-3))
+    less, more = (solve_constrained_base(rx90, rx90_base, estimate, bounds).chi2_rise for bounds in around)
+    unit = RobotProgram.of(rx90, rx90_base, estimate, None).scale[9]
+    assert paid == pytest.approx((less - more) / 4e-3 * unit, rel=1e-3)
     assert sum(tight.parameters[f"M{j}"] for j in range(1, 7)) == pytest.approx(2.0, rel=1e-5)
     near = solve_constrained_prior(rx90, rx90_base, estimate, robot_prior(rx90), 1.0, MassBounds(0.0, 40.0))
     assert sum(near.parameters[f"M{j}"] for j in range(1, 7)) <= 40.0 + 1e-4
