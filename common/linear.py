@@ -23,34 +23,24 @@ _ROUNDING = 1e-12  # fraction of a column's norm in all rows, below which it is 
 
 
 class Decomposition(NamedTuple):
-    """Singular value decomposition A = range diag(singular) rowspace' diag(sizes) of rank r, by ``decomposed``."""
+    """Singular values of a matrix of rank r whose columns are scaled to norm 1, by ``decomposed``."""
 
     sizes: Array  # norms of A's columns, 1 for those that are zero, shape (c,)
     range: Array  # orthonormal basis of what the columns span, N x r
     singular: Array  # singular values of the scaled columns, largest first, shape (r,)
-    rowspace: Array  # orthonormal basis of the determined directions of the scaled parameters, c x r
+    root: (
+        Array  # determined directions over size and singular value: covariance is root root' for variance 1; c x r
+    )
     null: Array  # orthonormal basis of the undetermined ones, c x (c - r)
-
-    @property
-    def rank(self) -> int:
-        """Number of independent columns."""
-        return len(self.singular)
 
     @property
     def inverse(self) -> Array:
         """Pseudo-inverse, c x N: of all least-squares solutions the shortest in the scaled parameters."""
-        return np.asarray((self.rowspace / self.singular) @ self.range.T / self.sizes[:, None])
+        return np.asarray(self.root @ self.range.T)
 
     def solution(self, B: Array) -> Array:
         """Least-squares solution of A x = B, of several the shortest; shape (c,), or c x m for N x m."""
-        scaled = (self.rowspace / self.singular) @ (self.range.T @ B)
-        return np.asarray((scaled.T / self.sizes).T)
-
-    @property
-    def covariance(self) -> Array:
-        """Covariance of that solution where the right side has errors of variance 1, c x c."""
-        root = self.rowspace / self.singular / self.sizes[:, None]
-        return np.asarray(root @ root.T)
+        return np.asarray(self.root @ (self.range.T @ B))
 
     @property
     def hidden(self) -> Array:
@@ -73,7 +63,8 @@ def decomposed(A: Array, whole: Array | None = None, tolerance: float = RANK_TOL
     rows, columns = A.shape
     U, singular, Vt = np.linalg.svd(A / sizes, full_matrices=rows < columns)
     r = int(np.sum(singular > tolerance * singular.max(initial=0.0)))
-    return Decomposition(sizes, U[:, :r], singular[:r], Vt[:r].T, Vt[r:].T)
+    root = Vt[:r].T / singular[:r] / sizes[:, None]
+    return Decomposition(sizes, U[:, :r], singular[:r], root, Vt[r:].T)
 
 
 def condition_numbers(W: Array) -> tuple[float, float]:

@@ -36,7 +36,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import combinations
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import casadi as ca
 import numpy as np
@@ -232,18 +232,9 @@ _ROUNDED = 1e-12  # factor of a parameter that comes from rounded sines and cosi
 _Monomial = tuple[str, ...]  # factors of a product of lengths in alphabetical order: D3^2 is ("D3", "D3")
 
 
-class Move(NamedTuple):
-    """Application of one rule: parameter ``drop`` of a joint is grouped away."""
-
-    rule: str  # the rule's name
-    joint: int  # index from 0
-    change: dict[str, float]  # what has no effect on the torques when added to the joint's parameters, by kind
-    to_parent: bool  # whether link j-1 has to lose the same body
-
-    @property
-    def drop(self) -> str:
-        """Kind of the parameter that goes ("YY"): the first that changes."""
-        return next(iter(self.change))
+Move = tuple[str, int, dict[str, float], bool]
+"""Application of one rule: its name, the joint from 0, what has no effect on the torques when added to the joint's
+parameters, by kind, of which the first ("YY") is grouped away, and whether link j-1 has to lose the same body."""
 
 
 def closed_form_base_parameters(robot: Robot) -> BaseParameters:
@@ -259,7 +250,7 @@ def closed_form_base_parameters(robot: Robot) -> BaseParameters:
                 fault = f"joint {number} has length {name!r} = {value:g}, an earlier one {lengths[name]:g}"
                 raise InputError(f"robot {robot.name!r}: {fault}: give them different names")
     columns, regroupings = standard_columns(robot), moves(robot)
-    dropped = {f"{move.drop}{move.joint + 1}" for move in regroupings}
+    dropped = {f"{next(iter(change))}{j + 1}" for _, j, change, _ in regroupings}
     chosen = [k for k, name in enumerate(columns) if name not in dropped]
 
     def at(**sizes: float) -> Array:
@@ -343,8 +334,9 @@ def moves(robot: Robot) -> list[Move]:
             ]
         for rule, holds, changes, to_parent in rules:
             for change in changes if holds else ():
-                move = Move(rule, j, {change: 1.0} if isinstance(change, str) else change, to_parent)
-                regroupings += [move] if move.drop in (*INERTIAL, *drives) else []
+                parts = {change: 1.0} if isinstance(change, str) else change
+                if next(iter(parts)) in (*INERTIAL, *drives):
+                    regroupings.append((rule, j, parts, to_parent))
     return regroupings
 
 
@@ -361,16 +353,15 @@ def _grouping(robot: Robot, regroupings: Sequence[Move], lengths: Mapping[str, f
         d, r = (lengths.get(name, x) if x else 0.0 for name, x in sizes)
         along_x, along_z = step(replace(joint, d=d, r=r), 0.0)
         links.append(along_x @ along_z)
-    for move in regroupings:
-        amount = rows[index[f"{move.drop}{move.joint + 1}"]] / move.change[move.drop]
-        for kind, size in move.change.items():
-            rows[index[f"{kind}{move.joint + 1}"]] -= amount * size
-        if not move.to_parent or move.joint == 0:
-            continue
-        body = InertialParameters(np.array([move.change.get(kind, 0.0) for kind in INERTIAL]))
-        before = body.moved(links[move.joint].R, links[move.joint].p)
-        for name, size in before.named(str(move.joint)).items():
-            rows[index[name]] += amount * size
+    for _, j, change, to_parent in regroupings:
+        dropped, factor = next(iter(change.items()))
+        amount = rows[index[f"{dropped}{j + 1}"]] / factor
+        for kind, size in change.items():
+            rows[index[f"{kind}{j + 1}"]] -= amount * size
+        if to_parent and j > 0:
+            body = InertialParameters(np.array([change.get(kind, 0.0) for kind in INERTIAL]))
+            for name, size in body.moved(links[j].R, links[j].p).named(str(j)).items():
+                rows[index[name]] += amount * size
     return rows
 
 

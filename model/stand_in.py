@@ -94,13 +94,6 @@ def cylinder_radius(robot: Robot) -> float:
     return RADIUS * (sum(math.hypot(joint.d, joint.r) for joint in robot.joints[1:]) or 1.0)
 
 
-def can_stand_in(robot: Robot) -> bool:
-    """True if ``with_stand_in`` has what it starts from: the bodies of some links or all, or the arm's mass."""
-    missing = missing_inertial(robot)
-    whole = len(missing) == len(INERTIAL) * len(set(map(joint_of, missing)))
-    return whole and (not missing or robot.mass is not None or _mass_of_links(robot.parameters) > 0.0)
-
-
 def _mass_of_links(parameters: Mapping[str, float]) -> float:
     return sum(value for name, value in parameters.items() if parameter_kind(name) == "M")
 
@@ -116,12 +109,11 @@ def with_stand_in(robot: Robot) -> Robot:
     Raises:
         InputError: if the description holds neither bodies nor the arm's mass, or a part of a body only.
     """
-    if not can_stand_in(robot):
+    if (nominal := nominal_bodies(robot)) is None:
         fault = f"robot {robot.name!r}: its description lacks {listed(missing_inertial(robot))}"
         mass = "the arm's mass for a stand-in (--arm-mass KG, or mass_kg in its TOML)"
         raise InputError(f"{fault}; give {mass}, or the bodies of all links ([parameters], <inertial>)")
-    robot = with_assumed_limits(robot)
-    bodies, assumed = nominal_bodies(robot)
+    (bodies, assumed), robot = nominal, with_assumed_limits(robot)
     values = {**dict.fromkeys(robot.standard, 0.0), **bodies, **robot.parameters}
     assumptions = [assumed] if assumed else []
     unknown = values.keys() - robot.parameters.keys()
@@ -159,14 +151,21 @@ def with_stand_in(robot: Robot) -> Robot:
     return replace(robot, joints=joints, parameters=values, sources=sources)
 
 
-def nominal_bodies(robot: Robot) -> tuple[dict[str, float], str]:
-    """Inertial parameters of all links as far as described, and what was assumed of the others, as text."""
-    bodiless = sorted({joint_of(name) + 1 for name in missing_inertial(robot)})
+def nominal_bodies(robot: Robot) -> tuple[dict[str, float], str] | None:
+    """Inertial parameters of all links as far as described, and what was assumed of the others, as text.
+
+    None where the description holds neither bodies nor the arm's mass, or a part of a body only.
+    """
+    missing = missing_inertial(robot)
+    bodiless = sorted({joint_of(name) + 1 for name in missing})
     known = {name: value for name, value in robot.parameters.items() if parameter_kind(name) in INERTIAL}
     if not bodiless:
         return known, ""
+    weight = _mass_of_links(known)
+    if len(missing) < len(INERTIAL) * len(bodiless) or (robot.mass is None and not weight > 0.0):
+        return None
     if robot.mass is None:
-        weight, fractions = _mass_of_links(known), [body.mass for body in cylinders(robot, 1.0)]
+        fractions = [body.mass for body in cylinders(robot, 1.0)]
         total = weight / (1.0 - sum(fractions[link - 1] for link in bodiless))
         density = f"as dense as the others, which weigh {weight:.3g} kg"
     else:
@@ -181,7 +180,7 @@ def nominal_bodies(robot: Robot) -> tuple[dict[str, float], str]:
 
 def rehearsed(robot: Robot) -> Robot:
     """Complete the robot ``with_stand_in`` where that has what it starts from, else ``with_assumed_limits``."""
-    return with_stand_in(robot) if can_stand_in(robot) else with_assumed_limits(robot)
+    return with_stand_in(robot) if nominal_bodies(robot) else with_assumed_limits(robot)
 
 
 def completed(robot: Robot, limits: bool = True, frames: int = 3) -> Robot:

@@ -160,7 +160,7 @@ class _New(Options):
             f"Written: {out}. Compare the drawing with the data sheet before you use it. What else is known goes "
             "into the file: title, source, joint_names, .. as 'dynident robot new --template' shows them.",
         )
-        if not model.stand_in.can_stand_in(robot):
+        if model.stand_in.nominal_bodies(robot) is None:
             note(f"to rehearse on it, add the mass of the arm to {out} (mass_kg = ..), or give --arm-mass KG")
 
     def robot(self) -> model.Robot:

@@ -110,7 +110,8 @@ def gauss_newton(equations: Equations, weights: Array, free: Sequence[int], know
     dof = sum(equations.effective_rows) - J.shape[1]
     if dof <= 0.0:
         raise InputError(f"too few samples for {J.shape[1]} unknowns: record longer")
-    return CurrentFit(k, x, float(error @ error) / dof * parts.covariance[c:, c:] / np.outer(k, k), weights)
+    root = parts.root[c:] / k[:, None]
+    return CurrentFit(k, x, float(error @ error) / dof * root @ root.T, weights)
 
 
 def linearised(
@@ -325,7 +326,7 @@ def free_gains(equations: Equations, loads: Sequence[KnownLoad]) -> CurrentFit:
         )
         # A payload that is there explains the current of some joint by itself better.
         shown |= bool(less**2 - more**2 > _SHOWN * less**2)
-        error = more / np.sqrt(max(rows - parts.rank, 1.0))
+        error = more / np.sqrt(max(rows - len(parts.singular), 1.0))
         sigma.append(max(error, _FLOOR * np.linalg.norm(current) / np.sqrt(max(rows, 1.0)), 1e-300))
     if not shown:
         raise InputError("the payload does not show in the currents: is it in the loaded recording?")

@@ -16,7 +16,7 @@ from ...model import INERTIAL, Robot
 from ...model.drives import parameter_kind
 from ...model.friction import is_friction
 from ...model.regressors import regressor_at, standard_columns
-from ...model.stand_in import can_stand_in, nominal_bodies
+from ...model.stand_in import nominal_bodies
 from ..equations.equations import PAYLOAD, Equations
 from ..fit.covariance import NORMAL95, few_blocks
 from ..payload.by_joints import ByJoints
@@ -76,11 +76,11 @@ def nominal_gravity(robot: Robot, states: States | None) -> NominalGravity | Non
     None for arms whose springs carry them, without gravity, bodies or motion.
     """
     size = float(np.linalg.norm(robot.gravity))
-    if states is None or robot.spring is not None or not size or not can_stand_in(robot):
+    if states is None or robot.spring is not None or not size or (nominal := nominal_bodies(robot)) is None:
         return None
     if not states.loaded.all():
         states = states.taken(states.loaded == 0.0)
-    values, assumed = nominal_bodies(robot)
+    values, assumed = nominal
     names = [name for name in standard_columns(robot) if parameter_kind(name) in INERTIAL]
     bodies = np.array([values[name] for name in names])
     # Torques of the weight along each axis, and of what accelerates the bodies without weight.

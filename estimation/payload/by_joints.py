@@ -154,7 +154,7 @@ def _numbers(posed: LinearProblem, weights: Array, groups: Sequence[Sequence[int
         if posed.wanted[-1] != PAYLOAD[-1] or parts.hidden[-1] > _HIDDEN:  # the mass
             continue
         row, error = parts.inverse[-1], Y - factor[:, :-1] @ parts.solution(Y)
-        spare = max(sum(unknown.effective_rows[j - 1] for j in group) - parts.rank, 1.0)
+        spare = max(sum(unknown.effective_rows[j - 1] for j in group) - len(parts.singular), 1.0)
         # Errors of the parameters that were taken off carry over.
         gain = row @ np.vstack([W[j - 1] for j in group])
         own = float(error @ error) / spare * float(row @ row)

@@ -231,7 +231,7 @@ def _generalised(G: Array, change: Array, C: Array) -> tuple[Array, Array, Array
     if parts.null.size:
         raise InputError("the base parameters of this robot do not show all ten parameters of a payload")
     inverse = np.linalg.solve(L.T, parts.inverse.T).T / scale
-    return parts.solution(np.asarray(np.linalg.solve(L, change / scale))), parts.covariance, inverse
+    return parts.solution(np.asarray(np.linalg.solve(L, change / scale))), parts.root @ parts.root.T, inverse
 
 
 def from_difference(motion: LongMotion) -> LinearProblem:

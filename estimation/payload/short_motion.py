@@ -96,7 +96,7 @@ class HeldFriction(Brief):
             left, parts = compressed(without(rows[:, len(gone) :], rows[:, : len(gone)]), len(others))
             factors.append(left)
             shared |= zip(others, parts.T, strict=True)
-            ranks.append(decomposed(factor[:, gone]).rank)
+            ranks.append(len(decomposed(factor[:, gone]).singular))
         counts = tuple(max(own - rank, 0) for own, rank in zip(equations.rows, ranks, strict=True))
         effective = tuple(max(own - rank, 0.0) for own, rank in zip(equations.effective_rows, ranks, strict=True))
         return Equations((*(names[k] for k in rest), *levels), tuple(factors), counts, effective, shared)

@@ -188,7 +188,7 @@ def static_weighing(
     A = np.column_stack([np.ones(len(recordings)), of_loaded, order.t - order.t.mean()])
     plain, parts = decomposed(A[:, :2]).inverse[1], decomposed(A)
     _, difference, drifting = parts.inverse
-    if len(A) < 3 or parts.rank < 3 or difference @ difference > _COSTS * plain @ plain:
+    if len(A) < 3 or len(parts.singular) < 3 or difference @ difference > _COSTS * plain @ plain:
         difference, drifting = plain, 0.0 * plain
 
     def joined(weights: Array) -> Measurement:

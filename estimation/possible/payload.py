@@ -288,7 +288,7 @@ def tested(result: Possible) -> tuple[Active, ...]:
         else:
             others = [other for other in result.constraints if other is not constraint]
             rise = result.chi2_rise - solve_constrained(free, others).chi2_rise
-            k = decomposed(constraint.rows[0]).rank
+            k = len(decomposed(constraint.rows[0]).singular)
         p_value = rise_p_value(max(rise, 0.0), k, free.degrees_of_freedom)
         tested.append(active._replace(rise=rise, p_value=p_value))
     return tuple(tested)

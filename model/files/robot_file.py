@@ -7,7 +7,7 @@ import math
 import re
 from collections.abc import Mapping
 from contextlib import nullcontext
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from difflib import get_close_matches
 from functools import cache
 from itertools import product
@@ -193,13 +193,15 @@ class JointTable(Table, frozen=True):
             if kind != self.kind:
                 raise WrongKeyError(key.format(unit), f"a {self.kind} joint takes {key.format(_UNITS[self.kind])}")
             limits[name] = tuple(end * scale for end in value) if name == "position" else value * scale
-        for key, value in (("d", self.d), ("r", self.r)):
-            if isinstance(value, str) and value not in lengths:
-                raise WrongKeyError(key, f"no length {value!r} in [lengths]")
-        d, r = (lengths[x] if isinstance(x, str) else x for x in (self.d, self.r))
-        d_name, r_name = (x if isinstance(x, str) else "" for x in (self.d, self.r))
+        sizes: dict[str, Any] = {"d": self.d, "r": self.r}
+        names = {key: value for key, value in sizes.items() if isinstance(value, str)}
+        for key, name in names.items():
+            if name not in lengths:
+                raise WrongKeyError(key, f"no length {name!r} in [lengths]")
+            sizes[key] = lengths[name]
         alpha, theta = math.radians(self.alpha_deg or 0.0), math.radians(self.theta_deg)
-        return Joint(self.kind, alpha, d, theta, r, Limits(**limits), (d_name, r_name))
+        named = names.get("d", ""), names.get("r", "")
+        return Joint(self.kind, alpha=alpha, theta=theta, **sizes, limits=Limits(**limits), names=named)
 
 
 def degrees(angle: float) -> float:
@@ -244,6 +246,8 @@ class DrivesTable(Table, frozen=True):
         for key in ("rotor_inertia", "coupling"):
             if self.side == "link" and getattr(self, key):
                 raise WrongKeyError(key, "sensors on the link side do not see it: remove it")
+        # Sensors behind the gears see no rotor and no friction, and have an offset of their own.
+        behind: dict[str, Any] = {"rotor_inertia": False, "friction": (), "offsets": True}
         values: dict[str, Any] = {"rotor_inertia": self.rotor_inertia, "offsets": self.offsets}
         names = ("FS", "FV") * self.friction if isinstance(self.friction, bool) else self.friction
         with at("friction"):
@@ -255,8 +259,8 @@ class DrivesTable(Table, frozen=True):
                 rows = tuple((math.radians(angle), torque) for angle, torque in table.table)
                 zero = math.radians(table.zero_deg)
                 values["spring"] = Spring(table.joint, table.stiffness, table.length, table.arms, zero, rows)
-        usual = Drives.on_link_side() if self.side == "link" else Drives()
-        return replace(usual, **{key: value for key, value in values.items() if value is not None})
+        given = {key: value for key, value in values.items() if value is not None}
+        return Drives(side=self.side, **behind | given if self.side == "link" else given)
 
 
 class ProcessingTable(Table, frozen=True):

@@ -168,8 +168,8 @@ def test_a_broken_rule_is_seen_by_rank(monkeypatch: pytest.MonkeyPatch) -> None:
     robot, whole = model.load_robot("rx90"), base_module.moves(model.load_robot("rx90"))
     with pytest.raises(InputError, match="coupled drives"):
         local_transfer_base_parameters(robot)
-    for rule in {move.rule for move in whole}:
-        monkeypatch.setattr(base_module, "moves", lambda _, rule=rule: [m for m in whole if m.rule != rule])
+    for rule in {name for name, *_ in whole}:
+        monkeypatch.setattr(base_module, "moves", lambda _, rule=rule: [m for m in whole if m[0] != rule])
         assert model.closed_form_base_parameters(robot).columns != model.base_parameters(robot).columns
 
 

@@ -200,7 +200,7 @@ def compare(robot: Robot) -> Comparison:
         max(_model_error(base, R) for base in decided),
         float(residuals[~independent].max(initial=0.0)),
         float(residuals[independent].min()),
-        Counter(move.rule for move in moves(robot)) if any(robot.gravity) else Counter(),
+        Counter(rule for rule, *_ in moves(robot)) if any(robot.gravity) else Counter(),
     )
 
 

@@ -413,7 +413,8 @@ class NearGoal(Brief):
         known, W = np.array(visibility.base.chosen) == 9, A[:, list(visibility.base.chosen)]
         if self.mass_sigma is not None and known.any():
             W = np.vstack([W, known[None] / self.mass_sigma])  # the scale is one more equation
-        C = decomposed(W).covariance
+        root = decomposed(W).root
+        C = root @ root.T
         total = T @ C @ T.T + (0.0 if self.mass_sigma is None else np.outer(b, b) * self.mass_sigma**2)
         return payload_spread(self.expected.vector, total, indices)
 

@@ -111,11 +111,11 @@ def learnt_of(problem: DesignProblem, W: Sequence[Array], parts: Sequence[Array]
     earlier = problem.earlier if with_earlier else problem.earlier[:0]
     plain = np.vstack([*rows, *([] if with_earlier else [problem.earlier])])
     R = decomposed(np.asarray(np.linalg.qr(np.vstack([*weighted, earlier]), mode="r")))
-    if R.rank < len(problem.names):
+    if len(R.singular) < len(problem.names):
         return Learnt(-np.inf, *condition_numbers(plain), dict.fromkeys(problem.names, np.inf))
     # An estimate weighs joints by what ordinary least squares leave (16), which spread the errors of strong joints
     # over weak ones: no best weights where their noise is far apart.
-    root = R.rowspace / R.singular / R.sizes[:, None]
+    root = R.root
     grams = np.array([(own @ root).T @ (own @ root) for own, use in zip(rows, used, strict=True) if use])
     square, count = problem.noise[used] ** 2, recorded * np.array([*map(np.sum, parts)])[used]
     ordinary, prior = np.linalg.pinv(grams.sum(axis=0), hermitian=True), (earlier @ root).T @ (earlier @ root)
