@@ -16,8 +16,6 @@ INERTIAL = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
 """The ten inertial parameters of a body, in the order of (6)."""
 
 _ROWS, _COLUMNS = np.triu_indices(3)
-_ONCE: Array = np.where(_ROWS == _COLUMNS, 0.5, 1.0)
-"""Fraction of an entry above the diagonal, and its mirror image, that v w' + w v' counts."""
 _ROUNDING = 1e-9  # error by rounding of a moment about the centre of mass, over that about the frame's origin
 _Row = tuple[float, float, float]
 _IDENTITY: tuple[_Row, _Row, _Row] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -247,8 +245,8 @@ def ten_parameters(mass: float, com: Array, inertia_com: Array) -> Array:
 
 
 def symmetric(entries: ArrayLike) -> Array:
-    """Make the 3 x 3 matrix of its entries XX XY XZ YY YZ ZZ."""
-    matrix = np.empty((3, 3))
+    """Make the 3 x 3 matrix of its entries XX XY XZ YY YZ ZZ, which may be rows of several numbers each."""
+    matrix = np.empty((3, 3, *np.shape(entries)[1:]))
     matrix[_ROWS, _COLUMNS] = matrix[_COLUMNS, _ROWS] = entries
     return matrix
 
@@ -263,21 +261,17 @@ def _numbers(values: ArrayLike, name: str) -> Array:
     return numbers
 
 
-def inertia_gradient(x: Array, v: Array, w: Array) -> Array:
-    """Gradient of v' I w by the ten x, I the inertia at the centre of mass [kg m^2], shape (10,).
-
-    I = I_0 - (|h|^2 1 - h h') / M with the first moments h.
-    """
-    h, M = x[6:9], x[9]
-    turned = (v @ w) * h - 0.5 * ((w @ h) * v + (v @ h) * w)
-    upper = (v[_ROWS] * w[_COLUMNS] + v[_COLUMNS] * w[_ROWS]) * _ONCE
-    return np.concatenate([upper, -2.0 * turned / M, [h @ turned / M**2]])
-
-
 def gradients(x: Array) -> Array:
-    """Gradients by the ten x of the centre of mass, then of the inertia there, XX XY XZ YY YZ ZZ; 9 x 10."""
-    com, axes = (np.eye(3, 10, 6) - np.outer(x[6:9] / x[9], np.eye(10)[9])) / x[9], np.eye(3)
-    return np.array([*com, *(inertia_gradient(x, axes[i], axes[j]) for i, j in zip(_ROWS, _COLUMNS, strict=True))])
+    """Gradients by the ten x of the centre of mass, then of the inertia there, XX XY XZ YY YZ ZZ; 9 x 10.
+
+    That inertia is I_0 - (|h|^2 1 - h h') / M with the first moments h.
+    """
+    h, M, one, slopes = x[6:9], x[9], np.eye(3), np.eye(9, 10, -3)
+    slopes[:3, 6:9], slopes[:3, 9] = one / M, -h / M**2
+    by_h = 2.0 * h[:, None, None] * one - one[:, :, None] * h - one[:, None] * h[:, None]
+    slopes[3:, 6:9] = -by_h[:, _ROWS, _COLUMNS].T / M
+    slopes[3:, 9] = (h @ h * one - np.outer(h, h))[_ROWS, _COLUMNS] / M**2
+    return slopes
 
 
 class PayloadSpread(Document, frozen=True, eq=False):

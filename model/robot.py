@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from itertools import chain
 from types import MappingProxyType
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 
@@ -93,12 +93,8 @@ class Joint:
         return self.kind == "revolute"
 
 
-class Mesh(NamedTuple):
-    """Look of a part of a link: a file, its frame in the link's, and factors along its axes."""
-
-    file: str
-    pose: Pose
-    scale: tuple[float, float, float]
+Mesh = tuple[str, Pose, tuple[float, float, float]]
+"""Look of a part of a link: a file, its frame in the link's, and factors along its axes."""
 
 
 @dataclass(frozen=True)
@@ -300,17 +296,14 @@ def _snap(
     joints: Sequence[Joint], gravity: Sequence[float]
 ) -> tuple[tuple[Joint, ...], tuple[float, ...], list[str]]:
     """Make special joints and gravity exact, and note what was changed."""
-    exact, notes, size = list[Joint](), list[str](), math.hypot(*gravity)
+    exact, size = list[Joint](), math.hypot(*gravity)
     down = tuple(value if abs(value) >= SNAP_ANGLE * size else 0.0 for value in gravity)
-    for old, value, name in zip(gravity, down, "xyz", strict=True):
-        if abs(old - value) > 1e-12 * size:
-            notes.append(f"gravity along {name}: {old:.9g} taken as {value:.9g}")
+    pairs = [(f"gravity along {x}", old, new, size) for x, old, new in zip("xyz", gravity, down, strict=True)]
     for number, joint in enumerate(joints, start=1):
         changes: dict[str, Any] = {}
         for name in ("alpha", "theta", "d", "r"):
-            old = getattr(joint, name)
-            changes[name] = snapped(old, angle=name in ("alpha", "theta"))
-            if abs(old - changes[name]) > 1e-12:
-                notes.append(f"{name}{number}: {old:.9g} taken as {changes[name]:.9g}")
+            changes[name] = snapped(getattr(joint, name), angle=name in ("alpha", "theta"))
+            pairs.append((f"{name}{number}", getattr(joint, name), changes[name], 1.0))
         exact.append(replace(joint, **changes))
+    notes = [f"{x}: {old:.9g} taken as {new:.9g}" for x, old, new, size in pairs if abs(old - new) > 1e-12 * size]
     return tuple(exact), down, notes

@@ -18,7 +18,7 @@ from itertools import combinations_with_replacement, product
 import numpy as np
 
 from ...common import Array, Brief, one_thread
-from ...model.inertia import inertia_gradient
+from ...model.inertia import gradients, symmetric
 from ..equations.equations import PAYLOAD
 from ..fit.covariance import student95
 from .constraints import PSEUDO_INERTIA, TRIANGLE, Part, SolverError, cone_solver
@@ -146,7 +146,7 @@ def profile_intervals(result: Possible) -> Intervals:
         known = sign * _inertias(problem.full(np.array(points)))[:, i, j]  # a search starts from the best so far
         first, best, z = float(known[0]), float(known.max()), points[int(known.argmax())]
         for _ in range(_ROUNDS):
-            gradient = problem.select @ inertia_gradient(problem.full(z), *np.eye(3)[[i, j]]) * problem.scale
+            gradient = problem.select @ symmetric(gradients(problem.full(z))[3:])[i, j] * problem.scale
             if not gradient.any():  # all it depends on was eliminated
                 break
             tried = z + _STEPS[:, None] * (of_inertia(sign * gradient) - z)
@@ -193,11 +193,12 @@ def _moments(result: Possible, half: float) -> Array:
     away, take the largest variance along V alone. Simulated: 3 to 11 % shorter, and they hold the truth as often.
     """
     values, vectors = np.linalg.eigh(result.body.inertia_com)
-    index, x = [PAYLOAD.index(name) for name in result.free.names], result.values
+    slopes = symmetric(gradients(result.values)[3:, [PAYLOAD.index(name) for name in result.free.names]])
 
     def sigma(directions: Array) -> float:
         pairs = combinations_with_replacement(directions, 2)
-        J = np.array([(1.0 if v is w else np.sqrt(2.0)) * inertia_gradient(x, v, w)[index] for v, w in pairs])
+        sizes = ((1.0 if v is w else np.sqrt(2.0), v, w) for v, w in pairs)
+        J = np.array([size * np.einsum("i,ijk,j->k", v, slopes, w) for size, v, w in sizes])
         return float(np.sqrt(np.linalg.eigvalsh(J @ result.free.covariance @ J.T)[-1]))
 
     ends, own = np.zeros((3, 2)), np.array([sigma(v[None]) for v in vectors.T])

@@ -114,18 +114,12 @@ def robot_toml(robot: Robot, source: str = "") -> str:
         lengths |= {name: length for name, length in named if length}
         d, r = (name if length else 0.0 for name, length in named)
         joints.append(JointTable(degrees(joint.alpha), joint.kind, d, degrees(joint.theta), r, **limits))
-    spring, table = robot.spring, None
+    drives, coupling, spring, table = robot.drives, robot.coupling, robot.spring, None
     if spring:
         rows = tuple((degrees(angle), torque) for angle, torque in spring.table)
         table = SpringTable(spring.joint, spring.stiffness, spring.length, spring.arms, degrees(spring.zero), rows)
-    drives = DrivesTable(
-        robot.drives.side,
-        robot.drives.rotor_inertia,
-        bool(friction) if friction in ((), PAPER) else term_names(friction),
-        robot.drives.offsets,
-        CouplingTable(robot.coupling.joints, robot.coupling.coulomb) if robot.coupling else None,
-        table,
-    )
+    terms = bool(friction) if friction in ((), PAPER) else term_names(friction)
+    coupled = CouplingTable(coupling.joints, coupling.coulomb) if coupling else None
     same: dict[str, Any] = {key: getattr(robot, key) for key in _SAME}
     whole = RobotTable(
         **same,
@@ -138,7 +132,7 @@ def robot_toml(robot: Robot, source: str = "") -> str:
         base=PoseTable.of(robot.base),
         lengths=lengths,
         joints=tuple(joints),
-        drives=drives,
+        drives=DrivesTable(drives.side, drives.rotor_inertia, terms, drives.offsets, coupled, table),
         processing=ProcessingTable(**asdict(robot.processing)),
     )
     return f"# {robot.title or robot.name}. Lengths in m, angles in degrees.\n{toml_text(whole)}"
@@ -241,27 +235,6 @@ class DrivesTable(Table, frozen=True):
     coupling: CouplingTable | None = None
     spring: SpringTable | None = None
 
-    def drives(self) -> Drives:
-        """Make the drives."""
-        for key in ("rotor_inertia", "coupling"):
-            if self.side == "link" and getattr(self, key):
-                raise WrongKeyError(key, "sensors on the link side do not see it: remove it")
-        # Sensors behind the gears see no rotor and no friction, and have an offset of their own.
-        behind: dict[str, Any] = {"rotor_inertia": False, "friction": (), "offsets": True}
-        values: dict[str, Any] = {"rotor_inertia": self.rotor_inertia, "offsets": self.offsets}
-        names = ("FS", "FV") * self.friction if isinstance(self.friction, bool) else self.friction
-        with at("friction"):
-            values["friction"] = names if names is None else friction_terms(names)
-        with at("coupling"):
-            values["coupling"] = self.coupling and Coupling(self.coupling.joints, self.coupling.coulomb)
-        with at("spring"):
-            if table := self.spring:
-                rows = tuple((math.radians(angle), torque) for angle, torque in table.table)
-                zero = math.radians(table.zero_deg)
-                values["spring"] = Spring(table.joint, table.stiffness, table.length, table.arms, zero, rows)
-        given = {key: value for key, value in values.items() if value is not None}
-        return Drives(side=self.side, **behind | given if self.side == "link" else given)
-
 
 class ProcessingTable(Table, frozen=True):
     """Table of the settings of recordings' processing."""
@@ -305,16 +278,36 @@ class RobotTable(Table, frozen=True, kw_only=True):
             if name not in SOURCED:
                 raise WrongKeyError(f"sources.{name}", unknown(SOURCED, name))
         joints = []
-        for number, table in enumerate(self.joints, start=1):
+        for number, joint in enumerate(self.joints, start=1):
             with at(f"joints[{number}]"):
-                joints.append(table.joint(self.lengths))
+                joints.append(joint.joint(self.lengths))
         with at("drives"):
-            drives = self.drives.drives()
+            table, spring = self.drives, self.drives.spring
+            for key in ("rotor_inertia", "coupling"):
+                if table.side == "link" and getattr(table, key):
+                    raise WrongKeyError(key, "sensors on the link side do not see it: remove it")
+            values: dict[str, Any] = {"rotor_inertia": table.rotor_inertia, "offsets": table.offsets}
+            names = ("FS", "FV") * table.friction if isinstance(table.friction, bool) else table.friction
+            with at("friction"):
+                values["friction"] = names if names is None else friction_terms(names)
+            with at("coupling"):
+                values["coupling"] = table.coupling and Coupling(table.coupling.joints, table.coupling.coulomb)
+            with at("spring"):
+                if spring:
+                    rows = tuple((math.radians(angle), torque) for angle, torque in spring.table)
+                    zero = math.radians(spring.zero_deg)
+                    values["spring"] = Spring(
+                        spring.joint, spring.stiffness, spring.length, spring.arms, zero, rows
+                    )
+            # Sensors behind the gears see no rotor and no friction, and have an offset of their own.
+            behind: dict[str, Any] = {"rotor_inertia": False, "friction": (), "offsets": True}
+            given = {key: value for key, value in values.items() if value is not None}
+            drives = Drives(side=table.side, **behind | given if table.side == "link" else given)
         with at("processing"):
             values, fraction = structs.asdict(self.processing), self.processing.slow_fraction
             if values["slow_speed"] is None:  # where nothing is said of slow rows, the usual speed counts
-                usual = usual_slow_speed([joint.revolute for joint in joints])
-                values["slow_speed"] = usual if fraction is None else 0.0
+                speed = usual_slow_speed([joint.revolute for joint in joints])
+                values["slow_speed"] = speed if fraction is None else 0.0
             processing = Processing(**values | {"slow_fraction": fraction or 0.0})
         same: dict[str, Any] = {key: getattr(self, key) for key in _SAME}
         with at("robot"):
