@@ -28,9 +28,9 @@ class Decomposition(NamedTuple):
     sizes: Array  # norms of A's columns, 1 for those that are zero, shape (c,)
     range: Array  # orthonormal basis of what the columns span, N x r
     singular: Array  # singular values of the scaled columns, largest first, shape (r,)
-    root: (
-        Array  # determined directions over size and singular value: covariance is root root' for variance 1; c x r
-    )
+    # determined directions of the parameters over their singular values, c x r: root root' is the covariance of a
+    # least-squares solution where the right side has errors of variance 1
+    root: Array
     null: Array  # orthonormal basis of the undetermined ones, c x (c - r)
 
     @property

@@ -32,7 +32,7 @@ about 3e-3 rad from one, effects of the angle squared can be too small for QR to
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import combinations
@@ -260,18 +260,13 @@ def closed_form_base_parameters(robot: Robot) -> BaseParameters:
     # has squares, and what was moved once has no longer terms.
     names, constant = sorted(lengths), at()
     plus, minus = ({name: at(**{name: size}) for name in names} for size in (1.0, -1.0))
-    terms: list[tuple[_Monomial, Array]] = [((), constant)]
-    for name in names:
-        terms.append(((name,), 0.5 * (plus[name] - minus[name])))
-        terms.append(((name, name), 0.5 * (plus[name] + minus[name]) - constant))
+    terms: dict[_Monomial, Array] = {(): constant} | {(x,): 0.5 * (plus[x] - minus[x]) for x in names}
+    terms |= {(x, x): 0.5 * (plus[x] + minus[x]) - constant for x in names}
     for a, b in combinations(names, 2):
-        terms.append(((a, b), at(**{a: 1.0, b: 1.0}) - plus[a] - plus[b] + constant))
-    expressions = [
-        _sum_text((product, factors[row, k], name) for product, factors in terms for k, name in enumerate(columns))
-        for row in chosen
-    ]
+        terms[a, b] = at(**{a: 1.0, b: 1.0}) - plus[a] - plus[b] + constant
+    texts = (_sum_text(columns, {product: part[row] for product, part in terms.items()}) for row in chosen)
     exact = _grouping(robot, regroupings, {})[chosen]
-    return BaseParameters(columns, tuple(chosen), exact, "closed form", tuple(expressions))
+    return BaseParameters(columns, tuple(chosen), exact, "closed form", tuple(texts))
 
 
 def moves(robot: Robot) -> list[Move]:
@@ -365,25 +360,26 @@ def _grouping(robot: Robot, regroupings: Sequence[Move], lengths: Mapping[str, f
     return rows
 
 
-def _sum_text(terms: Iterable[tuple[_Monomial, float, str]]) -> str:
+def _sum_text(columns: Sequence[str], terms: Mapping[_Monomial, Array]) -> str:
     """Write a sum of products of lengths, factors and parameters as (12) prints it: "IA1 + D3^2*(M3+M4) + YY2".
 
     Parameters with the same factor share a bracket, factors are in alphabetical order, terms in that of their last.
     """
     groups: dict[tuple[_Monomial, float, str], list[str]] = {}
-    for product, factor, name in terms:
-        if abs(factor) > _ROUNDED:
-            rounded = float(f"{factor:.9g}")
-            alone = name if not product and abs(rounded) == 1.0 else ""
-            groups.setdefault((product, rounded, alone), []).append(name)
+    for product, factors in terms.items():
+        for name, factor in zip(columns, factors.tolist(), strict=True):
+            if abs(factor) > _ROUNDED:
+                rounded = float(f"{factor:.9g}")
+                alone = name if not product and abs(rounded) == 1.0 else ""
+                groups.setdefault((product, rounded, alone), []).append(name)
     parts = []
     for (product, factor, _), group in groups.items():
         first, *more = sorted(group)
         bracket = f"({'+'.join([first, *more])})" if more else first
         powers = sorted({**Counter(product), first: 1}.items())
-        factors = [] if abs(factor) == 1.0 else [f"{abs(factor):.6g}"]
+        texts = [] if abs(factor) == 1.0 else [f"{abs(factor):.6g}"]
         for name, power in powers:
-            factors.append(bracket if name == first else name if power == 1 else f"{name}^{power}")
-        parts.append((powers[::-1], f" {'-' if factor < 0 else '+'} {'*'.join(factors)}"))
+            texts.append(bracket if name == first else name if power == 1 else f"{name}^{power}")
+        parts.append((powers[::-1], f" {'-' if factor < 0 else '+'} {'*'.join(texts)}"))
     text = "".join(part for _, part in sorted(parts))
     return ("-" if text.startswith(" -") else "") + text[3:]

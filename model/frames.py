@@ -146,9 +146,8 @@ def bodies_in_link_frames(robot: Robot, parameters: Mapping[str, float]) -> dict
     """Bodies of the moving links by name, base to tip, in the frames of the robot's file; else in modified DH."""
     missing = [f"{kind}{j}" for j in range(1, robot.n + 1) for kind in INERTIAL if f"{kind}{j}" not in parameters]
     if missing:
-        raise InputError(
-            f"robot {robot.name!r}: no {listed(missing)}: bodies need all ten parameters of every link"
-        )
+        needed = "bodies need all ten parameters of every link"
+        raise InputError(f"robot {robot.name!r}: no {listed(missing)}: {needed}")
     bodies = {}
     for j in range(robot.n):
         body = InertialParameters(np.array([parameters[f"{kind}{j + 1}"] for kind in INERTIAL]))

@@ -163,9 +163,8 @@ class Processing:
         for name in ("rate", "cutoff", "equation_rate"):
             value = getattr(self, name)
             if value is not None and not _SLOWEST <= value < float("inf"):
-                raise ValueError(
-                    f"{name} must be above 0 Hz, got {value:g}: omit it to leave recordings as they are"
-                )
+                fault = f"{name} must be above 0 Hz, got {value:g}"
+                raise ValueError(f"{fault}: omit it to leave recordings as they are")
         if self.decimate < 1 or self.decimate != int(self.decimate):
             raise ValueError(f"decimate must be a whole number of at least 1, got {self.decimate}")
         if self.decimate > 1 and self.equation_rate is not None:

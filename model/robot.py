@@ -81,9 +81,8 @@ class Joint:
 
     def __post_init__(self) -> None:
         if self.kind not in ("revolute", "prismatic"):
-            raise ValueError(
-                f"joint kind {self.kind!r} is not 'revolute' or 'prismatic'; a body fixed to a link is part of it"
-            )
+            fault = f"joint kind {self.kind!r} is not 'revolute' or 'prismatic'"
+            raise ValueError(f"{fault}; a body fixed to a link is part of it")
         if not all(math.isfinite(value) for value in (self.alpha, self.d, self.theta, self.r)):
             raise ValueError("alpha, d, theta and r must be finite")
 
@@ -248,11 +247,8 @@ class Robot(Brief):
 
     def assumed(self, *parts: str) -> dict[str, str]:
         """Rules by which numbers without a source were assumed: of ``parts``, or of all that is ``SOURCED``."""
-        return {
-            name: self.sources[name].removeprefix(ASSUMED).lstrip(": ")
-            for name in parts or SOURCED
-            if self.sources.get(name, "").startswith(ASSUMED)
-        }
+        told = {name: self.sources.get(name, "") for name in parts or SOURCED}
+        return {x: text.removeprefix(ASSUMED).lstrip(": ") for x, text in told.items() if text.startswith(ASSUMED)}
 
     def with_offsets(self, offsets: bool) -> Robot:
         """Copy the robot with or without a constant friction offset per joint; FA gives way to it."""

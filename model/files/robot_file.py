@@ -296,9 +296,8 @@ class RobotTable(Table, frozen=True, kw_only=True):
                 if spring:
                     rows = tuple((math.radians(angle), torque) for angle, torque in spring.table)
                     zero = math.radians(spring.zero_deg)
-                    values["spring"] = Spring(
-                        spring.joint, spring.stiffness, spring.length, spring.arms, zero, rows
-                    )
+                    law = spring.stiffness, spring.length, spring.arms
+                    values["spring"] = Spring(spring.joint, *law, zero, rows)
             # Sensors behind the gears see no rotor and no friction, and have an offset of their own.
             behind: dict[str, Any] = {"rotor_inertia": False, "friction": (), "offsets": True}
             given = {key: value for key, value in values.items() if value is not None}

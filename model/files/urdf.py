@@ -321,12 +321,8 @@ def _joint(name: str, element: _Element, notes: _Notes) -> UrdfJoint:
     if kind in _MOVES and not 1e-9 < math.hypot(*axis) < _LARGEST:
         raise ValueError(f"{where}: axis has no direction")
     dynamics = element.find("dynamics")
-    friction = {
-        kind: value
-        for kind, key in (("FV", "damping"), ("FS", "friction"))
-        for value in _numbers(dynamics, key, _UNKNOWN, where)
-        if not math.isnan(value)
-    }
+    rubs = {x: _numbers(dynamics, key, _UNKNOWN, where)[0] for x, key in (("FV", "damping"), ("FS", "friction"))}
+    friction = {x: value for x, value in rubs.items() if not math.isnan(value)}
     ends = {tag: "" if (end := element.find(tag)) is None else end.get("link", "") for tag in ("parent", "child")}
     for tag, link in ends.items():
         if not link:
@@ -435,9 +431,8 @@ def expanded(source: Source) -> str:
     try:
         import xacro
     except ImportError:
-        raise InputError(
-            f"{path}: a xacro file: {_INSTALL}, or expand it first (xacro FILE > robot.urdf)"
-        ) from None
+        advice = "or expand it first (xacro FILE > robot.urdf)"
+        raise InputError(f"{path}: a xacro file: {_INSTALL}, {advice}") from None
 
     def find(package: str) -> str:
         own = packages.get(package)
