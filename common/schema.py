@@ -138,8 +138,11 @@ class Table(Brief, msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     advice: ClassVar[Mapping[str, str]] = {}
 
 
-class Document(Table, frozen=True):
-    """Base class of JSON documents and their parts, written and read."""
+class Document(Table, frozen=True, dict=True):
+    """Base class of JSON documents and their parts, written and read, which keep what they were made from."""
+
+    working: ClassVar[Any] = None
+    """Values that it was made from; None where it was read from a file."""
 
     @classmethod
     def of(cls, *sources: Any, **more: Any) -> Self:
@@ -149,13 +152,6 @@ class Document(Table, frozen=True):
             if name not in more and (owner := next(owners, None)) is not None:
                 more[name] = getattr(owner, name)
         return cls(**more)
-
-
-class Worked(Document, frozen=True, dict=True):
-    """Base class of documents that keep what they were made from."""
-
-    working: ClassVar[Any] = None
-    """Values that it was made from; None where it was read from a file."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle and copy with what it was made from, which may hold the document itself."""

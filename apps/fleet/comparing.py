@@ -16,7 +16,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from ...common import Array, InputError
-from ...common.schema import Document, Matrix, Vector, Worked
+from ...common.schema import Document, Matrix, Vector
 from ...estimation import PAYLOAD, Equations, Estimate, weighted
 from ...estimation.equations.equations import merged
 from ...estimation.fit.covariance import student95
@@ -121,7 +121,7 @@ class Drift(NamedTuple):
     spread: float  # standard deviation of the last change where nothing changed: of the nights before, and its own
 
 
-class Series(Worked, frozen=True):
+class Series(Document, frozen=True):
     """A quantity of an arm on its last night, and what the ``nights`` before say; ``working``: its ``Drift``.
 
     Attributes:
@@ -167,7 +167,7 @@ class Arm:
     pooled: Estimate  # its base parameters by the nights with the payload it was told most often
 
 
-class Fleet(Worked, frozen=True):
+class Fleet(Document, frozen=True):
     """Last nights of arms of one type, by name; ``working``: the arms, and their inertial parameters side by side.
 
     Attributes:

@@ -8,7 +8,6 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from ...common import Array, Document, Float, Vector
-from ...common.schema import Worked
 from ...model import Robot
 from ...model.inertia import PayloadSpread
 from ..fit.estimate import Estimate, Fit
@@ -50,7 +49,7 @@ def note(text: str, about: str = "everything") -> Finding:
     return Finding("note", about, text)
 
 
-class Verdict(Worked, frozen=True, dict=True, omit_defaults=True):
+class Verdict(Document, frozen=True, dict=True, omit_defaults=True):
     """Verdict on the use of numbers: what speaks against them, and what else is worth knowing."""
 
     level: Level

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self
 
 from msgspec import UNSET, Meta, UnsetType, field
 
-from ...common.schema import Document, Vector, Worked
+from ...common.schema import Document, Vector
 from ...common.speech import Speaks
 from ...model import BaseParameters, Processing, Robot
 from ...model.friction import term_names
@@ -23,7 +23,7 @@ Interval = tuple[Number, Number]
 Sigma = Annotated[float, Meta(ge=0.0)]
 
 
-class Result(Speaks, Worked, frozen=True, kw_only=True, dict=True):
+class Result(Speaks, Document, frozen=True, kw_only=True, dict=True):
     """Answer to a whole question, its own document; ``working``: equations and estimates that it was made from."""
 
 

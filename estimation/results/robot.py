@@ -7,7 +7,7 @@ import numpy as np
 from msgspec import UNSET, UnsetType, field
 
 from ...common import Array, InputError
-from ...common.schema import Document, Float, Matrix, Vector, Worked, WrongKeyError, at, present
+from ...common.schema import Document, Float, Matrix, Vector, WrongKeyError, at, present
 from ...model import BaseParameters, Robot
 from ...model.friction import friction_terms
 from ..diagnosis.evidence import Verdict
@@ -51,7 +51,7 @@ class Horizon(Document, frozen=True):
     at_rest: dict[str, tuple[Float, Float]] | None
 
 
-class Rollout(Worked, frozen=True, kw_only=True, dict=True):
+class Rollout(Document, frozen=True, kw_only=True, dict=True):
     """Distance of predicted motion from a recording's, and the replay: a controller that follows its path.
 
     ``working`` are the errors of every start.
