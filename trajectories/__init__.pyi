@@ -1,4 +1,4 @@
-from ..model.visibility import check_mass_visible as check_mass_visible
+from ..model.base import check_mass_visible as check_mass_visible
 from .design.goal import ASSUMED_NOISE as ASSUMED_NOISE
 from .design.goal import ASSUMED_RATIO as ASSUMED_RATIO
 from .design.goal import ASSUMED_STICTION as ASSUMED_STICTION

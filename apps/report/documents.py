@@ -23,9 +23,9 @@ from ...estimation.results.parts import Number
 from ...estimation.results.payload import VisibilityDocument
 from ...estimation.results.robot import Rollout
 from ...model import Motion, Recording, Robot
+from ...model.base import PayloadVisibility
 from ...model.inertia import PayloadSpread
 from ...model.motion import Measurement
-from ...model.visibility import PayloadVisibility
 from ...trajectories import Design, DesignProblem, Floor, Fourier, NearShape, Rung, Score, StaticShape, ViaPoints
 from ...trajectories.design.limits import LimitCheck
 from ...trajectories.design.score import Learnt, holding_torques, learnt_of, score_motion

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...model import Robot
-from ...model.visibility import friction_columns
+from ...model.base import friction_columns
 from ..fit.covariance import NORMAL95
 from ..fit.estimate import Gains, error_model
 from ..payload.by_joints import payload_by_joints

@@ -23,10 +23,10 @@ from scipy.special import chdtrc, fdtrc
 from ...common import Array, Brief, Document, InputError, decomposed, without
 from ...common.progress import each
 from ...model import BaseParameters, Motion, Recording, Robot, base_parameters
+from ...model.base import PayloadVisibility, check_mass_visible, friction_columns, visibility_of
 from ...model.drives import joint_of, parameter_kind
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
-from ...model.visibility import PayloadVisibility, check_mass_visible, friction_columns, visibility_of
 from ..equations.equations import FREE, PAYLOAD, Equations, compressed, merged
 from ..equations.observer import PATH, Observation, Observer, Used, reduced, used
 from ..fit.covariance import in_blocks, inflation, remembered, weighted_solution

@@ -8,9 +8,9 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import INERTIAL, InertialParameters, Robot, load_robot, payload_regressor
+from dynident.model.base import payload_visibility
 from dynident.model.inertia import gradients, payload_spread, skew
 from dynident.model.kernel.kernel import Kernel
-from dynident.model.visibility import payload_visibility
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays

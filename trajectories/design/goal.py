@@ -26,12 +26,11 @@ import numpy as np
 from ...common import Array, ArrayLike, Brief, InputError, decomposed, without
 from ...common.errors import listed
 from ...model import InertialParameters, Robot, base_parameters, standard_columns
-from ...model.base import leftmost_independent
+from ...model.base import check_mass_visible, friction_columns, leftmost_independent, visibility_of
 from ...model.drives import SPRING, parameter_kind, smooth_sign
 from ...model.inertia import PayloadSpread, payload_spread
 from ...model.kernel.kernel import Kernel
 from ...model.regressors import own_regressor, payload_columns
-from ...model.visibility import check_mass_visible, friction_columns, visibility_of
 from ..motions.family import JointBounds, Plan, Samples
 from ..motions.fourier import FourierShape, FreeSeries, NearShape
 from ..motions.via_points import FreeRests, FreeViaPoints, StaticShape, ViaPoints, ViaPointShape

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...common import Array, Brief, InputError, freeze_fields
 from ...model import Robot
-from ...model.visibility import PayloadVisibility, checked_joints, payload_visibility
+from ...model.base import PayloadVisibility, checked_joints, payload_visibility
 from .family import LONGEST, Clear, Factors, Grid, JointBounds, Pieces, Plan, Samples, check_pose, everywhere
 from .via_points import QUINTIC, quickest
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...common import Array, Brief, Indices, InputError, Mask, freeze_fields
 from ...model import Robot
-from ...model.visibility import PayloadVisibility, visibility_in_states
+from ...model.base import PayloadVisibility, visibility_in_states
 from .family import LONGEST, Clear, Factors, Grid, JointBounds, Pieces, Plan, Samples, check_pose, everywhere
 
 _MOST = 500  # points: a search takes half an hour then

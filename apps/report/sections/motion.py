@@ -7,10 +7,10 @@ import numpy as np
 
 from .... import __version__
 from ....model import INERTIAL, InertialParameters, Motion
+from ....model.base import PayloadVisibility
 from ....model.drives import parameter_kind
 from ....model.friction import LAWS
 from ....model.inertia import PayloadSpread, payload_spread
-from ....model.visibility import PayloadVisibility
 from ....trajectories import DesignProblem, Fourier, Scene, Score, StaticShape
 from ....trajectories.design.problem import BALL
 from ....trajectories.design.score import holding_torques, load_torques
