@@ -196,9 +196,6 @@ class JointAxis:
             raise ValueError("an axis needs a direction")
 
 
-_Line = tuple[Array, Array]  # axis as its direction, of length 1, and a point on it
-
-
 def modified_dh(axes: Sequence[JointAxis], flange: Pose) -> Robot:
     """Robot of a chain's axes, gravity along -z of its base, with every freedom used for plain numbers.
 
@@ -209,7 +206,7 @@ def modified_dh(axes: Sequence[JointAxis], flange: Pose) -> Robot:
         axes: of the joints 1 to n at the zero pose, in the base.
         flange: the flange at the zero pose, in the base.
     """
-    lines = list[_Line]()
+    lines = list[tuple[Array, Array]]()  # each axis as its direction, of length 1, and a point on it
     for axis in axes:
         direction = np.array(axis.direction) / np.linalg.norm(axis.direction)
         special = np.where(np.abs(direction) < SNAP_ANGLE, 0.0, direction)
@@ -220,16 +217,31 @@ def modified_dh(axes: Sequence[JointAxis], flange: Pose) -> Robot:
     if abs(first @ x) >= SNAP_ANGLE or np.linalg.norm(foot[1:]) >= SNAP_LENGTH:
         x, z, origin = _perpendicular(first, x), first, foot
     base, joints = _pose(x, z, origin).inverse(), list[Joint]()
-    for j, (axis, line) in enumerate(zip(axes, lines, strict=True)):
-        direction = line[0]
+    for j, (axis, (direction, point)) in enumerate(zip(axes, lines, strict=True)):
         # x of the frame before meets this axis at a right angle, so this is where.
-        foot = _foot(origin, *line)
-        if j + 1 < len(axes):
-            new_x, new_origin = _common_normal(x, line, lines[j + 1], foot)
-        else:  # the flange where its z axis lies on the last joint's, as near as can be elsewhere
-            wish = flange.R[:, 0]
-            across = np.linalg.norm(np.cross(wish, direction)) > SNAP_ANGLE
-            new_x, new_origin = _perpendicular(direction, wish) if across else x, _foot(flange.p, direction, foot)
+        foot = _foot(origin, direction, point)
+        new_x, new_origin = x, foot
+        if j + 1 == len(axes):  # the flange where its z axis lies on the last joint's, as near as can be elsewhere
+            wish, new_origin = flange.R[:, 0], _foot(flange.p, direction, foot)
+            if np.linalg.norm(np.cross(wish, direction)) > SNAP_ANGLE:
+                new_x = _perpendicular(direction, wish)
+        else:  # along the common normal of this axis and the next one
+            ahead, there = lines[j + 1]
+            normal, between = np.cross(direction, ahead), there - point
+            size = float(np.linalg.norm(normal))
+            if size < SNAP_ANGLE:
+                normal = between - (between @ direction) * direction
+                size = apart = float(np.linalg.norm(normal))
+            else:  # the nearest point to the next axis
+                new_origin = point + np.cross(between, ahead) @ normal / size**2 * direction
+                apart = float(between @ normal) / size
+            if size >= SNAP_LENGTH:  # else the axes are one
+                normal = normal / size
+                # Of both directions the one near the x before; if neither is near it, towards the next axis.
+                side = float(normal @ x)
+                if abs(side) < 1e-9:
+                    side = apart if abs(apart) > SNAP_LENGTH else float(np.cross(x, normal) @ direction)
+                new_x = normal if side > 0.0 else -normal
         alpha, d = _angle(z, direction, x), _along(foot - origin, x)
         theta, r = _angle(x, new_x, direction), _along(new_origin - foot, direction)
         joints.append(Joint(axis.kind, alpha, d, theta, r, axis.limits))
@@ -249,30 +261,6 @@ def _perpendicular(direction: Array, wish: Array) -> Array:
         across = np.eye(3)[int(np.argmin(np.abs(direction)))]
         across = across - (across @ direction) * direction
     return np.asarray(across / np.linalg.norm(across))
-
-
-def _common_normal(x: Array, axis: _Line, after: _Line, foot: Array) -> tuple[Array, Array]:
-    """Choose x, along the common normal of an axis and the next one, and origin of the axis's frame.
-
-    Of both directions it takes the one near the ``x`` before, which meets the axis at its ``foot``; if neither is
-    near it, the one towards the next axis.
-    """
-    (direction, point), (next_direction, there) = axis, after
-    normal, between = np.cross(direction, next_direction), there - point
-    size = float(np.linalg.norm(normal))
-    if size < SNAP_ANGLE:
-        normal, origin = between - (between @ direction) * direction, foot
-        size = apart = float(np.linalg.norm(normal))
-        if apart < SNAP_LENGTH:
-            return x, foot
-    else:  # the nearest point to the next axis
-        origin = point + np.cross(between, next_direction) @ normal / size**2 * direction
-        apart = float(between @ normal) / size
-    normal = normal / size
-    side = float(normal @ x)
-    if abs(side) < 1e-9:
-        side = apart if abs(apart) > SNAP_LENGTH else float(np.cross(x, normal) @ direction)
-    return (normal if side > 0.0 else -normal), origin
 
 
 def _pose(x: Array, z: Array, origin: Array) -> Pose:

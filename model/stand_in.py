@@ -124,19 +124,19 @@ def with_stand_in(robot: Robot) -> Robot:
     sources, friction, limits = dict(robot.sources), dict[str, float](), [joint.limits for joint in robot.joints]
     if not np.isfinite([limit.torque for limit in limits]).all():
         rest, inertia, load = _needed(robot, values)
-        needed = SAFETY * (np.abs(rest) + inertia * np.array([[limit.acceleration] for limit in limits])).max(
-            axis=1
-        )
+        hastening = inertia * np.array([[limit.acceleration] for limit in limits])
+        needed = SAFETY * (np.abs(rest) + hastening).max(axis=1)
         pairs = ((values.get(f"FS{j}", 0.0), values.get(f"FV{j}", 0.0)) for j in range(1, robot.n + 1))
         rubs = SAFETY * np.array([FS + FV * limit.speed for (FS, FV), limit in zip(pairs, limits, strict=True)])
         largest = zip(limits, np.maximum(needed, rubs).tolist(), strict=True)
         limits = [replace(limit, torque=min(limit.torque, most)) for limit, most in largest]
         rated = np.isfinite(robot.rated_payload)
         payload = "rated payload" if rated else f"a payload of {load:.2g} kg (itself assumed)"
-        sources["torque"] = (
-            f"{ASSUMED}: {SAFETY:g} times the largest torque of links and {payload} at rest and at the largest "
-            f"acceleration{', or of friction where that is more' if (rubs > needed).any() else ''}"
+        still = (
+            f"{SAFETY:g} times the largest torque of links and {payload} at rest and at the largest acceleration"
         )
+        more = ", or of friction where that is more" if (rubs > needed).any() else ""
+        sources["torque"] = f"{ASSUMED}: {still}{more}"
     for number, limit in enumerate(limits, start=1):
         most, fastest = limit.torque, limit.speed
         if np.isfinite([most, fastest]).all():  # of coupled drives one rotor turns with both joints, and rubs too

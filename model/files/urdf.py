@@ -75,6 +75,7 @@ class Urdf(NamedTuple):
     links: Mapping[str, InertialParameters | None]
     joints: tuple[UrdfJoint, ...]  # in the order of the file
     children: Mapping[str, Sequence[UrdfJoint]]  # of every link, the joints that it carries
+    above: Mapping[str, UrdfJoint]  # of every link but the first ones, the joint that carries it
     notes: tuple[str, ...]  # what was made exact or left out
     meshes: Mapping[str, tuple[Mesh, ...]]  # of every link, in its own frame
 
@@ -101,8 +102,7 @@ def load_urdf(path: str | Path | Source, base: str | None = None, tip: str | Non
         for link in (base, tip):
             if link is not None and link not in tree.links:
                 raise ValueError(f"chain = BASE:TIP: no link {link!r}: the links are {listed([*tree.links], 30)}")
-        below = {joint.child for joint in tree.joints}
-        roots = [name for name in tree.links if name not in below] if base is None else [base]
+        roots = [name for name in tree.links if name not in tree.above] if base is None else [base]
         if not roots:
             raise ValueError("no links in the file")
         if len(roots) > 1:
@@ -168,12 +168,12 @@ def _tip(tree: Urdf, base: str, notes: list[str]) -> str:
 
 def _chain(tree: Urdf, base: str, tip: str) -> tuple[list[tuple[UrdfJoint, Pose]], Pose]:
     """Find the moving joints from base to tip with their frames, and the tip's, in the base at zero position."""
-    above, path, link = {joint.child: joint for joint in tree.joints}, list[UrdfJoint](), tip
+    path, link = list[UrdfJoint](), tip
     while link != base:
-        if link not in above:
+        if link not in tree.above:
             raise ValueError(f"no chain leads from {base!r} down to {tip!r}: swap or change them")
-        path.append(above[link])
-        link = above[link].parent
+        path.append(tree.above[link])
+        link = path[-1].parent
     pose, moving, advice = Pose(), [], "choose another chain BASE:TIP"
     for joint in reversed(path):
         pose = pose @ joint.origin
@@ -237,24 +237,23 @@ def read_urdf(source: str | Path | Source) -> Urdf:
         bodies = {name: _body(link, f"link {name!r} inertial", notes) for name, link in links.items()}
         joints = tuple(_joint(name, joint, notes) for name, joint in _named(root, "joint").items())
         children: dict[str, list[UrdfJoint]] = {name: [] for name in links}
-        moved: dict[str, str] = {}
+        above: dict[str, UrdfJoint] = {}
         for joint in joints:
             for link in (joint.parent, joint.child):
                 if link not in children:
                     raise ValueError(f"joint {joint.name!r}: no link {link!r} in the file")
-            if joint.child in moved:
-                both = f"link {joint.child!r} is the child of joints {moved[joint.child]!r} and {joint.name!r}"
+            if (other := above.setdefault(joint.child, joint)) is not joint:
+                both = f"link {joint.child!r} is the child of joints {other.name!r} and {joint.name!r}"
                 raise ValueError(f"{both}: closed loops are not supported")
-            moved[joint.child] = joint.name
             children[joint.parent].append(joint)
-        reached = [name for name in links if name not in moved]
+        reached = [name for name in links if name not in above]
         for name in reached:  # grows while it is walked
             reached += [joint.child for joint in children[name]]
         if ring := [name for name in links if name not in set(reached)]:
             raise ValueError(f"link {ring[0]!r} is its own ancestor: closed loops are not supported")
     told = tuple(f"{', '.join(spots)}: {note}" for note, spots in notes.items())
     meshes = {name: tuple(_meshes(link, path.resolve().parent)) for name, link in links.items()}
-    return Urdf(root.get("name") or path.stem, str(path), bodies, joints, children, told, meshes)
+    return Urdf(root.get("name") or path.stem, str(path), bodies, joints, children, above, told, meshes)
 
 
 def _parsed(path: Path, text: str) -> _Element:
