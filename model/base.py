@@ -96,8 +96,7 @@ class BaseParameters(Brief):
     @property
     def unidentifiable(self) -> tuple[str, ...]:
         """Standard parameters without any effect on the torques."""
-        effect = np.abs(self.grouping).sum(axis=0)
-        return tuple(name for name, size in zip(self.standard, effect, strict=True) if size == 0.0)
+        return tuple(name for name, column in zip(self.standard, self.grouping.T, strict=True) if not column.any())
 
     @property
     def eliminated(self) -> tuple[str, ...]:

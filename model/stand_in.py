@@ -219,13 +219,6 @@ def rotor_inertias(robot: Robot, parameters: Mapping[str, float]) -> Array:
     return np.asarray(ROTOR * inertia.max(axis=1) + 2.0 * own * load)
 
 
-def with_rotors(robot: Robot, inertias: Array) -> Robot:
-    """Complete a robot with torque sensors behind the gears by rotor inertias, (n,): as its motors see it."""
-    drives = replace(robot.drives, side="motor", rotor_inertia=True)
-    rotors = {f"IA{number}": float(inertia) for number, inertia in enumerate(inertias, start=1)}
-    return replace(robot, drives=drives, parameters={**robot.parameters, **rotors})
-
-
 def _needed(robot: Robot, parameters: Mapping[str, float]) -> tuple[Array, Array, float]:
     """Torque at rest and inertia of each joint, n x poses, at ``poses_in_range``, and with which payload [kg].
 

@@ -17,7 +17,7 @@ from ..common.recursion import filtered
 from ..model import BaseParameters, InertialParameters, Motion, Recording, Robot, base_parameters, dynamics
 from ..model.kernel.kernel import Kernel
 from ..model.motion import Measurement
-from ..model.stand_in import completed, poses_in_range, rotor_inertias, with_rotors
+from ..model.stand_in import completed, poses_in_range, rotor_inertias
 from .motions.family import Plan, sample_count
 
 _AFTER_DECIMATION = 0.28  # of white noise at 250 Hz, through the filter of a decimation by 10
@@ -390,7 +390,9 @@ def run_experiment(
     if robot.drives.side == "link":
         # Sensors behind the gears see no rotor, but the arm turns them.
         rotors = rotor_inertias(robot, robot.parameters)
-        plant = with_rotors(robot, rotors)
+        own = {f"IA{number}": inertia for number, inertia in enumerate(rotors.tolist(), start=1)}
+        drives = replace(robot.drives, side="motor", rotor_inertia=True)
+        plant = replace(robot, drives=drives, parameters={**robot.parameters, **own})
     base, dry, matrices = base_parameters(plant), dynamics.dry_friction_names(plant), inertia_matrices(plant)
     inertia = np.diagonal(matrices, axis1=1, axis2=2).mean(axis=0)
     # So many steps a sample integrate the stiffest mode, dry friction about rest, stably.

@@ -333,10 +333,8 @@ _Bounded = Annotated[float, Meta(ge=-1e6, le=1e6)]
 Three = tuple[_Bounded, _Bounded, _Bounded]
 Six = tuple[_Bounded, _Bounded, _Bounded, _Bounded, _Bounded, _Bounded]
 
-TenTable = cast(
-    type[Table],
-    defstruct("TenTable", [(kind, _Bounded, 0.0) for kind in INERTIAL], bases=(Table,), frozen=True),
-)
+_TEN = [(kind, _Bounded, 0.0) for kind in INERTIAL]
+TenTable = cast(type[Table], defstruct("TenTable", _TEN, bases=(Table,), frozen=True))
 """Table of Khalil's ten about the frame's origin."""
 _WIDEST = 3.0  # m: radius of gyration that no payload has
 _NARROWEST = 1e-3  # m of a mass of 1 kg; a ball of gold has 0.02

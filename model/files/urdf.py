@@ -160,9 +160,8 @@ def _tip(tree: Urdf, base: str, notes: list[str]) -> str:
             break
     if len(named) != 1:  # none, or several arms have one each
         raise ValueError(f"several chains end in a link: set chain to :TIP, TIP one of {listed(ends, 30)}")
-    notes.append(
-        f"link {named[0]!r} is taken as the flange by its name; ends are {listed(ends, 30)}: chain = :TIP chooses"
-    )
+    ways = f"ends are {listed(ends, 30)}: chain = :TIP chooses"
+    notes.append(f"link {named[0]!r} is taken as the flange by its name; {ways}")
     return named[0]
 
 
@@ -209,11 +208,9 @@ def _parameters(
                     fault = f"these principal moments of inertia: {a:.3g}, {b:.3g}, {c:.3g} kg m^2"
                     why = "the largest exceeds the sum of the others, or one is negative"
                     notes.append(f"link {name!r}: no body has {fault} ({why}): correct the file")
-            notes += [
-                f"joint {joint.name!r} is not of the chain: it and what hangs on it are left out"
-                for joint in tree.children[name]
-                if joint.kind != "fixed" and joint not in chain
-            ]
+            for joint in tree.children[name]:
+                if joint.kind != "fixed" and joint not in chain:
+                    notes.append(f"joint {joint.name!r} is not of the chain: it and what hangs on it are left out")
         if vectors:
             values |= InertialParameters(np.sum(vectors, axis=0)).named(str(j))
         values |= {f"{kind}{j}": value for kind, value in moving.friction.items()}
@@ -274,9 +271,8 @@ def _of_xacro(root: _Element) -> str:
     source's.
     """
     read = [root, *(element for part in root if part.tag in ("link", "joint") for element in part.iter())]
-    waiting = [
-        element for element in read if any("${" in text for text in (element.text or "", *element.attrib.values()))
-    ]
+    texts = ((element, (element.text or "", *element.attrib.values())) for element in read)
+    waiting = [element for element, own in texts if any("${" in text for text in own)]
     waiting += [element for element in (*root, *read) if element.tag.startswith("{") and "xacro" in element.tag]
     return waiting[0].tag if waiting else ""
 
