@@ -94,10 +94,6 @@ def cylinder_radius(robot: Robot) -> float:
     return RADIUS * (sum(math.hypot(joint.d, joint.r) for joint in robot.joints[1:]) or 1.0)
 
 
-def _mass_of_links(parameters: Mapping[str, float]) -> float:
-    return sum(value for name, value in parameters.items() if parameter_kind(name) == "M")
-
-
 def with_stand_in(robot: Robot) -> Robot:
     """Complete the robot by parameters and limits, as far as its description lacks them and they can be assumed.
 
@@ -161,7 +157,7 @@ def nominal_bodies(robot: Robot) -> tuple[dict[str, float], str] | None:
     known = {name: value for name, value in robot.parameters.items() if parameter_kind(name) in INERTIAL}
     if not bodiless:
         return known, ""
-    weight = _mass_of_links(known)
+    weight = sum(value for name, value in known.items() if parameter_kind(name) == "M")
     if len(missing) < len(INERTIAL) * len(bodiless) or (robot.mass is None and not weight > 0.0):
         return None
     if robot.mass is None:
@@ -224,7 +220,8 @@ def _needed(robot: Robot, parameters: Mapping[str, float]) -> tuple[Array, Array
 
     It is the rated one or, where that is not known, a fraction of the links' mass.
     """
-    load = robot.rated_payload if np.isfinite(robot.rated_payload) else LOAD * _mass_of_links(parameters)
+    links = sum(value for name, value in parameters.items() if parameter_kind(name) == "M")
+    load = robot.rated_payload if np.isfinite(robot.rated_payload) else LOAD * links
     flange = robot.flange_pose or Pose()
     body = InertialParameters.from_com(load, PAYLOAD_COM, PAYLOAD_INERTIA * load * np.eye(3))
     chi = robot.chi(parameters, body.moved(flange.R, flange.p))
