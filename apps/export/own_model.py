@@ -21,7 +21,8 @@ from ...model import InertialParameters, Pose
 from ...model.files.urdf import read_urdf
 from ...model.frames import frames_at
 from ..extras import mujoco_model
-from .format import element, mjcf_inertial, plain, urdf_inertial, xml_text
+from .bodies import mjcf_inertial, urdf_inertial
+from .format import element, plain, xml_text
 from .robot import drive_attributes, moved_links
 from .simulators import mjcf
 

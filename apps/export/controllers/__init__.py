@@ -3,8 +3,7 @@
 Every format gives one small text that says frame, reference point, order, units and source of its numbers.
 """
 
-from .. import simulators
+from .. import bodies
 from ..format import formats
 
-_OF_SIMULATORS = formats(simulators.__name__, simulators.__path__, "_write_payload")
-FORMATS = dict(sorted((formats(__name__, __path__) | _OF_SIMULATORS).items()))  # every format by its name
+FORMATS = dict(sorted((formats(__name__, __path__) | bodies.FORMATS).items()))  # every format by its name

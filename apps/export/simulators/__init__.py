@@ -1,4 +1,4 @@
-"""A whole robot (``_write``) or a payload (``_write_payload``) in the format of a simulator: one file a format.
+"""A whole robot in the format of a simulator: one file a format.
 
 Every number of a robot says who decided it (data, rule or prior) and how sure it is, in comments and in what a
 simulator keeps when it writes the model again; what a format has no place for is said.

@@ -3,8 +3,8 @@
 A joint's armature, damping and frictionloss are its drive's; a coupled drive is a fixed tendon over both joints
 with its own; an offset is the bias of the joint's actuator, whose control is the motor's torque; a spring between
 two pivots is a spatial tendon between two sites. fullinertia is M11, M22, M33, M12, M13, M23 about pos in the axes
-of the body, positive definite with principal moments that fulfil A + B >= C. A payload is a body inside the body
-``flange``. Source: MuJoCo documentation, XML reference.
+of the body, positive definite with principal moments that fulfil A + B >= C. Source: MuJoCo documentation, XML
+reference.
 """
 
 import math
@@ -12,15 +12,13 @@ from collections import defaultdict
 from functools import partial
 from xml.etree.ElementTree import Element
 
-from ....common.errors import InputError
 from ....estimation.possible.whole_robot import Labelled, WholeRobot
 from ....model import Pose
-from ...numbers import exact, principal_axes, quaternion
-from ..format import FIRST, Format, element, mjcf_inertial
-from ..load import ControllerLoad, load_format
+from ...numbers import exact, quaternion
+from ..bodies import mjcf_inertial
+from ..format import FIRST, Format, element
 from ..robot import drive_attributes, fields, flange_of, gravity_of, moved_links
 
-_LEAST = 1e-15  # MuJoCo's mjMINVAL: no moment of inertia may be smaller
 DRIVE = {"armature": "armature", "damping": "damping", "friction": "frictionloss"}
 """Attributes of a joint or a tendon for its drive."""
 
@@ -115,18 +113,3 @@ def coupled_tendon(whole: WholeRobot, joints: tuple[str, ...]) -> list[Element]:
     drive = {quantity: label for quantity, label in whole.coupled.items() if quantity not in left}
     both = (element("joint", {"joint": joints[joint - 1], "coef": "1"}) for joint in coupling.joints)
     return [element("fixed", {"name": "coupled_drive"} | drive_attributes(drive, DRIVE), *both)]
-
-
-@load_format(
-    title="MJCF (copy the body payload into the body of your flange)",
-    source="MuJoCo XML reference, body/inertial",
-    order="pos x, y, z; fullinertia M11, M22, M33, M12, M13, M23",
-    in_part="the inertia is zero, a point mass; a moving link needs inertia of its own",
-)
-def _write_payload(load: ControllerLoad) -> Element:
-    least = float(principal_axes(load.inertia)[0].min())
-    if not load.point_mass and least < _LEAST:
-        raise InputError(f"the smallest moment of inertia is {least:.2g} kg m^2: MuJoCo refuses so small a body")
-    body = element("body", {"name": "payload"}, mjcf_inertial(load.mass, load.com, load.inertia))
-    world = element("worldbody", {}, element("body", {"name": "flange"}, body))
-    return element("mujoco", {"model": "payload"}, world)

@@ -1,9 +1,8 @@
 """SDFormat (Gazebo, Drake): as URDF, the links in one model that is fixed to the world.
 
-Poses are relative to the parent link, axes stand in the child's frame, which is the joint's. A payload is a model
-of one link, its origin at the flange; without entries of the inertia SDFormat takes 1 kg m^2, so a point mass needs
-explicit zeros. Sources: sdformat.org/spec, link/inertial (element descriptions in sdf/1.x/inertial.sdf); gz-math,
-Inertial; drake.mit.edu, Parsing models (drake:rotor_inertia, drake:gear_ratio, drake:acceleration).
+Poses are relative to the parent link, axes stand in the child's frame, which is the joint's. Sources:
+sdformat.org/spec, link/inertial (element descriptions in sdf/1.x/inertial.sdf); gz-math, Inertial; drake.mit.edu,
+Parsing models (drake:rotor_inertia, drake:gear_ratio, drake:acceleration).
 """
 
 import math
@@ -13,8 +12,8 @@ from xml.etree.ElementTree import Element
 from ....estimation.possible.whole_robot import WholeRobot
 from ....model import Pose
 from ...numbers import exact
-from ..format import DYNIDENT, FIRST, Format, element, sdf_inertial, texts
-from ..load import ControllerLoad, load_format
+from ..bodies import sdf_inertial
+from ..format import DYNIDENT, FIRST, Format, element, texts
 from ..robot import drive_attributes, drive_value, flange_of, moved_links
 
 
@@ -62,15 +61,3 @@ def _write(whole: WholeRobot) -> Element:
 
 def _pose(pose: Pose) -> Element:
     return element("pose", {}, f"{exact(pose.origin)} {exact(pose.rpy)}")
-
-
-@load_format(
-    title="SDFormat (fix the link payload to the flange of your robot, origin on origin)",
-    source="sdformat.org/spec, inertial",
-    order="pose x, y, z, roll, pitch, yaw; ixx, ixy, ixz, iyy, iyz, izz, entries of the matrix",
-    in_part="the inertia is zero, a point mass (left out it would be 1 kg m^2); simulators may ask for one of "
-    "your own",
-)
-def _write_payload(load: ControllerLoad) -> Element:
-    link = element("link", {"name": "payload"}, sdf_inertial(load.mass, load.com, load.inertia))
-    return element("sdf", {"version": "1.7"}, element("model", {"name": "payload"}, link))

@@ -2,24 +2,23 @@
 
 Angles are degrees, and so is what is per angle: speeds [deg/s] and viscous friction [N·m·s/deg]. The joint's axis
 is z of both its frames. Torque limits are the maxForce of a drive without stiffness and damping; the friction is
-the joint's own. Physics attributes have single precision; what customData tells of them has double. A payload is a
-prim whose origin is the flange, in the stage's units, for referencing a stage converts nothing; a mass or
-diagonalInertia of zero is ignored. Sources: openusd.org, UsdPhysics (UsdPhysicsMassAPI; its proposal on units);
-docs.omniverse.nvidia.com, Physx Joint Schema (PhysxJointAxisAPI, which takes precedence over PhysxJointAPI);
-nvidia-omniverse.github.io/PhysX, PhysxJointAxisAPI (degrees).
+the joint's own. Physics attributes have single precision; what customData tells of them has double. Sources:
+openusd.org, UsdPhysics (UsdPhysicsMassAPI; its proposal on units); docs.omniverse.nvidia.com, Physx Joint Schema
+(PhysxJointAxisAPI, which takes precedence over PhysxJointAPI); nvidia-omniverse.github.io/PhysX, PhysxJointAxisAPI
+(degrees).
 """
 
 import json
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import partial
 
 from ....estimation.possible.whole_robot import Labelled, WholeRobot
 from ....model import Pose
 from ...numbers import exact, principal_axes, quaternion
+from ..bodies import indented, prim, schemas, stage
 from ..format import Format
-from ..load import ControllerLoad, listed, load_format, number
 from ..robot import drive_value, fields, flange_of, gravity_of, moved_links
 
 
@@ -44,8 +43,8 @@ def _write(whole: WholeRobot) -> str:
         f"vector3f physics:gravityDirection = ({exact([x / size for x in g] if size else [0, 0, -1], ', ')})",
         f"float physics:gravityMagnitude = {exact(size)}",
     ]
-    links, pose = _prim(f'Xform "{base}"', [], [_schemas("PhysicsRigidBodyAPI")]), Pose()
-    joints = _prim('PhysicsFixedJoint "world"', [f"rel physics:body1 = </{root}/{base}>"])
+    links, pose = prim(f'Xform "{base}"', [], [schemas("PhysicsRigidBodyAPI")]), Pose()
+    joints = prim('PhysicsFixedJoint "world"', [f"rel physics:body1 = </{root}/{base}>"])
     for each in moved:
         inside, pose, link, joint, drive = list[str](), pose @ each.pose, each.link, each.joint, each.drive
         if (body := link.body).mass != 0.0:
@@ -58,10 +57,10 @@ def _write(whole: WholeRobot) -> str:
             ]
         inside += _placed(pose)
         if each is moved[-1] and flange not in whole.link_names:
-            inside += _prim(f'Xform "{_identifier(flange)}"', _placed(pose_of_flange))
-        marks = [_schemas("PhysicsRigidBodyAPI", "PhysicsMassAPI")]
+            inside += prim(f'Xform "{_identifier(flange)}"', _placed(pose_of_flange))
+        marks = [schemas("PhysicsRigidBodyAPI", "PhysicsMassAPI")]
         marks += _custom_data(link.link, link.numbers | link.parameters)
-        links += _prim(f'Xform "{_identifier(link.link)}"', inside, marks)
+        links += prim(f'Xform "{_identifier(link.link)}"', inside, marks)
         limits, turning = joint.limits, ("Revolute", "angular", math.degrees(1.0))
         kind, axis, unit = turning if joint.revolute else ("Prismatic", "linear", 1.0)
         lines = ['uniform token physics:axis = "Z"']
@@ -89,29 +88,12 @@ def _write(whole: WholeRobot) -> str:
         if "damping" in drive:
             numbers[f"{own}:viscousFrictionCoefficient"] = damping / unit
         lines += [f"float {key} = {exact(value)}" for key, value in numbers.items() if math.isfinite(value)]
-        schemas = _schemas(f"PhysicsDriveAPI:{axis}", "PhysxJointAPI", f"PhysxJointAxisAPI:{axis}")
-        about = [schemas, *_custom_data(each.name, drive)]
-        joints += _prim(f'Physics{kind}Joint "{_identifier(each.name)}"', lines, about)
-    inside = [*links, *_prim('Scope "joints"', joints)]
-    arm = _prim(f'Xform "{root}"', inside, [_schemas("PhysicsArticulationRootAPI")])
-    return _stage(root, "1", [*_prim('PhysicsScene "physicsScene"', scene), "", *arm])
-
-
-def _stage(root: str, unit: str, prims: Iterable[str]) -> str:
-    about = [f'defaultPrim = "{root}"', "kilogramsPerUnit = 1", f"metersPerUnit = {unit}", 'upAxis = "Z"']
-    return "\n".join(["(", *_indented(about), ")", "", *prims])
-
-
-def _prim(kind: str, inside: Iterable[str], metadata: Iterable[str] = ()) -> list[str]:
-    return [f"def {kind} (", *_indented(metadata), ")", "{", *_indented(inside), "}"]
-
-
-def _indented(lines: Iterable[str]) -> list[str]:
-    return [f"    {line}" for line in lines]
-
-
-def _schemas(*names: str) -> str:
-    return f"prepend apiSchemas = [{', '.join(map(json.dumps, names))}]"
+        applied = schemas(f"PhysicsDriveAPI:{axis}", "PhysxJointAPI", f"PhysxJointAxisAPI:{axis}")
+        about = [applied, *_custom_data(each.name, drive)]
+        joints += prim(f'Physics{kind}Joint "{_identifier(each.name)}"', lines, about)
+    inside = [*links, *prim('Scope "joints"', joints)]
+    arm = prim(f'Xform "{root}"', inside, [schemas("PhysicsArticulationRootAPI")])
+    return stage(root, "1", [*prim('PhysicsScene "physicsScene"', scene), "", *arm])
 
 
 def _placed(pose: Pose) -> list[str]:
@@ -127,33 +109,9 @@ def _custom_data(name: str, numbers: Mapping[str, Labelled]) -> list[str]:
     lines = [f"string name = {json.dumps(name)}"]
     for key, label in numbers.items():
         text = [f'string {name} = "{word}"' for name, word in fields(label).items() if name != "value"]
-        lines += [f"dictionary {key} = {{", *_indented([f"double value = {exact(label.value)}", *text]), "}"]
-    return ["customData = {", "    dictionary dynident = {", *_indented(_indented(lines)), "    }", "}"]
+        lines += [f"dictionary {key} = {{", *indented([f"double value = {exact(label.value)}", *text]), "}"]
+    return ["customData = {", "    dictionary dynident = {", *indented(indented(lines)), "    }", "}"]
 
 
 def _identifier(name: str) -> str:
     return re.sub(r"^(?=\d)", "_", re.sub(r"\W", "_", name, flags=re.ASCII))
-
-
-@load_format(
-    title="USD PhysicsMassAPI (stage units; copy into a stage of the same units)",
-    source="OpenUSD, UsdPhysicsMassAPI",
-    holds=frozenset({"products", "units"}),
-    reference="principal moments about the centre of mass, their axes turned by principalAxes out of the prim's",
-    order="centerOfMass x, y, z; diagonalInertia along the principal axes; principalAxes w, x, y, z",
-    units="kg (kilogramsPerUnit = 1), length in metersPerUnit, inertia in kg times that squared",
-    in_part="no diagonalInertia: the simulator makes one from the shapes",
-    first_line="#usda 1.0",
-)
-def _write_payload(load: ControllerLoad) -> str:
-    (moments, axes), unit, digits = principal_axes(load.inertia), load.meters_per_unit, load.moment_digits
-    digits = None if digits is None else digits + round(2.0 * math.log10(unit))
-    lines = [
-        f"float physics:mass = {number(load.mass)}",
-        f"point3f physics:centerOfMass = ({listed(load.com / unit)})",
-        f"float3 physics:diagonalInertia = ({listed(moments / unit**2, digits)})",
-        f"quatf physics:principalAxes = ({listed(quaternion(axes))})",
-    ]
-    schemas = _schemas("PhysicsRigidBodyAPI", "PhysicsMassAPI")
-    payload = _prim('Xform "payload"', lines[: 2 if load.point_mass else 4], [schemas])
-    return _stage("payload", number(unit), payload)
