@@ -4,12 +4,11 @@ Elements of XML that several formats have.
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import KW_ONLY, dataclass, replace
+from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from xml.etree.ElementTree import Element, indent, tostring
 
 from ...common.errors import printable
-from ..extras import modules
 
 if TYPE_CHECKING:
     from ...trajectories.motions.family import Plan
@@ -54,11 +53,6 @@ def plain(line: str) -> str:
     """A comment on one line of ASCII that ends no comment and continues no line."""
     text = printable(" ".join(line.split())).translate(_ASCII).encode("ascii", "replace").decode("ascii")
     return text.replace("--", "- -").replace("--", "- -").replace("*/", "* /").rstrip("\\")
-
-
-def formats(package: str, folders: Iterable[str], **alike: Any) -> dict[str, Format[Any]]:
-    """Formats by name, each ``_write`` of one file of a package (its ``__path__``); all have what is ``alike``."""
-    return {name: replace(module._write, **alike) for name, module in modules(package, folders).items()}
 
 
 def element(tag: str, values: Mapping[str, str] | None = None, *inside: "Element[Any] | str") -> Element:

@@ -21,10 +21,10 @@ from ...model import InertialParameters, Pose
 from ...model.files.urdf import read_urdf
 from ...model.frames import frames_at
 from ..extras import mujoco_model
-from .bodies import mjcf_inertial, urdf_inertial
 from .format import element, plain, xml_text
+from .load import mjcf_inertial, urdf_inertial
 from .robot import drive_attributes, moved_links
-from .simulators import mjcf
+from .simulators import DRIVE, coupled_tendon, custom
 
 FAR = 0.005  # m: how far a joint's axis may lie beside the robot's own; descriptions round lengths to a millimetre
 TURNED = math.radians(0.5)  # by how much it may be turned
@@ -161,7 +161,7 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[
             link = next((body for body in model.root.iter(tag) if joint in list(body)), None)
             if link is None:
                 raise InputError(f"{path}: joint {name!r} is in no body")
-            model.set(joint, drive_attributes(drive, mjcf.DRIVE))
+            model.set(joint, drive_attributes(drive, DRIVE))
         else:
             link, values = model.named(tag, placed[name].body), drive_attributes(drive)
             if (dynamics := joint.find("dynamics")) is not None:
@@ -171,9 +171,9 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[
         inertial = inertial_of(body.mass, body.com, body.inertia_com)
         model.put(link, [links[j].comment(), inertial], link.find("inertial"))
     joints = tuple(names.get(j, "") for j in range(whole.robot.n))
-    tendon = [element("tendon", {}, *mjcf.coupled_tendon(whole, joints))] if both else []
+    tendon = [element("tendon", {}, *coupled_tendon(whole, joints))] if both else []
     model.put(model.root, [Comment(f" {plain(line)} ") for line in head])
-    model.put(model.root, [*([mjcf.custom(whole)] if of_mujoco else []), *tendon], "last")
+    model.put(model.root, [*([custom(whole)] if of_mujoco else []), *tendon], "last")
     notes = list[str]()
     if missing := [joint for j, joint in enumerate(whole.joint_names) if j not in names]:
         notes.append(f"Joints of {whole.robot.name} that are not in {path}: {', '.join(missing)}.")
