@@ -275,7 +275,7 @@ def mjcf_inertial(mass: float, com: Array, inertia: Array) -> Element:
     return element("inertial", {"pos": exact(com), "mass": exact(mass)} | moments)
 
 
-def joint_ends(parent: str, child: str, pose: Pose) -> list[Element]:
+def ends(parent: str, child: str, pose: Pose) -> list[Element]:
     """Links of a joint in URDF, and its place in the first one."""
     return [
         element("parent", {"link": parent}),
@@ -339,7 +339,7 @@ def _sdf(load: ControllerLoad) -> Element:
     in_part="the inertia is zero, a point mass; simulators may ask for one of your own",
 )
 def _urdf(load: ControllerLoad) -> Element:
-    joint = element("joint", {"name": "tool0-payload", "type": "fixed"}, *joint_ends("tool0", "payload", Pose()))
+    joint = element("joint", {"name": "tool0-payload", "type": "fixed"}, *ends("tool0", "payload", Pose()))
     link = element("link", {"name": "payload"}, urdf_inertial(load.mass, load.com, load.inertia))
     return element("robot", {"name": "payload"}, element("link", {"name": "tool0"}), joint, link)
 

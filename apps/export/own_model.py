@@ -108,11 +108,8 @@ class Placed(NamedTuple):
     pose: Pose
 
 
-Extra = dict[str, tuple[str, float]]
-"""Bodies fixed to others: the moving body that carries them, and their mass [kg]."""
-
-
-def _read_mjcf(path: str) -> tuple[dict[str, Placed], Extra]:
+def _read_mjcf(path: str) -> tuple[dict[str, Placed], dict[str, tuple[str, float]]]:
+    """Joints, and bodies that are fixed to others: the moving body that carries them, and their mass [kg]."""
     mujoco, model = mujoco_model(path)
     data = mujoco.MjData(model)
     data.qpos[:] = 0.0
@@ -125,14 +122,14 @@ def _read_mjcf(path: str) -> tuple[dict[str, Placed], Extra]:
     return placed, {names[k]: (names[on], mass) for k, (on, mass) in loads if on not in (0, k)}
 
 
-def _read_urdf(path: str) -> tuple[dict[str, Placed], Extra]:
+def _read_urdf(path: str) -> tuple[dict[str, Placed], dict[str, tuple[str, float]]]:
     tree = read_urdf(path)
     before = {joint.child: joint for joint in tree.joints}
 
     def pose(link: str) -> Pose:
         return pose(before[link].parent) @ before[link].origin if link in before else Pose()
 
-    placed, fixed = {}, Extra()
+    placed, fixed = {}, dict[str, tuple[str, float]]()
     for joint in (joint for joint in tree.joints if joint.kind != "fixed"):
         there, axis = pose(joint.child), np.array(joint.axis) / np.linalg.norm(joint.axis)
         placed[joint.name] = Placed(there.p, there.R @ axis, joint.child, there)

@@ -39,7 +39,7 @@ from ...estimation.possible.whole_robot import Labelled, WholeRobot
 from ...model import Pose
 from ..numbers import exact, principal_axes, quaternion
 from .format import DYNIDENT, FIRST, Format, element, texts
-from .load import indented, joint_ends, mjcf_inertial, prim, schemas, sdf_inertial, stage, urdf_inertial
+from .load import ends, indented, mjcf_inertial, prim, schemas, sdf_inertial, stage, urdf_inertial
 from .robot import drive_attributes, drive_value, fields, flange_of, gravity_of, moved_links, robot_head
 
 robot_format = partial(Format[WholeRobot], head=robot_head, first_line=FIRST)
@@ -65,8 +65,8 @@ def _mjcf(whole: WholeRobot) -> Element:
     moved, sites = moved_links(whole, apart=False), defaultdict[int, list[Element]](list)  # of links, 0: the base
     if spring is not None and not spring.table:
         values = {"name": "spring", "stiffness": exact(spring.stiffness), "springlength": exact(spring.length)}
-        ends = (element("site", {"site": f"spring_{end}"}) for end in ("fixed", "moving"))
-        tendons.append(element("spatial", values, *ends))
+        both = (element("site", {"site": f"spring_{end}"}) for end in ("fixed", "moving"))
+        tendons.append(element("spatial", values, *both))
         # The moving pivot stands in the joint's frame, the fixed one in that frame at q = 0. Their angle about the
         # axis is q - zero - pi, so that L^2 = a^2 + b^2 + 2 a b cos(q - zero).
         (a, b), each = spring.arms, moved[spring.joint - 1]
@@ -164,16 +164,14 @@ def _urdf(whole: WholeRobot) -> Element:
         values |= {"velocity": exact(min(limits.speed, _UNKNOWN)), "effort": exact(min(limits.torque, _UNKNOWN))}
         if math.isfinite(limits.acceleration):
             values["drake:acceleration"] = exact(limits.acceleration)
-        parts = [*joint_ends(each.parent, each.link.link, each.pose), element("axis", {"xyz": each.axis})]
+        parts = [*ends(each.parent, each.link.link, each.pose), element("axis", {"xyz": each.axis})]
         parts += [element("limit", values), *([element("dynamics", dynamics)] if dynamics else [])]
         root.append(element("joint", {"name": each.name, "type": kind}, *parts))
     flange, pose = flange_of(whole.robot)
     if flange not in whole.link_names:
         last = whole.link_names[-1]
         root.append(element("link", {"name": flange}))
-        root.append(
-            element("joint", {"name": f"{last}-{flange}", "type": "fixed"}, *joint_ends(last, flange, pose))
-        )
+        root.append(element("joint", {"name": f"{last}-{flange}", "type": "fixed"}, *ends(last, flange, pose)))
     interface = element("hardwareInterface", {}, "hardware_interface/EffortJointInterface")
     for each in links:  # as Drake reads drives
         rotor = element("drake:rotor_inertia", {"value": exact(drive_value(each.drive, "armature"))})
@@ -222,11 +220,9 @@ def _sdf(whole: WholeRobot) -> Element:
         parts = [*texts({"parent": each.parent, "child": name}), element("axis", {}, *axis)]
         parts += texts(rotor) if "armature" in each.drive else []
         model.append(element("joint", {"name": each.name, "type": kind}, *parts))
-    flange, pose_of_flange = flange_of(whole.robot)
+    flange, at = flange_of(whole.robot)
     if flange not in whole.link_names:
-        model.append(
-            element("frame", {"name": flange, "attached_to": whole.link_names[-1]}, _sdf_pose(pose_of_flange))
-        )
+        model.append(element("frame", {"name": flange, "attached_to": whole.link_names[-1]}, _sdf_pose(at)))
     return element("sdf", {"version": "1.9", "xmlns:drake": "drake.mit.edu", "xmlns:dynident": DYNIDENT}, model)
 
 
