@@ -18,9 +18,7 @@ from ...common.files import write_text
 from ...model.motion import Measurement
 from ...trajectories.motions.family import check_pose
 from .. import logs, results, view
-from ..export.motion import WrittenMotion, design_head
-from ..export.motions import FORMATS
-from ..export.motions.val3 import val3_replay
+from ..export.motions import FORMATS, WrittenMotion, design_head, val3_replay
 from ..report import documents
 from ..report.blocks import Report
 from ..report.sections import motion as sections

@@ -19,10 +19,7 @@ from ...common.errors import InputError
 from ...common.files import made_folder, write_text
 from .. import results
 from ..export import motions
-from ..export.motion import WrittenMotion
-from ..export.motions.ros2 import check_joint_names
-from ..export.motions.urscript import CONTROLLER_RATE, check_urscript
-from ..export.motions.val3 import check_val3
+from ..export.motions import CONTROLLER_RATE, WrittenMotion, check_joint_names, check_urscript, check_val3
 from ..report.sections.motion import criterion_text
 from . import values
 from .entry import FILES, GENERAL, GOAL, LIMITS, SEARCH, SETTING, note, status

@@ -1,17 +1,14 @@
 """One type for every format: its name, what it can hold, where it is documented, and the text that it becomes.
 
-Elements of XML that several formats have, and bodies as URDF, SDFormat and MJCF hold them.
+Elements of XML that several formats have.
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import KW_ONLY, dataclass, replace
+from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from xml.etree.ElementTree import Element, indent, tostring
 
-from ...common.arrays import Array
 from ...common.errors import printable
-from ..extras import modules
-from ..numbers import ENTRIES, exact, inertia_entries
 
 if TYPE_CHECKING:
     from ...trajectories.motions.family import Plan
@@ -58,11 +55,6 @@ def plain(line: str) -> str:
     return text.replace("--", "- -").replace("--", "- -").replace("*/", "* /").rstrip("\\")
 
 
-def formats(package: str, folders: Iterable[str], writer: str = "_write", **alike: Any) -> dict[str, Format[Any]]:
-    """Formats by name, each ``writer`` of one file of a package (its ``__path__``); all have what is ``alike``."""
-    return {name: replace(getattr(module, writer), **alike) for name, module in modules(package, folders).items()}
-
-
 def element(tag: str, values: Mapping[str, str] | None = None, *inside: "Element[Any] | str") -> Element:
     """An element, its attributes, and what stands in it: a text or elements."""
     made = Element(tag, dict(values or {}))
@@ -80,21 +72,3 @@ def xml_text(root: Element) -> str:
     """An element as text, indented."""
     indent(root)
     return tostring(root, encoding="unicode").replace(" />", "/>")
-
-
-def urdf_inertial(mass: float, com: Array, inertia: Array) -> Element:
-    """A body in URDF [kg, m, kg m^2]: entries of the matrix about the centre of mass, in the axes of the link."""
-    origin, entries = element("origin", {"xyz": exact(com), "rpy": "0 0 0"}), inertia_entries(inertia)
-    return element("inertial", {}, origin, element("mass", {"value": exact(mass)}), element("inertia", entries))
-
-
-def sdf_inertial(mass: float, com: Array, inertia: Array) -> Element:
-    """A body in SDFormat; the pose of its inertial frame is not turned."""
-    pose = texts({"pose": f"{exact(com)} 0 0 0", "mass": exact(mass)})
-    return element("inertial", {}, *pose, element("inertia", {}, *texts(inertia_entries(inertia))))
-
-
-def mjcf_inertial(mass: float, com: Array, inertia: Array) -> Element:
-    """A body in MJCF: entries M11, M22, M33, M12, M13, M23 of the matrix."""
-    moments = {"fullinertia": exact(inertia[ENTRIES])} if inertia.any() else {"diaginertia": "0 0 0"}
-    return element("inertial", {"pos": exact(com), "mass": exact(mass)} | moments)

@@ -21,9 +21,10 @@ from ...model import InertialParameters, Pose
 from ...model.files.urdf import read_urdf
 from ...model.frames import frames_at
 from ..extras import mujoco_model
-from .format import element, mjcf_inertial, plain, urdf_inertial, xml_text
+from .format import element, plain, xml_text
+from .load import mjcf_inertial, urdf_inertial
 from .robot import drive_attributes, moved_links
-from .simulators import mjcf
+from .simulators import DRIVE, coupled_tendon, custom
 
 FAR = 0.005  # m: how far a joint's axis may lie beside the robot's own; descriptions round lengths to a millimetre
 TURNED = math.radians(0.5)  # by how much it may be turned
@@ -107,11 +108,8 @@ class Placed(NamedTuple):
     pose: Pose
 
 
-Extra = dict[str, tuple[str, float]]
-"""Bodies fixed to others: the moving body that carries them, and their mass [kg]."""
-
-
-def _read_mjcf(path: str) -> tuple[dict[str, Placed], Extra]:
+def _read_mjcf(path: str) -> tuple[dict[str, Placed], dict[str, tuple[str, float]]]:
+    """Joints, and bodies that are fixed to others: the moving body that carries them, and their mass [kg]."""
     mujoco, model = mujoco_model(path)
     data = mujoco.MjData(model)
     data.qpos[:] = 0.0
@@ -124,14 +122,14 @@ def _read_mjcf(path: str) -> tuple[dict[str, Placed], Extra]:
     return placed, {names[k]: (names[on], mass) for k, (on, mass) in loads if on not in (0, k)}
 
 
-def _read_urdf(path: str) -> tuple[dict[str, Placed], Extra]:
+def _read_urdf(path: str) -> tuple[dict[str, Placed], dict[str, tuple[str, float]]]:
     tree = read_urdf(path)
     before = {joint.child: joint for joint in tree.joints}
 
     def pose(link: str) -> Pose:
         return pose(before[link].parent) @ before[link].origin if link in before else Pose()
 
-    placed, fixed = {}, Extra()
+    placed, fixed = {}, dict[str, tuple[str, float]]()
     for joint in (joint for joint in tree.joints if joint.kind != "fixed"):
         there, axis = pose(joint.child), np.array(joint.axis) / np.linalg.norm(joint.axis)
         placed[joint.name] = Placed(there.p, there.R @ axis, joint.child, there)
@@ -160,7 +158,7 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[
             link = next((body for body in model.root.iter(tag) if joint in list(body)), None)
             if link is None:
                 raise InputError(f"{path}: joint {name!r} is in no body")
-            model.set(joint, drive_attributes(drive, mjcf.DRIVE))
+            model.set(joint, drive_attributes(drive, DRIVE))
         else:
             link, values = model.named(tag, placed[name].body), drive_attributes(drive)
             if (dynamics := joint.find("dynamics")) is not None:
@@ -170,9 +168,9 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> tuple[
         inertial = inertial_of(body.mass, body.com, body.inertia_com)
         model.put(link, [links[j].comment(), inertial], link.find("inertial"))
     joints = tuple(names.get(j, "") for j in range(whole.robot.n))
-    tendon = [element("tendon", {}, *mjcf.coupled_tendon(whole, joints))] if both else []
+    tendon = [element("tendon", {}, *coupled_tendon(whole, joints))] if both else []
     model.put(model.root, [Comment(f" {plain(line)} ") for line in head])
-    model.put(model.root, [*([mjcf.custom(whole)] if of_mujoco else []), *tendon], "last")
+    model.put(model.root, [*([custom(whole)] if of_mujoco else []), *tendon], "last")
     notes = list[str]()
     if missing := [joint for j, joint in enumerate(whole.joint_names) if j not in names]:
         notes.append(f"Joints of {whole.robot.name} that are not in {path}: {', '.join(missing)}.")

@@ -88,12 +88,12 @@ class CsvLog(RawLog):
                 self._decimal = ","
         names, units = (list(layout.names), []) if layout.names else self._header(header, remarks, below)
         sigma: float | None = None
-        for remark in [line for line in remarks if _GAIN_SIGMA.fullmatch(line)]:
-            fraction = remark.partition("=")[2].strip()
+        for stated_sigma in filter(None, map(_GAIN_SIGMA.fullmatch, [*remarks])):
+            fraction = stated_sigma[1]
             sigma = float(fraction) if self._is_number(fraction) else -1.0
             if not 0.0 <= sigma < 1.0:
                 raise InputError(f"{path}: gain_sigma = {fraction}: give a fraction from 0 to below 1; 0 if exact")
-            remarks.remove(remark)
+            remarks.remove(stated_sigma[0])
         columns = [with_unit(name) for name in names]
         names = [name for name, _ in columns]
         stated_units = dict(zip(names, units, strict=False)) | {name: unit for name, unit in columns if unit}
@@ -107,11 +107,9 @@ class CsvLog(RawLog):
             "a row of units": bool(units),
             "remarks": bool(remarks),
         }
-        notes = [f"text read with {', '.join(words for words, is_so in told.items() if is_so)}"] * any(
-            told.values()
-        )
+        words = ", ".join(text for text, is_so in told.items() if is_so)
+        notes = [f"text read with {words}"] * bool(words)
         super().__init__(path, tuple(names), self._read, self._place, (), stated_units, notes, sigma)
-        self._dialect = tuple(notes)
 
     def _header(self, line: str, remarks: Sequence[str], below: Sequence[str]) -> tuple[list[str], list[str]]:
         """Names of the columns, by the last remark of a file of numbers, and the row of units below them."""
@@ -151,10 +149,9 @@ class CsvLog(RawLog):
         return f"line {self._before + 1 + row * max(self._per_row, 1) + bisect_right(self._passed, row)}"
 
     def _read(self, columns: Sequence[str]) -> Array:
-        """Some of the columns."""
+        """Some of the columns; once, for what is found on the way joins the notes."""
         per_row, wanted = self._per_row, [self.names.index(name) for name in columns]
         indices = [0] if per_row else wanted
-        self._passed, self.notes = [], [*self._dialect]
         with _opened(self.path, self._encoding) as text:
             rows = self._rows(text, indices)
             first = next(rows, None)

@@ -153,8 +153,8 @@ class Quantity(Table, frozen=True):
     unit: Texts = ()  # one for all joints, or one for each; empty for the SI unit
     side: Literal["joint", "motor"] = "joint"  # motor: before the gears
     sign: _Numbers = ()  # 1 or -1, of the column, before anything else
-    zero_deg: _Numbers = ()  # added to joint-side positions, like zero_m
-    zero_m: _Numbers = ()
+    zero_deg: _Numbers = ()  # added to joint-side positions, one for each joint
+    zero_m: _Numbers = ()  # that of sliding joints
     rated: _Numbers = ()  # what 100 percent is, in N·m, N or A on the column's own side
 
     def __post_init__(self) -> None:
@@ -176,15 +176,10 @@ class Quantity(Table, frozen=True):
             raise ValueError("rated goes with the unit percent: what 100 percent is, for each joint")
         if self.side == "motor" and kind == "current":
             raise ValueError("a current has no side: remove 'side'; the drive gains include it")
-        if self.zero and kind != "position":
+        if (self.zero_deg or self.zero_m) and kind != "position":
             raise ValueError("only positions have a zero")
         for unit in self.unit:
             factor(REFERENCES.get(kind, kind), unit)
-
-    @property
-    def zero(self) -> tuple[float, ...]:
-        """Offsets that are added to joint-side positions [rad or m], one for each joint."""
-        return tuple(map(math.radians, self.zero_deg)) or self.zero_m
 
 
 class ToolColumns(Table, frozen=True):
@@ -276,7 +271,8 @@ class LogMap(Table, frozen=True):
             own, name = self.quantity(kind), REFERENCES.get(kind, kind)
             several = len(own.columns) > 1 or "{" not in "".join(own.columns)  # else one pattern for all
             sizes |= {f"{name}.columns": several * len(own.columns), f"{name}.unit": len(own.unit[1:] and own.unit)}
-            sizes |= {f"{name}.{key}": len(getattr(own, key)) for key in ("sign", "zero", "rated")}
+            entries = {"sign": own.sign, "zero": own.zero_deg or own.zero_m, "rated": own.rated}
+            sizes |= {f"{name}.{key}": len(given) for key, given in entries.items()}
         for name, size in sizes.items():
             if size not in (0, n):
                 typed = self.source == COMMAND_LINE
@@ -291,7 +287,8 @@ class LogMap(Table, frozen=True):
         if quantity.side == "motor" and self.motor:  # (8) and by duality (9): tau = G' tau_m
             G = self.motor.matrix()
             values = values @ G if kind == "torque" else values @ np.linalg.inv(G).T
-        return values + quantity.zero if quantity.zero else values
+        zero = tuple(map(math.radians, quantity.zero_deg)) or quantity.zero_m
+        return values + zero if zero else values
 
 
 def read_log_map(path: str | Path) -> LogMap:

@@ -217,14 +217,14 @@ def read_beside(
     if reference:
         columns[reference] = naming.columns(reference)
     values = raw.whole(list(chain.from_iterable(columns.values())))
+    if len(values) < 2:
+        few = f"has {len(values)} rows of numbers, which is no recording"
+        raise InputError(f"{raw.path}: {few}: record again, or give the file with the rows")
     t, since = np.arange(len(values)) / (log_map.time.rate or 1.0), 0.0
     time, unit_of_time = naming.time
     if time:
         t, later, since = _clock(raw, time, unit_of_time, values[:, 0], notes)
         values = values if later.all() else values[later]
-    if len(t) < 2:
-        few = f"has {len(t)} rows of numbers, which is no recording"
-        raise InputError(f"{raw.path}: {few}: record again, or give the file with the rows")
     columns.pop("time", None)
     values, names = values[:, bool(time) :], list(chain.from_iterable(columns.values()))
     # What a logger wrote more than once is taken out: freezes, and samples that are held.
@@ -272,10 +272,8 @@ def _clock(raw: RawLog, column: str, unit: str, values: Array, notes: list[str])
     Only of rows that come later than the row before; then which rows those are, and what the column holds where
     seconds are 0 [s]. What is to be said of it joins ``notes``.
     """
-    if not len(values):
-        return values, np.zeros(0, dtype=bool), 0.0
     where, steps = f"{raw.path}: column {column!r}", np.diff(values)
-    if (still := np.count_nonzero(steps == 0.0) / max(len(steps), 1)) > _MOST_REPEATED:
+    if (still := np.count_nonzero(steps == 0.0) / len(steps)) > _MOST_REPEATED:
         raise InputError(f"{where}: time does not advance in {100 * still:.0f} % of the rows: write more digits")
     if not unit:
         typical = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else 0.0

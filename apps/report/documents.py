@@ -30,7 +30,7 @@ from ...trajectories import Design, DesignProblem, Floor, Fourier, NearShape, Ru
 from ...trajectories.design.limits import LimitCheck
 from ...trajectories.design.score import Learnt, holding_torques, learnt_of, score_motion
 from ...trajectories.motions.family import Samples
-from ..export.motion import rests_on
+from ..export.motions import rests_on
 from ..fleet.comparing import Compared, Fleet
 from ..fleet.reduction import ReducedDocument
 from ..logs.log_check import FollowingChange, LogReport, RobotFits

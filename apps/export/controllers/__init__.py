@@ -3,8 +3,11 @@
 Every format gives one small text that says frame, reference point, order, units and source of its numbers.
 """
 
-from .. import simulators
-from ..format import formats
+from ...extras import modules
+from ..format import Format
+from ..load import SIMULATORS, ControllerLoad
 
-_OF_SIMULATORS = formats(simulators.__name__, simulators.__path__, "_write_payload")
-FORMATS = dict(sorted((formats(__name__, __path__) | _OF_SIMULATORS).items()))  # every format by its name
+_MAKERS = {name: module._write for name, module in modules(__name__, __path__).items()}
+FORMATS: dict[str, Format[ControllerLoad]] = dict(
+    sorted((_MAKERS | SIMULATORS).items())
+)  # every format by its name

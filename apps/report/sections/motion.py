@@ -14,7 +14,7 @@ from ....model.inertia import PayloadSpread, payload_spread
 from ....trajectories import DesignProblem, Fourier, Scene, Score, StaticShape
 from ....trajectories.design.problem import BALL
 from ....trajectories.design.score import holding_torques, load_torques
-from ...export.motion import assumed_line, rests_on
+from ...export.motions import assumed_line, rests_on
 from ...numbers import joined
 from ..blocks import Block, Drawing, Notes, OnPage, Report, Section, Table, Text
 from ..documents import JudgedMotion, NearResult

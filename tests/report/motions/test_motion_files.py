@@ -5,10 +5,14 @@ from typing import Any
 import numpy as np
 import pytest
 from dynident import trajectories
-from dynident.apps.export.motion import WrittenMotion, design_head
-from dynident.apps.export.motions import FORMATS
-from dynident.apps.export.motions.urscript import check_urscript
-from dynident.apps.export.motions.val3 import check_val3, val3_replay
+from dynident.apps.export.motions import (
+    FORMATS,
+    WrittenMotion,
+    check_urscript,
+    check_val3,
+    design_head,
+    val3_replay,
+)
 from dynident.apps.report.documents import NearResult, near_document
 from dynident.common.errors import InputError
 from dynident.model import InertialParameters, load_robot
