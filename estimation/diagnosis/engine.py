@@ -18,7 +18,7 @@ from scipy.special import stdtrit
 from ...common import Array, Indices, InputError, Mask
 from ...model import INERTIAL, Processing, Recording, Robot
 from ...model.drives import DriveState, drive_terms, parameter_kind
-from ...model.regressors import own_columns, payload_columns, regressor_at
+from ...model.regressors import body_torques, own_columns, payload_columns, regressor_at
 from ..fit.linear_problem import Known
 from ..payload.long_motion import Source, frame_change
 from ..signals.filtering import lowpass, measurement, taken, used_rows
@@ -223,22 +223,23 @@ class System:
         """Torque of the payload, n x N; zero where nothing shows one."""
         return np.asarray(self.values[self.payload] @ self.columns[:, self.payload])
 
-    def bodies(self, robot: Robot | None = None, turns: Array | None = None) -> list[Array]:
-        """Torques of links and payload together, and of the payload alone, n x k x N each.
+    def bodies(self, robot: Robot | None = None, turns: Array | None = None, payload_alone: bool = False) -> Array:
+        """Torques of links and payload together, or of the payload alone, n x k x N.
 
         On the way, with joints turned by ``turns`` [rad], k x n, or at rest under the gravity of another ``robot``.
         """
-        links = [k for k, name in enumerate(self.names) if parameter_kind(name) in INERTIAL]
-        load, moves = payload_columns(self.robot) if self.states.loaded.any() else (), float(robot is None)
-        names = tuple(dict.fromkeys([*(self.names[k] for k in links), *load]))
+        values: dict[str, Any] = {} if payload_alone else dict(zip(self.names, self.values, strict=False))
         turns = np.zeros((1, self.robot.n)) if turns is None else turns
-        motion = (moves * self.states.qd, moves * self.states.qdd, self.states.loaded[:, None])
-        q, (qd, qdd, loaded) = self.states.q + turns[:, None], (np.tile(part, (len(turns), 1)) for part in motion)
-        W = regressor_at(robot or self.robot, names, q.reshape(qd.shape), qd, qdd)
-        ten = frame_change(self.robot.flange) @ self.values[self.payload] if load else np.zeros(0)
-        carried = (ten @ W[:, list(map(names.index, load))]) * loaded[:, 0]
-        both = self.values[links] @ W[:, : len(links)] + carried, carried
-        return [torque.reshape(len(torque), len(turns), -1) for torque in both]
+        loaded = np.tile(self.states.loaded, len(turns))
+        if self.states.loaded.any():
+            ten = frame_change(self.robot.flange) @ self.values[self.payload]
+            for name, value in zip(payload_columns(self.robot), ten, strict=True):
+                values[name] = values.get(name, 0.0) + value * loaded
+        moves = float(robot is None)
+        qd, qdd = (np.tile(moves * part, (len(turns), 1)).T for part in (self.states.qd, self.states.qdd))
+        q = (self.states.q + turns[:, None]).reshape(-1, self.robot.n).T
+        torques = body_torques(robot or self.robot, DriveState(q, qd, qdd, None), values, np)
+        return np.array(torques).reshape(len(q), len(turns), -1)
 
     @cached_property
     def norms(self) -> Array:

@@ -92,20 +92,27 @@ def chosen_terms(
 
     def held_out(names: Sequence[str]) -> tuple[Array, dict[str, float]]:
         """Squared errors of each joint on each block by the others' fit, B x n, and the values by all."""
-        solutions = left_out(equations, names, weights)[0][:, :, 0]
-        every = zip(equations.select(names).blocks, solutions[:-1], strict=True)
-        squares = [block.error_norms(values) ** 2 for block, values in every]
-        return np.array(squares), dict(zip(names, solutions[-1].tolist(), strict=True))
+        *each, values = (one.values[:, 0] for one in left_out(equations, names, weights))
+        chi, there = np.zeros(len(equations.columns)), [equations.columns.index(name) for name in names]
+        squares = np.zeros((len(each), robot.n))
+        for own, block, solution in zip(squares, equations.blocks, each, strict=True):
+            chi[there] = solution
+            own[:] = block.error_norms(chi) ** 2
+        return squares, dict(zip(names, values.tolist(), strict=True))
 
+    beside = dict[str, list[str]]()  # names of the other parameters with which a kind was tried
     for term in (*candidates, *candidates):  # the second time beside the others that were kept
         others = [*own, *(name for kind, names in kept.items() if kind != term.kind for name in names)]
-        if term.kind in kept and len(others) == len(own):
+        if term.kind in kept and others in (own, beside[term.kind]):
             continue
-        names = [name for name in equations.columns if parameter_kind(name) == term.kind]
-        factors = {name: equations.whole.select([name, *others]).factors[joint_of(name)] for name in names}
-        own_parts = {name: without(factor[:, :1], factor[:, 1:-1]) for name, factor in factors.items()}
-        tried = [name for name in names if norm(own_parts[name]) > _OWN * norm(factors[name][:, 0])]
-        before, after = map(held_out, (others, [*others, *tried]))
+        names, beside[term.kind] = [name for name in equations.columns if parameter_kind(name) == term.kind], others
+        there, tried = [equations.columns.index(name) for name in others], list[str]()
+        for name in names:
+            factor = equations.factors[joint_of(name)]
+            column = factor[:, [equations.columns.index(name)]]
+            if norm(without(column, factor[:, there])) > _OWN * norm(column):
+                tried.append(name)
+        before, after = held_out(others), held_out([*others, *tried])
         for name in names:
             joint = joint_of(name)
             falls = before[0][:, joint] - after[0][:, joint]

@@ -117,8 +117,11 @@ class LongMotion(Brief):
                 "method 1 needs the robot's parameters: give a recording without payload or --robot-parameters"
             )
         # Blocks of time hold the recording they come from.
-        each = (lambda: left_out(unloaded, own.names, own.weights)[0][:-1, :, 0]) if unloaded.blocks else None
-        return stored_robot(own)._replace(lasting=0.0 * own.covariance, left_out=each)
+        def each() -> Array:
+            return np.array([one.values[:, 0] for one in left_out(unloaded, own.names, own.weights)[:-1]])
+
+        lasting = 0.0 * own.covariance
+        return stored_robot(own)._replace(lasting=lasting, left_out=each if unloaded.blocks else None)
 
     @property
     def corrected(self) -> bool:
