@@ -307,11 +307,12 @@ def payload_problem(
     """
     check_given(robot, loaded, unloaded)
     processing, progress, choices = settings.processing_of(robot), settings.progress, tuple[TermChoice, ...]()
+    observer: Observer | None = None
     robot = without_dead(robot, [*loaded, *unloaded])
     if known is not None:
         robot = robot.of_parameters(known.names)
     elif unloaded:
-        robot, choices = with_friction(robot, unloaded, settings)
+        robot, choices, observer = with_friction(robot, unloaded, settings)
     progress("base parameters")
     base = base_parameters(robot)
     known = None if known is None else measured_part(known, robot)
@@ -351,7 +352,7 @@ def payload_problem(
         check_moving(robot, recordings)
     progress("cutting into blocks" if settings.robust else "reducing")
     robust = settings.robust and (known is None or known.robust is not None)
-    motion = long_motion(robot, under_load, without, together, replace(settings, robust=robust), known)
+    motion = long_motion(robot, under_load, without, together, replace(settings, robust=robust), known, observer)
     if motion.unloaded and motion.unloaded.equations == 0:
         raise InputError(f"{unloaded[0].source}: no joint moves: nothing can be compared")
     rate = under_load[0].motion.rate
@@ -366,14 +367,16 @@ def long_motion(
     pairs: Sequence[PairedMeasurement] = (),
     settings: Settings = DEFAULTS,
     known: Estimate | None = None,
+    observer: Observer | None = None,
 ) -> LongMotion:
     """Reduce measurements, in blocks of time where robust; those of a pair at the same points of the motion.
 
     Where there are ``pairs``, the k-th unloaded measurement is that of the k-th pair; ``known``: without unloaded
-    ones the errors are those that the robot's parameters leave.
+    ones the errors are those that the robot's parameters leave; ``observer``: of robot, payload and ``PATH``, where one
+    is there.
     """
     base, processing, ten = base_parameters(robot), settings.processing_of(robot), payload_columns(robot)
-    observer = Observer(robot, (*base.columns, *ten, PATH))
+    observer = observer or Observer(robot, (*base.columns, *ten, PATH))
     both = observer.only((*base.columns, *ten), (*base.columns, *PAYLOAD))
     loads, chi = dict[str, tuple[Equations, list[Observation]]](), np.zeros(len(base.columns))
     of_unloaded, of_loaded = ([used(data, processing) for data in group] for group in (unloaded, loaded))
