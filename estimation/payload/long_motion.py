@@ -376,7 +376,8 @@ def long_motion(
     is there.
     """
     base, processing, ten = base_parameters(robot), settings.processing_of(robot), payload_columns(robot)
-    observer = observer or Observer(robot, (*base.columns, *ten, PATH))
+    columns = (*base.columns, *ten, PATH)
+    observer = Observer(robot, columns) if observer is None else observer.only(columns)
     both = observer.only((*base.columns, *ten), (*base.columns, *PAYLOAD))
     loads, chi = dict[str, tuple[Equations, list[Observation]]](), np.zeros(len(base.columns))
     of_unloaded, of_loaded = ([used(data, processing) for data in group] for group in (unloaded, loaded))
@@ -396,8 +397,8 @@ def long_motion(
             path = with_load.torques(pair.loaded.motion, more) - without.torques(pair.unloaded.motion, more)
             data = torque_change(robot, pair.unloaded, pair.loaded, path)
             changes.append(used(pair.loaded, processing, pair.unloaded.motion)._replace(data=data))
-        columns, names = (*ten, PATH, *friction), (*PAYLOAD, PATH, *friction)
-        loads["difference"] = recorded(under_load.only(columns, names), changes)
+        names = (*PAYLOAD, PATH, *friction)
+        loads["difference"] = recorded(under_load.only((*ten, PATH, *friction), names), changes)
     parts: dict[str, Any] = {name: equations for name, (equations, _) in loads.items()}
     source, carried = Source((), (), processing), values[len(base.columns) :]
     motion = LongMotion(robot, base, **parts, source=source, known=known, settings=settings, carried=carried)
