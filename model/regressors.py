@@ -90,7 +90,7 @@ def load_expression(robot: Robot, state: DriveState, columns: Sequence[str], chi
 
     Columns of drives do not count, and none may stand twice; values may be of base parameters, the others zero.
     """
-    torque = ca.vertcat(*body_torques(robot, state, dict(zip(columns, chi.elements(), strict=True))))
+    torque: ca.SX = ca.vertcat(*body_torques(robot, state, dict(zip(columns, chi.elements(), strict=True))))
     if robot.spring is not None:
         row = robot.spring.joint - 1
         torque[row] -= robot.spring.law(state.q[row])
@@ -112,7 +112,9 @@ def body_torques(robot: Robot, state: DriveState, values: Mapping[str, Any], lib
                 if unit_force is not ZERO:
                     force = add(force, (unit_force[0] * amount, unit_force[1] * amount, unit_force[2] * amount))
                 if unit_moment is not ZERO:
-                    moment = add(moment, (unit_moment[0] * amount, unit_moment[1] * amount, unit_moment[2] * amount))
+                    moment = add(
+                        moment, (unit_moment[0] * amount, unit_moment[1] * amount, unit_moment[2] * amount)
+                    )
         torques.insert(0, moment[2] if robot.joints[j].revolute else force[2])
         force = changes[j].out_of(force)
         moment = add(changes[j].out_of(moment), cross(changes[j].origin, force))
@@ -179,7 +181,7 @@ def inertial_terms(robot: Robot, state: DriveState, lib: Any = ca) -> dict[str, 
             torques: Any = np.einsum("ai...,ak...->ki...", np.array(turn)[:, : j + 1], moments)
             torques[6:] += np.einsum("ai...,ak...->ki...", np.array(slide)[:, : j + 1], forces[:, 6:])
         else:
-            torques = [dot(turn, moment) + dot(slide, force) for force, moment in wrenches]
+            torques = [(dot(turn, moment) + dot(slide, force)).elements() for force, moment in wrenches]
         for kind, torque in zip(INERTIAL, torques, strict=True):
             terms[f"{kind}{j + 1}"] = {i: torque[i] for i in range(j + 1)}
     return terms

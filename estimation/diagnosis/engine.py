@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.linalg import lapack
+from scipy.linalg import lapack, solve_triangular
 from scipy.special import stdtrit
 
 from ...common import Array, Indices, InputError, Mask
@@ -279,7 +279,7 @@ class System:
         """Gram matrices of each joint's rows: robot, payload, torque last; friction as without load."""
         rows = np.concatenate([self.columns[:, : self.payload.stop], self.torque[:, None]], axis=1)
         rows *= self.keep[:, None]
-        return rows @ rows.swapaxes(1, 2)
+        return np.asarray(rows @ rows.swapaxes(1, 2))
 
     def fit(self, weights: Array, free_gains: bool = False) -> "SystemFit":
         """Solve the equations, friction as it is without load.
@@ -427,17 +427,22 @@ class Added(NamedTuple):
         whole[:c, :c] += prior
         root = _root(whole[:c, :c])
         root = root[:, root.any(axis=0)]
-        grams = np.concatenate([whole[None], whole - blocks])
-        white, right = root.T @ grams[:, :c, :c] @ root, root.T @ grams[:, :c, c:]  # nearly white
+        grams, rests = [whole, *(whole - block for block in blocks)], list[Array]()
+        whites = [root.T @ gram[:c, :c] @ root for gram in grams]  # nearly white
         try:
-            remains = float(np.diagonal(np.linalg.cholesky(white), axis1=1, axis2=2).min(initial=1.0)) ** 2
+            factors = [np.linalg.cholesky(white) for white in whites]
+            remains = min(float(np.diagonal(L).min(initial=1.0)) for L in factors) ** 2
         except np.linalg.LinAlgError:
             remains = 0.0
-        # A direction that the other blocks do not determine explains nothing.
-        clear = remains > _REMAINS
-        inverse = np.linalg.inv(white) if clear else np.linalg.pinv(white, _REMAINS, hermitian=True)
-        rest = grams[:, c:, c:] - right.swapaxes(1, 2) @ inverse @ right
-        return Added(rest[0], rest[1:], (root @ right[0])[payload], inflation)
+        for k, gram in enumerate(grams):
+            right = root.T @ gram[:c, c:]
+            if remains > _REMAINS:
+                half = np.asarray(solve_triangular(factors[k], right, lower=True, check_finite=False))
+                rests.append(gram[c:, c:] - half.T @ half)
+            else:  # a direction that the other blocks do not determine explains nothing
+                inverse = np.linalg.pinv(whites[k], _REMAINS, hermitian=True)
+                rests.append(gram[c:, c:] - right.T @ inverse @ right)
+        return Added(rests[0], np.array(rests[1:]), (root @ root.T @ whole[:c, c:])[payload], inflation)
 
     def effect(self, index: Sequence[int], free: Sequence[int] = (), where: str = "") -> Effect:
         """Estimate some of the added columns, others free as far as these are more than rounding."""

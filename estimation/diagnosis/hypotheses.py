@@ -222,8 +222,7 @@ def tilt(system: System) -> Sought:
     # By method 3 the robot is left out: what the columns are to the payload alone.
     part = slice(system.payload.start, None)
     rows = (
-        np.concatenate([system.columns[:, part], alone], axis=1)
-        * (system.weights[:, None] * system.keep)[:, None]
+        np.concatenate([system.columns[:, part], alone], axis=1) * (system.weights[:, None] * system.keep)[:, None]
     )
     gram = np.einsum("jan,jbn->ab", rows, rows, optimize=True)
     ten = solved(gram, system.prior[part, part])[: len(PAYLOAD)]

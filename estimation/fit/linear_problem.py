@@ -55,7 +55,9 @@ def left_out(
     near = np.zeros((0, len(indices))) if near is None else near
 
     def weighted(*parts: Equations) -> Array:
-        return np.vstack([w * own for part in parts for w, own in zip(weights, part.factors, strict=True)])[:, indices]
+        return np.vstack([w * own for part in parts for w, own in zip(weights, part.factors, strict=True)])[
+            :, indices
+        ]
 
     def solved(rows: Array, count: Array) -> tuple[LeftOut, float]:
         """Solve by so many equations, and independent ones; the squared errors of Y besides."""

@@ -116,6 +116,7 @@ class LongMotion(Brief):
             raise InputError(
                 "method 1 needs the robot's parameters: give a recording without payload or --robot-parameters"
             )
+
         # Blocks of time hold the recording they come from.
         def each() -> Array:
             return np.array([one.values[:, 0] for one in left_out(unloaded, own.names, own.weights)[:-1]])
@@ -372,8 +373,7 @@ def long_motion(
     """Reduce measurements, in blocks of time where robust; those of a pair at the same points of the motion.
 
     Where there are ``pairs``, the k-th unloaded measurement is that of the k-th pair; ``known``: without unloaded
-    ones the errors are those that the robot's parameters leave; ``observer``: of robot, payload and ``PATH``, where one
-    is there.
+    ones the errors are those that the robot's parameters leave; ``observer``: of robot, payload and ``PATH``.
     """
     base, processing, ten = base_parameters(robot), settings.processing_of(robot), payload_columns(robot)
     columns = (*base.columns, *ten, PATH)
