@@ -89,24 +89,36 @@ def load_expression(robot: Robot, state: DriveState, columns: Sequence[str], chi
     """Torques of links, payload and spring, which the gears carry, n x 1, by values ``chi`` of some columns.
 
     Columns of drives do not count, and none may stand twice; values may be of base parameters, the others zero.
-    Wrenches are summed from tip to base.
     """
-    value, torque = dict(zip(columns, chi.elements(), strict=True)), ca.SX.zeros(robot.n)
-    changes = [FrameChange.of(joint, state.q[j]) for j, joint in enumerate(robot.joints)]
-    wrenches = list(link_wrenches(robot, changes, state))
-    force = moment = ZERO
-    for j in reversed(range(robot.n)):
-        for kind, (unit_force, unit_moment) in zip(INERTIAL, wrenches[j], strict=True):
-            if (amount := value.get(f"{kind}{j + 1}")) is not None:
-                force = add(force, (unit_force[0] * amount, unit_force[1] * amount, unit_force[2] * amount))
-                moment = add(moment, (unit_moment[0] * amount, unit_moment[1] * amount, unit_moment[2] * amount))
-        torque[j] = moment[2] if robot.joints[j].revolute else force[2]
-        force = changes[j].out_of(force)
-        moment = add(changes[j].out_of(moment), cross(changes[j].origin, force))
+    torque: ca.SX = ca.vertcat(*body_torques(robot, state, dict(zip(columns, chi.elements(), strict=True))))
     if robot.spring is not None:
         row = robot.spring.joint - 1
         torque[row] -= robot.spring.law(state.q[row])
     return torque
+
+
+def body_torques(robot: Robot, state: DriveState, values: Mapping[str, Any], lib: Any = ca) -> list[Any]:
+    """Torques of links and payload, joint by joint, by values of some inertial parameters.
+
+    Wrenches are summed from tip to base. ``lib``: CasADi or, of arrays, NumPy.
+    """
+    changes = [FrameChange.of(joint, state.q[j], lib) for j, joint in enumerate(robot.joints)]
+    wrenches, torques, none = list(link_wrenches(robot, changes, state)), list[Any](), 0.0 * state.q[0]
+    force: Vector = (none, none, none)
+    moment = force
+    for j in reversed(range(robot.n)):
+        for kind, (unit_force, unit_moment) in zip(INERTIAL, wrenches[j], strict=True):
+            if (amount := values.get(f"{kind}{j + 1}")) is not None:
+                if unit_force is not ZERO:
+                    force = add(force, (unit_force[0] * amount, unit_force[1] * amount, unit_force[2] * amount))
+                if unit_moment is not ZERO:
+                    moment = add(
+                        moment, (unit_moment[0] * amount, unit_moment[1] * amount, unit_moment[2] * amount)
+                    )
+        torques.insert(0, moment[2] if robot.joints[j].revolute else force[2])
+        force = changes[j].out_of(force)
+        moment = add(changes[j].out_of(moment), cross(changes[j].origin, force))
+    return torques
 
 
 def own_regressor(robot: Robot, columns: Sequence[str], sign: Sign = ca.sign) -> tuple[DriveState, ca.SX]:
@@ -161,8 +173,16 @@ def inertial_terms(robot: Robot, state: DriveState, lib: Any = ca) -> dict[str, 
         slide = change.into(add(slide, cross(turn, change.origin)))
         turn = change.into(turn)
         (turn if robot.joints[j].revolute else slide)[2][j] = 1.0
-        for kind, (force, moment) in zip(INERTIAL, wrenches, strict=True):
-            torque = dot(turn, moment) + dot(slide, force)
+        if lib is np:  # all ten at once; the inertia's six have no force
+            forces, moments = np.zeros((2, 3, len(INERTIAL), *state.q.shape[1:]))
+            for k, (force, moment) in enumerate(wrenches):
+                for axis in range(3):
+                    forces[axis, k], moments[axis, k] = force[axis], moment[axis]
+            torques: Any = np.einsum("ai...,ak...->ki...", np.array(turn)[:, : j + 1], moments)
+            torques[6:] += np.einsum("ai...,ak...->ki...", np.array(slide)[:, : j + 1], forces[:, 6:])
+        else:
+            torques = [(dot(turn, moment) + dot(slide, force)).elements() for force, moment in wrenches]
+        for kind, torque in zip(INERTIAL, torques, strict=True):
             terms[f"{kind}{j + 1}"] = {i: torque[i] for i in range(j + 1)}
     return terms
 

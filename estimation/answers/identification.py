@@ -236,9 +236,9 @@ def identify(
     """
     check_given(robot, recordings, validation)
     settings.progress("base parameters")
-    robot, choices = with_friction(robot, recordings, settings)
+    robot, choices, observer = with_friction(robot, recordings, settings)
     base = base_parameters(robot)
-    problem = base_problem(robot, recordings, settings)
+    problem = base_problem(robot, recordings, settings, observer=observer)
     gains = settings.gains or usual_gains(robot, recordings)
     covariance = gains.covariance(len(problem.factors)) if gains is not None else None
     prior = None

@@ -9,16 +9,16 @@ accurate enough for both, and fast; standard deviations leave out one block of t
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.linalg import lapack, solve_triangular
 from scipy.special import stdtrit
 
 from ...common import Array, Indices, InputError, Mask
 from ...model import INERTIAL, Processing, Recording, Robot
 from ...model.drives import DriveState, drive_terms, parameter_kind
-from ...model.regressors import own_columns, payload_columns, regressor_at
+from ...model.regressors import body_torques, own_columns, payload_columns, regressor_at
 from ..fit.linear_problem import Known
 from ..payload.long_motion import Source, frame_change
 from ..signals.filtering import lowpass, measurement, taken, used_rows
@@ -42,6 +42,8 @@ _ROUNDS = 5  # of such steps for signals of any scale
 _GAIN = 0.3  # longest step of a gain's reciprocal, and how near to 1 it is thought to be
 _ROWS = 2 * BLOCKS  # of a joint: a few rows fit exactly, and would count for infinitely much
 _CHANCE = 1e-6  # probability at which few blocks count as ``BLOCKS`` do, by which thresholds were chosen
+_SMALL, _ROUNDING = 16, 1e-13
+"""Columns of which eigenvalues are soon found, and what a column of norm 1 is rounding below beside the others."""
 _FLOOR = 1e-9  # of a joint's torque: data without noise still need finite weights
 
 
@@ -200,22 +202,31 @@ class System:
         if known is not None:
             nominal, inflation, prior[:b, :b] = known.values, known.inflation, known.root.T @ known.root
         W = regressor_at(robot, names, states.q, states.qd, states.qdd)
-        for last in (not robot.drives.loaded, True):
-            load, friction = (W[:, list(map(names.index, some))] * states.loaded for some in (payload, changes))
-            load = frame_change(robot.flange).T @ load if payload else load
-            columns, torque = np.concatenate([W[:, :b], load, friction], axis=1), states.torque.T + spring
-            if known is not None:
-                torque -= nominal @ W[:, :b]
-            system = System(robot, states, own, columns, torque, keep, nominal, prior, slice(b, c), inflation)
-            if last:
-                break
-            # Friction under load goes by the torque of the bodies, as they come out without it.
-            rigid = [k for k, name in enumerate((*own, *payload)) if parameter_kind(name) in INERTIAL]
-            carried = system.values[rigid] @ system.columns[:, rigid] - spring
-            state = DriveState(states.q.T, states.qd.T, states.qdd.T, carried)
-            for name, rows in drive_terms(robot.drives, state, np.sign).items():
-                for row, values in rows.items() if name in names else ():
-                    W[row, names.index(name)] = values
+        load, friction = (W[:, list(map(names.index, some))] * states.loaded for some in (payload, changes))
+        load = frame_change(robot.flange).T @ load if payload else load
+        columns, measured = np.concatenate([W[:, :b], load, friction], axis=1), states.torque.T + spring
+        torque = measured - nominal @ W[:, :b] if known is not None else measured
+        system = System(robot, states, own, columns, torque, keep, nominal, prior, slice(b, c), inflation)
+        if not robot.drives.loaded:
+            return system
+        # Friction under load goes by the torque of the bodies, as they come out without it.
+        rigid = [k for k, name in enumerate((*own, *payload)) if parameter_kind(name) in INERTIAL]
+        carried = system.values[rigid] @ columns[:, rigid] - spring
+        terms = drive_terms(robot.drives, DriveState(states.q.T, states.qd.T, states.qdd.T, carried), np.sign)
+        under_load = [(k, name, np.ones(len(states.t))) for k, name in enumerate(own)]
+        under_load += [(k, name, states.loaded) for k, name in enumerate(changes, c)]
+        changed = [-1]  # columns of the Gram matrices that change, the torque's among them
+        for k, name, there in under_load:
+            if parameter_kind(name) in robot.drives.loaded:
+                for row, values in terms[name].items():
+                    columns[row, k] = values * there
+                changed += [k] * (k < c)
+        torque = measured - nominal @ columns[:, :b] if known is not None else measured
+        rows, grams = np.concatenate([columns[:, :c], torque[:, None]], axis=1) * keep[:, None], system.joint_grams
+        grams[:, changed] = rows[:, changed] @ rows.swapaxes(1, 2)
+        grams[:, :, changed] = grams[:, changed].swapaxes(1, 2)
+        system = replace(system, torque=torque)
+        vars(system)["joint_grams"] = grams
         return system
 
     @cached_property
@@ -223,22 +234,23 @@ class System:
         """Torque of the payload, n x N; zero where nothing shows one."""
         return np.asarray(self.values[self.payload] @ self.columns[:, self.payload])
 
-    def bodies(self, robot: Robot | None = None, turns: Array | None = None) -> list[Array]:
-        """Torques of links and payload together, and of the payload alone, n x k x N each.
+    def bodies(self, robot: Robot | None = None, turns: Array | None = None, payload_alone: bool = False) -> Array:
+        """Torques of links and payload together, or of the payload alone, n x k x N.
 
         On the way, with joints turned by ``turns`` [rad], k x n, or at rest under the gravity of another ``robot``.
         """
-        links = [k for k, name in enumerate(self.names) if parameter_kind(name) in INERTIAL]
-        load, moves = payload_columns(self.robot) if self.states.loaded.any() else (), float(robot is None)
-        names = tuple(dict.fromkeys([*(self.names[k] for k in links), *load]))
+        values: dict[str, Any] = {} if payload_alone else dict(zip(self.names, self.values, strict=False))
         turns = np.zeros((1, self.robot.n)) if turns is None else turns
-        motion = (moves * self.states.qd, moves * self.states.qdd, self.states.loaded[:, None])
-        q, (qd, qdd, loaded) = self.states.q + turns[:, None], (np.tile(part, (len(turns), 1)) for part in motion)
-        W = regressor_at(robot or self.robot, names, q.reshape(qd.shape), qd, qdd)
-        ten = frame_change(self.robot.flange) @ self.values[self.payload] if load else np.zeros(0)
-        carried = (ten @ W[:, list(map(names.index, load))]) * loaded[:, 0]
-        both = self.values[links] @ W[:, : len(links)] + carried, carried
-        return [torque.reshape(len(torque), len(turns), -1) for torque in both]
+        loaded = np.tile(self.states.loaded, len(turns))
+        if self.states.loaded.any():
+            ten = frame_change(self.robot.flange) @ self.values[self.payload]
+            for name, value in zip(payload_columns(self.robot), ten, strict=True):
+                values[name] = values.get(name, 0.0) + value * loaded
+        moves = float(robot is None)
+        qd, qdd = (np.tile(moves * part, (len(turns), 1)).T for part in (self.states.qd, self.states.qdd))
+        q = (self.states.q + turns[:, None]).reshape(-1, self.robot.n).T
+        torques = body_torques(robot or self.robot, DriveState(q, qd, qdd, None), values, np)
+        return np.array(torques).reshape(len(q), len(turns), -1)
 
     @cached_property
     def norms(self) -> Array:
@@ -266,7 +278,8 @@ class System:
     def joint_grams(self) -> Array:
         """Gram matrices of each joint's rows: robot, payload, torque last; friction as without load."""
         rows = np.concatenate([self.columns[:, : self.payload.stop], self.torque[:, None]], axis=1)
-        return np.array([own @ own.T for own in rows * self.keep[:, None]])
+        rows *= self.keep[:, None]
+        return np.asarray(rows @ rows.swapaxes(1, 2))
 
     def fit(self, weights: Array, free_gains: bool = False) -> "SystemFit":
         """Solve the equations, friction as it is without load.
@@ -293,13 +306,14 @@ class System:
 
     def grams(self, groups: Indices, added: Sequence[Array] = ()) -> Array:
         """Gram matrices of all weighted columns, added ones (n x m x N), and the torque, by group of states."""
-        rows = np.concatenate([self.columns, *added, self.torque[:, None]], axis=1)
-        weighted = (rows * (self.weights[:, None] * self.keep)[:, None]).transpose(1, 0, 2)
-        order = np.argsort(groups, kind="stable")
-        weighted, groups = weighted[:, :, order], groups[order]
-        edges = np.searchsorted(groups, np.arange(groups[-1] + 2))
-        parts = (weighted[:, :, a:b].reshape(len(weighted), -1) for a, b in pairwise(edges))
-        return np.array([part @ part.T for part in parts])
+        every, grams = (self.columns, *added, self.torque[:, None]), list[Array]()
+        for number in range(int(groups.max()) + 1):  # one after the other, near the processor
+            own = groups == number
+            rows = np.concatenate([part[:, :, own] for part in every], axis=1)
+            rows *= (self.weights[:, None] * self.keep[:, own])[:, None]
+            weighted = rows.transpose(1, 0, 2).reshape(rows.shape[1], -1)
+            grams.append(weighted @ weighted.T)
+        return np.array(grams)
 
     def with_columns(self, *columns: Array) -> "Added":
         """Add columns to the equations, n x m x N."""
@@ -413,17 +427,22 @@ class Added(NamedTuple):
         whole[:c, :c] += prior
         root = _root(whole[:c, :c])
         root = root[:, root.any(axis=0)]
-        grams = np.concatenate([whole[None], whole - blocks])
-        white, right = root.T @ grams[:, :c, :c] @ root, root.T @ grams[:, :c, c:]  # nearly white
+        grams, rests = [whole, *(whole - block for block in blocks)], list[Array]()
+        whites = [root.T @ gram[:c, :c] @ root for gram in grams]  # nearly white
         try:
-            remains = float(np.diagonal(np.linalg.cholesky(white), axis1=1, axis2=2).min(initial=1.0)) ** 2
+            factors = [np.linalg.cholesky(white) for white in whites]
+            remains = min(float(np.diagonal(L).min(initial=1.0)) for L in factors) ** 2
         except np.linalg.LinAlgError:
             remains = 0.0
-        # A direction that the other blocks do not determine explains nothing.
-        clear = remains > _REMAINS
-        inverse = np.linalg.inv(white) if clear else np.linalg.pinv(white, _REMAINS, hermitian=True)
-        rest = grams[:, c:, c:] - right.swapaxes(1, 2) @ inverse @ right
-        return Added(rest[0], rest[1:], (root @ right[0])[payload], inflation)
+        for k, gram in enumerate(grams):
+            right = root.T @ gram[:c, c:]
+            if remains > _REMAINS:
+                half = np.asarray(solve_triangular(factors[k], right, lower=True, check_finite=False))
+                rests.append(gram[c:, c:] - half.T @ half)
+            else:  # a direction that the other blocks do not determine explains nothing
+                inverse = np.linalg.pinv(whites[k], _REMAINS, hermitian=True)
+                rests.append(gram[c:, c:] - right.T @ inverse @ right)
+        return Added(rests[0], np.array(rests[1:]), (root @ root.T @ whole[:c, c:])[payload], inflation)
 
     def effect(self, index: Sequence[int], free: Sequence[int] = (), where: str = "") -> Effect:
         """Estimate some of the added columns, others free as far as these are more than rounding."""
@@ -456,6 +475,17 @@ def _root(gram: Array, least: float = _RANK) -> Array:
     squares = np.diagonal(gram, axis1=-2, axis2=-1)
     # Columns of which nothing but rounding is left are taken out.
     size = np.sqrt(np.where(squares > _NOTHING * squares.max(axis=-1, initial=0.0, keepdims=True), squares, np.inf))
-    eigenvalues, V = np.linalg.eigh(gram / (size[..., :, None] * size[..., None, :]))
+    scaled = gram / (size[..., :, None] * size[..., None, :])
+    if gram.ndim == 2 and len(gram) > _SMALL:
+        # Much faster than eigenvalues, where these would leave out the same: rounding, and nothing but that.
+        R, order, rank, _ = lapack.dpstrf(scaled, tol=_ROUNDING)
+        root, known = np.zeros((len(gram), rank)), order[:rank] - 1
+        root[known] = np.triu(lapack.dtrtri(R[:rank, :rank])[0]) if rank else 0.0
+        if np.sum(root**2) * len(gram) * least < 1.0:
+            null = np.eye(len(gram))[:, order[rank:] - 1]
+            null[known] = -root[known] @ R[:rank, rank:]
+            root -= null @ np.linalg.solve(null.T @ null, null.T @ root)
+            return np.asarray(root / size[:, None])
+    eigenvalues, V = np.linalg.eigh(scaled)
     size = size[..., :, None] * np.sqrt(np.maximum(eigenvalues, 1e-300))[..., None, :]
     return np.where((eigenvalues > least * eigenvalues[..., -1:])[..., None, :], V / size, 0.0)

@@ -210,26 +210,28 @@ def tilt(system: System) -> Sought:
     robot, g, first = system.robot, np.array(system.robot.gravity), system.robot.joints[0]
     across = (np.linalg.norm(g) * upright(robot)[:2]).tolist()
     leaning = [replace(robot, gravity=tuple(gravity)) for gravity in across]
-    both = np.concatenate([system.bodies(other) for other in leaning], axis=2)
+    both, alone = (
+        np.concatenate([system.bodies(other, payload_alone=alone) for other in leaning], axis=1)
+        for alone in (False, True)
+    )
     axis, free, q = np.array([0.0, -np.sin(first.alpha), np.cos(first.alpha)]), list[Array](), system.states.q
     if first.revolute and np.linalg.norm(np.cross(axis, g)) < _UPRIGHT * np.linalg.norm(g):
         free.append(regressor_at(leaning[0], ("MX1", "MY1"), q, 0.0 * q, 0.0 * q))
     if not system.states.loaded.any():
-        return Sought({"": both[0]}, free=free)
+        return Sought({"": both}, free=free)
     # By method 3 the robot is left out: what the columns are to the payload alone.
     part = slice(system.payload.start, None)
     rows = (
-        np.concatenate([system.columns[:, part], both[1]], axis=1)
-        * (system.weights[:, None] * system.keep)[:, None]
+        np.concatenate([system.columns[:, part], alone], axis=1) * (system.weights[:, None] * system.keep)[:, None]
     )
     gram = np.einsum("jan,jbn->ab", rows, rows, optimize=True)
     ten = solved(gram, system.prior[part, part])[: len(PAYLOAD)]
-    return Sought({"": both[0]}, free=free, by_difference=-ten)
+    return Sought({"": both}, free=free, by_difference=-ten)
 
 
 def weight(system: System) -> Sought:
     """Column of gravity's size: the torque of all weights."""
-    return Sought({"": system.bodies(system.robot)[0]})
+    return Sought({"": system.bodies(system.robot)})
 
 
 def _weight(effect: Effect, evidence: Evidence) -> Finding:
@@ -263,7 +265,7 @@ def earth(evidence: Evidence) -> Iterator[Finding]:
 
 def compensated(system: System) -> Sought:
     """Column of the payload's weight alone, its inertia left."""
-    return Sought({WITH_PAYLOAD: -system.bodies(system.robot)[1] * after_fraction(system, 0.0)})
+    return Sought({WITH_PAYLOAD: -system.bodies(system.robot, payload_alone=True) * after_fraction(system, 0.0)})
 
 
 def _compensated(effect: Effect, evidence: Evidence) -> Finding:
@@ -283,7 +285,7 @@ def zero(system: System) -> Sought:
     """Column of each turning joint's zero: how the torque of links and payload changes with its position."""
     turning = [j for j, joint in enumerate(system.robot.joints) if joint.revolute]
     turns = np.vstack([np.zeros(system.robot.n), np.eye(system.robot.n)[turning]])
-    torque = system.bodies(turns=_TURN * turns)[0]
+    torque = system.bodies(turns=_TURN * turns)
     change = (torque[:, 1:] - torque[:, :1]) / _TURN
     return Sought({str(j + 1): change[:, k : k + 1] for k, j in enumerate(turning)})
 

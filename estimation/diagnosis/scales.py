@@ -12,10 +12,10 @@ import numpy as np
 from scipy.special import fdtrc
 
 from ...common import Array
-from ...model import INERTIAL, Robot
-from ...model.drives import parameter_kind
+from ...model import Robot
+from ...model.drives import DriveState
 from ...model.friction import is_friction
-from ...model.regressors import regressor_at, standard_columns
+from ...model.regressors import body_torques
 from ...model.stand_in import nominal_bodies
 from ..equations.equations import PAYLOAD, Equations
 from ..fit.covariance import NORMAL95, few_blocks
@@ -81,12 +81,16 @@ def nominal_gravity(robot: Robot, states: States | None) -> NominalGravity | Non
     if not states.loaded.all():
         states = states.taken(states.loaded == 0.0)
     values, assumed = nominal
-    names = [name for name in standard_columns(robot) if parameter_kind(name) in INERTIAL]
-    bodies = np.array([values[name] for name in names])
     # Torques of the weight along each axis, and of what accelerates the bodies without weight.
     *axes, inertial = (
-        bodies
-        @ regressor_at(replace(robot, gravity=(x, y, z)), names, states.q, moves * states.qd, moves * states.qdd)
+        np.array(
+            body_torques(
+                replace(robot, gravity=(x, y, z)),
+                DriveState(states.q.T, moves * states.qd.T, moves * states.qdd.T, None),
+                values,
+                np,
+            )
+        )
         for x, y, z, moves in np.diag([size, size, size, 1.0]).tolist()
     )
     along, described = np.stack(axes, axis=1), np.array(robot.gravity) / size

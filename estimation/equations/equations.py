@@ -15,7 +15,7 @@ from scipy.linalg import lapack
 
 from ...common import Array, Brief, InputError, decomposed
 from ...common.files import write_bytes
-from ...common.linear import condition_numbers
+from ...common.linear import RANK_TOLERANCE, condition_numbers
 from ...model import INERTIAL
 
 SHARED = "shared"  # beginning of the names of shared torques
@@ -231,6 +231,15 @@ def triangular(rows: Array) -> Array:
     return compressed(rows)[0]
 
 
+def surely_determined(R: Array) -> bool:
+    """True if a triangular matrix has full rank by a bound on its singular values, columns scaled to norm 1."""
+    sizes, c = np.linalg.norm(R, axis=0), R.shape[1]
+    if len(R) < c or not c or not sizes.all():
+        return False
+    inverse, singular = lapack.dtrtri(R[:c] / sizes)
+    return not singular and float(np.linalg.norm(inverse)) * np.sqrt(c) * RANK_TOLERANCE < 1.0
+
+
 def checked(factor: Array, columns: tuple[str, ...], rows: int, effective_rows: float) -> Array:
     """Triangular factor of weighted equations [W Y] that determine every parameter; InputError of others."""
     c = len(columns)
@@ -238,8 +247,7 @@ def checked(factor: Array, columns: tuple[str, ...], rows: int, effective_rows: 
         few = "fewer samples than parameters; record longer or decimate less"
         raise InputError(f"{rows} equations for {c} parameters: {few}")
     R = triangular(factor)
-    undetermined = decomposed(R[:, :c]).null
-    if undetermined.size:
+    if not surely_determined(R[:, :c]) and (undetermined := decomposed(R[:, :c]).null).size:
         weight = np.abs(undetermined).max(axis=1)
         named = ", ".join(name for name, w in zip(columns, weight, strict=True) if w > 0.05)
         left = f"the recorded motion leaves {undetermined.shape[1]} of {c} directions undetermined, in {named}"

@@ -13,6 +13,7 @@ from scipy.linalg import lapack
 
 from ...common import Array, Indices, InputError, Mask, without
 from ...model import Motion, Processing, Robot, Spring
+from ...model.drives import parameter_kind
 from ...model.kernel.kernel import Kernel
 from ...model.motion import Measurement
 from ...model.regressors import load_expression, regressor_expression
@@ -177,7 +178,7 @@ class Observer:
         """Generate the code of the regressor of standard parameters, which may repeat, and ``PATH``; name them."""
         self.robot, self._code = robot, tuple(dict.fromkeys(columns))
         self._kernel, self._entries, self._motors = equation_code(robot, self._code)
-        self._chi = np.zeros(len(self._code))
+        self._chi, self._by_load = np.zeros(len(self._code)), bool(robot.drives.loaded)
         self._choose(columns, names)
 
     def _choose(self, columns: Sequence[str], names: Sequence[str] | None) -> None:
@@ -195,6 +196,12 @@ class Observer:
         there = copy.copy(self)
         there._chi = self.empty.values(values)
         return there
+
+    def of(self, robot: Robot) -> "Observer":
+        """Make the observer of the same robot with fewer terms of friction by the same generated code."""
+        fewer = copy.copy(self)
+        fewer.robot = robot
+        return fewer
 
     def only(self, columns: Sequence[str], names: Sequence[str] | None = None) -> "Observer":
         """Make the observer of some of the columns by the same generated code; arguments as when made."""
@@ -241,6 +248,15 @@ class Observer:
         t = tuple(map(np.concatenate, zip(*(part.t for part in parts), strict=True)))
         return replace(parts[0], rows=rows, t=t)
 
+    def refresh(self, observations: Sequence[Observation], recordings: Sequence[Used]) -> None:
+        """Observe friction that grows with load anew, in equations of the same recordings and columns."""
+        loaded, chosen = self.robot.drives.loaded, dict.fromkeys(self._code[k] for k in self.empty.index)
+        part = self.only([name for name in chosen if parameter_kind(name) in loaded])
+        for one, recording in zip(observations, recordings, strict=True):
+            new = part.observe(*recording)
+            for rows, own, touched, there in zip(one.rows, new.rows, one.touched, new.touched, strict=True):
+                rows[: len(touched)][np.isin(touched, there)] = own[: len(there)]
+
     def torques(self, motion: Motion, values: Array) -> Array:
         """Torques of the joints that parameters of these values cause [N·m or N], N x n."""
         none = Measurement(motion, np.zeros(motion.q.shape))
@@ -262,7 +278,7 @@ class Observer:
                 inputs.append(before[part, None] if before is not None else np.zeros(1))
             if PATH in self._code:
                 inputs.append(path[part] if path is not None else np.zeros(self.robot.n))
-            if self.robot.drives.loaded:
+            if self._by_load:
                 inputs.append(self._chi)
             equations = self._kernel(*inputs)
             yield part, equations if self._wanted.all() else equations[self._wanted]

@@ -12,10 +12,11 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
+from scipy.linalg import solve_triangular
 from scipy.special import stdtrit
 
 from ...common import Array, Brief, decomposed, freeze_fields
-from ..equations.equations import Equations
+from ..equations.equations import Equations, surely_determined
 from ..equations.observer import Observation, reduced
 
 Rule = Literal["formula", "jackknife", "sandwich"]
@@ -189,6 +190,11 @@ def in_blocks(
 
 def weighted_solution(equations: Equations) -> Array:
     """Solve the weighted fit; of dependent columns the shortest solution."""
-    factor = equations.stacked()
-    factor = equations.stacked(equations.joint_weights(decomposed(factor[:, :-1]).solution(factor[:, -1])))
-    return decomposed(factor[:, :-1]).solution(factor[:, -1])
+
+    def solved(factor: Array) -> Array:
+        c = factor.shape[1] - 1
+        if surely_determined(factor[:, :c]):
+            return np.asarray(solve_triangular(factor[:c, :c], factor[:c, c]))
+        return decomposed(factor[:, :c]).solution(factor[:, c])
+
+    return solved(equations.stacked(equations.joint_weights(solved(equations.stacked()))))

@@ -3,7 +3,7 @@
 One solution for all: values, covariance (17)-(19) with the part of what is known, derivatives by the drive gains,
 and the part of the covariance that no block of time shows.
 
-Solutions without each block of time are the whole one downdated, all at once, weights fixed. With R the factor of
+Solutions without each block of time are the whole one downdated, weights fixed. With R the factor of
 all weighted equations, A_b and Y_b those of block b, Q_b = A_b R^-1 and e_b = Y_b - A_b x, the solution without the
 block is x - R^-1 S_b^-1 Q_b' e_b with S_b = 1 - Q_b'Q_b: what the others hold of each direction, 1 where the block
 says nothing. Where a block holds next to all of one, S_b is rounding: the others' equations are then factored anew.
@@ -16,7 +16,7 @@ from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_triangular
+from scipy.linalg import lapack, solve_triangular
 
 from ...common import Array, Brief, InputError
 from ..equations.equations import Equations, checked, compressed, triangular
@@ -25,58 +25,62 @@ from .estimate import Estimate, fit
 _HELD = 1e-6  # fraction of a direction that the other blocks must hold: differences then keep ten digits
 
 
+class LeftOut(NamedTuple):
+    """Solution without a block of time."""
+
+    values: Array  # c x m
+    root: Array  # root root' is the covariance for errors of variance 1
+    variance: float  # of the errors of Y
+
+    @property
+    def covariance(self) -> Array:
+        """Covariance of the parameters by the errors of Y, c x c."""
+        return np.asarray(self.variance * self.root @ self.root.T)
+
+
 def left_out(
     equations: Equations,
     columns: Sequence[str],
     weights: Array,
     known: Sequence[str] = (),
     near: Array | None = None,
-) -> tuple[Array, Array]:
-    """Solve for the parameters of some columns without each of the equations' blocks in turn, weights (n,).
+) -> list[LeftOut]:
+    """Solve for the parameters of some columns without each of the equations' blocks in turn, last by all of them.
 
-    ``known``: other columns, each a right-hand side of its own, the last of all m being Y; ``near``: further
-    weighted equations that no block holds, in columns, known ones and Y.
-
-    Returns:
-        Values without each of B blocks, last by all equations, (B + 1) x c x m, and covariances by the errors of Y.
+    ``weights``: of the joints, (n,); ``known``: other columns, each a right-hand side of its own, the last of all m
+    being Y; ``near``: further weighted equations that no block holds, in columns, known ones and Y.
     """
-    names, blocks, c = tuple(columns), equations.blocks, len(columns)
+    names, c, solutions = tuple(columns), len(columns), list[LeftOut]()
     indices = [*(equations.columns.index(name) for name in (*names, *known)), -1]
     near = np.zeros((0, len(indices))) if near is None else near
 
-    def solved(rows: Array, counts: Array) -> tuple[Array, Array, Array, Array]:
-        """R^-1; x, c x m; its covariance for errors of variance 1; squared errors of Y, shape (1,)."""
-        R = checked(np.vstack([rows, near]), names, int(counts[0]), float(counts[1]))
-        root = solve_triangular(R[:c, :c], np.eye(c))
-        return root, root @ R[:c, c:], root @ root.T, np.sum(R[c:, -1:] ** 2, axis=0)
+    def weighted(*parts: Equations) -> Array:
+        return np.vstack([w * own for part in parts for w, own in zip(weights, part.factors, strict=True)])[
+            :, indices
+        ]
 
-    # Numbers of rows, and of those with independent noise.
-    count = np.array([equations.equations, sum(equations.effective_rows)]) + len(near)
-    counts = count - np.array([[block.equations, sum(block.effective_rows)] for block in blocks])
-    factors = [w * factor[:, indices] for w, factor in zip(weights, equations.factors, strict=True)]
-    root, *whole = solved(np.vstack(factors), count)
-    parts = [np.vstack([w * own for w, own in zip(weights, block.factors, strict=True)]) for block in blocks]
-    rows = np.zeros((len(parts), max(map(len, parts)), len(indices)))
-    for own, part in zip(rows, parts, strict=True):
-        own[: len(part)] = part[:, indices]
-    # The whole one downdated.
-    Q, errors = rows[:, :, :c] @ root, rows[:, :, c:] - rows[:, :, :c] @ whole[0]
-    back = Q.transpose(0, 2, 1)
-    try:
-        inverse = np.linalg.inv(np.eye(c) - back @ Q)
-    except np.linalg.LinAlgError:  # a block holds all there is of a direction
-        inverse = np.broadcast_to(np.eye(c) / np.finfo(float).eps, (len(Q), c, c))
-    score = back @ errors
-    change = inverse @ score
-    squares = whole[2] - np.sum(errors[..., -1:] ** 2, axis=1) - np.sum((score * change)[..., -1:], axis=1)
-    each = whole[0] - root @ change, root @ inverse @ root.T, squares
-    little = np.linalg.norm(inverse, axis=(1, 2)) > 1.0 / _HELD
-    for b in np.flatnonzero(little | (counts[:, 0] < c) | (counts[:, 1] <= c)):
-        _, *anew = solved(np.delete(rows, b, axis=0).reshape(-1, len(indices)), counts[b])
-        for array, value in zip(each, anew, strict=True):
-            array[b] = value
-    x, covariance, squares = (np.concatenate([a, b[None]]) for a, b in zip(each, whole, strict=True))
-    return x, (squares / (np.vstack([counts, count])[:, 1:] - c))[..., None] * covariance
+    def solved(rows: Array, count: Array) -> tuple[LeftOut, float]:
+        """Solve by so many equations, and independent ones; the squared errors of Y besides."""
+        R = checked(np.vstack([rows, near]), names, int(count[0]), float(count[1]))
+        root, squares = solve_triangular(R[:c, :c], np.eye(c)), float(np.sum(R[c:, -1] ** 2))
+        return LeftOut(root @ R[:c, c:], root, squares / (count[1] - c)), squares
+
+    every = np.array([equations.equations, sum(equations.effective_rows)]) + len(near)
+    whole, squares = solved(weighted(equations), every)
+    # One after the other: the numbers of a single block stay in the processor's cache.
+    for block in equations.blocks:
+        rows, count = weighted(block), every - np.array([block.equations, sum(block.effective_rows)])
+        Q, errors = rows[:, :c] @ whole.root, rows[:, c:] - rows[:, :c] @ whole.values
+        L, nothing_left = lapack.dpotrf(np.eye(c) - Q.T @ Q, lower=1)
+        inverse = lapack.dtrtri(L, lower=1)[0] if not nothing_left else L
+        if nothing_left or np.sum(inverse**2) > 1.0 / _HELD or count[0] < c or count[1] <= c:
+            others = weighted(*(other for other in equations.blocks if other is not block))
+            solutions.append(solved(others, count)[0])
+            continue
+        score, root = inverse @ (Q.T @ errors), whole.root @ inverse.T
+        left = squares - float(np.sum(errors[:, -1] ** 2) + np.sum(score[:, -1] ** 2))
+        solutions.append(LeftOut(whole.values - root @ score, root, left / (count[1] - c)))
+    return [*solutions, whole]
 
 
 class Known(NamedTuple):
@@ -173,7 +177,8 @@ class LinearProblem:
         names = tuple(chain.from_iterable(group.names for group in self.fixed))
         rows, levels, *_ = self._prior_rows
         near = np.column_stack([rows, np.zeros((len(rows), len(names))), levels])
-        values = left_out(self.equations, self.unknown.columns, weights, names, near)[0][:, self._indices]
+        solutions = left_out(self.equations, self.unknown.columns, weights, names, near)
+        values = np.array([one.values[self._indices] for one in solutions])
         if not self.fixed:
             return np.asarray(values[: len(pairs), :, 0])
         # Without each of their own blocks, last of all the whole ones.

@@ -17,9 +17,9 @@ from ...model.base import random_states, stacked_regressor
 from ...model.drives import joint_of, parameter_kind
 from ...model.friction import Friction, terms_of
 from ...model.motion import Measurement
-from ...model.regressors import standard_columns
-from ..equations.equations import Equations
-from ..equations.observer import Observation, Observer, Used, recorded, used
+from ...model.regressors import payload_columns, standard_columns
+from ..equations.equations import Equations, merged
+from ..equations.observer import PATH, Observation, Observer, Used, recorded, reduced, used
 from ..signals.filtering import measurement
 from ..signals.recordings import check_recordings, still_joints
 from .covariance import FEWEST, in_blocks, remembered, weighted_solution
@@ -64,18 +64,21 @@ def under_own_load(
     values = np.concatenate([known, np.zeros(len(observer.columns) - len(known))])
     if not observer.robot.drives.loaded or len(known) == len(values):  # nothing of the load is to be found
         return recorded(observer.at(values), recordings), values
-    for _ in range(_PASSES):
-        result = recorded(observer.at(values), recordings)
-        own = result[0].minus(observer.columns[: len(known)], known)
-        found = np.concatenate([known, weighted_solution(own)])
-        moved, values = (found - values)[len(known) :], found
+    opened = [observer.at(values).observe(*recording) for recording in recordings]
+    for again in range(_PASSES):
+        if again:
+            observer.at(values).refresh(opened, recordings)
+        result = merged(map(reduced, opened))
+        own = result.minus(observer.columns[: len(known)], known)
         try:
-            sigma = LinearProblem(own, own.columns).estimate().sigma
+            estimate = LinearProblem(own, own.columns).estimate()
+            found, sigma = estimate.values, estimate.sigma
         except InputError:  # a parameter that is not determined may still move
-            sigma = np.zeros(len(moved))
+            found, sigma = weighted_solution(own), np.zeros(len(own.columns))
+        moved, values = found - values[len(known) :], np.concatenate([known, found])
         if (np.abs(moved) <= _SETTLED * sigma).all():
             break
-    return result, values
+    return (result, opened), values
 
 
 def chosen_terms(
@@ -92,20 +95,27 @@ def chosen_terms(
 
     def held_out(names: Sequence[str]) -> tuple[Array, dict[str, float]]:
         """Squared errors of each joint on each block by the others' fit, B x n, and the values by all."""
-        solutions = left_out(equations, names, weights)[0][:, :, 0]
-        every = zip(equations.select(names).blocks, solutions[:-1], strict=True)
-        squares = [block.error_norms(values) ** 2 for block, values in every]
-        return np.array(squares), dict(zip(names, solutions[-1].tolist(), strict=True))
+        *each, values = (one.values[:, 0] for one in left_out(equations, names, weights))
+        chi, there = np.zeros(len(equations.columns)), [equations.columns.index(name) for name in names]
+        squares = np.zeros((len(each), robot.n))
+        for own, block, solution in zip(squares, equations.blocks, each, strict=True):
+            chi[there] = solution
+            own[:] = block.error_norms(chi) ** 2
+        return squares, dict(zip(names, values.tolist(), strict=True))
 
+    beside = dict[str, list[str]]()  # names of the other parameters with which a kind was tried
     for term in (*candidates, *candidates):  # the second time beside the others that were kept
         others = [*own, *(name for kind, names in kept.items() if kind != term.kind for name in names)]
-        if term.kind in kept and len(others) == len(own):
+        if term.kind in kept and others in (own, beside[term.kind]):
             continue
-        names = [name for name in equations.columns if parameter_kind(name) == term.kind]
-        factors = {name: equations.whole.select([name, *others]).factors[joint_of(name)] for name in names}
-        own_parts = {name: without(factor[:, :1], factor[:, 1:-1]) for name, factor in factors.items()}
-        tried = [name for name in names if norm(own_parts[name]) > _OWN * norm(factors[name][:, 0])]
-        before, after = map(held_out, (others, [*others, *tried]))
+        names, beside[term.kind] = [name for name in equations.columns if parameter_kind(name) == term.kind], others
+        there, tried = [equations.columns.index(name) for name in others], list[str]()
+        for name in names:
+            factor = equations.factors[joint_of(name)]
+            column = factor[:, [equations.columns.index(name)]]
+            if norm(without(column, factor[:, there])) > _OWN * norm(column):
+                tried.append(name)
+        before, after = held_out(others), held_out([*others, *tried])
         for name in names:
             joint = joint_of(name)
             falls = before[0][:, joint] - after[0][:, joint]
@@ -123,19 +133,26 @@ def chosen_terms(
 
 
 def base_problem(
-    robot: Robot, recordings: Sequence[Recording], settings: Settings, check: bool = True, chi: Array | None = None
+    robot: Robot,
+    recordings: Sequence[Recording],
+    settings: Settings,
+    check: bool = True,
+    chi: Array | None = None,
+    observer: Observer | None = None,
 ) -> Equations:
     """Process recordings of one load to equations in the base parameters, in blocks of time where robust.
 
     ``check``: refuse recordings in which some joint never moves; ``chi``: base parameters under whose load
-    friction is, by default those that the recordings show.
+    friction is, by default those that the recordings show; ``observer``: of the robot, where one is there.
     """
     processing = settings.processing_of(robot)
     check_recordings(robot, recordings)
     if check:
         check_moving(robot, recordings)
     rows = [used(data, processing) for data in filtered(recordings, processing, settings.progress)]
-    (equations, opened), _ = under_own_load(Observer(robot, base_parameters(robot).columns), rows, chi)
+    columns = base_parameters(robot).columns
+    observer = Observer(robot, columns) if observer is None else observer.only(columns)
+    (equations, opened), _ = under_own_load(observer, rows, chi)
     if equations.equations == 0:
         raise InputError(f"{recordings[0].source}: no joint moves: nothing can be compared")
     # Blocks are as long as the memory of the recordings asks for.
@@ -144,21 +161,24 @@ def base_problem(
 
 def with_friction(
     robot: Robot, recordings: Sequence[Recording], settings: Settings
-) -> tuple[Robot, tuple[TermChoice, ...]]:
+) -> tuple[Robot, tuple[TermChoice, ...], Observer | None]:
     """Give a robot the friction that the settings ask for, and tell which terms were tried.
 
     Of candidates those are kept that recordings show in blocks of time; none without blocks or measured friction.
+    With them comes the observer by which they were tried: of robot, payload and ``PATH``.
     """
     asked, own = settings.friction, robot.drives.friction
     if not isinstance(asked, Candidates):
-        return robot.with_friction(asked), ()
+        return robot.with_friction(asked), (), None
     candidates = tuple(term for term in asked.terms if term.kind not in [one.kind for one in own])
     if not candidates or not own:
-        return robot, ()
+        return robot, (), None
     settings.progress("choosing the friction's terms")
     base, wide = base_parameters(robot), robot.with_friction((*own, *candidates))
     processing, standard = settings.processing_of(robot), standard_columns(robot)
-    observer = Observer(wide, (*base.columns, *(name for name in standard_columns(wide) if name not in standard)))
+    columns = (*base.columns, *(name for name in standard_columns(wide) if name not in standard))
+    every = Observer(wide, (*columns, *payload_columns(robot), PATH))
+    observer = every.only(columns)
     try:
         check_recordings(robot, recordings)
         check_moving(robot, recordings)
@@ -170,8 +190,8 @@ def with_friction(
             raise InputError(f"{len(equations.blocks)} blocks of time are too few to hold some out: record longer")
         terms, choices = chosen_terms(wide, candidates, equations)
     except InputError as error:  # what no estimate can do with either is refused there
-        return robot, tuple(TermChoice(term.kind, False, why_not=f"{error}") for term in candidates)
-    return robot.with_friction((*own, *terms)), choices
+        return robot, tuple(TermChoice(term.kind, False, why_not=f"{error}") for term in candidates), None
+    return (robot := robot.with_friction((*own, *terms))), choices, every.of(robot)
 
 
 def filtered(

@@ -116,9 +116,13 @@ class LongMotion(Brief):
             raise InputError(
                 "method 1 needs the robot's parameters: give a recording without payload or --robot-parameters"
             )
+
         # Blocks of time hold the recording they come from.
-        each = (lambda: left_out(unloaded, own.names, own.weights)[0][:-1, :, 0]) if unloaded.blocks else None
-        return stored_robot(own)._replace(lasting=0.0 * own.covariance, left_out=each)
+        def each() -> Array:
+            return np.array([one.values[:, 0] for one in left_out(unloaded, own.names, own.weights)[:-1]])
+
+        lasting = 0.0 * own.covariance
+        return stored_robot(own)._replace(lasting=lasting, left_out=each if unloaded.blocks else None)
 
     @property
     def corrected(self) -> bool:
@@ -304,11 +308,12 @@ def payload_problem(
     """
     check_given(robot, loaded, unloaded)
     processing, progress, choices = settings.processing_of(robot), settings.progress, tuple[TermChoice, ...]()
+    observer: Observer | None = None
     robot = without_dead(robot, [*loaded, *unloaded])
     if known is not None:
         robot = robot.of_parameters(known.names)
     elif unloaded:
-        robot, choices = with_friction(robot, unloaded, settings)
+        robot, choices, observer = with_friction(robot, unloaded, settings)
     progress("base parameters")
     base = base_parameters(robot)
     known = None if known is None else measured_part(known, robot)
@@ -348,7 +353,7 @@ def payload_problem(
         check_moving(robot, recordings)
     progress("cutting into blocks" if settings.robust else "reducing")
     robust = settings.robust and (known is None or known.robust is not None)
-    motion = long_motion(robot, under_load, without, together, replace(settings, robust=robust), known)
+    motion = long_motion(robot, under_load, without, together, replace(settings, robust=robust), known, observer)
     if motion.unloaded and motion.unloaded.equations == 0:
         raise InputError(f"{unloaded[0].source}: no joint moves: nothing can be compared")
     rate = under_load[0].motion.rate
@@ -363,14 +368,16 @@ def long_motion(
     pairs: Sequence[PairedMeasurement] = (),
     settings: Settings = DEFAULTS,
     known: Estimate | None = None,
+    observer: Observer | None = None,
 ) -> LongMotion:
     """Reduce measurements, in blocks of time where robust; those of a pair at the same points of the motion.
 
     Where there are ``pairs``, the k-th unloaded measurement is that of the k-th pair; ``known``: without unloaded
-    ones the errors are those that the robot's parameters leave.
+    ones the errors are those that the robot's parameters leave; ``observer``: of robot, payload and ``PATH``.
     """
     base, processing, ten = base_parameters(robot), settings.processing_of(robot), payload_columns(robot)
-    observer = Observer(robot, (*base.columns, *ten, PATH))
+    columns = (*base.columns, *ten, PATH)
+    observer = Observer(robot, columns) if observer is None else observer.only(columns)
     both = observer.only((*base.columns, *ten), (*base.columns, *PAYLOAD))
     loads, chi = dict[str, tuple[Equations, list[Observation]]](), np.zeros(len(base.columns))
     of_unloaded, of_loaded = ([used(data, processing) for data in group] for group in (unloaded, loaded))
@@ -390,8 +397,8 @@ def long_motion(
             path = with_load.torques(pair.loaded.motion, more) - without.torques(pair.unloaded.motion, more)
             data = torque_change(robot, pair.unloaded, pair.loaded, path)
             changes.append(used(pair.loaded, processing, pair.unloaded.motion)._replace(data=data))
-        columns, names = (*ten, PATH, *friction), (*PAYLOAD, PATH, *friction)
-        loads["difference"] = recorded(under_load.only(columns, names), changes)
+        names = (*PAYLOAD, PATH, *friction)
+        loads["difference"] = recorded(under_load.only((*ten, PATH, *friction), names), changes)
     parts: dict[str, Any] = {name: equations for name, (equations, _) in loads.items()}
     source, carried = Source((), (), processing), values[len(base.columns) :]
     motion = LongMotion(robot, base, **parts, source=source, known=known, settings=settings, carried=carried)

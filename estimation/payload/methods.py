@@ -21,7 +21,7 @@ from ..equations.equations import PAYLOAD, Equations, check_blocks
 from ..equations.observer import PATH
 from ..fit.covariance import FEW, RobustCovariance, Rule, jackknife
 from ..fit.estimate import Estimate, Gains, error_model, fit
-from ..fit.linear_problem import LinearProblem, SoftPrior, left_out, weighted
+from ..fit.linear_problem import LeftOut, LinearProblem, SoftPrior, left_out, weighted
 from ..possible.constraints import Constraint
 from ..possible.intervals import NO_INTERVALS, Intervals, profile_intervals
 from ..possible.payload import CONFLICT, POSSIBLE, Active, Possible, solve_constrained, tested
@@ -214,13 +214,14 @@ class ChangeOfParameters:
 
     def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
         """Estimate the ten without a block of the loaded and one of the unloaded recordings, -1 for none."""
-        k = self.indices
-        parts = (
-            left_out(equations, self.before.names, own)
-            for equations, own in ((self.unloaded, self.before.weights), (self.loaded, weights))
-        )
-        (chi_a, C_a), (chi_b, C_b) = ((values[:, k, 0], C[:, k][:, :, k]) for values, C in parts)
-        return np.array([_generalised(self.G, chi_b[b] - chi_a[a], C_a[a] + C_b[b])[0] for b, a in pairs])
+        k, names = self.indices, self.before.names
+        before, after = left_out(self.unloaded, names, self.before.weights), left_out(self.loaded, names, weights)
+
+        def solved(a: LeftOut, b: LeftOut) -> Array:
+            C = (a.covariance + b.covariance)[np.ix_(k, k)]
+            return _generalised(self.G, (b.values - a.values)[k, 0], C)[0]
+
+        return np.array([solved(before[a], after[b]) for b, a in pairs])
 
 
 def _generalised(G: Array, change: Array, C: Array) -> tuple[Array, Array, Array]:

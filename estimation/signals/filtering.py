@@ -292,7 +292,7 @@ def aligned(
     """
     loaded = resampled(loaded, rate)
     step = float(loaded.t[1] - loaded.t[0])
-    reference = resampled(unloaded, 1.0 / step)
+    reference = resampled(replace(unloaded, qd=None), 1.0 / step)
     every = 1 + max(len(reference.t), len(loaded.t)) // _MOST
     if near is None:
         # The largest cross-correlation of all joints; one at rest is exactly zero.
@@ -318,7 +318,8 @@ def aligned(
 
     def squares(lag: float) -> float:
         difference = np.concatenate([positions(t - lag) - q for t, q, positions in compared])
-        return float(np.nanmean(difference**2)) if np.isfinite(difference).any() else np.inf
+        there = difference[~np.isnan(difference[:, 0])]  # beyond an end no joint is known
+        return float(np.mean(there**2)) if len(there) else np.inf
 
     # The smallest squared difference of position, by a parabola around the best fine step.
     lag = near
