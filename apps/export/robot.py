@@ -9,7 +9,6 @@ from xml.etree.ElementTree import Comment, Element
 
 from ... import __version__, estimation
 from ...common import Array, InputError
-from ...estimation.possible.whole_robot import Labelled, LinkNumbers, WholeRobot, whole_robot
 from ...model import PAPER, Joint, Pose, Robot, base_parameters
 from ...model.drives import parameter_kind
 from ...model.frames import step
@@ -26,7 +25,7 @@ _LEGEND = (
 )
 
 
-def robot_head(form: Format[WholeRobot], whole: WholeRobot) -> list[str]:
+def robot_head(form: Format[estimation.WholeRobot], whole: estimation.WholeRobot) -> list[str]:
     """Head of a file: source of the numbers, prior, meaning of the marks, and notes."""
     title = whole.robot.title or whole.robot.name
     return [
@@ -39,7 +38,7 @@ def robot_head(form: Format[WholeRobot], whole: WholeRobot) -> list[str]:
     ]
 
 
-def robot_notes(form: Format[WholeRobot], whole: WholeRobot) -> Iterator[str]:
+def robot_notes(form: Format[estimation.WholeRobot], whole: estimation.WholeRobot) -> Iterator[str]:
     """Masses, drives that are not to be believed or not known, and all that the format has no place for."""
     arm, drives = whole.robot.mass, whole.robot.drives
     maker = f"; the maker's mass of the arm, with its base, is {arm:g} kg" if arm is not None else ""
@@ -65,7 +64,7 @@ def robot_notes(form: Format[WholeRobot], whole: WholeRobot) -> Iterator[str]:
     yield from form.remarks
 
 
-def _lost(holds: frozenset[str], whole: WholeRobot) -> Iterator[str]:
+def _lost(holds: frozenset[str], whole: estimation.WholeRobot) -> Iterator[str]:
     robot, coupling, spring = whole.robot, whole.robot.coupling, whole.robot.spring
     drives = whole.drives if "coupled" in holds else whole.apart
     for quantity in (quantity for quantity in _UNITS if quantity not in holds):
@@ -99,12 +98,12 @@ def _lost(holds: frozenset[str], whole: WholeRobot) -> Iterator[str]:
             yield f"This format has no {quantity} limits: {', '.join(f'{bound:.6g}' for bound in bounds)}."
 
 
-def drive_value(drive: Mapping[str, Labelled], quantity: str) -> float:
+def drive_value(drive: Mapping[str, estimation.Labelled], quantity: str) -> float:
     """A drive's number as it is written: never negative, zero where there is none."""
     return max(drive[quantity].value, 0.0) if quantity in drive else 0.0
 
 
-def fields(label: Labelled) -> dict[str, str]:
+def fields(label: estimation.Labelled) -> dict[str, str]:
     """A mark as words by key; ``none`` where there is nothing to say."""
     low, high = label.interval or (None, None)
     sure = {"sigma": label.sigma, "low": low, "high": high}
@@ -114,7 +113,9 @@ def fields(label: Labelled) -> dict[str, str]:
     return {"value": exact(label.value), "mark": label.mark, "share": share, **texts, "within": within}
 
 
-def drive_attributes(drive: Mapping[str, Labelled], names: Mapping[str, str] = _DYNAMICS) -> dict[str, str]:
+def drive_attributes(
+    drive: Mapping[str, estimation.Labelled], names: Mapping[str, str] = _DYNAMICS
+) -> dict[str, str]:
     """Numbers of a drive as attributes, as far as they are known; ``names``: of each quantity in a format."""
     return {name: exact(drive_value(drive, quantity)) for quantity, name in names.items() if quantity in drive}
 
@@ -125,13 +126,17 @@ class MovedLink(NamedTuple):
     name: str  # of the joint
     joint: Joint
     parent: str  # name of the link before, at first the base
-    link: LinkNumbers
-    drive: Mapping[str, Labelled]  # of the joint; where formats cannot couple joints, its share of both drives
+    link: estimation.LinkNumbers
+    drive: Mapping[
+        str, estimation.Labelled
+    ]  # of the joint; where formats cannot couple joints, its share of both drives
     frame: Pose  # modified DH frame of the joint, whose z is its axis, in the link before
     own: Pose  # the link in that frame
     pose: Pose  # the link in the one before
     axis: str  # direction of the joint's axis in the link, which stands on it
-    marks: Mapping[str, Labelled]  # numbers of the link and of the drive before it, then its standard parameters
+    marks: Mapping[
+        str, estimation.Labelled
+    ]  # numbers of the link and of the drive before it, then its standard parameters
 
     def comment(self) -> Element[Any]:
         """One comment, a line a number: name, value, mark, share of the data, sigma, low, high, base."""
@@ -146,7 +151,7 @@ class MovedLink(NamedTuple):
         return [self.comment(), *bodies, *every]
 
 
-def moved_links(whole: WholeRobot, apart: bool = True) -> list[MovedLink]:
+def moved_links(whole: estimation.WholeRobot, apart: bool = True) -> list[MovedLink]:
     """Each link with its joint, base to tip; ``apart``: for formats that cannot couple joints."""
     robot, before, moved = whole.robot, whole.robot.base, list[MovedLink]()
     poses = robot.links.poses if robot.links is not None else (Pose(),) * robot.n
@@ -172,7 +177,7 @@ def gravity_of(robot: Robot) -> list[float]:
     return [float(value) + 0.0 for value in robot.base.R.T @ list(robot.gravity)]
 
 
-def stored_whole_robot(robot: Robot, stored: estimation.RobotResult, path: str) -> WholeRobot:
+def stored_whole_robot(robot: Robot, stored: estimation.RobotResult, path: str) -> estimation.WholeRobot:
     """A robot with the parameters nearest to a prior, as ``dynident identify`` stored them in the file ``path``.
 
     Raises:
@@ -189,4 +194,4 @@ def stored_whole_robot(robot: Robot, stored: estimation.RobotResult, path: str) 
     made = f"made physically consistent (chi2 rises by {nearest.chi2_rise:.3g})"
     source = f"{len(base.columns)} identified base parameters ({path}), {made}"
     prior = nearest.prior.source if nearest.prior else ""
-    return whole_robot(robot, standard, source, base, stored.estimate, prior)
+    return estimation.whole_robot(robot, standard, source, base, stored.estimate, prior)

@@ -7,7 +7,7 @@ recordings of one payload show how they scatter and how they drift.
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from msgspec import UNSET, UnsetType
@@ -21,7 +21,9 @@ from ..fit.linear_problem import LinearProblem
 from ..possible.payload import rise_p_value
 from .methods import PayloadProblem, from_difference, from_robot, payload_estimate
 from .short_motion import ShortMotion
-from .static import Order
+
+if TYPE_CHECKING:  # loaded where recordings repeat
+    from .static import Order
 
 _BLURRED = 0.05  # of noise in the torque that the other joints' payload predicts: above, a ratio says nothing
 _HIDDEN = 1e-6  # fraction of the mass in undetermined directions above which it is not visible
@@ -192,7 +194,7 @@ class Repeats(Document, frozen=True):
 
     @classmethod
     def made(
-        cls, sources: Sequence[str], masses: Sequence[float], sigmas: Sequence[float], order: Order | None = None
+        cls, sources: Sequence[str], masses: Sequence[float], sigmas: Sequence[float], order: "Order | None" = None
     ) -> Self:
         """Compute from the mass of each recording and its standard deviation; a drift changes sign with gaps."""
         k = np.flatnonzero(np.isfinite(masses))
@@ -218,6 +220,8 @@ def repeats_of(problem: PayloadProblem) -> Repeats | None:
     source, runs = problem.source, problem.runs
     if len(runs) < 2:
         return None
+    from .static import Order
+
     order, each, method = Order.of(source.loaded, source.unloaded), list[PayloadProblem](), 3
     if isinstance(problem, ShortMotion):
         method = problem.method

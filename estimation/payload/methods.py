@@ -26,8 +26,7 @@ from ..possible.constraints import Constraint
 from ..possible.intervals import NO_INTERVALS, Intervals, profile_intervals
 from ..possible.payload import CONFLICT, POSSIBLE, Active, Possible, solve_constrained, tested
 from .long_motion import LongMotion, frame_change, in_payload_frame, known_path, prior_of
-from .short_motion import ShortMotion
-from .static import StaticMotion
+from .short_motion import ShortMotion, StaticMotion
 
 PayloadProblem = LongMotion | ShortMotion
 

@@ -15,12 +15,13 @@ would leave. Less than one wave over the joint's range is no different from weig
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from msgspec import field
 from scipy.special import chdtrc, fdtrc
 
-from ...common import Array, Brief, Document, InputError, decomposed, without
+from ...common import Array, Brief, Document, Float, InputError, Vector, decomposed, without
 from ...common.progress import each
 from ...model import BaseParameters, Motion, Recording, Robot, base_parameters
 from ...model.drives import joint_of, parameter_kind
@@ -352,6 +353,51 @@ class ShortMotion(Brief):
         shared, robust = variance * np.outer(by_mass, by_mass), payload.robust
         robust = robust and replace(robust, covariance=robust.covariance + shared)
         return replace(payload, covariance=payload.covariance + shared, robust=robust)
+
+
+class Rests(NamedTuple):
+    """R rests of one recording of n joints, each after a motion."""
+
+    q: Array  # mean once settled [rad or m], R x n
+    torque: Array  # mean once settled [N·m or N], R x n
+    side: Array  # way a joint came, 1, -1 or 0, R x n
+    moving: Array  # deviation of the torques on the way, (n,)
+    held: tuple[Array, ...]  # torques at rest, m x n
+    rate: float  # of those [Hz]
+
+
+class Drift(Document, frozen=True):
+    """Drift of the torques that is linear in time, per hour where files share a clock, else per recording.
+
+    ``offset``, ``friction``: of each joint's constant torque and Coulomb level [N·m or N], both with ``sigma``;
+    ``mass``: what it would add to the mass [kg] from one recording to the next, were it not known; ``ratio``: its
+    part of the mass's variance.
+    """
+
+    per: str
+    offset: Vector
+    friction: Vector
+    sigma: Vector
+    mass: Float
+    ratio: float
+
+
+class Standing(Document, frozen=True):
+    """Number of poses, order of recordings, scatter of each joint's torque over approaches, and drift, if seen."""
+
+    poses: int
+    order: str
+    scatter: Vector
+    drift: Drift | None = None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StaticMotion(ShortMotion):
+    """Recordings that rest in poses: a short motion whose rows are rests, and whose blocks are poses."""
+
+    rests: tuple[Rests, ...] = ()  # of each recording, those without payload first
+    one_sided: tuple[int, ...] = ()  # numbers of poses that are reached from one side only
+    standing: Standing | None = None
 
 
 def known_robot_weighing(

@@ -20,8 +20,7 @@ from ..fit.estimate import Gains
 from ..fit.own_equations import TermChoice
 from ..payload.by_joints import JointsMass, Repeats
 from ..payload.methods import PREFERRED, ConstrainedPayload, PayloadEstimate
-from ..payload.short_motion import Wave
-from ..payload.static import Standing
+from ..payload.short_motion import Standing, Wave
 from ..possible.payload import Weighing
 from . import parts
 

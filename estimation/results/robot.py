@@ -14,7 +14,8 @@ from ..diagnosis.evidence import Verdict
 from ..fit.covariance import RobustCovariance
 from ..fit.estimate import Estimate, Fingerprints, Fit, Gains, Parameter
 from ..fit.own_equations import TermChoice
-from ..possible.robot import PossibleRobot, PriorRobot
+from ..possible.robot import PossibleRobot
+from ..possible.whole_robot import PriorRobot
 from . import parts
 from .parts import ActiveDocument, Number, Ten
 

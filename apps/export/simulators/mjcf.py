@@ -7,13 +7,15 @@ of the body, positive definite with principal moments that fulfil A + B >= C. A 
 ``flange``. Source: MuJoCo documentation, XML reference.
 """
 
+from __future__ import annotations
+
 import math
 from collections import defaultdict
 from functools import partial
 from xml.etree.ElementTree import Element
 
+from .... import estimation
 from ....common.errors import InputError
-from ....estimation.possible.whole_robot import Labelled, WholeRobot
 from ....model import Pose
 from ...numbers import exact, principal_axes, quaternion
 from ..format import FIRST, Format, element, mjcf_inertial
@@ -36,7 +38,7 @@ DRIVE = {"armature": "armature", "damping": "damping", "friction": "frictionloss
     ),
     first_line=FIRST,
 )
-def _write(whole: WholeRobot) -> Element:
+def _write(whole: estimation.WholeRobot) -> Element:
     spring, flange = whole.robot.spring, flange_of(whole.robot)
     tendons, motors = coupled_tendon(whole, whole.joint_names), list[Element]()
     moved, sites = moved_links(whole, apart=False), defaultdict[int, list[Element]](list)  # of links, 0: the base
@@ -87,9 +89,9 @@ def _write(whole: WholeRobot) -> Element:
     )
 
 
-def custom(whole: WholeRobot) -> Element:
+def custom(whole: estimation.WholeRobot) -> Element:
     """Marks as texts that MuJoCo keeps when it writes a model, such as "dynident:link3:mass"."""
-    marked: dict[str, Labelled] = {}
+    marked: dict[str, estimation.Labelled] = {}
     for link, joint, drive in zip(whole.links, whole.joint_names, whole.drives, strict=True):
         marked |= {f"{link.link}:{name}": label for name, label in (link.numbers | link.parameters).items()}
         marked |= {f"{joint}:{name}": label for name, label in drive.items()}
@@ -105,7 +107,7 @@ def _pose(pose: Pose) -> dict[str, str]:
     return {"pos": exact(pose.origin), "quat": exact(quaternion(pose.R))}
 
 
-def coupled_tendon(whole: WholeRobot, joints: tuple[str, ...]) -> list[Element]:
+def coupled_tendon(whole: estimation.WholeRobot, joints: tuple[str, ...]) -> list[Element]:
     """The drive that turns with the sum of two joints, which ``joints`` names; none without one."""
     coupling = whole.robot.coupling
     if coupling is None or not whole.coupled:

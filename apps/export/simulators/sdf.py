@@ -6,11 +6,13 @@ explicit zeros. Sources: sdformat.org/spec, link/inertial (element descriptions 
 Inertial; drake.mit.edu, Parsing models (drake:rotor_inertia, drake:gear_ratio, drake:acceleration).
 """
 
+from __future__ import annotations
+
 import math
 from functools import partial
 from xml.etree.ElementTree import Element
 
-from ....estimation.possible.whole_robot import WholeRobot
+from .... import estimation
 from ....model import Pose
 from ...numbers import exact
 from ..format import DYNIDENT, FIRST, Format, element, sdf_inertial, texts
@@ -30,7 +32,7 @@ from ..robot import drive_attributes, drive_value, flange_of, moved_links
     ),
     first_line=FIRST,
 )
-def _write(whole: WholeRobot) -> Element:
+def _write(whole: estimation.WholeRobot) -> Element:
     base = whole.link_names[0]
     model = element(
         "model", {"name": whole.robot.name},

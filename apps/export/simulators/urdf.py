@@ -6,11 +6,13 @@ drake.mit.edu, Parsing models (drake:rotor_inertia of an actuator with the gear 
 joint's side, drake:acceleration).
 """
 
+from __future__ import annotations
+
 import math
 from functools import partial
 from xml.etree.ElementTree import Element
 
-from ....estimation.possible.whole_robot import WholeRobot
+from .... import estimation
 from ....model import Pose
 from ...numbers import exact
 from ..format import DYNIDENT, FIRST, Format, element, urdf_inertial
@@ -31,7 +33,7 @@ _UNKNOWN = 1e6  # URDF demands numbers for limits: this stands for none
     ),
     first_line=FIRST,
 )
-def _write(whole: WholeRobot) -> Element:
+def _write(whole: estimation.WholeRobot) -> Element:
     links, base = moved_links(whole), whole.link_names[0]
     spaces = {"xmlns:drake": "http://drake.mit.edu", "xmlns:dynident": DYNIDENT}
     root = element("robot", {"name": whole.robot.name} | spaces, element("link", {"name": base}))

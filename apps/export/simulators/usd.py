@@ -9,13 +9,15 @@ docs.omniverse.nvidia.com, Physx Joint Schema (PhysxJointAxisAPI, which takes pr
 nvidia-omniverse.github.io/PhysX, PhysxJointAxisAPI (degrees).
 """
 
+from __future__ import annotations
+
 import json
 import math
 import re
 from collections.abc import Iterable, Mapping
 from functools import partial
 
-from ....estimation.possible.whole_robot import Labelled, WholeRobot
+from .... import estimation
 from ....model import Pose
 from ...numbers import exact, principal_axes, quaternion
 from ..format import Format
@@ -35,7 +37,7 @@ from ..robot import drive_value, fields, flange_of, gravity_of, moved_links
     ),
     first_line="#usda 1.0",
 )
-def _write(whole: WholeRobot) -> str:
+def _write(whole: estimation.WholeRobot) -> str:
     root, base, moved = _identifier(whole.robot.name), _identifier(whole.link_names[0]), moved_links(whole)
     flange, pose_of_flange = flange_of(whole.robot)
     g = gravity_of(whole.robot)
@@ -122,7 +124,7 @@ def _placed(pose: Pose) -> list[str]:
     ]
 
 
-def _custom_data(name: str, numbers: Mapping[str, Labelled]) -> list[str]:
+def _custom_data(name: str, numbers: Mapping[str, estimation.Labelled]) -> list[str]:
     """Marks as metadata of a prim, kept by whatever writes the stage again."""
     lines = [f"string name = {json.dumps(name)}"]
     for key, label in numbers.items():

@@ -31,7 +31,7 @@ from dynident.estimation.fit.estimate import Estimate, Fit
 from dynident.estimation.payload.by_joints import ByJoints, JointsMass, Repeats
 from dynident.estimation.payload.long_motion import Source
 from dynident.estimation.payload.methods import ConstrainedPayload, PayloadEstimate
-from dynident.estimation.payload.static import Rests
+from dynident.estimation.payload.short_motion import Rests
 from dynident.estimation.possible.constraints import Constraint, KnownMass, MassBounds, PossibleBody
 from dynident.estimation.possible.intervals import NO_INTERVALS
 from dynident.estimation.possible.payload import CONFLICT, Active, Weighing
