@@ -44,13 +44,10 @@ def link_indices(robot: Robot, standard: Sequence[str]) -> Indices:
 
 
 def drive_rules(robot: Robot, standard: Sequence[str], scale: Array) -> tuple[Array, tuple[str, ...]]:
-    """Rules A z >= 0 of standard parameters in units of ``scale``: drives neither push nor have negative inertia.
+    """Rules A z >= 0, one positive entry in a row, of 1, of standard parameters over ``scale``; the rows as text.
 
     Friction and rotor inertias are not negative. Of what coupled drives share, IA_j = K_j^2 JA_j + K_k^2 JA_k is at
     least IA_k = K_k^2 JA_k, and FV_j and FV_k hold the viscous friction FVM_k of rotor k besides the joint's own.
-
-    Returns:
-        A, r x N_s, with one positive entry in each row, of 1; and its rows as text.
     """
     pairs: list[tuple[str, str]] = []
     if robot.coupling is not None:

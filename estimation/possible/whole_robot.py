@@ -200,9 +200,9 @@ def _nearest(program: ConeProgram, prior: Array, possible: Array, radius: float)
     """Find z of least entropic distance with ||R z - d|| <= radius, the distance's weight, multipliers of the rows.
 
     D(P || P0) = tr P' - log det P' - 4 with P' = L^-1 P L'^-1 and P0 = L L' is the log-det divergence of
-    pseudo-inertias (Lee, Wensing and Park, 2020); it keeps every P positive definite and does not change with
-    frames or units. log det P' is the largest sum of log Z_ii of a lower triangle Z for which [P' Z; Z' diag(Z)] is
-    positive semidefinite. The z also minimises ||R z - d||^2 + weight sum D, whose multipliers are given.
+    pseudo-inertias (Lee, Wensing and Park, 2020), the same in all frames and units. log det P' is the largest sum
+    of log Z_ii of a lower triangle Z for which [P' Z; Z' diag(Z)] is positive semidefinite. The z also minimises
+    ||R z - d||^2 + weight sum D, whose multipliers are given.
 
     ``prior``: P0 of each body, p x 4 x 4, in the program's scaled units; ``possible``: a z that holds all.
     """

@@ -101,7 +101,7 @@ class FreeEstimate(MethodEstimate, frozen=True, tag="wls"):
         }
         if len(indices) < len(INERTIAL):
             return cls(**own, interval95=None, com=None, inertia_com=None, physically_consistent=None)
-        spread, basis = result.spread, estimate.robust
+        spread, basis = payload_spread(result.ten, estimate.covariance, indices), estimate.robust
         robust = basis and payload_spread(result.ten, basis.covariance, indices)
         there = {
             "com_sigma": spread.com,
@@ -262,7 +262,7 @@ class StandIn:
 
     def __post_init__(self) -> None:
         """Refuse sizes that no body has."""
-        known = (self.kind, len(self.sizes)) in (("box", 3), ("cylinder", 2))
+        known = len(self.sizes) == {"box": 3, "cylinder": 2}.get(self.kind)
         if not (known and all(0.0 < size < np.inf for size in self.sizes)):
             raise InputError(
                 f"an assumed inertia of {self.kind} {self.sizes}: give box:AxBxC (along x, y, z) or cylinder:DxL "
@@ -401,11 +401,6 @@ class PayloadResult(parts.Result, frozen=True, kw_only=True, dict=True):
     def title(self) -> str:
         """Title of the robot, or its name."""
         return self.robot_title or self.robot or ""
-
-    @property
-    def settings(self) -> parts.ProcessingDocument:
-        """Settings of processing; none in a file that does not hold them."""
-        return present(self.processing) or parts.ProcessingDocument()
 
     @property
     def free(self) -> tuple[FreeEstimate, ...]:
