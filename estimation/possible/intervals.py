@@ -127,8 +127,7 @@ def profile_intervals(result: Possible) -> Intervals:
     sets = [of_inertia if k < 6 else farthest for k in problem.select.argmax(axis=1)]
     ends = np.array([[u @ end(sign * u) for sign in signs] for u, end in zip(units, sets, strict=True)])
     # Eliminated parameters are zero and certain; stretched by rounding, intervals hold the estimate itself.
-    ten = problem.select.T @ (ends * problem.scale[:, None])
-    ten = np.sort(np.column_stack([ten, result.values]))[:, [0, 2]]
+    ten = np.sort(np.column_stack([problem.ten.T @ ends, result.values]))[:, [0, 2]]
     ten[_NOT_NEGATIVE & (ten[:, 0] <= _NEXT_TO_NOTHING * ten[:, 1]), 0] = 0.0
     if ten[9, 0] == 0.0:
         unknown = np.tile([-np.inf, np.inf], (3, 3, 1))
@@ -140,14 +139,14 @@ def profile_intervals(result: Possible) -> Intervals:
     # Points of ever larger I_ij, of both signs: along its gradient to the farthest, or as far that way as it gains.
     points = [nearest]
     for (i, j), sign in product(combinations_with_replacement(range(3), 2), signs):
-        known = sign * _inertias(problem.full(np.array(points)))[:, i, j]  # a search starts from the best so far
+        known = sign * _inertias(np.array(points) @ problem.ten)[:, i, j]  # a search starts from the best so far
         first, best, z = float(known[0]), float(known.max()), points[int(known.argmax())]
         for _ in range(_ROUNDS):
-            gradient = problem.select @ inertia_gradient(problem.full(z), *np.eye(3)[[i, j]]) * problem.scale
+            gradient = problem.ten @ inertia_gradient(z @ problem.ten, *np.eye(3)[[i, j]])
             if not gradient.any():  # all it depends on was eliminated
                 break
             tried = z + _STEPS[:, None] * (of_inertia(sign * gradient) - z)
-            values = sign * _inertias(problem.full(tried))[:, i, j]
+            values = sign * _inertias(tried @ problem.ten)[:, i, j]
             gain, k = float(values.max()) - best, int(values.argmax())
             if gain <= 0.0:
                 break
@@ -155,7 +154,7 @@ def profile_intervals(result: Possible) -> Intervals:
             points.append(z)
             if gain < _GAIN * (best - first):
                 break
-    every = _inertias(problem.full(np.array(points)))
+    every = _inertias(np.array(points) @ problem.ten)
     inertia = np.stack([every.min(axis=0), every.max(axis=0)], axis=-1)
     inertia[(inertia[..., 0] <= _NEXT_TO_NOTHING * inertia[..., 1]) & np.eye(3, dtype=bool), 0] = 0.0
     com = np.sort(np.column_stack([com, result.body.com]))[:, [0, 2]]

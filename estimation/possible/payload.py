@@ -140,6 +140,7 @@ class ScaledProblem(NamedTuple):
     constraints: tuple[Constraint, ...]  # among them ``PossibleBody``
     select: Array  # picks the parameters, n x 10
     scale: Array  # (n,)
+    ten: Array  # all ten in SI units are z @ ten, n x 10
     centre: Array  # minimum of chi2, (n,)
     floor: float
     program: ConeProgram  # R n x n; its rows have a largest entry of 1 and come constraint by constraint
@@ -171,11 +172,7 @@ class ScaledProblem(NamedTuple):
         A, b = np.vstack(rows) @ select.T * scale, np.concatenate(bounds)
         norms = np.maximum(np.abs(A).max(axis=1, initial=0.0), 1e-300)
         program = ConeProgram(R, d, A / norms[:, None], b / norms, select.T[None])
-        return ScaledProblem(tuple(constraints), select, scale, centre, floor, program)
-
-    def full(self, z: Array) -> Array:
-        """Ten parameters in SI units, (10,) or k x 10."""
-        return np.asarray((z * self.scale) @ self.select)
+        return ScaledProblem(tuple(constraints), select, scale, scale[:, None] * select, centre, floor, program)
 
     def holds(self, z: Array, rounding: float = 0.0) -> bool:
         """True if z keeps every constraint, but for that much of an eigenvalue."""
@@ -242,8 +239,8 @@ def solve_constrained(estimate: Estimate, constraints: Sequence[Constraint] = PO
         SolverError: for anything but a clean solve, as when no body holds all constraints.
     """
     problem = ScaledProblem.of(estimate, constraints)
-    constraints, select, scale, z, _, program = problem
-    status, active, values = "free", tuple[Active, ...](), problem.full(z)
+    constraints, select, scale, ten, z, floor, program = problem
+    status, active, values = "free", tuple[Active, ...](), z @ ten
     try:
         if any(constraint.violation(values) > 0.0 for constraint in constraints):
             # What is violated by rounding is too little for a solver to work on.
@@ -256,10 +253,10 @@ def solve_constrained(estimate: Estimate, constraints: Sequence[Constraint] = PO
                 raise SolverError("constraints missed by more than rounding")
             demands = [Active(c.description, constraint=c) for c in constraints for _ in c.rows[1]]
             demands += [Active(c.description, constraint=c) for c in constraints if isinstance(c, PossibleBody)]
-            active, values = holding(program, z, prices, demands, _NO_MULTIPLIER, slope), problem.full(z)
+            active, values = holding(program, z, prices, demands, _NO_MULTIPLIER, slope), z @ ten
     except SolverError as error:
         raise SolverError(error.status, [constraint.description for constraint in constraints]) from None
-    chi2 = problem.floor + float(np.sum((program.R @ (z - problem.centre)) ** 2))
+    chi2 = floor + float(np.sum((program.R @ (z - problem.centre)) ** 2))
     return Possible(estimate, values, chi2, active, (InertialParameters(values),), status, constraints)
 
 

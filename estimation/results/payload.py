@@ -352,7 +352,7 @@ class PayloadResult(parts.Result, frozen=True, kw_only=True, dict=True):
     """A payload by the methods that were used, and what only a weighing by a short motion tells.
 
     ``frame`` is where it is given, as text; ``assumed`` an inertia that was asked for instead of a measured one;
-    ``scale`` a weighed mass and its standard deviation [kg].
+    ``scale`` a weighed mass and its standard deviation [kg]; ``joints`` those of a short motion, else absent.
     """
 
     kind: Literal["payload"] = "payload"
@@ -391,11 +391,6 @@ class PayloadResult(parts.Result, frozen=True, kw_only=True, dict=True):
         """State mass, interval and verdict in a line."""
         mass, level = self.mass, self.verdict.level.replace("_", " ")
         return f"{self.robot}, mass {mass.value:.6g} kg (95 % from {mass.low:.6g} to {mass.high:.6g}), {level}"
-
-    @property
-    def short(self) -> bool:
-        """True if it was weighed by a short motion of a few joints."""
-        return bool(self.joints)
 
     @property
     def title(self) -> str:
